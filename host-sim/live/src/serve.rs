@@ -118,9 +118,9 @@ fn ports(
         seconds: options.seconds,
         speed: options.speed,
     })?;
-    let [command, stream, sensor] = simulated.ports.clone();
+    let [command, stream] = simulated.ports.clone();
     threads.push(start(simulated, stop));
-    Ok((command, Some(stream), Some(sensor)))
+    Ok((command, Some(stream), None))
 }
 
 fn listen(at: SocketAddr) -> Result<TcpListener, Error> {

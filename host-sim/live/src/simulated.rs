@@ -49,12 +49,12 @@ pub struct Simulation {
 
 /// A device that runs.
 pub struct Simulated {
-    /// Ports of its command link, of its stream to the navigation computer, and of its sensor.
-    pub ports: [String; 3],
+    /// Ports of its command link and of its stream to the navigation computer.
+    pub ports: [String; 2],
     told: Configuration,
     drive: Drive,
     speed: f64,
-    listeners: [TcpListener; 3],
+    listeners: [TcpListener; 2],
 }
 
 impl Simulated {
@@ -77,10 +77,10 @@ impl Simulated {
                 listener.set_nonblocking(true)?;
                 Ok(listener)
             };
-            let listeners = [open()?, open()?, open()?];
-            let [a, b, c] = &listeners;
+            let listeners = [open()?, open()?];
+            let [a, b] = &listeners;
             let port = |of: &TcpListener| of.local_addr().map(|at| format!("tcp:{at}"));
-            Ok(([port(a)?, port(b)?, port(c)?], listeners))
+            Ok(([port(a)?, port(b)?], listeners))
         };
         let (ports, listeners) = opened().map_err(|error| Error::Option {
             option: "--simulate".into(),
@@ -102,12 +102,8 @@ impl Simulated {
 
     /// Runs until it is stopped.
     pub fn run(self, stop: &AtomicBool) {
-        let [command, stream, sensor] = self.listeners.map(Socket::new);
-        let mut outside = Outside {
-            command,
-            stream,
-            sensor,
-        };
+        let [command, stream] = self.listeners.map(Socket::new);
+        let mut outside = Outside { command, stream };
         let mut kept = Nets::NONE;
         while !stop.load(Ordering::Relaxed) {
             let config = Config {
@@ -132,7 +128,6 @@ impl Simulated {
 struct Outside {
     command: Socket,
     stream: Socket,
-    sensor: Socket,
 }
 
 /// One drive, from power-on to its end.
@@ -170,10 +165,7 @@ fn power_on(
         while let Some(record) = records.next_if(|of| u64::from(of.at_us) <= now_us) {
             clock.0 = record.at_us.into();
             match record.input {
-                Input::Sensor => {
-                    lines.sensor.received.extend(&record.bytes);
-                    outside.sensor.send(&record.bytes);
-                }
+                Input::Sensor => lines.sensor.received.extend(&record.bytes),
                 Input::Gnss => lines.gnss.received.extend(&record.bytes),
             }
             turn(&mut lines, &clock);

@@ -6,7 +6,7 @@
 use crate::hub::Hub;
 use crate::pairs::Pairs;
 use crate::record::Record;
-use crate::samples::{Decoder, Sample};
+use crate::samples::{Decoder, Found, Sample};
 use crate::window::{Gather, Window};
 use firmware::configuration::{Configuration, Sensor, SerialLines};
 use firmware::wire::{ImuFormat, Settings};
@@ -182,11 +182,16 @@ impl Taps {
                     raw.take(&std::array::from_fn(|i| found.sample[i] + in_force[i]));
                 }
             }
+            let in_force = state.in_force;
             let changed = state.told != told;
             drop(state);
-            samples
-                .drain(..)
-                .for_each(|of| self.record.sample(side, &of.sample));
+            for Found { sample, .. } in samples.drain(..) {
+                self.record.sample(side, &sample);
+                if !self.has_sensor {
+                    let raw = std::array::from_fn(|i| sample[i] + in_force[i]);
+                    self.record.sample(Side::Raw, &raw);
+                }
+            }
             if changed {
                 return Ok(());
             }
