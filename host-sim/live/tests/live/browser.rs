@@ -14,7 +14,7 @@ use qemu::listening::Listening;
 use std::io::Write;
 use std::net::TcpStream;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -48,29 +48,28 @@ mode = 'shadow'
 /// A sensor that sends the same counts in real time.
 struct Sensor {
     stop: Arc<AtomicBool>,
-    sent: Arc<AtomicU32>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Sensor {
     fn start(port: &str) -> Self {
         let mut line = TcpStream::connect(port.strip_prefix("tcp:").unwrap()).unwrap();
-        let (stop, sent) = (Arc::default(), Arc::<AtomicU32>::default());
-        let (ends, counted) = (Arc::<AtomicBool>::clone(&stop), Arc::clone(&sent));
+        let stop = Arc::default();
+        let ends = Arc::<AtomicBool>::clone(&stop);
+        let mut sent = 0;
         let begun = Instant::now();
         let thread = thread::spawn(move || {
             while !ends.load(Ordering::Relaxed) {
                 let due = (begun.elapsed().as_secs_f64() * RATE) as u32;
-                for index in counted.load(Ordering::Relaxed)..due {
-                    line.write_all(&frame(index)).unwrap();
-                    counted.store(index + 1, Ordering::Relaxed);
+                while sent < due {
+                    line.write_all(&frame(sent)).unwrap();
+                    sent += 1;
                 }
                 thread::sleep(Duration::from_millis(2));
             }
         });
         Self {
             stop,
-            sent,
             thread: Some(thread),
         }
     }
