@@ -1,5 +1,6 @@
-//! Headless Chromium through its DevTools protocol, as far as these tests need it: open a page, run
-//! JavaScript in it. A crate with the whole protocol compiles for a minute; this needs two commands.
+//! Headless Chromium through its DevTools protocol, as far as these tests need it: open a page,
+//! run JavaScript in it. A crate with the whole protocol compiles for a minute; this needs a few
+//! commands.
 
 use base64::prelude::{BASE64_STANDARD, Engine};
 use serde_json::{Value, json};
