@@ -359,6 +359,8 @@ fn requests() {
         Request::GetChallenge,
         Request::Provision(Provision::OpenByChoice),
         Request::GetReset,
+        Request::GetSolution,
+        Request::GetTrials,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

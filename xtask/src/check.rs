@@ -40,10 +40,11 @@ pub fn test(fast: bool) -> Result<ExitCode> {
         comments::check()
     })?;
     if !fast {
-        stages.run("prepare: target and QEMU", || {
-            needs::targets()
-                .and_then(|()| needs::alone())
-                .map(|()| needs::pdf_reader())
+        stages.run("prepare: target, QEMU, browser, reader of PDF", || {
+            needs::targets()?;
+            needs::alone()?;
+            needs::pdf_reader();
+            needs::browser()
         })?;
     }
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
@@ -146,7 +147,7 @@ fn last(stages: &Stages, fast: bool) -> Result<ExitCode> {
     if fast {
         runner.args(["--exclude", "qemu"]);
     } else {
-        runner.env(REQUIRE, "1");
+        runner.env(REQUIRE, "1").env("LRNN_REQUIRE_BROWSER", "1");
     }
     let status = runner.status().context("cannot start the test runner")?;
     Ok(if status.success() {

@@ -70,6 +70,22 @@ pub fn emulator() -> Result<()> {
     Ok(())
 }
 
+/// The browser in which the page of `host-sim serve` is tested.
+pub fn browser() -> Result<()> {
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let found = || names.iter().any(|name| can_start(name));
+    if found() {
+        return Ok(());
+    }
+    let missing = "Chromium is missing; remedy: Debian: apt-get install chromium; or leave it out: \
+                   cargo xtask test --fast";
+    install("chromium", missing)?;
+    if !found() {
+        bail!(missing);
+    }
+    Ok(())
+}
+
 /// A compiler of C++, for the library of the fuzz targets.
 pub fn cpp() -> Result<()> {
     let found = || {

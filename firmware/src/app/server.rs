@@ -203,6 +203,14 @@ impl Server {
                 Some(antenna) => return Response::Antenna(antenna),
                 None => Err(Reason::NotAvailable),
             },
+            Request::GetSolution => match tell::solution(flow) {
+                Some(solution) => return Response::Solution(solution),
+                None => Err(Reason::NotAvailable),
+            },
+            Request::GetTrials => match tell::trials(flow) {
+                Some(trials) => return Response::Trials(trials),
+                None => Err(Reason::NotAvailable),
+            },
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::GetReceiver => return Response::Receiver(flow.heard),
             Request::GetStore => return Response::Kept(self.kept),

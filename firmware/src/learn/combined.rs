@@ -1,6 +1,6 @@
 //! Two learners side by side: from references and from fixes.
 
-use super::{Known, Learner, Report, Settings, Winner};
+use super::{Known, Learner, Report, Settings, Solution, Trials, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
@@ -108,6 +108,14 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
             Some(winner) => (winner.nets, winner.states),
             None => self.references.learnt(),
         }
+    }
+
+    fn solution(&self) -> Option<Solution> {
+        self.fixes.solution()
+    }
+
+    fn trials(&self) -> Option<Trials> {
+        self.fixes.trials()
     }
 
     fn antenna(&self) -> Known {

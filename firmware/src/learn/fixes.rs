@@ -35,6 +35,7 @@ mod judged;
 mod observe;
 mod proportional;
 mod settled;
+mod shown;
 mod start;
 mod waiting;
 
@@ -46,7 +47,7 @@ use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
 use super::settings::Settings;
 use super::unit::{Head, Unit};
-use super::{Learner, Report, Winner};
+use super::{Learner, Report, Solution, Trials, Winner};
 use crate::align::Align;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason};
@@ -722,6 +723,14 @@ impl Learner for FixLearner<'_> {
         let (bank, running) = (&self.memory.bank, self.running);
         let [gyro, accel] = bank.nets_of(running);
         (Nets { gyro, accel }, bank.states_of(running))
+    }
+
+    fn solution(&self) -> Option<Solution> {
+        self.solved()
+    }
+
+    fn trials(&self) -> Option<Trials> {
+        Some(self.tried())
     }
 
     fn still_s(&self) -> u32 {

@@ -29,8 +29,11 @@ use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Way, Window};
 use crate::fix::{Fix, Heading};
 use crate::model::Nets;
+use crate::nav;
 use crate::sample::{RawSample, StreamScale};
+use bank::HYPOTHESES;
 use lrnn_nostd::State;
+use rehearsal::Standing;
 
 /// What a learner reports.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -99,6 +102,42 @@ pub struct Winner {
     /// The output has settled: see [`SETTLED_S`] and [`SETTLED_AFTER_S`]. Before that it neither
     /// comes into force nor is stored.
     pub settled: bool,
+}
+
+/// What the learner's navigator knows, to be looked at. While deferred work is left it may be of
+/// both sides of the last fix.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Solution {
+    /// Its state.
+    pub state: nav::State,
+    /// Sensor errors by the hypothesis that it follows: rad/s, m/s2.
+    pub estimate: [[f32; 3]; 2],
+    /// Their standard deviations.
+    pub sigma: [[f32; 3]; 2],
+}
+
+/// How the hypotheses stand, to be looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trials {
+    /// The one with the most evidence.
+    pub leading: usize,
+    /// Rehearsals that have ended, at each horizon.
+    pub ended: [u16; 6],
+    /// Each hypothesis.
+    pub each: [Trial; HYPOTHESES],
+}
+
+/// How a hypothesis stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Trial {
+    /// It takes part.
+    pub enabled: bool,
+    /// It has proved itself.
+    pub proved: bool,
+    /// Its evidence: see [`bank::Bank::evidence`].
+    pub evidence: f64,
+    /// Its rehearsals.
+    pub standing: Standing,
 }
 
 /// Bytes of what a learner remembers over power-off, at most.
@@ -201,6 +240,16 @@ pub trait Learner {
 
     /// Counters and state, for reading only.
     fn report(&self) -> Report;
+
+    /// What its navigator knows; `None` while it does not navigate.
+    fn solution(&self) -> Option<Solution> {
+        None
+    }
+
+    /// How its hypotheses stand; `None` where it has none.
+    fn trials(&self) -> Option<Trials> {
+        None
+    }
 
     /// [`Report::antenna`] alone, which costs less.
     fn antenna(&self) -> Known {

@@ -15,10 +15,12 @@
 //! [`WIRE_VERSION`] counts changes.
 
 pub mod key;
+mod learning;
 mod reset;
 pub mod seal;
 mod security;
 
+pub use learning::{Solution, Trials};
 pub use reset::{ClockSource, Crash, CrashKind, Crystal, LoopPhase, Reset, cause, unwell};
 pub use security::{Protection, Provision, Security};
 
@@ -33,7 +35,7 @@ use seal::{Opened, SEAL_LEN, encode_sealed, open};
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 9;
+pub const WIRE_VERSION: u16 = 10;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, a
@@ -168,6 +170,10 @@ pub enum Request<'a> {
     Provision(Provision),
     /// Answer: [`Response::Reset`], or refused by a device that is no board.
     GetReset,
+    /// Answer: [`Response::Solution`], or refused while the learner does not navigate.
+    GetSolution,
+    /// Answer: [`Response::Trials`], or refused by a board without a learner.
+    GetTrials,
 }
 
 /// The versions of the device.
@@ -369,6 +375,10 @@ pub enum Response<'a> {
     Challenge(Challenge),
     /// To [`Request::GetReset`].
     Reset(Reset),
+    /// To [`Request::GetSolution`].
+    Solution(Solution),
+    /// To [`Request::GetTrials`].
+    Trials(Trials),
 }
 
 /// What the store remembers of the unit from earlier drives.

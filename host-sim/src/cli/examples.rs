@@ -220,6 +220,20 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "report",
+        &[
+            "report --unit unit.toml --from header.toml",
+            "report --unit unit.toml --from device:/dev/ttyUSB2",
+        ],
+    ),
+    (
+        "serve",
+        &[
+            "serve --simulate",
+            "serve --device /dev/ttyUSB2 --mcap drive.mcap",
+        ],
+    ),
+    (
         "simulate",
         &[
             "simulate --out out/drive --seed 3",

@@ -22,6 +22,7 @@ mod progress;
 mod replay;
 mod report;
 mod run;
+mod serve;
 mod shell;
 mod simulate;
 mod soak;
@@ -73,6 +74,8 @@ enum Command {
     Report(report::Args),
     /// Send a drive to a board and compare its output with software in the loop
     Hil(hil::Args),
+    /// Show what a device does, live: a page in the browser, Foxglove, MCAP recordings
+    Serve(serve::Args),
     /// Write a simulated session as CSV files, for other tools
     Simulate(simulate::Args),
     /// Run the device for hours with random faults of every kind, and check what leaves
@@ -119,6 +122,7 @@ impl Cli {
             Some(Command::Device(args)) => args.run(),
             Some(Command::Report(args)) => args.run(),
             Some(Command::Hil(args)) => args.run(),
+            Some(Command::Serve(args)) => args.run(),
             Some(Command::Simulate(args)) => args.run(),
             Some(Command::Soak(args)) => args.run(),
             Some(Command::Start(args)) => args.run(),

@@ -46,7 +46,9 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetStore
         | Request::GetSecurity
         | Request::GetReceiver
-        | Request::GetReset => "tell its state",
+        | Request::GetReset
+        | Request::GetSolution
+        | Request::GetTrials => "tell its state",
     }
 }
 

@@ -158,24 +158,17 @@ pub fn watch(watch: &mut Watch<'_>) -> Result<(), Error> {
             None => opened(watch),
         };
         let seen = seen.and_then(|mut link| {
-            let (health, counters) = (link.health()?, link.counters()?);
-            let antenna = link.antenna()?.map(Antenna::from);
-            Ok((link, health, counters, antenna))
+            let status = Status::ask(&mut link, begun, &mut last)?;
+            Ok((link, status))
         });
-        let now = Instant::now();
-        let time_s = now.duration_since(begun).as_secs_f64();
+        let time_s = begun.elapsed().as_secs_f64();
         let mut events = Vec::new();
         match seen {
-            Ok((found, health, counters, antenna)) => {
+            Ok((found, status)) => {
                 link = Some(found);
                 if was_lost {
                     events.push(Event::Found { time_s });
                 }
-                let before = last.replace((now, counters));
-                let status = Status {
-                    antenna,
-                    ..Status::new(time_s, &health, &counters, before)
-                };
                 events.push(Event::Status(Box::new(status)));
             }
             Err(error) if !was_lost => {
@@ -211,14 +204,33 @@ fn wait_until(due: Instant, stop: &AtomicBool) {
     }
 }
 
+/// Counters, and when they were asked for.
+pub type Counted = (Instant, Counters);
+
 impl Status {
+    /// Asks a device. The watch has `begun` then; `last`: the counters of the last time, if the
+    /// device has been there since. They are replaced.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn ask(link: &mut Link, begun: Instant, last: &mut Option<Counted>) -> Result<Self, Error> {
+        let (health, counters) = (link.health()?, link.counters()?);
+        let antenna = link.antenna()?.map(Antenna::from);
+        let now = Instant::now();
+        let before = last.replace((now, counters));
+        let time_s = now.duration_since(begun).as_secs_f64();
+        Ok(Self {
+            antenna,
+            ..Self::new(time_s, &health, &counters, (now, before))
+        })
+    }
+
     fn new(
         time_s: f64,
         health: &Health,
         counters: &Counters,
-        before: Option<(Instant, Counters)>,
+        (now, before): (Instant, Option<Counted>),
     ) -> Self {
-        let now = Instant::now();
         let percent = |permille: Option<u16>| permille.map(|value| f64::from(value) / 10.0);
         Self {
             time_s,

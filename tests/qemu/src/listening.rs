@@ -71,6 +71,19 @@ fn ports(qemu: &mut Child) -> Result<[String; 4]> {
     bail!("QEMU does not say where it listens")
 }
 
+impl Listening {
+    /// Has the board stand still, as one that hangs or has lost its cable; or go on.
+    ///
+    /// # Errors
+    /// QEMU's monitor is gone.
+    pub fn stands_still(&mut self, still: bool) -> Result<()> {
+        let monitor = self.qemu.stdin.as_mut().context("no monitor")?;
+        let order: &[u8] = if still { b"stop\n" } else { b"cont\n" };
+        monitor.write_all(order)?;
+        Ok(monitor.flush()?)
+    }
+}
+
 impl Drop for Listening {
     fn drop(&mut self) {
         let _ = self.qemu.kill();

@@ -6,7 +6,7 @@ use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::{Fix, Heading};
-use crate::learn::{Known, Learner, Report};
+use crate::learn::{Known, Learner, Report, Solution, Trials};
 use crate::model::Nets;
 use crate::wire::command::{Estimate, fault};
 
@@ -240,6 +240,16 @@ impl Flow<'_> {
     pub fn antenna(&self) -> Known {
         let known = self.learner.0.as_ref().map(|learner| learner.antenna());
         known.unwrap_or_default()
+    }
+
+    /// What the learner's navigator knows.
+    pub fn solution(&self) -> Option<Solution> {
+        self.learner.0.as_ref()?.solution()
+    }
+
+    /// How the learner's hypotheses stand.
+    pub fn trials(&self) -> Option<Trials> {
+        self.learner.0.as_ref()?.trials()
     }
 
     /// The estimates of the networks in use and of the learner.

@@ -8,8 +8,10 @@ use crate::app::phase::{Machine, Phase};
 use crate::configuration::SCHEMA;
 use crate::control::Reason;
 use crate::model::{IMAGES_LEN, Nets};
+use crate::nav::State;
 use crate::wire::command::{
-    Antenna, Board, Counters, Health, MAX_CHUNK, Response, Security, Version, WIRE_VERSION, fault,
+    Antenna, Board, Counters, Health, MAX_CHUNK, Response, Security, Solution, Trials, Version,
+    WIRE_VERSION, fault,
 };
 
 /// Version of the weight image's format.
@@ -71,6 +73,44 @@ pub(super) fn antenna(flow: &Flow) -> Option<Antenna> {
         fix_delay: known.fix_delay,
         fix_delay_sigma: known.fix_delay_sigma,
     })
+}
+
+/// Of a learner that navigates.
+#[inline(never)]
+pub(super) fn solution(flow: &Flow) -> Option<Solution> {
+    let known = flow.solution()?;
+    let State {
+        position,
+        velocity,
+        q_bn,
+    } = known.state;
+    Some(Solution {
+        place: [position.latitude, position.longitude],
+        height: position.height as f32,
+        velocity: velocity.map(|of| of as f32),
+        attitude: q_bn.map(|of| of as f32),
+        estimate: known.estimate,
+        sigma: known.sigma,
+    })
+}
+
+/// Of a board with a learner.
+#[inline(never)]
+pub(super) fn trials(flow: &Flow) -> Option<Trials> {
+    let known = flow.trials()?;
+    let mut told = Trials {
+        leading: known.leading as u8,
+        ended: known.ended,
+        ..Trials::default()
+    };
+    let places = (told.evidence.iter_mut()).zip(told.proof.iter_mut().zip(&mut told.check));
+    for ((k, trial), (evidence, (proof, check))) in known.each.iter().enumerate().zip(places) {
+        told.enabled |= u8::from(trial.enabled) << k;
+        told.proved |= u8::from(trial.proved) << k;
+        *evidence = trial.evidence as f32;
+        (*proof, *check) = (trial.standing.proof, trial.standing.check);
+    }
+    Some(told)
 }
 
 pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {

@@ -39,7 +39,7 @@ const STREAMS: usize = 2;
 /// room for fixes a second apart.
 const APART: f32 = 0.4;
 /// Capital that proves, in stakes: the odds against chance.
-const PROVED: f32 = 100.0;
+pub const PROVED: f32 = 100.0;
 /// A proved hypothesis keeps its proof above this.
 const KEEPS: f32 = 20.0;
 /// Below this capital of the check a hypothesis is harmful; one that has proved itself, below the

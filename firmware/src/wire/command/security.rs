@@ -86,7 +86,9 @@ impl Request<'_> {
             | Request::Record(Order::Hold)
             | Request::ReadRecording { .. }
             | Request::GetSecurity
-            | Request::GetChallenge => false,
+            | Request::GetChallenge
+            | Request::GetSolution
+            | Request::GetTrials => false,
         }
     }
 }

@@ -1,0 +1,96 @@
+// The page: events of the server in, plots, tables and track out.
+import { errors, samples, wealth } from "./plots.js";
+import { alignment, axes, bound, counters, faults, now, trials, what } from "./tables.js";
+import { Track } from "./track.js";
+import { buttons } from "./orders.js";
+
+const at = (id) => document.getElementById(id);
+/** Pictures are drawn no more often than this, ms. */
+const FRAME = 100;
+
+const rates = samples(at("plot-rates"), 0);
+const forces = samples(at("plot-forces"), 3);
+const gyro = errors(at("plot-gyro"), 0);
+const accel = errors(at("plot-accel"), 3);
+const riches = wealth(at("plot-wealth"));
+const track = new Track(at("track"), at("track-scale"));
+const pictures = [rates, forces, gyro, accel, riches, track];
+const orders = buttons();
+
+let drawn = 0;
+function draw(time) {
+  if (time - drawn >= FRAME) {
+    drawn = time;
+    for (const picture of pictures) picture.draw();
+  }
+  requestAnimationFrame(draw);
+}
+requestAnimationFrame(draw);
+
+/** Shows whether the device is there. */
+function device(state, problem) {
+  const badge = at("device");
+  badge.textContent = state;
+  badge.className = `badge ${state === "found" ? "found" : "lost"}`;
+  const place = at("problem");
+  place.hidden = !problem;
+  if (place.textContent !== (problem ?? "")) place.textContent = problem ?? "";
+  document.querySelector("main").classList.toggle("stale", state !== "found");
+  orders.enable(state === "found");
+}
+
+/** One point of what changes slowly. */
+function point(p) {
+  gyro.add(p.t, p.estimate, p.sigma, p.in_force);
+  accel.add(p.t, p.estimate, p.sigma, p.in_force);
+  if (p.wealth) riches.add(p.t, p.wealth);
+  if (p.place) track.add(p.place, p.heading);
+}
+
+const on = {
+  history(points) {
+    for (const picture of pictures) picture.clear();
+    for (const p of points) point(p);
+  },
+  samples(s) {
+    if (s.corrected) {
+      rates.add(s.t, s.raw, s.corrected);
+      forces.add(s.t, s.raw, s.corrected);
+      axes(s);
+      at("samples-note").textContent =
+        `${s.corrected.n} samples in the last 1/20 s; the values are their means, the bands their extremes. ` +
+        `Raw values are from ${s.raw_from}.`;
+    }
+    if (s.broken.length) at("samples-note").textContent = s.broken.join("; ");
+  },
+  status(s) {
+    device("found");
+    at("mode").textContent = s.mode;
+    const acts = s.in_force.some((value) => value !== 0);
+    at("acts").textContent = acts ? "corrections act now" : "no correction acts";
+    orders.mode(s.mode);
+    faults(s.faults);
+    counters(s);
+    alignment(s);
+    bound(s.error_bound_m);
+    trials(s);
+    now(s);
+    point({
+      t: s.t, estimate: s.solution?.estimate, sigma: s.solution?.sigma, in_force: s.in_force,
+      wealth: s.trials?.each.map((each) => each.wealth), place: s.solution?.place_deg,
+      heading: s.solution?.attitude_deg[2],
+    });
+  },
+  info(i) {
+    at("unit").textContent = i.name ? `${i.name}${i.serial ? ` ${i.serial}` : ""}` : "IMU co-processor";
+    at("activation").textContent = i.activation ?? "none";
+    what(i);
+  },
+  lost(l) { device("lost", l.problem); },
+};
+
+const source = new EventSource("events");
+for (const [name, act] of Object.entries(on)) {
+  source.addEventListener(name, (event) => act(JSON.parse(event.data)));
+}
+source.onerror = () => device("server gone", "The server does not answer; the page looks for it again by itself.");

@@ -1,0 +1,237 @@
+//! The device at its command link: asked twice a second, told what the page's buttons say, lost and
+//! found again.
+//!
+//! One thread has the link. Its key never leaves this program.
+
+mod order;
+
+pub use order::{Given, Order, Reply};
+
+use crate::history::Point;
+use crate::hub::Hub;
+use crate::record::Record;
+use crate::taps::{Taps, Told};
+use firmware::configuration::{Activation, Configuration};
+use firmware::wire::command::key::Secret;
+use firmware::wire::command::{Request, Response};
+use host_sim::device::{Counted, Info, Link, Solution, Status, Trials, configuration, info, usual};
+use host_sim::error::Error;
+use serde::Serialize;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+/// How often the device is asked.
+const PERIOD: Duration = Duration::from_millis(500);
+/// After so many times it is also asked what it is and what it was told.
+const INFO_EVERY: u32 = 20;
+/// How often a request is sent before the device counts as lost.
+const TRIES: u32 = 3;
+/// A lost device is looked for after this time.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// Where the device is.
+pub struct Device {
+    /// Port of its command link.
+    pub port: String,
+    /// Bit rate.
+    pub baud: u32,
+    /// Its key.
+    pub key: Option<Secret>,
+}
+
+/// With whom the thread talks.
+pub struct Around {
+    /// The pages.
+    pub hub: Arc<Hub>,
+    /// The lines.
+    pub taps: Arc<Taps>,
+    /// What is recorded.
+    pub record: Arc<Record>,
+    /// The buttons.
+    pub orders: Receiver<Given>,
+    /// Ends it.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// What the pages are told twice a second.
+#[derive(Serialize)]
+pub struct Now {
+    /// Time of the server, s.
+    pub t: f64,
+    /// Mode, faults, counters, learner, error bound.
+    #[serde(flatten)]
+    pub status: Status,
+    /// Correction in force, deg/h and mg.
+    pub in_force: [f64; 6],
+    /// Output of the networks in use.
+    pub network: [f64; 6],
+    /// The learner's navigator.
+    pub solution: Option<Solution>,
+    /// How the hypotheses stand.
+    pub trials: Option<Trials>,
+}
+
+/// What the pages are told when it changes.
+#[derive(Serialize)]
+struct What {
+    #[serde(flatten)]
+    info: Info,
+    /// When corrections come into force.
+    activation: Option<&'static str>,
+    port: String,
+    has_key: bool,
+}
+
+#[derive(Serialize)]
+struct Lost {
+    t: f64,
+    problem: String,
+}
+
+/// An open link, and what is remembered of the device behind it.
+struct Found {
+    link: Link,
+    last: Option<Counted>,
+    rounds: u32,
+}
+
+impl Device {
+    /// Opens the link to a device of this program's version.
+    ///
+    /// # Errors
+    /// As [`Link::open`] and [`Link::version`].
+    pub fn open(&self) -> Result<Link, Error> {
+        let link = Link::open("--device", &self.port, self.baud)?;
+        let mut link = link.with_key(self.key).with_tries(TRIES);
+        link.version()?;
+        Ok(link)
+    }
+
+    /// Watches the device until the server ends. `link`: it has been opened already.
+    pub fn watch(&self, link: Option<Link>, around: &Around) {
+        let fresh = |link| Found {
+            link,
+            last: None,
+            rounds: 0,
+        };
+        let mut found = link.map(fresh);
+        let mut was_lost = false;
+        while !around.stop.load(Ordering::Relaxed) {
+            let begun = Instant::now();
+            let looked = match found.take() {
+                Some(found) => Ok(found),
+                None => self.open().map(fresh),
+            };
+            let looked = looked.and_then(|mut found| {
+                self.look(&mut found, around)?;
+                Ok(found)
+            });
+            let wait = match looked {
+                Ok(still) => {
+                    if was_lost {
+                        around.record.log("the device is found again", false);
+                    }
+                    (found, was_lost) = (Some(still), false);
+                    PERIOD
+                }
+                Err(error) => {
+                    let problem = error.to_string();
+                    if !was_lost {
+                        around.record.log(&problem, true);
+                    }
+                    let t = around.hub.time_s();
+                    around.hub.tell("lost", &Lost { t, problem });
+                    was_lost = true;
+                    LOOK
+                }
+            };
+            let due = begun + wait;
+            if !serve(due, &mut found, around) {
+                return;
+            }
+        }
+    }
+
+    /// Asks the device and tells the pages.
+    fn look(&self, found: &mut Found, around: &Around) -> Result<(), Error> {
+        let Found { link, last, rounds } = found;
+        let had = last.is_some();
+        let status = Status::ask(link, around.hub.begun, last)?;
+        let restarted = had && status.per_second.is_none();
+        if rounds.is_multiple_of(INFO_EVERY) || restarted {
+            let told = configuration(link)?;
+            around
+                .taps
+                .tell(Told::of(&told.clone().unwrap_or_default()));
+            around
+                .hub
+                .tell("info", &self.what(info(link)?, told.as_ref()));
+        }
+        *rounds += 1;
+        let (in_force, network) = link.ask(&Request::GetEstimate, |answer| match answer {
+            Response::Estimate(told) => Some((told.in_force, told.network_output)),
+            _ => None,
+        })?;
+        let [gyro, accel] = in_force.map(|triad| triad.map(f64::from));
+        let [[a, b, c], [x, y, z]] = [gyro, accel];
+        around.taps.in_force([a, b, c, x, y, z]);
+        let now = Now {
+            t: around.hub.time_s(),
+            status,
+            in_force: usual(in_force),
+            network: usual(network),
+            solution: link.solution()?,
+            trials: link.trials()?,
+        };
+        let wealth = |trials: &Trials| trials.each.iter().map(|trial| trial.wealth).collect();
+        around.hub.keep(Point {
+            t: now.t,
+            estimate: now.solution.as_ref().map(|of| of.estimate),
+            sigma: now.solution.as_ref().map(|of| of.sigma),
+            in_force: now.in_force,
+            wealth: now.trials.as_ref().map(wealth),
+            place: now.solution.as_ref().map(|of| of.place_deg),
+        });
+        around.record.now(&now);
+        around.hub.tell("status", &now);
+        Ok(())
+    }
+
+    fn what(&self, info: Info, told: Option<&Configuration>) -> What {
+        What {
+            info,
+            activation: told.map(|told| match told.correction.activation {
+                Activation::Commanded => "commanded",
+                Activation::Standstill => "standstill",
+                Activation::Faded => "faded",
+                Activation::NextPowerOn => "next-power-on",
+            }),
+            port: self.port.clone(),
+            has_key: self.key.is_some(),
+        }
+    }
+}
+
+/// Waits until it is time to look again, or until a button says something, which is carried out.
+/// False: the server ends.
+fn serve(due: Instant, found: &mut Option<Found>, around: &Around) -> bool {
+    let left = due.saturating_duration_since(Instant::now());
+    let given = match around.orders.recv_timeout(left) {
+        Ok(given) => given,
+        Err(RecvTimeoutError::Timeout) => return true,
+        Err(RecvTimeoutError::Disconnected) => return false,
+    };
+    let done = match found {
+        Some(found) => {
+            found.rounds = 0; // what the device is may have changed
+            given.order.carry_out(&mut found.link)
+        }
+        None => Err("the device is lost; remedy: wait until it is found again".into()),
+    };
+    let words = done.as_ref().map_or_else(Clone::clone, Clone::clone);
+    around.record.log(&words, done.is_err());
+    let _ = given.reply.send(done); // the page may be gone
+    true
+}

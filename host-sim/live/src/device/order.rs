@@ -1,0 +1,175 @@
+//! What the page's buttons say.
+
+use firmware::control::{Alignment, Mode, Reason};
+use firmware::fix::Heading;
+use firmware::wire::command::Request;
+use host_sim::device::{Link, MODES, configure, mode_name, store};
+use host_sim::error::Error;
+use host_sim::unit::Unit;
+use serde::Deserialize;
+use std::fs;
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
+
+/// A device that has other work to finish is asked again after this time, and so long.
+const AGAIN: Duration = Duration::from_millis(50);
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// What was done, or why not, in words.
+pub type Reply = Result<String, String>;
+
+/// An order and where its answer goes.
+pub struct Given {
+    /// The order.
+    pub order: Order,
+    /// The answer.
+    pub reply: oneshot::Sender<Reply>,
+}
+
+/// What a button says.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "order", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Order {
+    /// Sets the mode.
+    Mode {
+        /// Its name.
+        mode: String,
+    },
+    /// The navigation computer's alignment begins, or is done.
+    Alignment {
+        /// It is done.
+        finished: bool,
+    },
+    /// Tells the heading for the alignment in progress, deg.
+    Heading {
+        /// From north to east.
+        deg: f64,
+        /// Its standard deviation.
+        sigma: f64,
+    },
+    /// Uses what was learnt.
+    CommitLearnt,
+    /// Keeps configuration and weights over a power cycle.
+    Store,
+    /// Tells the device its unit.
+    Configure {
+        /// The text of the unit file.
+        unit: String,
+        /// Keep it over a power cycle.
+        store: bool,
+    },
+}
+
+impl Order {
+    /// Carries it out.
+    pub(super) fn carry_out(&self, link: &mut Link) -> Reply {
+        let done = match self {
+            Self::Mode { mode } => set_mode(link, mode),
+            Self::Alignment { finished } => align(link, *finished),
+            Self::Heading { deg, sigma } => {
+                let heading = Heading {
+                    angle: deg.to_radians() as f32,
+                    sigma: sigma.to_radians() as f32,
+                };
+                let done = link.order(&Request::Heading(heading));
+                done.map(|()| format!("the heading {deg} deg is taken"))
+            }
+            Self::CommitLearnt => patiently(link, &Request::CommitLearnt)
+                .map(|()| "the learnt weights are in use; store keeps them".into()),
+            Self::Store => link.health().and_then(|health| {
+                store(link, health.mode)?;
+                Ok("configuration and weights are stored".into())
+            }),
+            Self::Configure { unit, store } => return configured(link, unit, *store),
+        };
+        done.map_err(|error| error.to_string())
+    }
+}
+
+/// Gives an order that waits for the learner's work, as long as a person does.
+fn patiently(link: &mut Link, request: &Request) -> Result<(), Error> {
+    let begun = Instant::now();
+    loop {
+        match link.try_order(request)? {
+            Ok(()) => return Ok(()),
+            Err(Reason::Busy) if begun.elapsed() < PATIENCE => thread::sleep(AGAIN),
+            Err(_) => return link.order(request), // the refusal in words
+        }
+    }
+}
+
+fn set_mode(link: &mut Link, name: &str) -> Result<String, Error> {
+    let mode: Option<Mode> = MODES.into_iter().find(|mode| mode_name(*mode) == name);
+    let Some(mode) = mode else {
+        return Err(Error::unknown("mode", name, &MODES.map(mode_name)));
+    };
+    link.order(&Request::SetMode(mode))?;
+    Ok(format!("the mode is {name}"))
+}
+
+fn align(link: &mut Link, finished: bool) -> Result<String, Error> {
+    let (alignment, words) = if finished {
+        (Alignment::Finished, "the alignment is done")
+    } else {
+        (Alignment::Started, "the alignment has begun")
+    };
+    patiently(link, &Request::Alignment(alignment))?;
+    Ok(words.into())
+}
+
+/// Tells the device a unit. It is read as a file, so that what is wrong is named by line and key.
+fn configured(link: &mut Link, text: &str, keep: bool) -> Reply {
+    let folder = tempfile::tempdir().map_err(|error| format!("no temporary file ({error})"))?;
+    let file = folder.path().join("unit.toml");
+    fs::write(&file, text).map_err(|error| format!("no temporary file ({error})"))?;
+    tell_unit(link, &file, keep).map_err(|error| {
+        let place = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
+        error.to_string().replace(&place, "")
+    })
+}
+
+fn tell_unit(link: &mut Link, file: &Path, keep: bool) -> Result<String, Error> {
+    let told = Unit::read(file)?.configuration();
+    let told = told.map_err(|wrong| Error::Option {
+        option: wrong.key,
+        problem: wrong.problem,
+        remedy: wrong.remedy,
+    })?;
+    configure(link, &told)?;
+    if keep {
+        store(link, told.correction.mode)?;
+    }
+    let kept = if keep { " and stored" } else { "" };
+    let name = &told.identity.name;
+    Ok(format!("the unit {name} is configured{kept}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_as_the_page_sends_them() {
+        let read = serde_json::from_str::<Order>;
+        assert_eq!(
+            read(r#"{"order":"mode","mode":"learn"}"#).expect("good"),
+            Order::Mode {
+                mode: "learn".into()
+            }
+        );
+        assert_eq!(
+            read(r#"{"order":"commit-learnt"}"#).expect("good"),
+            Order::CommitLearnt
+        );
+        for bad in [
+            r#"{"order":"erase"}"#,
+            r#"{"order":"heading","deg":3}"#,
+            r#"{"order":"store","all":true}"#,
+            r#"{"mode":"learn"}"#,
+        ] {
+            assert!(read(bad).is_err(), "{bad}");
+        }
+    }
+}

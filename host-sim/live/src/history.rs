@@ -1,0 +1,88 @@
+//! What is kept for pages that open later: bounded, however long the server runs.
+
+use serde::Serialize;
+
+/// Most points that are kept.
+const MOST: usize = 1024;
+
+/// Points at even distances from the beginning on. When there are too many, every second one goes,
+/// and from then on only every second one comes.
+#[derive(Debug)]
+pub struct History<T> {
+    points: Vec<T>,
+    /// One of so many is kept.
+    stride: usize,
+    seen: usize,
+}
+
+impl<T> Default for History<T> {
+    fn default() -> Self {
+        Self {
+            points: Vec::new(),
+            stride: 1,
+            seen: 0,
+        }
+    }
+}
+
+impl<T> History<T> {
+    /// One more.
+    pub fn push(&mut self, point: T) {
+        if self.seen.is_multiple_of(self.stride) {
+            if self.points.len() == MOST {
+                let mut number = 0;
+                self.points.retain(|_| {
+                    number += 1;
+                    number % 2 == 1
+                });
+                self.stride *= 2;
+            }
+            if self.seen.is_multiple_of(self.stride) {
+                self.points.push(point);
+            }
+        }
+        self.seen += 1;
+    }
+
+    /// Those that are kept, oldest first.
+    #[must_use]
+    pub fn points(&self) -> &[T] {
+        &self.points
+    }
+}
+
+/// One point of what changes slowly.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// Time of the server, s.
+    pub t: f64,
+    /// Estimated sensor errors, deg/h and mg, while the learner navigates.
+    pub estimate: Option<[f64; 6]>,
+    /// Their standard deviations.
+    pub sigma: Option<[f64; 6]>,
+    /// Correction in force.
+    pub in_force: [f64; 6],
+    /// Wealth of each hypothesis.
+    pub wealth: Option<Vec<f32>>,
+    /// Latitude and longitude, deg.
+    pub place: Option<[f64; 2]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_bounded_and_even() {
+        let mut history = History::default();
+        for n in 0..100_000 {
+            history.push(n);
+            assert!(history.points().len() <= MOST);
+        }
+        let points = history.points();
+        assert!(points.len() > MOST / 2 && points[0] == 0);
+        let step = points[1];
+        assert!(points.windows(2).all(|pair| pair[1] - pair[0] == step));
+        assert!(points.last().is_some_and(|last| *last > 99_000));
+    }
+}

@@ -1,0 +1,127 @@
+//! Between those who measure and those who look: events go to every page, and what a page that
+//! opens later needs is kept.
+//!
+//! Nobody waits for a page. Events are in a ring; a page that is too slow for it misses some.
+
+use crate::history::{History, Point};
+use serde::Serialize;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+use tokio::sync::broadcast;
+
+/// Events that wait for a slow page.
+const WAITING: usize = 64;
+
+/// What is told, as JSON.
+#[derive(Clone, Debug)]
+pub struct Event {
+    /// Its name: `samples`, `status`, `info` or `lost`.
+    pub name: &'static str,
+    /// Its object.
+    pub json: Arc<str>,
+}
+
+/// See the module.
+pub struct Hub {
+    /// When the server began.
+    pub begun: Instant,
+    sender: broadcast::Sender<Event>,
+    kept: Mutex<Kept>,
+}
+
+/// What a page that opens gets first.
+#[derive(Default)]
+struct Kept {
+    /// The last one of each name.
+    last: Vec<Event>,
+    history: History<Point>,
+}
+
+impl Default for Hub {
+    fn default() -> Self {
+        Self {
+            begun: Instant::now(),
+            sender: broadcast::channel(WAITING).0,
+            kept: Mutex::default(),
+        }
+    }
+}
+
+impl Hub {
+    /// Time since the server began, s.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    /// Tells all pages.
+    pub fn tell(&self, name: &'static str, what: &impl Serialize) {
+        let json = serde_json::to_string(what).unwrap_or_default().into();
+        let event = Event { name, json };
+        if name != "samples" {
+            let mut kept = self.kept();
+            // what the device is now stands in either of them
+            let alike = |of: &str| of == name || ["status", "lost"].contains(&of);
+            let replaces = ["status", "lost"].contains(&name);
+            kept.last
+                .retain(|event| event.name != name && !(replaces && alike(event.name)));
+            kept.last.push(event.clone());
+        }
+        let _ = self.sender.send(event); // nobody may be looking
+    }
+
+    /// Keeps a point of what changes slowly.
+    pub fn keep(&self, point: Point) {
+        self.kept().history.push(point);
+    }
+
+    /// What was told so far, and all that will be.
+    #[must_use]
+    pub fn listen(&self) -> (Vec<Event>, broadcast::Receiver<Event>) {
+        let kept = self.kept();
+        let receiver = self.sender.subscribe();
+        let history = serde_json::to_string(kept.history.points());
+        let mut first = vec![Event {
+            name: "history",
+            json: history.unwrap_or_default().into(),
+        }];
+        first.extend(kept.last.iter().cloned());
+        (first, receiver)
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_that_opens_later_knows_what_is() {
+        let hub = Hub::default();
+        hub.tell("status", &1);
+        hub.tell("info", &2);
+        hub.tell("samples", &3);
+        hub.tell("lost", &4);
+        let names = |hub: &Hub| hub.listen().0.iter().map(|of| of.name).collect::<Vec<_>>();
+        assert_eq!(names(&hub), ["history", "info", "lost"]);
+        hub.tell("status", &5);
+        assert_eq!(names(&hub), ["history", "info", "status"]);
+    }
+
+    #[test]
+    fn a_slow_page_costs_no_memory_and_loses_the_oldest() {
+        let hub = Hub::default();
+        let (_, mut receiver) = hub.listen();
+        for number in 0..1000 {
+            hub.tell("samples", &number);
+        }
+        assert!(matches!(
+            receiver.try_recv(),
+            Err(broadcast::error::TryRecvError::Lagged(936))
+        ));
+        assert_eq!(&*receiver.try_recv().expect("one").json, "936");
+    }
+}

@@ -1,0 +1,139 @@
+//! The command line of `host-sim-serve`.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{ArgGroup, Parser};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// What a device does, live in the browser.
+///
+/// A page with rates and forces, estimated errors, rehearsals, faults with their remedies and the
+/// track, and with buttons for mode, alignment, store and configuration. The same streams go to
+/// Foxglove, Lichtblick and PlotJuggler.
+#[derive(Debug, Parser)]
+#[command(name = "host-sim serve", version, after_help = EXAMPLES)]
+#[command(group(ArgGroup::new("what").required(true).args(["device", "simulate"])))]
+pub struct Options {
+    /// Port at the device's command link: a serial device (/dev/ttyUSB0, COM3) or tcp:HOST:PORT
+    #[arg(long, value_name = "PORT")]
+    pub device: Option<String>,
+    /// Bit rate of the command link; sockets ignore it
+    #[arg(long, default_value_t = 921_600)]
+    pub baud: u32,
+    /// File of the device's key: what the buttons change is sealed with it
+    #[arg(long, value_name = "FILE", env = "LRNN_KEY")]
+    pub key: Option<PathBuf>,
+    /// Port that hears what the device sends to the navigation computer: without it the page has no
+    /// rates and forces
+    #[arg(long, value_name = "PORT", requires = "device")]
+    pub stream: Option<String>,
+    /// Port that hears the sensor; without it raw values are corrected ones and the correction
+    #[arg(long, value_name = "PORT", requires = "device")]
+    pub sensor: Option<String>,
+    /// A simulated device on a simulated drive, which begins anew when it is over
+    #[arg(long)]
+    pub simulate: bool,
+    /// Unit of the simulated device: a preset's name (host-sim unit list) or a unit file
+    #[arg(
+        long,
+        value_name = "NAME|FILE.toml",
+        default_value = "stim300",
+        requires = "simulate"
+    )]
+    pub unit: String,
+    /// Samples a second of the simulated sensor; without it those of the unit
+    #[arg(long, value_name = "HZ", requires = "simulate")]
+    pub rate: Option<f64>,
+    /// Length of the simulated drive, s, the first 60 at rest
+    #[arg(long, default_value_t = 1800, requires = "simulate")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=4000))]
+    pub seconds: u32,
+    /// How many times faster than in reality
+    #[arg(long, default_value_t = 1.0, value_parser = speed, requires = "simulate")]
+    pub speed: f64,
+    /// Mode of the simulated device
+    #[arg(long, default_value = "learn", value_parser = modes(), requires = "simulate")]
+    pub mode: String,
+    /// Address and port of the page
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8210")]
+    pub listen: SocketAddr,
+    /// Another name of this computer by which a browser may ask for the page
+    #[arg(long, value_name = "NAME")]
+    pub host: Vec<String>,
+    /// Have buttons also when other computers can open the page
+    #[arg(long)]
+    pub orders: bool,
+    /// Have no buttons
+    #[arg(long, conflicts_with = "orders")]
+    pub read_only: bool,
+    /// Serve Foxglove's protocol too
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1)]
+    #[arg(default_missing_value = "127.0.0.1:8765")]
+    pub foxglove: Option<SocketAddr>,
+    /// Record to a new MCAP file, which is whole when the program is ended with Ctrl-C
+    #[arg(long, value_name = "FILE")]
+    pub mcap: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  host-sim serve --simulate --speed 10
+  host-sim serve --device /dev/ttyUSB0 --stream /dev/ttyUSB1 --key unit.key
+  host-sim serve --device tcp:127.0.0.1:5557 --foxglove --mcap drive.mcap
+
+Ctrl-C ends it. Exit codes: 0 ended, 2 bad input or a port that cannot be had.";
+
+fn speed(text: &str) -> Result<f64, String> {
+    let speed: f64 = text.parse().map_err(|_| "give a number".to_owned())?;
+    if (0.1..=100.0).contains(&speed) {
+        return Ok(speed);
+    }
+    Err("give a number from 0.1 to 100".into())
+}
+
+fn modes() -> impl TypedValueParser<Value = String> {
+    PossibleValuesParser::new(["bypass", "frozen", "shadow", "learn"])
+}
+
+impl Options {
+    /// Whether the page has buttons: on this computer unless `--read-only`, beyond it with
+    /// `--orders`.
+    #[must_use]
+    pub fn has_orders(&self) -> bool {
+        !self.read_only && (self.orders || self.listen.ip().is_loopback())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn read(text: &str) -> Result<Options, clap::Error> {
+        Options::try_parse_from(text.split_whitespace())
+    }
+
+    #[test]
+    fn the_arguments_fit_together() {
+        Options::command().debug_assert();
+        assert!(read("serve").is_err());
+        assert!(read("serve --simulate --device x").is_err());
+        assert!(read("serve --device x --speed 3").is_err());
+        assert!(read("serve --simulate --speed 0").is_err());
+        assert!(read("serve --simulate --stream x").is_err());
+        let foxglove = read("serve --simulate --foxglove").expect("good").foxglove;
+        assert_eq!(
+            foxglove,
+            Some("127.0.0.1:8765".parse().expect("an address"))
+        );
+    }
+
+    #[test]
+    fn buttons_are_for_this_computer() {
+        let buttons = |text: &str| read(text).expect("good").has_orders();
+        assert!(buttons("serve --simulate"));
+        assert!(!buttons("serve --simulate --read-only"));
+        assert!(!buttons("serve --simulate --listen 0.0.0.0:80"));
+        assert!(buttons("serve --simulate --listen 0.0.0.0:80 --orders"));
+    }
+}

@@ -1,0 +1,223 @@
+//! Starts and ends all parts.
+
+use crate::device::{Around, Device};
+use crate::hub::Hub;
+use crate::options::Options;
+use crate::record::Record;
+use crate::simulated::{Simulated, Simulation, start};
+use crate::taps::{Side, Taps};
+use crate::web::Server;
+use host_sim::device::{MODES, mode_name, read_key};
+use host_sim::error::Error;
+use host_sim::unit::Unit;
+use host_sim::unit::around::Mode;
+use std::io::{self, Write};
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::sync_channel;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// Orders that wait.
+const WAITING: usize = 4;
+/// Pages have so long to be told that the server ends.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// Ports of the device: command link, stream, sensor.
+type Ports = (String, Option<String>, Option<String>);
+
+/// Runs until Ctrl-C.
+///
+/// # Errors
+/// A port or file cannot be had; there is no device; the recording cannot be finished.
+pub fn serve(options: &Options) -> Result<(), Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let listener = listen(options.listen)?;
+    let record = Arc::new(Record::default());
+    let mut threads = Vec::new();
+    let (command, stream, sensor) = ports(options, &stop, &mut threads)?;
+    let device = Device {
+        port: command,
+        baud: options.baud,
+        key: options.key.as_deref().map(read_key).transpose()?,
+    };
+    let link = device.open()?;
+    let foxglove = options.foxglove.map(|at| record.serve(at)).transpose()?;
+    options
+        .mcap
+        .as_deref()
+        .map_or(Ok(()), |file| record.begin(file))?;
+    let hub = Arc::new(Hub::default());
+    let taps = Taps::new(&hub, &record, &stop, sensor.is_some());
+    for (side, option, port) in [
+        (Side::Corrected, "--stream", stream),
+        (Side::Raw, "--sensor", sensor),
+    ] {
+        if let Some(port) = port {
+            let taps = Arc::clone(&taps);
+            threads.push(thread::spawn(move || taps.listen(side, option, &port)));
+        }
+    }
+    let shown = Arc::clone(&taps);
+    threads.push(thread::spawn(move || shown.show()));
+    let (orders, given) = sync_channel(WAITING);
+    let around = Around {
+        hub: Arc::clone(&hub),
+        taps,
+        record: Arc::clone(&record),
+        orders: given,
+        stop: Arc::clone(&stop),
+    };
+    let keeps = orders.clone(); // the device is watched also by a page without buttons
+    threads.push(thread::spawn(move || {
+        device.watch(Some(link), &around);
+        drop(keeps);
+    }));
+    let web = Web {
+        hub,
+        orders: options.has_orders().then_some(orders),
+        names: options.host.clone().into(),
+    };
+    let served = web.until_interrupted(listener, foxglove.as_ref().map(|of| of.port()));
+    stop.store(true, Ordering::Relaxed);
+    for thread in threads {
+        let _ = thread.join();
+    }
+    if let Some(foxglove) = foxglove {
+        foxglove.stop().wait_blocking();
+    }
+    record.end()?;
+    served
+}
+
+/// Where the device is; starts the simulated one.
+fn ports(
+    options: &Options,
+    stop: &Arc<AtomicBool>,
+    threads: &mut Vec<JoinHandle<()>>,
+) -> Result<Ports, Error> {
+    if let Some(device) = &options.device {
+        return Ok((
+            device.clone(),
+            options.stream.clone(),
+            options.sensor.clone(),
+        ));
+    }
+    let mut unit = Unit::load(&options.unit)?;
+    unit.sensor.rate_hz = options.rate.or(unit.sensor.rate_hz);
+    let modes = [Mode::Bypass, Mode::Frozen, Mode::Shadow, Mode::Learn];
+    let named = modes.into_iter().zip(MODES);
+    let mut named = named.filter(|(_, mode)| mode_name(*mode) == options.mode);
+    if let Some((mode, _)) = named.next() {
+        unit.correction.mode = mode;
+    }
+    let simulated = Simulated::new(&Simulation {
+        unit,
+        seconds: options.seconds,
+        speed: options.speed,
+    })?;
+    let [command, stream] = simulated.ports.clone();
+    threads.push(start(simulated, stop));
+    Ok((command, Some(stream), None))
+}
+
+fn listen(at: SocketAddr) -> Result<TcpListener, Error> {
+    let listener = TcpListener::bind(at).and_then(|listener| {
+        listener.set_nonblocking(true)?;
+        Ok(listener)
+    });
+    listener.map_err(|error| refused(at, &error))
+}
+
+fn refused(at: SocketAddr, error: &io::Error) -> Error {
+    Error::Option {
+        option: format!("--listen {at}"),
+        problem: format!("cannot be had ({error})"),
+        remedy: "end the program that has the port, or give --listen ADDRESS:PORT; port 0 is any \
+                 that is free"
+            .into(),
+    }
+}
+
+/// What the page needs.
+struct Web {
+    hub: Arc<Hub>,
+    orders: Option<std::sync::mpsc::SyncSender<crate::device::Given>>,
+    names: Arc<[String]>,
+}
+
+impl Web {
+    /// Serves the page until Ctrl-C.
+    fn until_interrupted(self, listener: TcpListener, foxglove: Option<u16>) -> Result<(), Error> {
+        let at = listener.local_addr();
+        let at = at.map_err(|error| refused(([0, 0, 0, 0], 0).into(), &error))?;
+        let failed = |error: io::Error| refused(at, &error);
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(failed)?;
+        let served = runtime.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(listener).map_err(failed)?;
+            let (end, ends) = watch::channel(false);
+            let server = Server {
+                hub: self.hub,
+                orders: self.orders,
+                token: token()?.into(),
+                names: self.names,
+                ends,
+            };
+            told(at, foxglove);
+            let quit = async move {
+                interrupted().await;
+                let _ = end.send(true);
+            };
+            let served = axum::serve(listener, server.routes()).with_graceful_shutdown(quit);
+            served.await.map_err(failed)
+        });
+        runtime.shutdown_timeout(FAREWELL);
+        served
+    }
+}
+
+/// Says where the page is. Nobody may be reading.
+fn told(at: SocketAddr, foxglove: Option<u16>) {
+    let mut out = io::stdout().lock();
+    let _ = writeln!(out, "the page is at http://{at}/ (Ctrl-C ends it)");
+    if let Some(port) = foxglove {
+        let _ = writeln!(out, "Foxglove and Lichtblick: ws://{}:{port}", at.ip());
+    }
+    let _ = out.flush();
+}
+
+/// Ctrl-C, or the end that the system asks for.
+async fn interrupted() {
+    let by_hand = async {
+        let _ = tokio::signal::ctrl_c().await;
+    };
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        let Ok(mut asked) = signal(SignalKind::terminate()) else {
+            return by_hand.await;
+        };
+        tokio::select! {
+            () = by_hand => {}
+            _ = asked.recv() => {}
+        }
+    }
+    #[cfg(not(unix))]
+    by_hand.await;
+}
+
+/// 16 random bytes in hexadecimal digits.
+fn token() -> Result<String, Error> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(|error| Error::Option {
+        option: "host-sim serve".into(),
+        problem: format!("the system gives no random numbers ({error})"),
+        remedy: "run it on another computer".into(),
+    })?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}

@@ -1,0 +1,329 @@
+//! The page in headless Chromium: what it shows is what was sent, its buttons do what they say, and
+//! a lost device is shown and found again.
+
+use super::chromium::{Chromium, here_or_skip};
+use super::recording::{messages, topics};
+use super::server::Server;
+use firmware::control::Mode;
+use firmware::wire::framer::LONGEST;
+use firmware::wire::{Fields, ImuFormat};
+use host_sim::device::{Link, images, load};
+use host_sim::hil::networks;
+use qemu::images::BOARDS;
+use qemu::listening::Listening;
+use std::io::Write;
+use std::net::TcpStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// Counts in every frame: gyros, accelerometers.
+const COUNTS: [[i32; 3]; 2] = [[4000, -2500, 1200], [700, -1100, -164_600]];
+/// Frames a second.
+const RATE: f64 = 250.0;
+/// A count of a STIM300 with increments (datasheet, tables 5-20 and 5-21), deg and m/s.
+const COUNT: [f64; 2] = [1.0 / 2_097_152.0, 1.0 / 4_194_304.0];
+
+const UNIT: &str = "\
+name = 'bench'
+serial = 'N25581'
+[sensor]
+format = 'stim300'
+rate_hz = 250
+baud = 460800
+silence_ms = 2000
+[gyro]
+bias_turn_on_dph = 10
+bias_in_run_dph = 0.5
+angle_random_walk_dpsqrth = 0.15
+[accel]
+bias_turn_on_ug = 2000
+bias_in_run_ug = 50
+velocity_random_walk_ugpsqrthz = 60
+[correction]
+mode = 'shadow'
+";
+
+/// A sensor that sends the same counts in real time.
+struct Sensor {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Sensor {
+    fn start(port: &str) -> Self {
+        let mut line = TcpStream::connect(port.strip_prefix("tcp:").unwrap()).unwrap();
+        let stop = Arc::default();
+        let ends = Arc::<AtomicBool>::clone(&stop);
+        let mut sent = 0;
+        let begun = Instant::now();
+        let thread = thread::spawn(move || {
+            while !ends.load(Ordering::Relaxed) {
+                let due = (begun.elapsed().as_secs_f64() * RATE) as u32;
+                while sent < due {
+                    line.write_all(&frame(sent)).unwrap();
+                    sent += 1;
+                }
+                thread::sleep(Duration::from_millis(2));
+            }
+        });
+        Self {
+            stop,
+            thread: Some(thread),
+        }
+    }
+
+    /// Falls silent.
+    fn end(mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.take().unwrap().join().unwrap();
+    }
+}
+
+fn frame(index: u32) -> Vec<u8> {
+    let sensor = &ImuFormat::Stim300.simulated()[0];
+    let fields = Fields {
+        index,
+        time: f64::from(index + 1) / RATE,
+        gyro: COUNTS[0],
+        accel: COUNTS[1],
+        rest: sensor.rest,
+    };
+    let mut frame = [0; LONGEST];
+    let len = (sensor.emit)(&fields, &mut frame).unwrap();
+    frame[..len].to_vec()
+}
+
+/// What was sent on an axis, deg/s and m/s2.
+fn sent(axis: usize) -> f64 {
+    f64::from(COUNTS[axis / 3][axis % 3]) * COUNT[axis / 3] * RATE
+}
+
+fn number(page: &mut Chromium, id: &str) -> f64 {
+    let text = page.text(id);
+    text.parse().unwrap_or_else(|_| panic!("{id}: {text}"))
+}
+
+/// Presses a button and waits for the answer in words.
+fn order(page: &mut Chromium, selector: &str, answer: &str) {
+    page.value("document.getElementById('order-answer').textContent = ''");
+    page.click(selector);
+    page.waits_for("/^(Done|Refused)/.test(document.getElementById('order-answer').textContent)");
+    let says = page.text("order-answer");
+    assert!(says.contains(answer), "{selector}: {says}");
+}
+
+/// Gives the unit file to the page and has it sent.
+fn configure(page: &mut Chromium, text: &str, answer: &str) {
+    let text = serde_json::to_string(text).unwrap();
+    page.value(&format!(
+        "{{ const files = new DataTransfer(); files.items.add(new File([{text}], 'unit.toml')); \
+         document.getElementById('unit-file').files = files.files; }}"
+    ));
+    order(page, "#configure", answer);
+}
+
+fn mode(page: &mut Chromium, name: &str) {
+    order(
+        page,
+        &format!("[data-mode={name}]"),
+        &format!("the mode is {name}"),
+    );
+    page.waits_for(&format!(
+        "document.getElementById('mode').textContent === '{name}'"
+    ));
+    let pressed = "document.querySelector('[aria-pressed=true]').dataset.mode";
+    assert_eq!(page.value(pressed), name);
+}
+
+#[test]
+fn a_board_is_seen_steered_lost_and_found() {
+    let (Some(image), Some(chromium)) = (BOARDS[0].image.build_or_skip(), here_or_skip()) else {
+        return;
+    };
+    let mut board = Listening::start(BOARDS[0], &image).expect("QEMU listens");
+    let [sensor_port, stream, _, command] = board.ports.clone();
+    let mut link = Link::open("--port", &command, 0).unwrap();
+    let weights = images(&networks());
+    link.orders(&load(&weights)).unwrap();
+    drop(link);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("board.mcap");
+    let server = Server::start(&[
+        "--device",
+        &command,
+        "--stream",
+        &stream,
+        "--mcap",
+        file.to_str().unwrap(),
+    ]);
+    let mut page = Chromium::open(chromium, &format!("http://{}/", server.at));
+    page.waits_for("document.getElementById('device')?.textContent === 'found'");
+
+    // a new device says what is wrong, and what to do
+    page.waits_for("!!document.querySelector('[data-fault=NOT_CONFIGURED]')");
+    let faults = page.text("faults");
+    assert!(
+        faults.contains("Remedy: ") && faults.contains("device configure"),
+        "{faults}"
+    );
+    order(&mut page, "[data-mode=learn]", "Refused");
+    configure(
+        &mut page,
+        &UNIT.replace("'stim300'", "'no-such'"),
+        "unit.toml:4",
+    );
+    configure(&mut page, UNIT, "the unit bench is configured");
+    page.waits_for("document.getElementById('unit').textContent === 'bench N25581'");
+    page.waits_for("document.getElementById('mode').textContent === 'shadow'");
+
+    // what is seen is what was sent
+    let sensor = Sensor::start(&sensor_port);
+    page.waits_for("document.getElementById('corrected-5').textContent !== ''");
+    for axis in 0..6 {
+        for side in ["raw", "corrected"] {
+            let shown = number(&mut page, &format!("{side}-{axis}"));
+            assert!(
+                (shown - sent(axis)).abs() < 6e-6,
+                "{side} {axis}: {shown}, {}",
+                sent(axis)
+            );
+        }
+    }
+    corrections_are_seen(&mut page);
+
+    // silence is a fault; what was counted until then is what the device says after the server
+    sensor.end();
+    page.waits_for("!!document.querySelector('[data-fault=SILENT]')");
+    let count = "document.querySelector('[data-counter=frames] td').textContent";
+    page.waits_for(
+        "document.querySelector('[data-counter=frames] td:last-child').textContent === '0.0'",
+    );
+    let frames: u32 = page.value(count).as_str().unwrap().parse().unwrap();
+    alignment_is_told(&mut page);
+    lost_and_found(&mut board, &mut page);
+    mode(&mut page, "bypass");
+    drop(page);
+    assert_eq!(server.interrupt(), Some(0));
+    let mut link = Link::open("--port", &command, 0).unwrap();
+    assert_eq!(link.health().unwrap().mode, Mode::Bypass);
+    assert_eq!(link.counters().unwrap().frames, frames);
+    is_recorded(&file, frames);
+}
+
+/// In mode frozen the networks correct: the page shows by how much, and still what was sent.
+fn corrections_are_seen(page: &mut Chromium) {
+    mode(page, "frozen");
+    page.waits_for("Number(document.getElementById('difference-0').textContent) !== 0");
+    page.waits_for("document.getElementById('acts').textContent === 'corrections act now'");
+    for axis in 0..6 {
+        // a corrected value cannot hold parts of a count, the next one carries them; and the page
+        // knows the correction twice a second, which counts while it fades in
+        let within = COUNT[axis / 3] * RATE;
+        let shown = format!("Number(document.getElementById('raw-{axis}').textContent)");
+        page.waits_for(&format!("Math.abs({shown} - {}) < {within}", sent(axis)));
+    }
+    mode(page, "shadow");
+    page.waits_for("document.getElementById('acts').textContent === 'no correction acts'");
+}
+
+/// While the navigation computer aligns itself, a device takes no configuration.
+fn alignment_is_told(page: &mut Chromium) {
+    order(page, "#align-started", "the alignment has begun");
+    let other = UNIT.replace("N25581", "N25582");
+    configure(page, &other, "alignment");
+    order(page, "#align-finished", "the alignment is done");
+    order(page, "#heading", "Refused");
+}
+
+fn lost_and_found(board: &mut Listening, page: &mut Chromium) {
+    board.stands_still(true).unwrap();
+    page.waits_for("document.getElementById('device').textContent === 'lost'");
+    let problem = page.text("problem");
+    assert!(problem.contains("remedy: "), "{problem}");
+    assert_eq!(
+        page.value("document.getElementById('store').disabled"),
+        true
+    );
+    board.stands_still(false).unwrap();
+    page.waits_for("document.getElementById('device').textContent === 'found'");
+    assert_eq!(
+        page.value("document.getElementById('problem').hidden"),
+        true
+    );
+}
+
+/// The file has every frame but those in which the format was found, and tells what happened.
+fn is_recorded(file: &std::path::Path, frames: u32) {
+    let topics = topics(file);
+    let recorded = topics["/imu/corrected"];
+    assert!(
+        u64::from(frames).abs_diff(recorded) <= 10,
+        "{recorded} of {frames}"
+    );
+    let first = messages(file, "/imu/corrected").swap_remove(0);
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let [rate, force] = ["rate", "force"].map(|of| first[of][name].as_f64().unwrap());
+        assert!((rate - sent(axis)).abs() < 1e-9, "{first}");
+        assert!((force - sent(axis + 3)).abs() < 1e-9, "{first}");
+    }
+    assert!(topics["/log"] >= 12, "{topics:?}");
+}
+
+#[test]
+fn a_simulated_device_is_shown_at_any_width() {
+    let Some(chromium) = here_or_skip() else {
+        return;
+    };
+    let server = Server::start(&["--simulate", "--rate", "250", "--speed", "30"]);
+    let mut page = Chromium::open(chromium, &format!("http://{}/", server.at));
+    page.waits_for("/ m\\/s$/.test(document.getElementById('place')?.textContent)");
+    let sigma = page.text("gyro-now");
+    assert!(
+        sigma.contains(" \u{b1} ") && sigma.ends_with("deg/h"),
+        "{sigma}"
+    );
+    // a few rehearsals have ended, and the wealth of a candidate has moved
+    page.waits_for(
+        "Number(document.querySelector('[data-candidate=biases] td')?.textContent) !== 1",
+    );
+    assert_eq!(
+        page.value("document.querySelectorAll('#trials tbody tr').length"),
+        8
+    );
+    let bound = page.value("document.querySelectorAll('#bound td')[4].textContent");
+    assert!(
+        bound.as_str().unwrap().parse::<f64>().unwrap() > 0.0,
+        "{bound}"
+    );
+    if std::env::var_os("LRNN_PICTURES").is_some() {
+        page.waits_for("/proved/.test(document.getElementById('trials').textContent)");
+    }
+    // nothing is corrected before the next power-on, and each sample is compared with itself
+    for _ in 0..20 {
+        for axis in 0..6 {
+            assert_eq!(
+                number(&mut page, &format!("difference-{axis}")),
+                0.0,
+                "{axis}"
+            );
+        }
+    }
+    for (width, height) in [(1400, 1960), (390, 3900)] {
+        page.resize(width, height);
+        let fits = "document.documentElement.scrollWidth <= innerWidth";
+        page.waits_for(fits);
+        // every curve has the width of its place
+        page.waits_for(
+            "[...document.querySelectorAll('.plot')].every((place) => \
+             Math.abs(place.querySelector('.uplot').offsetWidth - place.clientWidth) < 2)",
+        );
+        page.picture(&format!("live-{width}.png"));
+    }
+    let colours = "getComputedStyle(document.body).backgroundColor";
+    assert_eq!(page.value(colours), "rgb(255, 255, 255)");
+    page.dark();
+    page.waits_for(&format!("{colours} !== 'rgb(255, 255, 255)'"));
+    page.picture("live-dark.png");
+}
