@@ -111,7 +111,7 @@ fn table(csv: &str) -> Result<String> {
     let better = last["rnn"].iter().zip(&last["ls-bias"]);
     let better = better.filter(|(rnn, bias)| rnn < bias).count();
     Ok(format!(
-        "{}\nThe networks end nearer than `ls-bias` in {better} of the {} runs.\n",
+        "{}\nThe networks beat `ls-bias` in {better} of the {} runs.\n",
         markdown(&header, rows.into_iter()),
         last["rnn"].len()
     ))

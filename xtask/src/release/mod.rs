@@ -29,6 +29,9 @@ pub struct Order {
     /// Leaves the Python wheel out.
     #[arg(long)]
     skip_wheel: bool,
+    /// Leaves the boards over other people's drivers (firmware/boards) out.
+    #[arg(long)]
+    skip_boards: bool,
     /// Only the firmware images, to compare their checksums with those of a release.
     #[arg(long)]
     only_images: bool,
@@ -37,7 +40,7 @@ pub struct Order {
     #[arg(long)]
     snapshot: bool,
     /// Builds nothing: makes what CHANGELOG.md has under [Unreleased] the entry of the version.
-    #[arg(long, conflicts_with_all = ["out", "skip_wheel", "only_images", "snapshot"])]
+    #[arg(long, conflicts_with_all = ["out", "skip_wheel", "skip_boards", "only_images", "snapshot"])]
     changelog: bool,
 }
 
@@ -110,7 +113,12 @@ pub fn release(order: &Order) -> Result<ExitCode> {
 /// Builds all parts into the folder; returns what was left out.
 fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
     let mut left_out = Vec::new();
-    let firmware = parts::images(release, &mut left_out)?;
+    let mut firmware = parts::own_images(release)?;
+    if order.skip_boards {
+        left_out.push("boards over other drivers: --skip-boards".into());
+    } else {
+        firmware.extend(parts::board_images(release, &mut left_out)?);
+    }
     if order.only_images {
         left_out.push("host-sim and wheel: --only-images".into());
     } else {

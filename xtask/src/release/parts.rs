@@ -47,21 +47,21 @@ pub struct Firmware {
     pub loader: Option<&'static str>,
 }
 
-/// Builds all images into the folder. What cannot be built here is named in `left_out`.
-pub fn images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec<Firmware>> {
+/// Builds our own board's images into the folder.
+pub fn own_images(release: &Release) -> Result<Vec<Firmware>> {
     let tree = Tree::of(&workspace(), TARGET)?;
-    let mut all = Vec::new();
-    for (image, board) in OWN {
+    let built = OWN.into_iter().map(|(image, board)| {
         eprintln!("image {}", image.name);
-        let what = (image.name, board, CHIP);
-        all.push(hand_out(
-            release,
-            what,
-            &image.build()?,
-            &tree,
-            ("firmware", TARGET),
-        )?);
-    }
+        let (what, from) = ((image.name, board, CHIP), ("firmware", TARGET));
+        hand_out(release, what, &image.build()?, &tree, from)
+    });
+    built.collect()
+}
+
+/// Builds the images of the boards over other people's drivers. What cannot be built here is named
+/// in `left_out`.
+pub fn board_images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec<Firmware>> {
+    let mut all = Vec::new();
     for family in FAMILIES {
         let (name, target) = (family.name, family.target);
         if name == COMPARED {
@@ -74,15 +74,9 @@ pub fn images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec<Firmw
             continue;
         }
         eprintln!("image {name}");
-        let boards = Tree::of(&workspace().join("firmware/boards"), target)?;
-        let what = (name, family.board, family.chip);
-        all.push(hand_out(
-            release,
-            what,
-            &family.build()?,
-            &boards,
-            (name, target),
-        )?);
+        let tree = Tree::of(&workspace().join("firmware/boards"), target)?;
+        let (what, from) = ((name, family.board, family.chip), (name, target));
+        all.push(hand_out(release, what, &family.build()?, &tree, from)?);
     }
     Ok(all)
 }
