@@ -1,7 +1,8 @@
-//! `cargo xtask figures`: makes the tables and pictures of the pages again. Here is the list of all
-//! of them; a test finds a generated part or a picture that is not in it.
+//! `cargo xtask figures`: makes the tables and pictures of the pages again. The list of all
+//! of them is in `list`; a test finds a generated part or a picture that is not in it.
 
 mod drive;
+mod list;
 mod quotes;
 
 use std::fs;
@@ -13,150 +14,7 @@ use qemu::images::{target_directory, workspace};
 
 use crate::stage::{cargo_with, succeed};
 use crate::table::markdown;
-use crate::{alone, beside, growth};
-
-/// A generated part of the pages.
-struct Figure {
-    name: &'static str,
-    /// The pages and pictures that it writes, from the top of the workspace.
-    files: &'static [&'static str],
-    /// What it is.
-    what: &'static str,
-    how: How,
-    /// How long it takes, in words, with the machine's two cores to itself.
-    takes: &'static str,
-    /// Is it made when nothing is named?
-    cheap: bool,
-}
-
-/// What makes it.
-enum How {
-    /// A function of ours.
-    Here(fn() -> Result<()>),
-    /// A command of `host-sim` that writes the page after `--results`, with its figures beside it.
-    HostSim(&'static [&'static str]),
-}
-
-impl How {
-    /// The command in words.
-    fn command(&self, name: &str) -> String {
-        match self {
-            Self::Here(_) => format!("cargo xtask figures {name}"),
-            Self::HostSim(words) => format!("cargo run --release -- {}", words.join(" ")),
-        }
-    }
-}
-
-/// All of them. What is cheap comes last, since it reads what the others write.
-const FIGURES: &[Figure] = &[
-    Figure {
-        name: "results",
-        files: &["docs/RESULTS.md"],
-        what: "the campaign beside classical filters",
-        how: How::HostSim(&[
-            "campaign",
-            "--runs",
-            "50",
-            "--ablation",
-            "--results",
-            "docs/RESULTS.md",
-        ]),
-        takes: "hours; not measured",
-        cheap: false,
-    },
-    Figure {
-        name: "abuse",
-        files: &["docs/ABUSE.md"],
-        what: "the device in a hostile world",
-        how: How::HostSim(&[
-            "abuse",
-            "--runs",
-            "6",
-            "--jobs",
-            "2",
-            "--results",
-            "docs/ABUSE.md",
-        ]),
-        takes: "hours; not measured",
-        cheap: false,
-    },
-    Figure {
-        name: "start",
-        files: &["docs/START.md"],
-        what: "how the device starts",
-        how: How::HostSim(&["start", "--results", "docs/START.md"]),
-        takes: "not measured",
-        cheap: false,
-    },
-    Figure {
-        name: "growth",
-        files: &[
-            "docs/PERFORMANCE.md",
-            "docs/growth-nets.svg",
-            "docs/growth-rate.svg",
-            "docs/growth-runs.svg",
-            "docs/growth-weights.svg",
-        ],
-        what: "how cost grows (`cargo xtask growth`)",
-        how: How::Here(|| growth::growth().map(drop)),
-        takes: "minutes; not measured",
-        cheap: false,
-    },
-    Figure {
-        name: "beside",
-        files: &["docs/PERFORMANCE.md"],
-        what: "beside AllanTools and KF-GINS, and a day at 200 Hz (`cargo xtask beside`)",
-        how: How::Here(|| beside::beside().map(drop)),
-        takes: "minutes, 3 GB of disk; not measured",
-        cheap: false,
-    },
-    Figure {
-        name: "alone",
-        files: &["lrnn-nostd/README.md"],
-        what: "`lrnn-nostd` on every core (`cargo xtask alone`)",
-        how: How::Here(|| alone::alone().map(drop)),
-        takes: "minutes; not measured",
-        cheap: false,
-    },
-    Figure {
-        name: "runs",
-        files: &["docs/figures/drive.csv", "README.md"],
-        what: "60 seeds of the default scenario, and the table `drive` of them",
-        how: How::Here(drive::measure),
-        takes: "3 minutes of processor time, 2.9 s a seed",
-        cheap: false,
-    },
-    Figure {
-        name: "drive",
-        files: &["README.md"],
-        what: "the table of the default scenario, from docs/figures/drive.csv",
-        how: How::Here(drive::write),
-        takes: "at once",
-        cheap: true,
-    },
-    Figure {
-        name: "quotes",
-        files: &[],
-        what: "numbers that a page quotes from another one, from budgets.toml or from the code",
-        how: How::Here(put_quotes),
-        takes: "at once",
-        cheap: true,
-    },
-];
-
-/// Pictures and tables that nothing makes: they are drawn, or copied from what a command prints.
-const BY_HAND: &[(&str, &str)] = &[
-    ("docs/architecture.svg", "drawn"),
-    ("docs/MEMORY.md", "copied from the campaigns at its end"),
-    (
-        "docs/PERFORMANCE.md",
-        "but for `growth` and `beside`: copied from bench, qemu, size, stack",
-    ),
-    (
-        "docs/RELIABILITY.md, docs/BOARDS.md, docs/ICD.md, docs/LEARNING.md, docs/MUTANTS.md",
-        "copied from the commands that they name",
-    ),
-];
+use list::{BY_HAND, FIGURES, Figure, How};
 
 /// Which figures to make.
 #[derive(clap::Args)]
@@ -175,7 +33,7 @@ pub struct Order {
 /// Makes figures, or lists them.
 pub fn figures(order: &Order) -> Result<ExitCode> {
     if order.list {
-        print!("{}", list());
+        print!("{}", listed());
         return Ok(ExitCode::SUCCESS);
     }
     for figure in chosen(order)? {
@@ -202,7 +60,7 @@ fn chosen(order: &Order) -> Result<Vec<&'static Figure>> {
     Ok(FIGURES.iter().filter(is).collect())
 }
 
-fn list() -> String {
+fn listed() -> String {
     let header = ["name", "files", "what", "made by", "takes", "by default"];
     let rows = FIGURES.iter().map(|figure| {
         let usual = if figure.cheap { "yes" } else { "" };
@@ -401,6 +259,6 @@ mod tests {
         assert_eq!(names(order(&[], true)).len(), FIGURES.len());
         let error = chosen(&order(&["drives"], false)).err().expect("unknown");
         assert!(error.to_string().contains("drive, quotes"), "{error}");
-        assert!(list().contains("docs/architecture.svg: drawn"));
+        assert!(listed().contains("docs/architecture.svg: drawn"));
     }
 }

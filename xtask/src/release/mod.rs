@@ -40,7 +40,8 @@ pub struct Order {
     #[arg(long)]
     snapshot: bool,
     /// Builds nothing: makes what CHANGELOG.md has under [Unreleased] the entry of the version.
-    #[arg(long, conflicts_with_all = ["out", "skip_wheel", "skip_boards", "only_images", "snapshot"])]
+    #[arg(long, conflicts_with_all = ["out", "skip_wheel", "skip_boards"])]
+    #[arg(conflicts_with_all = ["only_images", "snapshot"])]
     changelog: bool,
 }
 
