@@ -26,7 +26,8 @@ use crate::weights::Weights;
 pub const IMAGE_LEN: usize = HEADER_LEN + 4 * VALUES + 4;
 
 const MAGIC: [u8; 4] = *b"LRNN";
-const VERSION: u8 = 1;
+/// Version of this format.
+pub const VERSION: u8 = 1;
 const HEADER_LEN: usize = 12;
 /// Normalisation and weights.
 const VALUES: usize = 9 + PARAMS;

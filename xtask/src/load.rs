@@ -29,6 +29,33 @@ fn parts(image: &Path) -> Result<Vec<Part>> {
     Ok(parts)
 }
 
+/// A hole in an image from this size on is flash that something else may use, as the store.
+const HOLE: u32 = 4096;
+
+/// Writes the bytes of `image` as they lie in flash, with FF in small gaps, and returns the address
+/// of the first. An image with a large hole is not written: its bytes would erase what is there.
+pub fn bin(image: &Path, out: &Path) -> Result<Option<u32>> {
+    let Some((start, bytes)) = bin_of(&parts(image)?) else {
+        return Ok(None);
+    };
+    fs::write(out, bytes).with_context(|| out.display().to_string())?;
+    Ok(Some(start))
+}
+
+fn bin_of(parts: &[Part]) -> Option<(u32, Vec<u8>)> {
+    let start = parts.first()?.0;
+    let mut all = Vec::new();
+    for (address, bytes) in parts {
+        let gap = address.checked_sub(start + all.len() as u32)?;
+        if gap >= HOLE {
+            return None;
+        }
+        all.resize(all.len() + gap as usize, 0xFF);
+        all.extend(bytes);
+    }
+    Some((start, all))
+}
+
 /// Bytes of a block of UF2 that are the image's: a page of the flash.
 const PAGE: usize = 256;
 /// The family of programs for the RP2350's Arm cores.
@@ -126,6 +153,20 @@ mod tests {
         assert_eq!(bytes[0x500..0x514], parts[1].1);
         assert_eq!(families.into_keys().collect::<Vec<_>>(), [RP2350_ARM]);
         assert_eq!(uf2_of(&parts).len(), 512 * 5);
+    }
+
+    #[test]
+    fn the_bytes_of_flash_have_small_gaps_only() {
+        let (start, bytes) = bin_of(&image()).expect("a gap of 280 bytes");
+        assert_eq!((start, bytes.len()), (0x1000_0000, 0x514));
+        assert_eq!(bytes[..1000], image()[0].1);
+        assert!(bytes[1000..0x500].iter().all(|byte| *byte == 0xFF));
+        assert_eq!(bytes[0x500..], [7; 20]);
+        let mut image = image();
+        image[1].0 += HOLE;
+        assert_eq!(bin_of(&image), None);
+        image[1].0 = 0x1000_0001; // within the first
+        assert_eq!(bin_of(&image), None);
     }
 
     #[test]

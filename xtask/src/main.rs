@@ -7,6 +7,7 @@ mod boards;
 mod check;
 mod child;
 mod comments;
+mod figures;
 mod flash;
 mod fuzz;
 mod growth;
@@ -16,6 +17,7 @@ mod needs;
 mod package;
 mod pytorch;
 mod qemu;
+mod release;
 mod reproduce;
 mod size;
 mod stack;
@@ -106,6 +108,8 @@ enum Task {
         #[arg(long, value_name = "FILE", conflicts_with_all = ["uf2", "chip"])]
         dfu: Option<PathBuf>,
     },
+    /// Makes tables and pictures of the pages again: the cheap ones, those named, or all.
+    Figures(figures::Order),
     /// Reads a million damaged bytes of every protocol and counts what is lost or wrongly accepted.
     Fuzz {
         /// A hundred million bytes of each, with a log; goes on where it was interrupted.
@@ -130,6 +134,9 @@ enum Task {
     Supply,
     /// Writes a bill of materials (CycloneDX) for each package, with cargo-cyclonedx.
     Sbom,
+    /// Builds what a release hands out into target/release-VERSION: images, host-sim, the Python
+    /// wheel, bills of materials, checksums, a page.
+    Release(release::Order),
     /// Builds the image of the STM32F405 in two folders and compares both.
     Reproduce,
     /// Compares flash and RAM of each image with budgets.toml.
@@ -178,6 +185,7 @@ fn main() -> ExitCode {
                 _ => flash::flash_board(&board, &way),
             }
         }
+        Task::Figures(order) => figures::figures(&order),
         Task::Fuzz {
             targets: true,
             seconds,
@@ -188,6 +196,7 @@ fn main() -> ExitCode {
         Task::Fuzz { long, .. } => fuzz::damage(long),
         Task::Supply => supply::supply(),
         Task::Sbom => supply::sbom(),
+        Task::Release(order) => release::release(&order),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Stack { json } => needs::target().and_then(|()| stack::stack(json.as_deref())),

@@ -30,7 +30,8 @@ use super::prior::{Datasheet, Shapes};
 use crate::wire::checksum::Zlib;
 use crate::wire::field::take;
 
-const VERSION: u16 = 2;
+/// Version of this layout.
+pub const VERSION: u16 = 2;
 const HEAD: usize = 52;
 const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2];
 /// Length of the bytes.

@@ -67,7 +67,8 @@ use write::Written;
 pub const RECORD_LEN: usize = HEADER_LEN + IMAGES_LEN + FIXED_LEN + MAX_LEN + MEMORY_MAX + CRC_LEN;
 
 const MAGIC: [u8; 4] = *b"LRNS";
-const VERSION: u32 = 4;
+/// Version of this format.
+pub const VERSION: u32 = 4;
 /// The rest of older ones is the configuration record alone.
 const WITH_MEMORY: u32 = 3;
 /// Older ones have neither unit nor life.

@@ -34,6 +34,6 @@ mod record;
 pub use crate::control::recording::{Cause, State};
 pub use event::{Event, What};
 pub use key::{Key, Stage};
-pub use memory::{LEN, Memory, PAGES};
+pub use memory::{LEN, Memory, PAGES, VERSION};
 pub use record::BlackBox;
 pub(in crate::app) use record::Noted;

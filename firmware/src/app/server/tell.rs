@@ -14,9 +14,6 @@ use crate::wire::command::{
     WIRE_VERSION, fault,
 };
 
-/// Version of the weight image's format.
-const IMAGE_VERSION: u16 = 1;
-
 /// This firmware's version, from its manifest.
 const FIRMWARE: [u16; 3] = [
     number(env!("CARGO_PKG_VERSION_MAJOR")),
@@ -34,7 +31,7 @@ const fn number(text: &str) -> u16 {
 pub(super) const VERSION: Version = Version {
     wire: WIRE_VERSION,
     firmware: FIRMWARE,
-    image: IMAGE_VERSION,
+    image: lrnn_nostd::image::VERSION as u16,
 };
 
 impl Server {

@@ -1,0 +1,149 @@
+//! All generated tables and pictures of the pages.
+
+use anyhow::Result;
+
+use super::drive;
+use crate::{alone, beside, growth};
+
+/// A generated part of the pages.
+pub struct Figure {
+    pub name: &'static str,
+    /// The pages and pictures that it writes, from the top of the workspace.
+    pub files: &'static [&'static str],
+    /// What it is.
+    pub what: &'static str,
+    pub how: How,
+    /// How long it takes, in words, with the machine's two cores to itself.
+    pub takes: &'static str,
+    /// Is it made when nothing is named?
+    pub cheap: bool,
+}
+
+/// What makes it.
+pub enum How {
+    /// A function of ours.
+    Here(fn() -> Result<()>),
+    /// A command of `host-sim` that writes the page after `--results`, with its figures beside it.
+    HostSim(&'static [&'static str]),
+}
+
+impl How {
+    /// The command in words.
+    pub fn command(&self, name: &str) -> String {
+        match self {
+            Self::Here(_) => format!("cargo xtask figures {name}"),
+            Self::HostSim(words) => format!("cargo run --release -- {}", words.join(" ")),
+        }
+    }
+}
+
+/// All of them. What is cheap comes last, since it reads what the others write.
+pub const FIGURES: &[Figure] = &[
+    Figure {
+        name: "results",
+        files: &["docs/RESULTS.md"],
+        what: "the campaign beside classical filters",
+        how: How::HostSim(&[
+            "campaign",
+            "--runs",
+            "50",
+            "--ablation",
+            "--results",
+            "docs/RESULTS.md",
+        ]),
+        takes: "hours; not measured",
+        cheap: false,
+    },
+    Figure {
+        name: "abuse",
+        files: &["docs/ABUSE.md"],
+        what: "the device in a hostile world",
+        how: How::HostSim(&[
+            "abuse",
+            "--runs",
+            "6",
+            "--jobs",
+            "2",
+            "--results",
+            "docs/ABUSE.md",
+        ]),
+        takes: "hours; not measured",
+        cheap: false,
+    },
+    Figure {
+        name: "start",
+        files: &["docs/START.md"],
+        what: "how the device starts",
+        how: How::HostSim(&["start", "--results", "docs/START.md"]),
+        takes: "not measured",
+        cheap: false,
+    },
+    Figure {
+        name: "growth",
+        files: &[
+            "docs/PERFORMANCE.md",
+            "docs/growth-nets.svg",
+            "docs/growth-rate.svg",
+            "docs/growth-runs.svg",
+            "docs/growth-weights.svg",
+        ],
+        what: "how cost grows (`cargo xtask growth`)",
+        how: How::Here(|| growth::growth().map(drop)),
+        takes: "minutes; not measured",
+        cheap: false,
+    },
+    Figure {
+        name: "beside",
+        files: &["docs/PERFORMANCE.md"],
+        what: "beside AllanTools and KF-GINS, and a day at 200 Hz (`cargo xtask beside`)",
+        how: How::Here(|| beside::beside().map(drop)),
+        takes: "minutes, 3 GB of disk; not measured",
+        cheap: false,
+    },
+    Figure {
+        name: "alone",
+        files: &["lrnn-nostd/README.md"],
+        what: "`lrnn-nostd` on every core (`cargo xtask alone`)",
+        how: How::Here(|| alone::alone().map(drop)),
+        takes: "minutes; not measured",
+        cheap: false,
+    },
+    Figure {
+        name: "runs",
+        files: &["docs/figures/drive.csv", "README.md"],
+        what: "60 seeds of the default scenario, and the table `drive` of them",
+        how: How::Here(drive::measure),
+        takes: "3 minutes of processor time, 2.9 s a seed",
+        cheap: false,
+    },
+    Figure {
+        name: "drive",
+        files: &["README.md"],
+        what: "the table of the default scenario, from docs/figures/drive.csv",
+        how: How::Here(drive::write),
+        takes: "at once",
+        cheap: true,
+    },
+    Figure {
+        name: "quotes",
+        files: &[],
+        what: "numbers that a page quotes from another one, from budgets.toml or from the code",
+        how: How::Here(super::put_quotes),
+        takes: "at once",
+        cheap: true,
+    },
+];
+
+/// Pictures and tables that nothing makes: they are drawn, or copied from what a command prints.
+pub const BY_HAND: &[(&str, &str)] = &[
+    ("docs/architecture.svg", "drawn"),
+    ("docs/MEMORY.md", "copied from the campaigns at its end"),
+    (
+        "docs/PERFORMANCE.md",
+        "but for `growth` and `beside`: copied from bench, qemu, size, stack",
+    ),
+    (
+        "docs/RELIABILITY.md, docs/BOARDS.md, docs/ICD.md, docs/LEARNING.md, docs/MUTANTS.md",
+        "copied from the commands that they name",
+    ),
+];

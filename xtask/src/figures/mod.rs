@@ -1,0 +1,264 @@
+//! `cargo xtask figures`: makes the tables and pictures of the pages again. The list of all
+//! of them is in `list`; a test finds a generated part or a picture that is not in it.
+
+mod drive;
+mod list;
+mod quotes;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail, ensure};
+use qemu::images::{target_directory, workspace};
+
+use crate::stage::{cargo_with, succeed};
+use crate::table::markdown;
+use list::{BY_HAND, FIGURES, Figure, How};
+
+/// Which figures to make.
+#[derive(clap::Args)]
+pub struct Order {
+    /// Figures by name; without a name all that are cheap.
+    #[arg(value_name = "NAME")]
+    names: Vec<String>,
+    /// All of them. Takes hours.
+    #[arg(long, conflicts_with = "names")]
+    all: bool,
+    /// Lists all of them instead: what makes each, how long it takes, and what is made by hand.
+    #[arg(long, conflicts_with_all = ["names", "all"])]
+    list: bool,
+}
+
+/// Makes figures, or lists them.
+pub fn figures(order: &Order) -> Result<ExitCode> {
+    if order.list {
+        print!("{}", listed());
+        return Ok(ExitCode::SUCCESS);
+    }
+    for figure in chosen(order)? {
+        eprintln!("{}: {} ({})", figure.name, figure.what, figure.takes);
+        make(figure).with_context(|| format!("figure `{}`", figure.name))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn chosen(order: &Order) -> Result<Vec<&'static Figure>> {
+    for name in &order.names {
+        let names: Vec<_> = FIGURES.iter().map(|figure| figure.name).collect();
+        ensure!(
+            names.contains(&name.as_str()),
+            "no figure `{name}`; remedy: one of {}",
+            names.join(", ")
+        );
+    }
+    let is = |figure: &&Figure| match (order.all, &order.names[..]) {
+        (true, _) => true,
+        (_, []) => figure.cheap,
+        (_, names) => names.iter().any(|name| name == figure.name),
+    };
+    Ok(FIGURES.iter().filter(is).collect())
+}
+
+fn listed() -> String {
+    let header = ["name", "files", "what", "made by", "takes", "by default"];
+    let rows = FIGURES.iter().map(|figure| {
+        let usual = if figure.cheap { "yes" } else { "" };
+        let files = match figure.files {
+            [] => "README.md, docs/*.md".to_owned(),
+            files => files.join(", "),
+        };
+        let command = figure.how.command(figure.name);
+        [
+            figure.name,
+            &files,
+            figure.what,
+            &command,
+            figure.takes,
+            usual,
+        ]
+        .map(str::to_owned)
+        .to_vec()
+    });
+    let mut out = markdown(&header.map(str::to_owned), rows);
+    out += "\nBy hand:\n";
+    for (files, how) in BY_HAND {
+        out += &format!("- {files}: {how}\n");
+    }
+    out
+}
+
+fn make(figure: &Figure) -> Result<()> {
+    match figure.how {
+        How::Here(work) => work(),
+        How::HostSim(words) => {
+            let folder = target_directory()?.join("figures");
+            fs::create_dir_all(&folder)?;
+            let mut run = cargo_with("run --quiet --release --package host-sim --");
+            run.args(words)
+                .arg("--json")
+                .arg(folder.join(format!("{}.json", figure.name)));
+            succeed(&mut run)
+        }
+    }
+}
+
+/// The pages in which numbers are quoted.
+fn pages() -> Result<Vec<PathBuf>> {
+    let top = workspace();
+    let mut pages = ["README.md", "firmware/README.md", "lrnn-nostd/README.md"]
+        .map(|name| top.join(name))
+        .to_vec();
+    for entry in fs::read_dir(top.join("docs"))? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|ending| ending == "md") {
+            pages.push(path);
+        }
+    }
+    pages.sort();
+    Ok(pages)
+}
+
+/// Writes the numbers of their sources into all pages. A source that holds a quote itself may have
+/// changed, so it is done until nothing changes.
+fn put_quotes() -> Result<()> {
+    for _ in 0..4 {
+        let mut changed = false;
+        for page in pages()? {
+            let name = || page.display().to_string();
+            let old = fs::read_to_string(&page).with_context(name)?;
+            let (_, new) = quotes::of(&old, &workspace()).with_context(name)?;
+            if new != old {
+                fs::write(&page, new).with_context(name)?;
+                println!("{}", name());
+                changed = true;
+            }
+        }
+        if !changed {
+            return Ok(());
+        }
+    }
+    bail!("two quotes are each other's source")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REMEDY: &str = "remedy: cargo xtask figures";
+
+    /// The committed pages say what their sources say.
+    #[test]
+    fn numbers_quoted_are_those_of_their_sources() {
+        let (mut wrong, mut seen) = (Vec::new(), 0);
+        for page in pages().expect("pages") {
+            let text = fs::read_to_string(&page).expect("a page");
+            let name = page.strip_prefix(workspace()).expect("ours").display();
+            let (quotes, _) = match quotes::of(&text, &workspace()) {
+                Ok(found) => found,
+                Err(error) => panic!("{name}: {error:#}"),
+            };
+            seen += quotes.len();
+            for quote in quotes.iter().filter(|quote| quote.written != quote.right) {
+                wrong.push(format!(
+                    "{name}:{}: {}, but {} has {}",
+                    quote.line, quote.written, quote.source, quote.right
+                ));
+            }
+        }
+        assert!(wrong.is_empty(), "{}\n{REMEDY}", wrong.join("\n"));
+        assert!(seen > 30, "{seen} quotes");
+    }
+
+    /// The table of README.md is that of the committed errors.
+    #[test]
+    fn the_front_page_has_the_table_of_the_committed_errors() {
+        let readme = fs::read_to_string(workspace().join("README.md")).expect("README.md");
+        let table = drive::committed().expect("the errors");
+        let (_, after) = readme
+            .split_once("<!-- figures drive: written by `cargo xtask figures drive` -->\n")
+            .expect("the mark");
+        let (written, _) = after
+            .split_once("<!-- figures drive: end -->")
+            .expect("the end");
+        let line = readme
+            .lines()
+            .position(|line| line.contains("figures drive: written"));
+        let first = line.expect("the mark") + 2;
+        for (at, (written, right)) in written.lines().zip(table.lines()).enumerate() {
+            assert_eq!(written, right, "README.md:{}; {REMEDY}", first + at);
+        }
+        assert_eq!(written, table, "README.md; {REMEDY}");
+    }
+
+    /// Each part between markers, each page that a command writes and each picture is in the list.
+    #[test]
+    fn every_generated_part_is_in_the_list() {
+        let made_by = |file: &str, command: &str| {
+            FIGURES.iter().any(|figure| {
+                figure.files.contains(&file)
+                    && (figure.how.command(figure.name).contains(command)
+                        || figure.what.contains(&format!("`{command}`")))
+            })
+        };
+        let mut parts = 0;
+        for page in pages().expect("pages") {
+            let text = fs::read_to_string(&page).expect("a page");
+            let name = page.strip_prefix(workspace()).expect("ours");
+            let name = name.to_str().expect("a name");
+            for line in text.lines() {
+                if let Some((_, rest)) = line.split_once(": written by `") {
+                    let command = rest.split('`').next().expect("a command");
+                    assert!(made_by(name, command), "{name}: {command}");
+                    parts += 1;
+                }
+            }
+            if text.contains("every figure is from the runs") || text.contains("\nMade by\n") {
+                let whole = FIGURES.iter().any(|figure| {
+                    matches!(figure.how, How::HostSim(words) if words.last() == Some(&name)
+                        && text.contains(&format!("cargo run --release -- {}", words[0])))
+                });
+                assert!(
+                    whole,
+                    "{name} is written by a command that is not in the list"
+                );
+                parts += 1;
+            }
+        }
+        assert!(parts >= 7, "{parts}");
+        for entry in fs::read_dir(workspace().join("docs")).expect("docs") {
+            let name = entry.expect("an entry").file_name();
+            let name = format!("docs/{}", name.to_string_lossy());
+            let listed = FIGURES
+                .iter()
+                .any(|figure| figure.files.contains(&name.as_str()));
+            let drawn = BY_HAND.iter().any(|(files, _)| files.contains(&name));
+            assert!(!name.ends_with(".svg") || listed || drawn, "{name}");
+        }
+        for file in FIGURES.iter().flat_map(|figure| figure.files) {
+            assert!(workspace().join(file).exists(), "{file}");
+        }
+    }
+
+    #[test]
+    fn the_cheap_ones_are_made_when_nothing_is_named() {
+        let order = |names: &[&str], all| {
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            let list = false;
+            Order { names, all, list }
+        };
+        let names = |order| -> Vec<_> {
+            let chosen = chosen(&order).expect("known");
+            chosen.iter().map(|figure| figure.name).collect()
+        };
+        assert_eq!(names(order(&[], false)), ["drive", "quotes"]);
+        assert_eq!(
+            names(order(&["quotes", "alone"], false)),
+            ["alone", "quotes"]
+        );
+        assert_eq!(names(order(&[], true)).len(), FIGURES.len());
+        let error = chosen(&order(&["drives"], false)).err().expect("unknown");
+        assert!(error.to_string().contains("drive, quotes"), "{error}");
+        assert!(listed().contains("docs/architecture.svg: drawn"));
+    }
+}

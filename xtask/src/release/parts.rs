@@ -1,0 +1,216 @@
+//! What is built for a release.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, ensure};
+use qemu::boards::{FAMILIES, M33};
+use qemu::images::{
+    Image, STM32F405, STM32F405_WINDOW, TARGET, cargo, installed, target_directory, without_paths,
+    workspace,
+};
+use qemu::size::Size;
+
+use super::bom::{Product, Tree};
+use super::{Release, sums};
+use crate::flash::CHIP;
+use crate::load;
+use crate::stage::succeed;
+
+/// Our own images, and what they are.
+const OWN: [(Image, &str); 2] = [
+    (STM32F405, "STM32F405, the whole learner"),
+    (
+        STM32F405_WINDOW,
+        "STM32F405, frozen networks and learning from references",
+    ),
+];
+/// The package over embassy for the chip that `stm32f405` serves: it is there to be compared.
+const COMPARED: &str = "f405";
+/// Folder of the Python package.
+const PYTHON: &str = "host-sim/python";
+
+/// An image that is handed out.
+pub struct Firmware {
+    /// Its name without an ending.
+    pub name: &'static str,
+    /// The board in words.
+    pub board: &'static str,
+    /// Its chip as probe-rs calls it.
+    pub chip: &'static str,
+    pub flash: u64,
+    pub ram: u64,
+    /// Address of the first byte of the `.bin` file, where there is one.
+    pub start: Option<u32>,
+    /// Ending of the file for the chip's boot loader, where it has one.
+    pub loader: Option<&'static str>,
+}
+
+/// Builds our own board's images into the folder.
+pub fn own_images(release: &Release) -> Result<Vec<Firmware>> {
+    let tree = Tree::of(&workspace(), TARGET)?;
+    let built = OWN.into_iter().map(|(image, board)| {
+        eprintln!("image {}", image.name);
+        let (what, from) = ((image.name, board, CHIP), ("firmware", TARGET));
+        hand_out(release, what, &image.build()?, &tree, from)
+    });
+    built.collect()
+}
+
+/// Builds the images of the boards over other people's drivers. What cannot be built here is named
+/// in `left_out`.
+pub fn board_images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec<Firmware>> {
+    let mut all = Vec::new();
+    for family in FAMILIES {
+        let (name, target) = (family.name, family.target);
+        if name == COMPARED {
+            continue;
+        }
+        if !installed(target) {
+            left_out.push(format!(
+                "image {name}: target {target} is not installed; remedy: rustup target add {target}"
+            ));
+            continue;
+        }
+        eprintln!("image {name}");
+        let tree = Tree::of(&workspace().join("firmware/boards"), target)?;
+        let (what, from) = ((name, family.board, family.chip), (name, target));
+        all.push(hand_out(release, what, &family.build()?, &tree, from)?);
+    }
+    Ok(all)
+}
+
+/// Copies an image in all its forms, with its bill of materials.
+fn hand_out(
+    release: &Release,
+    (name, board, chip): (&'static str, &'static str, &'static str),
+    built: &Path,
+    tree: &Tree,
+    (package, target): (&str, &str),
+) -> Result<Firmware> {
+    let path = |ending: &str| release.folder.join(format!("{name}.{ending}"));
+    let elf = fs::read(built).with_context(|| built.display().to_string())?;
+    fs::write(path("elf"), &elf)?;
+    let start = load::bin(built, &path("bin"))?;
+    let loader = if target == M33 {
+        load::uf2(built, &path("uf2"))?;
+        Some("uf2")
+    } else if chip.starts_with("STM32") {
+        load::dfu(built, &path("dfu"))?;
+        Some("dfu")
+    } else {
+        None
+    };
+    let size = Size::of(built)?;
+    let file = format!("{name}.elf");
+    bill(release, tree, (package, target), ("firmware", &file), &elf)?;
+    Ok(Firmware {
+        name,
+        board,
+        chip,
+        flash: size.flash,
+        ram: size.ram,
+        start,
+        loader,
+    })
+}
+
+fn bill(
+    release: &Release,
+    tree: &Tree,
+    (package, target): (&str, &str),
+    (kind, file): (&'static str, &str),
+    bytes: &[u8],
+) -> Result<()> {
+    let bill = tree.bill(&Product {
+        package,
+        file,
+        bytes,
+        kind,
+        target,
+        version: &release.version,
+        commit: &release.source.commit,
+    })?;
+    let name = format!("{}.cdx.json", file.trim_end_matches(".elf"));
+    let text = serde_json::to_string_pretty(&bill)? + "\n";
+    fs::write(release.folder.join(&name), text).context(name)
+}
+
+/// Builds the desktop's program for this machine, without its folders in it.
+pub fn program(release: &Release) -> Result<()> {
+    eprintln!("host-sim");
+    let directory = target_directory()?.join("dist");
+    let mut build = cargo();
+    build
+        .args(["build", "--quiet", "--locked", "--release"])
+        .args(["--package", "host-sim", "--bin", "host-sim"])
+        .arg("--target-dir")
+        .arg(&directory);
+    without_paths(&mut build, &workspace());
+    succeed(&mut build)?;
+    let ending = std::env::consts::EXE_SUFFIX;
+    let built = directory.join(format!("release/host-sim{ending}"));
+    let name = format!("host-sim-{}{ending}", release.host);
+    fs::copy(&built, release.folder.join(&name)).with_context(|| name.clone())?;
+    let tree = Tree::of(&workspace(), &release.host)?;
+    let what = ("host-sim", release.host.as_str());
+    bill(
+        release,
+        &tree,
+        what,
+        ("application", &name),
+        &fs::read(built)?,
+    )
+}
+
+/// Builds the Python wheel with maturin in a virtual environment; or the reason why not.
+pub fn wheel(release: &Release) -> Result<Option<String>> {
+    let package = workspace().join(PYTHON);
+    if !package.join("pyproject.toml").exists() {
+        return Ok(Some(format!("wheel: there is no {PYTHON}")));
+    }
+    eprintln!("wheel");
+    let venv = target_directory()?.join("dist/venv");
+    let Some(maturin) = maturin(&venv) else {
+        let why = "wheel: maturin cannot be had; remedy: a Python with venv, and pip that reaches \
+                   its index";
+        return Ok(Some(why.to_owned()));
+    };
+    let mut build = Command::new(maturin);
+    build
+        .args(["build", "--quiet", "--release", "--locked", "--out"])
+        .arg(&release.folder)
+        .current_dir(&package)
+        .env("CARGO_TARGET_DIR", target_directory()?.join("dist"))
+        .stdin(Stdio::null());
+    without_paths(&mut build, &workspace());
+    succeed(&mut build)?;
+    let names = sums::names(&release.folder)?;
+    ensure!(
+        names.iter().any(|name| name.ends_with(".whl")),
+        "maturin has written no wheel"
+    );
+    Ok(None)
+}
+
+/// The program in this environment, which is made if it is not there.
+fn maturin(venv: &Path) -> Option<PathBuf> {
+    let folder = if cfg!(windows) { "Scripts" } else { "bin" };
+    let program = |name: &str| venv.join(folder).join(name);
+    let run = |program: &Path, arguments: &[&str]| {
+        let mut command = Command::new(program);
+        command.args(arguments).stdin(Stdio::null());
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    };
+    let there = || run(&program("maturin"), &["--version"]);
+    let place = venv.to_str()?;
+    let install = ["-m", "pip", "install", "--quiet", "maturin>=1.9,<2"];
+    let made = || {
+        let mut pythons = ["python3", "python"].into_iter();
+        pythons.any(|name| run(Path::new(name), &["-m", "venv", place]))
+            && run(&program("python"), &install)
+    };
+    (there() || made() && there()).then(|| program("maturin"))
+}
