@@ -11,6 +11,7 @@ files and prints the tables of an undivided campaign, byte for byte.
 """
 
 import argparse
+import logging
 import os
 import pickle
 import subprocess
@@ -24,7 +25,7 @@ from pathlib import Path
 
 import cloudpickle
 import dask
-from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster, wait
+from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster
 
 import on_worker
 from on_worker import STAMP, TUNING, Outcome, Plan, Task
@@ -41,6 +42,7 @@ Answer = tuple[str, tuple[tuple[str, bytes], ...]]
 SEEN_WITHIN_S = 10.0
 SHARDS_A_WORKER = 4
 PROGRESS_S = 5.0
+LOOK_S = 0.1
 
 
 class ProblemError(Exception):
@@ -122,6 +124,8 @@ def plan_of(args: argparse.Namespace) -> Plan:
 @contextmanager
 def connected(args: argparse.Namespace) -> Iterator[Client]:
     """Connect to the scheduler, or start one with workers; wait for a first worker."""
+    # What it would print beside our own messages are backtraces of lost connections.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     # A task is given up after so many of its workers have died.
     dask.config.set({"distributed.scheduler.allowed-failures": args.retries})
     dask.config.set({"distributed.comm.timeouts.connect": args.patience})
@@ -162,7 +166,7 @@ def kept(plan: Plan, runs: int) -> set[int]:
         remedy = f"--runs {beyond[-1] + 1}, or another --out"
         raise ProblemError(f"{plan.out} holds run {beyond[-1]} of a longer campaign", remedy)
     if found or (plan.out / TUNING).exists():
-        # Nothing is left to tune, so this takes no time and tells another campaign's folder.
+        # What is tuned is not tuned again, so this takes no time. Another campaign is refused.
         words = on_worker.command(plan, on_worker.tuning())
         call = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, check=False)
         if call.returncode != 0:
@@ -233,7 +237,7 @@ def outcome_of(future: Future[Answer]) -> Outcome:
     except CancelledError as error:
         remedy = "start it and its workers, then give the same command again"
         raise ProblemError(f"the scheduler has left ({error})", remedy) from None
-    except RuntimeError as error:
+    except Exception as error:  # of whatever kind a worker's is
         remedy = "give the same command again: finished runs are kept"
         raise ProblemError(f"a task failed too often: {error}", remedy) from None
     if outcome.refused:
@@ -286,10 +290,8 @@ def compute(client: Client, args: argparse.Namespace, plan: Plan, missing: set[i
     began, told = time.monotonic(), 0.0
     pending = {submit(client, args, plan, task) for task in tasks}
     while pending:
-        try:
-            done = wait(pending, timeout=1.0, return_when="FIRST_COMPLETED").done
-        except TimeoutError:
-            done = set()
+        time.sleep(LOOK_S)
+        done = {future for future in pending if future.done()}
         for future in done:
             keep(plan, outcome_of(future))
         pending -= done

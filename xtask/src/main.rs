@@ -17,6 +17,7 @@ mod package;
 mod pytorch;
 mod qemu;
 mod reproduce;
+mod scale;
 mod size;
 mod stack;
 mod stage;
@@ -131,6 +132,14 @@ enum Task {
     Sbom,
     /// Builds the image of the STM32F405 in two folders and compares both.
     Reproduce,
+    /// Campaigns on Dask workers that are killed in the middle: the bytes of one process. Installs
+    /// Python's packages in target/scale.
+    Scale {
+        /// Instead: throughput against workers. Takes minutes. Writes docs/scale.svg and a table
+        /// in docs/PERFORMANCE.md.
+        #[arg(long)]
+        measure: bool,
+    },
     /// Compares flash and RAM of each image with budgets.toml.
     Size,
     /// Bounds each board's stack from its call graph, and compares the bound with the room.
@@ -180,6 +189,7 @@ fn main() -> ExitCode {
         Task::Supply => supply::supply(),
         Task::Sbom => supply::sbom(),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
+        Task::Scale { measure } => scale::scale(measure),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Stack { json } => needs::target().and_then(|()| stack::stack(json.as_deref())),
         Task::Vectors => vectors::regenerate(),
