@@ -78,15 +78,25 @@ def command(plan: Plan, task: Task) -> list[str]:
     return [str(plan.host_sim), "campaign", *own, *jobs, *plan.arguments]
 
 
+def bound() -> list[str]:
+    """Give a prefix with which a command dies with this process: util-linux, so on most Linux.
+
+    Without it a `host-sim` ends its shard beside the worker that does it again: the same bytes.
+    """
+    words = ["setpriv", "--pdeathsig", "KILL"]
+    if shutil.which(words[0]) is None:
+        return []
+    tried = subprocess.run([*words, "true"], capture_output=True, check=False)
+    return words if tried.returncode == 0 else []
+
+
 def supervised(words: list[str], wanted: Callable[[], bool]) -> tuple[int, str]:
     """Run a command and give its exit code and what it says on the standard error.
 
-    It ends early when it is no longer wanted; where the system has `setpriv` (Linux) it also ends
-    with the worker's process, even if that is killed.
+    It ends early when it is no longer wanted, and with the worker's process, even if that is
+    killed: see `bound`.
     """
-    setpriv = shutil.which("setpriv")
-    if setpriv is not None:
-        words = [setpriv, "--pdeathsig", "KILL", *words]
+    words = [*bound(), *words]
     with tempfile.TemporaryFile() as complaint:
         process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=complaint)
         try:

@@ -8,8 +8,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
+
+import psutil
 
 PROGRAM = Path(os.environ.get("HOST_SIM", "target/release/host-sim")).resolve()
 HERE = Path(__file__).parent
@@ -35,18 +38,19 @@ class Cluster:
         """Start a scheduler without workers."""
         self.folder = folder
         self.processes: list[subprocess.Popen[bytes]] = []
+        self.held: list[psutil.Process] = []
+        """Processes that a test has stopped, and that must not outlive it."""
         file = folder / "scheduler.json"
         listen = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)]
         self.start("scheduler", *listen, "--no-dashboard")
         until(file.exists)
-        self.file = str(file)
         self.address = until(lambda: dask_address(file))
 
     def start(self, kind: str, *words: str) -> subprocess.Popen[bytes]:
         """Start `dask KIND`."""
-        log = (self.folder / f"{kind}-{len(self.processes)}.log").open("wb")
         command = [sys.executable, "-m", "dask", kind, *words]
-        process = subprocess.Popen(command, cwd=self.folder, stdout=log, stderr=log)
+        with (self.folder / f"{kind}-{len(self.processes)}.log").open("wb") as log:
+            process = subprocess.Popen(command, cwd=self.folder, stdout=log, stderr=log)
         self.processes.append(process)
         return process
 
@@ -64,6 +68,9 @@ class Cluster:
         for process in self.processes:
             process.kill()
             process.wait()
+        for held in self.held:
+            with suppress(psutil.NoSuchProcess):
+                held.kill()
 
 
 def dask_address(file: Path) -> str:
