@@ -19,6 +19,7 @@ mod pytorch;
 mod qemu;
 mod release;
 mod reproduce;
+mod scale;
 mod size;
 mod stack;
 mod stage;
@@ -139,6 +140,14 @@ enum Task {
     Release(release::Order),
     /// Builds the image of the STM32F405 in two folders and compares both.
     Reproduce,
+    /// Campaigns on Dask workers that are killed in the middle: the bytes of one process. Installs
+    /// Python's packages in target/scale.
+    Scale {
+        /// Instead: throughput against workers. Takes minutes. Writes docs/scale.svg and a table
+        /// in docs/PERFORMANCE.md.
+        #[arg(long)]
+        measure: bool,
+    },
     /// Compares flash and RAM of each image with budgets.toml.
     Size,
     /// Bounds each board's stack from its call graph, and compares the bound with the room.
@@ -198,6 +207,7 @@ fn main() -> ExitCode {
         Task::Sbom => supply::sbom(),
         Task::Release(order) => release::release(&order),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
+        Task::Scale { measure } => scale::scale(measure),
         Task::Size => needs::target().and_then(|()| size::size()),
         Task::Stack { json } => needs::target().and_then(|()| stack::stack(json.as_deref())),
         Task::Wheel { release } => wheel::wheel(release),
