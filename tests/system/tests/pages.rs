@@ -1,5 +1,5 @@
-//! The pages: each link leads somewhere, each page is in the book's table of contents, and the
-//! front page is short.
+//! The pages: each link leads somewhere, in the tree and in the built book; each page is in the
+//! book's table of contents; worked diffs apply to the tree; the front page is short.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -114,6 +114,165 @@ fn every_link_leads_somewhere() {
         }
     }
     assert!(followed > 50, "{followed} links");
+}
+
+/// Links of the book that lead out of it all the same, with their pages.
+const OUTSIDE: [(&str, &str); 1] = [("PERFORMANCE.md", "../lrnn-nostd/README.md")];
+
+/// The built book has the files of `docs/` and nothing else: a link to another file leads nowhere
+/// there.
+#[test]
+fn no_link_of_the_book_leaves_it() {
+    let docs = workspace().join("docs");
+    let mut followed = 0;
+    for (path, page) in pages() {
+        let Ok(name) = path.strip_prefix(&docs) else {
+            continue;
+        };
+        for link in page.links.iter().filter(|link| !link.contains("://")) {
+            let (file, _) = link.split_once('#').unwrap_or((link, ""));
+            let inside = plain(&docs.join(file)).starts_with(&docs);
+            let known = OUTSIDE.contains(&(name.to_str().expect("text"), file));
+            assert!(inside || known, "{}: {link} leaves docs/", name.display());
+            followed += 1;
+        }
+    }
+    assert!(followed > 50, "{followed} links");
+}
+
+/// The blocks of code of a page that are of this language.
+fn blocks(page: &str, language: &str) -> Vec<String> {
+    let mut blocks = Vec::new();
+    let mut within = None;
+    for line in page.lines() {
+        match (&mut within, line.strip_prefix("```")) {
+            (None, Some(of)) => within = Some((of == language, String::new())),
+            (Some((wanted, text)), Some(_)) => {
+                blocks.extend(wanted.then(|| std::mem::take(text)));
+                within = None;
+            }
+            (Some((_, text)), None) => {
+                text.push_str(line);
+                text.push('\n');
+            }
+            (None, None) => {}
+        }
+    }
+    blocks
+}
+
+/// What a hunk of a diff takes away or leaves: the old lines, which the file must have in a row.
+fn applies(file: &str, old: &[&str]) -> bool {
+    let lines: Vec<&str> = file.lines().collect();
+    lines.windows(old.len()).any(|window| window == old)
+}
+
+/// Each worked diff that names its files applies to the tree: files that it makes are not there
+/// yet, and each hunk's old lines are.
+#[test]
+fn worked_diffs_apply() {
+    let top = workspace();
+    for (page, least) in [
+        ("add-a-protocol.md", 5),
+        ("add-an-error-term.md", 2),
+        ("add-a-hypothesis.md", 4),
+    ] {
+        let text = std::fs::read_to_string(top.join("docs").join(page)).expect("a page");
+        let mut hunks = 0;
+        for diff in blocks(&text, "diff") {
+            let mut lines = diff.lines();
+            let from = lines.next().and_then(|line| line.strip_prefix("--- "));
+            let to = lines.next().and_then(|line| line.strip_prefix("+++ b/"));
+            let (from, to) = from.zip(to).expect("a diff begins with its files");
+            let file = top.join(to);
+            if from == "/dev/null" {
+                assert!(!file.exists(), "{page}: {to} is there already");
+                hunks += 1;
+                continue;
+            }
+            assert_eq!(from.strip_prefix("a/"), Some(to), "{page}");
+            let file = std::fs::read_to_string(file).expect(to);
+            let lines: Vec<&str> = lines.collect();
+            for hunk in lines.split(|line| line.starts_with("@@ ")).skip(1) {
+                let kept = hunk.iter().filter(|line| !line.starts_with('+'));
+                let old: Vec<&str> = kept.map(|line| line.get(1..).unwrap_or("")).collect();
+                assert!(old.len() > 2, "{page}: {to}: a hunk without context");
+                assert!(applies(&file, &old), "{page}: {to}: {old:#?} is not there");
+                hunks += 1;
+            }
+        }
+        assert!(hunks >= least, "{page}: {hunks} hunks");
+    }
+}
+
+/// Rust in the book stands in the README of `lrnn-nostd` too, whose examples run as its tests.
+#[test]
+fn rust_in_the_book_is_tested() {
+    let top = workspace();
+    let tested = std::fs::read_to_string(top.join("lrnn-nostd/README.md")).expect("a page");
+    let tested = blocks(&tested, "rust");
+    let mut seen = 0;
+    for path in pages()
+        .into_keys()
+        .filter(|path| path.starts_with(top.join("docs")))
+    {
+        let text = std::fs::read_to_string(&path).expect("a page");
+        for block in blocks(&text, "rust") {
+            assert!(tested.contains(&block), "{}: {block}", path.display());
+            seen += 1;
+        }
+    }
+    assert!(seen > 0);
+}
+
+/// The commands of `host-sim` that pages show.
+const COMMANDS: [&str; 14] = [
+    "run",
+    "replay",
+    "convert",
+    "learnability",
+    "campaign",
+    "fleet",
+    "allan",
+    "device",
+    "hil",
+    "start",
+    "abuse",
+    "simulate",
+    "soak",
+    "unit",
+];
+
+/// Each command that a page shows as code has options that the program knows.
+#[test]
+fn commands_of_the_pages_are_known() {
+    let mut seen = 0;
+    for path in pages().into_keys() {
+        let text = std::fs::read_to_string(&path).expect("a page");
+        for line in text.lines().filter_map(|line| line.strip_prefix("    ")) {
+            let line = line.trim_start_matches("cargo run --release -- ");
+            let line = line.split("  ").next().unwrap_or_default();
+            let line = line.split(" #").next().unwrap_or_default();
+            let words: Vec<_> = line.split_whitespace().collect();
+            let whole = !line.contains(['|', '$']) && !line.contains("...");
+            if !whole || !words.first().is_some_and(|word| COMMANDS.contains(word)) {
+                continue;
+            }
+            let asked = std::process::Command::new(system::host_sim_binary())
+                .args(&words)
+                .arg("--help")
+                .output()
+                .expect("host-sim runs");
+            let errors = String::from_utf8_lossy(&asked.stderr).into_owned();
+            assert!(
+                asked.status.success(),
+                "{}: {line}: {errors}",
+                path.display()
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen > 50, "{seen} commands");
 }
 
 #[test]

@@ -147,3 +147,16 @@ fn every_command_takes_the_same_option() {
         );
     }
 }
+
+/// The whole file that docs/your-imu.md shows.
+#[test]
+fn the_unit_file_of_the_page_is_good() {
+    let page = include_str!("../../../docs/your-imu.md");
+    let (_, file) = page.split_once("```toml\n").unwrap();
+    let (file, _) = file.split_once("```").unwrap();
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("my.toml"), file).unwrap();
+    let (code, out, err) = host_sim(dir.path(), &["unit", "check", "my.toml"], "");
+    assert_eq!(code, 0, "{out}{err}");
+    assert!(!err.contains("doubt"), "{err}");
+}
