@@ -130,7 +130,7 @@ fn warnings(reset: &Reset) -> Vec<String> {
     if let Some(level) = reset.brown_out.filter(|level| *level < 3) {
         told.push(format!(
             "the option bytes have brown-out level {level}; remedy: set level 3 (2.7 V), as \
-             firmware/README.md says"
+             docs/firmware.md says"
         ));
     }
     if reset.supply_low {

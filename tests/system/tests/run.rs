@@ -32,6 +32,7 @@ fn no_arguments_mean_the_papers_experiment() {
     ] {
         assert!(text.contains(part), "no '{part}' in:\n{text}");
     }
+    the_first_page_shows(&text);
     let report = dir.path().join("out/run-medium-1");
     for file in [
         "index.html",
@@ -50,6 +51,28 @@ fn no_arguments_mean_the_papers_experiment() {
         !page.contains("http://") || !page.contains("src=\"http"),
         "the page must be self-contained"
     );
+}
+
+/// docs/five-minutes.md has the verdict and the last errors of the first command as they are
+/// printed.
+fn the_first_page_shows(printed: &str) {
+    let page = include_str!("../../../docs/five-minutes.md");
+    let (_, verdict) = page.split_once("```text\n").unwrap();
+    let (verdict, rest) = verdict.split_once("```").unwrap();
+    assert!(printed.contains(verdict), "{verdict} is not in:\n{printed}");
+    let rows = rest.lines().filter(|line| line.starts_with("| `"));
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.split(" | ").collect()).collect();
+    assert_eq!(rows.len(), 6);
+    let (_, last) = printed.rsplit_once(" 22 ").unwrap();
+    for row in rows {
+        let name = row[0].trim_matches(['|', ' ', '`']);
+        let error = row[2].trim_end_matches(" |");
+        let found = last
+            .lines()
+            .find(|line| line.contains(&format!("┆ {name} ")));
+        let found = found.unwrap_or_default();
+        assert!(found.contains(&format!(" {error} ")), "{name}: {found}");
+    }
 }
 
 #[test]
@@ -137,6 +160,13 @@ fn in_sample_is_another_experiment() {
             .exists()
     );
     assert!(horizontal(&inside, "rnn", 22) < horizontal(&inside, "raw", 22));
+    let page = include_str!("../../../docs/paper.md");
+    for t_min in [5, 10, 15, 20, 22] {
+        let of = |scheme| horizontal(&inside, scheme, t_min);
+        let [raw, bias, rnn] = ["raw", "ls-bias", "rnn"].map(of);
+        let cells = format!("| {raw:.2} | {bias:.2} | {rnn:.2} | {:.2} |", rnn / raw);
+        assert!(page.contains(&cells), "docs/paper.md: no {cells}");
+    }
 }
 
 /// An IMU with white noise and pulses only: nothing to learn, so the corrected stream is the raw

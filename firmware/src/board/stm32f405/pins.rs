@@ -10,7 +10,7 @@
 //! | 2 | PB6, PB7 | PB10, PB11 | PA2, PA3 | Feather STM32F405 |
 //!
 //! The headers of a Feather STM32F405 have PB6 and PB7 as SCL and SDA, PB10 and PB11 as TX and RX
-//! (`firmware/README.md`, wiring). Set 1 is not for boards that use PA9 and PA10 for USB
+//! (`docs/wiring.md`). Set 1 is not for boards that use PA9 and PA10 for USB
 //! (pyboard). PB6, PB7, PA9, PA10 are USART1, PA2, PA3 USART2, PB10, PB11 USART3.
 
 use stm32f4::stm32f405::{GPIOA, GPIOB, RCC};

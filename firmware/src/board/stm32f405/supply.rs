@@ -3,7 +3,7 @@
 //! The voltage detector (section 5.2.3) compares it with level 5: between 2.75 V and 2.99 V
 //! (DS8626, table 19). Below it no writing begins. The brown-out reset of level 3 in the option
 //! bytes keeps the core from running below 2.7 V at all. As delivered it is off;
-//! `firmware/README.md` says how it is set. The board does not set it: option bytes are the
+//! `docs/firmware.md` says how it is set. The board does not set it: option bytes are the
 //! production's.
 
 use stm32f4::stm32f405::{FLASH, PWR, RCC};

@@ -54,7 +54,7 @@ macro_rules! sensor {
             #[schemars(range(min = 1, max = 2))]
             pub stop_bits: u8,
             /// Which of the board's sets of pins the lines use. Default: 0, the board's usual one.
-            /// Source: the board's page in firmware/README.md.
+            /// Source: docs/wiring.md.
             #[serde(default)]
             #[schemars(range(min = 0, max = 255))]
             pub pins: u8,
