@@ -43,8 +43,9 @@ pub fn of(text: &str, top: &Path) -> Result<(Vec<Quote>, String)> {
     for (number, line) in (1..).zip(text.split_inclusive('\n')) {
         let mut rest = line;
         while let Some((before, mark)) = rest.split_once(BEGIN) {
-            let place = || format!("line {number}: `{}`", mark.trim_end());
-            let (source, after) = mark.split_once(END).with_context(place)?;
+            let end = || format!("line {number}: a mark without its end");
+            let (source, after) = mark.split_once(END).with_context(end)?;
+            let place = || format!("line {number}: `{source}`");
             let digits = last_number(before);
             ensure!(!digits.is_empty(), "{}: no number before it", place());
             let right = like(&digits, &value(source, top).with_context(place)?);

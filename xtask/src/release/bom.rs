@@ -64,11 +64,11 @@ impl Tree {
         let edges = edges(&self.metadata["resolve"]["nodes"])?;
         let inside = reached(root, &edges, |edge| edge.normal);
         let all = reached(root, &edges, |_| true);
-        let reference = |id: &str| reference(&packages[id]);
+        let reference = |id: &str| reference(packages[id]);
         let components: Vec<_> = all
             .iter()
             .filter(|id| *id != root)
-            .map(|id| self.component(&packages[*id], inside.contains(id)))
+            .map(|id| self.component(packages[*id], inside.contains(id)))
             .collect();
         let dependencies: Vec<_> = all
             .iter()
@@ -78,7 +78,7 @@ impl Tree {
                 json!({"ref": reference(id), "dependsOn": to})
             })
             .collect();
-        let mut of = self.component(&packages[root], true);
+        let mut of = self.component(packages[root], true);
         of["type"] = product.kind.into();
         of["name"] = product.file.into();
         of["version"] = product.version.into();
