@@ -116,8 +116,6 @@ fn every_link_leads_somewhere() {
     assert!(followed > 50, "{followed} links");
 }
 
-/// Links of the book that lead out of it all the same, with their pages.
-
 /// The built book has the files of `docs/` and nothing else: a link to another file leads nowhere
 /// there.
 #[test]
