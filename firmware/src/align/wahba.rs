@@ -11,8 +11,8 @@ const LEAST: f64 = 1e-12;
 /// A decomposition `b V = U S` in progress.
 ///
 /// One-sided Jacobi rotations are exact to the last digits even for the small singular values,
-/// which hold the heading. The Cortex-M4F computes f64 in software: a pair of columns takes some seven
-/// thousand instructions.
+/// which hold the heading. The Cortex-M4F computes f64 in software: a pair of columns takes some
+/// seven thousand instructions.
 #[derive(Debug, Clone, Copy)]
 pub struct Wahba {
     /// Columns of b, which become those of U S.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use qemu::boards::{FAMILIES, M33};
 use qemu::images::{
     Image, STM32F405, STM32F405_WINDOW, TARGET, cargo, installed, target_directory, without_paths,
@@ -187,10 +187,14 @@ pub fn wheel(release: &Release) -> Result<Option<String>> {
     without_paths(&mut build, &workspace());
     succeed(&mut build)?;
     let names = sums::names(&release.folder)?;
-    ensure!(
-        names.iter().any(|name| name.ends_with(".whl")),
-        "maturin has written no wheel"
-    );
+    let wheel = names.iter().find(|name| name.ends_with(".whl"));
+    let wheel = wheel.context("maturin has written no wheel")?;
+    let manifest: toml::Table = toml::from_str(&fs::read_to_string(package.join("Cargo.toml"))?)?;
+    let name = manifest["package"]["name"].as_str().unwrap_or_default();
+    let tree = Tree::of(&workspace(), &release.host)?;
+    let bytes = fs::read(release.folder.join(wheel))?;
+    let from = (name, release.host.as_str());
+    bill(release, &tree, from, ("library", wheel), &bytes)?;
     Ok(None)
 }
 
