@@ -25,10 +25,10 @@ pub struct Options {
     pub key: Option<PathBuf>,
     /// Port that hears what the device sends to the navigation computer: without it the page has no
     /// rates and forces
-    #[arg(long, value_name = "PORT", requires = "device")]
+    #[arg(long, value_name = "PORT", conflicts_with = "simulate")]
     pub stream: Option<String>,
     /// Port that hears the sensor; without it raw values are corrected ones and the correction
-    #[arg(long, value_name = "PORT", requires = "device")]
+    #[arg(long, value_name = "PORT", conflicts_with = "simulate")]
     pub sensor: Option<String>,
     /// A simulated device on a simulated drive, which begins anew when it is over
     #[arg(long)]
@@ -38,21 +38,21 @@ pub struct Options {
         long,
         value_name = "NAME|FILE.toml",
         default_value = "stim300",
-        requires = "simulate"
+        conflicts_with = "device"
     )]
     pub unit: String,
     /// Samples a second of the simulated sensor; without it those of the unit
-    #[arg(long, value_name = "HZ", requires = "simulate")]
+    #[arg(long, value_name = "HZ", conflicts_with = "device")]
     pub rate: Option<f64>,
     /// Length of the simulated drive, s, the first 60 at rest
-    #[arg(long, default_value_t = 1800, requires = "simulate")]
+    #[arg(long, default_value_t = 1800, conflicts_with = "device")]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=4000))]
     pub seconds: u32,
     /// How many times faster than in reality
-    #[arg(long, default_value_t = 1.0, value_parser = speed, requires = "simulate")]
+    #[arg(long, default_value_t = 1.0, value_parser = speed, conflicts_with = "device")]
     pub speed: f64,
     /// Mode of the simulated device
-    #[arg(long, default_value = "learn", value_parser = modes(), requires = "simulate")]
+    #[arg(long, default_value = "learn", value_parser = modes(), conflicts_with = "device")]
     pub mode: String,
     /// Address and port of the page
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8210")]

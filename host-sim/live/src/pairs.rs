@@ -42,12 +42,14 @@ impl Pairs {
                 take(Side::Corrected, &b.sample);
                 raw.pop_front();
                 corrected.pop_front();
+            } else if raw.iter().any(|(_, of)| of.key == b.key) {
+                take(Side::Raw, &a.sample); // it has not left the device
+                raw.pop_front();
             } else if corrected.iter().any(|(_, of)| of.key == a.key) {
                 take(Side::Corrected, &b.sample); // damaged on the sensor's line
                 corrected.pop_front();
             } else {
-                take(Side::Raw, &a.sample); // it has not left the device
-                raw.pop_front();
+                break; // the partner of one of them may still come
             }
         }
     }

@@ -135,7 +135,8 @@ mod tests {
     #[test]
     fn the_samples_of_a_drive_at_rest_are_gravity() {
         let drive = drive(ImuFormat::Stim300, 2).expect("a drive");
-        let told = Configuration::default().wire_settings();
+        let mut told = Configuration::default().wire_settings();
+        told.stim300.config = told.stim300.config.with_sample_rate_code(1); // 250 Hz, as simulated
         let bytes: Vec<u8> = (drive.records.iter())
             .filter(|record| record.input == Input::Sensor)
             .flat_map(|record| record.bytes.clone())

@@ -194,7 +194,14 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "device weights put",
         &["device --port /dev/ttyUSB2 weights put weights.bin"],
     ),
-    ("device learnt", &["device --port /dev/ttyUSB2 learnt"]),
+    (
+        "device learnt",
+        &["device --port /dev/ttyUSB2 learnt commit"],
+    ),
+    (
+        "device learnt commit",
+        &["device --port /dev/ttyUSB2 learnt commit"],
+    ),
     (
         "device heading",
         &["device --port /dev/ttyUSB2 heading 184.2 --sigma 0.5"],
@@ -206,7 +213,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("device store", &["device --port /dev/ttyUSB2 store"]),
     (
         "device provision",
-        &["device --port /dev/ttyUSB2 provision device.key"],
+        &["device --port /dev/ttyUSB2 provision --key-file device.key"],
     ),
     (
         "device watch",

@@ -50,9 +50,9 @@ pub enum Order {
         sigma: f64,
     },
     /// Uses what was learnt.
-    CommitLearnt,
+    CommitLearnt {},
     /// Keeps configuration and weights over a power cycle.
-    Store,
+    Store {},
     /// Tells the device its unit.
     Configure {
         /// The text of the unit file.
@@ -76,9 +76,9 @@ impl Order {
                 let done = link.order(&Request::Heading(heading));
                 done.map(|()| format!("the heading {deg} deg is taken"))
             }
-            Self::CommitLearnt => patiently(link, &Request::CommitLearnt)
+            Self::CommitLearnt {} => patiently(link, &Request::CommitLearnt)
                 .map(|()| "the learnt weights are in use; store keeps them".into()),
-            Self::Store => link.health().and_then(|health| {
+            Self::Store {} => link.health().and_then(|health| {
                 store(link, health.mode)?;
                 Ok("configuration and weights are stored".into())
             }),
@@ -161,7 +161,7 @@ mod tests {
         );
         assert_eq!(
             read(r#"{"order":"commit-learnt"}"#).expect("good"),
-            Order::CommitLearnt
+            Order::CommitLearnt {}
         );
         for bad in [
             r#"{"order":"erase"}"#,

@@ -90,7 +90,8 @@ impl Chromium {
     /// One command of the protocol. An exception in the page fails the test.
     fn call(&mut self, method: &str, params: Value) -> Value {
         self.last += 1;
-        let mut ask = json!({"id": self.last, "method": method, "params": params});
+        let mut ask = json!({"id": self.last, "method": method});
+        ask["params"] = params;
         if let Some(session) = &self.session {
             ask["sessionId"] = json!(session);
         }
