@@ -61,7 +61,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     (
         "replay kf-gins",
-        &["replay kf-gins imu.txt gnss.txt --attitude 0.3,-0.5,184.2 --truth truth.nav"],
+        &["replay kf-gins imu.txt gnss.txt --attitude 0.3,-0.5,184.2"],
     ),
     (
         "replay novatel",

@@ -29,7 +29,7 @@ fn completions_are_scripts_that_know_commands_and_options() {
     let script = printed(dir.path(), &["completions", "bash"]);
     let file = dir.path().join("host-sim.bash");
     // what the script offers after `host-sim le`
-    let asked = "COMP_WORDS=(host-sim le); COMP_CWORD=1; _host-sim host-sim le host-sim; \
+    let asked = "COMP_WORDS=(host-sim le); COMP_CWORD=1; _host__sim host-sim le host-sim; \
                  echo \"${COMPREPLY[@]}\"";
     std::fs::write(&file, script + asked + "\n").expect("written");
     let Ok(bash) = Command::new("bash").arg(&file).output() else {

@@ -167,7 +167,7 @@ mod tests {
         for part in [
             "# IMU compensation co-processor 1.2.3",
             "Commit `0123abcd` of 2026-11-24, built with rustc 1.95.0 on x86_64.",
-            "| command link | 9 |",
+            "| command link | 10 |",
             "| pico2.elf | 77 |",
             "| pico2 | a Pico | 614400 | 118784 | 0x10000000 |",
             "probe-rs run --chip RP235x pico2.elf",
