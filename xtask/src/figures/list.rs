@@ -144,7 +144,10 @@ pub const FIGURES: &[Figure] = &[
 
 /// Pictures and tables that nothing makes: they are drawn, or copied from what a command prints.
 pub const BY_HAND: &[(&str, &str)] = &[
-    ("docs/architecture.svg", "drawn"),
+    (
+        "docs/architecture.svg, docs/rehearsal.svg, docs/wiring.svg, docs/report-rehearsals.svg",
+        "drawn; the last one by `host-sim report`",
+    ),
     ("docs/MEMORY.md", "copied from the campaigns at its end"),
     (
         "docs/PERFORMANCE.md",

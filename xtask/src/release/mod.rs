@@ -39,7 +39,7 @@ pub struct Order {
     /// version has the commit behind it, and `-dirty` where files are changed.
     #[arg(long)]
     snapshot: bool,
-    /// Builds nothing: makes what CHANGELOG.md has under [Unreleased] the entry of the version.
+    /// Builds nothing: makes what CHANGELOG.md has under `[Unreleased]` the entry of the version.
     #[arg(long, conflicts_with_all = ["out", "skip_wheel", "skip_boards"])]
     #[arg(conflicts_with_all = ["only_images", "snapshot"])]
     changelog: bool,
