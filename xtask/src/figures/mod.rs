@@ -259,6 +259,6 @@ mod tests {
         assert_eq!(names(order(&[], true)).len(), FIGURES.len());
         let error = chosen(&order(&["drives"], false)).err().expect("unknown");
         assert!(error.to_string().contains("drive, quotes"), "{error}");
-        assert!(listed().contains("docs/architecture.svg: drawn"));
+        assert!(listed().contains("docs/architecture.svg, docs/rehearsal.svg"));
     }
 }
