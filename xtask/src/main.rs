@@ -27,6 +27,7 @@ mod supply;
 mod table;
 mod times;
 mod vectors;
+mod venv;
 mod wheel;
 
 use std::path::PathBuf;

@@ -11,11 +11,11 @@ use std::process::{Command, ExitCode};
 use anyhow::{Context, Result, bail};
 use qemu::images::{target_directory, workspace};
 
-use crate::needs;
 use crate::stage::{cargo_with, succeed};
+use crate::venv::Environment;
 
 /// Folder of the package.
-const PACKAGE: &str = "host-sim/python";
+pub const PACKAGE: &str = "host-sim/python";
 
 /// Builds, installs and checks; with `release` also the wheel that is given away.
 pub fn wheel(release: bool) -> Result<ExitCode> {
@@ -37,7 +37,7 @@ pub fn check() -> Result<()> {
     checked(&environment()?)
 }
 
-fn checked(venv: &Path) -> Result<()> {
+fn checked(venv: &Environment) -> Result<()> {
     let target = target_directory()?;
     // the features of both packages are those of the workspace's tests
     succeed(&mut cargo_with(
@@ -57,61 +57,31 @@ fn checked(venv: &Path) -> Result<()> {
     succeed(python(venv).args(["-m", "mypy.stubtest", "lrnn_imu"]))
 }
 
-/// The virtual environment with what `requirements.txt` names; made anew after a change of it.
-fn environment() -> Result<PathBuf> {
-    let venv = target_directory()?.join("wheel/venv");
+/// What `requirements.txt` names, maturin among it.
+pub fn environment() -> Result<Environment> {
     let wanted = workspace().join(PACKAGE).join("requirements.txt");
-    let (stamp, text) = (venv.join("requirements.txt"), fs::read_to_string(&wanted)?);
-    if fs::read_to_string(&stamp).is_ok_and(|there| there == text) {
-        return Ok(venv);
-    }
-    let interpreter = needs::python()?;
-    let mut make = Command::new(interpreter);
-    make.args(["-m", "venv", "--clear"]).arg(&venv);
-    succeed(&mut make)?;
-    let mut pip = python(&venv);
-    pip.args([
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-    ]);
-    succeed(pip.arg("-r").arg(&wanted)).context(
-        "remedy: what requirements.txt names must be reachable by pip; or leave the wheel out: \
-         cargo xtask test --fast",
-    )?;
-    fs::write(stamp, text)?;
-    Ok(venv)
+    Environment::of("wheel/venv", &wanted)
+        .context("the wheel can be left out: cargo xtask test --fast")
 }
 
 /// The environment's interpreter, in the folder of the package.
-fn python(venv: &Path) -> Command {
-    let mut python = Command::new(program(venv, "python"));
+fn python(venv: &Environment) -> Command {
+    let mut python = venv.python();
+    python.current_dir(workspace().join(PACKAGE));
     python
-        .current_dir(workspace().join(PACKAGE))
-        .env("PYTHONDONTWRITEBYTECODE", "1");
-    python
-}
-
-fn program(venv: &Path, name: &str) -> PathBuf {
-    match cfg!(windows) {
-        true => venv.join("Scripts").join(name),
-        false => venv.join("bin").join(name),
-    }
 }
 
 /// Builds the wheel into `folder`, which then holds no other.
-fn build(venv: &Path, options: &str, folder: &Path) -> Result<PathBuf> {
+fn build(venv: &Environment, options: &str, folder: &Path) -> Result<PathBuf> {
     if folder.exists() {
         fs::remove_dir_all(folder)?;
     }
-    let mut maturin = Command::new(program(venv, "maturin"));
+    let mut maturin = Command::new(venv.program("maturin"));
     maturin
         .args(["build", "--quiet", "--locked"])
         .args(options.split_whitespace())
         .arg("--interpreter")
-        .arg(program(venv, "python"))
+        .arg(venv.program("python"))
         .arg("--out")
         .arg(folder)
         .current_dir(workspace().join(PACKAGE));
@@ -124,8 +94,7 @@ fn build(venv: &Path, options: &str, folder: &Path) -> Result<PathBuf> {
 }
 
 /// Installs a wheel, and nothing that it needs: all of that is pinned.
-fn install(venv: &Path, wheel: &Path) -> Result<()> {
-    let options = "-m pip install --quiet --no-deps --force-reinstall --no-index \
-                   --disable-pip-version-check";
-    succeed(python(venv).args(options.split_whitespace()).arg(wheel))
+fn install(venv: &Environment, wheel: &Path) -> Result<()> {
+    let options = ["--no-deps", "--force-reinstall", "--no-index"];
+    succeed(venv.pip().args(options).arg(wheel))
 }

@@ -127,7 +127,7 @@ fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
         if order.skip_wheel {
             left_out.push("wheel: --skip-wheel".into());
         } else {
-            left_out.extend(parts::wheel(release)?);
+            left_out.extend(parts::python(release)?);
         }
     }
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {

@@ -1,7 +1,7 @@
 //! What is built for a release.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result};
@@ -15,8 +15,8 @@ use qemu::size::Size;
 use super::bom::{Product, Tree};
 use super::{Release, sums};
 use crate::flash::CHIP;
-use crate::load;
 use crate::stage::succeed;
+use crate::{load, wheel};
 
 /// Our own images, and what they are.
 const OWN: [(Image, &str); 2] = [
@@ -28,8 +28,6 @@ const OWN: [(Image, &str); 2] = [
 ];
 /// The package over embassy for the chip that `stm32f405` serves: it is there to be compared.
 const COMPARED: &str = "f405";
-/// Folder of the Python package.
-const PYTHON: &str = "host-sim/python";
 
 /// An image that is handed out.
 pub struct Firmware {
@@ -165,21 +163,18 @@ pub fn program(release: &Release) -> Result<()> {
 }
 
 /// Builds the Python wheel with maturin in a virtual environment; or the reason why not.
-pub fn wheel(release: &Release) -> Result<Option<String>> {
-    let package = workspace().join(PYTHON);
-    if !package.join("pyproject.toml").exists() {
-        return Ok(Some(format!("wheel: there is no {PYTHON}")));
-    }
+pub fn python(release: &Release) -> Result<Option<String>> {
+    let package = workspace().join(wheel::PACKAGE);
     eprintln!("wheel");
-    let venv = target_directory()?.join("dist/venv");
-    let Some(maturin) = maturin(&venv) else {
-        let why = "wheel: maturin cannot be had; remedy: a Python with venv, and pip that reaches \
-                   its index";
-        return Ok(Some(why.to_owned()));
+    let venv = match wheel::environment() {
+        Ok(venv) => venv,
+        Err(error) => return Ok(Some(format!("wheel: {error:#}"))),
     };
-    let mut build = Command::new(maturin);
+    let mut build = Command::new(venv.program("maturin"));
     build
-        .args(["build", "--quiet", "--release", "--locked", "--out"])
+        .args(["build", "--quiet", "--release", "--locked", "--interpreter"])
+        .arg(venv.program("python"))
+        .arg("--out")
         .arg(&release.folder)
         .current_dir(&package)
         .env("CARGO_TARGET_DIR", target_directory()?.join("dist"))
@@ -187,34 +182,13 @@ pub fn wheel(release: &Release) -> Result<Option<String>> {
     without_paths(&mut build, &workspace());
     succeed(&mut build)?;
     let names = sums::names(&release.folder)?;
-    let wheel = names.iter().find(|name| name.ends_with(".whl"));
-    let wheel = wheel.context("maturin has written no wheel")?;
+    let built = names.iter().find(|name| name.ends_with(".whl"));
+    let built = built.context("maturin has written no wheel")?;
     let manifest: toml::Table = toml::from_str(&fs::read_to_string(package.join("Cargo.toml"))?)?;
     let name = manifest["package"]["name"].as_str().unwrap_or_default();
     let tree = Tree::of(&workspace(), &release.host)?;
-    let bytes = fs::read(release.folder.join(wheel))?;
+    let bytes = fs::read(release.folder.join(built))?;
     let from = (name, release.host.as_str());
-    bill(release, &tree, from, ("library", wheel), &bytes)?;
+    bill(release, &tree, from, ("library", built), &bytes)?;
     Ok(None)
-}
-
-/// The program in this environment, which is made if it is not there.
-fn maturin(venv: &Path) -> Option<PathBuf> {
-    let folder = if cfg!(windows) { "Scripts" } else { "bin" };
-    let program = |name: &str| venv.join(folder).join(name);
-    let run = |program: &Path, arguments: &[&str]| {
-        let mut command = Command::new(program);
-        command.args(arguments).stdin(Stdio::null());
-        command.stdout(Stdio::null()).stderr(Stdio::null());
-        command.status().is_ok_and(|status| status.success())
-    };
-    let there = || run(&program("maturin"), &["--version"]);
-    let place = venv.to_str()?;
-    let install = ["-m", "pip", "install", "--quiet", "maturin>=1.9,<2"];
-    let made = || {
-        let mut pythons = ["python3", "python"].into_iter();
-        pythons.any(|name| run(Path::new(name), &["-m", "venv", place]))
-            && run(&program("python"), &install)
-    };
-    (there() || made() && there()).then(|| program("maturin"))
 }
