@@ -38,7 +38,10 @@ type Corrected<'py> = (
 #[pymethods]
 impl Compensator {
     #[new]
-    #[pyo3(signature = (gyro, accel, *, gyro_lsb_rad, accel_lsb_mps, sample_period_s, block_samples, gyro_limit_radps, accel_limit_mps2))]
+    #[pyo3(signature = (
+        gyro, accel, *, gyro_lsb_rad, accel_lsb_mps, sample_period_s, block_samples,
+        gyro_limit_radps, accel_limit_mps2
+    ))]
     fn new(
         gyro: &Network,
         accel: &Network,

@@ -127,7 +127,10 @@ impl Scenario {
 /// vehicle: road, city, traffic, train, ship, aircraft, hand-held or standing.
 /// learning: the drive to learn from instead of the one to judge on.
 #[pyfunction]
-#[pyo3(signature = (scenario=ScenarioOrName::Name("medium".into()), seed=1, *, unit=None, vehicle=None, learning=false))]
+#[pyo3(signature = (
+    scenario=ScenarioOrName::Name("medium".into()), seed=1, *, unit=None, vehicle=None,
+    learning=false
+))]
 pub fn simulate(
     py: Python<'_>,
     scenario: ScenarioOrName,
@@ -228,7 +231,9 @@ impl Experiment {
 ///
 /// in_sample: judge on the drive that was learnt from, as the paper did.
 #[pyfunction]
-#[pyo3(signature = (scenario=ScenarioOrName::Name("medium".into()), seed=1, *, unit=None, in_sample=false))]
+#[pyo3(signature = (
+    scenario=ScenarioOrName::Name("medium".into()), seed=1, *, unit=None, in_sample=false
+))]
 pub fn run_experiment(
     py: Python<'_>,
     scenario: ScenarioOrName,

@@ -155,7 +155,9 @@ const RULES: [(&str, usize); 3] = [("paper", 0), ("guarded", 1), ("gauss-newton"
 #[pymethods]
 impl Learner {
     #[new]
-    #[pyo3(signature = (network, rule="gauss-newton", *, steps=None, eps=None, ridge=None, prior=None))]
+    #[pyo3(signature = (
+        network, rule="gauss-newton", *, steps=None, eps=None, ridge=None, prior=None
+    ))]
     fn new(
         network: &Network,
         rule: &str,

@@ -197,7 +197,10 @@ pub fn weights_of(value: &Bound<'_, PyAny>) -> PyResult<Weights> {
 #[pymethods]
 impl Network {
     #[new]
-    #[pyo3(signature = (weights=None, *, activation="rational", feedback="full", input_offset=None, input_scale=None, output_scale=None))]
+    #[pyo3(signature = (
+        weights=None, *, activation="rational", feedback="full", input_offset=None,
+        input_scale=None, output_scale=None
+    ))]
     fn new(
         weights: Option<&Bound<'_, PyAny>>,
         activation: &str,

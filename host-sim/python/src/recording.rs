@@ -196,7 +196,10 @@ fn samples(
 #[pymethods]
 impl Recording {
     #[new]
-    #[pyo3(signature = (time, gyro, accel, *, kind, fix_time, fix_position, fix_sigma, fix_velocity=None, standstill_s=None, attitude_deg=None, lever_arm_m=None))]
+    #[pyo3(signature = (
+        time, gyro, accel, *, kind, fix_time, fix_position, fix_sigma, fix_velocity=None,
+        standstill_s=None, attitude_deg=None, lever_arm_m=None
+    ))]
     fn new(
         time: &Bound<'_, PyAny>,
         gyro: &Bound<'_, PyAny>,

@@ -6,14 +6,12 @@ use crate::long::interruptible;
 use crate::recording::Recording;
 use crate::unit::UnitOrName;
 use host_sim::error::Error;
-use host_sim::experiment::doubts::{Class, Says, doubts};
+use host_sim::experiment::doubts::Says;
 use host_sim::experiment::outcome::Outcome;
 use host_sim::experiment::results::{Curve, Curves};
 use host_sim::experiment::starting::{Wishes, start};
-use host_sim::experiment::time_offset::settle;
 use host_sim::experiment::user_recording::{LEAST_S, Plan};
 use host_sim::inertial::units::DEG;
-use host_sim::learning::in_motion::Told;
 use host_sim::learning::teacher::Assumptions;
 use host_sim::recordings::record::Record;
 use host_sim::report::verdict;
@@ -145,18 +143,9 @@ fn replayed(mut record: Record, says: &Says, wanted: Wanted) -> Result<Outcome, 
     if record.lever_arm_m == [0.0; 3] {
         record.lever_arm_m = unit.receiver.lever_arm_m;
     }
-    let (note, warning) = settle(&mut record, wanted.estimate_time_offset, "time offset");
-    let assumed = &plan.assumptions;
-    let mut warnings = doubts(&record, says, Class { assumed, given });
-    warnings.extend(warning);
-    let wishes = Wishes {
-        told: Told {
-            vehicle: unit.vehicle.kind,
-            heading: record.rough_heading,
-        },
-        attitude_sigma: wanted.attitude_sigma.map(|s| s * DEG),
-        part: None,
-    };
+    let (note, warnings) = plan.examine(&mut record, says, given, wanted.estimate_time_offset);
+    let attitude_sigma = wanted.attitude_sigma.map(|s| s * DEG);
+    let wishes = Wishes::of(&unit, &record, attitude_sigma, None);
     let (prepared, file) = (record.prepare()?, record.file.clone());
     let started = start(prepared, &wishes, &plan.assumptions, &file)?;
     let bad = |option: &str, problem: String, remedy: String| Error::Option {
@@ -197,7 +186,10 @@ fn replayed(mut record: Record, says: &Says, wanted: Wanted) -> Result<Outcome, 
 /// learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and
 /// heading; default (0.1, 0.5).
 #[pyfunction]
-#[pyo3(signature = (recording, unit=None, *, learn_s=None, estimate_time_offset=false, attitude_sigma_deg=(0.1, 0.5)))]
+#[pyo3(signature = (
+    recording, unit=None, *, learn_s=None, estimate_time_offset=false,
+    attitude_sigma_deg=(0.1, 0.5)
+))]
 pub fn replay(
     py: Python<'_>,
     recording: &Recording,

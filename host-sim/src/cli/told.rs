@@ -77,15 +77,43 @@ impl TellOptions {
 #[derive(Debug, ClapArgs)]
 pub(super) struct OldWords {
     /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write gyro.bias_turn_on_dph into a unit file and give --unit FILE.toml"))]
+    #[arg(
+        long,
+        hide = true,
+        value_parser = renamed(
+            "write gyro.bias_turn_on_dph into a unit file and \
+             give --unit FILE.toml"
+        )
+    )]
     gyro_bias: Option<String>,
     /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write accel.bias_turn_on_ug into a unit file and give --unit FILE.toml"))]
+    #[arg(
+        long,
+        hide = true,
+        value_parser = renamed(
+            "write accel.bias_turn_on_ug into a unit file and \
+             give --unit FILE.toml"
+        )
+    )]
     accel_bias: Option<String>,
     /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write gyro.angle_random_walk_dpsqrth into a unit file and give --unit FILE.toml"))]
+    #[arg(
+        long,
+        hide = true,
+        value_parser = renamed(
+            "write gyro.angle_random_walk_dpsqrth into a unit file and \
+             give --unit FILE.toml"
+        )
+    )]
     arw: Option<String>,
     /// Refused
-    #[arg(long, hide = true, value_parser = renamed("write accel.velocity_random_walk_ugpsqrthz into a unit file and give --unit FILE.toml"))]
+    #[arg(
+        long,
+        hide = true,
+        value_parser = renamed(
+            "write accel.velocity_random_walk_ugpsqrthz into a unit file and \
+             give --unit FILE.toml"
+        )
+    )]
     vrw: Option<String>,
 }

@@ -62,7 +62,10 @@ impl Args {
             } => new(from.as_deref(), output, *force),
             Action::Check { file, json } => check(file, *json),
             Action::List { json: true } => {
-                let preset = |(name, text): &(&str, &str)| serde_json::json!({ "name": name, "title": presets::title(text) });
+                let preset = |(name, text): &(&str, &str)| {
+                    let title = presets::title(text);
+                    serde_json::json!({ "name": name, "title": title })
+                };
                 let all: Vec<_> = presets::PRESETS.iter().map(preset).collect();
                 println!("{:#}", serde_json::Value::from(all));
                 Ok(())

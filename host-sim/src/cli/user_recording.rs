@@ -9,14 +9,12 @@ use super::progress::Stages;
 use super::source::{Csv, KfGins, Novatel};
 use super::told::{OldWords, TellOptions};
 use crate::error::Error;
-use crate::experiment::doubts::{Class, Says, Warning, doubts};
+use crate::experiment::doubts::{Says, Warning};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::starting::{Started, Wishes, start};
-use crate::experiment::time_offset::settle;
 use crate::experiment::user_recording::{LEAST_S, Plan};
 use crate::inertial::session::Session;
 use crate::inertial::units::DEG;
-use crate::learning::in_motion::Told;
 use crate::learning::teacher::Assumptions;
 use crate::recordings::corrected::Original;
 use crate::recordings::novatel;
@@ -215,18 +213,6 @@ impl Options {
         self.output.leave_outcomes(name, &[outcome])
     }
 
-    /// What helps to find the attitude.
-    fn wishes(&self, unit: &Unit, record: &Record) -> Result<Wishes, Error> {
-        Ok(Wishes {
-            told: Told {
-                vehicle: unit.vehicle.kind,
-                heading: record.rough_heading,
-            },
-            attitude_sigma: self.attitude_sigma()?,
-            part: self.part,
-        })
-    }
-
     /// Learns from one part and judges the other.
     pub(super) fn judge(&self, loaded: Loaded) -> Result<Outcome, Error> {
         let Loaded {
@@ -245,17 +231,11 @@ impl Options {
             assumptions: Assumptions::of(&unit),
             learn: self.learn_s,
         };
-        let class = Class {
-            assumed: &plan.assumptions,
-            given: is_given,
-        };
         self.says.tell(&mut record, &unit)?;
-        let wanted = self.says.estimate_time_offset;
-        let (note, warning) = settle(&mut record, wanted, "time offset");
-        let mut warnings = doubts(&record, says, class);
-        warnings.extend(warning);
+        let estimates = self.says.estimate_time_offset;
+        let (note, warnings) = plan.examine(&mut record, says, is_given, estimates);
         self.warn(&warnings)?;
-        let wishes = self.wishes(&unit, &record)?;
+        let wishes = Wishes::of(&unit, &record, self.attitude_sigma()?, self.part);
         let stages = Stages::new();
         stages.begin("finding the attitude");
         let has_truth = record.truth.is_some();

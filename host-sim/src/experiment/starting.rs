@@ -12,7 +12,9 @@ use crate::inertial::session::{Outage, Session, Start};
 use crate::inertial::units::DEG;
 use crate::learning::in_motion::{self, Aligned, Told};
 use crate::learning::teacher::Assumptions;
+use crate::recordings::record::Record;
 use crate::recordings::{InitialAttitude, Prepared};
+use crate::unit::Unit;
 use firmware::align::motion::Progress;
 use firmware::control::Way;
 use std::ops::Range;
@@ -30,6 +32,22 @@ pub struct Wishes {
     pub attitude_sigma: [f64; 2],
     /// Number of the part, counted from 1, that is used alone.
     pub part: Option<usize>,
+}
+
+impl Wishes {
+    /// What the recording and the unit's vehicle tell, with the errors of a given attitude, tilt
+    /// and heading, rad, of the part with this number or of all.
+    #[must_use]
+    pub fn of(unit: &Unit, record: &Record, attitude_sigma: [f64; 2], part: Option<usize>) -> Self {
+        Self {
+            told: Told {
+                vehicle: unit.vehicle.kind,
+                heading: record.rough_heading,
+            },
+            attitude_sigma,
+            part,
+        }
+    }
 }
 
 /// A session that can be navigated from its first epoch on.

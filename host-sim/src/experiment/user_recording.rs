@@ -4,11 +4,14 @@
 
 use crate::error::Error;
 use crate::experiment::correction::Correction;
+use crate::experiment::doubts::{Class, Says, Warning, doubts};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge_and_correct};
+use crate::experiment::time_offset::settle;
 use crate::inertial::session::Session;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
+use crate::recordings::record::Record;
 use std::ops::Range;
 
 /// Shortest part to learn from after the standstill, and shortest part to be judged on, s.
@@ -30,6 +33,23 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Settles the time offset of the fixes, found from the data if `estimates`, and looks for what
+    /// contradicts `says`. `given`: the user has named the unit that is assumed. A sentence for the
+    /// report, and warnings.
+    pub fn examine(
+        &self,
+        record: &mut Record,
+        says: &Says,
+        given: bool,
+        estimates: bool,
+    ) -> (Option<String>, Vec<Warning>) {
+        let (note, warning) = settle(record, estimates, "time offset");
+        let assumed = &self.assumptions;
+        let mut warnings = doubts(record, says, Class { assumed, given });
+        warnings.extend(warning);
+        (note, warnings)
+    }
+
     /// What is learnt from and what is judged. Navigation without fixes does not survive missing
     /// samples, so that the judged part ends where they begin.
     ///

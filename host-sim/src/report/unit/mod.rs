@@ -168,7 +168,15 @@ impl Document {
     /// The contents as data.
     #[must_use]
     pub fn json(&self) -> Value {
-        let table = |table: &Table| json!({ "caption": table.caption, "head": table.head, "rows": table.rows });
+        let table = |table: &Table| {
+            let Table {
+                caption,
+                head,
+                rows,
+                ..
+            } = table;
+            json!({ "caption": caption, "head": head, "rows": rows })
+        };
         let figure = |figure: &Figure| {
             json!({
                 "title": figure.title, "caption": figure.caption, "picture": figure.picture.data(),

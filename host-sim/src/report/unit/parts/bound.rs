@@ -40,6 +40,10 @@ pub(super) fn part(contents: &Contents) -> Part {
     let data = rows
         .iter()
         .map(|(case, metres)| json!({ "case": case, "metres": metres }));
+    let row = |(case, metres): &(String, [u32; 5])| {
+        let metres = metres.iter().map(u32::to_string);
+        [case.clone()].into_iter().chain(metres).collect()
+    };
     Part {
         data: data.collect(),
         sentences,
@@ -50,10 +54,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                     .into(),
             ),
             head: head.collect(),
-            rows: rows
-                .iter()
-                .map(|(case, of)| [case.clone()].into_iter().chain(of.map(|m| m.to_string())).collect())
-                .collect(),
+            rows: rows.iter().map(row).collect(),
             text: 1,
         }],
         ..Part::new("bound", TITLE)

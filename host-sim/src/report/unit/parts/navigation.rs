@@ -65,8 +65,9 @@ fn interval(outcomes: &[Outcome]) -> String {
         .filter_map(|o| o.bench.as_deref()?.reference_sigma_m);
     match known.reduce(f64::max) {
         Some(sigma) => format!(
-            "Intervals: 95 %, from the noise of the fixes that judge (at most {} along an axis). They \
-             do not say how far one drive stands for others: the rehearsals and a campaign do.",
+            "Intervals: 95 %, from the noise of the fixes that judge (at most {} along an axis). \
+             They do not say how far one drive stands for others: the rehearsals and a campaign \
+             do.",
             length(sigma, sigma)
         ),
         None => "No intervals: a better solution than fixes judges, and it counts as exact. How \

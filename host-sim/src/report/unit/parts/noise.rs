@@ -78,8 +78,8 @@ pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
             .collect();
         if seen.is_empty() && findings.analyses.iter().any(|a| a.kind == kind) {
             out.push(format!(
-                "White noise of the {name}: not compared with the datasheet, because other noise or \
-                 sway hides it."
+                "White noise of the {name}: not compared with the datasheet, because other \
+                 noise or sway hides it."
             ));
         }
         let Some(told) = told.filter(|told| *told > 0.0 && !seen.is_empty()) else {
