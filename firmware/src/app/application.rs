@@ -342,32 +342,42 @@ impl<'m> App<'m> {
     ) -> bool {
         let now = clock.now_us();
         self.flow.blackbox.pass(now);
-        let a_second = self.flow.load.look(now, clock);
+        if self.flow.load.look(now, clock) {
+            return self.a_second(lines, now);
+        }
         let silent = lines.sensor.is_idle();
-        if self.quiet && silent && !a_second && self.rests(now) && self.links_rest(lines, now) {
+        if self.quiet && silent && self.rests(now) && self.links_rest(lines, now) {
             (self.served_us, self.well.rested_us) = (now, now);
             lines.navigation.poll();
             lines.sensor.poll();
             lines.command.poll();
             return false;
         }
-        self.turn(lines, now, silent, a_second)
+        self.turn(lines, now, silent)
     }
 
-    /// A pass in which there may be something to do. `silent`: the sensor's line is idle;
-    /// `a_second`: a second is over.
+    /// A pass after which a second is over.
+    #[cold]
+    #[inline(never)]
+    fn a_second<S: Line, N: Line, C: Line, G: Line>(
+        &mut self,
+        lines: &mut Lines<S, N, C, G>,
+        now: u64,
+    ) -> bool {
+        let silent = lines.sensor.is_idle();
+        self.look_for_frames(now);
+        self.scrubs = true;
+        self.turn(lines, now, silent)
+    }
+
+    /// A pass in which there may be something to do. `silent`: the sensor's line is idle.
     #[inline(never)]
     fn turn<S: Line, N: Line, C: Line, G: Line>(
         &mut self,
         lines: &mut Lines<S, N, C, G>,
         now: u64,
         silent: bool,
-        a_second: bool,
     ) -> bool {
-        if a_second {
-            self.look_for_frames(now);
-            self.scrubs = true;
-        }
         if !self.framer.is_sound() {
             self.framer_anew();
         }
@@ -390,7 +400,8 @@ impl<'m> App<'m> {
         lines.navigation.poll();
         lines.sensor.poll();
         lines.command.poll();
-        let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
+        // lower halves of the time do, here and in `rests`: there are passes more often
+        let waited = (now as u32).wrapping_sub(self.served_us as u32) >= PATIENCE_US as u32;
         let between = self.framer.pending() == 0 && !is_within(&mut lines.navigation);
         if waited || between && !spent {
             self.served_us = now;
@@ -476,7 +487,7 @@ impl<'m> App<'m> {
     /// it.
     #[inline(always)]
     fn rests(&self, now: u64) -> bool {
-        let heard = now.wrapping_sub(self.heard_us) < u64::from(self.flow.config.silence_us);
+        let heard = (now as u32).wrapping_sub(self.heard_us as u32) < self.flow.config.silence_us;
         (heard || self.flow.faults & fault::SILENT != 0)
             && self.framer.pending() == 0
             && !self.flow.is_rate_due(now)
