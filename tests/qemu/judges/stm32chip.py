@@ -42,7 +42,7 @@ class Judged(Faulty):
             begin, byte = self.told[0][2], CORE * 10 / 921_600
             for at, text in self.bursts:
                 self.uarts["sensor"].arrivals.extend((begin + at + byte * (n + 1), value) for n, value in enumerate(text))
-            self.bursts = []
+            self.bursts, self.changed = [], True
         if self.told and self.told[-1][0] in (DONE, PANIC):
             raise Ended
 

@@ -117,12 +117,12 @@ class Uart:
         return bool(error or self.sr & self.cr1 & (RXNE | IDLE | TC | TXE))  # each enable has its flag's place
 
     def next_event(self):
-        events = [self.arrivals[0][0]] if self.arrivals else []
-        if self.idle_at is not None:
-            events.append(self.idle_at)
-        if self.shifting is not None:
-            events.append(self.sends_until)
-        return min(events, default=None)
+        at = self.arrivals[0][0] if self.arrivals else None
+        if self.idle_at is not None and (at is None or self.idle_at < at):
+            at = self.idle_at
+        if self.shifting is not None and (at is None or self.sends_until < at):
+            at = self.sends_until
+        return at
 
     def step(self, now):
         while self.arrivals and self.arrivals[0][0] <= now:
@@ -255,6 +255,7 @@ class Chip:
         self.priorities, self.running = collections.defaultdict(int), 256
         self.returned = self.asleep = self.waits_for_event = self.event = False
         self.broken = None
+        self.changed, self.due = True, 0  # something may have happened that nobody looked at; when something happens by itself
 
     def reset_peripherals(self, register, bits):
         for base in held(register, bits):
@@ -360,6 +361,7 @@ class Chip:
         address = 0x4000_0000 + offset
         device, register = self.at(address)
         if device:
+            self.changed = True  # reading clears flags
             return device.read(register)
         return self.registers.get(address, 0)
 
@@ -421,10 +423,12 @@ class Chip:
         self.tim5.look()
         for uart in self.uarts.values():
             uart.step(self.cycles)
-        level = {device.interrupt for device in (*self.uarts.values(), *self.streams.values(), self.tim5) if device.level()}
+        level = {stream.interrupt for stream in self.streams.values() if stream.flags and stream.level()}
+        level |= {device.interrupt for device in (*self.uarts.values(), self.tim5) if device.level()}
         # while its handler runs, an interrupt becomes pending anew when its line rises, else when the handler has ended (B3.4.1)
         self.pending |= level - (self.active & self.high)
         self.high = level
+        self.changed, self.due = False, self.coming()
 
     def rise(self):
         """Data-ready at PC4: EXTI's mask and edge, and the port in SYSCFG_EXTICR2."""
@@ -473,9 +477,10 @@ class Chip:
             self.systick_ended = True
             while self.systick_at <= self.cycles:  # pending once, however often it ran out
                 self.systick_at += (self.reload + 1) * self.rcc.cost
-        self.iwdg.look()
-        self.wwdg.look()
-        self.settle()
+        if self.changed or self.cycles >= self.due - 1:  # the window watchdog bites a cycle before its event
+            self.iwdg.look()
+            self.wwdg.look()
+            self.settle()
 
     def waits(self):
         """Whether an interrupt is ready, masked or not."""
@@ -523,6 +528,7 @@ class Chip:
 
     def run(self, until):
         """Runs to a cycle."""
+        self.changed = True  # bytes of the other ends
         while self.cycles < until:
             storm = self.cycles + CORE // 1000
             while self.interrupt():
@@ -542,10 +548,15 @@ class Chip:
         ahead = int((self.next_event(self.cycles + SLICE * self.rcc.cost) - self.cycles) / self.rcc.cost)
         return min(max(ahead, 1), SLICE)
 
+    def coming(self):
+        """When something happens by itself, SysTick aside."""
+        events = [device.next_event() for device in (*self.uarts.values(), self.spi, self.tim5, self.iwdg, self.wwdg)]
+        return min([event for event in events if event is not None], default=float("inf"))
+
     def next_event(self, until):
         """The cycle of the next one, at the latest this one."""
-        events = [device.next_event() for device in (*self.uarts.values(), self.spi, self.tim5, self.iwdg, self.wwdg)]
-        return min(event for event in (*events, self.systick_at, until) if event is not None)
+        due = self.coming() if self.changed else self.due
+        return min(due, until, self.systick_at or until)
 
 
 def ask(chip, text):

@@ -142,6 +142,7 @@ class Faulty(Chip):
         self.faults = [fault for fault in self.faults if fault[0] > self.cycles]
         for at, name, argument in due:
             getattr(self, "make_" + name)(argument)
+            self.changed = True
 
     def make_hang(self, masked):
         """The program comes into a loop: the default handler's."""
@@ -202,6 +203,11 @@ class Faulty(Chip):
         if self.runaway is not None:
             self.pending.add(self.runaway)
 
+    def advance(self, cycles):
+        super().advance(cycles)
+        if self.runaway is not None:
+            self.pending.add(self.runaway)
+
     def power_up(self, flags):
         old = self.uarts.get("navigation")
         super().power_up(flags)
@@ -232,9 +238,7 @@ def run(chip, until):
                 chip.pc += 2
                 sleeps = chip.sleeps()
                 while sleeps and not (chip.pending & chip.enabled or chip.systick_pending) and chip.cycles < until:
-                    events = [d.next_event() for d in (*chip.uarts.values(), chip.spi, chip.tim5, chip.iwdg, chip.wwdg)] + [chip.systick_at, until]
-                    events += [at for at, *_ in chip.faults]
-                    chip.advance(max(min(e for e in events if e is not None) - chip.cycles, 1))
+                    chip.advance(max(chip.next_event(min([until, *(at for at, *_ in chip.faults)])) - chip.cycles, 1))
                     if chip.cause is not None:
                         raise Restart
                     chip.inject()
