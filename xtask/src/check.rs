@@ -55,7 +55,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
             let beside = scope.spawn(|| target(&stages));
             let ours = here(&stages)
                 .and_then(|()| stages.run("Python wheel: build, tests, notebooks", wheel::check))
-                .and_then(|()| stages.run("fuzz targets", || fuzz::targets(10, None, Some(1))));
+                .and_then(|()| stages.run("fuzz targets", || fuzz::targets(4, None, Some(1))));
             let theirs = beside.join().expect("no panic in a stage");
             ours.and(theirs)
         })?;

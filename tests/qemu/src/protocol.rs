@@ -352,7 +352,7 @@ fn packet(line: &mut TcpStream) -> Result<Option<Vec<u8>>> {
 }
 
 /// Bytes of the sensor in a drive through serial lines that carry 10 to 30 kB/s.
-const DRIVE_BYTES: u32 = 56_000;
+const DRIVE_BYTES: u32 = 32_000;
 
 /// All formats, and seconds of drive that make some blocks of one second each, and not many bytes.
 #[must_use]
