@@ -211,15 +211,15 @@ mod tests {
     const LENGTH: usize = 22;
 
     /// A burst whose bytes are `byte`, from data-ready to its end.
-    fn burst<'m, const N: usize>(bursts: &'m Bursts<N>, mut bus: &Bus<'m>, byte: u8) {
+    fn burst<'m, const N: usize>(bursts: &'m Bursts<N>, bus: &Bus<'m>, byte: u8) {
         bus.wait(STALL_US);
         bursts.ready(&bus);
-        for place in bus.places.get() {
-            place.store(byte, Ordering::Relaxed);
+        if bus.selected.get() {
+            let places = bus.places.get().iter();
+            places.for_each(|place| place.store(byte, Ordering::Relaxed));
         }
         bus.wait(200);
         bursts.ended(&bus);
-        let _ = &mut bus;
     }
 
     fn take<const N: usize>(bursts: &Bursts<N>) -> Result<Option<(usize, u8)>, Lost> {
