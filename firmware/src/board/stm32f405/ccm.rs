@@ -7,8 +7,8 @@
 //! above all no buffer of the DMA.
 //!
 //! QEMU 7.2's machine has no such memory, but 64 KiB more of SRAM behind that of the chip, where
-//! nothing of the image lies. The learner is put there if the memory neither has a clock that can be
-//! switched on, as on the chip, nor can be read. QEMU 8 has the memory, and no clocks.
+//! nothing of the image lies. The learner is put there if the memory neither has a clock that can
+//! be switched on, as on the chip, nor can be read. QEMU 8 has the memory, and no clocks.
 #![allow(
     unsafe_code,
     reason = "memory of its own; each block says why it is sound"

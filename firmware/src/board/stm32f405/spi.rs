@@ -8,8 +8,8 @@
 //!
 //! The SPI has a byte to send as soon as the sending stream is enabled, so the receiving one is
 //! enabled before it (28.3.9). When the last byte has come, its last bit was taken; BSY falls half
-//! a clock later, and then chip select may rise. **Not tested on hardware**, only in a model (`tests/qemu/judges/stm32f405.py`). QEMU has nothing
-//! at its bus.
+//! a clock later, and then chip select may rise. **Not tested on hardware**, only in a model
+//! (`tests/qemu/judges/stm32f405.py`). QEMU has nothing at its bus.
 
 use core::convert::Infallible;
 use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering};

@@ -1,8 +1,8 @@
 //! One stream of a DMA controller, for bytes between a serial line or the SPI and SRAM (RM0090
 //! section 10).
 //!
-//! `firmware::link::dma` and `firmware::link::bursts` decide about transfers. Here is only the order of accesses to the
-//! registers:
+//! `firmware::link::dma` and `firmware::link::bursts` decide about transfers. Here is only the
+//! order of accesses to the registers:
 //! - Configuration, address and count are written only while EN reads 0 (10.3.17). Clearing EN
 //!   takes effect when the byte under way has been moved. So EN is read until it is 0, a bounded
 //!   number of times (10.3.14).

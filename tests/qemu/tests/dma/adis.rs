@@ -1,5 +1,5 @@
-//! An ADIS at the board's SPI, whose bursts DMA fetches: what comes, what it costs, what is told when
-//! it fails.
+//! An ADIS at the board's SPI, whose bursts DMA fetches: what comes, what it costs, what is told
+//! when it fails.
 
 use firmware::wire::adis::Burst;
 use firmware::wire::command::{Counters, Request, Response, decode};
@@ -124,14 +124,14 @@ fn a_burst_costs_what_a_uart_frame_costs() {
         let spi = json!({"adis": sensor.told()});
         let [outside, within] = cost(&python, &image, spi, &sensor.bursts(200), period);
         println!(
-            "ADIS{} at {hz} a second: {:.0} instructions a burst, {within:.0} of them in interrupts",
+            "ADIS{} at {hz} a second: {:.0} instructions a burst, {within:.0} in interrupts",
             sensor.product,
             outside + within
         );
         let line = json!({"adis": null});
         let [other, by_uart] = cost(&python, &image, line, &uart, period);
         println!(
-            "UART at {hz} a second: {:.0} instructions a frame, {by_uart:.0} of them in interrupts",
+            "UART at {hz} a second: {:.0} instructions a frame, {by_uart:.0} in interrupts",
             other + by_uart
         );
         assert!(outside + within <= most, "{hz}: {}", outside + within);
