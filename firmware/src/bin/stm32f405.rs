@@ -1,5 +1,4 @@
-//! Board `stm32f405`: the co-processor on an STM32F405. In QEMU (`netduinoplus2`) runs
-//! `stm32f405_qemu`: the same code, other addresses.
+//! Board `stm32f405`: the co-processor on an STM32F405, and in QEMU (`netduinoplus2`).
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -12,6 +12,7 @@
 mod atomics {
     pub use core::sync::atomic::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
 }
+pub mod bursts;
 pub mod cut;
 pub mod dma;
 pub mod faulty;

@@ -299,7 +299,7 @@ pub struct Counters {
     pub bad_checksums: u32,
     /// Bytes of garbage.
     pub garbage: u32,
-    /// Times the sensor's line reported lost bytes.
+    /// Times the sensor's line reported lost bytes; at an SPI, bursts that were lost.
     pub lost: u32,
     /// Frames missing by the sensor's counter.
     pub missed: u32,

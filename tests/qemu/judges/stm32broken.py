@@ -91,6 +91,18 @@ def byte_late():
     stm32spi.Spi.shift = late
 
 
+def dma_leaves_byte():
+    """A byte that the DMA has taken from the SPI is still there."""
+    request = stm32spi.Spi.request
+
+    def leaves(self):
+        came = self.came
+        request(self)
+        self.came = came if self.cr2 & 1 else self.came
+
+    stm32spi.Spi.request = leaves
+
+
 def supply_always_good():
     """The supply's detector never finds it low."""
     stm32parts.Power.low = lambda self: False
@@ -109,6 +121,7 @@ MUTANTS = {
     "watchdog-window": window_open,
     "calendar-slow": calendar_slow,
     "spi-late": byte_late,
+    "spi-dma-leaves": dma_leaves_byte,
     "supply-good": supply_always_good,
 }
 

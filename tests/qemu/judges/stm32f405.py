@@ -7,7 +7,7 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
-are what is in "sensor". "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
+are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent". "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
 PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
@@ -274,7 +274,7 @@ class Chip:
         for uart in self.uarts.values():
             uart.stream_in, uart.stream_out = (self.streams[key] for key in UARTS[uart.name][3:])
         if base == self.spi.BASE:
-            self.spi.cr1 = self.spi.cr2 = 0
+            self.spi.reset()
         for address in [address for address in self.registers if address & ~0x3FF == base]:
             del self.registers[address]
 
@@ -465,6 +465,16 @@ class Chip:
     def byte_left(self, uart):
         """A byte has left on a line."""
 
+    def count(self):
+        """From now on counts the instructions that the core executes: outside interrupts, and in them."""
+        self.executed = [0, 0]
+
+        def one(*_):
+            self.executed[self.running < 256] += 1
+
+        self.cpu.hook_add(UC_HOOK_CODE, one, None, FLASH[0], FLASH[0] + FLASH[1] - 1)
+        self.cpu.ctl_flush_tb()
+
     def stall(self, cycles):
         """The core stands still; the rest goes on."""
         self.advance(cycles)
@@ -585,11 +595,16 @@ def main():
     start = chip.cycles
     byte = round(CORE * lines["sensor"].bits() / asked.get("baud", 921_600))
     came, lines["navigation"].began = [], []
+    skip = asked.get("count")
     for n, text in enumerate(asked["sensor"]):
         at = start + asked["period"] * n
         if adis:
+            if n == skip:
+                chip.count()
             chip.spi.device.burst = bytes.fromhex(text)
-            chip.rise()
+            chip.spi.hangs |= n in adis.get("hangs", [])
+            if n not in adis.get("silent", []):
+                chip.rise()
             chip.run(at + asked["period"])
             continue
         lines["sensor"].arrivals.extend((at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
@@ -600,6 +615,11 @@ def main():
     for at in asked.get("pulses", []):
         chip.run(start + at)
         chip.timer.rise()
+    if skip is not None and not adis:
+        chip.run(start + asked["period"] * skip)
+        chip.count()
+    chip.run(start + asked["period"] * len(asked["sensor"]))
+    executed = skip is not None and list(chip.executed)
     chip.run(start + asked["period"] * len(asked["sensor"]) + CORE // 200)
     for text in asked.get("ask", []):
         ask(chip, text)
@@ -614,6 +634,8 @@ def main():
     for number, count in sorted(chip.served.items()):
         print("interrupts", number, count)
     print("cycles", chip.cycles - start)
+    if executed:
+        print("executed", *executed)
     print("bursts", chip.spi.device.bursts if adis else 0)
     coupled = chip.cpu.mem_read(*CCM)
     print("coupled", len(coupled.rstrip(bytes([GARBAGE]))), sum(byte != 0 for byte in coupled.rstrip(bytes([GARBAGE]))))

@@ -17,9 +17,14 @@ class Spi:
 
     def __init__(self, chip, adis):
         self.chip, self.device = chip, Adis(chip, adis) if adis else None
+        self.selected = False
+        self.reset()
+
+    def reset(self):
+        """As after power-on (7.3.9): a byte under way is broken off."""
         self.cr1, self.cr2, self.came, self.lost, self.seen = 0, 0, None, False, 0
         self.waiting, self.exchanged, self.done = None, None, None
-        self.selected = False
+        self.hangs, self.asked = False, 0
 
     def clock(self):
         return int(self.chip.rcc.apb2) >> (self.cr1 >> 3 & 7) + 1
@@ -43,18 +48,22 @@ class Spi:
         self.done = at + 8 * CORE // self.clock()
 
     def request(self):
-        """DMA (28.3.9)."""
+        """DMA (28.3.9). One that hangs asks for 10 bytes and no more."""
         data = self.BASE + 0x0C
+        if self.hangs and self.asked >= 20:
+            return
         if self.came is not None and self.cr2 & 1:
             for key in self.INTO:
                 stream = self.chip.streams[key]
                 if stream.serves(data, False, self.CHANNEL):
+                    self.asked += 1
                     self.chip.cpu.mem_write(stream.moved(), bytes([self.read(0x0C)]))
                     break
         if self.waiting is None and self.cr2 >> 1 & 1 and self.cr1 >> 6 & 1:
             for key in self.OUT:
                 stream = self.chip.streams[key]
                 if stream.serves(data, True, self.CHANNEL):
+                    self.asked += 1
                     self.write(0x0C, self.chip.cpu.mem_read(stream.moved(), 1)[0])
                     break
 
@@ -98,7 +107,7 @@ class Spi:
         self.look()
         if self.done is not None:
             raise Forbidden("chip select moves within a byte")
-        self.selected = low
+        self.selected, self.asked = low, 0
         if self.device:
             self.device.select(low)
 

@@ -25,6 +25,8 @@ pub struct Budgets {
     /// Instructions on the target for one more of what a device may have several of, by the kind
     /// of the growing works.
     pub one_more: BTreeMap<String, f64>,
+    /// Bursts of an ADIS over SPI.
+    pub adis: AdisBudget,
     /// `lrnn-nostd` in a crate of its own.
     pub alone: AloneBudget,
     /// Most memory of a command of `host-sim` with a recording of 24 h at 200 Hz, MiB.
@@ -45,6 +47,17 @@ pub struct ApplicationBudget {
     pub worst_later: f64,
     /// From the last byte of a frame to the first byte sent.
     pub latency: f64,
+}
+
+/// Limits of a burst that DMA fetches and that leaves uncorrected, instructions on the Cortex-M4F,
+/// all of them.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdisBudget {
+    /// At 2000 bursts a second.
+    pub burst_2000: f64,
+    /// At 4000 bursts a second, of an ADIS1649x.
+    pub burst_4000: f64,
 }
 
 /// Limits of `lrnn-nostd` in a crate of its own (`tests/alone`).

@@ -43,8 +43,6 @@ macro_rules! images {
 images! {
     /// The board image.
     STM32F405 = "firmware" / "stm32f405";
-    /// The same code for QEMU, whose machine has no core-coupled memory.
-    STM32F405_QEMU = "firmware" / "stm32f405_qemu";
     /// The board image without the learner from fixes.
     STM32F405_WINDOW = "firmware" / "stm32f405_window";
     /// The image of the second board.
@@ -72,7 +70,7 @@ images! {
 pub struct Board {
     /// Name in reports.
     pub name: &'static str,
-    /// The image that is flashed, or for the STM32F405 its twin for QEMU.
+    /// The image that is flashed.
     pub image: Image,
     /// The machine that runs it here.
     pub machine: Machine,
@@ -82,7 +80,7 @@ pub struct Board {
 pub const BOARDS: [Board; 4] = [
     Board {
         name: "stm32f405",
-        image: STM32F405_QEMU,
+        image: STM32F405,
         machine: machine::NETDUINOPLUS2,
     },
     Board {

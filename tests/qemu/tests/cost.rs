@@ -3,8 +3,7 @@
 use qemu::budget::Budgets;
 use qemu::count;
 use qemu::images::{
-    BOARDS, DIFFERENT, GROWTH, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_QEMU,
-    STM32F405_WINDOW,
+    BOARDS, DIFFERENT, GROWTH, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_WINDOW,
 };
 use qemu::machine::{MPS2_AN386, NETDUINOPLUS2};
 use qemu::memory::{RAM_START, address};
@@ -105,7 +104,7 @@ fn inference_cannot_panic() {
 
 #[test]
 fn boards_cannot_panic() {
-    for image in [STM32F405, STM32F405_QEMU, STM32F405_WINDOW, MPS2] {
+    for image in [STM32F405, STM32F405_WINDOW, MPS2] {
         let Some(image) = image.build_or_skip() else {
             return;
         };
@@ -119,7 +118,7 @@ fn boards_cannot_panic() {
 #[test]
 fn boards_have_no_semihosting() {
     let calls = |image: &std::path::Path| Size::of(image).expect("an ELF file").semihosting;
-    for image in [STM32F405, STM32F405_QEMU, STM32F405_WINDOW, MPS2] {
+    for image in [STM32F405, STM32F405_WINDOW, MPS2] {
         let Some(image) = image.build_or_skip() else {
             return;
         };
@@ -147,52 +146,6 @@ fn nothing_but_the_learner_is_in_core_coupled_memory() {
         assert!(
             (RAM_START..=RAM_START + RAM).contains(&at),
             "{symbol} {at:#x}"
-        );
-    }
-}
-
-/// QEMU's machine has no core-coupled memory. What runs there differs from the board's image by
-/// addresses only, and by what follows from them: each module is as large, but for some bytes.
-#[test]
-fn the_image_for_qemu_is_the_same_code() {
-    let (Some(board), Some(twin)) = (STM32F405.build_or_skip(), STM32F405_QEMU.build_or_skip())
-    else {
-        return;
-    };
-    let [board, twin] = [board, twin].map(|image| Size::of(&image).expect("an ELF file"));
-    // what fills up to the alignment may differ
-    assert!(
-        board.flash.abs_diff(twin.flash) < 32,
-        "{} {}",
-        board.flash,
-        twin.flash
-    );
-    assert_eq!(board.ram + board.coupled, twin.ram);
-    assert_eq!(twin.coupled, 0);
-    let code = |size: &Size| -> Vec<_> {
-        // constants have names by the crate's hash
-        let named = size
-            .modules
-            .iter()
-            .filter(|(name, _)| !name.starts_with("not Rust"));
-        named
-            .map(|(name, [flash, coupled, ram])| {
-                (
-                    name.replace(STM32F405_QEMU.name, STM32F405.name),
-                    *flash,
-                    coupled + ram,
-                )
-            })
-            .collect()
-    };
-    // other addresses make other constants, and a function some bytes longer or shorter
-    for ((name, flash, ram), (other, other_flash, other_ram)) in
-        code(&board).iter().zip(code(&twin))
-    {
-        assert_eq!((name, *ram), (&other, other_ram));
-        assert!(
-            flash.abs_diff(other_flash) < 32,
-            "{name}: {flash} {other_flash}"
         );
     }
 }

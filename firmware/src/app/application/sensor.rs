@@ -45,12 +45,16 @@ impl App<'_> {
         match taken {
             Ok(0) => self.watch_silence(now, out),
             Ok(_) => {}
-            Err(_) => {
-                count(&mut self.flow.counters.lost, 1);
-                self.flow.gap();
-            }
+            Err(_) => self.lost(),
         }
         taken != Ok(0) && sensor.has_more()
+    }
+
+    /// What the sensor has sent was lost on its way: bytes, or a burst that the board could not
+    /// hand to [`App::burst`].
+    pub fn lost(&mut self) {
+        count(&mut self.flow.counters.lost, 1);
+        self.flow.gap();
     }
 
     #[cold]

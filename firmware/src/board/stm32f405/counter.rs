@@ -17,8 +17,13 @@ pub fn start(rcc: &RCC, timer: &TIM2, clocks: &Clocks) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
+/// Its count, microseconds, which turns over.
+pub fn low() -> u32 {
+    // SAFETY: reading the count does nothing.
+    unsafe { &*TIM2::ptr() }.cnt().read().bits()
+}
+
 /// Time since [`start`], microseconds.
 pub fn now_us() -> u64 {
-    // SAFETY: reading the count does nothing.
-    FREE.now_us(|| unsafe { &*TIM2::ptr() }.cnt().read().bits())
+    FREE.now_us(low)
 }

@@ -1,5 +1,5 @@
 //! The interrupt table (RM0090 table 62). The default handler serves everything but the four serial
-//! lines, their DMA streams, the ADIS's data-ready and the window watchdog.
+//! lines, their DMA streams, the ADIS's data-ready and burst, and the window watchdog.
 
 use stm32f4::stm32f405::Interrupt;
 
@@ -46,7 +46,7 @@ const CUT_THROUGH: [Interrupt; 6] = [
     Interrupt::DMA1_STREAM6,
 ];
 
-const OTHERS: [Interrupt; 7] = [
+const OTHERS: [Interrupt; 8] = [
     Interrupt::USART3,
     Interrupt::DMA1_STREAM1,
     Interrupt::DMA1_STREAM3,
@@ -54,6 +54,7 @@ const OTHERS: [Interrupt; 7] = [
     Interrupt::DMA1_STREAM2,
     Interrupt::DMA1_STREAM4,
     Interrupt::EXTI4,
+    Interrupt::DMA2_STREAM0,
 ];
 
 // SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its
@@ -76,5 +77,6 @@ static __INTERRUPTS: [unsafe extern "C" fn(); INTERRUPTS] = {
     table[Interrupt::DMA1_STREAM2 as usize] = serial::uart4_in_end;
     table[Interrupt::DMA1_STREAM4 as usize] = serial::uart4_out_end;
     table[Interrupt::EXTI4 as usize] = spi::exti4;
+    table[Interrupt::DMA2_STREAM0 as usize] = spi::dma2_stream0;
     table
 };

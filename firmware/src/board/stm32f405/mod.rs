@@ -32,8 +32,8 @@ use firmware::app::guard::kept::{EARLY_US, Kept};
 use firmware::app::guard::output::{self, Verdict};
 use firmware::app::{COMMAND_BAUD, Hardware, Lines};
 use firmware::configuration::SerialLines;
-use firmware::link::Clock;
 use firmware::link::rates;
+use firmware::link::{Clock, Lost};
 use firmware::store::Store;
 use firmware::wire::adis::Found;
 use firmware::wire::adis::spi::LONGEST;
@@ -198,8 +198,15 @@ impl Board {
     }
 
     /// A new burst of the ADIS.
-    pub fn burst<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Option<&'b mut [u8]> {
-        self.spi.burst(frame)
+    ///
+    /// # Errors
+    /// [`Lost`], once for each burst that was lost.
+    #[allow(clippy::unused_self, reason = "the board's, which is there once")]
+    pub fn burst<'b>(
+        &mut self,
+        frame: &'b mut [u8; LONGEST],
+    ) -> Result<Option<&'b mut [u8]>, Lost> {
+        spi::burst(frame)
     }
 
     /// Work follows that may halt the core for long.

@@ -33,9 +33,15 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
     let mut frame = [0; LONGEST];
     loop {
         crash::during(LoopPhase::Burst);
-        if ADIS && let Some(reply) = board.burst(&mut frame) {
-            // an error has been counted
-            let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
+        if ADIS {
+            match board.burst(&mut frame) {
+                // an error has been counted
+                Ok(Some(reply)) => {
+                    let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
+                }
+                Ok(None) => {}
+                Err(_) => app.lost(),
+            }
         }
         if let Some(at_us) = board.pulse() {
             app.pulse(at_us);

@@ -2,37 +2,57 @@
 //! 12).
 //!
 //! While nothing has come on the sensor's serial line, the board looks for a sensor and its model.
-//! **Not tested on hardware**, only in a model (`tests/qemu/judges/stm32f405.py`). QEMU has nothing
-//! at its bus.
+//! These registers it reads and writes byte by byte, and waits. From then on the core takes no part
+//! in a burst: data-ready begins a transfer by DMA, and an interrupt comes when it has ended
+//! (`firmware::link::bursts`).
+//!
+//! The SPI has a byte to send as soon as the sending stream is enabled, so the receiving one is
+//! enabled before it (28.3.9). When the last byte has come, its last bit was taken; BSY falls half
+//! a clock later, and then chip select may rise. **Not tested on hardware**, only in a model
+//! (`tests/qemu/judges/stm32f405.py`). QEMU has nothing at its bus.
 
 use core::convert::Infallible;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
 
 use cortex_m::peripheral::NVIC;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal_bus::spi::ExclusiveDevice;
+use firmware::link::Lost;
+use firmware::link::bursts::{Bursts, Exchange};
+use firmware::link::dma::Stream as _;
+use firmware::link::progress::Progress as _;
 use firmware::link::spi::{Bus, Registers, Status};
-use firmware::wire::adis::spi::{Adis, LONGEST};
+use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::adis::{Form, Found, begin, find};
-use stm32f4::stm32f405::{EXTI, GPIOA, GPIOC, Interrupt, Peripherals, RCC, SPI1};
+use stm32f4::stm32f405::{DMA2, EXTI, GPIOA, GPIOC, Interrupt, Peripherals, RCC, SPI1};
 
 use super::clock::Clocks;
+use super::counter;
+use super::stream::{Left, SPI, Stream};
 use crate::shared::wake::wake;
 
 /// Readings of the status until a byte is given up. Each takes at least 6 cycles, so 0.7 ms at 168
 /// MHz. The slowest byte takes 0.25 ms (8 bits at 84 MHz / 256 are 24 us, at 8 MHz / 256 256 us).
 const PATIENCE: u32 = 20_000;
 
-/// The sensor has a new sample.
-static READY: AtomicBool = AtomicBool::new(false);
+/// Readings of the status until half a clock of a burst is over, of at least 6 cycles each. Half a
+/// clock of 0.5 MHz takes 168 cycles.
+const HALF_A_CLOCK: u32 = 100;
+
+/// Bursts that may wait for the main loop: 1 ms of an ADIS1649x at its fastest.
+static BURSTS: Bursts<4> = Bursts::new();
+
+/// What is sent in a burst, in SRAM, which every stream reaches.
+static COMMAND: [AtomicU8; LONGEST] = [const { AtomicU8::new(0) }; LONGEST];
+
+/// Bytes of an exchange.
+static LENGTH: AtomicUsize = AtomicUsize::new(0);
 
 /// Controller and sensor.
 pub struct Spi {
     device: ExclusiveDevice<Bus<Controller>, Select, Delay>,
     delay: Delay,
-    /// Of the sensor that was found.
-    form: Option<Form>,
 }
 
 impl Spi {
@@ -52,14 +72,11 @@ impl Spi {
             Ok(device) => device,
             Err(never) => match never {},
         };
-        Self {
-            device,
-            delay,
-            form: None,
-        }
+        Self { device, delay }
     }
 
-    /// Looks for a sensor and sets it up. Without a sensor this takes some 0.5 ms.
+    /// Looks for a sensor and sets it up; from then on its bursts come by themselves. Without a
+    /// sensor this takes some 0.5 ms.
     pub fn find(&mut self) -> Option<Found> {
         let found = find(&mut self.device, &mut self.delay).ok()??;
         let kept = begin(&mut self.device, &mut self.delay, found.model).ok()?;
@@ -68,17 +85,102 @@ impl Spi {
         }
         let form = found.model.form();
         self.device.bus_mut().registers().set_up(form.clock_hz());
-        self.form = Some(form);
-        Some(found)
+        begin_bursts(form).then_some(found)
+    }
+}
+
+/// The bursts of a sensor that is set up, by DMA. False: there is no controller.
+fn begin_bursts(form: Form) -> bool {
+    let (command, length) = form.exchange();
+    let data = spi().dr8().as_ptr() as u32;
+    if !into().set_up(data) || !out().set_up(data) {
+        return false;
+    }
+    if let Some(first) = COMMAND.first() {
+        first.store(command, Ordering::Relaxed);
+    }
+    LENGTH.store(length, Ordering::Relaxed);
+    let _ = spi().dr8().read(); // a byte that nobody has taken is of no burst
+    spi()
+        .cr2()
+        .write(|w| w.rxdmaen().enabled().txdmaen().enabled());
+    BURSTS.found(length);
+    // SAFETY: what the handlers use is set up, and no critical section relies on a masked
+    // interrupt.
+    unsafe {
+        NVIC::unmask(Interrupt::DMA2_STREAM0);
+        NVIC::unmask(Interrupt::EXTI4);
+    }
+    true
+}
+
+/// The oldest burst that has come and was not taken.
+///
+/// # Errors
+/// [`Lost`], once for each that was lost.
+pub fn burst(reply: &mut [u8; LONGEST]) -> Result<Option<&mut [u8]>, Lost> {
+    BURSTS.take(reply, Left::get)
+}
+
+/// Stream 0 of DMA2, from the SPI, and stream 3, to it (RM0090 table 43).
+fn into() -> Stream<0, false, SPI> {
+    // SAFETY: these registers exist for ever. This stream is the SPI's alone, and once bursts have
+    // begun its handlers'.
+    Stream::of(unsafe { &*DMA2::ptr() })
+}
+
+fn out() -> Stream<3, true, SPI> {
+    // SAFETY: as above.
+    Stream::of(unsafe { &*DMA2::ptr() })
+}
+
+/// The SPI with its streams, for the handlers.
+struct ByDma;
+
+impl Exchange<'static> for ByDma {
+    #[inline(always)]
+    fn begin(&self, places: &'static [AtomicU8]) {
+        select(true);
+        into().arm(places);
+        out().arm(
+            COMMAND
+                .get(..LENGTH.load(Ordering::Relaxed))
+                .unwrap_or_default(),
+        );
     }
 
-    /// A burst, if the sensor has said that there is a new one since the last.
-    pub fn burst<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Option<&'b mut [u8]> {
-        let form = self.form?;
-        if !READY.swap(false, Ordering::Relaxed) {
-            return None;
+    #[inline(always)]
+    fn end(&self) -> bool {
+        let left = into().stop();
+        out().stop();
+        let status = || spi().sr().read();
+        let _ = (0..HALF_A_CLOCK).any(|_| !status().bsy().is_busy());
+        select(false);
+        let whole = left == 0 && !status().ovr().is_overrun();
+        if !whole {
+            anew();
         }
-        Adis::new(&mut self.device, form).fetch(frame).ok()
+        whole
+    }
+
+    #[inline(always)]
+    fn now_us(&self) -> u32 {
+        counter::low()
+    }
+}
+
+/// The controller as it was set up, without what is left of a transfer that was given up.
+#[cold]
+fn anew() {
+    let (cr1, cr2) = (spi().cr1().read().bits(), spi().cr2().read().bits());
+    // SAFETY: no other interrupt uses this register, and the main loop does so only at start.
+    let reset = unsafe { RCC::steal() };
+    reset.apb2rstr().modify(|_, w| w.spi1rst().set_bit());
+    reset.apb2rstr().modify(|_, w| w.spi1rst().clear_bit());
+    // SAFETY: what was in these registers before.
+    unsafe {
+        spi().cr2().write(|w| w.bits(cr2));
+        spi().cr1().write(|w| w.bits(cr1));
     }
 }
 
@@ -88,7 +190,8 @@ struct Controller {
 }
 
 fn spi() -> SPI1 {
-    // SAFETY: after `Board::start` only this file uses SPI1, and never in an interrupt.
+    // SAFETY: after `Board::start` only this file uses SPI1: the main loop until bursts begin, then
+    // the handlers.
     unsafe { SPI1::steal() }
 }
 
@@ -139,21 +242,22 @@ impl digital::ErrorType for Select {
 
 impl OutputPin for Select {
     fn set_low(&mut self) -> Result<(), Infallible> {
-        // SAFETY: the register sets and clears single pins, so no other user of the port is
-        // disturbed.
-        unsafe { GPIOA::steal() }
-            .bsrr()
-            .write(|w| w.br4().set_bit());
+        select(true);
         Ok(())
     }
 
     fn set_high(&mut self) -> Result<(), Infallible> {
-        // SAFETY: as above.
-        unsafe { GPIOA::steal() }
-            .bsrr()
-            .write(|w| w.bs4().set_bit());
+        select(false);
         Ok(())
     }
+}
+
+/// Selects the sensor or releases it.
+#[inline(always)]
+fn select(low: bool) {
+    // SAFETY: the register sets and clears single pins, so no other user of the port is disturbed.
+    let pins = unsafe { GPIOA::steal() };
+    pins.bsrr().write(|w| w.br4().bit(low).bs4().bit(!low));
 }
 
 /// Waits by counting cycles.
@@ -196,20 +300,25 @@ fn pins(rcc: &RCC, a: &GPIOA, c: &GPIOC) {
     });
 }
 
-/// The rising edge of PC4 interrupts.
+/// The rising edge of PC4 interrupts, once bursts have begun.
 fn data_ready(peripherals: &Peripherals) {
     peripherals.SYSCFG.exticr2().modify(|_, w| w.exti4().pc());
     peripherals.EXTI.rtsr().modify(|_, w| w.tr4().enabled());
     peripherals.EXTI.imr().modify(|_, w| w.mr4().unmasked());
-    // SAFETY: what the handler uses is set up, and no critical section relies on a masked
-    // interrupt.
-    unsafe { NVIC::unmask(Interrupt::EXTI4) };
 }
 
 /// Data-ready rose.
 pub extern "C" fn exti4() {
     // SAFETY: the register clears the flags whose ones are written; only this handler does.
     unsafe { EXTI::steal() }.pr().write(|w| w.pr4().clear());
-    READY.store(true, Ordering::Relaxed);
-    wake();
+    if BURSTS.ready(&ByDma) {
+        wake();
+    }
+}
+
+/// A burst has come, or its transfer has failed.
+pub extern "C" fn dma2_stream0() {
+    if BURSTS.ended(&ByDma) {
+        wake();
+    }
 }

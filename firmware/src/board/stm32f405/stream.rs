@@ -1,7 +1,8 @@
-//! One stream of a DMA controller, for bytes between a serial line and SRAM (RM0090 section 10).
+//! One stream of a DMA controller, for bytes between a serial line or the SPI and SRAM (RM0090
+//! section 10).
 //!
-//! `firmware::link::dma` decides about transfers. Here is only the order of accesses to the
-//! registers:
+//! `firmware::link::dma` and `firmware::link::bursts` decide about transfers. Here is only the
+//! order of accesses to the registers:
 //! - Configuration, address and count are written only while EN reads 0 (10.3.17). Clearing EN
 //!   takes effect when the byte under way has been moved. So EN is read until it is 0, a bounded
 //!   number of times (10.3.14).
@@ -31,8 +32,9 @@ use firmware::wire::field::copy;
 use stm32f4::stm32f405::dma2::st::cr;
 use stm32f4::stm32f405::dma2::{RegisterBlock, ST};
 
-/// Channel of all serial lines on the streams used here (RM0090 tables 42 and 43).
-const CHANNEL: u8 = 4;
+/// Channel of all serial lines, and of the SPI, on the streams used here (RM0090 tables 42 and 43).
+const LINES: u8 = 4;
+pub const SPI: u8 = 3;
 
 /// Readings of EN until a byte under way has been moved, which takes some ten cycles even when all
 /// streams use the bus.
@@ -77,16 +79,18 @@ impl Progress for Left {
     }
 }
 
-/// Stream `N`; `OUT`: from memory to the line.
+/// Stream `N` with a channel; `OUT`: from memory to the line.
 #[derive(Clone, Copy, Debug)]
-pub struct Stream<const N: usize, const OUT: bool>(&'static RegisterBlock);
+pub struct Stream<const N: usize, const OUT: bool, const CHANNEL: u8 = LINES>(
+    &'static RegisterBlock,
+);
 
 /// Whether the DMA reaches what is at `address`: not the core-coupled memory.
 pub fn reaches(address: usize) -> bool {
     address >= 0x2000_0000
 }
 
-impl<const N: usize, const OUT: bool> Stream<N, OUT> {
+impl<const N: usize, const OUT: bool, const CHANNEL: u8> Stream<N, OUT, CHANNEL> {
     /// Of this controller.
     pub const fn of(controller: &'static RegisterBlock) -> Self {
         Self(controller)
@@ -140,14 +144,16 @@ impl<const N: usize, const OUT: bool> Stream<N, OUT> {
     }
 }
 
-impl<const N: usize, const OUT: bool> Progress for Stream<N, OUT> {
+impl<const N: usize, const OUT: bool, const CHANNEL: u8> Progress for Stream<N, OUT, CHANNEL> {
     #[inline(always)]
     fn left(&self) -> usize {
         self.progress().left()
     }
 }
 
-impl<const N: usize, const OUT: bool> dma::Stream<'static> for Stream<N, OUT> {
+impl<const N: usize, const OUT: bool, const CHANNEL: u8> dma::Stream<'static>
+    for Stream<N, OUT, CHANNEL>
+{
     #[inline(always)]
     fn arm(&self, places: &'static [AtomicU8]) {
         let stream = self.stream();

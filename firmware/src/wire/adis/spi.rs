@@ -12,7 +12,7 @@ use embedded_hal::spi::SpiDevice;
 use serde::{Deserialize, Serialize};
 
 /// Between two register words, microseconds (Linux adis16475: 5 + 16; `ArduPilot`: 20).
-const STALL_US: u32 = 21;
+pub const STALL_US: u32 = 21;
 
 /// Registers of the 1646x, 1647x and 1650x, and of the 1649x where it says so.
 pub mod register {
@@ -52,6 +52,18 @@ impl Form {
             Form::Narrow | Form::Wide => 1_000_000,
             Form::Adis1649x => 6_000_000,
         }
+    }
+}
+
+impl Form {
+    /// First byte of the command for a burst, and with it the bytes of the exchange. Its other
+    /// bytes are 0.
+    pub fn exchange(self) -> (u8, usize) {
+        let command = match self {
+            Form::Narrow | Form::Wide => 0x68,
+            Form::Adis1649x => 0x7C,
+        };
+        (command, 2 + self.bytes())
     }
 }
 
@@ -109,11 +121,8 @@ impl<S: SpiDevice> Adis<S> {
     /// # Errors
     /// The bus's.
     pub fn fetch<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Result<&'b mut [u8], S::Error> {
-        let command = match self.form {
-            Form::Narrow | Form::Wide => 0x68,
-            Form::Adis1649x => 0x7C,
-        };
-        let frame = frame.get_mut(..2 + self.form.bytes()).unwrap_or_default();
+        let (command, length) = self.form.exchange();
+        let frame = frame.get_mut(..length).unwrap_or_default();
         frame.fill(0);
         if let Some(first) = frame.first_mut() {
             *first = command;

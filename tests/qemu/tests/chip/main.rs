@@ -77,7 +77,7 @@ type Mutant = (
     Option<(Part, bool)>,
 );
 
-const MUTANTS: [Mutant; 13] = [
+const MUTANTS: [Mutant; 14] = [
     ("dma-count", &[Line], THEIRS, Some((Part::Stream, true))),
     // our streams run once and are begun anew
     ("dma-no-wrap", &[Line], THEIRS, Some((Part::Stream, false))),
@@ -125,6 +125,13 @@ const MUTANTS: [Mutant; 13] = [
     ),
     ("calendar-slow", &[Calendar], THEIRS, None),
     ("spi-late", &[Spi], THEIRS, Some((Part::Adis, true))),
+    // the program of the HAL polls
+    (
+        "spi-dma-leaves",
+        &[Spi],
+        [false, true],
+        Some((Part::Adis, true)),
+    ),
     ("supply-good", &[Supply], THEIRS, Some((Part::Supply, true))),
 ];
 

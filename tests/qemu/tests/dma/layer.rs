@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use firmware::wire::adis::Burst;
 use qemu::boards::Family;
 
 use super::*;

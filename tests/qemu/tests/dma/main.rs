@@ -2,6 +2,7 @@
 //! neither, so the chip is Unicorn's Cortex-M4 with peripherals written from the reference manual
 //! (`judges/stm32f405.py`).
 
+mod adis;
 mod layer;
 
 use std::path::Path;
@@ -10,7 +11,6 @@ use firmware::app::{Config, Hardware};
 use firmware::configuration::{Configuration, Parity, SerialLines};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
-use firmware::wire::adis::Burst;
 use qemu::drive::{Record, drive};
 use qemu::images::{Image, STM32F405, STM32F405_WINDOW};
 use qemu::judges::{ask, python};
@@ -23,8 +23,9 @@ use qemu::software::on_desktop;
 const SENSOR: i32 = 37;
 const SENSOR_IN: i32 = 58;
 const NAVIGATION_OUT: i32 = 17;
-/// ... and data-ready of the ADIS.
+/// ... data-ready of the ADIS, and the end of its burst.
 const DATA_READY: i32 = 10;
+const BURST_END: i32 = 56;
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
@@ -47,6 +48,10 @@ struct Done {
     /// byte on the navigation line began, cycles.
     came: Vec<f64>,
     left: Vec<f64>,
+    /// Instructions outside interrupts and in them, where they were counted.
+    executed: Vec<f64>,
+    /// What the command link sent, hexadecimal.
+    command: String,
 }
 
 impl Done {
@@ -118,6 +123,8 @@ fn run_in(
             .collect(),
         came: cycles("came"),
         left: cycles("left"),
+        executed: cycles("executed"),
+        command: values("command ").next().unwrap_or_default().to_owned(),
     }
 }
 
@@ -167,40 +174,6 @@ fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
     let counts = [SENSOR_IN, NAVIGATION_OUT].map(|number| done.served(number));
     assert!(counts[0] >= frames.len() && counts[0] <= most, "{counts:?}");
     assert!(counts[1] <= 2 * most, "{counts:?}");
-}
-
-/// An ADIS16507-1 and an ADIS16495-2 are found, set up and read by their data-ready; the bursts
-/// leave as they came.
-#[test]
-fn an_adis_is_found_and_its_bursts_leave() {
-    let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
-        return;
-    };
-    let burst = |counter: u16| Burst {
-        gyro: [i32::from(counter), -70_000, 3],
-        accel: [5, 6_000_000, -i32::from(counter)],
-        temperature: 250,
-        counter,
-        ..Burst::default()
-    };
-    for (product, range, hz) in [(16507, 0x3, 1_000_000), (16495, 0x7, 6_500_000)] {
-        let frame = |counter| match product {
-            16507 => burst(counter).emit32().to_vec(),
-            _ => burst(counter).emit_1649x(true).to_vec(),
-        };
-        let frames: Vec<_> = (0..100)
-            .map(|n| Record {
-                input: Input::Sensor,
-                at_us: 0,
-                bytes: frame(n),
-            })
-            .collect();
-        let adis = serde_json::json!({"product": product, "range": range, "hz": hz});
-        let done = run(&python, &built, &[], &frames, (MILLISECOND, BAUD), &adis);
-        let expected: Vec<u8> = frames.into_iter().flat_map(|frame| frame.bytes).collect();
-        assert!(done.sent == hex(&expected), "{product}: {}", done.sent);
-        assert_eq!(done.served(DATA_READY), 100, "{product}");
-    }
 }
 
 /// The configuration opens the lines anew while DMA moves their bytes: bit rate, parity, stop bits,

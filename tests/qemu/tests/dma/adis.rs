@@ -1,0 +1,183 @@
+//! An ADIS at the board's SPI, whose bursts DMA fetches: what comes, what it costs, what is told
+//! when it fails.
+
+use firmware::wire::adis::Burst;
+use firmware::wire::command::{Counters, Request, Response, decode};
+use qemu::budget::Budgets;
+use qemu::protocol::packet_of;
+use serde_json::{Value, json};
+
+use super::*;
+
+/// A sensor by its product number: range, fastest clock, one burst.
+struct Sensor {
+    product: u32,
+    range: u32,
+    hz: u32,
+    burst: fn(u16) -> Vec<u8>,
+}
+
+const SENSORS: [Sensor; 2] = [
+    Sensor {
+        product: 16507,
+        range: 0x3,
+        hz: 1_000_000,
+        burst: |counter| burst(counter).emit32().to_vec(),
+    },
+    Sensor {
+        product: 16495,
+        range: 0x7,
+        hz: 6_500_000,
+        burst: |counter| burst(counter).emit_1649x(true).to_vec(),
+    },
+];
+
+fn burst(counter: u16) -> Burst {
+    Burst {
+        gyro: [i32::from(counter), -70_000, 3],
+        accel: [5, 6_000_000, -i32::from(counter)],
+        temperature: 250,
+        counter,
+        ..Burst::default()
+    }
+}
+
+impl Sensor {
+    fn bursts(&self, count: u16) -> Vec<Record> {
+        let record = |n| Record {
+            input: Input::Sensor,
+            at_us: 0,
+            bytes: (self.burst)(n),
+        };
+        (0..count).map(record).collect()
+    }
+
+    /// As the model is told of it.
+    fn told(&self) -> Value {
+        json!({"product": self.product, "range": self.range, "hz": self.hz})
+    }
+}
+
+fn bytes(frames: &[Record]) -> String {
+    frames.iter().map(|frame| hex(&frame.bytes)).collect()
+}
+
+/// An ADIS16507-1 and an ADIS16495-2 are found, set up and read by their data-ready; the bursts
+/// leave as they came. Two interrupts a burst: data-ready and the end.
+#[test]
+fn an_adis_is_found_and_its_bursts_leave() {
+    let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
+        return;
+    };
+    for sensor in SENSORS {
+        let frames = sensor.bursts(100);
+        let told = sensor.told();
+        let done = run(&python, &built, &[], &frames, (MILLISECOND, BAUD), &told);
+        let name = sensor.product;
+        assert!(done.sent == bytes(&frames), "{name}: {}", done.sent);
+        let counts = [DATA_READY, BURST_END].map(|number| done.served(number));
+        assert_eq!(counts, [100; 2], "{name}");
+    }
+}
+
+/// Frames that pass before instructions are counted, so that a UART's format is known, and those
+/// that are counted.
+const BEFORE: usize = 20;
+const COUNTED: usize = 40;
+
+/// Instructions of the core for a frame that passes: outside interrupts and in them, whatever
+/// happens in the time of a frame included.
+fn cost(python: &Path, image: &Path, world: Value, frames: &[Record], period: u32) -> [f64; 2] {
+    let lines = SerialLines {
+        sensor_baud: 3_000_000,
+        ..SerialLines::DEFAULT
+    };
+    let mut told = Configuration {
+        lines,
+        ..Configuration::default()
+    };
+    told.correction.check_rate = false;
+    let commands = configure(&told).expect("packets");
+    let mut world = world;
+    world["count"] = json!(BEFORE);
+    let frames = &frames[..BEFORE + COUNTED];
+    let pace = (period, lines.sensor_baud);
+    let done = run_in(python, image, &commands, frames, pace, &world);
+    assert!(done.sent == bytes(frames), "{world}");
+    [0, 1].map(|part| done.executed[part] / COUNTED as f64)
+}
+
+/// At 2000 and at 4000 bursts a second the core executes for a burst at most what `budgets.toml`
+/// says, and in its interrupts no more than for a frame that comes by a UART.
+#[test]
+fn a_burst_costs_what_a_uart_frame_costs() {
+    let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) else {
+        return;
+    };
+    let budget = Budgets::read().expect("budgets.toml").adis;
+    let uart = frames(ImuFormat::AdisUart, 1);
+    for (hz, sensor, most) in [
+        (2000, &SENSORS[0], budget.burst_2000),
+        (4000, &SENSORS[1], budget.burst_4000),
+    ] {
+        let period = 1000 * MILLISECOND / hz;
+        let spi = json!({"adis": sensor.told()});
+        let [outside, within] = cost(&python, &image, spi, &sensor.bursts(200), period);
+        println!(
+            "ADIS{} at {hz} a second: {:.0} instructions a burst, {within:.0} in interrupts",
+            sensor.product,
+            outside + within
+        );
+        let line = json!({"adis": null});
+        let [other, by_uart] = cost(&python, &image, line, &uart, period);
+        println!(
+            "UART at {hz} a second: {:.0} instructions a frame, {by_uart:.0} in interrupts",
+            other + by_uart
+        );
+        assert!(outside + within <= most, "{hz}: {}", outside + within);
+        assert!(within <= by_uart, "{hz}: {within} and {by_uart}");
+        assert!(outside > 100.0, "{outside}: nobody looks at the burst");
+    }
+}
+
+/// A transfer that hangs, and a data-ready that does not come, cost their bursts and are counted;
+/// all others leave.
+#[test]
+fn what_fails_is_told_and_the_rest_leaves() {
+    let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) else {
+        return;
+    };
+    let request = hex(&packet_of(1, &Request::GetCounters).expect("a packet"));
+    for sensor in SENSORS {
+        let frames = sensor.bursts(60);
+        let mut adis = sensor.told();
+        (adis["hangs"], adis["silent"]) = (json!([20]), json!([40]));
+        let world = json!({"adis": adis, "ask": [request]});
+        let done = run_in(&python, &image, &[], &frames, (MILLISECOND, BAUD), &world);
+        // with the sample that finds the transfer hanging, the sensor has its pause
+        let kept: Vec<Record> = (0..60)
+            .filter(|n| ![20, 21, 40].contains(n))
+            .map(|n| frames[n].clone())
+            .collect();
+        let name = sensor.product;
+        assert!(done.sent == bytes(&kept), "{name}: {}", done.sent);
+        let counted = counters(&done.command);
+        assert_eq!(
+            (counted.lost, counted.missed),
+            (2, 3),
+            "{name}: {counted:?}"
+        );
+        assert_eq!(counted.frames, 57, "{name}");
+    }
+}
+
+/// Of an answer to `GetCounters`, hexadecimal.
+fn counters(answer: &str) -> Counters {
+    let pairs = (0..answer.len() / 2).map(|n| &answer[2 * n..2 * n + 2]);
+    let bytes = pairs.map(|pair| u8::from_str_radix(pair, 16).expect("hexadecimal"));
+    let mut bytes: Vec<u8> = bytes.filter(|byte| *byte != 0).collect();
+    match decode::<Response>(&mut bytes) {
+        Ok((_, Response::Counters(counters))) => counters,
+        other => panic!("{other:?}"),
+    }
+}
