@@ -8,7 +8,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let _ = writeln!(stderr(), "host-sim: {error}"); // nobody may be reading
-            ExitCode::from(2)
+            ExitCode::from(error.code())
         }
     }
 }

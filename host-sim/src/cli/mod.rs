@@ -19,6 +19,7 @@ mod messages;
 mod options;
 mod output;
 mod progress;
+pub mod recording;
 mod replay;
 mod report;
 mod run;
