@@ -177,6 +177,12 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
+    /// The user has interrupted the command.
+    #[error("interrupted; {0}")]
+    Interrupted(
+        /// What is there, and how to go on.
+        String,
+    ),
     /// A file or directory cannot be written.
     #[error(
         "{}: cannot be written ({source}); remedy: choose a place with free space that you may \
@@ -229,11 +235,13 @@ pub enum Error {
 }
 
 impl Error {
-    /// The exit code of the program: 1 for a check that found a difference, else 2.
+    /// The exit code of the program: 1 for a check that found a difference, 130 for an
+    /// interruption, else 2.
     #[must_use]
     pub fn code(&self) -> u8 {
         match self {
             Self::Differs { .. } => 1,
+            Self::Interrupted(_) => 130,
             _ => 2,
         }
     }

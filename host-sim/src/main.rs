@@ -4,6 +4,7 @@ use std::io::{Write, stderr};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    host_sim::cli::interrupt::watch();
     match host_sim::cli::Cli::given().execute() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -14,6 +14,7 @@ mod device;
 mod examples;
 mod fleet;
 mod hil;
+pub mod interrupt;
 mod learnability;
 mod messages;
 mod options;
