@@ -2,8 +2,8 @@
 //! where, and what to do about it.
 //!
 //! `Display` gives one line without the program's name, ready for `eprintln!("host-sim: {error}")`.
-//! The program prints that line and exits with [`Error::code`]. Every variant but one is about input
-//! that the user can correct. Mistakes of the program itself are panics, not errors.
+//! The program prints that line and exits with [`Error::code`]. Most variants are about input that
+//! the user can correct. Mistakes of the program itself are panics, not errors.
 
 use std::path::{Path, PathBuf};
 
