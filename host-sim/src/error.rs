@@ -2,8 +2,8 @@
 //! where, and what to do about it.
 //!
 //! `Display` gives one line without the program's name, ready for `eprintln!("host-sim: {error}")`.
-//! The program prints that line and exits with code 2. Every variant is about input that the user
-//! can correct. Mistakes of the program itself are panics, not errors.
+//! The program prints that line and exits with [`Error::code`]. Most variants are about input that
+//! the user can correct. Mistakes of the program itself are panics, not errors.
 
 use std::path::{Path, PathBuf};
 
@@ -167,6 +167,22 @@ pub enum Error {
         /// What would be right.
         remedy: String,
     },
+    /// A command whose job is to compare has found a difference.
+    #[error("{what}: {difference}; remedy: {remedy}")]
+    Differs {
+        /// What was compared.
+        what: String,
+        /// The difference.
+        difference: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The user has interrupted the command.
+    #[error("interrupted; {0}")]
+    Interrupted(
+        /// What is there, and how to go on.
+        String,
+    ),
     /// A file or directory cannot be written.
     #[error(
         "{}: cannot be written ({source}); remedy: choose a place with free space that you may \
@@ -219,6 +235,31 @@ pub enum Error {
 }
 
 impl Error {
+    /// The exit code of the program: 1 for a check that found a difference, 130 for an
+    /// interruption, else 2.
+    #[must_use]
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Differs { .. } => 1,
+            Self::Interrupted(_) => 130,
+            _ => 2,
+        }
+    }
+
+    /// A check of `what` has found this difference.
+    #[must_use]
+    pub fn differs(
+        what: impl Into<String>,
+        difference: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::Differs {
+            what: what.into(),
+            difference: difference.into(),
+            remedy: remedy.into(),
+        }
+    }
+
     /// Reading `file` failed with `source`: [`Error::Missing`] or [`Error::Unreadable`].
     #[must_use]
     pub fn reading(file: &Path, source: std::io::Error) -> Self {

@@ -2,9 +2,11 @@
 //! directory and then renamed.
 
 use crate::error::Error;
+use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 /// Writes `bytes` to `path` and replaces an existing file in one step. Missing parent directories
@@ -27,10 +29,50 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     Sink::open(path).map(drop)
 }
 
+/// Temporary files and folders that are there now.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// A temporary file or folder, while it is there.
+#[derive(Debug)]
+pub(crate) struct Unfinished(PathBuf);
+
+impl Unfinished {
+    /// Of this path.
+    pub(crate) fn new(path: &Path) -> Self {
+        unfinished().insert(path.to_path_buf());
+        Self(path.to_path_buf())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        unfinished().remove(&self.0);
+    }
+}
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// While this is held an interruption waits, so that several renames are done or not.
+pub(crate) fn undivided() -> impl Drop {
+    unfinished()
+}
+
+/// Removes what is unfinished, before the program is left in the middle of its work.
+pub fn abandon() {
+    let all = unfinished();
+    for path in all.iter() {
+        // what is gone already has its name now
+        let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir_all(path));
+    }
+    std::mem::forget(all); // nothing gets its name from now on
+}
+
 /// A file that is being written and is not yet in its place.
 enum Sink {
     /// A temporary file in the directory of its final name.
-    Beside(NamedTempFile, PathBuf),
+    Beside(NamedTempFile, PathBuf, Unfinished),
     /// A pipe or a device such as `/dev/stdout`. A file must not replace it, so it is written
     /// directly.
     Straight(File),
@@ -53,7 +95,9 @@ impl Sink {
         }
         let directory = directory_of(&place);
         std::fs::create_dir_all(directory)?;
-        Ok(Self::Beside(temporary_file(directory)?, place))
+        let file = temporary_file(directory)?;
+        let unfinished = Unfinished::new(file.path());
+        Ok(Self::Beside(file, place, unfinished))
     }
 
     /// Renames the file to its final name.
@@ -61,7 +105,7 @@ impl Sink {
         match self {
             // The data are synced first. Otherwise the rename may reach the disk before the data,
             // and a power cut would leave an empty file.
-            Self::Beside(file, place) => file
+            Self::Beside(file, place, _unfinished) => file
                 .as_file()
                 .sync_data()
                 .and_then(|()| Ok(file.persist(place).map(drop)?)),
@@ -73,14 +117,14 @@ impl Sink {
 impl Write for Sink {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         match self {
-            Self::Beside(file, _) => file.write(bytes),
+            Self::Beside(file, ..) => file.write(bytes),
             Self::Straight(file) => file.write(bytes),
         }
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
         match self {
-            Self::Beside(file, _) => file.flush(),
+            Self::Beside(file, ..) => file.flush(),
             Self::Straight(file) => file.flush(),
         }
     }

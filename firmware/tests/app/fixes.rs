@@ -28,7 +28,7 @@ fn device(config: Config) -> Device {
     device
 }
 
-fn config() -> Config {
+pub fn config() -> Config {
     Config {
         mode: Mode::Learn,
         ..KIND.config()
@@ -57,14 +57,14 @@ fn fix(second: u32) -> Pvt {
 }
 
 /// A device whose vehicle stands.
-struct Bench {
-    device: Device,
+pub struct Bench {
+    pub device: Device,
     samples: AtRest,
     number: u32,
 }
 
 impl Bench {
-    fn new(config: Config) -> Bench {
+    pub fn new(config: Config) -> Bench {
         Bench {
             device: device(config),
             samples: AtRest::new(&lsb()),
@@ -86,7 +86,7 @@ impl Bench {
 
     /// Runs for some seconds, with a fix 100 ms after each begins. `passes`: passes of the
     /// application after each frame; `None`: as many as there is work for.
-    fn run(&mut self, seconds: u32, passes: Option<u32>) {
+    pub fn run(&mut self, seconds: u32, passes: Option<u32>) {
         for _ in 0..seconds {
             for n in 0..RATE {
                 let frame = self.frame();
@@ -117,11 +117,16 @@ impl Bench {
         }
     }
 
-    fn health(&mut self) -> Health {
+    pub fn health(&mut self) -> Health {
         self.device.ask(&Request::GetHealth, |answer| match answer {
             Response::Health(health) => health,
             other => panic!("{other:?}"),
         })
+    }
+
+    /// The north gyro errs by 2 deg/h from now on: six standard deviations.
+    pub fn errs_north(&mut self) {
+        self.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
     }
 
     fn weights(&mut self) -> Nets {
@@ -222,8 +227,7 @@ fn same_whenever(config: &Config) {
     let run = |passes: Option<u32>| {
         let mut bench = Bench::new(config.clone());
         bench.run(115, passes);
-        // the north gyro errs by 2 deg/h from now on: six standard deviations
-        bench.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
+        bench.errs_north();
         bench.run(600, passes);
         (bench.weights(), bench.health())
     };
@@ -370,8 +374,7 @@ fn it_learns_by_the_configuration() {
             bench.number = 0;
         }
         bench.run(115, None);
-        // the north gyro errs by 2 deg/h from now on: six standard deviations
-        bench.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
+        bench.errs_north();
         bench.run(600, None);
         (bench.weights(), bench.health().winner)
     };

@@ -21,6 +21,7 @@ mod holes;
 mod identity;
 mod keys;
 mod learn;
+mod looked_at;
 mod memory;
 mod next_power_on;
 mod receivers;

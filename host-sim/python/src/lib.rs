@@ -18,10 +18,12 @@ mod arrays;
 mod compensator;
 mod errors;
 mod experiment;
+mod kalman;
 mod learner;
 mod long;
 mod navigator;
 mod network;
+mod read;
 mod recording;
 mod replay;
 mod session;
@@ -40,11 +42,15 @@ mod _native {
     #[pymodule_export]
     use super::experiment::{Experiment, Scenario, run_experiment, simulate};
     #[pymodule_export]
+    use super::kalman::Kalman;
+    #[pymodule_export]
     use super::learner::{Learner, Pass};
     #[pymodule_export]
     use super::navigator::{Navigator, align, free_inertial, ned};
     #[pymodule_export]
     use super::network::Network;
+    #[pymodule_export]
+    use super::read::read;
     #[pymodule_export]
     use super::recording::{Recording, read_csv, read_kf_gins};
     #[pymodule_export]

@@ -25,7 +25,7 @@ pub struct Navigator {
 /// Names of the coning and sculling algorithms.
 const SAMPLES: [Samples; 3] = [Samples::One, Samples::Two, Samples::Three];
 
-fn place(value: &Bound<'_, PyAny>) -> PyResult<Geodetic> {
+pub fn place(value: &Bound<'_, PyAny>) -> PyResult<Geodetic> {
     let [lat, lon, h] = few("position", value)?;
     if !(lat.abs() < 1.58 && lon.is_finite() && h.is_finite()) {
         let problem = format!("is ({lat}, {lon}, {h})");
@@ -36,7 +36,7 @@ fn place(value: &Bound<'_, PyAny>) -> PyResult<Geodetic> {
 }
 
 /// A quaternion w, x, y, z.
-fn attitude(value: &Bound<'_, PyAny>) -> PyResult<UnitQuaternion<f64>> {
+pub fn attitude(value: &Bound<'_, PyAny>) -> PyResult<UnitQuaternion<f64>> {
     let [w, x, y, z] = few("q_bn", value)?;
     let q = Quaternion::new(w, x, y, z);
     if !(1.0 - 1e-6..1.0 + 1e-6).contains(&q.norm()) {
@@ -55,7 +55,7 @@ pub fn quaternion(q: &UnitQuaternion<f64>) -> [f64; 4] {
     [q.w, q.i, q.j, q.k]
 }
 
-fn increments(dtheta: &[[f64; 3]], dv: &[[f64; 3]]) -> Vec<Increment> {
+pub fn increments(dtheta: &[[f64; 3]], dv: &[[f64; 3]]) -> Vec<Increment> {
     let pairs = dtheta.iter().zip(dv);
     pairs.map(|(a, b)| increment(a, b)).collect()
 }
@@ -67,7 +67,7 @@ fn increment(dtheta: &[f64; 3], dv: &[f64; 3]) -> Increment {
     }
 }
 
-fn positive(name: &str, value: f64) -> PyResult<f64> {
+pub fn positive(name: &str, value: f64) -> PyResult<f64> {
     if value.is_finite() && value > 0.0 {
         return Ok(value);
     }
@@ -78,7 +78,7 @@ fn positive(name: &str, value: f64) -> PyResult<f64> {
     ))
 }
 
-fn samples(number: usize) -> PyResult<Samples> {
+pub fn samples(number: usize) -> PyResult<Samples> {
     let known = number.checked_sub(1).and_then(|k| SAMPLES.get(k));
     known
         .copied()
@@ -86,7 +86,7 @@ fn samples(number: usize) -> PyResult<Samples> {
 }
 
 /// Errors of positions and velocities.
-type Errors<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+pub type Errors<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Positions, velocities and attitudes.
 type Solution<'py> = (

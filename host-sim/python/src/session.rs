@@ -269,7 +269,7 @@ impl Session {
     }
 }
 
-fn no_attitude() -> PyErr {
+pub fn no_attitude() -> PyErr {
     let remedy = "give a session that begins with at least 90 s of standstill";
     refused("session", "its standstill gives no attitude", remedy)
 }

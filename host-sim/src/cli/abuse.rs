@@ -1,5 +1,6 @@
 //! `host-sim abuse`.
 
+use super::interrupt::asked;
 use super::options::{arguments, pool, refused, shard};
 use super::output::JsonOption;
 use super::progress::bar;
@@ -11,8 +12,7 @@ use crate::error::Error;
 use crate::output::write_atomic;
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Arguments of `abuse`.
 #[derive(Debug, ClapArgs)]
@@ -153,10 +153,7 @@ impl Args {
             resume: self.resume,
         };
         let pool = pool(self.jobs)?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&stop);
-        // without a handler an interruption ends the program at once, which loses little
-        let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+        let stop = asked();
         let bar = bar(
             abuse.length(),
             "{bar:30} {pos}/{len} cases, {elapsed} elapsed, {eta} left",
@@ -167,8 +164,8 @@ impl Args {
         let rows = rows?;
         if stop.load(Ordering::Relaxed) {
             // an interrupted abuse is no result
-            eprintln!("interrupted; the same command with --resume goes on");
-            return Ok(());
+            let text = "the same command with --resume goes on";
+            return Err(Error::Interrupted(text.into()));
         }
         finish(&rows, &times, &self.files)
     }

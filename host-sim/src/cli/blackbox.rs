@@ -1,6 +1,5 @@
 //! `host-sim replay blackbox`.
 
-use super::options::refused;
 use crate::error::Error;
 use crate::hil::blackbox::{Verdict, names, play, read};
 use clap::Args as ClapArgs;
@@ -50,7 +49,7 @@ impl Blackbox {
         let Some(at_us) = differs else {
             return Ok(());
         };
-        Err(refused(
+        Err(Error::differs(
             self.file.display().to_string(),
             format!(
                 "the device did something else at {:.6} s",

@@ -6,8 +6,9 @@ use clap::Command;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done; also when the reader of the output has closed the pipe
-  2    bad arguments, bad input, a device that does not answer, a check that found a difference,
-       or output that cannot be written; one line on standard error says what, and the remedy
+  1    a check has found a difference: hil, soak, replay blackbox
+  2    bad arguments, bad input, a device that does not answer, or output that cannot be written;
+       as with 1, one line on standard error says what, and the remedy
   101  a mistake of this program: please report it with the command
   130  interrupted; files are whole or absent, and --resume goes on where there is that option
 

@@ -1,5 +1,6 @@
 //! `host-sim hil`.
 
+use super::interrupt::asked;
 use super::options::{UnitOption, refused};
 use super::output::JsonOption;
 use super::progress::bar;
@@ -12,8 +13,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// Arguments of `hil`. A port is a serial device (`/dev/ttyUSB0`, `COM3`) or `tcp:HOST:PORT`.
 #[derive(Debug, ClapArgs)]
@@ -93,13 +93,8 @@ impl Args {
             seconds: self.seconds,
             fast: self.fast,
         };
-        let stop = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&stop);
-        // Without a handler an interruption ends the program at once, and the board keeps the
-        // networks of the run.
-        if let Err(error) = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)) {
-            eprintln!("host-sim: an interruption will not restore the board ({error})");
-        }
+        // told, it restores the networks that the board had before
+        let stop = asked();
         let bar = bar(0, "{elapsed} {wide_bar} {bytes} of {total_bytes}");
         let progress = |came: usize, of: usize| {
             bar.set_length(of as u64);
@@ -116,7 +111,12 @@ impl Args {
         let text = serde_json::to_string_pretty(&report)
             .map_err(|error| refused("--json", error.to_string(), "report it"))?;
         self.json.write_text(&(text + "\n"))?;
-        report.check(&self.nav)
+        report.check(&self.nav)?;
+        if stop.load(Ordering::Relaxed) {
+            let text = "the board has its networks again; what was sent until then is equal";
+            return Err(Error::Interrupted(text.into()));
+        }
+        Ok(())
     }
 }
 

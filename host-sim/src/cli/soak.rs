@@ -129,7 +129,7 @@ impl Args {
         print(&told, self.json)?;
         match told.violation {
             None => Ok(()),
-            Some(what) => Err(refused(
+            Some(what) => Err(Error::differs(
                 format!("--seed {}", self.seed),
                 what,
                 "this is a defect of the device: the same seed shows it again",

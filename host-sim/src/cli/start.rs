@@ -1,5 +1,6 @@
 //! `host-sim start`.
 
+use super::interrupt::asked;
 use super::options::{UnitOption, arguments, pool, refused, within};
 use super::output::JsonOption;
 use super::progress::bar;
@@ -10,8 +11,6 @@ use crate::report;
 use clap::Args as ClapArgs;
 use serde_json::json;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Arguments of `start`.
 #[derive(Debug, ClapArgs)]
@@ -96,10 +95,7 @@ impl Args {
             receiver: self.receiver.receiver()?,
         };
         let pool = pool(self.jobs)?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&stop);
-        // without a handler an interruption ends the program at once, and the trials are lost
-        let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+        let stop = asked();
         let bar = bar(
             study.trials() as u64,
             "{bar:30} {pos}/{len} trials, {elapsed} elapsed, {eta} left",
@@ -119,8 +115,8 @@ impl Args {
         }))?;
         if !whole {
             // an interrupted study is no result
-            eprintln!("interrupted: {done} of {} trials are done", study.trials());
-            return Ok(());
+            let text = format!("{done} of {} trials are done", study.trials());
+            return Err(Error::Interrupted(text));
         }
         if let Some(file) = &self.results {
             let command = format!("cargo run --release -- {}", arguments());

@@ -101,7 +101,7 @@ pub(super) struct Loaded {
     /// Name of the command.
     pub(super) name: &'static str,
     pub(super) record: Record,
-    says: Says,
+    pub(super) says: Says,
     /// The unit that the recording itself names.
     pub(super) named: Option<Unit>,
     /// What corrected samples are written into.
@@ -294,6 +294,32 @@ impl Options {
             ),
         };
         refused("--learn-s", problem, remedy)
+    }
+
+    /// Puts what the options tell, and the unit where they do not, into a recording that is only
+    /// read. The unit of the options.
+    pub(super) fn tell(
+        &self,
+        record: &mut Record,
+        named: Option<&Unit>,
+    ) -> Result<Option<Unit>, Error> {
+        let of_a_replay = [
+            ("--learn-s", self.learn_s.is_some()),
+            ("--strict", self.strict),
+            ("--part", self.part.is_some()),
+            ("--attitude-sigma", self.attitude_sigma != [0.1, 0.5]),
+            ("--estimate-time-offset", self.says.estimate_time_offset),
+            ("--corrected", self.corrected.scheme().is_some()),
+            ("--json, --out", self.output.is_given()),
+        ];
+        if let Some((name, _)) = of_a_replay.iter().find(|(_, given)| *given) {
+            let remedy = "give it to the replay, not to the reading";
+            return Err(refused(*name, "belongs to a replay", remedy));
+        }
+        let given = self.unit.load()?;
+        let told = given.as_ref().or(named).cloned().unwrap_or_default();
+        self.says.tell(record, &told)?;
+        Ok(given)
     }
 
     /// Tells where the samples contradict what is said of them.

@@ -115,11 +115,7 @@ impl Report {
                  otherwise flash this version of the firmware",
             )
         };
-        Err(Error::Option {
-            option: format!("--nav {nav}"),
-            problem,
-            remedy: remedy.into(),
-        })
+        Err(Error::differs(format!("--nav {nav}"), problem, remedy))
     }
 }
 

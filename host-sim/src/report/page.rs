@@ -6,7 +6,7 @@ use super::drawn::draw;
 use super::{html, json};
 use crate::error::Error;
 use crate::experiment::results::{Curve, Report};
-use crate::output::directory_of;
+use crate::output::{Unfinished, directory_of, undivided};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -42,6 +42,7 @@ pub(super) fn place<N: AsRef<Path>>(
     let parent = directory_of(&place);
     fs::create_dir_all(parent).map_err(unwritable)?;
     let fresh = temporary_directory(parent).map_err(unwritable)?;
+    let _unfinished = Unfinished::new(fresh.path());
     for (name, bytes) in files()? {
         fs::write(fresh.path().join(name), bytes).map_err(unwritable)?;
     }
@@ -135,6 +136,7 @@ fn is_ours(page: &[u8]) -> bool {
 
 /// Puts `fresh` in the place of the directory `place`, and moves the other files there into it.
 fn replace(fresh: &tempfile::TempDir, place: &Path) -> io::Result<()> {
+    let _undivided = undivided();
     let aside = temporary_directory(directory_of(place))?;
     let old = aside.path().join("old");
     fs::rename(place, &old)?;

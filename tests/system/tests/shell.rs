@@ -64,7 +64,7 @@ fn each_command_has_a_page_in_the_manual() {
 fn the_exit_codes_are_told() {
     let dir = tempfile::tempdir().expect("a directory");
     let help = printed(dir.path(), &["--help"]);
-    for code in ["  0 ", "  2 ", "  101 ", "  130 "] {
+    for code in ["  0 ", "  1 ", "  2 ", "  101 ", "  130 "] {
         assert!(help.contains(code), "{help}");
     }
 }
@@ -109,4 +109,54 @@ fn a_pipe_gets_no_colours() {
         let all = [output.stdout, output.stderr].concat();
         assert!(!all.is_empty() && !all.contains(&0x1b), "{args:?}");
     }
+}
+
+/// Interrupted while it writes, a command leaves no part of a file, says so, and ends with 130.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_command_leaves_whole_files_or_none() {
+    use std::process::{Command, Stdio};
+    use std::time::Duration;
+    let dir = tempfile::tempdir().expect("a directory");
+    let text = "unit = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = 14000\n";
+    std::fs::write(dir.path().join("long.toml"), text).expect("written");
+    let mut command = Command::new(system::host_sim_binary());
+    command.args([
+        "simulate",
+        "--scenario",
+        "long.toml",
+        "--learning",
+        "--out",
+        "d",
+    ]);
+    command.current_dir(dir.path()).stderr(Stdio::piped());
+    let child = command.spawn().expect("it starts");
+    let names = || -> Vec<String> {
+        let entries = std::fs::read_dir(dir.path().join("d"))
+            .into_iter()
+            .flatten();
+        let names = entries.flatten().map(|entry| entry.file_name());
+        names
+            .map(|name| name.to_string_lossy().into_owned())
+            .collect()
+    };
+    let begun = || names().iter().any(|name| name.starts_with(".host-sim-"));
+    for _ in 0..6000 {
+        if begun() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(begun(), "it never wrote");
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.expect("kill").success());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("interrupted; files are whole or absent"),
+        "{said}"
+    );
+    assert_eq!(names(), [] as [String; 0]);
 }

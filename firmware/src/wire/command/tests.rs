@@ -15,7 +15,7 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 /// Any request; the bytes of a chunk are given apart because it borrows them.
 fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
-    match kind % 14 {
+    match kind % 16 {
         0 => Request::GetVersion,
         1 => Request::GetHealth,
         2 => Request::SetMode(mode),
@@ -45,7 +45,36 @@ fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Req
             angle: real as f32,
             sigma: 0.1,
         }),
+        13 => Request::GetSolution,
+        14 => Request::GetTrials,
         _ => Request::CommitLearnt,
+    }
+}
+
+/// Every value another one.
+fn solution(latitude: f64) -> Solution {
+    let value = |n: u8| f32::from(n) * -1.5 + 0.1;
+    Solution {
+        place: [latitude, -core::f64::consts::PI],
+        height: value(0),
+        velocity: [value(1), value(2), value(3)],
+        attitude: [value(4), value(5), value(6), value(7)],
+        estimate: [8, 11].map(|n| [value(n), value(n + 1), value(n + 2)]),
+        sigma: [14, 17].map(|n| [value(n), value(n + 1), f32::INFINITY]),
+    }
+}
+
+/// Every value another one; counts and bits as long as they can be.
+fn trials(number: u8) -> Trials {
+    let value = |n: usize| number as f32 * 1e3 - n as f32;
+    Trials {
+        leading: number,
+        enabled: u8::MAX,
+        proved: !number,
+        ended: core::array::from_fn(|n| u16::MAX - n as u16),
+        evidence: core::array::from_fn(value),
+        proof: core::array::from_fn(|n| value(n + 8)),
+        check: core::array::from_fn(|n| value(n + 16)),
     }
 }
 
@@ -91,6 +120,8 @@ proptest! {
             doubted: u32::MAX,
         };
         for response in [
+            Response::Solution(solution(f64::from(offset) * 1e-9)),
+            Response::Trials(trials(number)),
             Response::Estimate(estimate),
             Response::Done,
             Response::Refused(Reason::Unsupported),
@@ -166,16 +197,29 @@ fn golden_packet() {
     assert_eq!(packet, [8, 3, 2, 3, a, b, c, d, 0]);
 }
 
+/// The number and the message of a packet, as postcard has written them.
+fn plain<M: Serialize>(number: u8, message: &M) -> Vec<u8> {
+    let mut buffer = [0; MAX_PACKET];
+    let packet = encode(number, message, &mut buffer).unwrap();
+    let len = packet.len() - 1;
+    let len = crate::wire::cobs::decode_in_place(&mut packet[..len]).unwrap();
+    packet[..len - 4].to_vec()
+}
+
+/// A packet with the right CRC around whatever bytes.
+fn packed(message: &[u8]) -> Vec<u8> {
+    let mut plain = message.to_vec();
+    plain.extend(crate::wire::checksum::crc32_zlib(message).to_le_bytes());
+    let mut packet = std::vec![0; plain.len() + 3];
+    crate::wire::cobs::encode(&plain, &mut packet).unwrap();
+    packet
+}
+
 /// Right CRC, wrong message: one of a newer version, one with bytes left over, none at all.
 #[test]
 fn what_this_version_does_not_know_is_refused() {
-    let decoded = |message: &[u8]| {
-        let mut plain = message.to_vec();
-        plain.extend(crate::wire::checksum::crc32_zlib(message).to_le_bytes());
-        let mut packet = [0; MAX_PACKET];
-        crate::wire::cobs::encode(&plain, &mut packet).unwrap();
-        decode::<Request>(&mut packet).map(|(number, _)| number)
-    };
+    let decoded =
+        |message: &[u8]| decode::<Request>(&mut packed(message)).map(|(number, _)| number);
     assert_eq!(decoded(&[9, 1]), Ok(9));
     assert_eq!(decoded(&[9, 1, 0]), Err(Error::Field));
     assert_eq!(decoded(&[9, 200]), Err(Error::Field));
@@ -196,5 +240,61 @@ fn a_short_buffer_is_an_error() {
             encode(255, &request, &mut buffer[..short]),
             Err(Error::Length)
         );
+    }
+}
+
+/// The two requests of version 10 and their answers are the last variants, with their fields in
+/// this order, so that nobody changes them unawares.
+#[test]
+fn golden_solution_and_trials() {
+    let (told, tried) = (solution(0.7), trials(9));
+    let floats = |all: &[f32]| {
+        all.iter()
+            .flat_map(|of| of.to_le_bytes())
+            .collect::<Vec<_>>()
+    };
+    let mut expected = std::vec![3, 16];
+    expected.extend(told.place.into_iter().flat_map(f64::to_le_bytes));
+    expected.extend(floats(&[told.height]));
+    for part in [told.velocity.as_slice(), &told.attitude] {
+        expected.extend(floats(part));
+    }
+    expected.extend(floats(told.estimate.as_flattened()));
+    expected.extend(floats(told.sigma.as_flattened()));
+    assert_eq!(plain(3, &Response::Solution(told)), expected);
+    let mut expected = std::vec![3, 17, 9, 255, !9];
+    for n in 0..6 {
+        expected.extend([0xFF - n, 0xFF, 0x03]); // u16::MAX - n as postcard's varint
+    }
+    for part in [tried.evidence, tried.proof, tried.check] {
+        expected.extend(floats(&part));
+    }
+    assert_eq!(plain(3, &Response::Trials(tried)), expected);
+    assert_eq!(plain(3, &Request::GetSolution), [3, 29]);
+    assert_eq!(plain(3, &Request::GetTrials), [3, 30]);
+}
+
+/// A byte too few or too many, with the right checksum, is no answer; nor is a request that
+/// carries something.
+#[test]
+fn solutions_and_trials_of_another_length_are_refused() {
+    for response in [
+        Response::Solution(solution(0.7)),
+        Response::Trials(trials(1)),
+    ] {
+        let message = plain(5, &response);
+        let refused = |message: &[u8]| decode::<Response>(&mut packed(message)).unwrap_err();
+        assert_eq!(decode::<Response>(&mut packed(&message)), Ok((5, response)));
+        for short in 2..message.len() {
+            assert_eq!(refused(&message[..short]), Error::Field, "{short}");
+        }
+        assert_eq!(refused(&[&message[..], &[0]].concat()), Error::Field);
+    }
+    for kind in [29, 30] {
+        assert!(decode::<Request>(&mut packed(&[5, kind])).is_ok());
+        for more in 1..40 {
+            let message = [&[5, kind][..], &std::vec![0; more]].concat();
+            assert!(decode::<Request>(&mut packed(&message)).is_err(), "{more}");
+        }
     }
 }

@@ -15,6 +15,7 @@ __all__ = [
     "Allan",
     "Compensator",
     "Experiment",
+    "Kalman",
     "Learner",
     "Learnt",
     "Navigator",
@@ -33,6 +34,7 @@ __all__ = [
     "free_inertial",
     "learn_from_fixes",
     "ned",
+    "read",
     "read_csv",
     "read_kf_gins",
     "replay",
@@ -551,6 +553,90 @@ class Navigator:
         """Whether it has come too near to a pole; then its solution must not be used."""
 
 @final
+class Kalman:
+    """The classical filter: a navigator aided by fixes, which estimates errors of the sensors.
+
+    position, velocity, q_bn: as of Navigator. unit: what is assumed of the sensors. errors:
+    "none", "biases" (6), "scale" (12: with scale factors) or "matrices" (24: with
+    misalignments, too). sigma: of tilt and heading, rad, velocity, m/s, and position, m.
+    walk_per_hour: of the biases, as a share of their prior; default: what the unit says.
+    """
+
+    def __new__(
+        cls,
+        position: _Few,
+        velocity: _Few,
+        q_bn: _Few,
+        unit: Unit | _Path,
+        *,
+        errors: str = "matrices",
+        sigma: _Few,
+        walk_per_hour: float | None = None,
+        samples: int = 3,
+    ) -> Kalman: ...
+    @property
+    def epoch(self) -> int:
+        """Epoch of the session that it has reached: whole seconds since power-on."""
+    @staticmethod
+    def aligned(
+        session: Session,
+        *,
+        errors: str = "matrices",
+        unit: Unit | _Path | None = None,
+        walk_per_hour: float | None = None,
+    ) -> Kalman:
+        """A filter that has aligned itself on the standstill of a session, with the correlations
+        between attitude and biases that this gives. `epoch` tells where it stands then.
+        """
+    def run(self, dtheta: _F64, dv: _F64, dt: float) -> None:
+        """Navigates over increments, (n, 3) each, rad and m/s, of dt seconds, less the errors that
+        are estimated.
+        """
+    def fix(self, position: _Few, velocity: _Few, sigma: _Few) -> float:
+        """Takes a fix that is valid now, at the IMU. position: rad, rad, m; velocity: (3,), m/s,
+        north-east-down. sigma: (6,), of position, m, and velocity, m/s; inf: not measured.
+
+        Gives the logarithm of the probability density of the fix, given all before it.
+        """
+    def aid(self, session: Session, until: int | None = None) -> float:
+        """Goes on through the samples and fixes of a session up to an epoch; default: its end. While
+        the vehicle is known to stand its velocity counts as measured. Gives the logarithm of the
+        probability density of all these fixes, each before it was learnt from.
+        """
+    def free_inertial(self, session: Session) -> tuple[_F64, _F64]:
+        """Navigates without fixes from here to the end of a session, less the errors as they are
+        estimated now. This filter stays as it is.
+
+        Gives the errors of position, m, and velocity, m/s, north-east-down, (k, 3) each, one a
+        second from here on.
+        """
+    @property
+    def names(self) -> list[str]:
+        """Names of the estimated errors."""
+    @property
+    def estimate(self) -> _F64:
+        """Estimated errors of the sensors, (n,): biases in rad/s and m/s2, scale factors as
+        fractions, misalignments in rad.
+        """
+    @property
+    def sigma(self) -> _F64:
+        """Their standard deviations, (n,)."""
+    @property
+    def covariance(self) -> _F64:
+        """Covariance of attitude, rad, velocity, m/s, position, m (north-east-down each), and the
+        estimated errors, (9 + n, 9 + n).
+        """
+    @property
+    def position(self) -> _F64:
+        """Latitude, longitude, height: rad, rad, m."""
+    @property
+    def velocity(self) -> _F64:
+        """Velocity, (3,), m/s, north-east-down."""
+    @property
+    def q_bn(self) -> _F64:
+        """Attitude: quaternion w, x, y, z from body to navigation axes."""
+
+@final
 class Allan:
     """Allan deviation of one axis, with intervals of 95 % and fitted noises (IEEE 952)."""
 
@@ -643,6 +729,17 @@ def run_experiment(
 
 def learn_from_fixes(session: Session, *, unit: Unit | _Path | None = None) -> Learnt:
     """The device's learner (Kalman filters of several hypotheses) on the fixes of a session."""
+
+def read(path: _Path, second: _Path | None = None, **options: Any) -> Recording:
+    """Reads a recording of any form that `host-sim replay` takes, and recognises the form as
+    `host-sim report` does: an MCAP file or the folder of a bag, a ULog, a UBX or NovAtel log, the
+    folder of an EuRoC recording, the header.toml of CSV files or its folder, and IMU and fixes of
+    KF-GINS as path and second.
+
+    options: what the file does not tell, by the names of the options of `host-sim replay FORM`
+    with `_` for `-`, such as standstill_s=120, mounting="y x -z", imu_topic="/imu". True: an
+    option without a value; a list: values that the program takes with commas.
+    """
 
 def read_csv(
     header: _Path, files: Sequence[_Path] = ..., *, truth: _Path | None = None

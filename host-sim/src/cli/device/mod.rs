@@ -5,6 +5,7 @@ mod configure;
 mod print;
 mod weights;
 
+use super::interrupt::asked;
 use super::options::refused;
 use crate::device::{
     Link, MODES, Watch, info, mode_name, open_by_choice, provision, read_key, store, watch,
@@ -18,8 +19,7 @@ use firmware::wire::command::Request;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stdout};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+
 use std::time::Duration;
 
 /// Arguments of `device`.
@@ -237,10 +237,7 @@ impl Args {
     }
 
     fn watch(&self, seconds: Option<u32>) -> Result<(), Error> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&stop);
-        // without a handler an interruption ends the program at once, which harms nothing here
-        let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+        let stop = asked();
         let in_place = stdout().is_terminal();
         watch(&mut Watch {
             open: &mut || self.open(),

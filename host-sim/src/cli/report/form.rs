@@ -13,7 +13,7 @@ const HEAD: usize = 1024;
 
 /// A form.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Form {
+pub(in crate::cli) enum Form {
     /// A device at this port.
     Device(String),
     /// What `replay NAME` takes: the name, and its arguments.
@@ -23,7 +23,7 @@ pub(super) enum Form {
 }
 
 /// The form of what was given.
-pub(super) fn of(from: &[PathBuf]) -> Result<Form, Error> {
+pub(in crate::cli) fn of(from: &[PathBuf]) -> Result<Form, Error> {
     let Some(first) = from.first() else {
         return Err(refused("--from", "is empty", "give a recording"));
     };

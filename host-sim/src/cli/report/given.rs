@@ -58,24 +58,9 @@ pub(super) fn read(
         Form::Device(_) => Err(refused("--from", "is a device", "give a recording")),
         Form::AtRest(file) => at_rest(file, unit, options),
         Form::Replay(kind, arguments, files) => {
-            let named = name.map(|unit| ["--unit".to_owned(), unit.to_owned()]);
-            let all: Vec<String> = [(*kind).to_owned()]
-                .into_iter()
-                .chain(arguments.iter().cloned())
-                .chain(named.into_iter().flatten())
-                .chain(options.iter().cloned())
-                .collect();
-            let parsed = Replay::try_parse_from(&all).map_err(|error| {
-                let text = error.to_string();
-                let first = text.lines().next().unwrap_or_default();
-                let problem = first.trim_start_matches("error: ").to_owned();
-                refused(
-                    "the options after --",
-                    problem,
-                    format!("`host-sim replay {kind} --help` lists them"),
-                )
-            })?;
-            let mut given = replayed(&parsed.args, unit, !options.is_empty())?;
+            let all = words(kind, arguments, name, options);
+            let args = parsed(&all, "the options after --")?;
+            let mut given = replayed(&args, unit, !options.is_empty())?;
             let told = name.map(PathBuf::from);
             let beside = files.first().map(|file| file.with_file_name(TEMPERATURE));
             let read = given.temperatures.is_ok();
@@ -86,6 +71,35 @@ pub(super) fn read(
             Ok(given)
         }
     }
+}
+
+/// The words after `host-sim replay`.
+pub(in crate::cli) fn words(
+    kind: &str,
+    arguments: &[String],
+    unit: Option<&str>,
+    options: &[String],
+) -> Vec<String> {
+    let named = unit.map(|unit| ["--unit".to_owned(), unit.to_owned()]);
+    [kind.to_owned()]
+        .into_iter()
+        .chain(arguments.iter().cloned())
+        .chain(named.into_iter().flatten())
+        .chain(options.iter().cloned())
+        .collect()
+}
+
+/// These words as `replay` takes them; errors name their source.
+pub(in crate::cli) fn parsed(words: &[String], source: &str) -> Result<replay::Args, Error> {
+    let parsed = Replay::try_parse_from(words).map_err(|error| {
+        let text = error.to_string();
+        let first = text.lines().next().unwrap_or_default();
+        let problem = first.trim_start_matches("error: ").to_owned();
+        let kind = words.first().map_or("", String::as_str);
+        let remedy = format!("`host-sim replay {kind} --help` lists them");
+        refused(source, problem, remedy)
+    })?;
+    Ok(parsed.args)
 }
 
 /// Columns of sensors at rest, as `allan FILE` takes them.
@@ -165,7 +179,7 @@ fn replayed(args: &replay::Args, unit: Option<Unit>, strict: bool) -> Result<Giv
             let columns = load(&args.file, &Choice::default())?;
             let outcomes = match args.report() {
                 Ok(report) => Ok(vec![outcome(report)]),
-                Err(error) if !strict => Err(words(&error)),
+                Err(error) if !strict => Err(told(&error)),
                 Err(error) => return Err(error),
             };
             let source = vec![pair("recording", "laser gyros at rest".into())];
@@ -265,7 +279,7 @@ fn user(
     let outcomes = match options.judge(loaded) {
         Ok(outcome) => Ok(vec![outcome]),
         Err(error @ (Error::Option { .. } | Error::Scenario { .. })) if !strict => {
-            Err(words(&error))
+            Err(told(&error))
         }
         Err(error) => return Err(error),
     };
@@ -287,7 +301,7 @@ fn user(
 }
 
 /// An error as the reason why a part is left out: without a full stop.
-fn words(error: &Error) -> String {
+fn told(error: &Error) -> String {
     format!(
         "it cannot be replayed ({})",
         error.to_string().replace("; remedy:", ". Remedy:")

@@ -2,8 +2,8 @@
 
 mod device;
 mod files;
-mod form;
-mod given;
+pub(super) mod form;
+pub(super) mod given;
 mod rest;
 
 use super::options::refused;

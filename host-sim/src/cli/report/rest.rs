@@ -33,8 +33,8 @@ pub(super) struct Rest {
 pub(super) fn of(record: &Record) -> Result<Found<Rest>, Error> {
     let Some((begin, end, what)) = span(record) else {
         return Ok(Err(
-            "the recording tells no standstill: neither does its start say so, nor do its fixes \
-             stay in one place"
+            "the recording tells no standstill: its start names none (as --standstill-s does where \
+             replay has it), and not all of its fixes are at one place"
                 .into(),
         ));
     };

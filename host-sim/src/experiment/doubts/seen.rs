@@ -2,7 +2,7 @@
 //! gravity pulls while it moves.
 
 use crate::recordings::InitialAttitude;
-use crate::recordings::record::Record;
+use crate::recordings::record::{Record, TimedFix};
 use firmware::plausibility::rest::{Judged, Rest};
 use firmware::plausibility::{AT_REST, EARTH, Told};
 use nalgebra::Vector3;
@@ -14,6 +14,10 @@ const COURSE_MPS: f64 = 3.0;
 /// Smaller changes of course are not compared, rad; and fewer in all, rad.
 const TURN: f64 = 0.03;
 const TURNS: f64 = 0.5;
+/// Time between positions whose difference is a course, s.
+const CHORD_S: f64 = 4.0;
+/// The squares of the turns are at least so many times those of the noise of the courses.
+const CLEAR: f64 = 5.0;
 /// More rotation between two fixes than on any straight road, rad.
 const STRAIGHT: f64 = 0.1;
 /// A drive whose mean force is looked at is at least so long, s.
@@ -209,36 +213,112 @@ fn speed(speeds: &[(f64, [f64; 2], f64, f64)], start: f64, end: f64) -> Option<(
 
 /// The factor from changes of course to rotation about the down axis. On a straight road only
 /// rotations that are far too large can be told.
+///
+/// The noise of the courses adds to their squares and not to the products, so that it makes the
+/// factor too small. Where it is not small beside the turns, nothing is told.
 fn turning(record: &Record) -> Option<f64> {
-    let speeds = speeds(record);
-    let turns = angles(record, speeds.iter().map(|speed| speed.0));
-    let (mut turned, mut product, mut square) = (0.0, 0.0, 0.0);
-    let mut straight = [0.0; 3];
-    for (pair, turns) in speeds.windows(2).zip(turns.windows(2)) {
-        let [(t0, [n0, e0], ..), (t1, [n1, e1], ..)] = [pair[0], pair[1]];
-        let slow = n0.hypot(e0).min(n1.hypot(e1)) < COURSE_MPS;
+    let courses = courses(record);
+    let turns = angles(record, courses.iter().map(|course| course.time));
+    let (mut turned, mut product, mut square, mut noise) = (0.0, 0.0, 0.0, 0.0);
+    let mut straight = [0.0; 4];
+    for (pair, turns) in courses.windows(2).zip(turns.windows(2)) {
+        let [a, b] = [pair[0], pair[1]];
         let [Some(before), Some(now)] = [turns[0], turns[1]] else {
             continue;
         };
-        let turn = (n0 * e1 - e0 * n1).atan2(n0 * n1 + e0 * e1);
-        if slow || t1 - t0 > NEAR_S {
+        if !a.is_fast() || !b.is_fast() || b.time - a.time > NEAR_S.max(2.0 * a.span) {
             continue;
         }
+        let ([n0, e0], [n1, e1]) = (a.velocity, b.velocity);
+        let turn = (n0 * e1 - e0 * n1).atan2(n0 * n1 + e0 * e1);
+        let variance = a.variance() + b.variance();
         if turn.abs() < TURN {
-            let all = [1.0, turn * turn, (now - before).powi(2)];
+            let all = [1.0, turn * turn, (now - before).powi(2), variance];
             straight.iter_mut().zip(all).for_each(|(sum, x)| *sum += x);
             continue;
         }
         turned += turn.abs();
         product += turn * (now - before);
         square += turn * turn;
+        noise += variance;
     }
     if turned > TURNS {
-        return Some(product / square);
+        return (square > CLEAR * noise).then(|| product / square);
     }
-    let [pairs, course, rotation] = straight;
-    let [course, rotation] = [course, rotation].map(|sum: f64| (sum / pairs).sqrt());
-    (rotation > STRAIGHT).then(|| rotation / course.max(0.1 * TURN))
+    let [pairs, course, rotation, noise] = straight;
+    let [course, rotation] = [course + noise, rotation].map(|sum: f64| (sum / pairs).sqrt());
+    (rotation > STRAIGHT + course).then(|| rotation / course.max(0.1 * TURN))
+}
+
+/// A course over ground.
+#[derive(Debug, Clone, Copy)]
+struct Course {
+    /// Time of validity, s.
+    time: f64,
+    /// Between the fixes that it is the difference of, s; 0: it was measured.
+    span: f64,
+    /// North and east, m/s.
+    velocity: [f64; 2],
+    /// Standard deviation of each, m/s.
+    sigma: f64,
+}
+
+impl Course {
+    fn speed(&self) -> f64 {
+        let [n, e] = self.velocity;
+        n.hypot(e)
+    }
+
+    /// Fast enough for its direction to mean something.
+    fn is_fast(&self) -> bool {
+        self.speed() > COURSE_MPS.max(3.0 * self.sigma)
+    }
+
+    /// Of the direction, rad2. Differences side by side share a fix, which adds half.
+    fn variance(&self) -> f64 {
+        let shared = if self.span > 0.0 { 1.5 } else { 1.0 };
+        shared * (self.sigma / self.speed()).powi(2)
+    }
+}
+
+/// The courses that the fixes have measured; without velocities those between positions that are
+/// [`CHORD_S`] apart, since positions of a second are as noisy as the way between them is long.
+fn courses(record: &Record) -> Vec<Course> {
+    let mut out = Vec::new();
+    let mut from: Option<&TimedFix> = None;
+    for fix in &record.fixes {
+        if let Some([n, e, _]) = fix.measured_velocity() {
+            let [.., north, east, _] = fix.sigmas;
+            out.push(Course {
+                time: fix.time,
+                span: 0.0,
+                velocity: [n, e],
+                sigma: north.max(east),
+            });
+            from = None;
+            continue;
+        }
+        let Some(first) = from else {
+            from = Some(fix);
+            continue;
+        };
+        let span = fix.time - first.time;
+        if span < CHORD_S {
+            continue;
+        }
+        from = Some(fix);
+        let n = (fix.lat_deg - first.lat_deg) * DEGREE_M / span;
+        let e = (fix.lon_deg - first.lon_deg) * DEGREE_M * fix.lat_deg.to_radians().cos() / span;
+        if span < 2.0 * CHORD_S {
+            out.push(Course {
+                time: first.time + 0.5 * span,
+                span,
+                velocity: [n, e],
+                sigma: std::f64::consts::SQRT_2 * fix.sigmas[0].max(fix.sigmas[1]) / span,
+            });
+        }
+    }
+    out
 }
 
 /// Rotation about the down axis up to the first increment that does not end before each of these

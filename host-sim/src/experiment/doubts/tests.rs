@@ -351,3 +351,29 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
         );
     }
 }
+
+/// Positions of every second are as noisy as the way between them is long. Their courses once made
+/// right gyros look wrong; wrong ones are still told.
+#[test]
+fn fixes_without_velocities_raise_no_doubt_and_still_tell_a_wrong_unit() {
+    for preset in ["medium", "tactical"] {
+        for mut record in [
+            Record::from_session(&drive(preset, 120)),
+            on_the_road(&drive(preset, 150)),
+        ] {
+            for fix in &mut record.fixes {
+                fix.velocity = [0.0; 3];
+                fix.sigmas[3..].fill(f64::INFINITY);
+            }
+            let files = Files::of(&record, false);
+            let right = files.edited("rad", "rad", (preset, true)).unwrap();
+            assert_eq!(right, [], "{preset}");
+            let wrong = files.edited("\"rad\"", "\"deg\"", (preset, true)).unwrap();
+            let found = fields(&wrong);
+            let hit = found
+                .iter()
+                .any(|(f, r)| *f == "imu.gyro.unit" && r.contains("'rad'"));
+            assert!(hit, "{preset}: {found:?}");
+        }
+    }
+}

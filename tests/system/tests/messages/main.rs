@@ -11,6 +11,7 @@
 mod corrected;
 mod defects;
 mod page;
+mod reports;
 mod writers;
 
 use assert_cmd::Command;

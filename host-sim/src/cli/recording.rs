@@ -1,0 +1,68 @@
+//! Opening a recording of whatever form, for `lrnn_imu.read` of Python: the form is told as by
+//! `report`, and the options are those of `replay`.
+
+use super::options::refused;
+use super::replay::What;
+use super::report::form::{self, Form};
+use super::report::given::{parsed, words};
+use super::user_recording::{Loaded, Options};
+use crate::error::Error;
+use crate::experiment::doubts::Says;
+use crate::recordings::record::Record;
+use crate::unit::Unit;
+use std::path::PathBuf;
+
+/// A recording that was read.
+#[derive(Debug)]
+pub struct Opened {
+    /// Name of its form, as `replay` has it.
+    pub form: &'static str,
+    /// Samples and fixes.
+    pub record: Record,
+    /// What the file says of the samples.
+    pub says: Says,
+    /// The unit of the options, else the one that the recording names.
+    pub unit: Option<Unit>,
+}
+
+/// Reads the recording in `from`: a file or folder, or IMU and fixes of KF-GINS. `options` are
+/// those of `replay` that tell how it is read.
+///
+/// # Errors
+/// An unknown form, wrong options, one that only a replay uses, and any fault of the files.
+pub fn open(from: &[PathBuf], options: &[String]) -> Result<Opened, Error> {
+    let Form::Replay(kind, arguments, _) = form::of(from)? else {
+        let name = from
+            .first()
+            .map_or(String::new(), |f| f.display().to_string());
+        let problem = "holds no samples with fixes";
+        let remedy = "give a recording of a drive; for sensors at rest there is allan_file";
+        return Err(refused(name, problem, remedy));
+    };
+    let args = parsed(&words(kind, &arguments, None, options), "the options")?;
+    match &args.what {
+        What::Csv(args) => opened(args.load()?, &args.options),
+        What::KfGins(args) => opened(args.load()?, &args.options),
+        What::Novatel(args) => opened(args.load()?, &args.options),
+        What::Mcap(args) => opened(args.load()?, &args.options),
+        What::Ulog(args) => opened(args.load()?, &args.options),
+        What::Ubx(args) => opened(args.load()?, &args.options),
+        What::Euroc(args) => opened(args.load()?, &args.options),
+        _ => Err(refused(
+            from.first()
+                .map_or(String::new(), |f| f.display().to_string()),
+            "is one of the recordings with a replay of its own",
+            format!("run `host-sim replay {kind}`"),
+        )),
+    }
+}
+
+fn opened(mut loaded: Loaded, options: &Options) -> Result<Opened, Error> {
+    let given = options.tell(&mut loaded.record, loaded.named.as_ref())?;
+    Ok(Opened {
+        form: loaded.name,
+        record: loaded.record,
+        says: loaded.says,
+        unit: given.or(loaded.named),
+    })
+}
