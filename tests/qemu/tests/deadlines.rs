@@ -64,7 +64,7 @@ fn fastest(format: ImuFormat) -> Sensor {
 /// Requests that arrive all the time from the third second on, each so long after the one before,
 /// microseconds.
 const ASKED_US: u32 = 97_000;
-const ASKED: [Request; 8] = [
+const ASKED: [Request; 10] = [
     Request::GetHealth,
     Request::ReadLearnt {
         offset: 0,
@@ -79,6 +79,8 @@ const ASKED: [Request; 8] = [
     Request::GetAntenna,
     Request::GetRecording,
     Request::GetBoard,
+    Request::GetSolution,
+    Request::GetTrials,
 ];
 
 /// A drive with this sensor. The fixes arrive at the end of a block, from 20 ms before it to 20 ms

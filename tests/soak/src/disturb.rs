@@ -191,7 +191,8 @@ impl Disturb {
                 velocity_sigma: 1e-3,
             }),
             8 => Request::GetCounters,
-            9 => Request::GetEstimate,
+            9 if offset.is_multiple_of(2) => Request::GetEstimate,
+            9 => Request::GetSolution,
             10 | 11 => Request::ReadLearnt { offset, length },
             12 => Request::CommitLearnt,
             13 => Request::CommitConfiguration { length: offset },
@@ -201,7 +202,8 @@ impl Disturb {
                 angle: self.random.signed() * 7.0,
                 sigma: 0.1,
             }),
-            17 => Request::GetAntenna,
+            17 if offset.is_multiple_of(2) => Request::GetAntenna,
+            17 => Request::GetTrials,
             18 => Request::GetReceiver,
             19 => Request::Alignment(if offset.is_multiple_of(2) {
                 Alignment::Started

@@ -6,6 +6,7 @@
 )]
 
 use assert_cmd::Command;
+use std::io::{Read, Write};
 use std::net::TcpListener;
 
 fn error(args: &[&str]) -> String {
@@ -54,4 +55,49 @@ fn a_socket_that_never_answers_is_silent() {
         "{text}"
     );
     assert!(text.contains("--baud"), "{text}");
+}
+
+/// A board that passes on what comes is equal to software in the loop without a command link, and
+/// one that changes a byte is not: then the exit code is that of a difference, not of bad input.
+#[test]
+fn a_difference_has_an_exit_code_of_its_own() {
+    for (wrong, code) in [(false, 0), (true, 1)] {
+        let listeners = [0; 2].map(|_| TcpListener::bind("127.0.0.1:0").unwrap());
+        let [imu, nav] =
+            [0, 1].map(|at: usize| format!("tcp:{}", listeners[at].local_addr().unwrap()));
+        let board = std::thread::spawn(move || {
+            let [mut imu, mut nav] = listeners.map(|listener| listener.accept().unwrap().0);
+            let (mut buffer, mut passed) = ([0; 4096], 0);
+            while let Ok(len @ 1..) = imu.read(&mut buffer) {
+                // behind the first second, which only shows that the board is there
+                let at = 9000_usize.wrapping_sub(passed);
+                if wrong && at < len {
+                    buffer[at] ^= 0x10;
+                }
+                passed += len;
+                if nav.write_all(&buffer[..len]).is_err() {
+                    break;
+                }
+            }
+        });
+        let mut command = Command::new(system::host_sim_binary());
+        let args = [
+            "hil",
+            "--imu",
+            &imu,
+            "--nav",
+            &nav,
+            "--seconds",
+            "2",
+            "--fast",
+        ];
+        let assert = command.args(args).assert().code(code);
+        let text = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
+        assert_eq!(
+            text.contains("differs from software in the loop"),
+            wrong,
+            "{text}"
+        );
+        board.join().unwrap();
+    }
 }

@@ -195,6 +195,8 @@ impl Device<'_> {
             8 => Request::GetMemory,
             9 => Request::GetAntenna,
             10 => Request::GetEstimate,
+            11 => Request::GetSolution,
+            12 => Request::GetTrials,
             _ => Request::GetHealth,
         });
     }
