@@ -15,7 +15,6 @@
 
 use super::Lost;
 use super::atomics::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
-use crate::wire::adis::spi::{LONGEST, STALL_US};
 
 /// A controller with a sensor at its bus.
 pub trait Exchange<'m> {
@@ -32,9 +31,9 @@ pub trait Exchange<'m> {
 }
 
 /// Bursts on their way from the interrupts to the main loop. `N`: how many may wait, a power of
-/// two.
+/// two; `LONGEST`: bytes of the longest exchange; `STALL_US`: the pause between two exchanges, us.
 #[derive(Debug)]
-pub struct Bursts<const N: usize> {
+pub struct Bursts<const N: usize, const LONGEST: usize, const STALL_US: u32> {
     places: [[AtomicU8; LONGEST]; N],
     /// Bytes of an exchange; 0: there is no sensor.
     length: AtomicUsize,
@@ -49,7 +48,7 @@ pub struct Bursts<const N: usize> {
     told: AtomicUsize,
 }
 
-impl<const N: usize> Bursts<N> {
+impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGEST, STALL_US> {
     /// Of no sensor yet.
     #[allow(clippy::new_without_default, reason = "a static")]
     pub const fn new() -> Self {
@@ -161,7 +160,10 @@ impl<const N: usize> Bursts<N> {
 mod tests {
     use super::*;
     use crate::link::ring::get;
+    use crate::wire::adis::spi::{LONGEST, STALL_US};
     use core::cell::Cell;
+
+    type Waiting<const N: usize> = Bursts<N, LONGEST, STALL_US>;
 
     /// A bus whose transfers end when the test says so.
     struct Bus<'m> {
@@ -211,7 +213,7 @@ mod tests {
     const LENGTH: usize = 22;
 
     /// A burst whose bytes are `byte`, from data-ready to its end.
-    fn burst<'m, const N: usize>(bursts: &'m Bursts<N>, bus: &Bus<'m>, byte: u8) {
+    fn burst<'m, const N: usize>(bursts: &'m Waiting<N>, bus: &Bus<'m>, byte: u8) {
         bus.wait(STALL_US);
         bursts.ready(&bus);
         if bus.selected.get() {
@@ -222,7 +224,7 @@ mod tests {
         bursts.ended(&bus);
     }
 
-    fn take<const N: usize>(bursts: &Bursts<N>) -> Result<Option<(usize, u8)>, Lost> {
+    fn take<const N: usize>(bursts: &Waiting<N>) -> Result<Option<(usize, u8)>, Lost> {
         let mut reply = [0; LONGEST];
         let taken = bursts.take(&mut reply, get)?;
         Ok(taken.map(|reply| (reply.len(), reply[0])))
@@ -230,7 +232,7 @@ mod tests {
 
     #[test]
     fn bursts_come_once_each_in_order() {
-        let (bursts, bus) = (Bursts::<4>::new(), &Bus::new());
+        let (bursts, bus) = (Waiting::<4>::new(), &Bus::new());
         assert!(!bursts.ready(&bus), "no sensor");
         bursts.found(LENGTH);
         for round in 0..50u8 {
@@ -246,7 +248,7 @@ mod tests {
 
     #[test]
     fn one_without_a_place_is_told_as_lost_and_spoils_no_other() {
-        let (bursts, bus) = (Bursts::<2>::new(), &Bus::new());
+        let (bursts, bus) = (Waiting::<2>::new(), &Bus::new());
         bursts.found(LENGTH);
         for byte in 0..4 {
             burst(&bursts, bus, byte);
@@ -261,7 +263,7 @@ mod tests {
 
     #[test]
     fn a_transfer_that_hangs_is_given_up_with_the_next_sample() {
-        let (bursts, bus) = (Bursts::<2>::new(), &Bus::new());
+        let (bursts, bus) = (Waiting::<2>::new(), &Bus::new());
         bursts.found(LENGTH);
         burst(&bursts, bus, 1);
         bus.wait(500);
@@ -281,7 +283,7 @@ mod tests {
     /// One that was only late has come; the sample that found it is lost.
     #[test]
     fn the_pause_is_held() {
-        let (bursts, bus) = (Bursts::<2>::new(), &Bus::new());
+        let (bursts, bus) = (Waiting::<2>::new(), &Bus::new());
         bursts.found(LENGTH);
         burst(&bursts, bus, 1);
         bus.wait(STALL_US - 1);

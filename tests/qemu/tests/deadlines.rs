@@ -16,7 +16,7 @@ use qemu::replay::{Input, told};
 use qemu::software::{timed_on_target, told_on_desktop};
 
 /// Of a drive that begins in motion.
-const SECONDS: u32 = 36;
+const SECONDS: u32 = 60;
 /// Bytes a second of a line at 921 600 bit/s.
 const LINE: f64 = 92_160.0;
 /// Rates that are told, Hz, highest first. Some formats have their own.

@@ -23,7 +23,7 @@ use firmware::link::bursts::{Bursts, Exchange};
 use firmware::link::dma::Stream as _;
 use firmware::link::progress::Progress as _;
 use firmware::link::spi::{Bus, Registers, Status};
-use firmware::wire::adis::spi::LONGEST;
+use firmware::wire::adis::spi::{LONGEST, STALL_US};
 use firmware::wire::adis::{Form, Found, begin, find};
 use stm32f4::stm32f405::{DMA2, EXTI, GPIOA, GPIOC, Interrupt, Peripherals, RCC, SPI1};
 
@@ -41,7 +41,7 @@ const PATIENCE: u32 = 20_000;
 const HALF_A_CLOCK: u32 = 100;
 
 /// Bursts that may wait for the main loop: 1 ms of an ADIS1649x at its fastest.
-static BURSTS: Bursts<4> = Bursts::new();
+static BURSTS: Bursts<4, LONGEST, STALL_US> = Bursts::new();
 
 /// What is sent in a burst, in SRAM, which every stream reaches.
 static COMMAND: [AtomicU8; LONGEST] = [const { AtomicU8::new(0) }; LONGEST];
