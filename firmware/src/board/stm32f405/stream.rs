@@ -32,8 +32,9 @@ use firmware::wire::field::copy;
 use stm32f4::stm32f405::dma2::st::cr;
 use stm32f4::stm32f405::dma2::{RegisterBlock, ST};
 
-/// Channel of all serial lines, and of the SPI, on the streams used here (RM0090 tables 42 and 43).
+/// Channel of all serial lines on the streams used here (RM0090 tables 42 and 43).
 const LINES: u8 = 4;
+/// Channel of the SPI (table 43).
 pub const SPI: u8 = 3;
 
 /// Readings of EN until a byte under way has been moved, which takes some ten cycles even when all
