@@ -1,9 +1,11 @@
 //! `Kalman`: the classical filter, a navigator aided by fixes that estimates the sensors' errors.
 
-use crate::arrays::{array, few, given, named, table, triples};
+use crate::arrays::{array, few, given, named};
 use crate::errors::refused;
 use crate::long::{PIECE, interruptible};
-use crate::navigator::{Errors, attitude, increments, place, positive, quaternion, samples};
+use crate::navigator::{
+    Errors, attitude, errors, increments, place, positive, quaternion, samples,
+};
 use crate::session::{Session, no_attitude};
 use crate::unit::UnitOrName;
 use host_sim::campaign::free_from;
@@ -217,11 +219,7 @@ impl Kalman {
         let found = interruptible(py, move || {
             free_from(&filter, &own, &own.increments(), from)
         })?;
-        let (p, v) = (
-            triples(found.position.iter()),
-            triples(found.velocity.iter()),
-        );
-        Ok((table(py, p)?, table(py, v)?))
+        self::errors(py, &found)
     }
 
     /// Names of the estimated errors.

@@ -3,10 +3,10 @@
 use crate::arrays::{few, given, table, triples};
 use crate::errors::refused;
 use crate::long::{PIECE, interruptible};
-use crate::session::Session;
+use crate::session::{Session, no_attitude};
 use host_sim::inertial::align::inertial_frame;
 use host_sim::inertial::earth::Geodetic;
-use host_sim::inertial::free_inertial::aligned_free_inertial;
+use host_sim::inertial::free_inertial::{FreeInertial, aligned_free_inertial};
 use host_sim::inertial::sins::{HeightLoop, Increment, NavState, Samples, Sins};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use numpy::{PyArray1, PyArray2};
@@ -268,10 +268,11 @@ pub fn free_inertial<'py>(
         }
     };
     let found = interruptible(py, move || aligned_free_inertial(&own, &all))?;
-    let found = found.ok_or_else(|| {
-        let remedy = "give a session that begins with at least 90 s of standstill";
-        refused("session", "its standstill gives no attitude", remedy)
-    })?;
+    errors(py, &found.ok_or_else(no_attitude)?)
+}
+
+/// Errors of a run without fixes, as arrays.
+pub fn errors<'py>(py: Python<'py>, found: &FreeInertial) -> PyResult<Errors<'py>> {
     let (p, v) = (
         triples(found.position.iter()),
         triples(found.velocity.iter()),

@@ -67,8 +67,9 @@ impl UnitOption {
 
 /// Refuses an option that is no more, and says what took its place.
 pub(super) fn renamed(
-    instead: &'static str,
+    instead: impl Into<String>,
 ) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
+    let instead = instead.into();
     move |_| Err(format!("this option is no more; {instead}"))
 }
 

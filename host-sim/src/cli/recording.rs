@@ -31,10 +31,9 @@ pub struct Opened {
 /// # Errors
 /// An unknown form, wrong options, one that only a replay uses, and any fault of the files.
 pub fn open(from: &[PathBuf], options: &[String]) -> Result<Opened, Error> {
+    let name = from.first().map(|file| file.display().to_string());
+    let name = name.unwrap_or_default();
     let Form::Replay(kind, arguments, _) = form::of(from)? else {
-        let name = from
-            .first()
-            .map_or(String::new(), |f| f.display().to_string());
         let problem = "holds no samples with fixes";
         let remedy = "give a recording of a drive; for sensors at rest there is allan_file";
         return Err(refused(name, problem, remedy));
@@ -49,8 +48,7 @@ pub fn open(from: &[PathBuf], options: &[String]) -> Result<Opened, Error> {
         What::Ubx(args) => opened(args.load()?, &args.options),
         What::Euroc(args) => opened(args.load()?, &args.options),
         _ => Err(refused(
-            from.first()
-                .map_or(String::new(), |f| f.display().to_string()),
+            name,
             "is one of the recordings with a replay of its own",
             format!("run `host-sim replay {kind}`"),
         )),

@@ -77,43 +77,24 @@ impl TellOptions {
 #[derive(Debug, ClapArgs)]
 pub(super) struct OldWords {
     /// Refused
-    #[arg(
-        long,
-        hide = true,
-        value_parser = renamed(
-            "write gyro.bias_turn_on_dph into a unit file and \
-             give --unit FILE.toml"
-        )
-    )]
+    #[arg(long, hide = true, value_parser = in_unit_file("gyro.bias_turn_on_dph"))]
     gyro_bias: Option<String>,
     /// Refused
-    #[arg(
-        long,
-        hide = true,
-        value_parser = renamed(
-            "write accel.bias_turn_on_ug into a unit file and \
-             give --unit FILE.toml"
-        )
-    )]
+    #[arg(long, hide = true, value_parser = in_unit_file("accel.bias_turn_on_ug"))]
     accel_bias: Option<String>,
     /// Refused
-    #[arg(
-        long,
-        hide = true,
-        value_parser = renamed(
-            "write gyro.angle_random_walk_dpsqrth into a unit file and \
-             give --unit FILE.toml"
-        )
-    )]
+    #[arg(long, hide = true, value_parser = in_unit_file("gyro.angle_random_walk_dpsqrth"))]
     arw: Option<String>,
     /// Refused
-    #[arg(
-        long,
-        hide = true,
-        value_parser = renamed(
-            "write accel.velocity_random_walk_ugpsqrthz into a unit file and \
-             give --unit FILE.toml"
-        )
-    )]
+    #[arg(long, hide = true, value_parser = in_unit_file("accel.velocity_random_walk_ugpsqrthz"))]
     vrw: Option<String>,
+}
+
+/// The value parser of an option whose place is taken by a field of the unit file.
+fn in_unit_file(
+    field: &str,
+) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
+    renamed(format!(
+        "write {field} into a unit file and give --unit FILE.toml"
+    ))
 }

@@ -12,7 +12,7 @@
 //! (`tests/qemu/judges/stm32f405.py`). QEMU has nothing at its bus.
 
 use core::convert::Infallible;
-use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
+use core::sync::atomic::{AtomicU8, Ordering};
 
 use cortex_m::peripheral::NVIC;
 use embedded_hal::delay::DelayNs;
@@ -45,9 +45,6 @@ static BURSTS: Bursts<4, LONGEST, STALL_US> = Bursts::new();
 
 /// What is sent in a burst, in SRAM, which every stream reaches.
 static COMMAND: [AtomicU8; LONGEST] = [const { AtomicU8::new(0) }; LONGEST];
-
-/// Bytes of an exchange.
-static LENGTH: AtomicUsize = AtomicUsize::new(0);
 
 /// Controller and sensor.
 pub struct Spi {
@@ -99,7 +96,6 @@ fn begin_bursts(form: Form) -> bool {
     if let Some(first) = COMMAND.first() {
         first.store(command, Ordering::Relaxed);
     }
-    LENGTH.store(length, Ordering::Relaxed);
     let _ = spi().dr8().read(); // a byte that nobody has taken is of no burst
     spi()
         .cr2()
@@ -142,11 +138,7 @@ impl Exchange<'static> for ByDma {
     fn begin(&self, places: &'static [AtomicU8]) {
         select(true);
         into().arm(places);
-        out().arm(
-            COMMAND
-                .get(..LENGTH.load(Ordering::Relaxed))
-                .unwrap_or_default(),
-        );
+        out().arm(COMMAND.get(..places.len()).unwrap_or_default());
     }
 
     #[inline(always)]

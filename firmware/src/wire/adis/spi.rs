@@ -53,9 +53,7 @@ impl Form {
             Form::Adis1649x => 6_000_000,
         }
     }
-}
 
-impl Form {
     /// First byte of the command for a burst, and with it the bytes of the exchange. Its other
     /// bytes are 0.
     pub fn exchange(self) -> (u8, usize) {

@@ -19,7 +19,6 @@ use firmware::wire::command::Request;
 use serde::Serialize;
 use std::io::{IsTerminal, Write, stdout};
 use std::path::{Path, PathBuf};
-
 use std::time::Duration;
 
 /// Arguments of `device`.
