@@ -12,7 +12,7 @@ use qemu::stack::{Bound, Way, differences};
 use crate::table::numbers;
 
 /// The boards' images.
-const IMAGES: [Image; 3] = [STM32F405, STM32F405_WINDOW, MPS2];
+pub const IMAGES: [Image; 3] = [STM32F405, STM32F405_WINDOW, MPS2];
 
 /// Prints the bounds, and writes `json` if asked. A bound above the room is an error.
 pub fn stack(json: Option<&Path>) -> Result<ExitCode> {

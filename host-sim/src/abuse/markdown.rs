@@ -7,77 +7,198 @@ use super::table::{self, COMBINED, PARTS};
 use super::times::{RECOVERY_S, Times};
 use std::fmt::Write;
 
+/// In the order of the page: how a device acts unless it is told otherwise comes first.
+const ACTIVATIONS: [Activation; 3] = [
+    Activation::NextPowerOn,
+    Activation::NextPowerOnAided,
+    Activation::Live,
+];
+
 /// The page, made by `command`.
 #[must_use]
 pub fn markdown(command: &str, times: &Times, all: &[Summary]) -> String {
     let mut out = String::new();
-    let [median, worst] = LIMITS;
-    let _ = writeln!(
-        out,
-        "# Abuse\n\n\
-         The device's own code in a hostile world, bytes in and bytes out. A unit stands for {} s and\n\
-         drives for {} s with fixes while a case disturbs it. Then a navigation computer goes on free\n\
-         inertial for {} s behind the device (*live*). After that the unit is switched on again, and\n\
-         what the device has stored acts from the first sample of another drive without fixes (*next\n\
-         power-on*). *Raw* is the horizontal error at the end without the device, *corrected* with it.\n\n\
-         Made by\n\n    {command}\n",
-        times.standstill_s, times.aided_s, times.free_s,
-    );
-    let runs = all.iter().map(|of| of.runs).max().unwrap_or(0);
-    let harming: Vec<&Summary> = all.iter().filter(|of| of.harms()).collect();
-    let _ = writeln!(out, "## Where correcting harms\n");
-    let _ = writeln!(
-        out,
-        "Harm is a median of more than {median:.2} times the raw one, or a run of more than {worst:.2} \
-         times\n(errors below 1 m count as 1 m). {} of {} rows harm, over {runs} runs each.\n",
-        harming.len(),
-        all.len(),
-    );
-    let mut names: Vec<&str> = harming.iter().map(|of| of.case.as_str()).collect();
-    names.sort_by_key(|case| all.iter().position(|of| of.case == **case));
-    names.dedup();
-    for case in names {
-        let of = harming.iter().filter(|of| of.case == case);
-        let words: Vec<String> = of.map(|of| words(of)).collect();
-        let _ = writeln!(out, "- `{case}`: {}", words.join("; "));
-    }
-    let losing: Vec<&Summary> = all.iter().filter(|of| of.loses()).collect();
-    let _ = writeln!(
-        out,
-        "\n## Where the gain does not come back\n\n\
-         After a disturbance that ends {RECOVERY_S} s before the fixes do, at least {:.0} % of the \
-         undisturbed\ngain should be back. In {} rows it is not.\n",
-        100.0 * GAIN_KEPT,
-        losing.len(),
-    );
-    for of in &losing {
-        let kept = of.gain_kept.unwrap_or(f64::NAN);
-        let _ = writeln!(out, "- {}: {:.0} % of the gain", head(of), 100.0 * kept);
-    }
+    beginning(&mut out, command, times);
+    harm(&mut out, all);
+    losses(&mut out, all);
+    let _ = writeln!(out, "\n## All rows\n\n### Rows that harm\n");
+    out.push_str(&harming(all, &ACTIVATIONS));
+    let _ = writeln!(out, "\n### Rows in which the gain does not come back\n");
+    out.push_str(&losing(all));
     tables(&mut out, all);
     cases(&mut out);
     out
 }
 
-fn head(of: &Summary) -> String {
-    format!(
-        "`{}`, {}, {}, {}",
-        of.case, of.sensor, of.computer, of.activation
-    )
+/// What the page is about, and how it was made.
+fn beginning(out: &mut String, command: &str, times: &Times) {
+    let _ = writeln!(
+        out,
+        "# Abuse\n\n\
+         What does the device do when the world is not as it was told? Fixes come late or lie, a sensor\n\
+         breaks, a datasheet is wrong, frames get lost, the vehicle creeps or swings. This page is for\n\
+         somebody who must know whether navigation is then worse with the device than without it, and\n\
+         where. [What to expect](what-to-expect.md) draws the conclusions.\n\
+         [RELIABILITY](RELIABILITY.md) is about parts of the device that break.\n\n\
+         Each such disturbance is a *case*. A run is one simulated unit. It stands for {} s and drives\n\
+         for {} s with fixes, while the case disturbs it and the device learns. Then come {} s without\n\
+         fixes, in which a navigation computer behind the device is judged. The code is the device's own:\n\
+         it gets the bytes of sensor and receiver and sends bytes, as on a board. What it has learnt acts\n\
+         in one of two ways (*activations*), and each is judged:\n\n\
+         - `next-power-on`: the unit is switched on again, and what the device has stored acts from the\n  \
+           first sample of another drive on. This is what a device does unless it is told otherwise.\n\
+         - `live`: in the drive in which it is learnt, as soon as it has proved itself.\n\n\
+         There are three navigation computers. `plain` takes the sensors for right. `biases` estimates six\n\
+         biases itself, and `gauss-markov` biases and scale factors, as KF-GINS does. The sensor is\n\
+         `perfect`, with white noise and rounding only, so that whatever is learnt there is wrong; or it\n\
+         has `errors`, all those of its preset. *Raw* is the horizontal error at the end without the\n\
+         device, *corrected* with it.\n\n\
+         Made by\n\n    {command}\n",
+        times.standstill_s, times.aided_s, times.free_s,
+    );
 }
 
-/// A row that harms, in words.
-fn words(of: &Summary) -> String {
-    format!(
-        "{}, {}, {}: {} to {} m, {:.2} times in run {}",
-        of.sensor,
-        of.computer,
-        of.activation,
-        metres(of.raw_median_m),
-        metres(of.corrected_median_m),
-        of.ratio_worst,
-        of.ratio_worst_run,
-    )
+/// How many rows harm, and which of them do so with the usual activation.
+fn harm(out: &mut String, all: &[Summary]) {
+    let [median, worst] = LIMITS;
+    let runs = all.iter().map(|of| of.runs).max().unwrap_or(0);
+    let harming: Vec<&Summary> = all.iter().filter(|of| of.harms()).collect();
+    let estimating =
+        |of: &&&Summary| of.activation == Activation::Live && of.computer != Computer::Plain;
+    let _ = writeln!(
+        out,
+        "## Where correcting harms\n\n\
+         A *row* is a case with a sensor, a navigation computer and an activation, over {runs} runs. Harm\n\
+         is a median error of more than {median:.2} times the raw one, or a run of more than {worst:.2} \
+         times (errors below\n1 m count as 1 m).\n\n\
+         **{} of {} rows harm. {} of them are live corrections behind a computer that estimates biases\n\
+         itself**: a correction that moves while such a computer drives moves what it estimates.\n\n\
+         The table counts the rows that harm. Behind each count is the largest ratio of a run, corrected\n\
+         to raw, with its case.\n",
+        harming.len(),
+        all.len(),
+        harming.iter().filter(estimating).count(),
+    );
+    out.push_str(&counts(all, |of| {
+        let of: Vec<_> = of.iter().filter(|of| of.harms()).collect();
+        let worst = of
+            .iter()
+            .max_by(|a, b| a.ratio_worst.total_cmp(&b.ratio_worst));
+        let worst = worst.map(|of| format!(", at worst {:.2} (`{}`)", of.ratio_worst, of.case));
+        (of.len(), worst.unwrap_or_default())
+    }));
+    let usual = [Activation::NextPowerOn];
+    let _ = writeln!(
+        out,
+        "\nThese rows harm from the next power-on on, so with a device that was told nothing else. \
+         The others are\n[below](#rows-that-harm).\n"
+    );
+    out.push_str(&self::harming(all, &usual));
+}
+
+/// In how many rows too little of the gain comes back.
+fn losses(out: &mut String, all: &[Summary]) {
+    let _ = writeln!(
+        out,
+        "\n## Where the gain does not come back\n\n\
+         Some disturbances end {RECOVERY_S} s before the fixes do. Then at least {:.0} % of what the device gains \
+         without a\ndisturbance should be back. In {} rows it is not; [below](#rows-in-which-the-gain-does-not-come-back) \
+         is the list.\n",
+        100.0 * GAIN_KEPT,
+        all.iter().filter(|of| of.loses()).count(),
+    );
+    out.push_str(&counts(all, |of| {
+        (of.iter().filter(|of| of.loses()).count(), String::new())
+    }));
+}
+
+/// A table of how many rows of each activation, sensor and computer are counted, with words behind
+/// the number.
+fn counts(all: &[Summary], count: impl Fn(&[&Summary]) -> (usize, String)) -> String {
+    let computers: Vec<Computer> = Computer::ALL
+        .iter()
+        .copied()
+        .filter(|computer| all.iter().any(|of| of.computer == *computer))
+        .collect();
+    let mut out = "| activation, sensor |".to_owned();
+    for computer in &computers {
+        let _ = write!(out, " {computer} |");
+    }
+    let _ = writeln!(out, " all |\n|---|{}---|", "---|".repeat(computers.len()));
+    for activation in ACTIVATIONS {
+        for &sensor in Sensor::ALL {
+            let of: Vec<&Summary> = rows(all, activation, sensor).collect();
+            if of.is_empty() {
+                continue;
+            }
+            let _ = write!(out, "| {activation}, {sensor} |");
+            for computer in &computers {
+                let of = of.iter().copied().filter(|of| of.computer == *computer);
+                let of: Vec<&Summary> = of.collect();
+                let (number, words) = count(&of);
+                let _ = write!(out, " {number} of {}{words} |", of.len());
+            }
+            let _ = writeln!(out, " {} of {} |", count(&of).0, of.len());
+        }
+    }
+    out
+}
+
+/// The rows of an activation and a sensor.
+fn rows(all: &[Summary], activation: Activation, sensor: Sensor) -> impl Iterator<Item = &Summary> {
+    all.iter()
+        .filter(move |of| of.sensor == sensor && of.activation == activation)
+}
+
+/// A table of the rows that harm with one of these activations.
+fn harming(all: &[Summary], activations: &[Activation]) -> String {
+    let mut out = "| case | activation | sensor | computer | raw, m | corrected, m | worst run, times | its number |\n\
+                   |---|---|---|---|---|---|---|---|\n"
+        .to_owned();
+    for &activation in activations {
+        let of = all
+            .iter()
+            .filter(|of| of.harms() && of.activation == activation);
+        for of in of {
+            let _ = writeln!(
+                out,
+                "| `{}` | {} | {} | {} | {} | {} | {:.2} | {} |",
+                of.case,
+                of.activation,
+                of.sensor,
+                of.computer,
+                metres(of.raw_median_m),
+                metres(of.corrected_median_m),
+                of.ratio_worst,
+                of.ratio_worst_run,
+            );
+        }
+    }
+    out
+}
+
+/// A table of the rows in which too little of the gain comes back.
+fn losing(all: &[Summary]) -> String {
+    let mut out =
+        "| case | activation | sensor | computer | of the gain, % |\n|---|---|---|---|---|\n"
+            .to_owned();
+    for activation in ACTIVATIONS {
+        let of = all
+            .iter()
+            .filter(|of| of.loses() && of.activation == activation);
+        for of in of {
+            let _ = writeln!(
+                out,
+                "| `{}` | {} | {} | {} | {:.0} |",
+                of.case,
+                of.activation,
+                of.sensor,
+                of.computer,
+                100.0 * of.gain_kept.unwrap_or(f64::NAN),
+            );
+        }
+    }
+    out
 }
 
 fn metres(x: f64) -> String {
@@ -90,23 +211,25 @@ fn metres(x: f64) -> String {
 
 /// A table for each sensor and activation: all cases, with columns for the computers.
 fn tables(out: &mut String, all: &[Summary]) {
-    for &activation in Activation::ALL {
+    let _ = writeln!(out, "\n{HEADS}");
+    for activation in ACTIVATIONS {
         for &sensor in Sensor::ALL {
-            let of: Vec<&Summary> = all
-                .iter()
-                .filter(|of| of.sensor == sensor && of.activation == activation)
-                .collect();
+            let of: Vec<&Summary> = rows(all, activation, sensor).collect();
             if !of.is_empty() {
-                let _ = writeln!(out, "\n## {activation}, {sensor}\n");
+                let _ = writeln!(out, "\n### {activation}, {sensor}\n");
                 out.push_str(&table_of(&of));
             }
         }
     }
 }
 
-/// What a table's columns are.
-const HEADS: &str = "Of each navigation computer: raw and corrected median, m; their ratio; the worst run's ratio. \
-                     **Bold** harms.\n\n";
+/// What the columns of the following tables are.
+const HEADS: &str = "The following tables have all rows. *Corrected in* is the share of the runs in which \
+                     the device corrected\nsomething, *given up in* that in which it gave a correction up \
+                     again. Then come, for each navigation\ncomputer, the medians of the raw and of the \
+                     corrected error in m, the second divided by the first, and the\nlargest such ratio of a \
+                     run. **Bold** harms. *Kept* is the share of the gain that is back after a\ndisturbance \
+                     that has ended, the least of the computers.";
 
 fn table_of(of: &[&Summary]) -> String {
     let computers: Vec<Computer> = Computer::ALL
@@ -114,7 +237,7 @@ fn table_of(of: &[&Summary]) -> String {
         .copied()
         .filter(|computer| of.iter().any(|one| one.computer == *computer))
         .collect();
-    let mut out = HEADS.to_owned();
+    let mut out = String::new();
     let _ = write!(out, "| case | corrected in | given up in |");
     for computer in &computers {
         let _ = write!(out, " {computer}: raw | corrected | median | worst |");

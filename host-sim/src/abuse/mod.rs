@@ -14,6 +14,8 @@ mod line;
 mod markdown;
 mod motion;
 mod names;
+#[cfg(test)]
+mod page_tests;
 mod receiver;
 mod run;
 mod sensor;

@@ -1,6 +1,6 @@
 //! Board images in QEMU. On the desktop this library builds the images ([`images`]), runs them
 //! ([`machine`]), measures them ([`size`], [`stack`], [`count`]) and knows what they may cost
-//! ([`budget`]); on the target it is the start-up and exit of the programs in `src/bin`.
+//! ([`budget`]) and what they cost last ([`committed`]); on the target it is the start-up and exit of the programs in `src/bin`.
 //!
 //! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets
 //! at their serial lines, or are [`listening`] at ports.
@@ -18,6 +18,8 @@ pub mod boards;
 pub mod budget;
 #[cfg(not(target_os = "none"))]
 pub mod chip;
+#[cfg(not(target_os = "none"))]
+pub mod committed;
 #[cfg(not(target_os = "none"))]
 pub mod count;
 #[cfg(not(target_os = "none"))]

@@ -1,27 +1,47 @@
-//! The table of the default scenario in README.md: made from docs/figures/drive.csv, which holds
-//! the errors of each seed.
+//! Runs of the default scenario over many seeds: docs/figures/drive.csv and rules.csv, and the
+//! tables that are made of them.
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
-use qemu::images::{target_directory, workspace};
+use qemu::committed::Committed;
+use qemu::images::target_directory;
 use serde::Deserialize;
 
-use crate::markers;
+use super::measured::committed;
 use crate::stage::{cargo_with, succeed};
 use crate::table::markdown;
 
 /// Seeds of the default scenario, from 1 on.
 const SEEDS: u32 = 60;
-/// The committed errors.
-const CSV: &str = "docs/figures/drive.csv";
-const HEADER: &str = "seed,t_min,scheme,horizontal_m";
+const DRIVE: [&str; 4] = ["seed", "t_min", "scheme", "horizontal_m"];
+const RULES: [&str; 3] = ["rule", "seed", "horizontal_m"];
+/// The last time that is judged, min.
+const LAST: u32 = 22;
 /// Schemes of the table, and what stands in its header.
 const SCHEMES: [(&str, &str); 3] = [
     ("raw", "`raw`: as measured"),
     ("ls-bias", "`ls-bias`: constant bias"),
     ("rnn", "`rnn`: the networks"),
+];
+/// Rules by which the networks are fitted, beside the default one, with their passes.
+const OTHERS: [(&str, u32); 2] = [("guarded", 600), ("paper", 150)];
+/// All of them in words.
+const WORDS: [(&str, &str, u32); 3] = [
+    (
+        "gauss-newton",
+        "`gauss-newton` (the default): a least-squares problem in each pass",
+        12,
+    ),
+    (
+        "guarded",
+        "`guarded`: the paper's rule, but a pass that raises the cost is undone",
+        600,
+    ),
+    ("paper", "`paper`: the paper's rule as printed", 150),
 ];
 
 /// `--json` of `host-sim run`, as far as it is wanted here.
@@ -37,65 +57,82 @@ struct Row {
     horizontal_m: f64,
 }
 
-/// Simulates all seeds and writes the errors, then the table.
-pub fn measure() -> Result<()> {
+/// Runs all seeds, with this scenario if there is one.
+fn simulate(scenario: Option<&Path>) -> Result<Vec<(u32, Run)>> {
     succeed(&mut cargo_with("build --quiet --release --bin host-sim"))?;
     let target = target_directory()?;
     let folder = target.join("figures");
     fs::create_dir_all(&folder)?;
     let json = folder.join("drive.json");
-    let mut lines = format!("{HEADER}\n");
+    let mut runs = Vec::new();
     for seed in 1..=SEEDS {
         eprint!("\rseed {seed} of {SEEDS}");
-        let mut run = std::process::Command::new(target.join("release/host-sim"));
+        let mut run = Command::new(target.join("release/host-sim"));
         run.args(["run", "--seed", &seed.to_string(), "--json"])
             .arg(&json)
             .arg("--out")
             .arg(folder.join("drive"))
-            .stdout(std::process::Stdio::null())
-            .stderr(std::process::Stdio::null());
-        succeed(&mut run)?;
-        let run: Run = serde_json::from_str(&fs::read_to_string(&json)?)?;
-        for row in run.rows {
-            let (minutes, scheme) = (row.t_min, row.scheme.replace(',', ""));
-            lines += &format!("{seed},{minutes},{scheme},{:.3}\n", row.horizontal_m);
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        if let Some(scenario) = scenario {
+            run.arg("--scenario").arg(scenario);
         }
+        succeed(&mut run)?;
+        runs.push((seed, serde_json::from_str(&fs::read_to_string(&json)?)?));
     }
     eprintln!();
-    let path = workspace().join(CSV);
-    fs::create_dir_all(path.parent().context("a folder")?)?;
-    fs::write(&path, lines).context(CSV)?;
-    write()
+    Ok(runs)
 }
 
-/// Writes the table from the committed errors.
-pub fn write() -> Result<()> {
-    markers::write_in("README.md", "figures drive", &committed()?)
+/// Simulates all seeds of the default scenario and writes the errors.
+pub fn runs() -> Result<()> {
+    let mut rows = Vec::new();
+    for (seed, run) in simulate(None)? {
+        rows.extend(run.rows.into_iter().map(|row| {
+            let (minutes, scheme) = (row.t_min.to_string(), row.scheme.replace(',', ""));
+            let metres = format!("{:.3}", row.horizontal_m);
+            vec![seed.to_string(), minutes, scheme, metres]
+        }));
+    }
+    committed("drive", "runs", &DRIVE, rows).write()
 }
 
-/// The table of the committed errors.
-pub fn committed() -> Result<String> {
-    let text = fs::read_to_string(workspace().join(CSV)).context(CSV)?;
-    table(&text).context(CSV)
+/// The same with the other rules of learning, of which the last error of the networks counts.
+pub fn rules() -> Result<()> {
+    let mut rows = Vec::new();
+    for (rule, passes) in OTHERS {
+        let text = format!("name = \"{rule}\"\n[network]\nrule = \"{rule}\"\npasses = {passes}\n");
+        let scenario = target_directory()?.join(format!("figures-{rule}.toml"));
+        fs::write(&scenario, text)?;
+        eprintln!("{rule}");
+        for (seed, run) in simulate(Some(&scenario))? {
+            let last = run.rows.into_iter();
+            let mut last = last.filter(|row| row.t_min == LAST && row.scheme == "rnn");
+            let last = last.next().context("no networks")?;
+            let metres = format!("{:.3}", last.horizontal_m);
+            rows.push(vec![rule.to_owned(), seed.to_string(), metres]);
+        }
+    }
+    committed("rules", "rules", &RULES, rows).write()
 }
 
 /// Errors by minute and scheme, in the order of the seeds.
 type Errors = BTreeMap<u32, BTreeMap<String, Vec<f64>>>;
 
-fn table(csv: &str) -> Result<String> {
-    let mut lines = csv.lines();
-    ensure!(lines.next() == Some(HEADER), "the header is not {HEADER}");
+fn errors(of: &Committed) -> Result<Errors> {
+    ensure!(of.header == DRIVE, "the header is not {DRIVE:?}");
     let mut errors = Errors::new();
-    for line in lines {
-        let cells: Vec<_> = line.split(',').collect();
-        let [_, minutes, scheme, metres] = cells[..] else {
-            anyhow::bail!("{line}");
-        };
-        let of = errors.entry(minutes.parse()?).or_default();
-        of.entry(scheme.to_owned())
-            .or_default()
-            .push(metres.parse()?);
+    for row in &of.rows {
+        let by_scheme = errors.entry(row[1].parse()?).or_default();
+        let metres = by_scheme.entry(row[2].clone()).or_default();
+        metres.push(row[3].parse()?);
     }
+    Ok(errors)
+}
+
+/// The table of README.md.
+pub fn drive_table(of: &Committed) -> Result<String> {
+    let errors = errors(of)?;
     let mut header = vec!["min".to_owned()];
     header.extend(SCHEMES.map(|(_, title)| title.to_owned()));
     let mut rows = Vec::new();
@@ -117,6 +154,24 @@ fn table(csv: &str) -> Result<String> {
     ))
 }
 
+/// The table of the rules: the default one from the runs of the table above.
+pub fn rules_table(of: &Committed) -> Result<String> {
+    ensure!(of.header == RULES, "the header is not {RULES:?}");
+    let usual = errors(&Committed::read("drive")?)?;
+    let usual = usual.get(&LAST).and_then(|schemes| schemes.get("rnn"));
+    let mut rows = Vec::new();
+    for (rule, words, passes) in WORDS {
+        let own = of.rows.iter().filter(|row| row[0] == rule);
+        let own = own.map(|row| Ok(row[2].parse()?));
+        let own: Vec<f64> = own.collect::<Result<_>>()?;
+        let metres = if own.is_empty() { usual } else { Some(&own) };
+        let metres = summary(metres.with_context(|| rule.to_owned())?);
+        rows.push(vec![words.to_owned(), passes.to_string(), metres]);
+    }
+    let header = ["rule", "passes", "22 min, m, median / mean / worst"].map(str::to_owned);
+    Ok(markdown(&header, rows.into_iter()))
+}
+
 /// Median, mean and worst.
 fn summary(errors: &[f64]) -> String {
     let mut sorted = errors.to_vec();
@@ -131,24 +186,46 @@ fn summary(errors: &[f64]) -> String {
 mod tests {
     use super::*;
 
+    fn parsed(name: &str, header: &[&str], lines: &str) -> Committed {
+        let text = format!("# by hand\n{}\n{lines}", header.join(","));
+        Committed::parse(name, &text).expect("a table")
+    }
+
     #[test]
     fn the_table_is_of_all_seeds() {
-        let mut csv = format!("{HEADER}\n");
+        let mut lines = String::new();
         for (seed, [raw, bias, rnn]) in [[4.0, 3.0, 1.0], [6.0, 2.0, 5.0], [100.0, 9.0, 8.0]]
             .iter()
             .enumerate()
         {
             for (scheme, metres) in [("raw", raw), ("ls-bias", bias), ("rnn", rnn)] {
-                csv += &format!("{seed},5,{scheme},{metres}\n");
+                lines += &format!("{seed},5,{scheme},{metres}\n");
             }
         }
-        let text = table(&csv).expect("a table");
+        let text = drive_table(&parsed("drive", &DRIVE, &lines)).expect("a table");
         assert!(
             text.contains("| 5 | 6 / 37 / 100 | 3 / 5 / 9 | 5 / 5 / 8 |"),
             "{text}"
         );
         assert!(text.contains("in 2 of the 3 runs"), "{text}");
-        assert!(table("seed\n").is_err() && table(&format!("{HEADER}\n")).is_err());
+        assert!(drive_table(&parsed("drive", &["seed"], "1\n")).is_err());
+        assert!(drive_table(&parsed("drive", &DRIVE, "")).is_err());
         assert_eq!(summary(&[1.0, 2.0]), "2 / 2 / 2");
+    }
+
+    #[test]
+    fn rules_beside_the_default_one() {
+        let lines = "guarded,1,10\nguarded,2,30\npaper,1,7\n";
+        let text = rules_table(&parsed("rules", &RULES, lines)).expect("a table");
+        for part in [
+            "is undone | 600 | 20 / 20 / 30 |",
+            "as printed | 150 | 7 / 7 / 7 |",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        let readme = super::super::tests::committed_page("README.md");
+        let usual = text.lines().nth(2).and_then(|row| row.rsplit(" | ").next());
+        assert!(readme.contains(usual.expect("a row")), "{text}");
+        assert!(rules_table(&parsed("rules", &RULES, "guarded,1,10\n")).is_err());
     }
 }

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::drive;
+use super::{drive, measured};
 use crate::{alone, beside, growth, scale};
 
 /// A generated part of the pages.
@@ -118,17 +118,58 @@ pub const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "runs",
-        files: &["docs/figures/drive.csv", "README.md"],
-        what: "60 seeds of the default scenario, and the table `drive` of them",
-        how: How::Here(drive::measure),
+        files: &["docs/figures/drive.csv"],
+        what: "60 seeds of the default scenario",
+        how: How::Here(drive::runs),
         takes: "3 minutes of processor time, 2.9 s a seed",
         cheap: false,
     },
     Figure {
-        name: "drive",
-        files: &["README.md"],
-        what: "the table of the default scenario, from docs/figures/drive.csv",
-        how: How::Here(drive::write),
+        name: "rules",
+        files: &["docs/figures/rules.csv"],
+        what: "the same seeds with the other rules of learning",
+        how: How::Here(drive::rules),
+        takes: "RULES_TIME",
+        cheap: false,
+    },
+    Figure {
+        name: "works",
+        files: &["docs/figures/works.csv"],
+        what: "instructions of each piece of work, in QEMU",
+        how: How::Here(measured::works),
+        takes: "WORKS_TIME",
+        cheap: false,
+    },
+    Figure {
+        name: "path",
+        files: &["docs/figures/path.csv"],
+        what: "instructions of a sample of each format, in QEMU",
+        how: How::Here(measured::path),
+        takes: "PATH_TIME",
+        cheap: false,
+    },
+    Figure {
+        name: "images",
+        files: &["docs/figures/images.csv"],
+        what: "flash, variables and bound of the stack of each image and board",
+        how: How::Here(measured::images),
+        takes: "IMAGES_TIME",
+        cheap: false,
+    },
+    Figure {
+        name: "tables",
+        files: &[
+            "README.md",
+            "docs/ICD.md",
+            "docs/MEMORY.md",
+            "docs/RELIABILITY.md",
+            "docs/USING.md",
+            "docs/paper.md",
+            "docs/LEARNING.md",
+            "docs/PERFORMANCE.md",
+        ],
+        what: "tables of the pages that stand in docs/figures/*.csv",
+        how: How::Here(super::tables::write),
         takes: "at once",
         cheap: true,
     },
@@ -142,19 +183,28 @@ pub const FIGURES: &[Figure] = &[
     },
 ];
 
-/// Pictures and tables that nothing makes: they are drawn, or copied from what a command prints.
+/// Pictures and tables that nothing makes. Those that are copied into docs/figures say themselves
+/// what printed them (`super::copied`).
 pub const BY_HAND: &[(&str, &str)] = &[
     (
         "docs/architecture.svg, docs/rehearsal.svg, docs/wiring.svg, docs/report-rehearsals.svg",
         "drawn; the last one by `host-sim report`",
     ),
-    ("docs/MEMORY.md", "copied from the campaigns at its end"),
     (
-        "docs/PERFORMANCE.md",
-        "but for `growth` and `beside`: copied from bench, qemu, size, stack",
+        "docs/five-minutes.md, docs/paper.md",
+        "what `host-sim run` prints; tests/system/tests/run.rs compares it with a run",
     ),
     (
-        "docs/RELIABILITY.md, docs/BOARDS.md, docs/ICD.md, docs/LEARNING.md, docs/MUTANTS.md",
-        "copied from the commands that they name",
+        "docs/PERFORMANCE.md",
+        "times of the desktop, from `cargo xtask bench` on a quiet machine; what a measure saved, when \
+         it was taken; the campaign's times",
+    ),
+    (
+        "docs/BOARDS.md",
+        "what has judged what: tests/qemu/tests/chip and dma assert it",
+    ),
+    (
+        "docs/LEARNING.md, docs/MEMORY.md, docs/RELIABILITY.md",
+        "figures in the text that name a command or a test beside them",
     ),
 ];

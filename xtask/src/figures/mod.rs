@@ -3,13 +3,16 @@
 
 mod drive;
 mod list;
+mod measured;
 mod quotes;
+mod tables;
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail, ensure};
+use qemu::committed::{Committed, file};
 use qemu::images::{target_directory, workspace};
 
 use crate::stage::{cargo_with, succeed};
@@ -19,7 +22,7 @@ use list::{BY_HAND, FIGURES, Figure, How};
 /// Which figures to make.
 #[derive(clap::Args)]
 pub struct Order {
-    /// Figures by name; without a name all that are cheap.
+    /// Figures by name, beside those that are cheap, which are always made.
     #[arg(value_name = "NAME")]
     names: Vec<String>,
     /// All of them. Takes hours.
@@ -33,7 +36,7 @@ pub struct Order {
 /// Makes figures, or lists them.
 pub fn figures(order: &Order) -> Result<ExitCode> {
     if order.list {
-        print!("{}", listed());
+        print!("{}", listed()?);
         return Ok(ExitCode::SUCCESS);
     }
     for figure in chosen(order)? {
@@ -54,13 +57,12 @@ fn chosen(order: &Order) -> Result<Vec<&'static Figure>> {
     }
     let is = |figure: &&Figure| match (order.all, &order.names[..]) {
         (true, _) => true,
-        (_, []) => figure.cheap,
-        (_, names) => names.iter().any(|name| name == figure.name),
+        (_, names) => figure.cheap || names.iter().any(|name| name == figure.name),
     };
     Ok(FIGURES.iter().filter(is).collect())
 }
 
-fn listed() -> String {
+fn listed() -> Result<String> {
     let header = ["name", "files", "what", "made by", "takes", "by default"];
     let rows = FIGURES.iter().map(|figure| {
         let usual = if figure.cheap { "yes" } else { "" };
@@ -85,7 +87,25 @@ fn listed() -> String {
     for (files, how) in BY_HAND {
         out += &format!("- {files}: {how}\n");
     }
-    out
+    for table in copied()? {
+        out += &format!("- {}: {}\n", file(&table.name), table.made_by);
+    }
+    Ok(out)
+}
+
+/// Committed tables that no figure makes; the first line of each says what made it.
+fn copied() -> Result<Vec<Committed>> {
+    let mut copied = Vec::new();
+    for entry in fs::read_dir(workspace().join("docs/figures"))? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        let name = name.trim_end_matches(".csv").to_owned();
+        let made = FIGURES.iter().flat_map(|figure| figure.files);
+        if !made.copied().any(|made| made == file(&name)) {
+            copied.push(Committed::read(&name)?);
+        }
+    }
+    copied.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(copied)
 }
 
 fn make(figure: &Figure) -> Result<()> {
@@ -142,8 +162,13 @@ fn put_quotes() -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
+
+    /// A page, from the top of the workspace.
+    pub fn committed_page(name: &str) -> String {
+        fs::read_to_string(workspace().join(name)).expect("a page")
+    }
 
     const REMEDY: &str = "remedy: cargo xtask figures";
 
@@ -167,28 +192,48 @@ mod tests {
             }
         }
         assert!(wrong.is_empty(), "{}\n{REMEDY}", wrong.join("\n"));
-        assert!(seen > 30, "{seen} quotes");
+        assert!(seen > 150, "{seen} quotes");
     }
 
-    /// The table of README.md is that of the committed errors.
+    /// The tables of committed files are in the pages as they are in the files.
     #[test]
-    fn the_front_page_has_the_table_of_the_committed_errors() {
-        let readme = fs::read_to_string(workspace().join("README.md")).expect("README.md");
-        let table = drive::committed().expect("the errors");
-        let (_, after) = readme
-            .split_once("<!-- figures drive: written by `cargo xtask figures drive` -->\n")
-            .expect("the mark");
-        let (written, _) = after
-            .split_once("<!-- figures drive: end -->")
-            .expect("the end");
-        let line = readme
-            .lines()
-            .position(|line| line.contains("figures drive: written"));
-        let first = line.expect("the mark") + 2;
-        for (at, (written, right)) in written.lines().zip(table.lines()).enumerate() {
-            assert_eq!(written, right, "README.md:{}; {REMEDY}", first + at);
+    fn tables_are_those_of_the_committed_files() {
+        let mut seen = 0;
+        for page in pages().expect("pages") {
+            let text = fs::read_to_string(&page).expect("a page");
+            let name = page.strip_prefix(workspace()).expect("ours").display();
+            let (tables, right) = match tables::of(&text) {
+                Ok(found) => found,
+                Err(error) => panic!("{name}: {error:#}"),
+            };
+            seen += tables;
+            for (line, (written, right)) in (1..).zip(text.lines().zip(right.lines())) {
+                assert_eq!(written, right, "{name}:{line}; {REMEDY}");
+            }
+            assert_eq!(text, right, "{name}; {REMEDY}");
         }
-        assert_eq!(written, table, "README.md; {REMEDY}");
+        assert!(seen >= 8, "{seen} tables");
+    }
+
+    /// Each committed file is quoted somewhere, and says what made it.
+    #[test]
+    fn every_committed_file_is_used() {
+        let all: String = pages()
+            .expect("pages")
+            .iter()
+            .map(|page| fs::read_to_string(page).expect("a page"))
+            .collect();
+        for entry in fs::read_dir(workspace().join("docs/figures")).expect("docs/figures") {
+            let name = entry.expect("an entry").file_name();
+            let name = name.to_string_lossy();
+            let name = name.strip_suffix(".csv").expect("a CSV file");
+            let table = format!("<!-- figures table {name}: written");
+            let quote = format!("<!-- figures: {};", file(name));
+            assert!(all.contains(&table) || all.contains(&quote), "{name}");
+        }
+        for table in copied().expect("they can be read") {
+            assert!(table.made_by.starts_with("Copied from `"), "{}", table.name);
+        }
     }
 
     /// Each part between markers, each page that a command writes and each picture is in the list.
@@ -251,14 +296,15 @@ mod tests {
             let chosen = chosen(&order).expect("known");
             chosen.iter().map(|figure| figure.name).collect()
         };
-        assert_eq!(names(order(&[], false)), ["drive", "quotes"]);
+        assert_eq!(names(order(&[], false)), ["tables", "quotes"]);
         assert_eq!(
             names(order(&["quotes", "alone"], false)),
-            ["alone", "quotes"]
+            ["alone", "tables", "quotes"]
         );
         assert_eq!(names(order(&[], true)).len(), FIGURES.len());
         let error = chosen(&order(&["drives"], false)).err().expect("unknown");
-        assert!(error.to_string().contains("drive, quotes"), "{error}");
-        assert!(listed().contains("docs/architecture.svg, docs/rehearsal.svg"));
+        assert!(error.to_string().contains("tables, quotes"), "{error}");
+        let listed = listed().expect("a list");
+        assert!(listed.contains("docs/architecture.svg, docs/rehearsal.svg"));
     }
 }

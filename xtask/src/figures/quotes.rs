@@ -7,17 +7,21 @@
 //!
 //! | source | the number |
 //! |---|---|
-//! | `PAGE.md; ROW; COLUMN; N` | the N-th (without N the first) of a cell of a table |
+//! | `PAGE.md; ROW; COLUMN; N` | the N-th (else the first) of a cell, in the first table with both |
+//! | `PAGE.md#HEADING; ...` | the same below the heading that begins so |
+//! | `docs/figures/NAME.csv; ROW; COLUMN` | a cell of a committed file (`qemu::committed`) |
 //! | `budgets.toml; KEY` | of a budget, as `image.mps2.flash` |
 //! | `budgets.toml; KEY; wanted` | of the goal in the comment behind it: `wanted: 3 800` |
 //! | `code; KEY` | version of a format (`release::versions`) |
 //!
-//! Row and column are named by how they begin.
+//! Row and column of a page are named by how they begin. At the end of a source `; /1000` divides by
+//! 1000, and `; ~10` rounds to tens, `; ~0.1` to tenths; without it a quotient is rounded to ones.
 
 use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
+use qemu::committed::Committed;
 
 use crate::release::versions::formats;
 
@@ -106,11 +110,35 @@ fn like(written: &str, value: &str) -> String {
     out
 }
 
-/// The number of a source.
+/// The number of a source, divided and rounded as the source says.
 fn value(source: &str, top: &Path) -> Result<String> {
-    let parts: Vec<_> = source.split(';').map(str::trim).collect();
+    let mut parts: Vec<_> = source.split(';').map(str::trim).collect();
+    let mut option = |sign: char| {
+        let number = parts.last()?.strip_prefix(sign)?.to_owned();
+        parts.pop();
+        Some(number)
+    };
+    let (step, divisor) = (option('~'), option('/'));
+    let plain = number(&parts, top)?;
+    if step.is_none() && divisor.is_none() {
+        return Ok(plain);
+    }
+    let plain: f64 = plain.replace(' ', "").parse().context("no number")?;
+    let divisor: f64 = divisor.as_deref().unwrap_or("1").parse().context("/N")?;
+    let step = step.as_deref().unwrap_or("1");
+    let digits = step.split_once('.').map_or(0, |(_, behind)| behind.len());
+    let step: f64 = step.parse().context("~N")?;
+    let rounded = (plain / divisor / step).round() * step;
+    Ok(format!("{rounded:.digits$}"))
+}
+
+fn number(parts: &[&str], top: &Path) -> Result<String> {
     let read = |name: &str| fs::read_to_string(top.join(name)).with_context(|| name.to_owned());
     match parts[..] {
+        [csv, row, column] if csv.ends_with(".csv") => {
+            let table = Committed::parse(csv, &read(csv)?).with_context(|| csv.to_owned())?;
+            Ok(table.cell(row, column)?.to_owned())
+        }
         ["code", key] => {
             let format = formats().into_iter().find(|format| format.key == key);
             let format = format.with_context(|| format!("no format `{key}`"))?;
@@ -118,12 +146,28 @@ fn value(source: &str, top: &Path) -> Result<String> {
         }
         ["budgets.toml", key] => budget(&read("budgets.toml")?, key),
         ["budgets.toml", key, "wanted"] => wanted(&read("budgets.toml")?, key),
-        [page, row, column] if page.ends_with(".md") => cell(&read(page)?, row, column, 1),
-        [page, row, column, n] if page.ends_with(".md") => {
-            cell(&read(page)?, row, column, n.parse().context("N")?)
+        [page, row, column, ref n @ ..] if n.len() < 2 => {
+            let (file, heading) = page.split_once('#').unwrap_or((page, ""));
+            ensure!(file.ends_with(".md"), "no source of numbers");
+            let n = n.first().map_or(Ok(1), |n| n.parse()).context("N")?;
+            cell(below(&read(file)?, heading)?, row, column, n)
         }
         _ => bail!("no source of numbers"),
     }
+}
+
+/// What stands below the heading that begins so; all without a heading.
+fn below<'a>(page: &'a str, heading: &str) -> Result<&'a str> {
+    let mut rest = page;
+    while let (false, Some((line, after))) = (heading.is_empty(), rest.split_once('\n')) {
+        let title = line.trim_start_matches('#');
+        if title.len() < line.len() && title.trim_start().starts_with(heading) {
+            return Ok(after);
+        }
+        rest = after;
+    }
+    ensure!(heading.is_empty(), "no heading `{heading}`");
+    Ok(page)
 }
 
 /// The N-th number of a cell, of the first table that has the row and the column.
@@ -249,6 +293,15 @@ mod tests {
     }
 
     #[test]
+    fn a_table_below_a_heading() {
+        let page = format!("# x\n\n{PAGE}\n## Later, more\n\n| c | unit |\n|---|---|\n| a | 9 |\n");
+        let of = |heading| below(&page, heading).and_then(|part| cell(part, "a", "unit", 1));
+        assert_eq!(of("").expect("there"), "7");
+        assert_eq!(of("Later").expect("there"), "9");
+        assert!(of("a").is_err() && below(&page, "c").is_err());
+    }
+
+    #[test]
     fn the_number_before_a_mark() {
         for (text, number) in [
             ("at 22 min 1 077", "1 077"),
@@ -277,6 +330,35 @@ mod tests {
             assert!(wanted(text, key).is_err(), "{key}");
         }
         assert!(budget(text, "x.y").is_err() && budget(text, "x.z").is_err());
+    }
+
+    #[test]
+    fn cells_of_files_are_divided_and_rounded() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let text = "# x\nimage,kind,\"flash, B\"\na,b,588236\na,c,12.3456\n";
+        fs::write(folder.path().join("f.csv"), text).expect("written");
+        let of = |rest: &str| value(&format!("f.csv; {rest}"), folder.path());
+        for (source, number) in [
+            ("a,b; flash, B", "588236"),
+            ("a,b; flash, B; /1000", "588"),
+            ("a,b; flash, B; ~1000", "588000"),
+            ("a,b; flash, B; /1000; ~10", "590"),
+            ("a,c; flash, B; ~0.01", "12.35"),
+        ] {
+            assert_eq!(of(source).expect(source), number, "{source}");
+        }
+        for bad in [
+            "a; flash, B",
+            "a,d; kind",
+            "a,b; kind; ~1",
+            "a,b; flash, B; ~x",
+        ] {
+            assert!(of(bad).is_err(), "{bad}");
+        }
+        assert_eq!(
+            like("588 000", &of("a,b; flash, B; ~1000").expect("it")),
+            "588 000"
+        );
     }
 
     #[test]

@@ -1,0 +1,66 @@
+//! Tables of the pages that stand in committed files, `docs/figures/NAME.csv`: between the markers
+//! `figures table NAME` of a page. Most stand there as they are in the file.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use qemu::committed::{Committed, file};
+
+use super::{drive, measured};
+use crate::markers::between;
+use crate::table::markdown;
+
+/// What writes these tables.
+const COMMAND: &str = "figures tables";
+const MARKER: &str = "<!-- figures table ";
+
+/// A table as Markdown.
+pub fn table(name: &str) -> Result<String> {
+    let of = Committed::read(name)?;
+    match name {
+        "drive" => drive::drive_table(&of),
+        "path" => measured::path_table(&of),
+        "rules" => drive::rules_table(&of),
+        _ => Ok(markdown(&of.header, of.rows.iter().cloned())),
+    }
+    .with_context(|| file(name))
+}
+
+/// A page's text with the tables of the files, and how many there are.
+pub fn of(text: &str) -> Result<(usize, String)> {
+    let (mut new, mut seen) = (text.to_owned(), 0);
+    for line in text.lines() {
+        let begins = line
+            .strip_prefix(MARKER)
+            .and_then(|rest| rest.split_once(": written by"));
+        if let Some((name, _)) = begins {
+            new = between(
+                &new,
+                &format!("figures table {name}"),
+                COMMAND,
+                &table(name)?,
+            )?;
+            seen += 1;
+        }
+    }
+    Ok((seen, new))
+}
+
+/// Writes the tables into all pages.
+pub fn write() -> Result<()> {
+    for page in super::pages()? {
+        write_in(&page).with_context(|| page.display().to_string())?;
+    }
+    Ok(())
+}
+
+fn write_in(page: &Path) -> Result<()> {
+    let old = fs::read_to_string(page)?;
+    let (_, new) = of(&old)?;
+    if new != old {
+        fs::write(page, new)?;
+        println!("{}", page.display());
+    }
+    Ok(())
+}
