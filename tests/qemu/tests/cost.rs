@@ -1,6 +1,7 @@
 //! What the images cost, against `budgets.toml`.
 
 use qemu::budget::Budgets;
+use qemu::committed::Committed;
 use qemu::count;
 use qemu::images::{
     BOARDS, DIFFERENT, GROWTH, INFERENCE, INSTRUCTIONS, MPS2, STM32F405, STM32F405_WINDOW,
@@ -75,7 +76,10 @@ fn instructions_are_within_budget() {
         counts.keys(),
         budgets.keys()
     );
+    let committed = Committed::read("works").expect("docs/figures");
     for (name, count) in counts {
+        let near = committed.near(&name, "instructions", count);
+        near.expect("the figure of the pages");
         assert!(
             count <= budgets[&name],
             "{name}: {count:.1} instructions, budget {}",

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use firmware::wire::ImuFormat;
 use qemu::budget::Budgets;
+use qemu::committed::Committed;
 use qemu::drive::drive;
 use qemu::images::{BOARDS, REPLAY};
 use qemu::machine::{Clock, NETDUINOPLUS2};
@@ -54,11 +55,14 @@ fn every_format_is_corrected_the_same_and_within_budget() {
     }
     let budgets = Budgets::read().expect("budgets.toml").application;
     assert_eq!(budgets.len(), drives().len());
+    let committed = Committed::read("path").expect("docs/figures");
     for (format, _) in drives() {
-        for pace in [Pace::Byte, Pace::Dma] {
+        for (pace, column) in [(Pace::Byte, "sample, byte"), (Pace::Dma, "sample, DMA")] {
             let (same, cost) = counted(BOARDS[0], format, pace).expect("it runs");
             println!("{}, {pace:?}: {cost:?}", format.name());
             assert!(same, "{format:?}");
+            let near = committed.near(format.name(), column, cost.per_sample);
+            near.expect("the figure of the pages");
             within(cost, pace == Pace::Dma, budgets[format.name()]).expect("within budget");
             assert!(
                 cost.latency > 200.0 && cost.worst_sample > cost.per_sample,

@@ -1,9 +1,8 @@
-//! Runs of the default scenario over many seeds: docs/figures/drive.csv and rules.csv, and the
-//! tables that are made of them.
+//! Runs of the default scenario over many seeds: docs/figures/drive.csv, and the table
+//! of README.md that is made of it.
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
@@ -18,32 +17,12 @@ use crate::table::markdown;
 /// Seeds of the default scenario, from 1 on.
 const SEEDS: u32 = 60;
 const DRIVE: [&str; 4] = ["seed", "t_min", "scheme", "horizontal_m"];
-const RULES: [&str; 3] = ["rule", "seed", "horizontal_m"];
-/// The last time that is judged, min.
-const LAST: u32 = 22;
 /// Schemes of the table, and what stands in its header.
 const SCHEMES: [(&str, &str); 3] = [
     ("raw", "`raw`: as measured"),
     ("ls-bias", "`ls-bias`: constant bias"),
     ("rnn", "`rnn`: the networks"),
 ];
-/// Rules by which the networks are fitted, beside the default one, with their passes.
-const OTHERS: [(&str, u32); 2] = [("guarded", 600), ("paper", 150)];
-/// All of them in words.
-const WORDS: [(&str, &str, u32); 3] = [
-    (
-        "gauss-newton",
-        "`gauss-newton` (the default): a least-squares problem in each pass",
-        12,
-    ),
-    (
-        "guarded",
-        "`guarded`: the paper's rule, but a pass that raises the cost is undone",
-        600,
-    ),
-    ("paper", "`paper`: the paper's rule as printed", 150),
-];
-
 /// `--json` of `host-sim run`, as far as it is wanted here.
 #[derive(Deserialize)]
 struct Run {
@@ -57,8 +36,8 @@ struct Row {
     horizontal_m: f64,
 }
 
-/// Runs all seeds, with this scenario if there is one.
-fn simulate(scenario: Option<&Path>) -> Result<Vec<(u32, Run)>> {
+/// Runs all seeds.
+fn simulate() -> Result<Vec<(u32, Run)>> {
     succeed(&mut cargo_with("build --quiet --release --bin host-sim"))?;
     let target = target_directory()?;
     let folder = target.join("figures");
@@ -74,9 +53,6 @@ fn simulate(scenario: Option<&Path>) -> Result<Vec<(u32, Run)>> {
             .arg(folder.join("drive"))
             .stdout(Stdio::null())
             .stderr(Stdio::null());
-        if let Some(scenario) = scenario {
-            run.arg("--scenario").arg(scenario);
-        }
         succeed(&mut run)?;
         runs.push((seed, serde_json::from_str(&fs::read_to_string(&json)?)?));
     }
@@ -87,7 +63,7 @@ fn simulate(scenario: Option<&Path>) -> Result<Vec<(u32, Run)>> {
 /// Simulates all seeds of the default scenario and writes the errors.
 pub fn runs() -> Result<()> {
     let mut rows = Vec::new();
-    for (seed, run) in simulate(None)? {
+    for (seed, run) in simulate()? {
         rows.extend(run.rows.into_iter().map(|row| {
             let (minutes, scheme) = (row.t_min.to_string(), row.scheme.replace(',', ""));
             let metres = format!("{:.3}", row.horizontal_m);
@@ -95,25 +71,6 @@ pub fn runs() -> Result<()> {
         }));
     }
     committed("drive", "runs", &DRIVE, rows).write()
-}
-
-/// The same with the other rules of learning, of which the last error of the networks counts.
-pub fn rules() -> Result<()> {
-    let mut rows = Vec::new();
-    for (rule, passes) in OTHERS {
-        let text = format!("name = \"{rule}\"\n[network]\nrule = \"{rule}\"\npasses = {passes}\n");
-        let scenario = target_directory()?.join(format!("figures-{rule}.toml"));
-        fs::write(&scenario, text)?;
-        eprintln!("{rule}");
-        for (seed, run) in simulate(Some(&scenario))? {
-            let last = run.rows.into_iter();
-            let mut last = last.filter(|row| row.t_min == LAST && row.scheme == "rnn");
-            let last = last.next().context("no networks")?;
-            let metres = format!("{:.3}", last.horizontal_m);
-            rows.push(vec![rule.to_owned(), seed.to_string(), metres]);
-        }
-    }
-    committed("rules", "rules", &RULES, rows).write()
 }
 
 /// Errors by minute and scheme, in the order of the seeds.
@@ -152,24 +109,6 @@ pub fn drive_table(of: &Committed) -> Result<String> {
         markdown(&header, rows.into_iter()),
         last["rnn"].len()
     ))
-}
-
-/// The table of the rules: the default one from the runs of the table above.
-pub fn rules_table(of: &Committed) -> Result<String> {
-    ensure!(of.header == RULES, "the header is not {RULES:?}");
-    let usual = errors(&Committed::read("drive")?)?;
-    let usual = usual.get(&LAST).and_then(|schemes| schemes.get("rnn"));
-    let mut rows = Vec::new();
-    for (rule, words, passes) in WORDS {
-        let own = of.rows.iter().filter(|row| row[0] == rule);
-        let own = own.map(|row| Ok(row[2].parse()?));
-        let own: Vec<f64> = own.collect::<Result<_>>()?;
-        let metres = if own.is_empty() { usual } else { Some(&own) };
-        let metres = summary(metres.with_context(|| rule.to_owned())?);
-        rows.push(vec![words.to_owned(), passes.to_string(), metres]);
-    }
-    let header = ["rule", "passes", "22 min, m, median / mean / worst"].map(str::to_owned);
-    Ok(markdown(&header, rows.into_iter()))
 }
 
 /// Median, mean and worst.
@@ -211,21 +150,5 @@ mod tests {
         assert!(drive_table(&parsed("drive", &["seed"], "1\n")).is_err());
         assert!(drive_table(&parsed("drive", &DRIVE, "")).is_err());
         assert_eq!(summary(&[1.0, 2.0]), "2 / 2 / 2");
-    }
-
-    #[test]
-    fn rules_beside_the_default_one() {
-        let lines = "guarded,1,10\nguarded,2,30\npaper,1,7\n";
-        let text = rules_table(&parsed("rules", &RULES, lines)).expect("a table");
-        for part in [
-            "is undone | 600 | 20 / 20 / 30 |",
-            "as printed | 150 | 7 / 7 / 7 |",
-        ] {
-            assert!(text.contains(part), "{text}");
-        }
-        let readme = super::super::tests::committed_page("README.md");
-        let usual = text.lines().nth(2).and_then(|row| row.rsplit(" | ").next());
-        assert!(readme.contains(usual.expect("a row")), "{text}");
-        assert!(rules_table(&parsed("rules", &RULES, "guarded,1,10\n")).is_err());
     }
 }

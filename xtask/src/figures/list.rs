@@ -125,19 +125,11 @@ pub const FIGURES: &[Figure] = &[
         cheap: false,
     },
     Figure {
-        name: "rules",
-        files: &["docs/figures/rules.csv"],
-        what: "the same seeds with the other rules of learning",
-        how: How::Here(drive::rules),
-        takes: "RULES_TIME",
-        cheap: false,
-    },
-    Figure {
         name: "works",
         files: &["docs/figures/works.csv"],
         what: "instructions of each piece of work, in QEMU",
         how: How::Here(measured::works),
-        takes: "WORKS_TIME",
+        takes: "a minute",
         cheap: false,
     },
     Figure {
@@ -145,7 +137,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/path.csv"],
         what: "instructions of a sample of each format, in QEMU",
         how: How::Here(measured::path),
-        takes: "PATH_TIME",
+        takes: "two minutes",
         cheap: false,
     },
     Figure {
@@ -153,7 +145,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/images.csv"],
         what: "flash, variables and bound of the stack of each image and board",
         how: How::Here(measured::images),
-        takes: "IMAGES_TIME",
+        takes: "minutes; not measured",
         cheap: false,
     },
     Figure {
@@ -165,8 +157,6 @@ pub const FIGURES: &[Figure] = &[
             "docs/RELIABILITY.md",
             "docs/USING.md",
             "docs/paper.md",
-            "docs/LEARNING.md",
-            "docs/PERFORMANCE.md",
         ],
         what: "tables of the pages that stand in docs/figures/*.csv",
         how: How::Here(super::tables::write),

@@ -162,13 +162,8 @@ fn put_quotes() -> Result<()> {
 }
 
 #[cfg(test)]
-pub mod tests {
+mod tests {
     use super::*;
-
-    /// A page, from the top of the workspace.
-    pub fn committed_page(name: &str) -> String {
-        fs::read_to_string(workspace().join(name)).expect("a page")
-    }
 
     const REMEDY: &str = "remedy: cargo xtask figures";
 

@@ -21,7 +21,6 @@ pub fn table(name: &str) -> Result<String> {
     match name {
         "drive" => drive::drive_table(&of),
         "path" => measured::path_table(&of),
-        "rules" => drive::rules_table(&of),
         _ => Ok(markdown(&of.header, of.rows.iter().cloned())),
     }
     .with_context(|| file(name))
