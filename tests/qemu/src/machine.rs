@@ -1,5 +1,6 @@
 //! Runs one image in QEMU and collects its output and exit code.
 
+use std::env;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -10,6 +11,9 @@ use anyhow::{Context, Result, bail};
 
 /// The emulator.
 pub const QEMU: &str = "qemu-system-arm";
+
+/// Environment variable with the path of another [`QEMU`] than that of `PATH`.
+pub const OTHER: &str = "QEMU_SYSTEM_ARM";
 
 /// The emulator of RISC-V; only `lrnn-nostd` alone runs there.
 pub const QEMU_RISCV: &str = "qemu-system-riscv32";
@@ -92,12 +96,18 @@ pub fn available() -> bool {
 
 /// Whether this emulator can be started.
 pub fn can_start(emulator: &str) -> bool {
-    let version = Command::new(emulator)
+    let version = start(emulator)
         .arg("--version")
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .status();
     version.is_ok_and(|status| status.success())
+}
+
+/// The emulator of this name, or the one that [`OTHER`] tells in its place.
+fn start(emulator: &str) -> Command {
+    let other = env::var_os(OTHER).filter(|path| emulator == QEMU && !path.is_empty());
+    Command::new(other.unwrap_or_else(|| emulator.into()))
 }
 
 impl Machine {
@@ -108,7 +118,7 @@ impl Machine {
 
     /// QEMU with this machine and `image`, nothing connected.
     pub fn command(self, image: &Path) -> Command {
-        let mut command = Command::new(self.emulator);
+        let mut command = start(self.emulator);
         command.args(["-machine", self.name, "-display", "none", "-kernel"]);
         command.arg(image);
         if self.emulator == QEMU_RISCV {
