@@ -143,13 +143,15 @@ impl Compensator {
 
     /// Corrects one sample of an outlet by the estimate in force: all that must be done before a
     /// frame can leave. Returns it and the axes whose count saturated at 32 bits. Nothing happens
-    /// at an outlet that does not exist.
+    /// at an outlet that does not exist. `early`: the first byte of a float leaves before its last
+    /// one has come ([`crate::remainder::add_early`]).
     #[inline(always)]
     pub fn corrected(
         &self,
         state: &mut State,
         outlet: usize,
         sample: &RawSample,
+        early: bool,
     ) -> (RawSample, Axes) {
         let sound = match (state.outlets.get(outlet), sample) {
             (Some(of), RawSample::Counts { .. }) => of.counts_sum() == of.counts_sum,
@@ -174,17 +176,18 @@ impl Compensator {
                 let [due_gyro, due_accel] = &outlet.due_float;
                 let [left_gyro, left_accel] = &mut outlet.remainder_float;
                 let (mut gyro, mut accel) = (*gyro, *accel);
-                add_float(&mut gyro, due_gyro, left_gyro);
-                add_float(&mut accel, due_accel, left_accel);
+                add_float(&mut gyro, due_gyro, left_gyro, early);
+                add_float(&mut accel, due_accel, left_accel, early);
                 outlet.floats_sum = outlet.floats_sum();
                 (RawSample::Floats { gyro, accel }, Axes::NONE)
             }
         }
     }
 
-    /// [`Compensator::corrected`] in the sample's place. Returns the axes that saturated.
+    /// [`Compensator::corrected`] of a sample that leaves when it is known as a whole, in its
+    /// place. Returns the axes that saturated.
     pub fn correct(&self, state: &mut State, outlet: usize, sample: &mut RawSample) -> Axes {
-        let (corrected, over) = self.corrected(state, outlet, sample);
+        let (corrected, over) = self.corrected(state, outlet, sample, false);
         *sample = corrected;
         over
     }
