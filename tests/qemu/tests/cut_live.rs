@@ -19,7 +19,7 @@ const HOLD: usize = 2;
 /// leaves, which `docs/PERFORMANCE.md` states.
 const MOST: [(ImuFormat, usize); 3] = [
     (ImuFormat::Stim300, 424),
-    (ImuFormat::Kvh, 457),
+    (ImuFormat::Kvh, 424),
     (ImuFormat::Novatel, 424),
 ];
 /// Frames until the first is cut.
