@@ -4,7 +4,7 @@
 //! reads one of them, so each must be right to its last remainder.
 
 use super::{Compensator, ConfigError, State};
-use crate::remainder::{COUNT, HALF, LARGEST, Owed, add_float, subtract};
+use crate::remainder::{COUNT, HALF, LARGEST, Owed, add_float, add_float_early, subtract};
 use crate::sample::{Axes, Lsb, RawSample};
 
 /// Streams of samples that can be corrected beside each other.
@@ -176,8 +176,9 @@ impl Compensator {
                 let [due_gyro, due_accel] = &outlet.due_float;
                 let [left_gyro, left_accel] = &mut outlet.remainder_float;
                 let (mut gyro, mut accel) = (*gyro, *accel);
-                add_float(&mut gyro, due_gyro, left_gyro, early);
-                add_float(&mut accel, due_accel, left_accel, early);
+                let add = if early { add_float_early } else { add_float };
+                add(&mut gyro, due_gyro, left_gyro);
+                add(&mut accel, due_accel, left_accel);
                 outlet.floats_sum = outlet.floats_sum();
                 (RawSample::Floats { gyro, accel }, Axes::NONE)
             }
