@@ -264,7 +264,8 @@ impl<'m> Flow<'m> {
         match self.correction.get_mut() {
             Some(Correction { compensator, state }) if correct => {
                 let outlet = self.channels.current();
-                let (sample, over) = compensator.corrected(state, outlet, &reading.sample);
+                let early = !KNOWN && self.config.lines().cut_through;
+                let (sample, over) = compensator.corrected(state, outlet, &reading.sample, early);
                 let unfit = if KNOWN {
                     self.change(&mut frame, &sample)
                 } else {

@@ -335,7 +335,7 @@ impl Compensator {
             gyro: sample.dtheta,
             accel: sample.dv,
         };
-        let (corrected, _) = self.corrected(state, 0, &before);
+        let (corrected, _) = self.corrected(state, 0, &before, false);
         let out = match corrected {
             RawSample::Counts { gyro, accel } => Counts {
                 dtheta: gyro,

@@ -4,7 +4,7 @@
 //! reads one of them, so each must be right to its last remainder.
 
 use super::{Compensator, ConfigError, State};
-use crate::remainder::{COUNT, HALF, LARGEST, Owed, add_float, subtract};
+use crate::remainder::{COUNT, HALF, LARGEST, Owed, add_float, add_float_early, subtract};
 use crate::sample::{Axes, Lsb, RawSample};
 
 /// Streams of samples that can be corrected beside each other.
@@ -143,13 +143,15 @@ impl Compensator {
 
     /// Corrects one sample of an outlet by the estimate in force: all that must be done before a
     /// frame can leave. Returns it and the axes whose count saturated at 32 bits. Nothing happens
-    /// at an outlet that does not exist.
+    /// at an outlet that does not exist. `early`: the first byte of a float leaves before its last
+    /// one has come ([`crate::remainder::add_early`]).
     #[inline(always)]
     pub fn corrected(
         &self,
         state: &mut State,
         outlet: usize,
         sample: &RawSample,
+        early: bool,
     ) -> (RawSample, Axes) {
         let sound = match (state.outlets.get(outlet), sample) {
             (Some(of), RawSample::Counts { .. }) => of.counts_sum() == of.counts_sum,
@@ -174,17 +176,19 @@ impl Compensator {
                 let [due_gyro, due_accel] = &outlet.due_float;
                 let [left_gyro, left_accel] = &mut outlet.remainder_float;
                 let (mut gyro, mut accel) = (*gyro, *accel);
-                add_float(&mut gyro, due_gyro, left_gyro);
-                add_float(&mut accel, due_accel, left_accel);
+                let add = if early { add_float_early } else { add_float };
+                add(&mut gyro, due_gyro, left_gyro);
+                add(&mut accel, due_accel, left_accel);
                 outlet.floats_sum = outlet.floats_sum();
                 (RawSample::Floats { gyro, accel }, Axes::NONE)
             }
         }
     }
 
-    /// [`Compensator::corrected`] in the sample's place. Returns the axes that saturated.
+    /// [`Compensator::corrected`] of a sample that leaves when it is known as a whole, in its
+    /// place. Returns the axes that saturated.
     pub fn correct(&self, state: &mut State, outlet: usize, sample: &mut RawSample) -> Axes {
-        let (corrected, over) = self.corrected(state, outlet, sample);
+        let (corrected, over) = self.corrected(state, outlet, sample, false);
         *sample = corrected;
         over
     }

@@ -225,7 +225,7 @@ mod tests {
         state: &mut State,
         sample: &RawSample,
     ) -> (RawSample, Option<Block>) {
-        let (out, _) = made.corrected(state, 0, sample);
+        let (out, _) = made.corrected(state, 0, sample, false);
         (out, made.accumulate(state, sample))
     }
 

@@ -1,12 +1,17 @@
 //! Cut-through: the bytes of a frame leave corrected while the frame still arrives.
 //!
 //! The receiving interrupt hands each byte to [`Cut::came`] and sends what it gives. A byte leaves
-//! when `hold` more have come ([`Word::hold`]). So every byte has the same delay. With the frame's
+//! when [`HOLD`] more have come. So every byte has the same delay. With the frame's
 //! last byte all that is held leaves, and the line's own pace spaces it.
 //!
 //! **Saturation.** A value whose least significant byte comes first is corrected byte by byte. That
 //! it saturates is known with its last byte, when its first one has left. So it leaves with the
 //! other three bytes of the greatest or the smallest number: at most 255 counts from it.
+//!
+//! **Floats.** Sign and exponent come first, and rounding can carry into them from the last byte.
+//! The third byte decides on the first ([`crate::remainder::add_early`]). Where the sum then
+//! begins otherwise, the nearest number leaves, and the next value makes good what it lacks. The
+//! loop corrects frames of such a stream in the same way, so they leave as the same bytes.
 //!
 //! **Checksum.** CRCs are linear: the CRC of what leaves is that of what came, exclusive-or that of
 //! the changed bits. Each byte of the CRC that comes is changed by this difference as long as all
@@ -34,7 +39,7 @@ use crate::remainder::Owed;
 pub use behind::Behind;
 pub use crc::Crc;
 use plan::mixed;
-pub use plan::{CHECKS, NOWHERE, Plan, Word};
+pub use plan::{CHECKS, HOLD, NOWHERE, Plan, Word};
 
 /// Bytes that leave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -282,7 +287,7 @@ impl Cut {
     fn end_of_values(&mut self) {
         let Plan { word, zeros, .. } = self.plan;
         let crc = Crc::of(word);
-        for place in (0..word.hold()).rev() {
+        for place in (0..HOLD).rev() {
             self.change = crc.next(self.change, (self.bits >> (8 * (place + 1))) as u8);
         }
         for _ in 0..zeros.min(3) {
@@ -295,25 +300,24 @@ impl Cut {
     #[inline(always)]
     fn leave(&mut self, at: u8) -> Leaving {
         let Plan { word, len, .. } = self.plan;
-        let hold = word.hold();
         self.came = at + 1;
         if self.came < len {
-            if at < hold {
+            if at < HOLD {
                 return Leaving::NONE;
             }
             self.gone = self.gone.wrapping_add(1);
             if at < len.saturating_sub(4) {
-                let bits = (self.bits >> (8 * hold)) as u8;
+                let bits = (self.bits >> (8 * HOLD)) as u8;
                 self.change = Crc::of(word).next(self.change, bits);
             }
             return Leaving {
-                bytes: self.held >> (8 * hold),
+                bytes: self.held >> (8 * HOLD),
                 len: 1,
             };
         }
         let leaving = Leaving {
             bytes: self.held,
-            len: hold + 1,
+            len: HOLD + 1,
         };
         self.next = self.next.wrapping_add(len.into());
         self.gone = self.next;

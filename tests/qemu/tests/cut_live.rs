@@ -13,12 +13,14 @@ use qemu::live::Live;
 use qemu::protocol::{cut_through, expected, health, obey, set_up_told};
 use qemu::replay::Input;
 
-/// By format: bytes held, and the most instructions of an interrupt in which a byte comes and one
+/// Bytes held.
+const HOLD: usize = 2;
+/// By format: the most instructions of an interrupt in which a byte comes and one
 /// leaves, which `docs/PERFORMANCE.md` states.
-const MOST: [(ImuFormat, usize, usize); 3] = [
-    (ImuFormat::Stim300, 2, 424),
-    (ImuFormat::Kvh, 3, 457),
-    (ImuFormat::Novatel, 2, 424),
+const MOST: [(ImuFormat, usize); 3] = [
+    (ImuFormat::Stim300, 424),
+    (ImuFormat::Kvh, 424),
+    (ImuFormat::Novatel, 424),
 ];
 /// Frames until the first is cut.
 const BEGIN: usize = 3;
@@ -72,7 +74,7 @@ fn kind(frame: &Record) -> (u8, usize) {
 /// A part of each frame comes, and all but the bytes held leaves before the rest comes. What is no
 /// frame, as the STIM300's message of its configuration, passes as a whole, and so does the frame
 /// behind it, with which the cutting begins anew.
-fn leaves_early(board: Board, format: ImuFormat, hold: usize) {
+fn leaves_early(board: Board, format: ImuFormat) {
     let Some((mut live, frames, sent)) = begun(board, format, None) else {
         return;
     };
@@ -84,7 +86,7 @@ fn leaves_early(board: Board, format: ImuFormat, hold: usize) {
         }
         let part = if n < whole { len } else { 4 + n % (len - 4) };
         parted += usize::from(part < len);
-        let early = if part == len { len } else { part - hold };
+        let early = if part == len { len } else { part - HOLD };
         let mut came = pass(&mut live, &frame.bytes[..part], early);
         came.extend(pass(&mut live, &frame.bytes[part..], len - early));
         assert!(&came == sent, "{} {format:?}, frame {n}", board.name);
@@ -98,8 +100,8 @@ fn leaves_early(board: Board, format: ImuFormat, hold: usize) {
 #[test]
 fn bytes_leave_while_the_frame_arrives_on_the_board() {
     for board in BOARDS {
-        for (format, hold, _) in MOST {
-            leaves_early(board, format, hold);
+        for (format, _) in MOST {
+            leaves_early(board, format);
         }
     }
 }
@@ -124,7 +126,7 @@ fn of_the_sensors_interrupts(log: &str) -> Vec<usize> {
 #[test]
 fn few_instructions_are_between_a_bytes_interrupt_and_the_byte_that_leaves() {
     let directory = tempfile::tempdir().expect("a folder");
-    for (format, hold, limit) in MOST {
+    for (format, limit) in MOST {
         let Some((mut live, frames, sent)) = begun(BOARDS[0], format, None) else {
             return;
         };
@@ -149,8 +151,8 @@ fn few_instructions_are_between_a_bytes_interrupt_and_the_byte_that_leaves() {
             let mut came = Vec::new();
             for (at, byte) in bytes.iter().enumerate() {
                 let few = match at {
-                    at if at == last => hold + 1,
-                    at if at < hold => 0,
+                    at if at == last => HOLD + 1,
+                    at if at < HOLD => 0,
                     _ => 1,
                 };
                 came.extend(pass(&mut live, &[*byte], few));
@@ -187,7 +189,7 @@ fn novatels_decoder_reads_what_was_cut_and_refuses_damage() {
         // of a frame that is cut a part leaves early; behind the damaged one the loop sends
         let is_cut = n >= BEGIN && n <= damaged;
         let part = if is_cut { len - 4 } else { len };
-        let early = if is_cut { part - 2 } else { len };
+        let early = if is_cut { part - HOLD } else { len };
         cut.extend(pass(&mut live, &frame.bytes[..part], early));
         cut.extend(pass(&mut live, &frame.bytes[part..], len - early));
         settle(&mut live);

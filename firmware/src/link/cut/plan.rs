@@ -20,19 +20,14 @@ impl Word {
             Word::I32 | Word::F32 => 4,
         }
     }
-
-    /// Bytes that a byte waits for. Of a value whose most significant byte comes first, the last
-    /// byte decides on the first. Where the least significant one comes first, each byte is known
-    /// at once, unless the value saturates. Waiting for two then leaves the lowest byte only
-    /// behind, and for one at least the mark and the type of the IMU behind it stay together.
-    #[inline(always)]
-    pub const fn hold(self) -> u8 {
-        match self {
-            Word::I24 | Word::I32 => 2,
-            Word::F32 => 3,
-        }
-    }
 }
+
+/// Bytes that a byte waits for. The last byte of 24 bits decides on the first. Where the least
+/// significant byte comes first, each is known at once, unless the value saturates: waiting for two
+/// then leaves the lowest byte only behind, and for one at least the mark and the type of the IMU
+/// behind it stay together. The first byte of a float follows from three
+/// ([`crate::remainder::first_byte`]).
+pub const HOLD: u8 = 2;
 
 /// Most bytes of a frame that are looked at.
 pub const CHECKS: usize = 9;

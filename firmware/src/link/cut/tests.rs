@@ -69,8 +69,8 @@ fn whole(
 ) -> Vec<u8> {
     let mut frame = frame.to_vec();
     let mut checked = Checked::new(format, &mut frame).unwrap();
-    let mut sample = checked.read().unwrap().sample;
-    compensator.correct(state, 0, &mut sample);
+    let came = checked.read().unwrap().sample;
+    let (sample, _) = compensator.corrected(state, 0, &came, true);
     let change = Change {
         sample: &sample,
         mark,
@@ -217,7 +217,7 @@ proptest! {
     }
 }
 
-/// A byte leaves with the `hold`th that comes behind it, and the last ones with the frame's end:
+/// A byte leaves with the second that comes behind it, and the last ones with the frame's end:
 /// the line spaces them.
 #[test]
 fn every_byte_waits_for_as_many() {
@@ -226,12 +226,10 @@ fn every_byte_waits_for_as_many() {
         let correction = correction(sensor, [0.3; 6]);
         let frame = made(sensor, 0, [5; 6], 7);
         let mut cut = armed(format, &frame, &correction.1, false, &settings);
-        let hold = usize::from(cut.plan.word.hold());
-        assert_eq!(hold, if format == ImuFormat::Kvh { 3 } else { 2 });
         for (n, byte) in frame.iter().enumerate() {
             let expected = match n {
-                n if n + 1 == frame.len() => hold + 1,
-                n if n < hold => 0,
+                n if n + 1 == frame.len() => 3,
+                n if n < 2 => 0,
                 _ => 1,
             };
             assert_eq!(cut.came(n as u32, *byte, 256).len(), expected, "{n}");

@@ -1,7 +1,7 @@
 //! How the values of a frame are corrected while they come.
 
 use super::{Cut, NOWHERE, Plan, Word};
-use crate::remainder::{add_carried, carried, saturate_i24};
+use crate::remainder::{add_behind, carried, first_byte, saturate_i24};
 
 impl Cut {
     /// Changes a byte before the CRC, or the value that it completes.
@@ -20,7 +20,8 @@ impl Cut {
                 self.held ^= u32::from(if at == 0 { set ^ first } else { set });
             }
             Some(n) if word == Word::I32 => self.add(n, byte),
-            Some(n) if n == last => self.correct(word),
+            Some(n) if word == Word::F32 => self.correct_float(n, came),
+            Some(n) if n == last => self.correct_counts(),
             Some(_) => {}
         }
         self.bits = came ^ self.held;
@@ -70,24 +71,37 @@ impl Cut {
         whole
     }
 
-    /// Corrects the value that is held, whose most significant byte came first.
+    /// Corrects the value that is held, of 24 bits.
     #[inline(always)]
-    fn correct(&mut self, word: Word) {
-        if word == Word::I24 {
-            let value = (self.held << 8).cast_signed() >> 8;
-            let (value, _) = saturate_i24(value.saturating_sub(self.whole()));
-            self.held = self.held & 0xFF00_0000 | value.cast_unsigned() & 0x00FF_FFFF;
+    fn correct_counts(&mut self) {
+        let value = (self.held << 8).cast_signed() >> 8;
+        let (value, _) = saturate_i24(value.saturating_sub(self.whole()));
+        self.held = self.held & 0xFF00_0000 | value.cast_unsigned() & 0x00FF_FFFF;
+    }
+
+    /// The third byte of a float decides on the first, and the fourth completes it. `came`: the
+    /// last bytes as they came.
+    #[inline(always)]
+    fn correct_float(&mut self, n: u8, came: u32) {
+        if n < 2 {
             return;
         }
-        let n = usize::from(self.value);
-        let (due, carried_over) = (self.due.get(n), self.carried.get(n));
-        if let (Some(due), Some(carried_over), Some(left)) =
-            (due, carried_over, self.left.get_mut(n))
-        {
-            let mut rest = f32::from_bits(*carried_over);
-            let due = f32::from_bits(*due as u32);
-            let value = f32::from_bits(self.held);
-            self.held = add_carried(value, due, &mut rest).to_bits();
+        let at = usize::from(self.value);
+        let (due, carried_over) = (self.due.get(at), self.carried.get(at));
+        let (Some(due), Some(carried_over), Some(left)) =
+            (due, carried_over, self.left.get_mut(at))
+        else {
+            return;
+        };
+        let due = f32::from_bits(*due as u32);
+        let mut rest = f32::from_bits(*carried_over);
+        if n == 2 {
+            let first = first_byte(came << 8, due, rest);
+            self.held = self.held & 0xFF00_FFFF | u32::from(first) << 16;
+        } else {
+            let first = (self.held >> 24) as u8;
+            let value = f32::from_bits(came);
+            self.held = add_behind(value, due, &mut rest, first).to_bits();
             *left = rest.to_bits();
         }
     }
