@@ -177,15 +177,19 @@ impl<T: Real> Rule<T> for GaussNewton<T> {
     #[inline]
     fn residual(&mut self, psi: &[[T; PARAMS]; NEURONS], r: &[T; NEURONS], weight: T) {
         self.batch.add(psi, r, weight);
-        for row in psi {
-            let mut left = row.iter();
-            for_each_row(&mut self.work, |line| {
-                let left = left.next().map_or(T::ZERO, |&left| weight * left);
-                for (value, &right) in line.iter_mut().zip(row) {
-                    *value += left * right;
-                }
-            });
-        }
+        let [a, b, c] = psi;
+        let mut left = a.iter().zip(b).zip(c);
+        // all three rows at once, so that the matrix is read and written once
+        for_each_row(&mut self.work, |line| {
+            let Some(((&left_a, &left_b), &left_c)) = left.next() else {
+                return;
+            };
+            let (left_a, left_b, left_c) = (weight * left_a, weight * left_b, weight * left_c);
+            let right = a.iter().zip(b).zip(c);
+            for (value, ((&a, &b), &c)) in line.iter_mut().zip(right) {
+                *value = *value + left_a * a + left_b * b + left_c * c;
+            }
+        });
     }
 
     fn end<F: Feedback>(&mut self, candidate: &mut Weights<T>, valid: bool) -> (T, bool) {
