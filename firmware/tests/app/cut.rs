@@ -175,8 +175,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
     /// Byte for byte what leaves without, but for floats that begin before they have come, and
-    /// byte for byte what the loop sends where nothing is cut, however late the loop is, and most of it is sent by the
-    /// interrupt where the loop is in time.
+    /// byte for byte what the loop sends where nothing is cut, however late the loop is. Most of it
+    /// is sent by the interrupt where the loop is in time.
     #[test]
     fn cutting_through_changes_no_byte(
         (format, sensor) in any_sensor(),
