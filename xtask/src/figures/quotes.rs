@@ -7,15 +7,15 @@
 //!
 //! | source | the number |
 //! |---|---|
-//! | `PAGE.md; ROW; COLUMN; N` | the N-th (else the first) of a cell, in the first table with both |
+//! | `PAGE.md; ROW; COLUMN; N` | the N-th (or first) of a cell, in the first table with both |
 //! | `PAGE.md#HEADING; ...` | the same below the heading that begins so |
 //! | `docs/figures/NAME.csv; ROW; COLUMN` | a cell of a committed file (`qemu::committed`) |
 //! | `budgets.toml; KEY` | of a budget, as `image.mps2.flash` |
 //! | `budgets.toml; KEY; wanted` | of the goal in the comment behind it: `wanted: 3 800` |
 //! | `code; KEY` | version of a format (`release::versions`) |
 //!
-//! Row and column of a page are named by how they begin. At the end of a source `; /1000` divides by
-//! 1000, and `; ~10` rounds to tens, `; ~0.1` to tenths; without it a quotient is rounded to ones.
+//! Row and column of a page are named by how they begin. At the end of a source `; /1000` divides
+//! by 1000, and `; ~10` rounds to tens, `; ~0.1` to tenths; without it a quotient is rounded to 1.
 
 use std::fs;
 use std::path::Path;

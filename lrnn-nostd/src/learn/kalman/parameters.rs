@@ -159,7 +159,8 @@ macro_rules! of_output_layer {
             type Memory<T: Real> = ();
             type Own<T: Real> = [[T; NEURONS]; NEURONS + $weights + $biases];
 
-            #[cfg_attr(not(target_os = "none"), inline)] // a call for each weight costs a desktop more
+            // a call for each weight costs a desktop more
+            #[cfg_attr(not(target_os = "none"), inline)]
             fn is_learnt(index: usize) -> bool {
                 (TOP..TOP + $weights).contains(&index)
                     || (TOP_BIAS..TOP_BIAS + $biases).contains(&index)
@@ -207,7 +208,8 @@ macro_rules! with_sensitivities {
             type Memory<T: Real> = Sensitivities<T>;
             type Own<T: Real> = [[T; NEURONS]; NEURONS + <$feedback>::ACTIVE];
 
-            #[cfg_attr(not(target_os = "none"), inline)] // a call for each weight costs a desktop more
+            // a call for each weight costs a desktop more
+            #[cfg_attr(not(target_os = "none"), inline)]
             fn is_learnt(index: usize) -> bool {
                 <$feedback>::is_active(index)
             }
