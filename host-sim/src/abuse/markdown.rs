@@ -150,29 +150,40 @@ fn rows(all: &[Summary], activation: Activation, sensor: Sensor) -> impl Iterato
         .filter(move |of| of.sensor == sensor && of.activation == activation)
 }
 
+/// The rows for which this holds, of one of these activations after the other.
+fn of_activations<'a>(
+    all: &'a [Summary],
+    activations: &'a [Activation],
+    holds: fn(&Summary) -> bool,
+) -> impl Iterator<Item = &'a Summary> {
+    let rows_of = move |activation| all.iter().filter(move |of| of.activation == activation);
+    let rows = activations.iter().copied().flat_map(rows_of);
+    rows.filter(move |of| holds(of))
+}
+
+/// The first cells of a row in a list: which one it is.
+fn head(of: &Summary) -> String {
+    format!(
+        "| `{}` | {} | {} | {} |",
+        of.case, of.activation, of.sensor, of.computer
+    )
+}
+
 /// A table of the rows that harm with one of these activations.
 fn harming(all: &[Summary], activations: &[Activation]) -> String {
-    let mut out = "| case | activation | sensor | computer | raw, m | corrected, m | worst run, times | its number |\n\
-                   |---|---|---|---|---|---|---|---|\n"
+    let mut out = "| case | activation | sensor | computer | raw, m | corrected, m \
+                   | worst run, times | its number |\n|---|---|---|---|---|---|---|---|\n"
         .to_owned();
-    for &activation in activations {
-        let of = all
-            .iter()
-            .filter(|of| of.harms() && of.activation == activation);
-        for of in of {
-            let _ = writeln!(
-                out,
-                "| `{}` | {} | {} | {} | {} | {} | {:.2} | {} |",
-                of.case,
-                of.activation,
-                of.sensor,
-                of.computer,
-                metres(of.raw_median_m),
-                metres(of.corrected_median_m),
-                of.ratio_worst,
-                of.ratio_worst_run,
-            );
-        }
+    for of in of_activations(all, activations, Summary::harms) {
+        let _ = writeln!(
+            out,
+            "{} {} | {} | {:.2} | {} |",
+            head(of),
+            metres(of.raw_median_m),
+            metres(of.corrected_median_m),
+            of.ratio_worst,
+            of.ratio_worst_run,
+        );
     }
     out
 }
@@ -182,21 +193,9 @@ fn losing(all: &[Summary]) -> String {
     let mut out =
         "| case | activation | sensor | computer | of the gain, % |\n|---|---|---|---|---|\n"
             .to_owned();
-    for activation in ACTIVATIONS {
-        let of = all
-            .iter()
-            .filter(|of| of.loses() && of.activation == activation);
-        for of in of {
-            let _ = writeln!(
-                out,
-                "| `{}` | {} | {} | {} | {:.0} |",
-                of.case,
-                of.activation,
-                of.sensor,
-                of.computer,
-                100.0 * of.gain_kept.unwrap_or(f64::NAN),
-            );
-        }
+    for of in of_activations(all, &ACTIVATIONS, Summary::loses) {
+        let kept = 100.0 * of.gain_kept.unwrap_or(f64::NAN);
+        let _ = writeln!(out, "{} {kept:.0} |", head(of));
     }
     out
 }
