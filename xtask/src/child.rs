@@ -4,7 +4,7 @@
 use std::fs;
 use std::io::{Read, Seek};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -29,15 +29,17 @@ pub struct Used {
 /// seen, nor is memory that it takes first after that.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// Runs a program to its end, and no other at the same time. What it says on the standard error is
-/// left out.
+/// Runs a program to its end, and no other at the same time.
 ///
 /// # Errors
-/// It cannot be started, or it fails.
+/// It cannot be started, or it fails; then the error has what it said on the standard error.
 pub fn run(command: &mut Command) -> Result<Used> {
     let program = command.get_program().display().to_string();
     let mut printed = tempfile::tempfile()?;
-    command.stdout(printed.try_clone()?).stderr(Stdio::null());
+    let mut said = tempfile::tempfile()?;
+    command
+        .stdout(printed.try_clone()?)
+        .stderr(said.try_clone()?);
     let (start, before) = (Instant::now(), children());
     let mut used = Used::default();
     let mut child = command.spawn().with_context(|| program.clone())?;
@@ -51,12 +53,23 @@ pub fn run(command: &mut Command) -> Result<Used> {
         }
         sleep(LOOK);
     };
-    ensure!(status.success(), "{status}: {program}");
+    ensure!(
+        status.success(),
+        "{status}: {program}: {}",
+        text(&mut said)?
+    );
     used.wall_s = start.elapsed().as_secs_f64();
     used.cpu_s = children().zip(before).map(|(now, then)| now - then);
-    printed.rewind()?;
-    printed.read_to_string(&mut used.output)?;
+    used.output = text(&mut printed)?;
     Ok(used)
+}
+
+/// All that a file holds.
+fn text(file: &mut fs::File) -> Result<String> {
+    let mut bytes = Vec::new();
+    file.rewind()?;
+    file.read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// Smallest, median and largest of at least one value.
@@ -114,7 +127,8 @@ mod tests {
     fn what_a_process_prints_is_read_and_its_failure_is_an_error() {
         let sh = |text: &str| run(Command::new("sh").args(["-c", text]));
         assert_eq!(sh("echo a; echo b").expect("a shell").output, "a\nb\n");
-        assert!(sh("exit 3").is_err());
+        let error = sh("echo why >&2; exit 3").expect_err("it fails");
+        assert!(error.to_string().contains("why"), "{error}");
     }
 
     #[test]

@@ -37,11 +37,21 @@ impl Args {
     }
 }
 
-/// The program beside this one.
+/// The program beside this one, from a build or from a release.
 fn beside() -> Option<PathBuf> {
-    let name = format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX);
-    let file = std::env::current_exe().ok()?.with_file_name(name);
-    file.is_file().then_some(file)
+    let own = std::env::current_exe().ok()?;
+    let names = names(own.file_name()?.to_str()?);
+    let mut files = names.into_iter().map(|name| own.with_file_name(name));
+    files.find(|file| file.is_file())
+}
+
+/// How the server may be named beside a program of this name. A release has the target in both
+/// names: `host-sim-TARGET` and `host-sim-serve-TARGET`.
+fn names(own: &str) -> Vec<String> {
+    let plain = format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX);
+    let rest = own.strip_prefix("host-sim-");
+    let released = rest.map(|target| format!("{PROGRAM}-{target}"));
+    released.into_iter().chain([plain]).collect()
 }
 
 /// Becomes that program; so Ctrl-C reaches it alone. Comes back with an error only.
@@ -56,5 +66,21 @@ fn replaced(command: &mut Command) -> std::io::Error {
     match command.status() {
         Ok(status) => std::process::exit(status.code().unwrap_or(1)),
         Err(error) => error,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::names;
+
+    #[test]
+    fn the_server_of_a_release_has_the_target_in_its_name() {
+        let suffix = std::env::consts::EXE_SUFFIX;
+        let plain = format!("host-sim-serve{suffix}");
+        assert_eq!(names(&format!("host-sim{suffix}")), [plain.clone()]);
+        assert_eq!(
+            names("host-sim-x86_64-unknown-linux-gnu"),
+            ["host-sim-serve-x86_64-unknown-linux-gnu".to_owned(), plain]
+        );
     }
 }

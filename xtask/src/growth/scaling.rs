@@ -3,7 +3,7 @@
 //! (Linux), the time that threads waited for a core is subtracted.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result};
@@ -70,7 +70,7 @@ impl Scaling {
         let program = target_directory()?.join("release/host-sim");
         let place = target_directory()?.join("xtask-growth");
         let cores = std::thread::available_parallelism()?.get();
-        let campaign = Prepared::new(program, place)?;
+        let campaign = Prepared::new(&program, place.join("runs-and-cores"), 0)?;
         let jobs = jobs(cores);
         let mut all: Vec<Vec<Used>> = vec![Vec::new(); RUNS.len() * jobs.len()];
         for round in 0..ROUNDS {
@@ -94,7 +94,7 @@ impl Scaling {
             pairs().map(|(one, many)| undisturbed(one, most, 1) / undisturbed(many, most, cores));
         Ok(Self {
             cells: cells.collect(),
-            drives: campaign.drives()?,
+            drives: with_drives(&program, &place)?,
             ratio: [
                 spread(free.collect()),
                 spread(
@@ -131,45 +131,52 @@ fn median_cpu(times: &[Used]) -> Option<f64> {
     cpu.map(|cpu| spread(cpu)[1])
 }
 
+/// Campaigns with earlier drives, with one job, in turn.
+fn with_drives(program: &Path, place: &Path) -> Result<Vec<Drives>> {
+    let mut all = Vec::new();
+    for drives in DRIVES {
+        eprintln!("      filters for {drives} earlier drives");
+        let place = place.join(format!("drives-{drives}"));
+        all.push((Prepared::new(program, place, drives)?, Vec::new()));
+    }
+    for round in 0..ROUNDS {
+        eprintln!("      drives, round {} of {ROUNDS}", round + 1);
+        for (campaign, times) in &mut all {
+            times.push(campaign.run(DRIVES_RUNS, 1)?);
+        }
+    }
+    let median = |(campaign, times): &(Prepared, Vec<Used>)| {
+        let walls = times.iter().map(|t| undisturbed(t, DRIVES_RUNS, 1));
+        Drives {
+            drives: campaign.drives,
+            wall: spread(walls.collect())[1],
+            cpu: median_cpu(times),
+        }
+    };
+    Ok(all.iter().map(median).collect())
+}
+
 /// A campaign whose filters are already tuned, so that only runs are measured.
 struct Prepared {
     program: PathBuf,
+    /// Its directory, which holds this one campaign.
     place: PathBuf,
+    /// Earlier drives of each unit.
+    drives: u32,
 }
 
 impl Prepared {
-    fn new(program: PathBuf, place: PathBuf) -> Result<Self> {
+    fn new(program: &Path, place: PathBuf, drives: u32) -> Result<Self> {
         if place.exists() {
             fs::remove_dir_all(&place).with_context(|| place.display().to_string())?;
         }
-        let prepared = Self { program, place };
+        let prepared = Self {
+            program: program.to_path_buf(),
+            place,
+            drives,
+        };
         child::run(&mut prepared.command(1, 1, false))?;
         Ok(prepared)
-    }
-
-    /// Campaigns with earlier drives, with one job, in turn.
-    fn drives(&self) -> Result<Vec<Drives>> {
-        let mut all = DRIVES.map(|_| Vec::new());
-        for round in 0..ROUNDS {
-            eprintln!("      drives, round {} of {ROUNDS}", round + 1);
-            for (times, drives) in all.iter_mut().zip(DRIVES) {
-                self.forget()?;
-                let mut command = self.command(DRIVES_RUNS, 1, true);
-                command.args(["--drives", &drives.to_string()]);
-                times.push(child::run(&mut command)?);
-            }
-        }
-        let median = |(drives, times): (u32, &Vec<Used>)| Drives {
-            drives,
-            wall: spread(
-                times
-                    .iter()
-                    .map(|t| undisturbed(t, DRIVES_RUNS, 1))
-                    .collect(),
-            )[1],
-            cpu: median_cpu(times),
-        };
-        Ok(DRIVES.into_iter().zip(&all).map(median).collect())
     }
 
     fn command(&self, runs: u32, jobs: usize, resume: bool) -> Command {
@@ -177,6 +184,7 @@ impl Prepared {
         command
             .args(["campaign", "--models", "all", "--tuning-units", "1"])
             .args(["--runs", &runs.to_string(), "--jobs", &jobs.to_string()])
+            .args(["--drives", &self.drives.to_string()])
             .arg("--out")
             .arg(&self.place)
             .args(resume.then_some("--resume"));

@@ -121,9 +121,9 @@ fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
         firmware.extend(parts::board_images(release, &mut left_out)?);
     }
     if order.only_images {
-        left_out.push("host-sim and wheel: --only-images".into());
+        left_out.push("programs and wheel: --only-images".into());
     } else {
-        parts::program(release)?;
+        parts::programs(release)?;
         if order.skip_wheel {
             left_out.push("wheel: --skip-wheel".into());
         } else {

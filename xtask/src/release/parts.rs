@@ -135,31 +135,32 @@ fn bill(
     fs::write(release.folder.join(&name), text).context(name)
 }
 
-/// Builds the desktop's program for this machine, without its folders in it.
-pub fn program(release: &Release) -> Result<()> {
-    eprintln!("host-sim");
+/// The programs of the desktop: package and name.
+const PROGRAMS: [(&str, &str); 2] = [("host-sim", "host-sim"), ("live", "host-sim-serve")];
+
+/// Builds the desktop's programs for this machine, without its folders in them.
+pub fn programs(release: &Release) -> Result<()> {
     let directory = target_directory()?.join("dist");
-    let mut build = cargo();
-    build
-        .args(["build", "--quiet", "--locked", "--release"])
-        .args(["--package", "host-sim", "--bin", "host-sim"])
-        .arg("--target-dir")
-        .arg(&directory);
-    without_paths(&mut build, &workspace());
-    succeed(&mut build)?;
-    let ending = std::env::consts::EXE_SUFFIX;
-    let built = directory.join(format!("release/host-sim{ending}"));
-    let name = format!("host-sim-{}{ending}", release.host);
-    fs::copy(&built, release.folder.join(&name)).with_context(|| name.clone())?;
     let tree = Tree::of(&workspace(), &release.host)?;
-    let what = ("host-sim", release.host.as_str());
-    bill(
-        release,
-        &tree,
-        what,
-        ("application", &name),
-        &fs::read(built)?,
-    )
+    let ending = std::env::consts::EXE_SUFFIX;
+    for (package, program) in PROGRAMS {
+        eprintln!("{program}");
+        let mut build = cargo();
+        build
+            .args(["build", "--quiet", "--locked", "--release"])
+            .args(["--package", package, "--bin", program])
+            .arg("--target-dir")
+            .arg(&directory);
+        without_paths(&mut build, &workspace());
+        succeed(&mut build)?;
+        let built = directory.join(format!("release/{program}{ending}"));
+        let name = format!("{program}-{}{ending}", release.host);
+        fs::copy(&built, release.folder.join(&name)).with_context(|| name.clone())?;
+        let what = (package, release.host.as_str());
+        let bytes = fs::read(built)?;
+        bill(release, &tree, what, ("application", &name), &bytes)?;
+    }
+    Ok(())
 }
 
 /// Builds the Python wheel with maturin in a virtual environment; or the reason why not.
