@@ -1,7 +1,9 @@
 //! What a comparison of schemes says, in sentences: harm first.
 //!
 //! A scheme is worse than no correction if its horizontal error is larger by more than 2 % and by
-//! more than 1 m, and better if it is smaller by as much. Smaller differences say nothing.
+//! more than 1 m, and better if it is smaller by as much. Smaller differences say nothing. No
+//! correction is `raw`, or `none` for a scheme whose start comes from an aided filter too: what that
+//! start changes is no merit of a correction.
 
 use super::figures::length;
 use super::table::BASELINE;
@@ -59,6 +61,43 @@ pub(super) struct Compared {
 
 /// The name of the device among the schemes.
 const DEVICE: &str = "rnn-kalman";
+/// No correction after the start of an aided filter.
+const AIDED_START: &str = "none";
+/// The schemes that start so wherever [`AIDED_START`] is among the rows.
+const AIDED: [&str; 4] = [DEVICE, "ekf6", "ekf12", "ekf24"];
+
+/// Horizontal errors without a correction at one time, m.
+#[derive(Debug, Clone, Copy)]
+struct Uncorrected {
+    raw: f64,
+    aided_start: Option<f64>,
+}
+
+impl Uncorrected {
+    /// `metres`: the error of a scheme, if it is among the rows.
+    fn of(metres: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+        Some(Self {
+            raw: metres(BASELINE)?,
+            aided_start: metres(AIDED_START),
+        })
+    }
+
+    /// In a block of rows of one time.
+    fn among(block: &[Ended<'_>]) -> Option<Self> {
+        Self::of(|scheme| Some(block.iter().find(|row| row.scheme == scheme)?.metres))
+    }
+
+    /// What a scheme is compared with.
+    fn beside(&self, scheme: &str) -> f64 {
+        let aided = self.aided_start.filter(|_| AIDED.contains(&scheme));
+        aided.unwrap_or(self.raw)
+    }
+}
+
+/// Whether a scheme corrects anything.
+fn corrects(scheme: &str) -> bool {
+    scheme != BASELINE && scheme != AIDED_START
+}
 
 /// The verdict on all cases of a replay: in how many of them a correction did harm, and what the
 /// device did.
@@ -106,14 +145,15 @@ pub(super) fn of_outcomes(outcomes: &[Outcome]) -> Compared {
 /// How a scheme ends in a case; `None` where it has no row beside that of no correction.
 fn ends(outcome: &Outcome, scheme: &str) -> Option<Against> {
     let last = outcome.rows.last()?.t_s;
-    let raw = outcome.horizontal(BASELINE, last)?;
-    Some(against(outcome.horizontal(scheme, last)?, raw))
+    let metres = |scheme: &str| outcome.horizontal(scheme, last);
+    let without = Uncorrected::of(metres)?.beside(scheme);
+    Some(against(metres(scheme)?, without))
 }
 
 /// Whether a scheme ends like this.
 fn has(outcome: &Outcome, how: Against) -> bool {
     let schemes = outcome.rows.iter().map(|row| row.scheme.as_str());
-    let mut others = schemes.filter(|scheme| *scheme != BASELINE);
+    let mut others = schemes.filter(|scheme| corrects(scheme));
     others.any(|scheme| ends(outcome, scheme) == Some(how))
 }
 
@@ -122,10 +162,20 @@ fn of_device(outcomes: &[Outcome]) -> Option<String> {
     let ended: Vec<Against> = outcomes.iter().filter_map(|o| ends(o, DEVICE)).collect();
     let count = |how| ended.iter().filter(|is| **is == how).count();
     let [worse, better, same] = [Against::Worse, Against::Better, Against::Same].map(count);
+    if let [only] = ended[..] {
+        let how = match only {
+            Against::Worse => "worse than",
+            Against::Same => "no different from",
+            Against::Better => "better than",
+        };
+        return Some(format!(
+            "The device itself ({DEVICE}) ends {how} no correction."
+        ));
+    }
     (!ended.is_empty()).then(|| {
         format!(
             "The device itself ({DEVICE}) ends worse than no correction in {worse}, better in \
-             {better} and no different in {same} of {} case(s).",
+             {better} and no different in {same} of {} cases.",
             ended.len()
         )
     })
@@ -154,10 +204,10 @@ fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
     let Some(last) = rows.chunk_by(|a, b| a.after == b.after).next_back() else {
         return vec![NO_RESULTS.to_owned()];
     };
-    let Some((raw, after)) = baseline(last).map(|raw| (raw, last[0].after)) else {
+    let (Some(without), after) = (Uncorrected::among(last), last[0].after) else {
         return Vec::new();
     };
-    let of = |wanted| named(last, raw, wanted);
+    let of = |wanted| named(last, &without, wanted);
     let (worse, same, better) = (of(Against::Worse), of(Against::Same), of(Against::Better));
     if worse.is_empty() && same.is_empty() && better.is_empty() {
         return Vec::new();
@@ -165,8 +215,18 @@ fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
     let mut out = vec![headline(&worse, &better).to_owned()];
     out.push(format!(
         "After {after} {unit} without fixes the uncorrected samples ({BASELINE}) end {} off.",
-        metres(raw)
+        metres(without.raw)
     ));
+    let aided = |row: &&Ended<'_>| AIDED.contains(&row.scheme);
+    let aided: Vec<&str> = last.iter().filter(aided).map(|row| row.scheme).collect();
+    if let Some(error) = without.aided_start.filter(|_| !aided.is_empty()) {
+        out.push(format!(
+            "With the start of an aided filter and no correction ({AIDED_START}) they end {} off: \
+             {}, which start so, are compared with that.",
+            metres(error),
+            aided.join(" and ")
+        ));
+    }
     for (named, what) in [
         (&worse, "Worse than that"),
         (&better, "Better than that"),
@@ -176,7 +236,7 @@ fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
             out.push(format!("{what}: {}.", named.join(", ")));
         }
     }
-    out.extend(earlier(rows, last, raw, unit));
+    out.extend(earlier(rows, last, &without, unit));
     out
 }
 
@@ -189,19 +249,18 @@ fn headline(worse: &[String], better: &[String]) -> &'static str {
     }
 }
 
-fn baseline(block: &[Ended<'_>]) -> Option<f64> {
-    let raw = block.iter().find(|row| row.scheme == BASELINE)?;
-    Some(raw.metres)
-}
-
 /// The schemes that compare like this, the largest difference first.
-fn named(block: &[Ended<'_>], raw: f64, wanted: Against) -> Vec<String> {
-    let mut rows: Vec<_> = block
-        .iter()
-        .filter(|row| row.scheme != BASELINE && against(row.metres, raw) == wanted)
+fn named(block: &[Ended<'_>], without: &Uncorrected, wanted: Against) -> Vec<String> {
+    let rows = block.iter().filter(|row| corrects(row.scheme));
+    let mut rows: Vec<_> = rows
+        .map(|row| (row, without.beside(row.scheme)))
+        .filter(|(row, without)| against(row.metres, *without) == wanted)
         .collect();
-    rows.sort_by(|a, b| (b.metres - raw).abs().total_cmp(&(a.metres - raw).abs()));
-    let text = |row: &&Ended<'_>| format!("{} {}", row.scheme, compared(row.metres, raw, wanted));
+    let difference = |(row, without): &(&Ended<'_>, f64)| (row.metres - without).abs();
+    rows.sort_by(|a, b| difference(b).total_cmp(&difference(a)));
+    let text = |(row, without): &(&Ended<'_>, f64)| {
+        format!("{} {}", row.scheme, compared(row.metres, *without, wanted))
+    };
     rows.iter().map(text).collect()
 }
 
@@ -216,17 +275,24 @@ fn compared(error: f64, raw: f64, how: Against) -> String {
 }
 
 /// Schemes that were worse before the `last` block and are not in it, and when it was worst.
-fn earlier(rows: &[Ended<'_>], last: &[Ended<'_>], raw: f64, unit: &str) -> Option<String> {
+fn earlier(
+    rows: &[Ended<'_>],
+    last: &[Ended<'_>],
+    at_last: &Uncorrected,
+    unit: &str,
+) -> Option<String> {
     let still = |scheme: &str| {
         let mut ends = last.iter().filter(|row| row.scheme == scheme);
-        ends.any(|row| against(row.metres, raw) == Against::Worse)
+        ends.any(|row| against(row.metres, at_last.beside(scheme)) == Against::Worse)
     };
     let mut worst: Vec<(Ended<'_>, f64)> = Vec::new();
     for block in rows.chunk_by(|a, b| a.after == b.after) {
-        let Some(raw) = baseline(block).filter(|_| block[0].after != last[0].after) else {
+        let Some(without) = Uncorrected::among(block).filter(|_| block[0].after != last[0].after)
+        else {
             continue;
         };
-        for row in block {
+        for row in block.iter().filter(|row| corrects(row.scheme)) {
+            let raw = without.beside(row.scheme);
             if against(row.metres, raw) != Against::Worse || still(row.scheme) {
                 continue;
             }
@@ -255,135 +321,4 @@ fn metres(value: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn rows(list: &[(u32, &'static str, f64)]) -> Vec<Ended<'static>> {
-        let ended = |(after, scheme, metres): &(u32, &'static str, f64)| Ended {
-            after: *after,
-            scheme,
-            metres: *metres,
-        };
-        list.iter().map(ended).collect()
-    }
-
-    fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
-        let row = |(scheme, metres): &(&str, f64)| crate::experiment::outcome::Row {
-            t_s: 60,
-            scheme: (*scheme).to_owned(),
-            d_north_m: *metres,
-            d_east_m: 0.0,
-            d_vn_mps: 0.0,
-            d_ve_mps: 0.0,
-            horizontal_m: *metres,
-        };
-        Outcome {
-            recording: "r".into(),
-            case: case.into(),
-            rows: ends.iter().map(row).collect(),
-            notes: vec![],
-            warnings: vec![],
-            curves: Default::default(),
-            bench: None,
-        }
-    }
-
-    #[test]
-    fn of_several_cases_harm_in_one_is_harm_and_the_device_is_told_apart() {
-        let good = outcome("a", &[("raw", 90.0), ("rnn", 20.0), ("rnn-kalman", 90.0)]);
-        let bad = outcome("b", &[("raw", 9.0), ("rnn", 50.0), ("rnn-kalman", 9.0)]);
-        let both = of_outcomes(&[good.clone(), bad.clone()]);
-        let headline = "Verdict: harm. At the end some corrections make it worse in 1 of 2 cases, \
-                        though some help in 1.";
-        assert_eq!(both.headline, headline);
-        let device = both.device.clone().unwrap();
-        assert!(
-            device.contains("worse than no correction in 0, better in 0 and no different in 2")
-        );
-        assert!(
-            both.others[1].starts_with("r, b: Verdict: harm."),
-            "{both:?}"
-        );
-        let good = of_outcomes(&[good.clone(), good]).headline;
-        assert!(
-            good.contains("help in 2 of 2 cases, and none does harm"),
-            "{good}"
-        );
-        let bad = of_outcomes(&[bad.clone(), bad]).headline;
-        assert!(
-            bad.contains("worse in 2 of 2 cases, and none helps"),
-            "{bad}"
-        );
-        assert_eq!(of_outcomes(&[outcome("c", &[])]).headline, NO_RESULTS);
-    }
-
-    #[test]
-    fn harm_stands_first_with_the_worst_scheme_before_the_others() {
-        let got = sentences(
-            &rows(&[
-                (40, "raw", 3.5),
-                (40, "ekf24", 17.0),
-                (50, "raw", 4.4),
-                (50, "ls-bias", 26.0),
-                (50, "ekf24", 30.0),
-                (50, "rnn-kalman", 4.4),
-            ]),
-            "s",
-        );
-        assert!(
-            got[0].contains("harm. At the end no correction helps"),
-            "{got:?}"
-        );
-        assert!(
-            got[1].contains("50 s") && got[1].contains("4.40 m"),
-            "{got:?}"
-        );
-        let worse = "Worse than that: ekf24 30.0 m (6.8 times), ls-bias 26.0 m (5.9 times).";
-        assert_eq!(got[2], worse);
-        assert!(got[3].ends_with("rnn-kalman 4.40 m."), "{got:?}");
-        assert_eq!(got.len(), 4);
-    }
-
-    #[test]
-    fn harm_at_an_earlier_time_is_told_though_the_end_is_better() {
-        let got = sentences(
-            &rows(&[
-                (5, "raw", 25.0),
-                (5, "device", 38.0),
-                (10, "raw", 190.0),
-                (10, "device", 240.0),
-                (22, "raw", 1720.0),
-                (22, "device", 830.0),
-            ]),
-            "min",
-        );
-        assert!(got[0].contains("help, and none does harm"), "{got:?}");
-        assert_eq!(got[2], "Better than that: device 830 m (-52 %).");
-        assert_eq!(
-            got[3],
-            "Worse before the end: device at 10 min (240 m against 190 m)."
-        );
-    }
-
-    #[test]
-    fn what_is_small_says_nothing_and_no_baseline_no_verdict() {
-        let small = sentences(&rows(&[(9, "raw", 2.0), (9, "rnn", 2.9)]), "s");
-        assert!(
-            small[0].contains("no correction makes a difference"),
-            "{small:?}"
-        );
-        let share = sentences(&rows(&[(9, "raw", 900.0), (9, "rnn", 910.0)]), "s");
-        assert!(
-            share[0].contains("no correction makes a difference"),
-            "{share:?}"
-        );
-        let mixed = sentences(
-            &rows(&[(9, "raw", 9.0), (9, "a", 4.0), (9, "b", 12.0)]),
-            "s",
-        );
-        assert!(mixed[0].contains("mixed"), "{mixed:?}");
-        assert!(sentences(&rows(&[(9, "none", 2.0), (9, "rnn", 9.0)]), "s").is_empty());
-        assert!(sentences(&rows(&[(9, "raw", 2.0)]), "s").is_empty());
-        assert_eq!(sentences(&[], "s").len(), 1);
-    }
-}
+mod tests;

@@ -74,26 +74,31 @@ fn dither_note(spec: &ImuSpec) -> Option<String> {
 }
 
 /// A note about pulses so coarse that their rounding is noise at long times only.
-fn rounding_note(analysis: &Analysis) -> Option<String> {
-    (analysis.fitted_from_s * analysis.rate_hz > 1.5).then(|| {
+fn rounding_note(analyses: &[Analysis]) -> Option<String> {
+    let coarse = |a: &&Analysis| a.fitted_from_s * a.rate_hz > 1.5;
+    let named = |a: &Analysis| format!("{} ({:.3} s)", a.column, a.fitted_from_s);
+    let columns: Vec<String> = analyses.iter().filter(coarse).map(named).collect();
+    (!columns.is_empty()).then(|| {
         format!(
-            "{}: noise moves the output by less than a pulse in less than {:.3} s. At shorter \
-             times the rounding to pulses is regular and no noise, so the coefficients are fitted \
-             from {:.3} s on",
-            analysis.column, analysis.fitted_from_s, analysis.fitted_from_s
+            "noise moves these outputs by less than a pulse within the time in brackets: {}. At \
+             shorter times the rounding to pulses is regular and no noise, so the coefficients are \
+             fitted from that time on",
+            columns.join(", ")
         )
     })
 }
 
-/// A note about a curve that is not a sum of the five noises.
-fn misfit_note(analysis: &Analysis) -> Option<String> {
-    (analysis.misfit > POOR_FIT).then(|| {
+/// A note about curves that are not a sum of the five noises.
+fn misfit_note(analyses: &[Analysis]) -> Option<String> {
+    let poor = |a: &&Analysis| a.misfit > POOR_FIT;
+    let named = |a: &Analysis| format!("{} ({:.0} %)", a.column, 100.0 * a.misfit);
+    let columns: Vec<String> = analyses.iter().filter(poor).map(named).collect();
+    (!columns.is_empty()).then(|| {
         format!(
-            "{}: the curve departs by {:.0} % from the sum of the five noises. Possible causes \
-             are sway, vibration, temperature, or pulses so coarse that their rounding is not \
-             noise. The intervals of the coefficients allow for it",
-            analysis.column,
-            100.0 * analysis.misfit
+            "these curves depart from the sum of the five noises by the share in brackets: {}. \
+             Possible causes are sway, vibration, temperature, or pulses so coarse that their \
+             rounding is not noise. The intervals of the coefficients allow for it",
+            columns.join(", ")
         )
     })
 }
@@ -128,8 +133,8 @@ impl Findings {
             constant.map(|(column, _)| format!("{column} hardly ever changes and is left out"));
         let mut notes: Vec<String> = constant.chain(spec.and_then(dither_note)).collect();
         let analyses: Vec<Analysis> = analyses.into_iter().flatten().collect();
-        notes.extend(analyses.iter().filter_map(rounding_note));
-        notes.extend(analyses.iter().filter_map(misfit_note));
+        notes.extend(rounding_note(&analyses));
+        notes.extend(misfit_note(&analyses));
         Ok(Self {
             source,
             analyses,
@@ -189,6 +194,28 @@ pub(crate) mod tests {
             configured: Some(configured(&spec)),
             notes: vec!["note".into()],
         }
+    }
+
+    #[test]
+    fn columns_of_the_same_finding_share_a_note() {
+        let mut analyses = findings().analyses;
+        analyses.truncate(3);
+        for (analysis, misfit) in analyses.iter_mut().zip([0.4, 0.0, 0.25]) {
+            analysis.misfit = misfit;
+            analysis.fitted_from_s = (1.0 + 100.0 * misfit) / analysis.rate_hz;
+        }
+        let note = misfit_note(&analyses).expect("two are poor");
+        assert!(
+            note.contains("dtheta_x_rad (40 %), dtheta_z_rad (25 %)."),
+            "{note}"
+        );
+        let note = rounding_note(&analyses).expect("two are coarse");
+        assert!(
+            note.contains("dtheta_x_rad (0.") && !note.contains("dtheta_y_rad"),
+            "{note}"
+        );
+        assert_eq!(misfit_note(&analyses[1..2]), None);
+        assert_eq!(rounding_note(&analyses[1..2]), None);
     }
 
     #[test]
