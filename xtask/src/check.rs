@@ -3,7 +3,10 @@
 //! folders of their own. The tests come last, so that the output ends with the closing lines of
 //! their runner.
 
-use std::process::ExitCode;
+use std::env::consts::EXE_SUFFIX;
+use std::num::NonZero;
+use std::path::Path;
+use std::process::{Command, ExitCode};
 use std::thread;
 
 use anyhow::{Context, Result};
@@ -23,6 +26,9 @@ const TARGET_PACKAGES: [&str; 6] = [
     "silicon",
 ];
 
+/// What Clippy is told.
+const DENIED: [&str; 2] = ["-D", "warnings"];
+
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
     let stages = Stages::new(if fast { 6 } else { 16 });
@@ -39,14 +45,6 @@ pub fn test(fast: bool) -> Result<ExitCode> {
         ))?;
         comments::check()
     })?;
-    if !fast {
-        stages.run("prepare: target, QEMU, browser, reader of PDF", || {
-            needs::targets()?;
-            needs::alone()?;
-            needs::pdf_reader();
-            needs::browser()
-        })?;
-    }
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
     if fast {
         here(&stages)?;
@@ -66,9 +64,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
 /// What is compiled for this machine.
 fn here(stages: &Stages) -> Result<()> {
     stages.run("lints", || {
-        succeed(&mut cargo_with(
-            "clippy --quiet --workspace --all-targets -- -D warnings",
-        ))
+        succeed(cargo_with("clippy --quiet --workspace --all-targets --").args(DENIED))
     })?;
     stages.run("documentation", documentation)?;
     stages.run("documentation tests", || {
@@ -76,8 +72,15 @@ fn here(stages: &Stages) -> Result<()> {
     })
 }
 
-/// What is compiled for the target, all in the folder of the images.
+/// What is compiled for the target, all in the folder of the images. What the machine lacks is
+/// fetched before, while the other thread computes.
 fn target(stages: &Stages) -> Result<()> {
+    stages.run("prepare: target, QEMU, browser, reader of PDF", || {
+        needs::targets()?;
+        needs::alone()?;
+        needs::pdf_reader();
+        needs::browser()
+    })?;
     stages.run("target lints", target_lints)?;
     stages.run("target builds, each package alone", target_builds)?;
     stages.run(
@@ -102,7 +105,8 @@ fn target_lints() -> Result<()> {
             .args([TARGET, "--profile", PROFILE, "--package", package])
             .arg("--target-dir")
             .arg(&directory)
-            .args(["--", "-D", "warnings"]);
+            .arg("--")
+            .args(DENIED);
         succeed(&mut clippy)
     })
 }
@@ -131,15 +135,36 @@ fn target_builds() -> Result<()> {
         .try_for_each(|driver| driver.build().map(drop))
 }
 
+/// With the lints' compiler and arguments, as `cargo clippy` sets them: what a page depends on is
+/// then there already, and no package is checked a second time.
 fn documentation() -> Result<()> {
-    succeed(cargo_with("doc --quiet --workspace --no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+    let mut doc = cargo_with("doc --quiet --workspace --no-deps");
+    doc.env("RUSTDOCFLAGS", "-D warnings");
+    let sysroot = Command::new("rustc")
+        .args(["--print", "sysroot"])
+        .current_dir(workspace())
+        .output();
+    let sysroot = sysroot.context("cannot start rustc")?.stdout;
+    let sysroot = String::from_utf8(sysroot)?;
+    let clippy = Path::new(sysroot.trim()).join(format!("bin/clippy-driver{EXE_SUFFIX}"));
+    if clippy.exists() {
+        let between = "__CLIPPY_HACKERY__";
+        let arguments = DENIED.map(|argument| argument.to_owned() + between);
+        doc.env("RUSTC_WORKSPACE_WRAPPER", clippy)
+            .env("CLIPPY_ARGS", arguments.concat());
+    }
+    succeed(&mut doc)
 }
 
 /// Unit, property and system tests, and the images in QEMU. Nothing is printed after the runner.
 fn last(stages: &Stages, fast: bool) -> Result<ExitCode> {
     let mut runner = if needs::nextest() {
         stages.begin("tests (nextest)");
-        cargo_with("nextest run --workspace --no-fail-fast")
+        let mut runner = cargo_with("nextest run --workspace --no-fail-fast");
+        // some tests wait for a silence or for QEMU most of their time, so one more than cores
+        let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        runner.args(["--test-threads", &(cores + 1).to_string()]);
+        runner
     } else {
         stages.begin("tests");
         cargo_with("test --workspace --lib --bins --tests --no-fail-fast")

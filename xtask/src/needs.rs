@@ -3,6 +3,7 @@
 
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result, bail};
 use qemu::alone;
@@ -135,8 +136,11 @@ pub fn pdf_reader() {
     }
 }
 
-/// Installs a package of Debian, where that needs no question; else the error is `missing`.
+/// Installs a package of Debian, where that needs no question; else the error is `missing`. One at
+/// a time: apt takes no second.
 fn install(package: &str, missing: &str) -> Result<()> {
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     if !(root() && Path::new("/etc/debian_version").exists()) {
         bail!(missing.to_owned());
     }

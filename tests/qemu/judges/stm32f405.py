@@ -12,11 +12,12 @@ PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
+import ctypes
 import json
 import struct
 import sys
 
-from unicorn import UC_ARCH_ARM, UC_HOOK_CODE, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_INTR, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn import arm_const as arm
 
 from stm32dma import DMA, SRAM, Registers, Stream
@@ -39,6 +40,7 @@ UARTS = {
     "command": (0x4000_4C00, "apb1", 52, (1, 2), (1, 4)),
 }
 RXNE, IDLE, ORE, FE, TXE, TC = 1 << 5, 1 << 4, 1 << 3, 1 << 1, 1 << 7, 1 << 6
+INTERRUPTS = RXNE | IDLE | TC | TXE
 
 
 class Uart:
@@ -114,7 +116,7 @@ class Uart:
 
     def level(self):
         error = self.sr & (ORE | FE) and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
-        return bool(error or self.sr & self.cr1 & (RXNE | IDLE | TC | TXE))  # each enable has its flag's place
+        return bool(error or self.sr & self.cr1 & INTERRUPTS)  # each enable has its flag's place
 
     def next_event(self):
         at = self.arrivals[0][0] if self.arrivals else None
@@ -125,6 +127,21 @@ class Uart:
         return at
 
     def step(self, now):
+        due = self.next_event()
+        if due is not None and due <= now:
+            self.happens(now)
+        else:
+            self.request()
+        if self.shifting is None and self.waiting is not None and not self.stuck and self.cr1 >> 3 & 1:
+            self.shifting, self.waiting = self.waiting, None
+            # what waits in DR follows without a pause, however late we look (30.3.2)
+            self.began.append(max(self.since, self.sends_until))
+            self.sends_until = self.began[-1] + self.byte_cycles()
+            self.sr |= TXE
+            self.request()
+
+    def happens(self, now):
+        """What is due: bytes that have come, an idle line, the end of a byte that leaves."""
         while self.arrivals and self.arrivals[0][0] <= now:
             at, byte = self.arrivals.popleft()
             if self.cr1 >> 2 & 1 and self.cr1 >> 13 & 1 and wired(self.chip, self.name, True):
@@ -147,13 +164,6 @@ class Uart:
                 self.chip.byte_left(self)
             self.shifting = None
             self.sr |= TC if self.waiting is None else 0
-        if self.shifting is None and self.waiting is not None and not self.stuck and self.cr1 >> 3 & 1:
-            self.shifting, self.waiting = self.waiting, None
-            # what waits in DR follows without a pause, however late we look (30.3.2)
-            self.began.append(max(self.since, self.sends_until))
-            self.sends_until = self.began[-1] + self.byte_cycles()
-            self.sr |= TXE
-            self.request()
 
     def request(self):
         if self.sr & RXNE and self.cr3 >> 6 & 1 and self.stream_in.serves(self.base + 4, False):
@@ -207,6 +217,10 @@ class Timer:
         self.stored, self.flags = self.count(), self.flags | 8
 
 
+ALL = range(0x400)
+CLEARED = {Uart: (0x04,), Stream: (), Tim2: (), Iwdg: ()}  # what reading changes: of these only that, of the others perhaps all
+
+
 class Chip:
     """`crystal`: MHz, 0 is a dead one; `internal`: factor on the internal oscillator's 16 MHz; `locks`: the PLL; `volts`: the supply."""
 
@@ -215,6 +229,8 @@ class Chip:
         self.cycles, self.dead_crystal = 0, False
         self.cpu = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         self.cpu.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M4)
+        self.word = ctypes.c_uint64()
+        self.word_at = ctypes.byref(self.word)
         self.cpu.mem_map(*FLASH)
         self.cpu.mem_write(FLASH[0], b"\xff" * FLASH[1])
         self.cpu.mem_map(*SRAM)
@@ -249,6 +265,21 @@ class Chip:
         for name, old in before.items():
             new = self.uarts[name]
             new.arrivals, new.sent, new.peer, new.garbled = old.arrivals, old.sent, old.peer, old.garbled
+        self.places = {uart.base: uart for uart in self.uarts.values()} | {
+            0x4000_0800: self.timer,
+            0x4002_3800: self.rcc,
+            0x4002_3C00: self.flash,
+            0x4000_7000: self.power,
+            0x4000_0000: self.tim2,
+            Tim5.BASE: self.tim5,
+            0x4001_4800: self.tim11,
+            0x4000_3000: self.iwdg,
+            0x4000_2C00: self.wwdg,
+            0x4001_3C00: self.exti,
+            Spi.BASE: self.spi,
+            0x4000_2800: self.rtc,
+        }
+        self.timed = (*self.uarts.values(), self.spi, self.tim5, self.iwdg, self.wwdg)
         self.reload, self.systick_at, self.systick, self.systick_ended = 0, None, 0, False
         self.enabled, self.pending, self.systick_pending = set(), set(), False
         self.active, self.high = set(), set()  # handlers begun and not ended; lines that were high at the last look
@@ -281,6 +312,9 @@ class Chip:
     def load(self, path):
         elf = open(path, "rb").read()
         self.loaded = []
+        # Unicorn walks all hooks of instructions at each instruction. So the many ISB have hooks of the block behind each.
+        hooks = {b"\x30\xbf": (UC_HOOK_CODE, self.wfi), b"\x20\xbf": (UC_HOOK_CODE, self.wfe), b"\x40\xbf": (UC_HOOK_CODE, self.sev)}
+        hooks[b"\xbf\xf3\x6f\x8f"] = (UC_HOOK_BLOCK, self.isb)
         start, count = struct.unpack_from("<I", elf, 28)[0], struct.unpack_from("<H", elf, 44)[0]
         for n in range(count):
             kind, offset, _, physical, size, _, flags = struct.unpack_from("<7I", elf, start + 32 * n)
@@ -288,11 +322,12 @@ class Chip:
                 code = elf[offset : offset + size]
                 self.cpu.mem_write(physical, code)
                 self.loaded.append((physical - FLASH[0], physical - FLASH[0] + size))
-                hooks = {b"\x30\xbf": self.wfi, b"\x20\xbf": self.wfe, b"\x40\xbf": self.sev, b"\xbf\xf3\x6f\x8f": self.isb}
-                for instruction, hook in hooks.items():
+                for instruction, (of, hook) in hooks.items():
                     at = code.find(instruction)
                     while flags & 1 and at >= 0:  # or a constant, which nobody executes
-                        self.cpu.hook_add(UC_HOOK_CODE, hook, None, physical + at, physical + at)
+                        if at % 2 == 0:
+                            place = physical + at + (4 if of == UC_HOOK_BLOCK else 0)
+                            self.cpu.hook_add(of, hook, None, place, place)
                         at = code.find(instruction, at + 1)
         stack, self.pc = struct.unpack("<II", self.cpu.mem_read(FLASH[0], 8))
         self.cpu.reg_write(arm.UC_ARM_REG_SP, stack)
@@ -329,26 +364,9 @@ class Chip:
     # Peripherals
 
     def at(self, address):
-        for uart in self.uarts.values():
-            if uart.base <= address < uart.base + 0x400:
-                return uart, address - uart.base
-        if 0x4000_0800 <= address < 0x4000_0C00:
-            return self.timer, address - 0x4000_0800
-        for device, base in (
-            (self.rcc, 0x4002_3800),
-            (self.flash, 0x4002_3C00),
-            (self.power, 0x4000_7000),
-            (self.tim2, 0x4000_0000),
-            (self.tim5, Tim5.BASE),
-            (self.tim11, 0x4001_4800),
-            (self.iwdg, 0x4000_3000),
-            (self.wwdg, 0x4000_2C00),
-            (self.exti, 0x4001_3C00),
-            (self.spi, 0x4001_3000),
-            (self.rtc, 0x4000_2800),
-        ):
-            if base <= address < base + 0x400:
-                return device, address - base
+        device = self.places.get(address & ~0x3FF)
+        if device:
+            return device, address & 0x3FF
         for controller, base in DMA.items():
             if base + 0x10 <= address < base + 0xD0:
                 number, offset = divmod(address - base - 0x10, 0x18)
@@ -361,7 +379,7 @@ class Chip:
         address = 0x4000_0000 + offset
         device, register = self.at(address)
         if device:
-            self.changed = True  # reading clears flags
+            self.changed |= register in CLEARED.get(type(device), ALL)
             return device.read(register)
         return self.registers.get(address, 0)
 
@@ -444,10 +462,15 @@ class Chip:
             self.cpu.emu_start(self.pc | 1, 0, count=instructions)
         except UcError as error:
             self.broken = self.broken or f"{error} at {self.cpu.reg_read(arm.UC_ARM_REG_PC):#x}"
-        self.pc = self.cpu.reg_read(arm.UC_ARM_REG_PC)
+        self.pc = self.stopped_at()
         if self.broken:
             raise Forbidden(self.broken)
         self.advance(instructions * self.rcc.cost)
+
+    def stopped_at(self):
+        """The program counter. As `reg_read` reads it, without its search for the kind of register: this is for each slice."""
+        self.cpu._do_reg_read(arm.UC_ARM_REG_PC, self.word_at)
+        return self.word.value
 
     def restart(self, cause, why=""):
         """A reset; here nobody expects one."""
@@ -481,7 +504,8 @@ class Chip:
 
     def advance(self, cycles):
         self.cycles += cycles
-        self.flash.done()
+        if self.flash.works():
+            self.flash.done()
         if self.systick_at and self.systick_at <= self.cycles:
             self.systick_pending |= bool(self.systick & 2)
             self.systick_ended = True
@@ -494,7 +518,7 @@ class Chip:
 
     def waits(self):
         """Whether an interrupt is ready, masked or not."""
-        return bool(self.pending & self.enabled) or self.systick_pending
+        return self.systick_pending or not self.pending.isdisjoint(self.enabled)
 
     def next_interrupt(self, below=256):
         """The ready one of the highest priority; of equal ones that with the lowest number, SysTick first (Armv7-M B1.5.4).
@@ -527,7 +551,7 @@ class Chip:
         while not self.returned:
             self.execute(FINE)
             if not self.returned:
-                while self.interrupt(self.priorities[number]):
+                while self.waits() and self.interrupt(self.priorities[number]):
                     self.returned = False
         self.cpu.context_restore(context)
         self.active.discard(number)
@@ -541,7 +565,7 @@ class Chip:
         self.changed = True  # bytes of the other ends
         while self.cycles < until:
             storm = self.cycles + CORE // 1000
-            while self.interrupt():
+            while self.waits() and self.interrupt():
                 if self.cycles > storm:
                     raise Forbidden(f"interrupts without end: {self.served}")
             self.execute(self.look())
@@ -560,8 +584,7 @@ class Chip:
 
     def coming(self):
         """When something happens by itself, SysTick aside."""
-        events = [device.next_event() for device in (*self.uarts.values(), self.spi, self.tim5, self.iwdg, self.wwdg)]
-        return min([event for event in events if event is not None], default=float("inf"))
+        return min([at for device in self.timed if (at := device.next_event()) is not None], default=float("inf"))
 
     def next_event(self, until):
         """The cycle of the next one, at the latest this one."""

@@ -102,7 +102,7 @@ class Faulty(Chip):
             self.cpu.emu_start(self.pc | 1, 0, count=instructions)
         except UcError:
             self.broken = self.broken or "fault"
-        self.pc = self.cpu.reg_read(arm.UC_ARM_REG_PC)
+        self.pc = self.stopped_at()
         if self.cause is not None:
             raise Restart
         if self.broken and (self.broken == "fault" or self.broken.startswith("exception")):
@@ -138,6 +138,8 @@ class Faulty(Chip):
     # Injected faults
 
     def inject(self):
+        if not any(fault[0] <= self.cycles for fault in self.faults):
+            return
         due = [fault for fault in self.faults if fault[0] <= self.cycles]
         self.faults = [fault for fault in self.faults if fault[0] > self.cycles]
         for at, name, argument in due:
@@ -230,14 +232,13 @@ class Faulty(Chip):
 def run(chip, until):
     while chip.cycles < until:
         try:
-            if not chip.cpu.reg_read(arm.UC_ARM_REG_PRIMASK) & 1:
-                while chip.interrupt():
-                    pass
+            while chip.waits() and chip.interrupt():
+                pass
             chip.execute(SLICE)
             if chip.asleep:
                 chip.pc += 2
                 sleeps = chip.sleeps()
-                while sleeps and not (chip.pending & chip.enabled or chip.systick_pending) and chip.cycles < until:
+                while sleeps and not chip.waits() and chip.cycles < until:
                     chip.advance(max(chip.next_event(min([until, *(at for at, *_ in chip.faults)])) - chip.cycles, 1))
                     if chip.cause is not None:
                         raise Restart

@@ -48,6 +48,8 @@ class Exti:
     def look(self):
         self.level(16, self.chip.power.low())
         ready, now = self.pr & self.imr, set()
+        if not ready and not self.were:
+            return
         while ready:
             line = ready.bit_length() - 1
             ready &= ~(1 << line)

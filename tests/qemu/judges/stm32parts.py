@@ -375,6 +375,10 @@ class Flash:
         self.sr |= self.EOP * (self.cr >> 24 & 1)
         self.stands += CORE // 62_500
 
+    def works(self):
+        """Whether the core has written since `done`."""
+        return self.stands or self.after
+
     def done(self):
         """The core's writes have ended."""
         if self.after:
