@@ -172,7 +172,7 @@ fn what_fails_is_told_and_the_rest_leaves() {
 }
 
 /// Of an answer to `GetCounters`, hexadecimal.
-fn counters(answer: &str) -> Counters {
+pub fn counters(answer: &str) -> Counters {
     let pairs = (0..answer.len() / 2).map(|n| &answer[2 * n..2 * n + 2]);
     let bytes = pairs.map(|pair| u8::from_str_radix(pair, 16).expect("hexadecimal"));
     let mut bytes: Vec<u8> = bytes.filter(|byte| *byte != 0).collect();
