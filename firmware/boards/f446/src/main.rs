@@ -21,7 +21,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
 use layer::line::Frame;
-use layer::{Adis, Board, WATCHDOG_MS, line};
+use layer::{Adis, Board, WATCHDOG_MS, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART1 => Handler<peripherals::USART1>;
@@ -42,13 +42,17 @@ bind_interrupts!(struct Interrupts {
 /// 168 MHz from the probe's 8 MHz; 84 and 42 MHz for the UARTs.
 fn clocks() -> Config {
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse {
+    config.rcc.hse = crystal::start(Hse {
         freq: Hertz::mhz(8),
         mode: HseMode::Bypass,
     });
-    config.rcc.pll_src = PllSource::HSE;
+    let (source, prediv) = match config.rcc.hse {
+        Some(_) => (PllSource::HSE, PllPreDiv::DIV8),
+        None => (PllSource::HSI, PllPreDiv::DIV16),
+    };
+    config.rcc.pll_src = source;
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV8,
+        prediv,
         mul: PllMul::MUL336,
         divp: Some(PllPDiv::DIV2),
         divq: Some(PllQDiv::DIV7),

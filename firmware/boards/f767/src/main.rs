@@ -23,7 +23,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
 use layer::line::Frame;
-use layer::{Adis, Board, WATCHDOG_MS, bytes, line};
+use layer::{Adis, Board, WATCHDOG_MS, bytes, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART6 => Handler<peripherals::USART6>;
@@ -42,13 +42,17 @@ bind_interrupts!(struct Interrupts {
 /// 216 MHz from the probe's 8 MHz; 108 and 54 MHz for the UARTs, 48 MHz for USB.
 fn clocks() -> Config {
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse {
+    config.rcc.hse = crystal::start(Hse {
         freq: Hertz::mhz(8),
         mode: HseMode::Bypass,
     });
-    config.rcc.pll_src = PllSource::HSE;
+    let (source, prediv) = match config.rcc.hse {
+        Some(_) => (PllSource::HSE, PllPreDiv::DIV4),
+        None => (PllSource::HSI, PllPreDiv::DIV8),
+    };
+    config.rcc.pll_src = source;
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV4,
+        prediv,
         mul: PllMul::MUL216,
         divp: Some(PllPDiv::DIV2),
         divq: Some(PllQDiv::DIV9),

@@ -24,7 +24,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
 use layer::line::Frame;
-use layer::{Adis, Board, WATCHDOG_MS, bytes, line};
+use layer::{Adis, Board, WATCHDOG_MS, bytes, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART6 => Handler<peripherals::USART6>;
@@ -44,16 +44,20 @@ bind_interrupts!(struct Interrupts {
 fn clocks() -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
-    rcc.hse = Some(Hse {
+    rcc.hse = crystal::start(Hse {
         freq: Hertz::mhz(8),
         mode: HseMode::Bypass,
     });
+    let (source, prediv) = match rcc.hse {
+        Some(_) => (PllSource::HSE, PllPreDiv::DIV2),
+        None => (PllSource::HSI, PllPreDiv::DIV16),
+    };
     rcc.hsi48 = Some(Hsi48Config {
         sync_from_usb: true,
     });
     rcc.pll1 = Some(Pll {
-        source: PllSource::HSE,
-        prediv: PllPreDiv::DIV2,
+        source,
+        prediv,
         mul: PllMul::MUL200,
         fracn: None,
         divp: Some(PllDiv::DIV2),

@@ -207,7 +207,6 @@ pub fn open<U: Served, I: RxDma<U>, O: TxDma<U>>(
     interrupts: impl Binding<U::Interrupt, Handler<U>>
     + Binding<I::Interrupt, InterruptHandler<I>>
     + Binding<O::Interrupt, InterruptHandler<O>>
-    + Copy
     + 'static,
     frame: Frame,
 ) -> Port {

@@ -14,6 +14,8 @@ pub mod adis;
 #[path = "../../../src/board/shared/blackbox.rs"]
 pub mod blackbox;
 #[cfg(feature = "stm32")]
+pub mod crystal;
+#[cfg(feature = "stm32")]
 pub mod dma;
 pub mod flash;
 #[path = "../../../src/board/shared/learners.rs"]
