@@ -26,7 +26,8 @@ fn corrected(tools: &(PathBuf, PathBuf), frames: &[Record], period: u32, world: 
 }
 
 /// Bytes that follow each other for ever: the line is never idle, so the loop finds them in its
-/// turn, once a millisecond. None is lost, and they leave without a pause, too.
+/// turn, once a millisecond. None is lost, and they leave without a pause, too. The line out is 0.9 %
+/// slower than the line in, so each byte waits longer than the one before.
 #[test]
 fn a_line_without_a_pause_loses_nothing() {
     let Some(tools) = f405() else { return };
@@ -38,12 +39,13 @@ fn a_line_without_a_pause_loses_nothing() {
     let late = (0..done.came.len()).map(|n| done.left[n] - done.came[n]);
     let most = late.skip(done.came.len() / 4).fold(0.0, f64::max) / 168.0;
     println!("latency of a byte at most {most:.0} us; {:?}", done.served);
-    assert!(most < 2500.0, "{most}");
+    assert!(most < 3500.0, "{most}");
     assert!(done.served(SENSOR) < 3, "{:?}", done.served);
 }
 
 /// Noise, a wrong stop bit and a lost byte are told, once each, and the stream goes on: every frame
-/// leaves that has no damaged byte, and the same bytes leave as by our drivers.
+/// leaves that has all its bytes, and the same bytes leave as by our drivers. Three frames tell the
+/// format and are not counted.
 #[test]
 fn an_error_of_the_line_costs_no_other_frame() {
     let (Some(tools), Some(ours)) = (f405(), STM32F405_WINDOW.build_or_skip()) else {
@@ -59,15 +61,10 @@ fn an_error_of_the_line_costs_no_other_frame() {
         corrected(&tools, &frames, MILLISECOND / 2, &world)
     });
     for (name, done) in [("theirs", &theirs), ("ours", &ours)] {
-        let answer = &done.command[done.command.len() - 200..];
-        let from = answer
-            .trim_end_matches("00")
-            .rfind("00")
-            .map_or(0, |at| at + 2);
-        let counted = counters(&answer[from..]);
+        let counted = counters(&done.command);
         println!("{name}: {counted:?}");
         assert_eq!(counted.lost, 3, "{name}: {counted:?}");
-        assert!(counted.frames >= 157, "{name}: {counted:?}");
+        assert_eq!(counted.frames, 160 - 3 - 1, "{name}: {counted:?}");
     }
     assert!(
         theirs.sent == ours.sent,
@@ -101,6 +98,7 @@ fn lines_over_their_driver_are_opened_anew() {
         let done = run_in(&tools.0, &tools.1, &commands, frames, pace, &json!({}));
         let expected = [(bits, 46), (bits, 23), (10, 4375), (10, 46)];
         assert_eq!(done.lines, expected);
+        assert!(done.served(SENSOR) > 150, "{:?}", done.served);
         assert!(done.sent == bytes, "{parity:?}: {}", done.sent);
     }
 }
