@@ -6,9 +6,11 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail, ensure};
 use qemu::boards::{FAMILIES, Family, build};
 use qemu::budget::Budgets;
-use qemu::images::TARGET;
+use qemu::chip::Driver;
+use qemu::images::{TARGET, target_directory, without_paths, workspace};
 use qemu::size::Size;
 
+use crate::stage::{cargo_with, succeed};
 use crate::table::numbers;
 
 /// Examples of a loop of one's own, which only have to build.
@@ -81,6 +83,36 @@ pub fn boards(only: Option<&str>) -> Result<ExitCode> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Clippy over what has a workspace of its own, in the folders of their builds: each board alone,
+/// since it needs its chip's features, the judges of the chip model, and `lrnn-nostd` alone.
+pub fn lints() -> Result<()> {
+    let boards = FAMILIES.map(|family| (family.name, family.target));
+    let examples = EXAMPLES.map(|example| (example, TARGET));
+    for (package, target) in boards.into_iter().chain(examples) {
+        let of = ["--release", "--package", package];
+        clippy("firmware/boards", "boards", target, &of)?;
+    }
+    for driver in Driver::ALL {
+        let of = ["--features", driver.feature(), "--bin", driver.program()];
+        clippy("tests/chip", "chip", TARGET, &of)?;
+    }
+    clippy("tests/alone", "alone", TARGET, &["--release", "--bins"])
+}
+
+/// Of a workspace; `folder` of the target directory is its own.
+fn clippy(workspace_of: &str, folder: &str, target: &str, of: &[&str]) -> Result<()> {
+    let mut clippy = cargo_with("clippy --quiet --locked --target");
+    clippy
+        .args([target, "--manifest-path"])
+        .arg(workspace().join(workspace_of).join("Cargo.toml"))
+        .arg("--target-dir")
+        .arg(target_directory()?.join(folder))
+        .args(of)
+        .args(["--", "-D", "warnings"]);
+    without_paths(&mut clippy, &workspace());
+    succeed(&mut clippy)
 }
 
 #[cfg(test)]

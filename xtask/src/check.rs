@@ -31,7 +31,7 @@ const DENIED: [&str; 2] = ["-D", "warnings"];
 
 /// Runs every stage; the exit code is the last one's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let stages = Stages::new(if fast { 6 } else { 16 });
+    let stages = Stages::new(if fast { 6 } else { 17 });
     stages.run("format, length of comments", || {
         succeed(&mut cargo_with("fmt --all --check"))?;
         succeed(&mut cargo_with(
@@ -91,6 +91,10 @@ fn target(stages: &Stages) -> Result<()> {
     stages.run("boards over other drivers: build, budgets", || {
         boards::boards(None).map(drop)
     })?;
+    stages.run(
+        "lints of boards, judges and lrnn-nostd alone",
+        boards::lints,
+    )?;
     stages.run("stack: bound and room", || stack::stack(None).map(drop))?;
     stages.run("image is the same from another folder", || {
         reproduce::reproduce().map(drop)

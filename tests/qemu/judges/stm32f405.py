@@ -8,7 +8,7 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
 are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent". "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
-PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
+PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames; "damage": [[frame, byte, "overrun", "noise", "framing" or "parity"], ...]: that byte comes with this flag, or is lost; "break": a mutant of stm32broken.py. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
@@ -39,8 +39,9 @@ UARTS = {
     "gnss": (0x4000_4800, "apb1", 39, (1, 1), (1, 3)),
     "command": (0x4000_4C00, "apb1", 52, (1, 2), (1, 4)),
 }
-RXNE, IDLE, ORE, FE, TXE, TC = 1 << 5, 1 << 4, 1 << 3, 1 << 1, 1 << 7, 1 << 6
+RXNE, IDLE, ORE, NF, FE, PE, TXE, TC = 1 << 5, 1 << 4, 1 << 3, 1 << 2, 1 << 1, 1 << 0, 1 << 7, 1 << 6
 INTERRUPTS = RXNE | IDLE | TC | TXE
+DAMAGE = {"overrun": ORE, "noise": NF, "framing": FE, "parity": PE}
 
 
 class Uart:
@@ -54,7 +55,7 @@ class Uart:
         self.since = 0  # when DR was written
         self.sent = bytearray()
         self.began = []  # when the start bit of each byte sent began
-        self.arrivals = collections.deque()  # (cycle, byte)
+        self.arrivals = collections.deque()  # (cycle, byte), or with a flag of SR that comes with it
         self.peer = None  # bit rate at the other end, if it matters
         self.garbled = [0, 0]  # bytes in and out that the two ends do not agree on
         self.stuck = False  # the transmitter takes nothing more
@@ -87,8 +88,8 @@ class Uart:
             self.seen = self.sr
             return self.sr
         if offset == 0x04:
-            self.sr &= ~(RXNE | (self.seen & (ORE | IDLE | FE)))
-            self.seen &= ~(ORE | IDLE | FE)
+            self.sr &= ~(RXNE | (self.seen & (ORE | IDLE | FE | NF | PE)))
+            self.seen &= ~(ORE | IDLE | FE | NF | PE)
             return self.data
         return {0x08: self.brr, 0x0C: self.cr1, 0x10: self.cr2, 0x14: self.cr3}.get(offset, 0)
 
@@ -115,7 +116,8 @@ class Uart:
             self.cr3 = value
 
     def level(self):
-        error = self.sr & (ORE | FE) and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
+        error = self.sr & (ORE | FE | NF) and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
+        error = error or self.sr & PE and self.cr1 >> 8 & 1
         return bool(error or self.sr & self.cr1 & INTERRUPTS)  # each enable has its flag's place
 
     def next_event(self):
@@ -143,12 +145,12 @@ class Uart:
     def happens(self, now):
         """What is due: bytes that have come, an idle line, the end of a byte that leaves."""
         while self.arrivals and self.arrivals[0][0] <= now:
-            at, byte = self.arrivals.popleft()
+            at, byte, *flag = self.arrivals.popleft()
             if self.cr1 >> 2 & 1 and self.cr1 >> 13 & 1 and wired(self.chip, self.name, True):
-                if self.sr & RXNE:
-                    self.sr |= ORE
+                if self.sr & RXNE or ORE in flag:
+                    self.sr |= ORE  # this byte is lost
                 else:
-                    self.data, self.sr = byte, self.sr | RXNE
+                    self.data, self.sr = byte, self.sr | RXNE | sum(flag)
                     if not self.agrees(0):
                         self.data, self.sr = byte ^ 0x5A, self.sr | FE
                 self.idle_at = at + self.byte_cycles()
@@ -630,7 +632,8 @@ def main():
                 chip.rise()
             chip.run(at + asked["period"])
             continue
-        lines["sensor"].arrivals.extend((at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
+        damage = {k: [DAMAGE[name]] for frame, k, name in asked.get("damage", []) if frame == n}
+        lines["sensor"].arrivals.extend((at + byte * (k + 1), b, *damage.get(k, [])) for k, b in enumerate(bytes.fromhex(text)))
         came.extend(at + byte * (k + 1) for k in range(len(text) // 2))
     byte = lines["gnss"].byte_cycles()
     for at, text in asked.get("gnss", []):

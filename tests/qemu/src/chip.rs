@@ -23,10 +23,20 @@ impl Driver {
     pub const ALL: [Self; 2] = [Self::Hal, Self::Embassy];
 
     /// Its feature in `tests/chip`.
-    const fn feature(self) -> &'static str {
+    #[must_use]
+    pub const fn feature(self) -> &'static str {
         match self {
             Self::Hal => "hal",
             Self::Embassy => "embassy",
+        }
+    }
+
+    /// Its program there.
+    #[must_use]
+    pub const fn program(self) -> &'static str {
+        match self {
+            Self::Hal => "chip-hal",
+            Self::Embassy => "chip-embassy",
         }
     }
 
@@ -36,11 +46,11 @@ impl Driver {
     /// cargo cannot be started, or the build fails; cargo has printed why.
     pub fn build(self) -> Result<PathBuf> {
         let directory = target_directory()?.join("chip");
-        let name = format!("chip-{}", self.feature());
+        let name = self.program();
         let mut build = cargo();
         build
             .args(["build", "--quiet", "--locked", "--target", TARGET])
-            .args(["--features", self.feature(), "--bin", &name])
+            .args(["--features", self.feature(), "--bin", name])
             .arg("--manifest-path")
             .arg(workspace().join("tests/chip/Cargo.toml"))
             .arg("--target-dir")

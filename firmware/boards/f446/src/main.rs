@@ -13,34 +13,46 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
-use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart};
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, bind_interrupts, exti, interrupt, peripherals};
+use embassy_stm32::{Config, bind_interrupts, dma, exti, interrupt, peripherals};
+use layer::dma::Handler;
 use layer::firmware::app::{COMMAND_BAUD, Lines};
 use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
-use layer::line::{Frame, Port, RING, config};
-use layer::{Adis, Board, WATCHDOG_MS, bytes};
+use layer::line::Frame;
+use layer::{Adis, Board, WATCHDOG_MS, crystal, line};
 
 bind_interrupts!(struct Interrupts {
-    USART1 => BufferedInterruptHandler<peripherals::USART1>;
-    USART2 => BufferedInterruptHandler<peripherals::USART2>;
-    USART3 => BufferedInterruptHandler<peripherals::USART3>;
-    USART6 => BufferedInterruptHandler<peripherals::USART6>;
+    USART1 => Handler<peripherals::USART1>;
+    DMA2_STREAM2 => dma::InterruptHandler<peripherals::DMA2_CH2>;
+    DMA2_STREAM7 => dma::InterruptHandler<peripherals::DMA2_CH7>;
+    USART2 => Handler<peripherals::USART2>;
+    DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
+    DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
+    USART3 => Handler<peripherals::USART3>;
+    DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
+    DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
+    USART6 => Handler<peripherals::USART6>;
+    DMA2_STREAM1 => dma::InterruptHandler<peripherals::DMA2_CH1>;
+    DMA2_STREAM6 => dma::InterruptHandler<peripherals::DMA2_CH6>;
     EXTI4 => exti::InterruptHandler<interrupt::typelevel::EXTI4>;
 });
 
 /// 168 MHz from the probe's 8 MHz; 84 and 42 MHz for the UARTs.
 fn clocks() -> Config {
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse {
+    config.rcc.hse = crystal::start(Hse {
         freq: Hertz::mhz(8),
         mode: HseMode::Bypass,
     });
-    config.rcc.pll_src = PllSource::HSE;
+    let (source, prediv) = match config.rcc.hse {
+        Some(_) => (PllSource::HSE, PllPreDiv::DIV8),
+        None => (PllSource::HSI, PllPreDiv::DIV16),
+    };
+    config.rcc.pll_src = source;
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV8,
+        prediv,
         mul: PllMul::MUL336,
         divp: Some(PllPDiv::DIV2),
         divq: Some(PllQDiv::DIV7),
@@ -56,21 +68,11 @@ fn clocks() -> Config {
 async fn main(_spawner: Spawner) {
     let chip = embassy_stm32::init(clocks());
     let told = SerialLines::DEFAULT;
-    let frames = [
+    let [sensor, receiver, command] = [
         Frame::sensor(&told),
         Frame::plain(told.receiver_baud),
         Frame::plain(COMMAND_BAUD),
     ];
-    let [sensor, receiver, command] = frames.map(|frame| config(&frame));
-    macro_rules! line {
-        ($uart:ident, $into:ident, $out:ident, $config:expr) => {{
-            let rings = (bytes!(RING), bytes!(RING));
-            let (into, out) = (chip.$into, chip.$out);
-            BufferedUart::new(chip.$uart, into, out, rings.0, rings.1, Interrupts, $config)
-                .map(Port::new)
-                .expect("a rate that these clocks can make")
-        }};
-    }
     let mut bus = spi::Config::default();
     (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(84_000_000 / 128));
     let adis = Adis::new(
@@ -85,10 +87,10 @@ async fn main(_spawner: Spawner) {
         clocks: [84_000_000, 42_000_000, 84_000_000].map(Clock::stm32),
         parity: true,
         lines: Lines {
-            sensor: line!(USART1, PA10, PA9, sensor),
-            navigation: line!(USART3, PC11, PC10, sensor),
-            command: line!(USART2, PA3, PA2, command),
-            gnss: line!(USART6, PC7, PC6, receiver),
+            sensor: line!(chip, USART1, PA10, PA9, DMA2_CH2, DMA2_CH7, sensor),
+            navigation: line!(chip, USART3, PC11, PC10, DMA1_CH1, DMA1_CH3, sensor),
+            command: line!(chip, USART2, PA3, PA2, DMA1_CH5, DMA1_CH6, command),
+            gnss: line!(chip, USART6, PC7, PC6, DMA2_CH1, DMA2_CH6, receiver),
         },
         adis: adis.expect("a pin can be set"),
         // sectors 2 and 3 of 16 KiB, between the interrupt table and the program

@@ -14,21 +14,27 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
-use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart};
 use embassy_stm32::usb::{self, Driver};
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, bind_interrupts, exti, interrupt, peripherals};
+use embassy_stm32::{Config, bind_interrupts, dma, exti, interrupt, peripherals};
+use layer::dma::Handler;
 use layer::firmware::app::Lines;
 use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
-use layer::line::{Frame, Port, RING, config};
-use layer::{Adis, Board, WATCHDOG_MS, bytes};
+use layer::line::Frame;
+use layer::{Adis, Board, WATCHDOG_MS, bytes, crystal, line};
 
 bind_interrupts!(struct Interrupts {
-    USART6 => BufferedInterruptHandler<peripherals::USART6>;
-    USART2 => BufferedInterruptHandler<peripherals::USART2>;
-    UART7 => BufferedInterruptHandler<peripherals::UART7>;
+    USART6 => Handler<peripherals::USART6>;
+    DMA2_STREAM1 => dma::InterruptHandler<peripherals::DMA2_CH1>;
+    DMA2_STREAM6 => dma::InterruptHandler<peripherals::DMA2_CH6>;
+    USART2 => Handler<peripherals::USART2>;
+    DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
+    DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
+    UART7 => Handler<peripherals::UART7>;
+    DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
+    DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
     EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
@@ -36,13 +42,17 @@ bind_interrupts!(struct Interrupts {
 /// 216 MHz from the probe's 8 MHz; 108 and 54 MHz for the UARTs, 48 MHz for USB.
 fn clocks() -> Config {
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse {
+    config.rcc.hse = crystal::start(Hse {
         freq: Hertz::mhz(8),
         mode: HseMode::Bypass,
     });
-    config.rcc.pll_src = PllSource::HSE;
+    let (source, prediv) = match config.rcc.hse {
+        Some(_) => (PllSource::HSE, PllPreDiv::DIV4),
+        None => (PllSource::HSI, PllPreDiv::DIV8),
+    };
+    config.rcc.pll_src = source;
     config.rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV4,
+        prediv,
         mul: PllMul::MUL216,
         divp: Some(PllPDiv::DIV2),
         divq: Some(PllQDiv::DIV9),
@@ -60,17 +70,7 @@ async fn main(_spawner: Spawner) {
     layer::turn_caches_on();
     let chip = embassy_stm32::init(clocks());
     let told = SerialLines::DEFAULT;
-    let frames = [Frame::sensor(&told), Frame::plain(told.receiver_baud)];
-    let [sensor, receiver] = frames.map(|frame| config(&frame));
-    macro_rules! line {
-        ($uart:ident, $into:ident, $out:ident, $config:expr) => {{
-            let rings = (bytes!(RING), bytes!(RING));
-            let (into, out) = (chip.$into, chip.$out);
-            BufferedUart::new(chip.$uart, into, out, rings.0, rings.1, Interrupts, $config)
-                .map(Port::new)
-                .expect("a rate that these clocks can make")
-        }};
-    }
+    let [sensor, receiver] = [Frame::sensor(&told), Frame::plain(told.receiver_baud)];
     let mut bus = spi::Config::default();
     (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(108_000_000 / 128));
     let adis = Adis::new(
@@ -94,10 +94,10 @@ async fn main(_spawner: Spawner) {
         clocks: [108_000_000, 54_000_000, 54_000_000].map(Clock::stm32),
         parity: true,
         lines: Lines {
-            sensor: line!(USART6, PG9, PG14, sensor),
-            navigation: line!(USART2, PD6, PD5, sensor),
+            sensor: line!(chip, USART6, PG9, PG14, DMA2_CH1, DMA2_CH6, sensor),
+            navigation: line!(chip, USART2, PD6, PD5, DMA1_CH5, DMA1_CH6, sensor),
             command,
-            gnss: line!(UART7, PE7, PE8, receiver),
+            gnss: line!(chip, UART7, PE7, PE8, DMA1_CH3, DMA1_CH1, receiver),
         },
         adis: adis.expect("a pin can be set"),
         // sectors 10 and 11 of 256 KiB

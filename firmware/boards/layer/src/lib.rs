@@ -4,15 +4,19 @@
 //! A board is a manifest, a memory map and a `main` that opens its peripherals and calls [`run`].
 //! docs/add-a-board.md goes through one.
 //!
-//! What these boards do not have, and the board `stm32f405` has: cut-through, DMA that interrupts
-//! once a frame, a record of a crash, a safe start, the measured crystal, a window watchdog, an
-//! image without code that can panic (docs/BOARDS.md).
+//! What these boards do not have, and the board `stm32f405` has: cut-through, an interrupt with a
+//! frame's last byte, a record of a crash, a safe start, the measured crystal, a window watchdog,
+//! an image without code that can panic (docs/BOARDS.md).
 #![no_std]
 
 pub mod adis;
 #[allow(dead_code, reason = "an image without a learner")]
 #[path = "../../../src/board/shared/blackbox.rs"]
 pub mod blackbox;
+#[cfg(feature = "stm32")]
+pub mod crystal;
+#[cfg(feature = "stm32")]
+pub mod dma;
 pub mod flash;
 #[path = "../../../src/board/shared/learners.rs"]
 pub mod learners;
@@ -68,14 +72,35 @@ pub fn small_learner() -> &'static mut firmware::learn::WindowLearner {
     learners::windows().expect("called once")
 }
 
-/// Turns the caches of a Cortex-M7 on. No driver of these boards moves bytes by DMA, so memory and
-/// caches cannot disagree; [`flash::Region`] looks after the flash.
+/// Turns the caches of a Cortex-M7 on. Region 0 of the MPU keeps what DMA reads and writes out of the
+/// data cache (normal memory, not cacheable; Armv7-M B3.5); [`flash::Region`] looks after the flash.
+/// Called before anything else.
 #[cfg(feature = "m7")]
+#[allow(unsafe_code, reason = "the registers of the MPU")]
 pub fn turn_caches_on() {
-    if let Some(mut core) = cortex_m::Peripherals::take() {
-        core.SCB.enable_icache();
-        core.SCB.enable_dcache(&mut core.CPUID);
+    const VALID: u32 = 1 << 4;
+    const NO_CODE: u32 = 1 << 28;
+    const READ_AND_WRITE: u32 = 0b011 << 24;
+    const NOT_CACHED: u32 = 0b001 << 19;
+    const ENABLE: u32 = 1;
+    const DEFAULT_ELSEWHERE: u32 = 1 << 2;
+    let Some(mut core) = cortex_m::Peripherals::take() else {
+        return;
+    };
+    let (begin, bits) = dma::region();
+    // SAFETY: the region is as long as it is aligned, and what is there stays readable and writable
+    // for the core. The cache is off, so it holds nothing of it.
+    unsafe {
+        core.MPU.rbar.write(begin | VALID);
+        let size = (bits - 1) << 1;
+        let attributes = NO_CODE | READ_AND_WRITE | NOT_CACHED;
+        core.MPU.rasr.write(attributes | size | ENABLE);
+        core.MPU.ctrl.write(DEFAULT_ELSEWHERE | ENABLE);
     }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    core.SCB.enable_icache();
+    core.SCB.enable_dcache(&mut core.CPUID);
 }
 
 /// The drivers of these boards can panic. The chip starts anew.

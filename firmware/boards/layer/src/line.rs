@@ -1,4 +1,4 @@
-//! Serial lines over the buffered UARTs of `embassy-stm32`, `embassy-rp` and `embassy-nrf`. Their
+//! Serial lines over the buffered UARTs of `embassy-rp` and `embassy-nrf`. Their
 //! interrupts move the bytes between the wire and a ring, so nothing here waits.
 
 use core::cell::RefCell;
@@ -148,39 +148,6 @@ impl<U: Uart> Wire for Port<U> {
         self.uart.get_mut().open(frame);
     }
 }
-
-#[cfg(feature = "stm32")]
-mod stm32 {
-    use embassy_stm32::usart::{BufferedUart, Config, DataBits, Parity, StopBits};
-
-    use super::{Frame, Uart};
-
-    /// The same for the driver, of which a word with parity has nine bits.
-    pub fn config(frame: &Frame) -> Config {
-        use firmware::configuration::Parity as Told;
-        let mut config = Config::default();
-        config.baudrate = frame.baud;
-        (config.parity, config.data_bits) = match frame.parity {
-            Told::None => (Parity::ParityNone, DataBits::DataBits8),
-            Told::Even => (Parity::ParityEven, DataBits::DataBits9),
-            Told::Odd => (Parity::ParityOdd, DataBits::DataBits9),
-        };
-        if frame.two_stop_bits {
-            config.stop_bits = StopBits::STOP2;
-        }
-        config
-    }
-
-    impl Uart for BufferedUart<'_> {
-        fn open(&mut self, frame: &Frame) {
-            if self.set_config(&config(frame)).is_err() {
-                defmt::println!("a line cannot have {=u32} bit/s", frame.baud);
-            }
-        }
-    }
-}
-#[cfg(feature = "stm32")]
-pub use stm32::config;
 
 #[cfg(feature = "rp")]
 impl Uart for embassy_rp::uart::BufferedUart {

@@ -9,21 +9,22 @@ use embassy_executor::Spawner;
 use embassy_futures::select::select3;
 use embassy_futures::yield_now;
 use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::usart::{BufferedInterruptHandler, BufferedUart};
-use embassy_stm32::{bind_interrupts, peripherals};
+use embassy_stm32::{bind_interrupts, dma, peripherals};
 use embassy_time::{Instant, Timer};
-use layer::bytes;
+use layer::dma::{Handler, Port};
 use layer::firmware::app::{App, Config, Lines};
 use layer::firmware::link::{Clock, NoLine};
-use layer::line::{Frame, Port, RING, Wire, config};
+use layer::line;
+use layer::line::{Frame, Wire};
 
 bind_interrupts!(struct Interrupts {
-    USART1 => BufferedInterruptHandler<peripherals::USART1>;
-    USART2 => BufferedInterruptHandler<peripherals::USART2>;
+    USART1 => Handler<peripherals::USART1>;
+    DMA2_STREAM2 => dma::InterruptHandler<peripherals::DMA2_CH2>;
+    DMA2_STREAM7 => dma::InterruptHandler<peripherals::DMA2_CH7>;
+    USART2 => Handler<peripherals::USART2>;
+    DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
+    DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
 });
-
-/// A line over the driver, whose interrupts move the bytes.
-type Serial = Port<BufferedUart<'static>>;
 
 /// The time that the application asks for.
 struct Now;
@@ -36,7 +37,7 @@ impl Clock for Now {
 
 /// The co-processor. It never waits for long, so that other tasks have their turn.
 #[embassy_executor::task]
-async fn correct(sensor: Serial, navigation: Serial) {
+async fn correct(sensor: Port, navigation: Port) {
     let mut app = App::new(Config::default());
     let mut lines = Lines {
         sensor,
@@ -57,23 +58,11 @@ async fn correct(sensor: Serial, navigation: Serial) {
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let chip = embassy_stm32::init(embassy_stm32::Config::default());
-    let told = config(&Frame::plain(460_800));
-    let (into, out) = (bytes!(RING), bytes!(RING));
-    let sensor = BufferedUart::new(
-        chip.USART1,
-        chip.PA10,
-        chip.PA9,
-        out,
-        into,
-        Interrupts,
-        told,
+    let frame = Frame::plain(460_800);
+    let lines = (
+        line!(chip, USART1, PA10, PA9, DMA2_CH2, DMA2_CH7, frame),
+        line!(chip, USART2, PA3, PA2, DMA1_CH5, DMA1_CH6, frame),
     );
-    let (into, out) = (bytes!(RING), bytes!(RING));
-    let navigation =
-        BufferedUart::new(chip.USART2, chip.PA3, chip.PA2, out, into, Interrupts, told);
-    let lines = sensor
-        .and_then(|sensor| Ok((Port::new(sensor), Port::new(navigation?))))
-        .expect("rates that the clock can make");
     spawner.spawn(correct(lines.0, lines.1).expect("one such task"));
     // the other work
     let mut lamp = Output::new(chip.PC1, Level::Low, Speed::Low);

@@ -171,11 +171,14 @@ fn what_fails_is_told_and_the_rest_leaves() {
     }
 }
 
-/// Of an answer to `GetCounters`, hexadecimal.
-fn counters(answer: &str) -> Counters {
-    let pairs = (0..answer.len() / 2).map(|n| &answer[2 * n..2 * n + 2]);
+/// Of the last answer, hexadecimal, which is one to `GetCounters`.
+pub fn counters(answers: &str) -> Counters {
+    let pairs = (0..answers.len() / 2).map(|n| &answers[2 * n..2 * n + 2]);
     let bytes = pairs.map(|pair| u8::from_str_radix(pair, 16).expect("hexadecimal"));
-    let mut bytes: Vec<u8> = bytes.filter(|byte| *byte != 0).collect();
+    let bytes: Vec<u8> = bytes.collect();
+    let mut packets = bytes.split(|byte| *byte == 0);
+    let last = packets.rfind(|packet| !packet.is_empty());
+    let mut bytes = last.expect("an answer").to_vec();
     match decode::<Response>(&mut bytes) {
         Ok((_, Response::Counters(counters))) => counters,
         other => panic!("{other:?}"),

@@ -4,6 +4,7 @@
 
 mod adis;
 mod layer;
+mod ring;
 
 use std::path::Path;
 
