@@ -10,8 +10,5 @@ fn main() {
         // The soak's own lines and buffers do not fit beside the application into 128 KiB. It runs
         // on a machine that has 4 MiB there, and its stack takes the first of them.
         println!("cargo:rustc-link-arg-bin=soaking=--defsym=_stack_start=0x20100000");
-        // The application and its making on one stack do not fit beside the learner either. All
-        // machines of QEMU 7.2 have at least 192 KiB there.
-        println!("cargo:rustc-link-arg-bin=replay=--defsym=_stack_start=0x20030000");
     }
 }

@@ -67,6 +67,8 @@ pub struct App<'m> {
     served_us: u64,
     /// An ADIS found at the board's SPI.
     adis: Option<Found>,
+    /// It must be set to another rate.
+    adis_anew: bool,
     /// Lines that the board must open anew.
     to_open: Option<SerialLines>,
     /// Since when no frame has come, microseconds, and how many had come until then.
@@ -128,6 +130,7 @@ impl<'m> App<'m> {
             heard_us: 0,
             served_us: 0,
             adis: None,
+            adis_anew: false,
             to_open: Some(lines).filter(|lines| *lines != SerialLines::DEFAULT),
             frameless_us: 0,
             frames_seen: 0,

@@ -13,9 +13,15 @@
 //! its validity. Whether the receiver counts seconds of GPS or of UTC does not matter, since both
 //! are whole seconds apart.
 //!
+//! **Other seconds.** A line that is inverted, as by a chip for RS-232, rises at the end of the
+//! pulse. Fixes then seem to come before they are valid, or nearly a second late. So an age must be
+//! possible, and near to what was told where something is told of how well it is known.
+//!
 //! **Noise.** Five pulses evenly a second apart are believed. From the third on, only an edge where
 //! the next pulse is expected counts. Other edges do no harm, whether they come twice, too often,
 //! or in between. Some seconds without a pulse, and the relation is lost.
+
+use crate::configuration::Receiver;
 
 /// Edges that are kept until pulses are found among them.
 const KEPT: usize = 12;
@@ -31,6 +37,8 @@ const NEAR_US: u64 = 500;
 const ENOUGH: u8 = 2;
 /// Without a pulse for so many seconds the relation is lost, before and after it is believed.
 const LOST_S: [u64; 2] = [2, 5];
+/// An age on arrival that is so many standard deviations off what was told is not believed.
+const SIGMAS: f32 = 5.0;
 /// After so many fixes in a row whose age cannot be, pulses mark other seconds than was thought.
 const WRONG: u8 = 5;
 /// Ages of fixes, microseconds. A fix that comes at once may seem to be a little younger than 0,
@@ -114,16 +122,32 @@ impl TimePulse {
     }
 
     /// Age in seconds, at the board's time `at_us`, of a fix that was valid at `time_ms` of the
-    /// week and has arrived at `arrived_us`. `None` without pulses, and
-    /// when it cannot be.
+    /// week and has arrived at `arrived_us`. `None` without pulses, and when it cannot be or
+    /// contradicts what is told of the receiver.
     #[inline(never)]
-    pub fn age(&mut self, time_ms: u32, arrived_us: u64, at_us: u64) -> Option<f32> {
+    pub fn age(
+        &mut self,
+        time_ms: u32,
+        arrived_us: u64,
+        at_us: u64,
+        told: Option<&Receiver>,
+    ) -> Option<f32> {
         self.forget(at_us);
         let rhythm = self.rhythm.as_mut()?;
         if rhythm.seen < ENOUGH {
             return None;
         }
-        rhythm.age((time_ms % WEEK_MS as u32) as i32, arrived_us, at_us)
+        let believed = |on_arrival_us: i32| {
+            let off = |told: &Receiver| (on_arrival_us as f32 * 1e-6 - told.fix_delay).abs();
+            let exact = |told: &Receiver| told.fix_delay_sigma == 0.0;
+            told.is_none_or(|told| exact(told) || off(told) <= SIGMAS * told.fix_delay_sigma)
+        };
+        rhythm.age(
+            (time_ms % WEEK_MS as u32) as i32,
+            arrived_us,
+            at_us,
+            believed,
+        )
     }
 }
 
@@ -148,7 +172,13 @@ impl Rhythm {
     }
 
     /// All differences are seconds, a week of ms at most, so 32 bits hold them.
-    fn age(&mut self, time_ms: i32, arrived_us: u64, at_us: u64) -> Option<f32> {
+    fn age(
+        &mut self,
+        time_ms: i32,
+        arrived_us: u64,
+        at_us: u64,
+        believed: impl FnOnce(i32) -> bool,
+    ) -> Option<f32> {
         let (period, last_us) = (self.period_us as i32, self.last_us);
         let fraction = time_ms % 1000;
         let share = (fraction as f32 * 1e-3 * period as f32) as i32;
@@ -161,8 +191,10 @@ impl Rhythm {
         });
         let ahead_ms =
             (time_ms - fraction - second + WEEK_MS / 2).rem_euclid(WEEK_MS) - WEEK_MS / 2;
-        let age = since(at_us).wrapping_sub((ahead_ms / 1000).wrapping_mul(period));
-        if AGE_US.contains(&age) {
+        let ahead_us = (ahead_ms / 1000).wrapping_mul(period);
+        let [on_arrival, age] = [arrived_us, at_us].map(|us| since(us).wrapping_sub(ahead_us));
+        let possible = *AGE_US.start() <= on_arrival && AGE_US.contains(&age);
+        if possible && believed(on_arrival) {
             self.wrong = 0;
             return Some(age.max(0) as f32 * 1e-6);
         }

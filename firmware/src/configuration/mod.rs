@@ -8,6 +8,7 @@
 
 pub mod record;
 
+mod bursts;
 mod check;
 mod older;
 mod usual;

@@ -117,6 +117,18 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         true
     }
 
+    /// With interrupts masked: no burst is wanted any more until a sensor is found. A transfer
+    /// under way is given up, and what waits is not taken.
+    pub fn forget<'b>(&'b self, bus: &impl Exchange<'b>) {
+        if self.running.load(Ordering::Relaxed) != 0 {
+            bus.end();
+            self.running.store(0, Ordering::Relaxed);
+        }
+        self.length.store(0, Ordering::Relaxed);
+        let came = self.came.load(Ordering::Relaxed);
+        self.taken.store(came, Ordering::Relaxed);
+    }
+
     /// A burst is lost.
     fn leave(&self) -> bool {
         let lost = self.lost.load(Ordering::Relaxed).wrapping_add(1);
@@ -295,5 +307,23 @@ mod tests {
         assert_eq!(take(&bursts), Err(Lost));
         assert_eq!(take(&bursts), Ok(Some((LENGTH - 2, 1))));
         assert!(matches!(take(&bursts), Ok(Some(_))));
+    }
+
+    #[test]
+    fn what_is_under_way_or_waits_is_forgotten() {
+        let (bursts, bus) = (Waiting::<2>::new(), &Bus::new());
+        bursts.found(LENGTH);
+        burst(&bursts, bus, 1);
+        bus.wait(500);
+        assert!(!bursts.ready(&bus), "a second one begins");
+        bursts.forget(&bus);
+        assert!(!bus.selected.get());
+        assert_eq!(take(&bursts), Ok(None));
+        bus.wait(500);
+        assert!(!bursts.ready(&bus) && !bus.selected.get(), "no sensor");
+        bursts.found(LENGTH);
+        burst(&bursts, bus, 2);
+        assert_eq!(take(&bursts), Ok(Some((LENGTH - 2, 2))));
+        assert_eq!(take(&bursts), Ok(None), "none is told as lost");
     }
 }

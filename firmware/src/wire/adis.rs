@@ -21,7 +21,7 @@ mod model;
 pub mod spi;
 pub mod uart;
 
-pub use find::{Found, begin, find};
+pub use find::{Found, Rate, begin, find};
 pub use frame::Frame;
 pub use model::Model;
 pub use spi::Form;
@@ -58,6 +58,13 @@ impl Settings {
     /// Whether the bursts hold increments (BURST_SEL).
     pub fn has_increments(&self) -> bool {
         self.units.gyro.quantity == Quantity::Increment
+    }
+
+    /// Bytes of a burst as it leaves.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let frame = if self.framed { uart::AROUND } else { 0 };
+        self.form.bytes() + frame
     }
 
     /// A burst as it leaves: bare, or in a frame in `buffer`. `time_us`: when it was fetched.

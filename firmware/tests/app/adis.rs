@@ -15,7 +15,7 @@ use proptest::prelude::*;
 
 const FORMS: [Form; 3] = [Form::Narrow, Form::Wide, Form::Adis1649x];
 
-fn reply(form: Form, burst: &Burst) -> Vec<u8> {
+pub fn reply(form: Form, burst: &Burst) -> Vec<u8> {
     match form {
         Form::Narrow => burst.emit16().to_vec(),
         Form::Wide => burst.emit32().to_vec(),
@@ -54,7 +54,7 @@ fn config(form: Form) -> Config {
 }
 
 /// Hands a reply over and returns the bytes that leave.
-fn pass(device: &mut Device, reply: &[u8]) -> Result<Vec<u8>, Error> {
+pub fn pass(device: &mut Device, reply: &[u8]) -> Result<Vec<u8>, Error> {
     let mut reply = reply.to_vec();
     device
         .app

@@ -2,6 +2,7 @@
 
 mod activation;
 mod adis;
+mod adis_rate;
 mod aside;
 mod blackbox;
 mod bound;

@@ -52,7 +52,10 @@ impl Receiver {
         if wired && heard.pulses == 0 {
             missing.push("no time pulse; check its wire and that the receiver sends it");
         } else if wired && heard.time_ms.is_some() && heard.age_us.is_none() {
-            missing.push("no believable time pulse; check that it rises at whole seconds");
+            missing.push(
+                "no believable time pulse; check that it rises (not falls) at whole seconds, once a \
+                 second, and that receiver.fix_delay_ms is right within 5 fix_delay_sigma_ms",
+            );
         }
         Receiver {
             told: told.map(|told| protocol_name(told.receiver.protocol)),

@@ -2,6 +2,7 @@
 
 use super::finding::Finding;
 use super::prior;
+use super::sensor::FormatName;
 use super::{Unit, doubts, networks, schema};
 use std::collections::BTreeMap;
 use toml::Spanned;
@@ -93,21 +94,8 @@ impl Unit {
             Err(finding) => vec![finding],
         };
         found.extend(prior::other_inputs(self));
-        if let Some(need) = self.sensor.bits_per_second()
-            && need > f64::from(self.sensor.baud)
-        {
-            let fits = BAUDS.iter().find(|baud| f64::from(**baud) >= need);
-            let remedy = match fits {
-                Some(baud) => format!("set the sensor and this file to {baud} bit/s or more"),
-                None => "lower the rate".into(),
-            };
-            let problem = format!(
-                "is {}, but the frames at {} Hz need {need:.0} bit/s",
-                self.sensor.baud,
-                self.sensor.rate()
-            );
-            found.push(Finding::wrong("sensor.baud", problem, remedy));
-        }
+        found.extend(self.no_such_rate());
+        found.extend(self.line_too_slow());
         if let Some(Err(problem)) = self.simulation.as_ref().map(|spec| spec.check()) {
             let key = problem.split(' ').next().unwrap_or_default().to_owned();
             let problem = problem.trim_start_matches(&key).trim_start_matches(" = ");
@@ -122,8 +110,116 @@ impl Unit {
     }
 }
 
+impl Unit {
+    /// A rate that the board cannot set the sensor to.
+    fn no_such_rate(&self) -> Option<Finding> {
+        let at_spi = self.sensor.format == FormatName::AdisSpi;
+        let adis = self.sensor.adis.as_ref().filter(|_| at_spi)?;
+        adis.refused(self.sensor.rate())
+    }
+
+    /// A line that is too slow for the frames.
+    fn line_too_slow(&self) -> Option<Finding> {
+        let (baud, rate) = (self.sensor.baud, self.sensor.rate());
+        let need = self.sensor.bits_per_second()?;
+        if need <= f64::from(baud) {
+            return None;
+        }
+        let at_spi = self.sensor.format == FormatName::AdisSpi;
+        let (who, frames) = match at_spi {
+            true => ("the navigation computer", "bursts on the navigation line"),
+            false => ("the sensor", "frames"),
+        };
+        let fits = BAUDS.iter().find(|baud| f64::from(**baud) >= need);
+        let remedy = match fits {
+            Some(baud) if at_spi => {
+                format!("set {who} and this file to {baud} bit/s or more, or lower sensor.rate_hz")
+            }
+            Some(baud) => format!("set {who} and this file to {baud} bit/s or more"),
+            None => "lower the rate".into(),
+        };
+        let problem = format!("is {baud}, but the {frames} at {rate} Hz need {need:.0} bit/s");
+        Some(Finding::wrong("sensor.baud", problem, remedy))
+    }
+}
+
 /// Bit rates that sensors have, bit/s.
 const BAUDS: [u32; 13] = [
     9_600, 19_200, 38_400, 57_600, 115_200, 230_400, 374_400, 460_800, 921_600, 1_000_000,
     1_843_200, 4_147_200, 12_000_000,
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::super::presets;
+    use super::*;
+
+    /// What is wrong with a preset whose rates are replaced by these lines: field, problem, remedy.
+    fn found(name: &str, lines: &str) -> Vec<(String, String, String)> {
+        found_in(&presets::text(name).expect("a preset"), lines)
+    }
+
+    fn found_framed(name: &str, lines: &str) -> Vec<(String, String, String)> {
+        let text = presets::text(name).expect("a preset");
+        found_in(
+            &text.replace("[sensor.adis]", "[sensor.adis]\nframed = true"),
+            lines,
+        )
+    }
+
+    fn found_in(text: &str, lines: &str) -> Vec<(String, String, String)> {
+        let kept = |line: &&str| !line.starts_with("rate_hz") && !line.starts_with("baud");
+        let text: Vec<_> = text.lines().filter(kept).collect();
+        let text = text
+            .join("\n")
+            .replace("[sensor]", &format!("[sensor]\n{lines}"));
+        let (_, all) = examine(&text);
+        let all = all.into_iter().filter(|finding| !finding.doubt);
+        all.map(|found| (found.key, found.problem, found.remedy))
+            .collect()
+    }
+
+    #[test]
+    fn an_adis_has_rates_of_its_own_and_a_line_that_carries_its_bursts() {
+        let small = |lines| found("adis16505", lines);
+        let large = |lines| found("adis16495", lines);
+        // bursts of 32 and 40 bytes
+        for good in [
+            "",
+            "rate_hz = 2000",
+            "rate_hz = 666.67",
+            "rate_hz = 100\nbaud = 38400",
+        ] {
+            assert_eq!(small(good), [], "{good}");
+        }
+        for good in ["", "rate_hz = 2125", "rate_hz = 4250\nbaud = 1843200"] {
+            assert_eq!(large(good), [], "{good}");
+        }
+        let rate = |all: Vec<(String, String, String)>| match &all[..] {
+            [(key, problem, remedy)] if key == "sensor.rate_hz" => {
+                assert!(problem.contains("which an ADIS16"), "{problem}");
+                remedy.clone()
+            }
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(rate(small("rate_hz = 1500")), "give 1000 or 2000");
+        assert_eq!(rate(small("rate_hz = 2500")), "give 2000 or less");
+        assert_eq!(rate(large("rate_hz = 2000")), "give 1416.67 or 2125");
+        let line = |all: Vec<(String, String, String)>| match &all[..] {
+            [(key, problem, remedy)] if key == "sensor.baud" => format!("{problem}; {remedy}"),
+            other => panic!("{other:?}"),
+        };
+        let told = line(large("rate_hz = 4250"));
+        assert!(
+            told.contains("the bursts on the navigation line at 4250 Hz need 1700000 bit/s")
+                && told.contains("set the navigation computer and this file to 1843200 bit/s")
+                && told.contains("or lower sensor.rate_hz"),
+            "{told}"
+        );
+        let told = line(small("rate_hz = 2000\nbaud = 460800"));
+        assert!(told.contains("need 640000 bit/s"), "{told}");
+        // a frame has 12 bytes more
+        let framed = found_framed("adis16505", "rate_hz = 2000\nbaud = 640000");
+        assert!(line(framed).contains("need 880000 bit/s"));
+    }
+}

@@ -7,7 +7,7 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
-are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent". "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
+are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent"; "before": hex, a burst that is ready each ms while a command waits for its answer. "decimation N": the sensor's at the end. "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
 PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames; "damage": [[frame, byte, "overrun", "noise", "framing" or "parity"], ...]: that byte comes with this flag, or is lost; "break": a mutant of stm32broken.py. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
@@ -602,6 +602,9 @@ def ask(chip, text):
     give_up = chip.cycles + CORE // 20
     while 0 not in line.sent[answered:] and chip.cycles < give_up:
         chip.run(chip.cycles + CORE // 10_000)
+        if chip.adis and chip.adis.get("before") and chip.cycles >= chip.ready_at:
+            chip.ready_at = chip.cycles + CORE // 1000
+            chip.rise()
 
 
 def main():
@@ -613,9 +616,13 @@ def main():
     adis = asked.get("adis")
     chip = Chip(asked["image"], adis, **asked.get("chip", {}))  # 12 MHz, as the image is built for
     lines = chip.uarts
+    if adis:
+        chip.spi.device.burst, chip.ready_at = bytes.fromhex(adis.get("before", "")), 0
     chip.run(CORE // 1000 * (250 if adis else 40))
     for text in asked["command"]:
         ask(chip, text)
+    if adis and adis.get("before"):
+        chip.run(chip.cycles + CORE // 1000)  # the last of these bursts ends
     chip.served.clear()
     start = chip.cycles
     byte = round(CORE * lines["sensor"].bits() / asked.get("baud", 921_600))
@@ -663,6 +670,8 @@ def main():
     if executed:
         print("executed", *executed)
     print("bursts", chip.spi.device.bursts if adis else 0)
+    if adis:
+        print("decimation", chip.spi.device.decimation())
     coupled = chip.cpu.mem_read(*CCM)
     print("coupled", len(coupled.rstrip(bytes([GARBAGE]))), sum(byte != 0 for byte in coupled.rstrip(bytes([GARBAGE]))))
 

@@ -119,10 +119,15 @@ class Adis:
         self.chip, self.adis = chip, adis
         self.frame, self.answer, self.free_at = [], b"\0\0", 0
         self.burst, self.page, self.memory = b"", 0, collections.defaultdict(int)
-        paged = 16480 <= adis["product"] < 16500
+        self.paged = paged = 16480 <= adis["product"] < 16500
         self.memory.update(self.word(0, 0x7E if paged else 0x72, adis["product"]))
         self.memory.update(self.word(3 if paged else 0, 0x12 if paged else 0x5E, adis["range"]))
         self.bursts = 0
+
+    def decimation(self):
+        """DEC_RATE."""
+        page, address = (3, 0x0C) if self.paged else (0, 0x64)
+        return self.memory[page, address] | self.memory[page, address + 1] << 8
 
     @staticmethod
     def word(page, address, value):

@@ -10,7 +10,7 @@ use embedded_hal::spi::SpiBus;
 use embedded_hal_async::digital::Wait;
 use embedded_hal_bus::spi::ExclusiveDevice;
 use firmware::wire::adis::spi::{Adis as Bursts, LONGEST};
-use firmware::wire::adis::{Form, Found, begin, find};
+use firmware::wire::adis::{Form, Found, Rate, begin, find};
 
 /// Between two looks for a sensor, which takes up to 0.3 s to start, microseconds.
 const LOOK_US: u64 = 100_000;
@@ -33,8 +33,12 @@ pub trait Fetch {
     /// The newest burst. `None`: there is no sensor, or the bus failed.
     fn burst<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Option<&'b mut [u8]>;
 
-    /// Looks for a sensor from time to time, until one is found.
-    fn look(&mut self, now_us: u64) -> Option<Found>;
+    /// Looks for a sensor from time to time, until one is found. It is set to the rate told, but to
+    /// none above the usual one: the core waits for the bytes of a burst.
+    fn look(&mut self, now_us: u64, told: impl FnOnce() -> Option<Rate>) -> Option<Found>;
+
+    /// The sensor is looked for again, and set up anew.
+    fn forget(&mut self) {}
 }
 
 /// A board without SPI.
@@ -53,7 +57,7 @@ impl Fetch for NoAdis {
         None
     }
 
-    fn look(&mut self, _: u64) -> Option<Found> {
+    fn look(&mut self, _: u64, _: impl FnOnce() -> Option<Rate>) -> Option<Found> {
         None
     }
 }
@@ -100,9 +104,9 @@ impl<B: SpiBus, S: OutputPin, R: Wait> Source for Adis<B, S, R> {
 }
 
 impl<B: SpiBus, S: OutputPin> Sensor<B, S> {
-    fn find(&mut self) -> Option<Found> {
-        let found = find(&mut self.device, &mut Delay).ok()??;
-        if !begin(&mut self.device, &mut Delay, found.model).ok()? {
+    fn find(&mut self, told: Option<Rate>) -> Option<Found> {
+        let found = find(&mut self.device, &mut Delay, told).ok()??;
+        if !begin(&mut self.device, &mut Delay, &found).ok()? {
             return None;
         }
         self.form = Some(found.model.form());
@@ -115,11 +119,15 @@ impl<B: SpiBus, S: OutputPin> Fetch for Sensor<B, S> {
         Bursts::new(&mut self.device, self.form?).fetch(frame).ok()
     }
 
-    fn look(&mut self, now_us: u64) -> Option<Found> {
+    fn look(&mut self, now_us: u64, told: impl FnOnce() -> Option<Rate>) -> Option<Found> {
         if self.form.is_some() || now_us.saturating_sub(self.looked_us) < LOOK_US {
             return None;
         }
         self.looked_us = now_us;
-        self.find()
+        self.find(told().filter(|told| told.hz <= Rate::usual(told.form).hz))
+    }
+
+    fn forget(&mut self) {
+        (self.form, self.looked_us) = (None, 0);
     }
 }

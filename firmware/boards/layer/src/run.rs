@@ -93,8 +93,11 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
             if let (true, Some(store)) = (app.wants_to_store(), &mut store) {
                 app.store(|step, content| store.carry_out(step, content));
             }
+            if app.finds_anew() {
+                adis.forget();
+            }
             if lines.sensor.is_idle()
-                && let Some(found) = adis.look(time.now_us())
+                && let Some(found) = adis.look(time.now_us(), || app.burst_rate())
             {
                 app.found(&found);
             }

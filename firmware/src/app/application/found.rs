@@ -2,11 +2,8 @@
 
 use super::App;
 use crate::configuration::Sensor;
-use crate::wire::adis::{Found, Settings};
+use crate::wire::adis::{Found, Rate, Settings};
 use crate::wire::command::fault;
-
-/// A rate told and a rate found may differ so far, as a share.
-const RATE: f64 = 0.02;
 
 impl App<'_> {
     /// The board has found an ADIS and set it up. From now on it takes the place of the sensor's
@@ -21,9 +18,23 @@ impl App<'_> {
         self.machine = self.machine.restarted();
     }
 
+    /// The rate to which the board sets an ADIS that it finds; `None`: the usual one, because no
+    /// other is told, or one that the sensor or the navigation line does not have (fault RATE).
+    #[must_use]
+    pub fn burst_rate(&self) -> Option<Rate> {
+        let told = self.flow.config.told.as_ref()?;
+        told.bursts().ok().flatten()
+    }
+
+    /// Whether the board must find its ADIS anew and set it, since another rate is told from now
+    /// on. It is said once.
+    pub fn finds_anew(&mut self) -> bool {
+        core::mem::take(&mut self.adis_anew)
+    }
+
     /// Takes what was found into use.
     pub(super) fn use_found(&mut self) {
-        let Some(found) = &self.adis else {
+        let Some(found) = self.adis else {
             return;
         };
         let mut settings = Settings {
@@ -38,7 +49,7 @@ impl App<'_> {
             Some((Some(Sensor::Stream(_)), _)) => fault::UNITS,
             Some((Some(Sensor::Spi(told)), rate)) => {
                 settings.framed = told.framed;
-                let near = (rate - found.rate).abs() <= RATE * found.rate;
+                let near = (rate - found.rate).abs() <= Rate::OFF * found.rate;
                 let units = if told == settings { 0 } else { fault::UNITS };
                 let rate = if near { 0 } else { fault::RATE };
                 units | rate
@@ -47,5 +58,6 @@ impl App<'_> {
         config.sensor.adis = Some(settings);
         config.sensor.rate = found.rate;
         self.flow.other_sensor = bits;
+        self.adis_anew = found.at(self.burst_rate()).rate != found.rate;
     }
 }

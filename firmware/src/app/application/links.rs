@@ -124,7 +124,8 @@ impl App<'_> {
         };
         count(&mut self.flow.counters.good_fixes, 1);
         fix.waited = self.flow.sample().wrapping_sub(solution.arrival.sample);
-        fix.age = (self.pulse).age(fix.time_ms, fix.arrived_us, self.heard_us);
+        let told = self.flow.config.told.as_ref().map(|told| &told.receiver);
+        fix.age = (self.pulse).age(fix.time_ms, fix.arrived_us, self.heard_us, told);
         if let Some(heading) = &mut fix.heading {
             heading.angle -= self.flow.config.heading_offset();
         }

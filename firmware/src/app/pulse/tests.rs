@@ -1,4 +1,5 @@
 use super::*;
+use crate::configuration::Configuration;
 
 /// A receiver whose second has `period` microseconds of the board's clock, and whose pulse at its
 /// second 0 came at `zero`.
@@ -29,8 +30,18 @@ impl Clocks {
 
     /// The age of a fix that comes so many seconds after its validity.
     fn age(&mut self, time_ms: u32, delay: f64) -> Option<f32> {
+        self.age_told(time_ms, delay, None)
+    }
+
+    /// The same where a delay and its standard deviation are told, s.
+    fn age_told(&mut self, time_ms: u32, delay: f64, told: Option<[f32; 2]>) -> Option<f32> {
         let us = self.us(f64::from(time_ms) / 1000.0 + delay);
-        self.pulse.age(time_ms % WEEK_MS as u32, us, us)
+        let told = told.map(|[fix_delay, fix_delay_sigma]| Receiver {
+            fix_delay,
+            fix_delay_sigma,
+            ..Configuration::default().receiver
+        });
+        (self.pulse).age(time_ms % WEEK_MS as u32, us, us, told.as_ref())
     }
 }
 
@@ -67,7 +78,10 @@ fn the_age_is_exact_whatever_the_clocks_are() {
 fn a_fix_that_comes_at_once_has_no_negative_age() {
     let mut clocks = Clocks::new(1000, 1_000_000);
     clocks.pulses(0..5);
-    assert_eq!(clocks.pulse.age(4000, 4_001_500, 3_997_000), Some(0.0));
+    assert_eq!(
+        clocks.pulse.age(4000, 4_001_500, 3_997_000, None),
+        Some(0.0)
+    );
     assert!(near(clocks.age(5000, 0.6), 0.6));
 }
 
@@ -109,7 +123,7 @@ fn noise_alone_is_no_pulse() {
             .wrapping_add(1);
         at += (noise >> 33) % 700_000;
         pulse.rose(at);
-        ages += u32::from(pulse.age(n * 100, at, at).is_some());
+        ages += u32::from(pulse.age(n * 100, at, at, None).is_some());
     }
     assert!(ages < 20, "{ages}");
 }
@@ -141,7 +155,7 @@ fn after_a_jump_of_the_receivers_time_ages_come_back() {
     let age = |clocks: &mut Clocks, second: u32, jump: u32| {
         clocks.pulses(second..second + 1);
         let us = clocks.us(f64::from(second) + 0.4);
-        clocks.pulse.age((second - jump) * 1000, us, us)
+        clocks.pulse.age((second - jump) * 1000, us, us, None)
     };
     assert!((5..10).all(|second| near(age(&mut clocks, second, 0), 0.4)));
     let after: Vec<_> = (10..20).map(|second| age(&mut clocks, second, 1)).collect();
@@ -161,4 +175,46 @@ fn a_first_fix_that_is_too_late_misleads_only_for_a_while() {
         last = clocks.age(second * 1000, 0.3);
     }
     assert!(near(last, 0.3), "{last:?}");
+}
+
+/// The line is inverted: it rises at the end of the pulse, `width` seconds late. Where fixes come
+/// sooner than that, they would be 1 s - width too old. An age that may be is taken.
+#[test]
+fn an_inverted_pulse_does_not_make_fixes_old() {
+    for (width, delay, told, believed) in [
+        (0.1, 0.05, Some([0.1, 0.1]), false),
+        (0.2, 0.05, Some([0.1, 0.1]), false),
+        (0.5, 0.05, Some([0.05, 0.05]), false),
+        (0.0, 0.05, Some([0.1, 0.1]), true),
+        (0.0, 0.55, Some([0.1, 0.1]), true),
+        (0.0, 0.65, Some([0.1, 0.1]), false),
+        (0.0, 0.65, Some([0.1, 0.0]), true), // nothing is told of how well it is known
+        (0.0, 0.65, None, true),
+    ] {
+        let mut clocks = Clocks::new(1_000_000, 1_000_000);
+        let mut ages = 0;
+        for second in 0..60_u32 {
+            clocks.pulse.rose(clocks.us(f64::from(second) + width));
+            let comes = second + u32::from(delay < width); // before the next pulse
+            let age = clocks.age_told(comes * 1000, delay, told);
+            assert!(age.is_none() || near(age, delay - width), "{width} {age:?}");
+            ages += u32::from(age.is_some());
+        }
+        assert_eq!(ages > 50, believed, "{width} {delay} {told:?}: {ages}");
+        assert_eq!(ages == 0, !believed, "{width} {delay} {told:?}: {ages}");
+    }
+}
+
+/// A fix takes time to come whole. It cannot be valid after its first byte.
+#[test]
+fn a_fix_is_not_younger_than_its_way() {
+    let mut clocks = Clocks::new(1_000_000, 1_000_000);
+    clocks.pulses(0..5);
+    let mut age = |arrived: f64| {
+        let us = |late: f64| clocks.zero + (4e6 + late * 1e6) as u64;
+        (clocks.pulse).age(4000, us(arrived), us(arrived + 0.15), None)
+    };
+    assert!(near(age(0.05), 0.2));
+    assert_eq!(age(-0.05), None);
+    assert!(near(age(0.05), 0.2));
 }

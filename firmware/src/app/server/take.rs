@@ -59,6 +59,7 @@ impl Server {
         }
         let told = record::decode(bytes)?;
         flow.config.hardware.check(&told.lines)?;
+        told.bursts().map_err(Reason::Field)?;
         self.record = Record::from_slice(bytes).map_err(|_| Reason::Record)?;
         (self.renewal, self.stored) = (Renewal::Taken, false);
         Ok(())

@@ -35,8 +35,8 @@ use firmware::configuration::SerialLines;
 use firmware::link::rates;
 use firmware::link::{Clock, Lost};
 use firmware::store::Store;
-use firmware::wire::adis::Found;
 use firmware::wire::adis::spi::LONGEST;
+use firmware::wire::adis::{Found, Rate};
 use firmware::wire::command::{Reset, unwell};
 use stm32f4::stm32f405::Peripherals;
 
@@ -69,6 +69,8 @@ pub struct Board {
     pulse: Pulse,
     /// An ADIS, if there is one.
     spi: Spi,
+    /// There was one: it is at the bus, whatever comes on the sensor's line.
+    has_adis: bool,
     /// When it was last looked for, microseconds; `None`: it is not looked for any more.
     looked_us: Option<u64>,
     /// Whether DMA moves the lines' bytes.
@@ -112,6 +114,7 @@ impl Board {
         Some(Self {
             spi,
             pulse,
+            has_adis: false,
             looked_us: Some(0),
             lines: Lines {
                 sensor: usart1,
@@ -174,22 +177,29 @@ impl Board {
         self.output.reopened(serial::sent(lines).0);
     }
 
-    /// An ADIS that answers at the SPI, once. The board looks for it until then, or until something
-    /// has come on the sensor's line.
-    pub fn look_for_adis(&mut self) -> Option<Found> {
+    /// An ADIS that answers at the SPI, once; it is set to the rate told. The board looks for it
+    /// until then, or until something has come on the sensor's line.
+    pub fn look_for_adis(&mut self, told: impl FnOnce() -> Option<Rate>) -> Option<Found> {
         let looked = self.looked_us?;
         let now = self.time.now_us();
         if now.saturating_sub(looked) < LOOK_US {
             return None;
         }
-        self.looked_us = self.lines.sensor.is_silent().then_some(now);
+        let may_be = self.has_adis || self.lines.sensor.is_silent();
+        self.looked_us = may_be.then_some(now);
         self.looked_us?;
         self.watchdog.long_work();
-        let found = self.spi.find();
+        let found = self.spi.find(told());
         if found.is_some() {
-            self.looked_us = None;
+            (self.looked_us, self.has_adis) = (None, true);
         }
         found
+    }
+
+    /// The ADIS is looked for again, and set up anew.
+    pub fn forget_adis(&mut self) {
+        self.spi.forget();
+        self.looked_us = Some(0);
     }
 
     /// When the receiver's time pulse has risen, if it has since the last turn, microseconds.

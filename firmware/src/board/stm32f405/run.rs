@@ -57,15 +57,25 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
             store(&mut app, &mut board);
         }
         crash::during(LoopPhase::Look);
-        if ADIS && let Some(found) = board.look_for_adis() {
-            defmt::println!("ADIS, {=f64} bursts a second", found.rate);
-            app.found(&found);
+        if ADIS {
+            look_for_adis(&mut app, &mut board);
         }
         crash::during(LoopPhase::Sleep);
         let (supply_low, reopened) = board.state();
         app.board_is(supply_low, reopened);
         board.guard(app.unwell(board.time.now_us()));
         board.turned(busy, app.needs());
+    }
+}
+
+/// Finds an ADIS, or sets it to another rate.
+fn look_for_adis(app: &mut App, board: &mut Board) {
+    if app.finds_anew() {
+        board.forget_adis();
+    }
+    if let Some(found) = board.look_for_adis(|| app.burst_rate()) {
+        defmt::println!("ADIS, {=f64} bursts a second", found.rate);
+        app.found(&found);
     }
 }
 

@@ -24,7 +24,7 @@ use firmware::link::dma::Stream as _;
 use firmware::link::progress::Progress as _;
 use firmware::link::spi::{Bus, Registers, Status};
 use firmware::wire::adis::spi::{LONGEST, STALL_US};
-use firmware::wire::adis::{Form, Found, begin, find};
+use firmware::wire::adis::{Form, Found, Rate, begin, find};
 use stm32f4::stm32f405::{DMA2, EXTI, GPIOA, GPIOC, Interrupt, Peripherals, RCC, SPI1};
 
 use super::clock::Clocks;
@@ -35,6 +35,12 @@ use crate::shared::wake::wake;
 /// Readings of the status until a byte is given up. Each takes at least 6 cycles, so 0.7 ms at 168
 /// MHz. The slowest byte takes 0.25 ms (8 bits at 84 MHz / 256 are 24 us, at 8 MHz / 256 256 us).
 const PATIENCE: u32 = 20_000;
+
+/// A clock that every model can do, Hz.
+const SLOWEST: u32 = 1_000_000;
+
+/// The longest burst at 1 MHz, 34 bytes at the slowest clock for it, 0.5 MHz: 544 microseconds.
+const BURST_US: u32 = 600;
 
 /// Readings of the status until half a clock of a burst is over, of at least 6 cycles each. Half a
 /// clock of 0.5 MHz takes 168 cycles.
@@ -60,7 +66,7 @@ impl Spi {
         let mut controller = Controller {
             bus_hz: clocks.apb2,
         };
-        controller.set_up(Form::Narrow.clock_hz());
+        controller.set_up(SLOWEST);
         let bus = Bus::new(controller, PATIENCE);
         let delay = Delay {
             core_hz: clocks.core,
@@ -72,17 +78,31 @@ impl Spi {
         Self { device, delay }
     }
 
-    /// Looks for a sensor and sets it up; from then on its bursts come by themselves. Without a
-    /// sensor this takes some 0.5 ms.
-    pub fn find(&mut self) -> Option<Found> {
-        let found = find(&mut self.device, &mut self.delay).ok()??;
-        let kept = begin(&mut self.device, &mut self.delay, found.model).ok()?;
+    /// Looks for a sensor and sets it up, with the rate that is told; from then on its bursts come
+    /// by themselves. Without a sensor this takes some 0.5 ms.
+    pub fn find(&mut self, told: Option<Rate>) -> Option<Found> {
+        let found = find(&mut self.device, &mut self.delay, told).ok()??;
+        let kept = begin(&mut self.device, &mut self.delay, &found).ok()?;
         if !kept {
             return None;
         }
         let form = found.model.form();
         self.device.bus_mut().registers().set_up(form.clock_hz());
         begin_bursts(form).then_some(found)
+    }
+
+    /// Ends the bursts, so that a sensor can be found anew. One that is under way comes to its end,
+    /// since chip select must not move within a byte.
+    pub fn forget(&mut self) {
+        NVIC::mask(Interrupt::EXTI4);
+        self.delay.delay_us(BURST_US);
+        NVIC::mask(Interrupt::DMA2_STREAM0);
+        BURSTS.forget(&ByDma);
+        NVIC::unpend(Interrupt::DMA2_STREAM0);
+        spi().cr2().reset();
+        let _ = spi().dr8().read(); // a byte that nobody has taken
+        self.device.bus_mut().registers().set_up(SLOWEST);
+        self.delay.delay_us(STALL_US); // the sensor wants a pause
     }
 }
 
@@ -101,6 +121,9 @@ fn begin_bursts(form: Form) -> bool {
         .cr2()
         .write(|w| w.rxdmaen().enabled().txdmaen().enabled());
     BURSTS.found(length);
+    // An edge of before tells of an old burst, and the next one would come while that is fetched.
+    data_ready_seen();
+    NVIC::unpend(Interrupt::EXTI4);
     // SAFETY: what the handlers use is set up, and no critical section relies on a masked
     // interrupt.
     unsafe {
@@ -299,10 +322,17 @@ fn data_ready(peripherals: &Peripherals) {
     peripherals.EXTI.imr().modify(|_, w| w.mr4().unmasked());
 }
 
+/// Clears the flag of data-ready.
+#[inline(always)]
+fn data_ready_seen() {
+    // SAFETY: the register clears the flags whose ones are written. Only the handler of data-ready
+    // does, and the main loop while that is masked.
+    unsafe { EXTI::steal() }.pr().write(|w| w.pr4().clear());
+}
+
 /// Data-ready rose.
 pub extern "C" fn exti4() {
-    // SAFETY: the register clears the flags whose ones are written; only this handler does.
-    unsafe { EXTI::steal() }.pr().write(|w| w.pr4().clear());
+    data_ready_seen();
     if BURSTS.ready(&ByDma) {
         wake();
     }

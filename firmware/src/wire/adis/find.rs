@@ -23,8 +23,71 @@ pub struct Found {
     pub rate: f64,
 }
 
-/// Finds the model that answers. Without a sensor this takes some 0.5 ms at 0.7 MHz. A line that
-/// nothing drives always reads one value, which is no product number.
+impl Found {
+    /// The same sensor at the rate that is told for sensors of its form, else at the usual one.
+    #[must_use]
+    #[inline(never)] // seldom, by two callers
+    pub fn at(self, told: Option<Rate>) -> Found {
+        let form = self.model.form();
+        let told = told.filter(|told| told.form == form);
+        let Rate { hz, .. } = told.unwrap_or(Rate::usual(form));
+        Found { rate: hz, ..self }
+    }
+}
+
+/// How often sensors with this form of burst send one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rate {
+    /// The form.
+    pub form: Form,
+    /// Bursts a second, Hz: [`Rate::fastest`] divided by a whole number.
+    pub hz: f64,
+}
+
+impl Rate {
+    /// A rate told and a rate that is there may differ so far, as a share.
+    pub const OFF: f64 = 0.02;
+
+    /// Of a sensor that nothing is told of, about 1000 Hz.
+    #[must_use]
+    pub fn usual(form: Form) -> Rate {
+        Rate::divided(form, if form == Form::Adis1649x { 4 } else { 2 })
+    }
+
+    /// The rate nearest to this one, Hz. `None`: it is more than [`Rate::OFF`] away, or less than 1
+    /// Hz.
+    #[must_use]
+    pub fn near(form: Form, hz: f64) -> Option<Rate> {
+        let rate = Rate::divided(form, divider(form, hz));
+        let near = (rate.hz - hz).abs() <= Rate::OFF * rate.hz;
+        (near && rate.hz >= 1.0).then_some(rate)
+    }
+
+    /// Without decimation, Hz (Linux adis16475 and adis16480: 2000 and 4250, divided by 1 up to
+    /// 2000 and 4250).
+    #[must_use]
+    pub fn fastest(form: Form) -> f64 {
+        match form {
+            Form::Narrow | Form::Wide => 2000.0,
+            Form::Adis1649x => 4250.0,
+        }
+    }
+
+    fn divided(form: Form, by: u16) -> Rate {
+        let hz = Rate::fastest(form) / f64::from(by);
+        Rate { form, hz }
+    }
+}
+
+/// The whole number that gives nearly this rate, Hz; at least 1.
+#[inline(never)]
+fn divider(form: Form, hz: f64) -> u16 {
+    ((Rate::fastest(form) / hz + 0.5) as u16).max(1) // `as` saturates
+}
+
+/// Finds the model that answers, to be set to the rate told ([`Found::at`]). Without a sensor this
+/// takes some 0.5 ms at 0.7 MHz. A line that nothing drives always reads one value, which is no
+/// product number.
 ///
 /// # Errors
 /// The bus's.
@@ -32,6 +95,7 @@ pub struct Found {
 pub fn find<S: SpiDevice>(
     spi: &mut S,
     delay: &mut impl DelayNs,
+    told: Option<Rate>,
 ) -> Result<Option<Found>, S::Error> {
     let mut adis = Adis::new(spi, Form::Narrow);
     let product = adis.read_register(delay, register::PRODUCT_ID)?;
@@ -50,22 +114,14 @@ pub fn find<S: SpiDevice>(
         model = model.filter(|model| model.form() != Form::Adis1649x);
     }
     Ok(model.and_then(|model| {
-        let form = model.form();
-        Some(Found {
+        let found = Found {
             model,
-            units: model.units(form != Form::Narrow)?,
-            rate: match form {
-                Form::Narrow | Form::Wide => 2000.0 / f64::from(1 + DECIMATION),
-                Form::Adis1649x => 4250.0 / f64::from(1 + DECIMATION_1649X),
-            },
-        })
+            units: model.units(model.form() != Form::Narrow)?,
+            rate: 0.0,
+        };
+        Some(found.at(told))
     }))
 }
-
-/// Samples averaged to one, less 1: 1000 bursts a second of 2000.
-const DECIMATION: u16 = 1;
-/// 1062.5 of 4250.
-const DECIMATION_1649X: u16 = 3;
 
 /// Sets the rate and the form of burst, and reads both back: false if the sensor does not keep
 /// them.
@@ -76,13 +132,15 @@ const DECIMATION_1649X: u16 = 3;
 pub fn begin<S: SpiDevice>(
     spi: &mut S,
     delay: &mut impl DelayNs,
-    model: Model,
+    found: &Found,
 ) -> Result<bool, S::Error> {
-    let mut adis = Adis::new(spi, model.form());
-    match model.form() {
-        Form::Narrow => keeps(&mut adis, delay, register::DEC_RATE, DECIMATION),
+    let form = found.model.form();
+    let mut adis = Adis::new(spi, form);
+    let decimation = divider(form, found.rate) - 1; // samples averaged to one, less 1
+    match form {
+        Form::Narrow => keeps(&mut adis, delay, register::DEC_RATE, decimation),
         Form::Wide => {
-            let rate = keeps(&mut adis, delay, register::DEC_RATE, DECIMATION)?;
+            let rate = keeps(&mut adis, delay, register::DEC_RATE, decimation)?;
             let options = adis.read_register(delay, register::MSC_CTRL)?;
             let options = (options | BURST32) & !BURST_SEL;
             Ok(keeps(&mut adis, delay, register::MSC_CTRL, options)? && rate)
@@ -90,7 +148,7 @@ pub fn begin<S: SpiDevice>(
         Form::Adis1649x => {
             adis.write_byte(delay, register::PAGE, 3)?;
             let rate = register::DEC_RATE_1649X;
-            let kept = keeps(&mut adis, delay, rate, DECIMATION_1649X)?;
+            let kept = keeps(&mut adis, delay, rate, decimation)?;
             adis.write_byte(delay, register::PAGE, 0)?;
             Ok(kept)
         }
@@ -137,14 +195,22 @@ mod tests {
 
     fn found(expected: &[Vec<Transaction<u8>>]) -> Option<Found> {
         let mut spi = Mock::new(&expected.concat());
-        let found = find(&mut spi, &mut NoopDelay::new()).expect("the bus works");
+        let found = find(&mut spi, &mut NoopDelay::new(), None).expect("the bus works");
         spi.done();
         found
     }
 
-    fn begun(model: Model, expected: &[Vec<Transaction<u8>>]) -> bool {
+    /// Set to this rate, Hz; 0: to the usual one.
+    fn begun(model: Model, hz: f64, expected: &[Vec<Transaction<u8>>]) -> bool {
+        let form = model.form();
+        let found = Found {
+            model,
+            units: model.units(form != Form::Narrow).expect("a range"),
+            rate: 0.0,
+        };
+        let found = found.at(Rate::near(form, hz));
         let mut spi = Mock::new(&expected.concat());
-        let kept = begin(&mut spi, &mut NoopDelay::new(), model).expect("the bus works");
+        let kept = begin(&mut spi, &mut NoopDelay::new(), &found).expect("the bus works");
         spi.done();
         kept
     }
@@ -180,8 +246,12 @@ mod tests {
     #[test]
     fn set_up_is_read_back() {
         let rate = [write([0xE4, 1]), write([0xE5, 0])].concat();
-        assert!(begun(Model::Adis16470, &[rate.clone(), read(0x64, 1)]));
-        assert!(!begun(Model::Adis16470, &[rate.clone(), read(0x64, 0)]));
+        assert!(begun(Model::Adis16470, 0.0, &[rate.clone(), read(0x64, 1)]));
+        assert!(!begun(
+            Model::Adis16470,
+            0.0,
+            &[rate.clone(), read(0x64, 0)]
+        ));
         let wide = |read_back| {
             [
                 rate.clone(),
@@ -192,17 +262,63 @@ mod tests {
                 read(0x60, read_back),
             ]
         };
-        assert!(begun(Model::Adis16507(1), &wide(0x02C1)));
-        assert!(!begun(Model::Adis16507(1), &wide(0x00C1)));
-        assert!(begun(
-            Model::Adis16490,
-            &[
+        assert!(begun(Model::Adis16507(1), 0.0, &wide(0x02C1)));
+        assert!(!begun(Model::Adis16507(1), 0.0, &wide(0x00C1)));
+        let paged = |low, high, read_back| {
+            [
                 write([0x80, 3]),
-                write([0x8C, 3]),
-                write([0x8D, 0]),
-                read(0x0C, 3),
+                write([0x8C, low]),
+                write([0x8D, high]),
+                read(0x0C, read_back),
                 write([0x80, 0]),
             ]
-        ));
+        };
+        assert!(begun(Model::Adis16490, 0.0, &paged(3, 0, 3)));
+        assert!(begun(Model::Adis16490, 4250.0, &paged(0, 0, 0)));
+        assert!(begun(Model::Adis16490, 10.0, &paged(0xA8, 1, 424)));
+        let slow = [write([0xE4, 0xC7]), write([0xE5, 0]), read(0x64, 199)];
+        assert!(begun(Model::Adis16470, 10.0, &slow));
+    }
+
+    #[test]
+    fn rates_are_a_whole_number_apart() {
+        use Form::{Adis1649x, Narrow, Wide};
+        let near = |form, hz| Rate::near(form, hz).map(|rate| rate.hz);
+        for (form, hz, is) in [
+            (Wide, 2000.0, Some(2000.0)),
+            (Wide, 1985.0, Some(2000.0)),
+            (Narrow, 700.0, None),
+            (Narrow, 666.7, Some(2000.0 / 3.0)),
+            (Narrow, 1500.0, None),
+            (Narrow, 2100.0, None),
+            (Narrow, 1.0, Some(1.0)),
+            (Narrow, 0.99, None),
+            (Adis1649x, 4250.0, Some(4250.0)),
+            (Adis1649x, 2000.0, None),
+            (Adis1649x, 1.0, Some(1.0)),
+            (Adis1649x, 0.0, None),
+            (Adis1649x, -5.0, None),
+            (Wide, f64::NAN, None),
+            (Wide, f64::INFINITY, None),
+        ] {
+            assert_eq!(near(form, hz), is, "{form:?} {hz}");
+        }
+        assert_eq!(Rate::usual(Wide).hz, 1000.0);
+        assert_eq!(Rate::usual(Adis1649x).hz, 1062.5);
+    }
+
+    /// What is told of sensors of another form is not this one's.
+    #[test]
+    fn a_rate_is_of_the_form_told() {
+        let at = |told| {
+            let expected = [read(0x72, 16507), read(0x5E, 0x0003)];
+            let mut spi = Mock::new(&expected.concat());
+            let found = find(&mut spi, &mut NoopDelay::new(), told).expect("the bus works");
+            spi.done();
+            found.expect("an ADIS").rate
+        };
+        assert_eq!(at(Rate::near(Form::Wide, 2000.0)), 2000.0);
+        assert_eq!(at(Rate::near(Form::Narrow, 2000.0)), 1000.0);
+        assert_eq!(at(None), 1000.0);
     }
 }

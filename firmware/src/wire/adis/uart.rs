@@ -29,8 +29,10 @@ const START: [u8; 2] = [0xAD, 0x15];
 const HEADER: usize = 8;
 /// Bytes of the CRC.
 const TRAILER: usize = 4;
+/// Bytes of a frame beside those of its burst.
+pub const AROUND: usize = HEADER + TRAILER;
 /// Bytes of the longest frame.
-pub const LONGEST: usize = HEADER + BURST_1649X_LEN + TRAILER;
+pub const LONGEST: usize = BURST_1649X_LEN + AROUND;
 
 /// Flag: the values are increments (BURST_SEL), not rates.
 pub const INCREMENTS: u8 = 1 << 0;

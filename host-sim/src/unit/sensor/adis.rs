@@ -2,13 +2,10 @@
 
 use super::{Section, Sensor};
 use crate::unit::finding::Finding;
-use firmware::wire::adis::{Form, Model, Settings};
+use firmware::wire::adis::{Form, Model, Rate, Settings};
 use firmware::wire::{self, ImuFormat};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Samples a second of an ADIS as delivered, Hz (family 1647x and 1650x; 1649x: 4250).
-pub(super) const RATE_HZ: f64 = 2000.0;
 
 /// What the bursts of an ADIS do not tell.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -68,6 +65,33 @@ impl Adis {
         names()
             .map(|model| Self { model, framed })
             .find(|adis| adis.settings().as_ref() == Ok(settings))
+    }
+
+    /// Bursts a second to which a board sets the sensor if the file tells none, Hz.
+    pub(super) fn rate_hz(&self) -> f64 {
+        let form = self.settings().map_or(Form::Wide, |told| told.form);
+        Rate::usual(form).hz
+    }
+
+    /// What is wrong with this rate, Hz, if the sensor cannot be set to it.
+    pub(in crate::unit) fn refused(&self, rate_hz: f64) -> Option<Finding> {
+        let form = self.settings().ok()?.form;
+        if Rate::near(form, rate_hz).is_some() {
+            return None;
+        }
+        let fastest = Rate::fastest(form);
+        let divided = |by: f64| (100.0 * fastest / by.max(1.0)).round() / 100.0;
+        let by = fastest / rate_hz;
+        let remedy = match by < 1.0 {
+            true => format!("give {fastest} or less"),
+            false => format!("give {} or {}", divided(by.ceil()), divided(by.floor())),
+        };
+        let model = &self.model;
+        let problem = format!(
+            "is {rate_hz}, which an {model} does not have: its rates are {fastest} Hz divided by a \
+             whole number"
+        );
+        Some(Finding::wrong("sensor.rate_hz", problem, remedy))
     }
 
     /// The device's settings.

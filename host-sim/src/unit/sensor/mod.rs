@@ -112,22 +112,26 @@ impl Sensor {
         ImuFormat::from_name(self.format.name())
     }
 
-    /// Samples a second: as given, else as the sensor is delivered, Hz.
+    /// Samples a second: as given, else as the sensor is delivered, or as a board sets it, Hz.
     #[must_use]
     pub fn rate(&self) -> f64 {
         let delivered = || match (self.imu_format(), self.format) {
             (Some(format), _) => self.section().rate_hz(format),
-            (None, FormatName::AdisSpi) => adis::RATE_HZ,
+            (None, FormatName::AdisSpi) => self.adis.clone().unwrap_or_default().rate_hz(),
             (None, _) => Settings::DEFAULT.rate,
         };
         self.rate_hz.unwrap_or_else(delivered)
     }
 
-    /// Bits a second that the frames need on the line, at least; `None` where it is not known.
+    /// Bits a second that the frames need on the line, at least; `None` where it is not known. The
+    /// bursts of an ADIS at the SPI need them on the navigation line alone.
     #[must_use]
     pub fn bits_per_second(&self) -> Option<f64> {
-        let format = self.imu_format()?;
-        let bytes = self.section().frame_len(format) as f64;
+        let bytes = match self.told() {
+            Ok(Some(configuration::Sensor::Spi(adis))) => adis.bytes(),
+            _ => self.section().frame_len(self.imu_format()?),
+        };
+        let bytes = bytes as f64;
         let parity = if self.parity == Parity::None {
             0.0
         } else {

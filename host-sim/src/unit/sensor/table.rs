@@ -37,7 +37,8 @@ macro_rules! sensor {
             /// Format of the frames. Required. Source: the sensor's manual.
             pub format: FormatName,
             /// Samples a second, Hz, 1 to 20000. Default: as the sensor is delivered. Source: how
-            /// the sensor is set up.
+            /// the sensor is set up. An ADIS at the SPI is set to it by the board: 2000 Hz (1649x:
+            /// 4250) divided by a whole number; default 1000 (1062.5).
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schemars(range(min = 1, max = 20_000))]
             pub rate_hz: Option<f64>,

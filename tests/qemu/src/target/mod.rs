@@ -4,6 +4,8 @@
     reason = "semihosting calls and the interrupt table; each block says why it is sound"
 )]
 
+#[path = "../../../../firmware/src/board/stm32f405/ccm.rs"]
+pub mod ccm;
 pub mod counting;
 pub mod dma;
 pub mod files;
@@ -14,15 +16,15 @@ pub mod stream;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio::{self, HostStream};
 
-use firmware::learn::{FixLearner, FixMemory, Learner, Settings};
+use firmware::learn::{FixLearner, Learner, Settings};
 
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// The learner; `None` when it has been handed out already.
+/// The learner, whose matrices lie where the board's do; `None` when it has been handed out
+/// already.
 pub fn learner() -> Option<&'static mut dyn Learner> {
-    let memory = cortex_m::singleton!(: FixMemory = FixMemory::ZEROED)?;
-    let learner = FixLearner::new(memory, Settings::MEDIUM);
+    let learner = FixLearner::new(ccm::learner()?, Settings::MEDIUM);
     let learner = cortex_m::singleton!(: FixLearner<'static> = learner)?;
     Some(learner)
 }

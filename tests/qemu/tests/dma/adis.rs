@@ -1,7 +1,8 @@
 //! An ADIS at the board's SPI, whose bursts DMA fetches: what comes, what it costs, what is told
 //! when it fails.
 
-use firmware::wire::adis::Burst;
+use firmware::configuration::Sensor as Told;
+use firmware::wire::adis::{Burst, Form, Model, Settings};
 use firmware::wire::command::{Counters, Request, Response, decode};
 use qemu::budget::Budgets;
 use qemu::protocol::packet_of;
@@ -168,6 +169,71 @@ fn what_fails_is_told_and_the_rest_leaves() {
             "{name}: {counted:?}"
         );
         assert_eq!(counted.frames, 57, "{name}");
+    }
+}
+
+/// The configuration of a sensor at the SPI, with this rate, Hz. Nothing is corrected.
+fn configuration(sensor: &Sensor, rate: f64) -> Configuration {
+    let model = Model::from_registers(sensor.product as u16, sensor.range as u16);
+    let model = model.expect("a model");
+    let form = model.form();
+    let units = model.units(form != Form::Narrow).expect("a range");
+    let mut told = Configuration {
+        sensor: Some(Told::Spi(Settings {
+            form,
+            units,
+            framed: false,
+        })),
+        rate,
+        ..Configuration::default()
+    };
+    told.lines.sensor_baud = 3_000_000; // 4250 bursts of 40 bytes need 1 700 000
+    told.correction.check_rate = false;
+    told.correction.mode = Mode::Bypass;
+    told
+}
+
+/// The rate of the configuration is set, also while bursts come, and set anew with the next
+/// configuration. Bursts leave after that as they came. The burst that is under way is given up,
+/// and nothing of the old rate leaves later.
+#[test]
+fn the_rate_told_is_set() {
+    let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) else {
+        return;
+    };
+    for (sensor, rates, decimation) in [
+        (&SENSORS[0], &[][..], 1),
+        (&SENSORS[0], &[2000.0][..], 0),
+        (&SENSORS[0], &[2000.0, 100.0][..], 19),
+        (&SENSORS[1], &[][..], 3),
+        (&SENSORS[1], &[4250.0][..], 0),
+        (&SENSORS[1], &[4250.0, 10.0, 2125.0][..], 1),
+    ] {
+        let configured = rates
+            .iter()
+            .flat_map(|rate| configure(&configuration(sensor, *rate)).expect("packets"));
+        let commands: Vec<_> = configured.collect();
+        let frames = sensor.bursts(60);
+        let old = (sensor.burst)(7);
+        let mut adis = sensor.told();
+        adis["before"] = json!(hex(&old));
+        let world = json!({"adis": adis});
+        let done = run_in(
+            &python,
+            &image,
+            &commands,
+            &frames,
+            (MILLISECOND, BAUD),
+            &world,
+        );
+        let name = (sensor.product, rates);
+        assert_eq!(done.decimation, Some(decimation), "{name:?}");
+        let new = bytes(&frames);
+        let before = done.sent.strip_suffix(&new);
+        let before = before.unwrap_or_else(|| panic!("{name:?}: {}", done.sent));
+        let (old, ready) = (hex(&old), before.len() / hex(&old).len());
+        assert_eq!(before, old.repeat(ready), "{name:?}: whole bursts");
+        assert!(rates.is_empty() || ready > 2, "{name:?}: {ready} before");
     }
 }
 

@@ -53,6 +53,8 @@ struct Done {
     executed: Vec<f64>,
     /// What the command link sent, hexadecimal.
     command: String,
+    /// DEC_RATE of the ADIS.
+    decimation: Option<u16>,
 }
 
 impl Done {
@@ -126,6 +128,9 @@ fn run_in(
         left: cycles("left"),
         executed: cycles("executed"),
         command: values("command ").next().unwrap_or_default().to_owned(),
+        decimation: values("decimation ")
+            .next()
+            .map(|n| n.parse().expect("a number")),
     }
 }
 

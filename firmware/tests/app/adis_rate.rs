@@ -1,0 +1,98 @@
+//! The rate to which a board sets an ADIS.
+
+use crate::adis::{pass, reply};
+use crate::device::Device;
+use crate::record::configure;
+use firmware::app::Config;
+use firmware::configuration::record::encode;
+use firmware::configuration::{Configuration, Parity, Sensor};
+use firmware::control::{Field, Mode, Reason};
+use firmware::wire::adis::{self, Burst, Form, Found, Model};
+use firmware::wire::command::fault;
+
+fn at_spi(model: Model, framed: bool) -> Option<Sensor> {
+    let form = model.form();
+    Some(Sensor::Spi(adis::Settings {
+        form,
+        units: model.units(form != Form::Narrow).expect("a model"),
+        framed,
+    }))
+}
+
+/// As a board does: it finds the sensor and sets it to the rate told.
+fn find(device: &mut Device, model: Model) -> f64 {
+    let found = Found {
+        model,
+        units: model.units(model.form() != Form::Narrow).expect("a model"),
+        rate: 0.0,
+    };
+    let found = found.at(device.app.burst_rate());
+    device.app.found(&found);
+    found.rate
+}
+
+/// A rate that the sensor and the navigation line have is set; with another one the sensor has its
+/// usual rate, and the device says that this is not what it was told.
+#[test]
+fn the_rate_told_is_set() {
+    let (wide, paged) = (Model::Adis16507(1), Model::Adis16495(1));
+    let fast = 1_843_200;
+    for (model, framed, baud, rate, set, faults) in [
+        (wide, false, 921_600, 2000.0, 2000.0, 0),
+        (wide, true, 921_600, 2000.0, 2000.0, 0),
+        (wide, true, 879_999, 2000.0, 1000.0, fault::RATE),
+        (wide, false, 921_600, 500.0, 500.0, 0),
+        (wide, false, 921_600, 1500.0, 1000.0, fault::RATE),
+        (paged, false, fast, 4250.0, 4250.0, 0),
+        (paged, false, 921_600, 4250.0, 1062.5, fault::RATE),
+        (paged, false, 921_600, 2125.0, 2125.0, 0),
+        (paged, true, 921_600, 2125.0, 1062.5, fault::RATE),
+    ] {
+        let mut told = Configuration::default();
+        (told.sensor, told.rate) = (at_spi(model, framed), rate);
+        told.lines.sensor_baud = baud;
+        let mut device = Device::new(Config::of(&told));
+        let what = (model, framed, baud, rate);
+        assert_eq!(find(&mut device, model), set, "{what:?}");
+        let sent = reply(model.form(), &Burst::default());
+        pass(&mut device, &sent).expect("a burst");
+        let seen = device.app.faults() & (fault::UNITS | fault::RATE);
+        assert_eq!(seen, faults, "{what:?}");
+        assert!(!device.app.finds_anew(), "{what:?}");
+    }
+    // a parity bit more is too much
+    let mut told = Configuration::default();
+    (told.sensor, told.rate) = (at_spi(wide, true), 2000.0);
+    (told.lines.sensor_baud, told.lines.parity) = (880_000, Parity::Even);
+    let device = Device::new(Config::of(&told));
+    assert_eq!(device.app.burst_rate(), None);
+}
+
+/// A configuration with another rate has the board set its sensor anew, once. One that the sensor
+/// or the line does not have is refused by the field's name.
+#[test]
+fn another_rate_sets_the_sensor_anew() {
+    let model = Model::Adis16507(1);
+    let mut told = Configuration::default();
+    told.sensor = at_spi(model, false);
+    told.correction.mode = Mode::Bypass;
+    let mut device = Device::new(Config::of(&told));
+    assert_eq!(find(&mut device, model), 1000.0);
+    for (rate, baud, refused, anew) in [
+        (2000.0, 921_600, None, true),
+        (1990.0, 921_600, None, false),
+        (1500.0, 921_600, Some(Field::Rate), false),
+        (2000.0, 460_800, Some(Field::SensorBaud), false),
+        (1000.0, 460_800, None, true),
+    ] {
+        (told.rate, told.lines.sensor_baud) = (rate, baud);
+        let answer = configure(&mut device, &encode(&told));
+        assert_eq!(answer.err(), refused.map(Reason::Field), "{rate} {baud}");
+        assert_eq!(device.app.finds_anew(), anew, "{rate} {baud}");
+        assert!(!device.app.finds_anew(), "once");
+        if anew {
+            assert_eq!(find(&mut device, model), rate);
+        }
+        assert_eq!(device.app.faults() & fault::RATE, 0, "{rate} {baud}");
+    }
+}
