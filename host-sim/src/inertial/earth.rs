@@ -1,5 +1,6 @@
 //! WGS-84: radii of curvature, normal gravity, Earth rate and transport rate in north-east-down.
 
+use crate::inertial::series;
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
@@ -52,8 +53,8 @@ impl Geodetic {
     pub fn displaced(&self, ned: &Vector3<f64>) -> Self {
         let local = Local::at(self.lat, self.h);
         Self {
-            lat: self.lat + ned.x / local.m_h,
-            lon: self.lon + ned.y / (local.n_h * local.cos_lat),
+            lat: self.lat + ned.x * local.lat_per_m,
+            lon: self.lon + ned.y * local.lon_per_m,
             h: self.h - ned.z,
         }
     }
@@ -79,6 +80,10 @@ pub struct Local {
     pub m_h: f64,
     /// Prime-vertical radius of curvature plus height, m.
     pub n_h: f64,
+    /// Latitude of a metre to the north, rad/m.
+    pub lat_per_m: f64,
+    /// Longitude of a metre to the east, rad/m.
+    pub lon_per_m: f64,
     /// Normal gravity at that height, m/s2, along +down.
     pub g: f64,
 }
@@ -87,19 +92,24 @@ impl Local {
     /// Latitude in rad, height in m.
     #[must_use]
     pub fn at(lat: f64, h: f64) -> Self {
-        let (sin_lat, cos_lat) = lat.sin_cos();
+        let (sin_lat, cos_lat) = series::sin_cos(lat);
         let s2 = sin_lat * sin_lat;
         let w2 = 1.0 - E2 * s2;
-        let w = w2.sqrt();
-        let surface = GAMMA_E * (1.0 + K * s2) / w;
+        let per_w = 1.0 / w2.sqrt();
+        let n = A * per_w;
+        let surface = GAMMA_E * (1.0 + K * s2) * per_w;
         // second-order free-air term, Groves (2013) eq. 2.139
         let g = surface
-            * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 * h * h / (A * A));
+            * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 / (A * A) * h * h);
+        let m_h = n * (1.0 - E2) * (per_w * per_w) + h;
+        let n_h = n + h;
         Self {
             sin_lat,
             cos_lat,
-            m_h: A * (1.0 - E2) / (w2 * w) + h,
-            n_h: A / w + h,
+            m_h,
+            n_h,
+            lat_per_m: 1.0 / m_h,
+            lon_per_m: 1.0 / (n_h * cos_lat),
             g,
         }
     }
@@ -113,8 +123,12 @@ impl Local {
     /// Transport rate in NED, rad/s, for a velocity in m/s.
     #[must_use]
     pub fn omega_en(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        let east = v.y / self.n_h;
-        Vector3::new(east, -v.x / self.m_h, -east * self.sin_lat / self.cos_lat)
+        let lon_rate = v.y * self.lon_per_m;
+        Vector3::new(
+            lon_rate * self.cos_lat,
+            -v.x * self.lat_per_m,
+            -lon_rate * self.sin_lat,
+        )
     }
 
     /// Gravity vector in NED, m/s2.

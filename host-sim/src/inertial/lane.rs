@@ -6,8 +6,10 @@
 //! vectors. So there are no closures over lanes here, and arrays are written out.
 
 use crate::inertial::rotation::from_rotvec;
+use crate::inertial::series::{self, half_angle, turned_force};
 use fearless_simd::{Simd, SimdBase, f64x8};
 use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_4;
 
 /// How many filters stand side by side.
 pub const PLACES: usize = 8;
@@ -84,8 +86,7 @@ pub(crate) fn scaled<S: Simd>(a: &V3<S>, by: f64) -> V3<S> {
 
 #[inline(always)]
 pub(crate) fn divided<S: Simd>(a: &V3<S>, by: f64) -> V3<S> {
-    let by = all(a[0].simd, by);
-    [a[0] / by, a[1] / by, a[2] / by]
+    scaled(a, 1.0 / by)
 }
 
 #[inline(always)]
@@ -167,9 +168,9 @@ pub(crate) fn applied<S: Simd>(m: &M3<S>, v: &V3<S>) -> V3<S> {
 #[inline(always)]
 pub(crate) fn rotation<S: Simd>(phi: &V3<S>) -> Q<S> {
     let n2 = norm_squared(phi);
-    if n2.as_slice().iter().all(|n2| *n2 < 3.6e-3) {
-        let c = 1.0 - n2 / 8.0 * (1.0 - n2 / 48.0 * (1.0 - n2 / 120.0));
-        let s = 0.5 - n2 / 48.0 * (1.0 - n2 / 80.0 * (1.0 - n2 / 168.0));
+    let simd = n2.simd;
+    if simd.all_true_mask64x8(simd.simd_lt_f64x8(n2, all(simd, 3.6e-3))) {
+        let (c, s) = half_angle(n2);
         return [s * phi[0], s * phi[1], s * phi[2], c];
     }
     let mut out = [[0.0; PLACES]; 4];
@@ -179,7 +180,7 @@ pub(crate) fn rotation<S: Simd>(phi: &V3<S>) -> Q<S> {
             out[l] = one.coords[i];
         }
     }
-    let part = |i: usize| Lane::from_slice(n2.simd, &out[i]);
+    let part = |i: usize| Lane::from_slice(simd, &out[i]);
     [part(0), part(1), part(2), part(3)]
 }
 
@@ -228,6 +229,56 @@ pub(crate) fn in_start_axes<S: Simd>(phi: &V3<S>, eta: &V3<S>) -> V3<S> {
     let n2 = norm_squared(phi);
     let once = cross(phi, eta);
     let twice = cross(phi, &once);
-    let first = add(eta, &times(&once, 0.5 - n2 / 24.0));
-    add(&first, &times(&twice, 1.0 / 6.0 - n2 / 120.0))
+    let (one, two) = turned_force(n2);
+    add(&add(eta, &times(&once, one)), &times(&twice, two))
+}
+
+/// [`series::sin_cos`] of each.
+#[inline(always)]
+pub(crate) fn sin_cos<S: Simd>(x: Lane<S>) -> (Lane<S>, Lane<S>) {
+    let simd = x.simd;
+    let a = simd.abs_f64x8(x);
+    if !simd.all_true_mask64x8(simd.simd_le_f64x8(a, all(simd, series::MOST))) {
+        let (mut sin, mut cos) = (x, x);
+        for l in 0..PLACES {
+            (sin[l], cos[l]) = series::sin_cos(x[l]);
+        }
+        return (sin, cos);
+    }
+    let small = simd.simd_le_f64x8(a, all(simd, FRAC_PI_4));
+    let (y, rest) = series::below_right_angle(a);
+    let y = simd.select_f64x8(small, a, y);
+    let rest = simd.select_f64x8(small, all(simd, 0.0), rest);
+    let (s, c) = series::near_zero(y, rest);
+    let sin = simd.select_f64x8(small, s, c);
+    let cos = simd.select_f64x8(small, c, -s);
+    (simd.copysign_f64x8(sin, x), cos)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inertial::vectors::widest;
+
+    /// Angles below and above pi/4, of both signs, at the edges, and beyond all latitudes.
+    #[test]
+    fn sines_side_by_side_have_the_bits_of_each_alone() {
+        let edge = [FRAC_PI_4, FRAC_PI_4.next_up(), -0.0, 1.57];
+        let sets = [
+            [0.3, -0.3, 0.8, -0.8, edge[0], edge[1], edge[2], edge[3]],
+            [1e-9, 0.5, -1.0, 2.3, -2.3, 0.79, -0.78, 0.0],
+            [1e-9, 0.5, -1.0, 2.4, f64::NAN, 0.79, -100.0, 0.0],
+        ];
+        for set in sets {
+            let got = widest!(simd => {
+                let (sin, cos) = sin_cos(of(simd, |l| set[l]));
+                std::array::from_fn::<_, PLACES, _>(|l| (sin[l], cos[l]))
+            });
+            for (x, (sin, cos)) in set.into_iter().zip(got) {
+                let want = series::sin_cos(x);
+                assert_eq!(sin.to_bits(), want.0.to_bits(), "{x}");
+                assert_eq!(cos.to_bits(), want.1.to_bits(), "{x}");
+            }
+        }
+    }
 }

@@ -13,6 +13,7 @@ pub mod gnss;
 mod lane;
 pub mod motion;
 pub mod rotation;
+mod series;
 pub mod session;
 pub mod sins;
 pub mod units;

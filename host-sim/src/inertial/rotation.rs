@@ -1,6 +1,7 @@
 //! Attitude conversions. Body axes are forward-right-down and navigation axes north-east-down.
 //! `q_bn` turns a vector in body axes into navigation axes.
 
+use crate::inertial::series::half_angle;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Quaternion of a rotation vector in rad; exact for any size.
@@ -9,10 +10,7 @@ pub fn from_rotvec(phi: &Vector3<f64>) -> UnitQuaternion<f64> {
     let n2 = phi.norm_squared();
     // sin(n/2)/n and cos(n/2). The series is exact to f64 below 0.06 rad, where most steps lie.
     let (c, s) = if n2 < 3.6e-3 {
-        (
-            1.0 - n2 / 8.0 * (1.0 - n2 / 48.0 * (1.0 - n2 / 120.0)),
-            0.5 - n2 / 48.0 * (1.0 - n2 / 80.0 * (1.0 - n2 / 168.0)),
-        )
+        half_angle(n2)
     } else {
         let n = n2.sqrt();
         ((0.5 * n).cos(), (0.5 * n).sin() / n)

@@ -27,7 +27,7 @@ fn propagated(p: &mut DMatrix<f64>, interval: &Interval, model: &ErrorModel) {
         let sum = combine(phi, &column[..NAV], [0.0; NAV]);
         top.push(combine(psi, &column[NAV..], sum));
     }
-    // navigation block: rows of (Phi P) times the transposed transition
+    // navigation block: rows of (Phi P) times the transposed transition; its lower triangle counts
     let mut nav = interval.q;
     for (j, t) in top.iter().enumerate() {
         let by = if j < NAV {
@@ -43,7 +43,12 @@ fn propagated(p: &mut DMatrix<f64>, interval: &Interval, model: &ErrorModel) {
     }
     for c in 0..NAV {
         for r in 0..NAV {
-            cells[c * size + r] = 0.5 * (nav[(r, c)] + nav[(c, r)]);
+            cells[c * size + r] = nav[(r, c)];
+        }
+    }
+    for c in 0..NAV {
+        for r in 0..c {
+            cells[c * size + r] = cells[r * size + c];
         }
     }
     for (j, keep) in keeps.iter().enumerate() {
@@ -105,6 +110,8 @@ fn updated(p: &mut DMatrix<f64>, scalars: &[(usize, f64, f64)]) -> (DVector<f64>
     let size = p.nrows();
     let mut e = DVector::zeros(size);
     let mut found = Evidence::default();
+    // the product of the variances of the innovations times 2 pi
+    let mut variances = 1.0;
     // The column of the covariance at the time of each measurement, and 1 / variance of the
     // innovation. P itself is updated once, at the end.
     let mut columns: Vec<(Vec<f64>, f64)> = Vec::with_capacity(scalars.len());
@@ -117,15 +124,17 @@ fn updated(p: &mut DMatrix<f64>, scalars: &[(usize, f64, f64)]) -> (DVector<f64>
             }
         }
         let s = column[i] + sigma * sigma;
+        let weight = 1.0 / s;
         let innovation = z - e[i];
+        let gain = innovation * weight;
         for (e, c) in e.iter_mut().zip(&column) {
-            *e += c * (innovation / s);
+            *e += c * gain;
         }
-        let square = innovation * innovation / s;
-        found.nis += square;
-        found.log_likelihood -= 0.5 * (square + (std::f64::consts::TAU * s).ln());
-        columns.push((column, 1.0 / s));
+        found.nis += innovation * gain;
+        variances *= std::f64::consts::TAU * s;
+        columns.push((column, weight));
     }
+    found.log_likelihood = -0.5 * (found.nis + variances.ln());
     subtract(p, &columns);
     (e, found)
 }

@@ -127,11 +127,12 @@ impl Interval {
 
     fn end_piece(&mut self, nav: &NavState, model: &ErrorModel) {
         let tau = self.piece_time;
-        let rate = self.piece.dtheta / tau;
+        let per_s = 1.0 / tau;
+        let rate = self.piece.dtheta * per_s;
         let now = Inputs {
             rate,
-            force: self.piece.dv / tau,
-            rate_change: (rate - self.last_rate.replace(rate).unwrap_or(rate)) / tau,
+            force: self.piece.dv * per_s,
+            rate_change: (rate - self.last_rate.replace(rate).unwrap_or(rate)) * per_s,
             time: self.clock - 0.5 * tau,
             ..Inputs::default()
         };
@@ -157,7 +158,7 @@ impl Interval {
     fn end_stretch(&mut self, nav: &NavState, noise: Noise, model: &ErrorModel) {
         let t = self.stretch.time;
         let [s1, s2] = self.stretch.force;
-        let f_n = s1 / t;
+        let f_n = s1 * (1.0 / t);
         let f = matrix(nav, &f_n);
         let mut step = SMatrix::<f64, NAV, NAV>::identity() + f * t + f * f * (0.5 * t * t);
         // the part of the position error by tilt that the mean force does not give
@@ -235,8 +236,10 @@ fn white(f_n: &Vector3<f64>, noise: Noise, t: f64) -> SMatrix<f64, NAV, NAV> {
 fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
     let v = &nav.velocity;
     let here = Local::at(nav.position.lat, nav.position.h);
-    let (m, n) = (here.m_h, here.n_h);
-    let tan = here.sin_lat / here.cos_lat;
+    // one over the radii of curvature, and the tangent of the latitude over the second
+    let (per_m, per_n) = (here.lat_per_m, here.cos_lat * here.lon_per_m);
+    let tan_per_n = here.sin_lat * here.lon_per_m;
+    let tan = tan_per_n * here.n_h;
     let (omega_ie, omega_en) = (here.omega_ie(), here.omega_en(v));
     let omega_in = omega_ie + omega_en;
     // derivatives of the rates by position (metres north, east, down) and velocity
@@ -250,18 +253,18 @@ fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
         -here.cos_lat,
         0.0,
         0.0,
-    ) * (OMEGA_IE / m);
-    let en_v = Matrix3::new(0.0, 1.0 / n, 0.0, -1.0 / m, 0.0, 0.0, 0.0, -tan / n, 0.0);
+    ) * (OMEGA_IE * per_m);
+    let en_v = Matrix3::new(0.0, per_n, 0.0, -per_m, 0.0, 0.0, 0.0, -tan_per_n, 0.0);
     let en_r = Matrix3::new(
         0.0,
         0.0,
-        v.y / (n * n),
+        v.y * (per_n * per_n),
         0.0,
         0.0,
-        -v.x / (m * m),
-        -v.y / (n * m * here.cos_lat * here.cos_lat),
+        -v.x * (per_m * per_m),
+        -v.y * (per_m * here.lon_per_m * here.lon_per_m * here.n_h),
         0.0,
-        -v.y * tan / (n * n),
+        -v.y * (tan_per_n * per_n),
     );
     let mut f = SMatrix::<f64, NAV, NAV>::zeros();
     let mut put = |row: usize, col: usize, block: Matrix3<f64>| {
@@ -273,19 +276,19 @@ fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
     put(3, 0, skew(f_n));
     put(3, 3, skew(v) * en_v - skew(&(omega_ie * 2.0 + omega_en)));
     let mut by_r = skew(v) * (ie_r * 2.0 + en_r);
-    by_r[(2, 2)] += 2.0 * here.g / (m * n).sqrt(); // gravity falls with height
+    by_r[(2, 2)] += 2.0 * here.g * (per_m * per_n).sqrt(); // gravity falls with height
     put(3, 6, by_r);
     put(6, 3, Matrix3::identity());
     put(
         6,
         6,
         Matrix3::new(
-            -v.z / m,
+            -v.z * per_m,
             0.0,
-            v.x / m,
-            v.y * tan / m,
-            -v.x * tan / m - v.z / n,
-            v.y / n,
+            v.x * per_m,
+            v.y * (tan * per_m),
+            -v.x * (tan * per_m) - v.z * per_n,
+            v.y * per_n,
             0.0,
             0.0,
             0.0,

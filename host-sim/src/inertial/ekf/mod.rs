@@ -285,7 +285,7 @@ impl Aided {
 pub fn displaced(nav: &NavState, e: &DVector<f64>) -> NavState {
     let v = |i: usize| Vector3::new(e[i], e[i + 1], e[i + 2]);
     let mut q_bn = from_rotvec(&v(0)) * nav.q_bn;
-    q_bn.renormalize();
+    q_bn.renormalize_fast();
     NavState {
         position: nav.position.displaced(&-v(6)),
         velocity: nav.velocity - v(3),

@@ -321,11 +321,12 @@ impl ErrorModel {
         time: f64,
         slow: &mut SlowErrors,
     ) -> Increment {
+        let per_s = 1.0 / dt;
         let now = Inputs {
-            rate: increment.dtheta / dt,
-            force: increment.dv / dt,
-            rate_change: (increment.dtheta - before.dtheta) / (dt * dt),
-            force_change: (increment.dv - before.dv) / (dt * dt),
+            rate: increment.dtheta * per_s,
+            force: increment.dv * per_s,
+            rate_change: (increment.dtheta - before.dtheta) * (per_s * per_s),
+            force_change: (increment.dv - before.dv) * (per_s * per_s),
             time,
         };
         let [gyro, accel] = self.error(theta, &now, slow);

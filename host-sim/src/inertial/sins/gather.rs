@@ -66,8 +66,8 @@ const BESIDE: usize = 8;
 mod beside {
     use super::{Increment, Samples, one_by_one};
     use crate::inertial::lane::{
-        Lane, PLACES, Q, V3, add, after, all, at, cross, divided, gathered, in_start_axes,
-        norm_squared, rotation, scaled, sub, times, turned, zeros,
+        Lane, PLACES, Q, V3, add, after, all, at, cross, gathered, in_start_axes, norm_squared,
+        rotation, scaled, sub, times, turned, zeros,
     };
     use crate::inertial::vectors::widest;
     use fearless_simd::{Simd, SimdBase};
@@ -102,8 +102,8 @@ mod beside {
             let earlier = [earlier(&a[0], &b[0]), earlier(&a[1], &b[1])];
             let (coning, sculling) = products(&earlier, &c);
             let (coning_ab, sculling_ab) = products(&a, &b);
-            let phi = add(&c[0], &sub(&coning, &divided(&coning_ab, 40.0)));
-            let eta = add(&c[1], &sub(&sculling, &divided(&sculling_ab, 40.0)));
+            let phi = add(&c[0], &sub(&coning, &scaled(&coning_ab, 1.0 / 40.0)));
+            let eta = add(&c[1], &sub(&sculling, &scaled(&sculling_ab, 1.0 / 40.0)));
             v = add(&v, &turned(&q, &in_start_axes(&phi, &eta)));
             q = after(&q, &rotation(&phi));
             (a, b) = (b, c);
@@ -121,7 +121,7 @@ mod beside {
     /// `17/120 b - 1/60 a`.
     #[inline(always)]
     fn earlier<S: Simd>(a: &V3<S>, b: &V3<S>) -> V3<S> {
-        sub(&scaled(b, 17.0 / 120.0), &divided(a, 60.0))
+        sub(&scaled(b, 17.0 / 120.0), &scaled(a, 1.0 / 60.0))
     }
 
     /// For coning and for sculling.
@@ -157,7 +157,7 @@ mod beside {
         let first = sub(v, &scaled(&once, 0.5));
         add(
             &first,
-            &times(&twice, 1.0 / 12.0 + norm_squared(phi) / 720.0),
+            &times(&twice, 1.0 / 12.0 + norm_squared(phi) * (1.0 / 720.0)),
         )
     }
 }
@@ -177,7 +177,7 @@ fn rotvec(q: &UnitQuaternion<f64>) -> Vector3<f64> {
 /// (relative error below `n^4/15000`).
 fn from_start_axes(phi: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
     let once = phi.cross(v);
-    v - once * 0.5 + phi.cross(&once) * (1.0 / 12.0 + phi.norm_squared() / 720.0)
+    v - once * 0.5 + phi.cross(&once) * (1.0 / 12.0 + phi.norm_squared() * (1.0 / 720.0))
 }
 
 #[cfg(test)]

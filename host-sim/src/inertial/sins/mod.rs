@@ -92,7 +92,7 @@ impl Sins {
         // rest of the step.
         let mid = self.earth;
         self.earth = Local::at(
-            position.lat + 1.5 * dt * velocity.x / mid.m_h,
+            position.lat + 1.5 * dt * velocity.x * mid.lat_per_m,
             position.h - 1.5 * dt * velocity.z,
         );
         let v_mid = velocity + self.half_change;
@@ -111,8 +111,8 @@ impl Sins {
         let v_mean = velocity + change * 0.5;
 
         self.nav.position = Geodetic {
-            lat: position.lat + v_mean.x * dt / mid.m_h,
-            lon: position.lon + v_mean.y * dt / (mid.n_h * mid.cos_lat),
+            lat: position.lat + v_mean.x * dt * mid.lat_per_m,
+            lon: position.lon + v_mean.y * dt * mid.lon_per_m,
             h: position.h - v_mean.z * dt,
         };
         self.nav.velocity = v_new;

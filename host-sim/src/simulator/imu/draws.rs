@@ -49,10 +49,15 @@ impl Draws {
 #[derive(Debug, Clone)]
 pub(super) struct Normals {
     rng: ChaCha8Rng,
-    kept: Option<Vec<f64>>,
-    /// How many of the kept numbers have been read.
+    /// What has been drawn ahead, in blocks of [`BLOCK`] numbers, if they are kept.
+    kept: Option<Vec<Vec<f64>>>,
+    /// The block that is read, and how many of its numbers have been read.
+    block: usize,
     read: usize,
 }
+
+/// Numbers that are drawn at once where they are kept: a multiple of three.
+const BLOCK: usize = 3 << 12;
 
 impl Normals {
     fn new(seed: u64, stream: u64, keep: bool) -> Self {
@@ -61,28 +66,44 @@ impl Normals {
         Self {
             rng,
             kept: keep.then(Vec::new),
+            block: 0,
             read: 0,
         }
     }
 
     fn rewind(&mut self) {
         assert!(self.kept.is_some(), "nothing was kept");
-        self.read = 0;
+        (self.block, self.read) = (0, 0);
     }
 
     /// Three numbers.
-    #[inline]
+    #[inline(always)]
     pub fn three(&mut self) -> Vector3<f64> {
+        let kept = self.kept.as_ref();
+        let block = kept.and_then(|kept| kept.get(self.block));
+        let Some([x, y, z]) = block.and_then(|block| block.get(self.read..self.read + 3)) else {
+            return self.drawn();
+        };
+        self.read += 3;
+        Vector3::new(*x, *y, *z)
+    }
+
+    /// Three numbers that are not in the present block.
+    #[inline(never)]
+    fn drawn(&mut self) -> Vector3<f64> {
         let Some(kept) = &mut self.kept else {
             return normal3(&mut self.rng);
         };
-        let next = self.read + 3;
-        if kept.len() < next {
-            kept.extend(normal3(&mut self.rng).iter());
+        if self.read == BLOCK {
+            (self.block, self.read) = (self.block + 1, 0);
         }
-        let three = Vector3::from_column_slice(&kept[self.read..next]);
-        self.read = next;
-        three
+        if self.block == kept.len() {
+            let numbers = StandardNormal.sample_iter(&mut self.rng);
+            kept.push(numbers.take(BLOCK).collect());
+        }
+        let block = &kept[self.block][self.read..];
+        self.read += 3;
+        Vector3::new(block[0], block[1], block[2])
     }
 }
 

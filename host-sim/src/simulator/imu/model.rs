@@ -7,7 +7,7 @@ use super::motion_level::MotionLevel;
 use super::spec::ImuSpec;
 use super::term::Datasheet;
 use super::triad::environment::Beginning;
-use super::triad::{SLOW_S, Sigmas, Triad};
+use super::triad::{Period, SLOW_S, Sigmas, Triad};
 use super::unit_errors::UnitErrors;
 use crate::inertial::session::{Readings, Surroundings};
 use crate::inertial::sins::Increment;
@@ -49,7 +49,7 @@ pub struct Imu {
     g_square: Option<Matrix3<f64>>,
     last_rate: Option<Vector3<f64>>,
     delay: Option<Delay>,
-    dt: f64,
+    period: Period,
     samples_per_second: u32,
     sample: u64,
     draws: Draws,
@@ -73,7 +73,7 @@ impl Imu {
     #[must_use]
     pub fn with_draws(spec: &ImuSpec, unit: u64, turn_on: u64, mut draws: Draws) -> Self {
         let mut unit_rng = ChaCha8Rng::seed_from_u64(unit);
-        let dt = 1.0 / f64::from(spec.rate_hz);
+        let period = Period::of(f64::from(spec.rate_hz));
         let mut triad = |sigmas: Sigmas, separate: u64| {
             Triad::new(
                 sigmas,
@@ -98,7 +98,7 @@ impl Imu {
         let gyro = triad(sigmas_g, GYRO)
             .with_history(&history)
             .with_environment(begin(ENVIRONMENT[0]))
-            .with_dither(&spec.gyro.dither, dt)
+            .with_dither(&spec.gyro.dither, period.s)
             .with_flicker(flicker_g);
         let accel = triad(sigmas_a, ACCEL)
             .with_history(&history)
@@ -118,8 +118,8 @@ impl Imu {
             g_sensitivity: matrix(per_force, stream(unit, G_SENSITIVITY)),
             g_square: matrix(per_square, stream(unit, G_SQUARE)),
             last_rate: None,
-            delay: Delay::new(spec.accel.delay_s / dt),
-            dt,
+            delay: Delay::new(spec.accel.delay_s / period.s),
+            period,
             samples_per_second: spec.rate_hz,
             sample: 0,
             draws,
@@ -201,22 +201,23 @@ impl Imu {
             turned += by_force * perfect.dv;
         }
         if let Some(by_square) = &self.g_square {
-            turned += by_square * perfect.dv.component_mul(&perfect.dv) / self.dt;
+            turned += by_square * perfect.dv.component_mul(&perfect.dv) * self.period.per_s;
         }
-        let (dtheta, e_g) = self.gyro.measure(&turned, self.dt, [noise, gyro]);
+        let (dtheta, e_g) = self.gyro.measure(&turned, &self.period, [noise, gyro]);
         let mut felt = perfect.dv;
         if let Some(places) = &self.places {
-            let rate = perfect.dtheta / self.dt;
+            let rate = perfect.dtheta * self.period.per_s;
             let last = self.last_rate.replace(rate).unwrap_or(rate);
-            felt += size_effect(places, &rate, &(rate - last), self.dt);
+            felt += size_effect(places, &rate, &(rate - last), self.period.s);
         }
         if let Some(delay) = &mut self.delay {
             felt = delay.next(felt);
         }
         if let Some(moved) = &mut self.moved {
-            moved.add(&(turned / self.dt), &(felt / self.dt));
+            let per_s = self.period.per_s;
+            moved.add(&(turned * per_s), &(felt * per_s));
         }
-        let (dv, e_a) = self.accel.measure(&felt, self.dt, [noise, accel]);
+        let (dv, e_a) = self.accel.measure(&felt, &self.period, [noise, accel]);
         (
             Counts { dtheta, dv },
             Increment {
@@ -227,7 +228,7 @@ impl Imu {
     }
 
     fn move_slow(&mut self) {
-        let t = self.sample as f64 * self.dt;
+        let t = self.sample as f64 * self.period.s;
         if self.sample > 0 {
             self.heat.step(t, SLOW_S);
         }

@@ -92,6 +92,29 @@ impl Residual {
     }
 }
 
+/// The sample period.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Period {
+    /// Seconds.
+    pub s: f64,
+    /// One over it.
+    pub per_s: f64,
+    /// Its square root.
+    pub root_s: f64,
+}
+
+impl Period {
+    /// Of samples at a rate in Hz.
+    pub fn of(rate_hz: f64) -> Self {
+        let s = 1.0 / rate_hz;
+        Self {
+            s,
+            per_s: rate_hz,
+            root_s: s.sqrt(),
+        }
+    }
+}
+
 /// Errors of one triad. Its input `x` is rate or specific force in body axes, SI.
 #[derive(Debug, Clone)]
 pub(super) struct Triad {
@@ -113,6 +136,8 @@ pub(super) struct Triad {
     sigmas: Sigmas,
     drift: Vector3<f64>,
     walk: Vector3<f64>,
+    /// One over the size of a pulse.
+    per_pulse: f64,
     remainder: Vector3<f64>,
     residual: Option<Residual>,
     flicker: Option<Flicker>,
@@ -161,6 +186,7 @@ impl Triad {
             }),
             bias_turn_on,
             warm_up_gain,
+            per_pulse: 1.0 / sigmas.pulse,
             sigmas,
             drift,
             walk: Vector3::zeros(),
@@ -303,21 +329,21 @@ impl Triad {
     pub fn measure(
         &mut self,
         d: &Vector3<f64>,
-        dt: f64,
+        period: &Period,
         [noise, separate]: [&mut Normals; 2],
     ) -> ([i32; 3], Vector3<f64>) {
-        let x = d / dt;
+        let x = d * period.per_s;
         if self.sigmas.rectification > 0.0 {
             self.vibration.0 += 1.0;
             self.vibration.1 += x;
             self.vibration.2 += x.component_mul(&x);
         }
-        let systematic = self.error(&x) * dt;
-        let mut noise = noise.three() * (self.sigmas.noise * dt.sqrt());
+        let systematic = self.error(&x) * period.s;
+        let mut noise = noise.three() * (self.sigmas.noise * period.root_s);
         if let Some(residual) = &mut self.residual {
             noise += residual.step(separate);
         }
-        let pulses = (d + systematic + noise) / self.sigmas.pulse + self.remainder;
+        let pulses = (d + systematic + noise) * self.per_pulse + self.remainder;
         let counts: [i32; 3] = std::array::from_fn(|i| rounded(pulses[i]));
         let whole = match counts
             .iter()

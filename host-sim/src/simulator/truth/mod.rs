@@ -161,7 +161,7 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
     let v_mid = nodes[1].v;
     let start = Local::at(position.lat, position.h);
     let mid = Local::at(
-        position.lat + 0.5 * dt * v_mid.x / start.m_h,
+        position.lat + 0.5 * dt * v_mid.x * start.lat_per_m,
         position.h - 0.5 * dt * v_mid.z,
     );
     let omega_ie = mid.omega_ie();
@@ -177,8 +177,8 @@ fn integrate(nodes: &[Instant; 3], position: Geodetic, dt: f64) -> (Increment, G
         moved += node.v * w;
     }
     let next = Geodetic {
-        lat: position.lat + moved.x / mid.m_h,
-        lon: position.lon + moved.y / (mid.n_h * mid.cos_lat),
+        lat: position.lat + moved.x * mid.lat_per_m,
+        lon: position.lon + moved.y * mid.lon_per_m,
         h: position.h - moved.z,
     };
     (increment, next)

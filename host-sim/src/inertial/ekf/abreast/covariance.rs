@@ -1,7 +1,8 @@
 //! Covariance of several filters side by side: [`super::super::covariance`] for parameters that do
 //! not fade. Only the lower triangle is kept, column by column.
 
-use super::super::NAV;
+use super::super::{NAV, Triad};
+use super::parts::Source;
 use crate::inertial::lane::{Lane, PLACES, all, of};
 use fearless_simd::Simd;
 
@@ -15,10 +16,14 @@ pub(super) struct Covariance<S: Simd> {
     cells: Vec<Lane<S>>,
     /// Where each column begins.
     begins: Vec<usize>,
+    /// The columns of `P` that columns of `[Phi Psi]` are multiplied by, one after the other.
+    factors: Vec<Lane<S>>,
     /// The first nine rows of `[Phi Psi] P`.
     top: Vec<Column<S>>,
-    /// The column of each measurement, one after the other.
-    columns: Vec<Lane<S>>,
+    /// For each source the sum of the columns of `top` that belong to its parameters.
+    sums: Vec<Column<S>>,
+    /// The values of all measurements' columns, row by row.
+    rows: Vec<[Lane<S>; MOST]>,
     weights: [Lane<S>; MOST],
     /// The estimated errors.
     pub(super) errors: Vec<Lane<S>>,
@@ -28,21 +33,13 @@ pub(super) struct Covariance<S: Simd> {
 /// columns of `Psi` are those of the axes times a number, so products with them need one column
 /// for each axis.
 pub(super) struct Transitions<S: Simd> {
-    pub(super) phi: [Column<S>; NAV],
-    /// Of a bias along each axis: gyros, then accelerometers.
-    pub(super) axes: [Column<S>; AXES],
-    /// Of each parameter that is not slow; unused for the others.
-    pub(super) own: Vec<Column<S>>,
-    /// Of each slow parameter: its number in place of a column.
+    /// Of the nine navigation errors, then of each source.
+    pub(super) columns: Vec<Column<S>>,
+    /// What has a column of `Psi`.
+    pub(super) sources: Vec<Source>,
+    /// Of each parameter: the number that its source's column is multiplied by.
     pub(super) numbers: Vec<Lane<S>>,
-    /// The slow parameters of each axis.
-    pub(super) slow: [Vec<usize>; AXES],
-    /// The others.
-    pub(super) others: Vec<usize>,
 }
-
-/// Axes of the two triads.
-pub(super) const AXES: usize = 6;
 
 /// One measurement: error state, value, standard deviation.
 pub(super) type Scalar<S> = (usize, Lane<S>, f64);
@@ -52,7 +49,11 @@ pub(super) const MOST: usize = 6;
 impl<S: Simd> Covariance<S> {
     /// `cell(l, i, j)` is a cell of filter `l`.
     #[inline(always)]
-    pub(super) fn of(simd: S, size: usize, cell: impl Fn(usize, usize, usize) -> f64) -> Self {
+    pub(super) fn of(
+        simd: S,
+        (size, sources): (usize, usize),
+        cell: impl Fn(usize, usize, usize) -> f64,
+    ) -> Self {
         let mut cells = Vec::with_capacity(size * (size + 1) / 2);
         let mut begins = Vec::with_capacity(size);
         for j in 0..size {
@@ -66,8 +67,10 @@ impl<S: Simd> Covariance<S> {
             size,
             cells,
             begins,
+            factors: vec![zero; (NAV + sources) * size],
             top: vec![[zero; NAV]; size],
-            columns: vec![zero; MOST * size],
+            sums: vec![[zero; NAV]; sources],
+            rows: vec![[zero; MOST]; size],
             weights: [zero; MOST],
             errors: vec![zero; size],
         }
@@ -89,41 +92,20 @@ impl<S: Simd> Covariance<S> {
         walks: &[Lane<S>],
         time: f64,
     ) {
+        self.find_factors(by);
         self.transform(by);
-        let size = self.size;
-        let zero = [all(q[0][0].simd, 0.0); NAV];
-        // what the slow parameters of each axis add to the first nine rows of [Phi Psi] P
-        let mut along = [zero; AXES];
-        for (along, slow) in along.iter_mut().zip(&by.slow) {
-            let mut sum = [*along];
-            for &k in slow {
-                accumulate(&mut sum, &self.top[NAV + k], [by.numbers[k]]);
-            }
-            [*along] = sum;
-        }
+        self.find_sums(by);
+        // the lower triangle of the navigation block, two columns at a time
         let mut nav = *q;
-        for c in (0..NAV).step_by(2) {
-            // nine columns two at a time: the last one is alone, and beside itself
-            let other = (c + 1).min(NAV - 1);
-            let mut two = [nav[c], nav[other]];
-            for (top, by) in self.top.iter().zip(&by.phi) {
-                accumulate(&mut two, top, [by[c], by[other]]);
-            }
-            for (along, by) in along.iter().zip(&by.axes) {
-                accumulate(&mut two, along, [by[c], by[other]]);
-            }
-            for &k in &by.others {
-                let own = &by.own[k];
-                accumulate(&mut two, &self.top[NAV + k], [own[c], own[other]]);
-            }
-            nav[c] = two[0];
-            nav[other] = two[1];
-        }
-        for c in 0..NAV {
+        self.block::<2, 0>(&mut nav, by);
+        self.block::<2, 2>(&mut nav, by);
+        self.block::<2, 4>(&mut nav, by);
+        self.block::<2, 6>(&mut nav, by);
+        self.block::<1, 8>(&mut nav, by);
+        let size = self.size;
+        for (c, column) in nav.iter().enumerate() {
             let begin = self.begins[c];
-            for (r, row) in nav.iter().enumerate().skip(c) {
-                self.cells[begin + r - c] = 0.5 * (nav[c][r] + row[c]);
-            }
+            self.cells[begin..begin + NAV - c].copy_from_slice(&column[c..]);
             let below = &mut self.cells[begin + NAV - c..begin + size - c];
             for (cell, top) in below.iter_mut().zip(&self.top[NAV..]) {
                 *cell = top[c];
@@ -134,129 +116,176 @@ impl<S: Simd> Covariance<S> {
         }
     }
 
+    #[inline(always)]
+    fn find_factors(&mut self, by: &Transitions<S>) {
+        for k in 0..NAV {
+            self.factor::<false>(k, k, all(by.columns[0][0].simd, 1.0));
+        }
+        for (place, source) in by.sources.iter().enumerate() {
+            for (n, &k) in source.parameters.iter().enumerate() {
+                match n {
+                    0 => self.factor::<false>(NAV + place, NAV + k, by.numbers[k]),
+                    _ => self.factor::<true>(NAV + place, NAV + k, by.numbers[k]),
+                }
+            }
+        }
+    }
+
+    /// Writes a column of `P` times a number to a place among the factors, or adds it there.
+    #[inline(always)]
+    fn factor<const ADD: bool>(&mut self, place: usize, column: usize, number: Lane<S>) {
+        let to = &mut self.factors[place * self.size..][..self.size];
+        let (left, below) = to.split_at_mut(column);
+        for ((j, to), begin) in left.iter_mut().enumerate().zip(&self.begins) {
+            let x = number * self.cells[*begin + column - j];
+            *to = if ADD { *to + x } else { x };
+        }
+        for (to, cell) in below.iter_mut().zip(&self.cells[self.begins[column]..]) {
+            let x = number * *cell;
+            *to = if ADD { *to + x } else { x };
+        }
+    }
+
     /// The first nine rows of `[Phi Psi] P`, two columns at a time, so that a column of `[Phi Psi]`
-    /// is read once for both.
+    /// is read once for both. Accelerometers do not turn the attitude: three rows of their columns
+    /// are zero.
     #[inline(always)]
     fn transform(&mut self, by: &Transitions<S>) {
         let size = self.size;
-        let zero = all(by.phi[0][0].simd, 0.0);
+        let zero = all(by.columns[0][0].simd, 0.0);
+        let (navigation, sources) = by.columns.split_at(NAV);
         for j in (0..size).step_by(2) {
             let other = (j + 1).min(size - 1);
             let mut two = [[zero; NAV]; 2];
-            for (k, by) in by.phi.iter().enumerate() {
-                accumulate(&mut two, by, [self.get(j, k), self.get(other, k)]);
+            let mut factors = self.factors.chunks_exact(size);
+            for (column, x) in navigation.iter().zip(&mut factors) {
+                accumulate::<S, 2, 0>(&mut two, column, [x[j], x[other]]);
             }
-            for (slow, by_axis) in by.slow.iter().zip(&by.axes) {
-                let mut along = [zero; 2];
-                for &k in slow {
-                    along[0] += by.numbers[k] * self.get(j, NAV + k);
-                    along[1] += by.numbers[k] * self.get(other, NAV + k);
+            for ((column, source), x) in sources.iter().zip(&by.sources).zip(factors) {
+                match source.triad {
+                    Triad::Gyro => accumulate::<S, 2, 0>(&mut two, column, [x[j], x[other]]),
+                    Triad::Accel => accumulate::<S, 2, 3>(&mut two, column, [x[j], x[other]]),
                 }
-                accumulate(&mut two, by_axis, along);
-            }
-            for &k in &by.others {
-                let x = [self.get(j, NAV + k), self.get(other, NAV + k)];
-                accumulate(&mut two, &by.own[k], x);
             }
             self.top[j] = two[0];
             self.top[other] = two[1];
         }
     }
 
-    /// A cell of all.
     #[inline(always)]
-    fn get(&self, i: usize, j: usize) -> Lane<S> {
-        let (i, j) = if i < j { (j, i) } else { (i, j) };
-        self.cells[self.begins[j] + i - j]
-    }
-
-    /// Measurements one after the other. The logarithm of their density is added to `score`.
-    #[inline(always)]
-    pub(super) fn update(&mut self, scalars: &[Scalar<S>], score: &mut Lane<S>) {
-        let size = self.size;
-        let zero = all(score.simd, 0.0);
-        self.errors.fill(zero);
-        let mut density = zero;
-        for (m, &(i, z, sigma)) in scalars.iter().enumerate() {
-            let (earlier, rest) = self.columns.split_at_mut(m * size);
-            let column = &mut rest[..size];
-            for (k, cell) in column[..i].iter_mut().enumerate() {
-                *cell = self.cells[self.begins[k] + i - k];
+    fn find_sums(&mut self, by: &Transitions<S>) {
+        let zero = all(by.columns[0][0].simd, 0.0);
+        for (sum, source) in self.sums.iter_mut().zip(&by.sources) {
+            let mut one = [[zero; NAV]];
+            for &k in &source.parameters {
+                accumulate::<S, 1, 0>(&mut one, &self.top[NAV + k], [by.numbers[k]]);
             }
-            let begin = self.begins[i];
-            column[i..].copy_from_slice(&self.cells[begin..begin + size - i]);
-            for (earlier, weight) in earlier.chunks_exact(size).zip(&self.weights) {
-                let by = earlier[i] * *weight;
-                for (c, x) in column.iter_mut().zip(earlier) {
-                    *c -= *x * by;
-                }
-            }
-            let s = column[i] + sigma * sigma;
-            let innovation = z - self.errors[i];
-            let gain = innovation / s;
-            for (e, c) in self.errors.iter_mut().zip(&*column) {
-                *e += *c * gain;
-            }
-            let square = innovation * innovation / s;
-            let mut log = std::f64::consts::TAU * s;
-            for l in 0..PLACES {
-                log[l] = log[l].ln();
-            }
-            density -= 0.5 * (square + log);
-            self.weights[m] = 1.0 / s;
+            *sum = one[0];
         }
-        *score += density;
-        self.subtract(scalars.len());
     }
 
-    /// `P - sum w c c'` over the first `count` measurements. All six of a whole fix are taken off
-    /// in one pass over the cells.
+    /// Columns `C` to `C + N` of the navigation block, from row `C` on.
     #[inline(always)]
-    fn subtract(&mut self, count: usize) {
-        let (size, w) = (self.size, &self.weights);
-        for (j, begin) in self.begins.iter().enumerate() {
-            let cells = &mut self.cells[*begin..*begin + size - j];
-            if count == MOST {
-                let column = |m: usize| &self.columns[m * size + j..(m + 1) * size];
-                let columns = [
-                    column(0),
-                    column(1),
-                    column(2),
-                    column(3),
-                    column(4),
-                    column(5),
-                ];
-                let mut by = *w;
-                for (by, column) in by.iter_mut().zip(&columns) {
-                    *by = column[0] * *by;
-                }
-                for (k, cell) in cells.iter_mut().enumerate() {
-                    let mut x = *cell;
-                    for (column, by) in columns.iter().zip(&by) {
-                        x -= column[k] * *by;
-                    }
-                    *cell = x;
-                }
+    fn block<const N: usize, const C: usize>(
+        &self,
+        nav: &mut [Column<S>; NAV],
+        by: &Transitions<S>,
+    ) {
+        let mut sums = [nav[C]; N];
+        let mut factors = [nav[C][C]; N];
+        for (i, sum) in sums.iter_mut().enumerate() {
+            *sum = nav[C + i];
+        }
+        let (navigation, sources) = by.columns.split_at(NAV);
+        for (top, by) in self.top.iter().zip(navigation) {
+            factors.copy_from_slice(&by[C..C + N]);
+            accumulate::<S, N, C>(&mut sums, top, factors);
+        }
+        for ((sum, by), source) in self.sums.iter().zip(sources).zip(&by.sources) {
+            if C + N <= 3 && source.triad == Triad::Accel {
                 continue;
             }
-            for (column, w) in self.columns.chunks_exact(size).zip(w).take(count) {
-                let by = column[j] * *w;
-                for (cell, x) in cells.iter_mut().zip(&column[j..]) {
-                    *cell -= *x * by;
+            factors.copy_from_slice(&by[C..C + N]);
+            accumulate::<S, N, C>(&mut sums, sum, factors);
+        }
+        nav[C..C + N].copy_from_slice(&sums);
+    }
+
+    /// Measurements one after the other, at most [`MOST`]. The logarithm of their density is added
+    /// to `score`.
+    #[inline(always)]
+    pub(super) fn update(&mut self, scalars: &[Scalar<S>], score: &mut Lane<S>) {
+        let zero = all(score.simd, 0.0);
+        self.errors.fill(zero);
+        self.weights = [zero; MOST];
+        let (mut squares, mut variances) = (zero, all(zero.simd, 1.0));
+        for (m, &(i, z, sigma)) in scalars.iter().enumerate() {
+            self.measured(m, i);
+            let s = self.rows[i][m] + sigma * sigma;
+            let weight = 1.0 / s;
+            let innovation = z - self.errors[i];
+            let gain = innovation * weight;
+            for (e, row) in self.errors.iter_mut().zip(&self.rows) {
+                *e += row[m] * gain;
+            }
+            squares += innovation * gain;
+            variances *= std::f64::consts::TAU * s;
+            self.weights[m] = weight;
+        }
+        let mut log = variances;
+        for l in 0..PLACES {
+            log[l] = log[l].ln();
+        }
+        *score += -0.5 * (squares + log);
+        self.subtract();
+    }
+
+    /// The column of measurement `m`, of state `i`, after the measurements before it.
+    #[inline(always)]
+    fn measured(&mut self, m: usize, i: usize) {
+        let mut by = self.rows[i];
+        for (by, weight) in by.iter_mut().zip(&self.weights) {
+            *by *= *weight;
+        }
+        for (k, row) in self.rows.iter_mut().enumerate() {
+            let (low, high) = (k.min(i), k.max(i));
+            let mut x = self.cells[self.begins[low] + high - low];
+            for (earlier, by) in row[..m].iter().zip(&by) {
+                x -= *earlier * *by;
+            }
+            row[m] = x;
+        }
+    }
+
+    /// `P - sum w c c'` over all measurements, in one pass over the cells. A measurement that is
+    /// not there has no weight.
+    #[inline(always)]
+    fn subtract(&mut self) {
+        for (j, begin) in self.begins.iter().enumerate() {
+            let rows = &self.rows[j..];
+            let mut by = rows[0];
+            for (by, weight) in by.iter_mut().zip(&self.weights) {
+                *by *= *weight;
+            }
+            for (cell, row) in self.cells[*begin..].iter_mut().zip(rows) {
+                let mut x = *cell;
+                for (value, by) in row.iter().zip(&by) {
+                    x -= *value * *by;
                 }
+                *cell = x;
             }
         }
     }
 }
 
-/// Each sum and the column times its number.
+/// Each sum and the column times its number, from row `FROM` on.
 #[inline(always)]
-fn accumulate<S: Simd, const N: usize>(
+fn accumulate<S: Simd, const N: usize, const FROM: usize>(
     sums: &mut [Column<S>; N],
     column: &Column<S>,
     x: [Lane<S>; N],
 ) {
-    for (r, c) in column.iter().enumerate() {
+    for (r, c) in column.iter().enumerate().skip(FROM) {
         for (sum, x) in sums.iter_mut().zip(&x) {
             sum[r] += *c * *x;
         }

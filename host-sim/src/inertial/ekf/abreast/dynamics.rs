@@ -136,22 +136,24 @@ fn matrix<S: Simd>(nav: &Navigators<S>, f_n: &V3<S>) -> [Column<S>; NAV] {
     let v = &nav.velocity;
     let o = all(v[0].simd, 0.0);
     let here = Earth::at(nav.place[0], nav.place[2]);
-    let (m, n) = (here.m_h, here.n_h);
-    let tan = here.sin_lat / here.cos_lat;
+    // one over the radii of curvature, and the tangent of the latitude over the second
+    let (per_m, per_n) = (here.lat_per_m, here.cos_lat * here.lon_per_m);
+    let tan_per_n = here.sin_lat * here.lon_per_m;
+    let tan = tan_per_n * here.n_h;
     let (omega_ie, omega_en) = (here.omega_ie(), here.omega_en(v));
     let omega_in = add(&omega_ie, &omega_en);
     let ie_r = by(
         &[[-here.sin_lat, o, o], [o; 3], [-here.cos_lat, o, o]],
-        OMEGA_IE / m,
+        OMEGA_IE * per_m,
     );
-    let en_v = [[o, 1.0 / n, o], [-1.0 / m, o, o], [o, -tan / n, o]];
+    let en_v = [[o, per_n, o], [-per_m, o, o], [o, -tan_per_n, o]];
     let en_r = [
-        [o, o, v[1] / (n * n)],
-        [o, o, -v[0] / (m * m)],
+        [o, o, v[1] * (per_n * per_n)],
+        [o, o, -v[0] * (per_m * per_m)],
         [
-            -v[1] / (n * m * here.cos_lat * here.cos_lat),
+            -v[1] * (per_m * here.lon_per_m * here.lon_per_m * here.n_h),
             o,
-            -v[1] * tan / (n * n),
+            -v[1] * (tan_per_n * per_n),
         ],
     ];
     let mut f = [[o; NAV]; NAV];
@@ -164,14 +166,18 @@ fn matrix<S: Simd>(nav: &Navigators<S>, f_n: &V3<S>) -> [Column<S>; NAV] {
     let coriolis = skew(&add(&scaled(&omega_ie, 2.0), &omega_en));
     let by_v = difference(&product(&skew(v), &en_v), &coriolis);
     put(&mut f, 3, 3, &by_v);
-    let twice = sum(&by(&ie_r, all(m.simd, 2.0)), &en_r);
+    let twice = sum(&by(&ie_r, all(o.simd, 2.0)), &en_r);
     let mut by_r = product(&skew(v), &twice);
-    by_r[2][2] += 2.0 * here.g / (m * n).sqrt();
+    by_r[2][2] += 2.0 * here.g * (per_m * per_n).sqrt();
     put(&mut f, 3, 6, &by_r);
-    put(&mut f, 6, 3, &diagonal(all(m.simd, 1.0)));
+    put(&mut f, 6, 3, &diagonal(all(o.simd, 1.0)));
     let last = [
-        [-v[2] / m, o, v[0] / m],
-        [v[1] * tan / m, -v[0] * tan / m - v[2] / n, v[1] / n],
+        [-v[2] * per_m, o, v[0] * per_m],
+        [
+            v[1] * (tan * per_m),
+            -v[0] * (tan * per_m) - v[2] * per_n,
+            v[1] * per_n,
+        ],
         [o; 3],
     ];
     put(&mut f, 6, 6, &last);

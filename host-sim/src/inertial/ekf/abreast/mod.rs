@@ -8,9 +8,10 @@ mod covariance;
 mod dynamics;
 mod free;
 mod navigate;
+mod parts;
 
 use super::model::Known;
-use super::{Aided, Inputs, NAV, Parameter, Regressor, Triad};
+use super::{Aided, Inputs, NAV, Parameter, Regressor};
 use crate::inertial::earth::Local;
 use crate::inertial::gnss::Fix;
 use crate::inertial::lane::{
@@ -20,11 +21,12 @@ use crate::inertial::lane::{
 use crate::inertial::session::EPOCH_S;
 use crate::inertial::sins::{Increment, Samples};
 use crate::inertial::vectors::widest;
-use covariance::{AXES, Covariance, MOST, Scalar, Transitions};
+use covariance::{Covariance, MOST, Scalar, Transitions};
 use dynamics::{Sums, Transition, integrate, nothing};
 use fearless_simd::Simd;
 pub use free::{Flight, flies, free_abreast};
 use navigate::Navigators;
+use parts::{By, Feature, Part, parts, sources};
 use std::sync::Arc;
 
 /// A filter that has just taken a fix, and what it passes next.
@@ -123,52 +125,6 @@ struct Abreast<S: Simd> {
     by: Transitions<S>,
 }
 
-/// A parameter: what it acts on, and by what.
-struct Part {
-    triad: Triad,
-    axis: usize,
-    by: By,
-}
-
-enum By {
-    /// A feature, which hardly changes within a second.
-    Slow(usize),
-    /// The input of its triad along an axis.
-    Input(usize),
-}
-
-/// What slow parameters are multiplied by, once for all that share it.
-struct Feature {
-    of: Parameter,
-    /// It follows the time alone, so it is the same for all filters.
-    timed: bool,
-}
-
-/// The parameters, and the features that they share.
-fn parts(parameters: &[Parameter]) -> (Vec<Part>, Vec<Feature>) {
-    let mut features: Vec<Feature> = Vec::new();
-    let mut parts = Vec::with_capacity(parameters.len());
-    for p in parameters {
-        let timed = matches!(
-            p.regressor,
-            Regressor::One | Regressor::Hours | Regressor::Decay(_)
-        );
-        let shared = |feature: &Feature| {
-            feature.of.regressor == p.regressor && (timed || feature.of.axis == p.axis)
-        };
-        let by = match p.regressor {
-            Regressor::Input(axis) => By::Input(axis),
-            _ => By::Slow(features.iter().position(shared).unwrap_or_else(|| {
-                features.push(Feature { of: *p, timed });
-                features.len() - 1
-            })),
-        };
-        let (triad, axis) = (p.triad, p.axis);
-        parts.push(Part { triad, axis, by });
-    }
-    (parts, features)
-}
-
 impl<S: Simd> Abreast<S> {
     #[inline(always)]
     fn of(simd: S, beside: &[Beside<'_>]) -> Self {
@@ -181,14 +137,7 @@ impl<S: Simd> Abreast<S> {
             walk * walk
         };
         let (parts, features) = parts(&first.model.parameters);
-        let mut slow: [Vec<usize>; AXES] = Default::default();
-        let mut others = Vec::new();
-        for (k, p) in parts.iter().enumerate() {
-            match p.by {
-                By::Slow(_) => slow[3 * p.triad.index() + p.axis].push(k),
-                By::Input(_) => others.push(k),
-            }
-        }
+        let sources = sources(&parts);
         let zero = all(simd, 0.0);
         Self {
             simd,
@@ -198,7 +147,9 @@ impl<S: Simd> Abreast<S> {
             known: std::array::from_fn(|l| filter(l).model.known.clone()),
             nav: Navigators::of(simd, |l| &filter(l).sins),
             theta: (0..n).map(|k| of(simd, |l| filter(l).theta[k])).collect(),
-            p: Covariance::of(simd, NAV + n, |l, i, j| filter(l).p[(i, j)]),
+            p: Covariance::of(simd, (NAV + n, sources.len()), |l, i, j| {
+                filter(l).p[(i, j)]
+            }),
             walks: (0..n).map(|k| of(simd, |l| walk(l, k))).collect(),
             noise: [
                 of(simd, |l| filter(l).noise.gyro),
@@ -214,12 +165,9 @@ impl<S: Simd> Abreast<S> {
             second: None,
             slow: [zeros(simd); 2],
             by: Transitions {
-                phi: [[zero; NAV]; NAV],
-                axes: [[zero; NAV]; AXES],
-                own: vec![[zero; NAV]; n],
-                numbers: vec![zero; n],
-                slow,
-                others,
+                columns: vec![[zero; NAV]; NAV + sources.len()],
+                numbers: vec![all(simd, 1.0); n],
+                sources,
             },
         }
     }
@@ -343,15 +291,18 @@ impl<S: Simd> Abreast<S> {
         let t = self.time;
         let over = Transition::over(&self.nav, &self.force, &self.noise, t);
         self.find_values(self.clock - 0.5 * t);
-        self.by.phi = over.phi;
-        for (k, by) in self.by.axes.iter_mut().enumerate() {
-            let triad = if k < 3 { Triad::Gyro } else { Triad::Accel };
-            *by = over.effect(triad, &self.axes[k % 3], t);
+        let (navigation, sources) = self.by.columns.split_at_mut(NAV);
+        navigation.copy_from_slice(&over.phi);
+        for (column, source) in sources.iter_mut().zip(&self.by.sources) {
+            let integrals = match source.slow {
+                true => &self.axes[source.axis],
+                false => &self.effects[source.parameters[0]],
+            };
+            *column = over.effect(source.triad, integrals, t);
         }
-        for (k, p) in self.parts.iter().enumerate() {
-            match p.by {
-                By::Slow(feature) => self.by.numbers[k] = self.values[feature],
-                By::Input(_) => self.by.own[k] = over.effect(p.triad, &self.effects[k], t),
+        for (number, p) in self.by.numbers.iter_mut().zip(&self.parts) {
+            if let By::Slow(feature) = p.by {
+                *number = self.values[feature];
             }
         }
         self.p.propagate(&self.by, &over.q, &self.walks, t);

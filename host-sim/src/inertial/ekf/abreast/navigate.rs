@@ -5,7 +5,7 @@ use crate::inertial::earth::{A, E2, F, Geodetic, Local, OMEGA_IE};
 use crate::inertial::earth::{GAMMA_E, K, M_RATIO};
 use crate::inertial::lane::{
     Lane, PLACES, Q, V3, add, after, all, at, cross, gathered, in_start_axes, minus, of, rotation,
-    scaled, size_squared, sub, turned,
+    scaled, sin_cos, size_squared, sub, turned,
 };
 use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins, outside};
 use fearless_simd::Simd;
@@ -30,27 +30,31 @@ pub(super) struct Earth<S: Simd> {
     pub(super) cos_lat: Lane<S>,
     pub(super) m_h: Lane<S>,
     pub(super) n_h: Lane<S>,
+    pub(super) lat_per_m: Lane<S>,
+    pub(super) lon_per_m: Lane<S>,
     pub(super) g: Lane<S>,
 }
 
 impl<S: Simd> Earth<S> {
     #[inline(always)]
     pub(super) fn at(lat: Lane<S>, h: Lane<S>) -> Self {
-        let (mut sin_lat, mut cos_lat) = (lat, lat);
-        for l in 0..PLACES {
-            (sin_lat[l], cos_lat[l]) = lat[l].sin_cos();
-        }
+        let (sin_lat, cos_lat) = sin_cos(lat);
         let s2 = sin_lat * sin_lat;
         let w2 = 1.0 - E2 * s2;
-        let w = w2.sqrt();
-        let surface = GAMMA_E * (1.0 + K * s2) / w;
+        let per_w = 1.0 / w2.sqrt();
+        let n = A * per_w;
+        let surface = GAMMA_E * (1.0 + K * s2) * per_w;
         let g = surface
-            * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 * h * h / (A * A));
+            * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 / (A * A) * h * h);
+        let m_h = n * (1.0 - E2) * (per_w * per_w) + h;
+        let n_h = n + h;
         Self {
             sin_lat,
             cos_lat,
-            m_h: A * (1.0 - E2) / (w2 * w) + h,
-            n_h: A / w + h,
+            m_h,
+            n_h,
+            lat_per_m: 1.0 / m_h,
+            lon_per_m: 1.0 / (n_h * cos_lat),
             g,
         }
     }
@@ -63,8 +67,12 @@ impl<S: Simd> Earth<S> {
 
     #[inline(always)]
     pub(super) fn omega_en(&self, v: &V3<S>) -> V3<S> {
-        let east = v[1] / self.n_h;
-        [east, -v[0] / self.m_h, -east * self.sin_lat / self.cos_lat]
+        let lon_rate = v[1] * self.lon_per_m;
+        [
+            lon_rate * self.cos_lat,
+            -v[0] * self.lat_per_m,
+            -lon_rate * self.sin_lat,
+        ]
     }
 }
 
@@ -91,6 +99,8 @@ impl<S: Simd> Navigators<S> {
                 cos_lat: of(simd, |l| earth(l).cos_lat),
                 m_h: of(simd, |l| earth(l).m_h),
                 n_h: of(simd, |l| earth(l).n_h),
+                lat_per_m: of(simd, |l| earth(l).lat_per_m),
+                lon_per_m: of(simd, |l| earth(l).lon_per_m),
                 g: of(simd, |l| earth(l).g),
             },
             polar,
@@ -118,6 +128,8 @@ impl<S: Simd> Navigators<S> {
             cos_lat: self.earth.cos_lat[l],
             m_h: self.earth.m_h[l],
             n_h: self.earth.n_h[l],
+            lat_per_m: self.earth.lat_per_m[l],
+            lon_per_m: self.earth.lon_per_m[l],
             g: self.earth.g[l],
         };
         to.polar = self.polar[l];
@@ -130,7 +142,7 @@ impl<S: Simd> Navigators<S> {
         let velocity = self.velocity;
         let mid = self.earth;
         self.earth = Earth::at(
-            lat + 1.5 * dt * velocity[0] / mid.m_h,
+            lat + 1.5 * dt * velocity[0] * mid.lat_per_m,
             h - 1.5 * dt * velocity[2],
         );
         let v_mid = add(&velocity, &self.half_change);
@@ -146,8 +158,8 @@ impl<S: Simd> Navigators<S> {
         let change = add(&dv_n, &scaled(&gravity_coriolis, dt));
         let v_mean = add(&velocity, &scaled(&change, 0.5));
         self.place = [
-            lat + v_mean[0] * dt / mid.m_h,
-            lon + v_mean[1] * dt / (mid.n_h * mid.cos_lat),
+            lat + v_mean[0] * dt * mid.lat_per_m,
+            lon + v_mean[1] * dt * mid.lon_per_m,
             h - v_mean[2] * dt,
         ];
         self.velocity = add(&velocity, &change);
@@ -165,13 +177,13 @@ impl<S: Simd> Navigators<S> {
     #[inline(always)]
     pub(super) fn displace(&mut self, e: &[Lane<S>]) {
         let q = after(&rotation(&[e[0], e[1], e[2]]), &self.q_bn);
-        let norm = size_squared(&q).sqrt();
-        self.q_bn = [q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm];
+        let by = 0.5 * (3.0 - size_squared(&q));
+        self.q_bn = [q[0] * by, q[1] * by, q[2] * by, q[3] * by];
         let [lat, lon, h] = self.place;
         let here = Earth::at(lat, h);
         self.place = [
-            lat + -e[6] / here.m_h,
-            lon + -e[7] / (here.n_h * here.cos_lat),
+            lat + -e[6] * here.lat_per_m,
+            lon + -e[7] * here.lon_per_m,
             h - -e[8],
         ];
         self.velocity = sub(&self.velocity, &[e[3], e[4], e[5]]);

@@ -1,0 +1,87 @@
+//! The parameters of filters side by side, and what they share.
+
+use crate::inertial::ekf::{Parameter, Regressor, Triad};
+
+/// A parameter: what it acts on, and by what.
+pub(super) struct Part {
+    pub(super) triad: Triad,
+    pub(super) axis: usize,
+    pub(super) by: By,
+}
+
+/// What a parameter is multiplied by.
+pub(super) enum By {
+    /// A feature, which hardly changes within a second.
+    Slow(usize),
+    /// The input of its triad along an axis.
+    Input(usize),
+}
+
+/// What slow parameters are multiplied by, once for all that share it.
+pub(super) struct Feature {
+    pub(super) of: Parameter,
+    /// It follows the time alone, so it is the same for all filters.
+    pub(super) timed: bool,
+}
+
+/// The parameters, and the features that they share.
+pub(super) fn parts(parameters: &[Parameter]) -> (Vec<Part>, Vec<Feature>) {
+    let mut features: Vec<Feature> = Vec::new();
+    let mut parts = Vec::with_capacity(parameters.len());
+    for p in parameters {
+        let timed = matches!(
+            p.regressor,
+            Regressor::One | Regressor::Hours | Regressor::Decay(_)
+        );
+        let shared = |feature: &Feature| {
+            feature.of.regressor == p.regressor && (timed || feature.of.axis == p.axis)
+        };
+        let by = match p.regressor {
+            Regressor::Input(axis) => By::Input(axis),
+            _ => By::Slow(features.iter().position(shared).unwrap_or_else(|| {
+                features.push(Feature { of: *p, timed });
+                features.len() - 1
+            })),
+        };
+        let (triad, axis) = (p.triad, p.axis);
+        parts.push(Part { triad, axis, by });
+    }
+    (parts, features)
+}
+
+/// The slow parameters of an axis, or one that is not slow.
+pub(super) struct Source {
+    pub(super) triad: Triad,
+    pub(super) axis: usize,
+    pub(super) slow: bool,
+    /// At least one.
+    pub(super) parameters: Vec<usize>,
+}
+
+/// What has a column of `Psi`: each axis with slow parameters, then each of the others.
+pub(super) fn sources(parts: &[Part]) -> Vec<Source> {
+    let mut sources: Vec<Source> = Vec::new();
+    let slow = |p: &Part| matches!(p.by, By::Slow(_));
+    for triad in [Triad::Gyro, Triad::Accel] {
+        for axis in 0..3 {
+            let own = |p: &Part| slow(p) && (p.triad, p.axis) == (triad, axis);
+            let parameters: Vec<usize> = (0..parts.len()).filter(|&k| own(&parts[k])).collect();
+            if !parameters.is_empty() {
+                sources.push(Source {
+                    triad,
+                    axis,
+                    slow: true,
+                    parameters,
+                });
+            }
+        }
+    }
+    let others = parts.iter().enumerate().filter(|(_, p)| !slow(p));
+    sources.extend(others.map(|(k, p)| Source {
+        triad: p.triad,
+        axis: p.axis,
+        slow: false,
+        parameters: vec![k],
+    }));
+    sources
+}
