@@ -92,13 +92,14 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "campaign",
         &[
             "campaign --runs 20 --results results.md",
+            "campaign --runs 20 --report campaign.html",
             "campaign --runs 100 --resume",
             "campaign --runs 1000 --shard 0/4 --out out/part-0",
         ],
     ),
     (
         "campaign merge",
-        &["campaign merge out/part-0 out/part-1 out/part-2 out/part-3 --results results.md"],
+        &["campaign merge out/part-0 out/part-1 out/part-2 out/part-3 --report campaign.html"],
     ),
     (
         "abuse",
