@@ -19,9 +19,29 @@ pub enum Error {
         /// Path as given.
         file: PathBuf,
     },
+    /// A folder where a file is wanted.
+    #[error(
+        "{}: is a folder, not a file; remedy: give the path of a file in it",
+        .file.display()
+    )]
+    Folder {
+        /// Path as given.
+        file: PathBuf,
+    },
+    /// Bytes where text is wanted.
+    #[error(
+        "{}: is no text (not UTF-8); remedy: check that it is the file that you mean; a text of \
+         another encoding is to be saved as UTF-8",
+        .file.display()
+    )]
+    NotText {
+        /// Path as given.
+        file: PathBuf,
+    },
     /// The file is there but cannot be read.
     #[error(
-        "{}: cannot be read ({source}); remedy: check that it is a file and that you may read it",
+        "{}: cannot be read ({source}); remedy: check that you may read it and that its disk is \
+         well",
         .file.display()
     )]
     Unreadable {
@@ -260,12 +280,17 @@ impl Error {
         }
     }
 
-    /// Reading `file` failed with `source`: [`Error::Missing`] or [`Error::Unreadable`].
+    /// Reading `file` failed with `source`: [`Error::Missing`], [`Error::Folder`],
+    /// [`Error::NotText`] or [`Error::Unreadable`].
     #[must_use]
     pub fn reading(file: &Path, source: std::io::Error) -> Self {
+        use std::io::ErrorKind as Kind;
         let file = file.to_path_buf();
         match source.kind() {
-            std::io::ErrorKind::NotFound => Self::Missing { file },
+            // a path that goes on below a file leads nowhere, too
+            Kind::NotFound | Kind::NotADirectory => Self::Missing { file },
+            Kind::IsADirectory => Self::Folder { file },
+            Kind::InvalidData => Self::NotText { file },
             _ => Self::Unreadable { file, source },
         }
     }

@@ -45,6 +45,8 @@ pub enum Decided {
     Worse,
     /// They are smaller.
     Better,
+    /// They are the same in every run: nothing was corrected.
+    Equal,
     /// Neither is shown, or there are too few runs.
     Nothing,
 }
@@ -54,6 +56,7 @@ impl AgainstNone {
     #[must_use]
     pub fn decided(&self) -> Decided {
         match self.interval {
+            _ if self.worse + self.better == 0 => Decided::Equal,
             _ if self.runs < FEWEST => Decided::Nothing,
             (low, _) if low > 1.0 => Decided::Worse,
             (_, high) if high < 1.0 => Decided::Better,
@@ -184,6 +187,8 @@ mod tests {
         let mut all = rows(ErrorModelName::All, [50.0; 10]);
         all.retain(|row| row.scheme != NONE && row.run != 4);
         assert_eq!(compared(&all), []);
+        let same = rows(ErrorModelName::All, [100.0; 10]);
+        assert_eq!(compared(&same)[0].decided(), Decided::Equal);
         assert_eq!(missing(&all), [4]);
     }
 }

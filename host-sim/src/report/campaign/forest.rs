@@ -20,7 +20,7 @@ fn look(decided: Decided) -> Look {
     match decided {
         Decided::Better => BETTER,
         Decided::Worse => WORSE,
-        Decided::Nothing => UNDECIDED,
+        Decided::Equal | Decided::Nothing => UNDECIDED,
     }
 }
 
@@ -65,7 +65,7 @@ fn picture(panel: Panel, width: f64, legend: (f64, f64)) -> Picture {
     let entries = [
         ("better than none", BETTER),
         ("worse than none", WORSE),
-        ("not decided", UNDECIDED),
+        ("equal, or not decided", UNDECIDED),
     ];
     Picture {
         size: (width, panel.at.1 + panel.size.1 + 48.0),
