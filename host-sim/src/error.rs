@@ -19,6 +19,12 @@ pub enum Error {
         /// Path as given.
         file: PathBuf,
     },
+    /// A file where a folder is wanted.
+    #[error("{}: is a file, not a folder; remedy: give the path of a folder", .path.display())]
+    NoFolder {
+        /// Path as given.
+        path: PathBuf,
+    },
     /// A folder where a file is wanted.
     #[error(
         "{}: is a folder, not a file; remedy: give the path of a file in it",
@@ -66,8 +72,7 @@ pub enum Error {
     },
     /// No data in the file.
     #[error(
-        "{}: {found}; remedy: give a file with the header line '{expected}' and at least one \
-         data line",
+        "{}: {found}; remedy: give a file with {expected}",
         .file.display()
     )]
     Empty {
@@ -75,7 +80,7 @@ pub enum Error {
         file: PathBuf,
         /// What the file holds instead: nothing, or the header alone.
         found: &'static str,
-        /// The header line.
+        /// What it must have, in words.
         expected: String,
     },
     /// The first line does not name the expected columns.
@@ -93,8 +98,8 @@ pub enum Error {
     },
     /// A line has too few or too many values.
     #[error(
-        "{}:{line}: {found} columns where the header names {expected}; remedy: give one value \
-         for each of {columns}",
+        "{}:{line}: {found} columns instead of {expected}; remedy: give one value for each of \
+         {columns}",
         .file.display()
     )]
     ColumnCount {
@@ -104,7 +109,7 @@ pub enum Error {
         line: usize,
         /// Values on this line.
         found: usize,
-        /// Columns of the header.
+        /// Columns of the header, or of the format.
         expected: usize,
         /// Names of the columns.
         columns: String,
@@ -281,12 +286,13 @@ impl Error {
     }
 
     /// Reading `file` failed with `source`: [`Error::Missing`], [`Error::Folder`],
-    /// [`Error::NotText`] or [`Error::Unreadable`].
+    /// [`Error::NoFolder`], [`Error::NotText`] or [`Error::Unreadable`].
     #[must_use]
     pub fn reading(file: &Path, source: std::io::Error) -> Self {
         use std::io::ErrorKind as Kind;
         let file = file.to_path_buf();
         match source.kind() {
+            Kind::NotADirectory if file.is_file() => Self::NoFolder { path: file },
             // a path that goes on below a file leads nowhere, too
             Kind::NotFound | Kind::NotADirectory => Self::Missing { file },
             Kind::IsADirectory => Self::Folder { file },

@@ -142,11 +142,18 @@ pub(super) fn write_json(file: &Path, value: &(impl Serialize + ?Sized)) -> Resu
 }
 
 pub(super) fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
-    let text = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
-    serde_json::from_slice(&text).map_err(|e| Error::Option {
+    let made_again = |problem: String, remedy: &str| Error::Option {
         option: file.display().to_string(),
-        problem: format!("is damaged or of another version ({e})"),
-        remedy: "remove it and give the command that made it again, with --resume".into(),
+        problem,
+        remedy: format!("{remedy}give the command that made it again, with --resume"),
+    };
+    let text = std::fs::read(file).map_err(|e| match e.kind() {
+        ErrorKind::NotFound => made_again("is missing".into(), ""),
+        _ => Error::reading(file, e),
+    })?;
+    serde_json::from_slice(&text).map_err(|e| {
+        let problem = format!("is damaged or of another version ({e})");
+        made_again(problem, "remove it and ")
     })
 }
 

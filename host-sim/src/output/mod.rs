@@ -313,7 +313,7 @@ mod tests {
         );
         let count = writer.row(&[0.01]).unwrap_err().to_string();
         assert!(
-            count.contains("imu.csv:3: 1 columns where the header names 2"),
+            count.contains("imu.csv:3: 1 columns instead of 2"),
             "{count}"
         );
         drop(writer);
