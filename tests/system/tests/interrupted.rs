@@ -13,7 +13,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 /// When Ctrl-C is sent.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 enum When {
     /// A file or a folder has a temporary name.
     Writing,
@@ -37,8 +37,8 @@ enum Need {
     Nothing,
     /// A simulated drive in `d`.
     Drive,
-    /// Ports that take everything and answer nothing, in place of `PORT`.
-    Port,
+    /// A board that passes on what comes, in place of `PORT`.
+    Board,
     /// A scenario file of a long drive.
     Scenario,
 }
@@ -117,9 +117,8 @@ const LONG: &[Long] = &[
     long(
         "hil --imu PORT --nav PORT --seconds 2000 --json r.json",
         When::Computing(50),
-        Need::Port,
+        Need::Board,
     ),
-    long("device --port PORT watch", When::Computing(1), Need::Port),
     long(
         "campaign --runs 40 --models noise --tuning-units 1 --schemes none,ekf6 --out o \
          --report r.html --json r.json",
@@ -156,6 +155,10 @@ const RESUMED: &[(&str, &str, &str)] = &[
 /// Commands that end soon, or that are tested elsewhere.
 const OTHERS: &[(&str, &str)] = &[
     ("unit", "reads and writes a small file"),
+    (
+        "device",
+        "writes small files; its watch ends with 0: tests/device/watching.rs",
+    ),
     ("completions", "prints"),
     ("manual", "writes small files"),
     ("serve", "is a program of its own: host-sim/live/tests"),
@@ -215,15 +218,7 @@ fn in_the_middle(dir: &Path, when: When, child: &mut Child) -> bool {
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    panic!("{when_}: never", when_ = describe(when));
-}
-
-fn describe(when: When) -> String {
-    match when {
-        When::Writing => "a temporary file".into(),
-        When::After(file) => file.into(),
-        When::Computing(ticks) => format!("{ticks} hundredths of a second of computing"),
-    }
+    panic!("{when:?}: never");
 }
 
 /// Starts a command and interrupts it. `None`: it had ended before.
@@ -231,10 +226,9 @@ fn interrupted(dir: &Path, args: &[&str], when: When) -> Option<Output> {
     let mut child = host_sim(dir, args).spawn().unwrap();
     if in_the_middle(dir, when, &mut child) {
         let id = child.id().to_string();
-        let sent = Command::new("kill")
-            .args(["-INT", &id])
-            .stderr(Stdio::null());
-        let sent = { sent }.status().unwrap();
+        let mut kill = Command::new("kill");
+        let sent = kill.args(["-INT", &id]).stderr(Stdio::null()).status();
+        let sent = sent.unwrap();
         let output = child.wait_with_output().unwrap();
         let ended_before = output.status.code() == Some(0) || !sent.success();
         return (!ended_before).then_some(output);
@@ -244,11 +238,13 @@ fn interrupted(dir: &Path, args: &[&str], when: When) -> Option<Output> {
 
 /// Why a file is not whole.
 fn fault(path: &Path) -> Option<&'static str> {
+    if is_temporary(path) {
+        return Some("is temporary");
+    }
     let bytes = std::fs::read(path).unwrap();
     let ends = |end: &[u8]| bytes.trim_ascii_end().ends_with(end);
     let kind = path.extension().unwrap_or_default().to_string_lossy();
     match &*kind {
-        _ if is_temporary(path) => Some("is temporary"),
         "json" => serde_json::from_slice::<serde_json::Value>(&bytes)
             .err()
             .map(|_| "is no JSON"),
@@ -258,7 +254,9 @@ fn fault(path: &Path) -> Option<&'static str> {
         "pdf" => (!ends(b"%%EOF")).then_some("does not end"),
         "parquet" => (!ends(b"PAR1")).then_some("does not end"),
         "bin" => (bytes.len() != 608).then_some("is no weights"),
-        "csv" | "txt" if path.ends_with("campaign.txt") => bytes.is_empty().then_some("is empty"),
+        "txt" if !(path.ends_with("imu.txt") || path.ends_with("gnss.txt")) => {
+            bytes.is_empty().then_some("is empty")
+        }
         "csv" | "txt" => {
             let text = String::from_utf8_lossy(&bytes);
             let columns = |line: &str| line.split([',', ' ']).count();
@@ -274,18 +272,27 @@ fn fault(path: &Path) -> Option<&'static str> {
     }
 }
 
-/// What must be there before the command runs.
-fn prepare(dir: &Path, needs: Need) -> Vec<TcpListener> {
+/// A board whose first connection is the sensor's line, and whose second one goes on from it.
+fn board() -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        let accepted = |_| listener.accept().unwrap().0;
+        let [mut sensor, mut computer] = [0, 1].map(accepted);
+        std::io::copy(&mut sensor, &mut computer)
+    });
+    port
+}
+
+/// What must be there before the command runs; gives the port of a board.
+fn prepare(dir: &Path, needs: Need) -> String {
     let scenario = |drive_s: u32| {
         format!("unit = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = {drive_s}\n")
     };
     match needs {
-        Need::Nothing => vec![],
-        Need::Port => vec![TcpListener::bind("127.0.0.1:0").unwrap()],
-        Need::Scenario => {
-            std::fs::write(dir.join("long.toml"), scenario(14_000)).unwrap();
-            vec![]
-        }
+        Need::Nothing => {}
+        Need::Board => return board(),
+        Need::Scenario => std::fs::write(dir.join("long.toml"), scenario(14_000)).unwrap(),
         Need::Drive => {
             std::fs::write(dir.join("s.toml"), scenario(1200)).unwrap();
             let args = [
@@ -297,21 +304,17 @@ fn prepare(dir: &Path, needs: Need) -> Vec<TcpListener> {
                 "d",
             ];
             assert!(host_sim(dir, &args).output().unwrap().status.success());
-            vec![]
         }
     }
+    String::new()
 }
 
 /// One interruption, and what it must leave.
 fn leaves_whole_files(case: &Long) {
     let dir = tempfile::tempdir().unwrap();
     let dir = dir.path();
-    let listeners = prepare(dir, case.needs);
+    let port = prepare(dir, case.needs);
     let before = below(dir);
-    let port = listeners
-        .first()
-        .map(|of| format!("tcp:{}", of.local_addr().unwrap()));
-    let port = port.unwrap_or_default();
     let words = case.args.split_whitespace();
     let args: Vec<&str> = words.map(|w| if w == "PORT" { &port } else { w }).collect();
     // the last file may have got its name before the interruption came

@@ -11,3 +11,6 @@ pub use tables::tables;
 
 /// Time of the tables, min after the start of free-inertial navigation.
 const T_MIN: u32 = 22;
+
+#[cfg(test)]
+mod tests;

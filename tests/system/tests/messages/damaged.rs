@@ -297,9 +297,8 @@ fn spoil(at: &Path, good: &[u8], damage: Damage) -> Option<usize> {
 
 /// What is wrong with a complaint.
 fn fault(output: &std::process::Output, name: &str, line: Option<usize>) -> Option<String> {
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let table = String::from_utf8_lossy(&output.stdout).into_owned();
-    let said = said + &table;
+    let said = [&output.stderr[..], &output.stdout].concat();
+    let said = String::from_utf8_lossy(&said).into_owned();
     let place = line.map_or_else(|| name.to_owned(), |line| format!("{name}:{line}"));
     let fault = match () {
         () if output.status.code() != Some(2) => "the exit code",
@@ -393,11 +392,9 @@ fn a_log_that_is_cut_is_read_or_named() {
         let at = format!("cut-{name}");
         std::fs::write(dir.join(&at), &good[..good.len() / 2 + 3]).unwrap();
         let output = host_sim(dir, &args.replace("FILE", &at));
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
         match output.status.code() {
             Some(0) => assert!(dir.join("o/imu.csv").exists(), "{args}"),
             _ => assert_eq!(fault(&output, &at, None), None, "{args}"),
         }
-        assert!(!told.contains("panicked"), "{args}: {told}");
     }
 }
