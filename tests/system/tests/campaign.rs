@@ -65,11 +65,11 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         assert!(read(d, a) == read(d, b), "{b}");
     }
     system::well_formed(&page).unwrap();
-    let (before, commands) = page.split_once("<pre>").unwrap();
-    assert!(before.contains("<b>Verdict: ") && before.contains("With 2 of at least 6 runs"));
+    let (head, commands) = page.split_once("<pre>").unwrap();
+    assert!(head.contains("<b>Verdict: ") && head.contains("With 2 of at least 6 runs"));
     assert!(commands.contains("--report page.html") && !commands.contains("--jobs"));
     assert!(
-        text(d, "page.html").split_once("<pre>").unwrap().0 == before,
+        text(d, "page.html").split_once("<pre>").unwrap().0 == head,
         "two jobs"
     );
 
@@ -112,7 +112,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
             read(d, "one/campaign.parquet") == read(d, "merged.parquet"),
             "{dirs:?}"
         );
-        assert!(text(d, "m.html").starts_with(before), "{dirs:?}");
+        assert!(text(d, "m.html").starts_with(head), "{dirs:?}");
     }
     let lonely = campaign(d, &["merge", "s1"]).success();
     let output = String::from_utf8_lossy(&lonely.get_output().stderr).into_owned();

@@ -10,8 +10,8 @@ const NARROW: f64 = 335.0;
 /// Room for the longest name of a scheme.
 const NAMES: f64 = 190.0;
 /// Ratios beyond these are drawn at the end of the axis.
-const LEAST: f64 = 1e-3;
-const GREATEST: f64 = 1e3;
+const LEAST: f64 = 0.03;
+const GREATEST: f64 = 30.0;
 /// Where a scheme is as good as none.
 const EVEN: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
 

@@ -1,6 +1,6 @@
 //! The page of a campaign.
 
-use super::{T_MIN, forest, groups, verdict};
+use super::{T_MIN, forest, groups, quotient, verdict};
 use crate::campaign::{
     AgainstNone, Decided, FEWEST, Group, Merged, Ratio, Summary, against_none, fingerprint, missing,
 };
@@ -102,7 +102,7 @@ fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
                  none. The line of a scheme is its 95 % interval. Blue with a disc: smaller \
                  errors, the interval ends below 1. Orange with a triangle: larger errors, it \
                  begins above 1. Grey with a ring: equal in every run, or \
-                 not decided."
+                 not decided. What lies beyond an end of the axis stands at that end."
             ),
             picture: forest::wide(rows),
             narrow: Some(forest::narrow(rows)),
@@ -142,10 +142,10 @@ fn table(rows: &[AgainstNone]) -> Table {
         let mut cells = vec![
             of.scheme.clone(),
             decided(of).to_owned(),
-            format!("{:.2}", of.ratio),
-            format!("{low:.2} to {high:.2}"),
+            quotient(of.ratio),
+            format!("{} to {}", quotient(low), quotient(high)),
             format!("{} of {}", of.worse, of.compared),
-            format!("{:.1}", of.worst),
+            quotient(of.worst),
         ];
         cells.extend(of.median_m.map(|m| format!("{m:.0}")));
         cells

@@ -1,6 +1,6 @@
 //! What a campaign says, in sentences: harm first.
 
-use super::T_MIN;
+use super::{T_MIN, quotient};
 use crate::campaign::{AgainstNone, Decided, FEWEST};
 
 /// The device among the schemes.
@@ -36,9 +36,8 @@ pub(super) fn sentences(all: &[&AgainstNone]) -> Vec<String> {
 
 fn times(ratio: f64) -> String {
     match ratio {
-        r if r < 0.995 => format!("{r:.2}"),
-        r if r < 9.95 => format!("{r:.1}"),
-        r => format!("{r:.0}"),
+        r if (0.995..9.95).contains(&r) => format!("{r:.1}"),
+        r => quotient(r),
     }
 }
 

@@ -184,7 +184,7 @@ impl Panel {
             }
             Mark::Label(at, words) => {
                 let (x, y) = chart.backend_coord(at);
-                sheet.text(words, &text(INK, HPos::Left), (x, y - units(7.0)))
+                sheet.text(words, &text(INK, HPos::Left), (x, y - units(12.0)))
             }
             Mark::Text(at, below, words) => {
                 if !self.holds(*at) {
