@@ -132,23 +132,27 @@ const LONG: &[Long] = &[
     ),
 ];
 
-/// Commands that go on, with what they have finished first, and the file of the results.
-const RESUMED: &[(&str, &str, &str)] = &[
+/// Commands that go on with `--resume`, a file that is finished first, options for the results, and
+/// the file with them; `o` is the directory.
+const RESUMED: &[(&str, &str, &str, &str)] = &[
     (
         "campaign --runs 3 --jobs 1 --models noise --tuning-units 1 --schemes none,ekf6 --out o",
         "o/runs/000000.json",
         "--json r.json",
+        "r.json",
     ),
     (
         "abuse --times 120,60,60 --sensors perfect --computers plain --cases none --runs 6 \
          --jobs 1 --out o",
         "o/runs/000000.json",
         "--json r.json",
+        "r.json",
     ),
     (
-        "fleet --units 4 --drives 1 --jobs 1 --out o",
+        "fleet --units 6 --drives 1 --jobs 1 --shard 0/2 --out o",
         "o/runs/000000.json",
-        "--json r.json",
+        "",
+        "o/runs/000004.json",
     ),
 ];
 
@@ -284,36 +288,28 @@ fn board() -> String {
     port
 }
 
-/// What must be there before the command runs; gives the port of a board.
-fn prepare(dir: &Path, needs: Need) -> String {
-    let scenario = |drive_s: u32| {
-        format!("unit = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = {drive_s}\n")
-    };
+/// A scenario with so long a drive.
+fn scenario(dir: &Path, name: &str, drive_s: u32) {
+    let text = format!("unit = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = {drive_s}\n");
+    std::fs::write(dir.join(name), text).unwrap();
+}
+
+/// What must be there before the command runs; gives the port of a board. `drive` holds the drive.
+fn prepare(dir: &Path, drive: &Path, needs: Need) -> String {
     match needs {
         Need::Nothing => {}
         Need::Board => return board(),
-        Need::Scenario => std::fs::write(dir.join("long.toml"), scenario(14_000)).unwrap(),
-        Need::Drive => {
-            std::fs::write(dir.join("s.toml"), scenario(1200)).unwrap();
-            let args = [
-                "simulate",
-                "--scenario",
-                "s.toml",
-                "--learning",
-                "--out",
-                "d",
-            ];
-            assert!(host_sim(dir, &args).output().unwrap().status.success());
-        }
+        Need::Scenario => scenario(dir, "long.toml", 14_000),
+        Need::Drive => std::os::unix::fs::symlink(drive, dir.join("d")).unwrap(),
     }
     String::new()
 }
 
 /// One interruption, and what it must leave.
-fn leaves_whole_files(case: &Long) {
+fn leaves_whole_files(case: &Long, drive: &Path) {
     let dir = tempfile::tempdir().unwrap();
     let dir = dir.path();
-    let port = prepare(dir, case.needs);
+    let port = prepare(dir, drive, case.needs);
     let before = below(dir);
     let words = case.args.split_whitespace();
     let args: Vec<&str> = words.map(|w| if w == "PORT" { &port } else { w }).collect();
@@ -334,7 +330,7 @@ fn the_table_has_every_command() {
     for command in known.get_subcommands().map(clap::Command::get_name) {
         let begins = |args: &str| args.split_whitespace().next() == Some(command);
         let tested = LONG.iter().any(|of| begins(of.args))
-            || RESUMED.iter().any(|(args, ..)| begins(args))
+            || RESUMED.iter().any(|of| begins(of.0))
             || OTHERS.iter().any(|(name, _)| *name == command);
         assert!(tested || command == "help", "{command} is in no table");
     }
@@ -342,10 +338,20 @@ fn the_table_has_every_command() {
 
 #[test]
 fn an_interrupted_command_leaves_whole_files_or_none() {
+    let dir = tempfile::tempdir().unwrap();
+    scenario(dir.path(), "s.toml", 1200);
+    let args = "simulate --scenario s.toml --learning --out d";
+    let args: Vec<&str> = args.split(' ').collect();
+    let made = host_sim(dir.path(), &args).output().unwrap();
+    assert!(made.status.success(), "{made:?}");
+    let drive = dir.path().join("d");
     std::thread::scope(|scope| {
-        let half = LONG.len().div_ceil(2);
-        for cases in LONG.chunks(half) {
-            scope.spawn(|| cases.iter().for_each(leaves_whole_files));
+        for cases in LONG.chunks(LONG.len().div_ceil(2)) {
+            scope.spawn(|| {
+                cases
+                    .iter()
+                    .for_each(|case| leaves_whole_files(case, &drive))
+            });
         }
     });
 }
@@ -353,7 +359,7 @@ fn an_interrupted_command_leaves_whole_files_or_none() {
 /// What was finished before is kept, and the results are those of a command that ran through.
 #[test]
 fn an_interrupted_command_goes_on() {
-    for (args, first, file) in RESUMED {
+    for (args, first, more, file) in RESUMED {
         let dir = tempfile::tempdir().unwrap();
         let dir = dir.path();
         let words: Vec<&str> = args.split_whitespace().collect();
@@ -367,21 +373,22 @@ fn an_interrupted_command_goes_on() {
         let finished = dir.join(first);
         let date = || finished.metadata().unwrap().modified().unwrap();
         let before = date();
-        let run = |out: &str, more: &[&str]| {
+        let run = |out: &str, resume: &str| {
+            let words = format!("{args} {more} {resume}");
+            let words: Vec<&str> = words.split_whitespace().collect();
             let words = words
                 .iter()
                 .map(|word| if *word == "o" { out } else { word });
-            let words: Vec<&str> = words.chain(more.iter().copied()).collect();
-            let output = host_sim(dir, &words).output().unwrap();
+            let output = host_sim(dir, &words.collect::<Vec<_>>()).output().unwrap();
             assert!(output.status.success(), "{args}: {output:?}");
-            let file = dir.join(file.split(' ').next_back().unwrap());
-            let bytes = std::fs::read(&file).unwrap();
-            std::fs::remove_file(file).unwrap();
-            bytes
+            let file = match file.strip_prefix("o/") {
+                Some(rest) => dir.join(out).join(rest),
+                None => dir.join(file),
+            };
+            std::fs::read(file).unwrap()
         };
-        let results: Vec<&str> = file.split(' ').collect();
-        let resumed = run("o", &[&["--resume"], &results[..]].concat());
+        let resumed = run("o", "--resume");
         assert_eq!(date(), before, "{args}: it was done again");
-        assert!(resumed == run("whole", &results), "{args}: other bytes");
+        assert!(resumed == run("whole", ""), "{args}: other bytes");
     }
 }

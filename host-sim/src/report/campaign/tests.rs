@@ -95,7 +95,10 @@ fn the_verdict_comes_first_and_counts_the_harm() {
 #[test]
 fn small_quotients_keep_two_figures() {
     let of = [0.00174, 0.05, 0.5, 1.0, 2.345, 12.3, 0.0].map(super::quotient);
-    assert_eq!(of, ["0.0017", "0.050", "0.50", "1.00", "2.35", "12", "0.00"]);
+    assert_eq!(
+        of,
+        ["0.0017", "0.050", "0.50", "1.00", "2.35", "12", "0.00"]
+    );
 }
 
 #[test]
