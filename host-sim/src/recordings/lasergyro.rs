@@ -173,9 +173,7 @@ mod tests {
         ] {
             let message = complaint(&with_header(&format!("0,0,0,0,0,80\n{row}")));
             assert!(
-                message.starts_with(&format!(
-                    "imu.csv:3: {found} columns where the header names 6"
-                )),
+                message.starts_with(&format!("imu.csv:3: {found} columns instead of 6")),
                 "{message}"
             );
         }
