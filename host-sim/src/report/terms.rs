@@ -62,9 +62,10 @@ fn of_name(name: &str) -> Option<&'static str> {
              are used only if they prove themselves on fixes that were held back"
         }
         "rnn-kalman" => {
-            "several candidates, which learn from satellite fixes by Kalman filters: no \
-             correction, constant biases, and networks. The one in force is the one that has \
-             predicted the fixes best, and that can be the biases alone"
+            "the device: several candidates, which learn from satellite fixes by Kalman filters: \
+             constant biases, and networks. A candidate corrects only after it has proved itself: \
+             in rehearsals, which are stretches of navigation without fixes, it came closer to the \
+             fixes than no correction did. Until then nothing is corrected"
         }
         "zupt" => {
             "ekf6 that goes on as a filter without fixes and takes the velocity at the stops of \
