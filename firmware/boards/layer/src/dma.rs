@@ -3,13 +3,13 @@
 //! **Receiving.** A stream fills a ring and begins anew at its end. The UART interrupts when the
 //! line falls idle, once a frame, and the loop reads the ring whenever it looks.
 //!
-//! **Errors.** The driver's own `RingBufferedUartRx` stops its stream at every error of the line and
-//! starts it again without telling its ring where, and a poll of it reads the data register beside
-//! the DMA. So the UART's interrupt is served here: it clears the error and tells the loop, and the
-//! stream goes on. How a UART is set up, streams and ring are the driver's.
+//! **Errors.** The driver's own `RingBufferedUartRx` stops its stream at every error of the line
+//! and starts it again without telling its ring where, and a poll of it reads the data register
+//! beside the DMA. So the UART's interrupt is served here: it clears the error and tells the loop,
+//! and the stream goes on. How a UART is set up, streams and ring are the driver's.
 //!
-//! **Sending.** Messages gather in one half of a buffer while the other half leaves in one transfer,
-//! which interrupts once, at its end. So no message has a gap.
+//! **Sending.** Messages gather in one half of a buffer while the other half leaves in one
+//! transfer, which interrupts once, at its end. So no message has a gap.
 //!
 //! Nothing here waits for the line.
 

@@ -72,9 +72,9 @@ pub fn small_learner() -> &'static mut firmware::learn::WindowLearner {
     learners::windows().expect("called once")
 }
 
-/// Turns the caches of a Cortex-M7 on. Region 0 of the MPU keeps what DMA reads and writes out of the
-/// data cache (normal memory, not cacheable; Armv7-M B3.5); [`flash::Region`] looks after the flash.
-/// Called before anything else.
+/// Turns the caches of a Cortex-M7 on. Region 0 of the MPU keeps what DMA reads and writes out of
+/// the data cache (normal memory, not cacheable; Armv7-M B3.5); [`flash::Region`] looks after the
+/// flash. Called before anything else.
 #[cfg(feature = "m7")]
 #[allow(unsafe_code, reason = "the registers of the MPU")]
 pub fn turn_caches_on() {

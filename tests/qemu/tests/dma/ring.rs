@@ -1,5 +1,5 @@
-//! The lines of `firmware/boards/f405`, whose bytes DMA moves over `embassy-stm32`: without a pause,
-//! with damaged bytes, opened anew, and in broken models.
+//! The lines of `firmware/boards/f405`, whose bytes DMA moves over `embassy-stm32`: without a
+//! pause, with damaged bytes, opened anew, and in broken models.
 
 use std::path::PathBuf;
 
@@ -26,8 +26,8 @@ fn corrected(tools: &(PathBuf, PathBuf), frames: &[Record], period: u32, world: 
 }
 
 /// Bytes that follow each other for ever: the line is never idle, so the loop finds them in its
-/// turn, once a millisecond. None is lost, and they leave without a pause, too. The line out is 0.9 %
-/// slower than the line in, so each byte waits longer than the one before.
+/// turn, once a millisecond. None is lost, and they leave without a pause, too. The line out is
+/// 0.9 % slower than the line in, so each byte waits longer than the one before.
 #[test]
 fn a_line_without_a_pause_loses_nothing() {
     let Some(tools) = f405() else { return };
@@ -66,6 +66,9 @@ fn an_error_of_the_line_costs_no_other_frame() {
         assert_eq!(counted.lost, 3, "{name}: {counted:?}");
         assert_eq!(counted.frames, 160 - 3 - 1, "{name}: {counted:?}");
     }
+    // once a frame when the line falls idle, and once an error
+    let served = theirs.served(SENSOR);
+    assert!((160..=163).contains(&served), "{served}");
     assert!(
         theirs.sent == ours.sent,
         "{} {}",
