@@ -19,9 +19,35 @@ pub enum Error {
         /// Path as given.
         file: PathBuf,
     },
+    /// A file where a folder is wanted.
+    #[error("{}: is a file, not a folder; remedy: give the path of a folder", .path.display())]
+    NoFolder {
+        /// Path as given.
+        path: PathBuf,
+    },
+    /// A folder where a file is wanted.
+    #[error(
+        "{}: is a folder, not a file; remedy: give the path of a file in it",
+        .file.display()
+    )]
+    Folder {
+        /// Path as given.
+        file: PathBuf,
+    },
+    /// Bytes where text is wanted.
+    #[error(
+        "{}: is no text (not UTF-8); remedy: check that it is the file that you mean; a text of \
+         another encoding is to be saved as UTF-8",
+        .file.display()
+    )]
+    NotText {
+        /// Path as given.
+        file: PathBuf,
+    },
     /// The file is there but cannot be read.
     #[error(
-        "{}: cannot be read ({source}); remedy: check that it is a file and that you may read it",
+        "{}: cannot be read ({source}); remedy: check that you may read it and that its disk is \
+         well",
         .file.display()
     )]
     Unreadable {
@@ -46,8 +72,7 @@ pub enum Error {
     },
     /// No data in the file.
     #[error(
-        "{}: {found}; remedy: give a file with the header line '{expected}' and at least one \
-         data line",
+        "{}: {found}; remedy: give a file with {expected}",
         .file.display()
     )]
     Empty {
@@ -55,7 +80,7 @@ pub enum Error {
         file: PathBuf,
         /// What the file holds instead: nothing, or the header alone.
         found: &'static str,
-        /// The header line.
+        /// What it must have, in words.
         expected: String,
     },
     /// The first line does not name the expected columns.
@@ -73,8 +98,8 @@ pub enum Error {
     },
     /// A line has too few or too many values.
     #[error(
-        "{}:{line}: {found} columns where the header names {expected}; remedy: give one value \
-         for each of {columns}",
+        "{}:{line}: {found} columns instead of {expected}; remedy: give one value for each of \
+         {columns}",
         .file.display()
     )]
     ColumnCount {
@@ -84,7 +109,7 @@ pub enum Error {
         line: usize,
         /// Values on this line.
         found: usize,
-        /// Columns of the header.
+        /// Columns of the header, or of the format.
         expected: usize,
         /// Names of the columns.
         columns: String,
@@ -260,12 +285,18 @@ impl Error {
         }
     }
 
-    /// Reading `file` failed with `source`: [`Error::Missing`] or [`Error::Unreadable`].
+    /// Reading `file` failed with `source`: [`Error::Missing`], [`Error::Folder`],
+    /// [`Error::NoFolder`], [`Error::NotText`] or [`Error::Unreadable`].
     #[must_use]
     pub fn reading(file: &Path, source: std::io::Error) -> Self {
+        use std::io::ErrorKind as Kind;
         let file = file.to_path_buf();
         match source.kind() {
-            std::io::ErrorKind::NotFound => Self::Missing { file },
+            Kind::NotADirectory if file.is_file() => Self::NoFolder { path: file },
+            // a path that goes on below a file leads nowhere, too
+            Kind::NotFound | Kind::NotADirectory => Self::Missing { file },
+            Kind::IsADirectory => Self::Folder { file },
+            Kind::InvalidData => Self::NotText { file },
             _ => Self::Unreadable { file, source },
         }
     }
@@ -338,82 +369,4 @@ fn edits(a: &str, b: &str) -> usize {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_bad_value_reads_as_one_line_with_place_and_remedy() {
-        let error = Error::Value {
-            file: "data.csv".into(),
-            line: 17,
-            field: "dv_x_mps".into(),
-            text: "abc".into(),
-            fault: "not a number",
-            remedy: "give a decimal number in m/s".into(),
-        };
-        assert_eq!(
-            error.to_string(),
-            "data.csv:17: column 'dv_x_mps': 'abc' is not a number; remedy: give a decimal number in m/s"
-        );
-    }
-
-    #[test]
-    fn a_scenario_error_has_a_line_only_where_one_is_known() {
-        let with = |line| Error::Scenario {
-            file: "s.toml".into(),
-            line,
-            key: "imu.rate".into(),
-            problem: "is unknown".into(),
-            remedy: "write 'imu.rate_hz'".into(),
-        };
-        assert_eq!(
-            with(Some(3)).to_string(),
-            "s.toml:3: 'imu.rate' is unknown; remedy: write 'imu.rate_hz'"
-        );
-        assert_eq!(
-            with(None).to_string(),
-            "s.toml: 'imu.rate' is unknown; remedy: write 'imu.rate_hz'"
-        );
-    }
-
-    #[test]
-    fn an_unknown_name_offers_the_nearest() {
-        let error = Error::unknown("scenario", "papper", &["paper", "long-haul"]);
-        assert_eq!(
-            error.to_string(),
-            "there is no scenario 'papper', did you mean 'paper'?; remedy: one of paper, long-haul"
-        );
-        let far = Error::unknown("scenario", "quite different", &["paper"]);
-        assert_eq!(
-            far.to_string(),
-            "there is no scenario 'quite different'; remedy: one of paper"
-        );
-    }
-
-    #[test]
-    fn edit_distance_counts_single_changes() {
-        assert_eq!(edits("", "abc"), 3);
-        assert_eq!(edits("kitten", "sitting"), 3);
-        assert_eq!(edits("same", "same"), 0);
-    }
-
-    #[test]
-    fn reading_tells_missing_from_unreadable() {
-        let missing = std::fs::read("no-such-file-here").unwrap_err();
-        assert!(matches!(
-            Error::reading(Path::new("x"), missing),
-            Error::Missing { .. }
-        ));
-        let directory = std::fs::read("/").unwrap_err();
-        assert!(matches!(
-            Error::reading(Path::new("/"), directory),
-            Error::Unreadable { .. }
-        ));
-    }
-
-    #[test]
-    fn an_excerpt_is_short_and_printable() {
-        assert_eq!(excerpt("a\u{7}b"), "a\\u{7}b");
-        assert_eq!(excerpt(&"x".repeat(200)).len(), 83);
-    }
-}
+mod tests;

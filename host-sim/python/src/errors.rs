@@ -10,7 +10,9 @@ pub fn raised(error: Error) -> PyErr {
     let text = error.to_string();
     match error {
         Error::Missing { .. } => PyFileNotFoundError::new_err(text),
-        Error::Unreadable { .. } | Error::Unwritable { .. } => PyOSError::new_err(text),
+        Error::Folder { .. } | Error::Unreadable { .. } | Error::Unwritable { .. } => {
+            PyOSError::new_err(text)
+        }
         _ => PyValueError::new_err(text),
     }
 }

@@ -34,7 +34,7 @@ pub use run::{Judged, Teach, fix_learner};
 pub use summary::{LIMITS, Summary, summarise};
 pub use times::{RECOVERY_S, Times};
 
-use crate::campaign::runs::{Runs, Stamp, gathered};
+use crate::campaign::runs::{Runs, Stamp, gathered, same_stamp};
 use crate::error::Error;
 use motion::Motion;
 use rayon::prelude::*;
@@ -193,17 +193,6 @@ impl Abuse {
 /// # Errors
 /// Directories that are not of `abuse` or do not belong together; broken files.
 pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Vec<Judged>, Error> {
-    let mut first: Option<String> = None;
-    for dir in dirs {
-        let file = dir.as_ref().join(STAMP.file);
-        let found = std::fs::read_to_string(&file).map_err(|e| Error::reading(&file, e))?;
-        if *first.get_or_insert_with(|| found.clone()) != found {
-            let dir = dir.as_ref().to_path_buf();
-            return Err(Error::NotOurs {
-                dir,
-                holds: STAMP.other,
-            });
-        }
-    }
+    same_stamp(dirs, &STAMP)?;
     gathered(dirs)
 }

@@ -5,6 +5,7 @@
 //! what is known of the unit ([`firmware::learn::unit`]), and the networks that act from the next
 //! power-on.
 
+use super::against_none::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
 use super::limit::corrected;
 use super::schemes::{Case, FILTERS, free};
@@ -42,9 +43,6 @@ pub fn without_memory(scheme: &str) -> Option<&'static str> {
         FILTERS[filter]
     })
 }
-
-/// The scheme that has no model of the sensors.
-const NONE: &str = "none";
 
 /// Whether a scheme uses what it has kept of earlier drives.
 #[must_use]

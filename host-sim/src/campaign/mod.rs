@@ -5,6 +5,7 @@
 //! of errors. Before it the unit may have had other drives, which schemes with a memory know; then
 //! the judged drive may also do without fixes.
 
+mod against_none;
 mod bench;
 mod causes;
 mod drives;
@@ -27,7 +28,8 @@ mod tuning;
 mod turn_on;
 mod zupt;
 
-pub use self::parquet::to_parquet;
+pub use self::parquet::{fingerprint, to_parquet};
+pub use against_none::{AgainstNone, Decided, FEWEST, NONE, against_none, missing};
 pub use group::{FixErrors, Group};
 pub use ratios::{Ratio, ratios};
 pub use results::results;
@@ -37,7 +39,7 @@ pub use schemes::{
 pub use statistics::{Summary, median as median_of, summarise};
 pub use store::{Merged, Row, merge};
 pub use studies::{Study, Topic, studies};
-pub use tuning::{Setting, Tuning};
+pub use tuning::{Setting, Simulated, Tuning};
 
 use crate::error::Error;
 use crate::experiment::scenario::Scenario;

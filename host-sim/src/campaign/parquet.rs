@@ -97,7 +97,8 @@ fn columns(results: &Merged) -> Vec<(String, Values)> {
 }
 
 /// Sixteen hexadecimal digits for a campaign's settings (FNV-1a).
-pub(super) fn fingerprint(settings: &str) -> String {
+#[must_use]
+pub fn fingerprint(settings: &str) -> String {
     let hash = settings.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |h, b| {
         (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)
     });

@@ -6,6 +6,7 @@ use crate::output::write_atomic;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Runs of which kind: how they are told from those of other commands and settings.
@@ -141,9 +142,52 @@ pub(super) fn write_json(file: &Path, value: &(impl Serialize + ?Sized)) -> Resu
 }
 
 pub(super) fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
-    let text = std::fs::read(file).map_err(|e| Error::reading(file, e))?;
-    serde_json::from_slice(&text).map_err(|e| Error::Unreadable {
-        file: file.to_path_buf(),
-        source: e.into(),
+    let made_again = |problem: String, remedy: &str| Error::Option {
+        option: file.display().to_string(),
+        problem,
+        remedy: format!("{remedy}give the command that made it again, with --resume"),
+    };
+    let text = std::fs::read(file).map_err(|e| match e.kind() {
+        ErrorKind::NotFound => made_again("is missing".into(), ""),
+        _ => Error::reading(file, e),
+    })?;
+    serde_json::from_slice(&text).map_err(|e| {
+        let problem = format!("is damaged or of another version ({e})");
+        made_again(problem, "remove it and ")
     })
+}
+
+/// A directory that is not to be merged with those before it.
+pub(super) fn apart(dir: &Path, holds: &str) -> Error {
+    Error::Option {
+        option: dir.display().to_string(),
+        problem: format!("{holds}, unlike the directory before it"),
+        remedy: "merge only what one command with --shard has left".into(),
+    }
+}
+
+/// What decides the runs of some directories, which must be the same for all.
+///
+/// # Errors
+/// A directory without a stamp, or with another.
+pub fn same_stamp(dirs: &[impl AsRef<Path>], stamp: &Stamp) -> Result<String, Error> {
+    let mut first: Option<String> = None;
+    for dir in dirs {
+        let dir = dir.as_ref();
+        let file = dir.join(stamp.file);
+        let found = match std::fs::read_to_string(&file) {
+            Err(e) if [ErrorKind::NotFound, ErrorKind::NotADirectory].contains(&e.kind()) => {
+                return Err(Error::Option {
+                    option: dir.display().to_string(),
+                    problem: format!("has no runs to be merged (no {})", stamp.file),
+                    remedy: "give the directories (--out) of shards".into(),
+                });
+            }
+            read => read.map_err(|e| Error::reading(&file, e))?,
+        };
+        if *first.get_or_insert_with(|| found.clone()) != found {
+            return Err(apart(dir, stamp.other));
+        }
+    }
+    Ok(first.unwrap_or_default())
 }

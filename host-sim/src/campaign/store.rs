@@ -1,7 +1,7 @@
 //! Rows on disk, one small file for each finished run. An interrupted campaign loses at most the
 //! runs in progress.
 
-use super::runs::{Runs, Stamp, gathered, parse, write_json};
+use super::runs::{Runs, Stamp, apart, gathered, parse, same_stamp, write_json};
 use super::{Campaign, Group, Tuning};
 use crate::error::Error;
 use crate::experiment;
@@ -145,23 +145,18 @@ impl Store {
 /// # Errors
 /// A directory that is no campaign's, campaigns that do not belong together, or a broken file.
 pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Merged, Error> {
-    let mut first: Option<(String, Tuning)> = None;
+    let fingerprint = same_stamp(dirs, &STAMP)?;
+    let mut first: Option<Tuning> = None;
     for dir in dirs {
         let dir = dir.as_ref();
-        let stamp = dir.join(STAMP.file);
-        let found = std::fs::read_to_string(&stamp).map_err(|e| Error::reading(&stamp, e))?;
-        let found = (found, parse(&dir.join(TUNING))?);
+        let found: Tuning = parse(&dir.join(TUNING))?;
         if *first.get_or_insert_with(|| found.clone()) != found {
-            return Err(Error::NotOurs {
-                dir: dir.to_path_buf(),
-                holds: "holds a campaign with another version, scenario, tuning, or other error models",
-            });
+            return Err(apart(dir, "holds a campaign with another tuning"));
         }
     }
-    let (fingerprint, tuning) = first.unwrap_or_default();
     Ok(Merged {
         rows: gathered(dirs)?,
-        tuning,
+        tuning: first.unwrap_or_default(),
         fingerprint,
     })
 }

@@ -48,12 +48,27 @@ impl Default for Setting {
     }
 }
 
+/// What was simulated, by name. It decides nothing: what does is in the campaign's fingerprint.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Simulated {
+    /// Unit: a preset or a file, as it was told.
+    pub unit: String,
+    /// Vehicle.
+    pub vehicle: String,
+}
+
 /// What was chosen for each group.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     chosen: Vec<(Group, Tuned)>,
     /// What the filters were tuned for.
     pub setting: Setting,
+    /// What it was simulated with; empty in directories of older versions.
+    #[serde(default)]
+    pub simulated: Simulated,
+    /// Units that were tuned on; 0 in directories of older versions.
+    #[serde(default)]
+    pub units: u32,
 }
 
 /// Errors at the end of the free-inertial part with each candidate, m.
@@ -108,6 +123,11 @@ impl Tuning {
         let mut tuning = Self {
             chosen: chosen.collect(),
             setting: campaign.setting(),
+            simulated: Simulated {
+                unit: campaign.scenario.unit_name.clone(),
+                vehicle: campaign.scenario.vehicle_name.to_string(),
+            },
+            units: campaign.tuning_units,
         };
         turn_on::search(campaign, imu, &mut tuning, progress)?;
         Ok(tuning)

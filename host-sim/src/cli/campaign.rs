@@ -1,15 +1,16 @@
 //! `host-sim campaign`.
 
-use super::options::{ScenarioOption, arguments, pool, refused, shard};
+use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, shard};
 use super::output::{JsonOption, write_json};
 use super::progress::bar;
 use crate::campaign::{
-    Campaign, Group, Merged, Progress, Row, SCHEMES, Study, Topic, merge, ratios, results, studies,
-    summarise, to_parquet,
+    Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Topic, merge, missing, ratios,
+    results, studies, summarise, to_parquet,
 };
 use crate::error::Error;
-use crate::output::write_atomic;
+use crate::output::{check_writable, write_atomic};
 use crate::report;
+use crate::report::campaign::Made;
 use clap::{Args as ClapArgs, Subcommand};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -99,6 +100,27 @@ struct Files {
     /// Write the tables with explanations as Markdown
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
+    /// Write a page (HTML): verdict, and each scheme against no correction, with the harm
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+impl Files {
+    /// Whether all can be written, before hours of work.
+    fn check(&self) -> Result<(), Error> {
+        let Self {
+            json,
+            ratios,
+            parquet,
+            results,
+            report,
+        } = self;
+        let all = [json.file(), ratios.as_deref(), parquet.as_deref()];
+        let all = all
+            .into_iter()
+            .chain([results.as_deref(), report.as_deref()]);
+        all.flatten().try_for_each(check_writable)
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -153,6 +175,7 @@ impl Args {
             fixes: !self.no_fixes,
         };
         self.fit_together()?;
+        self.files.check()?;
         let pool = pool(self.jobs)?;
         let done = pool.install(|| execute(&campaign, ""))?;
         let mut further = Vec::new();
@@ -199,6 +222,11 @@ impl Args {
         }
         if self.files.results.is_some() && !plain {
             return Err(not_for_results());
+        }
+        let none = self.schemes.iter().any(|name| name == NONE);
+        if self.files.report.is_some() && !self.schemes.is_empty() && !none {
+            let problem = "its page compares with the scheme 'none', which --schemes leaves out";
+            return Err(refused("--report", problem, "add none to --schemes"));
         }
         Ok(())
     }
@@ -252,18 +280,15 @@ fn execute(campaign: &Campaign, label: &str) -> Result<Merged, Error> {
 
 /// Warns of runs that are missing between the first and the last.
 fn warn_of_gaps(merged: &Merged) {
-    let runs: std::collections::BTreeSet<u32> = merged.rows.iter().map(|r| r.run).collect();
-    let last = runs.last().copied().unwrap_or(0);
-    let missing: Vec<String> = (0..last)
-        .filter(|k| !runs.contains(k))
-        .map(|k| k.to_string())
-        .collect();
-    if !missing.is_empty() {
-        eprintln!(
-            "missing between run 0 and run {last}: {}; remedy: start their shards again with --resume",
-            missing.join(", ")
-        );
-    }
+    let runs = missing(&merged.rows);
+    let (Some(last), false) = (merged.rows.iter().map(|row| row.run).max(), runs.is_empty()) else {
+        return;
+    };
+    let runs: Vec<String> = runs.iter().map(u32::to_string).collect();
+    eprintln!(
+        "missing between run 0 and run {last}: {}; remedy: start their shards again with --resume",
+        runs.join(", ")
+    );
 }
 
 fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result<(), Error> {
@@ -284,6 +309,17 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
     if let Some(file) = &files.results {
         let text = results(&command(), done, &summary, &ratios, further);
         write_atomic(file, text.as_bytes())?;
+    }
+    if let Some(file) = &files.report {
+        let made = Made {
+            commands: vec![format!("host-sim {}", arguments_without("--jobs"))],
+        };
+        let page = report::campaign::document(done, &summary, &ratios, &made)?;
+        write_atomic(file, page.page()?.as_bytes())?;
+        for sentence in page.verdict() {
+            println!("{sentence}");
+        }
+        println!();
     }
     println!("{}", report::campaign::tables(&summary, &ratios));
     Ok(())

@@ -5,7 +5,8 @@ use clap::Command;
 /// What the program's exit code says.
 const EXIT_CODES: &str = "\
 Exit codes:
-  0    done; also when the reader of the output has closed the pipe
+  0    done; also when the reader of the output has closed the pipe, and at Ctrl-C where that is the
+       usual end: device watch, serve
   1    a check has found a difference: hil, soak, replay blackbox
   2    bad arguments, bad input, a device that does not answer, or output that cannot be written;
        as with 1, one line on standard error says what, and the remedy
@@ -92,13 +93,14 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "campaign",
         &[
             "campaign --runs 20 --results results.md",
+            "campaign --runs 20 --report campaign.html",
             "campaign --runs 100 --resume",
             "campaign --runs 1000 --shard 0/4 --out out/part-0",
         ],
     ),
     (
         "campaign merge",
-        &["campaign merge out/part-0 out/part-1 out/part-2 out/part-3 --results results.md"],
+        &["campaign merge out/part-0 out/part-1 out/part-2 out/part-3 --report campaign.html"],
     ),
     (
         "abuse",

@@ -107,10 +107,40 @@ pub(super) fn positive(option: &str, value: f64) -> Result<f64, Error> {
     ))
 }
 
-/// The arguments of this command, as they were typed.
+/// The arguments of this command, for a shell.
 pub(super) fn arguments() -> String {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    arguments.join(" ")
+    for_a_shell(std::env::args().skip(1))
+}
+
+/// The same without an option and its value.
+pub(super) fn arguments_without(option: &str) -> String {
+    for_a_shell(without(option, std::env::args().skip(1)))
+}
+
+/// Words without an option and its value, which is joined to it by `=` or is the next word.
+fn without(option: &str, words: impl Iterator<Item = String>) -> impl Iterator<Item = String> {
+    let mut value_follows = false;
+    words.filter(move |word| {
+        let is_value = std::mem::take(&mut value_follows);
+        value_follows = !is_value && word == option;
+        let joined = word
+            .strip_prefix(option)
+            .is_some_and(|rest| rest.starts_with('='));
+        !(is_value || value_follows || joined)
+    })
+}
+
+fn for_a_shell(words: impl Iterator<Item = String>) -> String {
+    words.map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a shell takes it.
+pub(super) fn quoted(word: String) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
 }
 
 /// As many threads as `--jobs` tells, by default one for each core.
@@ -147,5 +177,28 @@ pub(super) fn shard(text: Option<&str>) -> Result<(u32, u32), Error> {
     match (i.parse(), n.parse()) {
         (Ok(i), Ok(n)) if i < n => Ok((i, n)),
         _ => Err(wrong()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_option_goes_with_its_value_and_words_are_quoted_for_a_shell() {
+        let words = |text: &str| -> Vec<String> { text.split('|').map(String::from).collect() };
+        for text in [
+            "a|--jobs|2|--out|b c",
+            "a|--jobs=2|--out|b c",
+            "a|--out|b c|--jobs|3",
+        ] {
+            let rest = for_a_shell(without("--jobs", words(text).into_iter()));
+            assert_eq!(rest, "a --out 'b c'", "{text}");
+        }
+        let kept = words("--jobs-of|2|--jobs|--jobs|it's|").into_iter();
+        assert_eq!(
+            for_a_shell(without("--jobs", kept)),
+            r"--jobs-of 2 'it'\''s' ''"
+        );
     }
 }

@@ -28,6 +28,11 @@ impl JsonOption {
         }
     }
 
+    /// The file, if the option was given.
+    pub(super) fn file(&self) -> Option<&Path> {
+        self.json.as_deref()
+    }
+
     /// Writes a finished text if the option was given.
     pub(super) fn write_text(&self, text: &str) -> Result<(), Error> {
         match &self.json {

@@ -19,13 +19,7 @@ fn refused(file: &Path, problem: impl Into<String>, remedy: &str) -> Error {
 /// # Errors
 /// No such file, it cannot be read, or it is no key file.
 pub fn read_key(file: &Path) -> Result<Secret, Error> {
-    let text = std::fs::read(file).map_err(|source| match source.kind() {
-        ErrorKind::NotFound => Error::Missing { file: file.into() },
-        _ => Error::Unreadable {
-            file: file.into(),
-            source,
-        },
-    })?;
+    let text = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
     parse(text.trim_ascii()).ok_or_else(|| {
         refused(
             file,

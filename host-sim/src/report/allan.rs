@@ -17,11 +17,7 @@ use maud::{PreEscaped, html};
 use std::path::{Path, PathBuf};
 
 /// How the datasheet is drawn.
-const DATASHEET: Look = Look {
-    colour: INK,
-    width: 1.6,
-    dash: Some((8.0, 4.0)),
-};
+const DATASHEET: Look = Look::dashed(INK, 1.6, (8.0, 4.0));
 
 fn configured_of(findings: &Findings, kind: Kind, coefficient: usize) -> Option<f64> {
     findings

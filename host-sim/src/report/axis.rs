@@ -16,6 +16,8 @@ pub(super) struct Axis {
     log: bool,
     /// Value and text of each tick, ascending.
     ticks: Vec<(f64, String)>,
+    /// Room for the names of an axis that has names instead of a scale, CSS pixels.
+    room: Option<f64>,
 }
 
 impl Axis {
@@ -36,7 +38,34 @@ impl Axis {
             high,
             log: false,
             ticks: values.iter().map(|value| (*value, text(*value))).collect(),
+            room: None,
         }
+    }
+
+    /// Names in place of a scale, from above downwards: the first stands at [`Self::row`] 0. `room`
+    /// is the width that they need, CSS pixels.
+    pub fn names(names: Vec<String>, room: f64) -> Self {
+        let rows = names.into_iter().enumerate();
+        let mut ticks: Vec<(f64, String)> = rows.map(|(k, name)| (Self::row(k), name)).collect();
+        ticks.reverse();
+        Self {
+            label: String::new(),
+            low: Self::row(ticks.len()) + 0.5,
+            high: 0.5,
+            log: false,
+            ticks,
+            room: Some(room),
+        }
+    }
+
+    /// Where the name number `index` of [`Self::names`] stands.
+    pub fn row(index: usize) -> f64 {
+        -(index as f64)
+    }
+
+    /// The room for names; `None` for an axis with a scale.
+    pub fn room(&self) -> Option<f64> {
+        self.room
     }
 
     /// Logarithmic over positive values, with a tick at every power of ten.
@@ -60,6 +89,7 @@ impl Axis {
             low,
             high,
             log: true,
+            room: None,
         }
     }
 
@@ -273,6 +303,19 @@ mod tests {
         assert!(Axis::log("", (1e-30, 1.0)).ticks.len() <= 8);
         assert_eq!(Axis::log("", (0.75, 12.0)).between()[..3], [0.8, 0.9, 2.0]);
         assert!(Axis::linear("", (0.0, 9.0), 3).between().is_empty());
+    }
+
+    #[test]
+    fn names_stand_one_below_the_other() {
+        let axis = Axis::names(["first", "second"].map(String::from).to_vec(), 90.0);
+        let at = |row: usize| axis.map(&Axis::row(row), (200, 0));
+        assert_eq!((at(0), at(1), axis.room()), (50, 150, Some(90.0)));
+        assert_eq!(axis.format_ext(&Axis::row(1)), "second");
+        assert_eq!(
+            axis.key_points(plotters::coord::ranged1d::BoldPoints(9))
+                .len(),
+            2
+        );
     }
 
     #[test]

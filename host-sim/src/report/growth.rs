@@ -96,11 +96,7 @@ fn looks(panel: &Panel) -> Vec<(String, Look)> {
     let measured = panel.measured.iter().enumerate();
     let measured = measured.map(|(i, c)| (c.name.clone(), palette::numbered(i)));
     let laws = panel.laws.iter().zip(DASHES.into_iter().cycle());
-    let faint = |dash| Look {
-        colour: REFERENCE,
-        width: 1.5,
-        dash: Some(dash),
-    };
+    let faint = |dash| Look::dashed(REFERENCE, 1.5, dash);
     measured
         .chain(laws.map(|(c, dash)| (c.name.clone(), faint(dash))))
         .collect()

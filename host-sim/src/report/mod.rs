@@ -6,6 +6,7 @@ pub mod allan;
 mod axis;
 pub mod campaign;
 mod chart;
+mod document;
 mod drawn;
 mod figures;
 pub mod growth;

@@ -10,6 +10,7 @@ use crate::output::{Unfinished, directory_of, undivided};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use tempfile::TempDir;
 
 /// Name of the page.
 pub(super) const PAGE: &str = "index.html";
@@ -41,8 +42,8 @@ pub(super) fn place<N: AsRef<Path>>(
     let replaces = existing(dir, &place)?;
     let parent = directory_of(&place);
     fs::create_dir_all(parent).map_err(unwritable)?;
-    let fresh = temporary_directory(parent).map_err(unwritable)?;
-    let _unfinished = Unfinished::new(fresh.path());
+    let (_unfinished, fresh) =
+        Unfinished::make(|| temporary_directory(parent), TempDir::path).map_err(unwritable)?;
     for (name, bytes) in files()? {
         fs::write(fresh.path().join(name), bytes).map_err(unwritable)?;
     }
@@ -135,7 +136,7 @@ fn is_ours(page: &[u8]) -> bool {
 }
 
 /// Puts `fresh` in the place of the directory `place`, and moves the other files there into it.
-fn replace(fresh: &tempfile::TempDir, place: &Path) -> io::Result<()> {
+fn replace(fresh: &TempDir, place: &Path) -> io::Result<()> {
     let _undivided = undivided();
     let aside = temporary_directory(directory_of(place))?;
     let old = aside.path().join("old");
@@ -158,7 +159,7 @@ fn replace(fresh: &tempfile::TempDir, place: &Path) -> io::Result<()> {
 }
 
 /// A temporary directory with the permissions of an ordinary new one.
-fn temporary_directory(parent: &Path) -> io::Result<tempfile::TempDir> {
+fn temporary_directory(parent: &Path) -> io::Result<TempDir> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".host-sim-");
     #[cfg(unix)]

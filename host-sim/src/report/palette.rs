@@ -66,15 +66,26 @@ pub(super) struct Look {
     pub width: f64,
     /// Lengths of dash and gap; `None` for a solid line.
     pub dash: Option<(f64, f64)>,
+    /// What stands at single values of it.
+    pub sign: Option<Sign>,
+}
+
+/// A mark at a value, to be told from the others without its colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Sign {
+    Disc,
+    Ring,
+    Triangle,
 }
 
 impl Look {
     /// Dashes and gaps of these lengths.
-    const fn dashed(colour: Colour, width: f64, dash: (f64, f64)) -> Self {
+    pub const fn dashed(colour: Colour, width: f64, dash: (f64, f64)) -> Self {
         Self {
             colour,
             width,
             dash: Some(dash),
+            sign: None,
         }
     }
 
@@ -84,6 +95,7 @@ impl Look {
             colour,
             width,
             dash: None,
+            sign: None,
         }
     }
 }
@@ -103,6 +115,22 @@ pub(super) fn scheme(name: &str) -> Look {
         _ => Look::dashed(SOFT, 1.8, (3.0, 6.0)),
     }
 }
+
+/// Look of a comparison that came out well.
+pub(super) const BETTER: Look = Look {
+    sign: Some(Sign::Disc),
+    ..Look::solid(RNN, 2.4)
+};
+/// Look of one that came out ill.
+pub(super) const WORSE: Look = Look {
+    sign: Some(Sign::Triangle),
+    ..Look::solid(RAW, 2.4)
+};
+/// Look of one that decides nothing.
+pub(super) const UNDECIDED: Look = Look {
+    sign: Some(Sign::Ring),
+    ..Look::solid(SOFT, 1.2)
+};
 
 /// Look of a curve that no scheme names, by its place `index`.
 pub(super) fn numbered(index: usize) -> Look {

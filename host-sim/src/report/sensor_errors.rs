@@ -17,11 +17,7 @@ const COLUMNS: usize = 3;
 const TRUTH: Look = Look::solid(INK, 1.4);
 const NETWORK: Look = Look::solid(RNN, 1.8);
 /// The sample of the dots in the legend.
-const DOTS: Look = Look {
-    colour: TEACHER,
-    width: 2.0 * TEACHER_RADIUS,
-    dash: Some((3.5, 3.5)),
-};
+const DOTS: Look = Look::dashed(TEACHER, 2.0 * TEACHER_RADIUS, (3.5, 3.5));
 
 /// All panels, three in a row.
 pub(super) fn sensor_errors(traces: &[ErrorTrace]) -> Picture {

@@ -53,3 +53,48 @@ pub fn data_dir() -> Option<PathBuf> {
     let folder = std::env::var_os("LRNN_DATA").map_or_else(beside, PathBuf::from);
     folder.is_dir().then_some(folder)
 }
+
+/// Whether all elements of a page end where they should.
+///
+/// # Errors
+/// The first place where they do not.
+pub fn well_formed(page: &str) -> Result<(), String> {
+    const VOID: [&str; 3] = ["meta", "br", "link"];
+    let (mut open, mut rest) = (vec![], page);
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at + 1..];
+        let Some(end) = rest.find('>') else {
+            return Err(rest.to_owned());
+        };
+        let (tag, after) = (&rest[..end], &rest[end + 1..]);
+        rest = after;
+        let name = tag
+            .trim_start_matches('/')
+            .split([' ', '\n', '/'])
+            .next()
+            .unwrap_or_default();
+        if tag.starts_with('!') || tag.ends_with('/') || VOID.contains(&name) {
+            continue;
+        }
+        if tag.starts_with('/') {
+            if open.pop() != Some(name) {
+                return Err(format!("</{name}> ends nothing"));
+            }
+            continue;
+        }
+        if ["script", "style"].contains(&name) {
+            let close = format!("</{name}>");
+            let Some(at) = rest.find(&close) else {
+                return Err(close);
+            };
+            rest = &rest[at + close.len()..];
+            continue;
+        }
+        open.push(name);
+    }
+    if open.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("{open:?} never end"))
+    }
+}

@@ -17,6 +17,10 @@ fn read(dir: &Path, name: &str) -> Vec<u8> {
     std::fs::read(dir.join(name)).unwrap()
 }
 
+fn text(dir: &Path, name: &str) -> String {
+    String::from_utf8(read(dir, name)).unwrap()
+}
+
 #[test]
 fn threads_shards_and_interruptions_do_not_change_a_byte() {
     let dir = tempfile::tempdir().unwrap();
@@ -35,8 +39,11 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         "one.json",
         "--ratios",
         "one-ratios.json",
+        "--report",
+        "page.html",
     ])
     .success();
+    let page = text(d, "page.html");
     run(&[
         "--jobs",
         "2",
@@ -46,6 +53,8 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         "two.json",
         "--ratios",
         "two-ratios.json",
+        "--report",
+        "page.html",
     ])
     .success();
     for (a, b) in [
@@ -55,6 +64,14 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     ] {
         assert!(read(d, a) == read(d, b), "{b}");
     }
+    system::well_formed(&page).unwrap();
+    let (head, commands) = page.split_once("<pre>").unwrap();
+    assert!(head.contains("<b>Verdict: ") && head.contains("With 2 of at least 6 runs"));
+    assert!(commands.contains("--report page.html") && !commands.contains("--jobs"));
+    assert!(
+        text(d, "page.html").split_once("<pre>").unwrap().0 == head,
+        "two jobs"
+    );
 
     // An interrupted campaign continues where it stopped: finished runs are not computed again.
     let lost = d.join("one/runs/000001.json");
@@ -75,7 +92,14 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     run(&["--shard", "1/2", "--out", "shared"]).success();
     assert_eq!(dated(&d.join("shared/tuning.json")), tuned);
     for dirs in [&["s0", "s1"][..], &["shared"]] {
-        let files = ["--json", "merged.json", "--parquet", "merged.parquet"];
+        let files = [
+            "--json",
+            "merged.json",
+            "--parquet",
+            "merged.parquet",
+            "--report",
+            "m.html",
+        ];
         let args: Vec<&str> = ["merge"]
             .iter()
             .chain(dirs)
@@ -88,6 +112,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
             read(d, "one/campaign.parquet") == read(d, "merged.parquet"),
             "{dirs:?}"
         );
+        assert!(text(d, "m.html").starts_with(head), "{dirs:?}");
     }
     let lonely = campaign(d, &["merge", "s1"]).success();
     let output = String::from_utf8_lossy(&lonely.get_output().stderr).into_owned();
@@ -212,6 +237,9 @@ fn earlier_drives_can_be_interrupted_and_divided() {
         (&["--drives", "0,1", "--results", "r.md"], "leave --drives"),
         (&["merge", "shared", "--results", "r.md"], "leave --drives"),
         (&["--drives", "65"], "64"),
+        (&["--schemes", "ekf6", "--report", "p.html"], "add none"),
+        (&["--report", "."], "cannot be written"),
+        (&["merge", "whole.json"], "directories (--out) of shards"),
         (&["--drives", "many"], "--drives"),
     ] {
         let failed = campaign(d, wrong).code(2);

@@ -14,7 +14,7 @@ mod shape;
 pub use recorded::{folders, readings};
 pub use series::{Drive, Error10};
 
-use super::runs::{Runs, Stamp, gathered};
+use super::runs::{Runs, Stamp, gathered, same_stamp};
 use super::{AIDED_S, Campaign, Group, Part, STANDSTILL_S, Seeds};
 use crate::error::Error;
 use crate::inertial::units::{DEG_PER_H, UG};
@@ -175,17 +175,7 @@ impl Fleet {
 /// # Errors
 /// A directory that is no fleet's, fleets that do not belong together, or a broken file.
 pub fn merge(dirs: &[PathBuf]) -> Result<Vec<Vec<Drive>>, Error> {
-    let mut first: Option<String> = None;
-    for dir in dirs {
-        let stamp = dir.join(STAMP.file);
-        let found = std::fs::read_to_string(&stamp).map_err(|e| Error::reading(&stamp, e))?;
-        if *first.get_or_insert_with(|| found.clone()) != found {
-            return Err(Error::NotOurs {
-                dir: dir.clone(),
-                holds: STAMP.other,
-            });
-        }
-    }
+    same_stamp(dirs, &STAMP)?;
     let mut units: BTreeMap<u32, Vec<Drive>> = BTreeMap::new();
     for drive in gathered::<Drive>(dirs)? {
         units.entry(drive.unit).or_default().push(drive);

@@ -121,7 +121,7 @@ pub fn readings(file: &Path, begin: f64, epochs: usize) -> Result<Vec<Readings>,
         return Err(Error::Empty {
             file: file.to_path_buf(),
             found: "has no reading",
-            expected: "t_s,x_degc,y_degc,z_degc,processor_degc".into(),
+            expected: "lines of t_s,x_degc,y_degc,z_degc,processor_degc".into(),
         });
     };
     let of = |k: usize| {

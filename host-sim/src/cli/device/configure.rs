@@ -4,13 +4,18 @@ use crate::cli::options::refused;
 use crate::device::{Info, Link, can_store, configuration, configure, info, store};
 use crate::error::Error;
 use crate::unit::Unit;
+use firmware::configuration::Configuration;
+
+/// What a device is told of the unit of a file or preset.
+pub(super) fn told(name: &str) -> Result<Configuration, Error> {
+    let told = Unit::load(name)?.configuration();
+    told.map_err(|f| refused(format!("{name}: {}", f.key), f.problem, f.remedy))
+}
 
 /// Configures the device with the unit of a file or preset, and stores that if asked to. Returns
 /// what is then in force.
 pub(super) fn run(link: &mut Link, name: &str, keep: bool) -> Result<Info, Error> {
-    let unit = Unit::load(name)?;
-    let told = unit.configuration();
-    let told = told.map_err(|f| refused(format!("{name}: {}", f.key), f.problem, f.remedy))?;
+    let told = told(name)?;
     link.version()?;
     if keep && !can_store(link)? {
         return Err(link.error(

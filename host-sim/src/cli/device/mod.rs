@@ -132,6 +132,7 @@ impl Args {
         if let Command::Watch { seconds } = self.command {
             return self.watch(seconds);
         }
+        self.check_files()?;
         let mut link = self.open()?;
         let link = &mut link;
         match &self.command {
@@ -180,6 +181,15 @@ impl Args {
             }
             Command::Provision { key_file, .. } => self.provision(link, key_file.as_deref()),
             Command::Watch { .. } => Ok(()), // above
+        }
+    }
+
+    /// Refuses a bad file before anything is sent.
+    fn check_files(&self) -> Result<(), Error> {
+        match &self.command {
+            Command::Configure { unit, .. } => configure::told(unit).map(drop),
+            Command::Weights { command } => command.check_file(),
+            _ => Ok(()),
         }
     }
 

@@ -34,6 +34,14 @@ pub(super) struct Told {
 }
 
 impl Command {
+    /// Refuses a file that cannot be put.
+    pub(super) fn check_file(&self) -> Result<(), Error> {
+        match self {
+            Self::Get { .. } => Ok(()),
+            Self::Put { file } => image(file).map(drop),
+        }
+    }
+
     /// Carries it out.
     pub(super) fn run(&self, link: &mut Link) -> Result<Told, Error> {
         match self {
@@ -53,9 +61,15 @@ fn get(link: &mut Link, file: &Path) -> Result<Told, Error> {
     })
 }
 
-fn put(link: &mut Link, file: &Path) -> Result<Told, Error> {
+/// A weight image that was read and checked.
+fn image(file: &Path) -> Result<Vec<u8>, Error> {
     let image = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
     check_image(file, &image)?;
+    Ok(image)
+}
+
+fn put(link: &mut Link, file: &Path) -> Result<Told, Error> {
+    let image = image(file)?;
     link.orders(&load(&image))?;
     if link.images()? != image {
         return Err(Error::Option {

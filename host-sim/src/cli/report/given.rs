@@ -1,12 +1,11 @@
 //! A recording as the parts of the report need it. Everything is read and replayed by what
 //! `replay` and `allan` use.
 
-use super::super::options::refused;
+use super::super::options::{quoted, refused};
 use super::super::replay::{self, What};
 use super::super::user_recording::{Loaded, Options};
 use super::files::hashes;
 use super::form::Form;
-use super::quoted;
 use super::rest::{self, Rest};
 use crate::analysis::allan::columns::{Choice, load};
 use crate::campaign::fleet::readings;

@@ -6,13 +6,13 @@ pub(super) mod form;
 pub(super) mod given;
 mod rest;
 
-use super::options::refused;
+use super::options::{arguments, refused};
 use super::output::JsonOption;
 use super::progress::Stages;
 use crate::analysis::allan::findings::Findings;
 use crate::analysis::learnability::{Answer, Question, answer};
 use crate::error::Error;
-use crate::report::unit::{Contents, Document, Found};
+use crate::report::unit::{Contents, Found, Report};
 use crate::simulator::gnss::GnssSpec;
 use crate::unit::Unit;
 use clap::Args as ClapArgs;
@@ -70,10 +70,11 @@ impl Args {
         };
         let stages = Stages::new();
         stages.begin("writing the report");
-        let document = Document::of(&contents)?;
-        let page = document.write(&self.out);
+        let report = Report::of(&contents)?;
+        let page = report.write(&self.out);
         stages.end();
         let page = page?;
+        let document = report.document();
         self.json.write(&document.json())?;
         for sentence in document.verdict() {
             println!("{sentence}");
@@ -108,7 +109,7 @@ impl Args {
         };
         let learnable = Ok(bound(&unit, minutes));
         stages.end();
-        let mut commands = vec![format!("host-sim {}", typed())];
+        let mut commands = vec![format!("host-sim {}", arguments())];
         commands.extend(command);
         commands.extend(self.parts_alone(minutes));
         Ok(Contents {
@@ -152,7 +153,7 @@ impl Args {
         let learnable = Ok(bound(&unit, USUAL_MIN));
         stages.end();
         let cannot = |what: &str| format!("a device at its command link does not tell {what}");
-        let mut commands = vec![format!("host-sim {}", typed())];
+        let mut commands = vec![format!("host-sim {}", arguments())];
         commands.push(format!("host-sim device --port {port} info --json"));
         commands.extend(self.parts_alone(USUAL_MIN));
         Ok(Contents {
@@ -225,19 +226,4 @@ fn bound(unit: &Unit, minutes: u32) -> Answer {
         seed: 1,
     };
     answer(&question, &|| ())
-}
-
-/// The arguments of this command, for a shell.
-fn typed() -> String {
-    let all: Vec<String> = std::env::args().skip(1).map(quoted).collect();
-    all.join(" ")
-}
-
-/// A word as a shell takes it.
-fn quoted(word: String) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
-    match !word.is_empty() && word.chars().all(plain) {
-        true => word,
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    }
 }

@@ -47,9 +47,9 @@ pub fn write(file: &Path, fetched: &Fetched) -> Result<(), Error> {
 /// # Errors
 /// It cannot be read, or holds something else.
 pub fn read(file: &Path) -> Result<(Option<Configuration>, Vec<u8>), Error> {
-    let text = std::fs::read_to_string(file).map_err(|error| Error::reading(file, error))?;
+    let text = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
     let remedy = "give a file that `device blackbox -o FILE` has written";
-    let content: Content = serde_json::from_str(&text)
+    let content: Content = serde_json::from_slice(&text)
         .map_err(|error| refused(file, &format!("is no black box ({error})"), remedy))?;
     let bytes = |name: &str, text: &str| {
         unhex(text).ok_or_else(|| refused(file, &format!("{name} is not hexadecimal"), remedy))

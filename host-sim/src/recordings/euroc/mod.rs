@@ -55,6 +55,10 @@ pub struct Choice {
 /// # Errors
 /// Any fault of the files, with line and column.
 pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
+    if folder.is_file() {
+        let path = folder.to_path_buf();
+        return Err(Error::NoFolder { path });
+    }
     let mav = mav(folder);
     let (imu, truth) = (mav.join("imu0"), mav.join("state_groundtruth_estimate0"));
     let to_body = choice.mounting * sensor(&imu.join("sensor.yaml"))?;

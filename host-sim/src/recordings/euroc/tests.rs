@@ -110,12 +110,7 @@ fn every_fault_names_its_place() {
             "9.8g,",
             "imu0/data.csv:2: column 'a_RS_S_x': '9.8g' is not a number",
         ),
-        (
-            imu,
-            "-0.1,",
-            "",
-            "imu0/data.csv:2: 6 columns where the header names 7",
-        ),
+        (imu, "-0.1,", "", "imu0/data.csv:2: 6 columns instead of 7"),
         (imu, "-0.1,", "-99,", "'data line message 1' has 99.0 rad/s"),
         (imu, ",w_RS_S_x", "", "'line 1' has 6 columns"),
         (

@@ -245,7 +245,7 @@ impl<'a> File<'a> {
     ) -> Result<Self, Error> {
         let separator = read.separator(&format!("{table}.separator"), separator)?;
         let source = Source::open(file, separator)?;
-        let first = source.header("names of the columns")?;
+        let first = source.header("names of the columns, as the header file has them")?;
         let (skip, names) = match names {
             true => (1, first),
             false => (0, (1..=first.len()).map(|k| k.to_string()).collect()),

@@ -133,7 +133,7 @@ fn every_fault_names_its_place() {
         (
             imus.replace("100.05 0 0", "100.05 0"),
             fixes.clone(),
-            "in.imu:6: 6 columns where the header names 7",
+            "in.imu:6: 6 columns instead of 7",
         ),
         (
             imus.replace("100.05 0 0", "100.04 0 0"),

@@ -2,6 +2,7 @@
 
 mod source;
 
+use source::named;
 pub(crate) use source::{Separator, Source};
 
 use crate::error::{Error, excerpt};
@@ -95,11 +96,11 @@ impl<T: Cell> Table<T> {
             rest(other)?;
         }
         if table.rows == 0 {
-            let found = match layout.skip {
-                0 => "is empty",
-                _ => "has a header and no data",
-            };
-            return Err(source.empty(found, &layout.names.join(",")));
+            let names = layout.names.join(",");
+            return Err(match layout.skip {
+                0 => source.empty("is empty", format!("lines of {names}, without a header")),
+                _ => source.empty("has a header and no data", named(&names)),
+            });
         }
         Ok(table)
     }
@@ -298,11 +299,9 @@ mod tests {
         for (bytes, start) in [
             (b"".as_slice(), "in.csv: is empty"),
             (b"t,x\n", "in.csv: has a header and no data"),
+            (b"\x7fELF\x02,x\n1,2\n", "in.csv: is no text"),
             (b"t,y\n1,2\n", "in.csv:1: header is 't,y'"),
-            (
-                b"t,x\n1,2\n3\n",
-                "in.csv:3: 1 columns where the header names 2",
-            ),
+            (b"t,x\n1,2\n3\n", "in.csv:3: 1 columns instead of 2"),
             (b"t,x\n1,2\n\n3,4\n", "in.csv:3: 0 columns"),
             (b"t,x\n1,2,3\n", "in.csv:2: 3 columns"),
             (b"t,x\n1,a\n", "in.csv:2: column 'x': 'a' is not a number"),

@@ -60,6 +60,10 @@ impl Source {
             Some(_) => lines.cells().map(|cell| cell.into_owned()).collect(),
             None => Vec::new(),
         };
+        if line.iter().any(|byte| is_no_text(*byte)) {
+            let file = file.to_path_buf();
+            return Err(Error::NotText { file });
+        }
         Ok(Self {
             file: file.to_path_buf(),
             separator,
@@ -82,23 +86,33 @@ impl Source {
         self.first.clone()
     }
 
-    /// The names on the first line; `expected` tells the user what belongs there.
+    /// The names on the first line; `expected` tells the user which belong there.
     pub(crate) fn header(&self, expected: &str) -> Result<Vec<String>, Error> {
         let names = self.first_line();
         if names.is_empty() {
-            return Err(self.empty("is empty", expected));
+            return Err(self.empty("is empty", named(expected)));
         }
         Ok(names)
     }
 
-    /// The error of a file without data; `found` says what it has instead.
-    pub(super) fn empty(&self, found: &'static str, expected: &str) -> Error {
+    /// The error of a file without data; `found` says what it has instead of `expected`.
+    pub(super) fn empty(&self, found: &'static str, expected: String) -> Error {
         Error::Empty {
             file: self.file.clone(),
             found,
-            expected: expected.to_owned(),
+            expected,
         }
     }
+}
+
+/// What a file with a header must have.
+pub(super) fn named(header: &str) -> String {
+    format!("the header line '{header}' and at least one data line")
+}
+
+/// Whether a byte stands in no text of numbers and names, whatever its encoding.
+fn is_no_text(byte: u8) -> bool {
+    byte.is_ascii_control() && !byte.is_ascii_whitespace()
 }
 
 /// Opens a file and reads it up to the end of its first line at least.

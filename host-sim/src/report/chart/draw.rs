@@ -2,7 +2,7 @@
 
 use super::{Legend, Mark, Panel, Picture};
 use crate::report::axis::Axis;
-use crate::report::palette::{Colour, GRID, INK, Look, PAPER, REFERENCE, SOFT};
+use crate::report::palette::{Colour, GRID, INK, Look, PAPER, REFERENCE, SOFT, Sign};
 use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
@@ -15,7 +15,7 @@ pub(super) const UNITS: f64 = 4.0;
 const TEXT: f64 = 12.0;
 /// Plotters writes the font size of an SVG as its own divided by this.
 const FONT_SCALE: f64 = 1.24;
-/// Room for the labels left of and below the axes.
+/// Room for the labels left of the axes, where they are numbers, and below.
 const LEFT: f64 = 62.0;
 const BELOW: f64 = 42.0;
 /// Distance between labels at the ends of curves.
@@ -73,6 +73,24 @@ impl<DB: DrawingBackend> Sheet<'_, DB> {
         let at = (at.0, at.1 + self.lower());
         self.root.draw_text(words, style, at)
     }
+
+    /// A sign with its middle at a place.
+    fn sign(&self, at: (i32, i32), sign: Sign, colour: Colour) -> Drawn<DB> {
+        let filled = |colour| rgb(colour).filled();
+        match sign {
+            Sign::Disc => self.root.draw(&Circle::new(at, units(4.5), filled(colour))),
+            Sign::Ring => {
+                let hole = Circle::new(at, units(4.5), filled(PAPER));
+                self.root.draw(&hole)?;
+                let line = stroke(Look::solid(colour, 1.6));
+                self.root.draw(&Circle::new(at, units(4.5), line))
+            }
+            Sign::Triangle => {
+                let mark = TriangleMarker::new(at, units(6.5), filled(colour));
+                self.root.draw(&mark)
+            }
+        }
+    }
 }
 
 impl Legend {
@@ -94,6 +112,9 @@ impl Legend {
                     stroke(*look),
                 ))?,
             }
+            if let Some(sign) = look.sign {
+                sheet.sign(pixel((x + 14.0, y)), sign, look.colour)?;
+            }
             sheet.text(name, &style, pixel((x + 34.0, y)))?;
             x += length + 22.0;
         }
@@ -104,12 +125,13 @@ impl Legend {
 impl Panel {
     fn draw<DB: DrawingBackend>(&self, sheet: &Sheet<DB>) -> Drawn<DB> {
         let ((left, top), (width, height)) = (self.at, self.size);
+        let labels = self.y.room().unwrap_or(LEFT);
         let area = sheet.root.clone().shrink(
-            pixel((left - LEFT, top)),
-            (units(width + LEFT), units(height + BELOW)),
+            pixel((left - labels, top)),
+            (units(width + labels), units(height + BELOW)),
         );
         let mut chart = ChartBuilder::on(&area)
-            .y_label_area_size(units(LEFT))
+            .y_label_area_size(units(labels))
             .x_label_area_size(units(BELOW))
             .build_cartesian_2d(self.x.clone(), self.y.clone())?;
         chart
@@ -152,6 +174,17 @@ impl Panel {
                 let shown = points.iter().filter(|at| self.holds(**at));
                 let dot = |at: &_| Circle::new(*at, units(*radius), rgb(*colour).filled());
                 chart.draw_series(shown.map(dot)).map(drop)
+            }
+            Mark::Signs(points, look) => {
+                let Some(sign) = look.sign else {
+                    return Ok(());
+                };
+                let mut shown = points.iter().filter(|at| self.holds(**at));
+                shown.try_for_each(|at| sheet.sign(chart.backend_coord(at), sign, look.colour))
+            }
+            Mark::Label(at, words) => {
+                let (x, y) = chart.backend_coord(at);
+                sheet.text(words, &text(INK, HPos::Left), (x, y - units(12.0)))
             }
             Mark::Text(at, below, words) => {
                 if !self.holds(*at) {

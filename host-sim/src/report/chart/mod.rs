@@ -64,6 +64,10 @@ pub(super) enum Mark {
     Line(Vec<(f64, f64)>, Look),
     /// Filled circles with their radius.
     Dots(Vec<(f64, f64)>, f64, Colour),
+    /// The signs of a look.
+    Signs(Vec<(f64, f64)>, Look),
+    /// A text whose lower left end is at a point.
+    Label((f64, f64), String),
     /// A dot with a text so far below it.
     Text((f64, f64), f64, String),
     /// The last points of curves, each with a text at its right, moved apart where they are close.
@@ -86,6 +90,12 @@ impl Picture {
             notes: vec![((size.0 / 2.0, size.1 / 2.0), sentence.to_owned())],
             ..Self::default()
         }
+    }
+
+    /// Whether all its axes have scales, so that it can be zoomed and values be read from it.
+    pub fn has_scales(&self) -> bool {
+        let axes = self.panels.iter().flat_map(|panel| [&panel.x, &panel.y]);
+        axes.into_iter().all(|axis| axis.room().is_none())
     }
 
     /// An `<svg>` element that scales with its page. `name` is for messages, `title` is what a
@@ -249,9 +259,8 @@ mod tests {
     fn a_curve_covers_its_length_times_its_width_in_the_png() {
         let line = |dash| {
             let look = Look {
-                colour: RNN,
-                width: 4.0,
                 dash,
+                ..Look::solid(RNN, 4.0)
             };
             let png = picture(vec![Mark::Line(vec![(1.0, 0.25), (9.0, 0.75)], look)]).png("");
             let (pixels, size) = pixels(png.unwrap());

@@ -1,24 +1,21 @@
 //! The report of one unit, to be filed: a page, a PDF and JSON of the same contents.
 //!
 //! [`Contents`] holds what the commands `allan`, `learnability` and `replay` compute, or what a
-//! device tells. [`Document`] puts it in words, tables and pictures, and the three files are made
-//! from that. The same contents give the same bytes.
+//! device tells. [`Report`] puts it in words, tables and pictures. The same contents give the same
+//! bytes.
 
-mod html;
 mod parts;
-mod pdf;
 mod verdict;
 
 pub use parts::device::Told;
 
-use super::chart::Picture;
+use super::document::{Document, Figure, Part, Table};
 use super::page;
 use crate::analysis::allan::findings::Findings;
 use crate::analysis::learnability::Answer;
 use crate::error::Error;
 use crate::experiment::outcome::Outcome;
 use crate::unit::Unit;
-use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -60,86 +57,15 @@ pub struct Contents {
     pub commands: Vec<String>,
 }
 
-/// The report in words, tables and pictures.
+/// The report, and the weights that lie beside it.
 #[derive(Debug)]
-pub struct Document {
-    title: String,
-    date: Option<String>,
-    verdict: Vec<String>,
-    parts: Vec<Part>,
+pub struct Report {
+    document: Document,
     /// Image of the weights, if there are any.
     weights: Option<Vec<u8>>,
 }
 
-/// A part of the report.
-#[derive(Debug, Default)]
-struct Part {
-    /// Its name in links and in the JSON.
-    id: &'static str,
-    title: String,
-    /// Why there is nothing in it.
-    left_out: Option<String>,
-    sentences: Vec<String>,
-    tables: Vec<Table>,
-    figures: Vec<Figure>,
-    commands: Vec<String>,
-    /// The figures themselves, for the JSON.
-    data: Value,
-}
-
-/// A table. Its first `text` columns are texts, the others numbers.
-#[derive(Debug, Default)]
-struct Table {
-    caption: Option<String>,
-    head: Vec<String>,
-    rows: Vec<Vec<String>>,
-    text: usize,
-}
-
-/// A picture with its words.
-#[derive(Debug)]
-struct Figure {
-    name: &'static str,
-    title: String,
-    caption: String,
-    picture: Picture,
-}
-
-impl Table {
-    /// Whether a column is to be read from the left.
-    fn is_text(&self, column: usize) -> bool {
-        column < self.text
-    }
-
-    /// Labels and values.
-    fn of_pairs(pairs: impl IntoIterator<Item = (String, String)>) -> Self {
-        Self {
-            rows: pairs.into_iter().map(|(a, b)| vec![a, b]).collect(),
-            text: 2,
-            ..Self::default()
-        }
-    }
-}
-
-impl Part {
-    fn new(id: &'static str, title: &str) -> Self {
-        Self {
-            id,
-            title: title.to_owned(),
-            ..Self::default()
-        }
-    }
-
-    /// A part with nothing in it.
-    fn without(id: &'static str, title: &str, why: &str) -> Self {
-        Self {
-            left_out: Some(why.to_owned()),
-            ..Self::new(id, title)
-        }
-    }
-}
-
-impl Document {
+impl Report {
     /// Puts the contents in words.
     ///
     /// # Errors
@@ -150,56 +76,24 @@ impl Document {
             "" => "without a serial number".to_owned(),
             serial => format!("serial number {serial}"),
         };
-        Ok(Self {
+        let weights = parts::weights::image(contents);
+        let mut beside = vec![(PDF, "the same as PDF")];
+        beside.extend(weights.as_ref().map(|_| (WEIGHTS, "weights")));
+        let document = Document {
             title: format!("Report of unit {}, {serial}", unit.name),
+            subject: "Report of an inertial measurement unit",
             date: contents.date.clone(),
             verdict: verdict::sentences(contents),
+            beside,
             parts: parts::all(contents)?,
-            weights: parts::weights::image(contents),
-        })
+        };
+        Ok(Self { document, weights })
     }
 
-    /// The verdict, the shortest answer first.
+    /// The report in words, tables and pictures.
     #[must_use]
-    pub fn verdict(&self) -> &[String] {
-        &self.verdict
-    }
-
-    /// The contents as data.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        let table = |table: &Table| {
-            let Table {
-                caption,
-                head,
-                rows,
-                ..
-            } = table;
-            json!({ "caption": caption, "head": head, "rows": rows })
-        };
-        let figure = |figure: &Figure| {
-            json!({
-                "title": figure.title, "caption": figure.caption, "picture": figure.picture.data(),
-            })
-        };
-        let part = |part: &Part| {
-            json!({
-                "id": part.id,
-                "title": part.title,
-                "left_out": part.left_out,
-                "sentences": part.sentences,
-                "tables": part.tables.iter().map(table).collect::<Vec<_>>(),
-                "figures": part.figures.iter().map(figure).collect::<Vec<_>>(),
-                "commands": part.commands,
-                "data": part.data,
-            })
-        };
-        json!({
-            "title": self.title,
-            "date": self.date,
-            "verdict": self.verdict,
-            "parts": self.parts.iter().map(part).collect::<Vec<_>>(),
-        })
+    pub fn document(&self) -> &Document {
+        &self.document
     }
 
     /// Writes the page, the PDF and the weights into `dir`, all or nothing. Gives the page's path.
@@ -209,8 +103,8 @@ impl Document {
     pub fn write(&self, dir: &Path) -> Result<PathBuf, Error> {
         page::place(dir, || {
             let mut files = vec![
-                (page::PAGE, html::page(self)?.into_bytes()),
-                (PDF, pdf::pdf(self)?),
+                (page::PAGE, self.document.page()?.into_bytes()),
+                (PDF, self.document.pdf()?),
             ];
             files.extend(self.weights.clone().map(|image| (WEIGHTS, image)));
             Ok(files)

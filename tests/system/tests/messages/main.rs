@@ -9,6 +9,7 @@
 )]
 
 mod corrected;
+mod damaged;
 mod defects;
 mod page;
 mod reports;
@@ -121,7 +122,7 @@ fn wrong_files_and_options_of_messages_are_named() {
             "replay ubx junk",
             "junk: 'UBX' has 19 bytes and no UBX message",
         ),
-        ("replay euroc junk", "imu0/sensor.yaml: cannot be read"),
+        ("replay euroc junk", "junk: is a file, not a folder"),
         ("convert mcap junk --to csv --out o", "junk: 'MCAP, byte 8'"),
         (
             "replay mcap junk --mounting x,y,z",

@@ -1,8 +1,8 @@
 //! What a recording lacks, what is wrong, and real recordings.
 
-use crate::looks::{looks_right, well_formed};
+use crate::looks::looks_right;
 use crate::{complaint, cut, drive, left_out, part, report, run};
-use system::{data_dir, json};
+use system::{data_dir, json, well_formed};
 
 /// What a recording lacks is said in a sentence of the part that needs it.
 #[test]

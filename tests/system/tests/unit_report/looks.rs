@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 use std::path::Path;
+use system::well_formed;
 
 /// The text of the PDF as poppler reads it; `None` where that is not installed.
 fn pdf_text(file: &Path) -> Option<String> {
@@ -19,48 +20,6 @@ fn pdf_text(file: &Path) -> Option<String> {
             println!("skipped: the PDF's text, because pdftotext is missing (poppler-utils)");
             None
         }
-    }
-}
-
-/// Whether all elements of a page end where they should.
-pub fn well_formed(page: &str) -> Result<(), String> {
-    const VOID: [&str; 3] = ["meta", "br", "link"];
-    let (mut open, mut rest) = (vec![], page);
-    while let Some(at) = rest.find('<') {
-        rest = &rest[at + 1..];
-        let Some(end) = rest.find('>') else {
-            return Err(rest.to_owned());
-        };
-        let (tag, after) = (&rest[..end], &rest[end + 1..]);
-        rest = after;
-        let name = tag
-            .trim_start_matches('/')
-            .split([' ', '\n', '/'])
-            .next()
-            .unwrap();
-        if tag.starts_with('!') || tag.ends_with('/') || VOID.contains(&name) {
-            continue;
-        }
-        if tag.starts_with('/') {
-            if open.pop() != Some(name) {
-                return Err(format!("</{name}> ends nothing"));
-            }
-            continue;
-        }
-        if ["script", "style"].contains(&name) {
-            let close = format!("</{name}>");
-            let Some(at) = rest.find(&close) else {
-                return Err(close);
-            };
-            rest = &rest[at + close.len()..];
-            continue;
-        }
-        open.push(name);
-    }
-    if open.is_empty() {
-        Ok(())
-    } else {
-        Err(format!("{open:?} never end"))
     }
 }
 

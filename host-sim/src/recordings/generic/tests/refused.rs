@@ -164,11 +164,7 @@ fn every_fault_of_the_data_is_named() {
             "ok,1000060,0,",
             "imu.csv:9: column 't': time 1000060 follows 1000060",
         ),
-        (
-            "ok,1000070,0,",
-            "ok,",
-            "imu.csv:9: 6 columns where the header names 8",
-        ),
+        ("ok,1000070,0,", "ok,", "imu.csv:9: 6 columns instead of 8"),
         ("ok,1000070,", "ok,1000079.999,", "imu.csv:9: column 't'"),
     ] {
         let changed = imu_text.replace(from, to);
@@ -204,7 +200,7 @@ fn every_fault_of_the_data_is_named() {
         (
             "1002.5  45.0",
             "1002.5",
-            "gnss.txt:3: 6 columns where the header names 7",
+            "gnss.txt:3: 6 columns instead of 7",
         ),
     ] {
         let why = Folder::new(MOVING, &imu_text, &fixes.replace(from, to)).complaint();

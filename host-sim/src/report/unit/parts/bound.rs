@@ -56,6 +56,7 @@ pub(super) fn part(contents: &Contents) -> Part {
             head: head.collect(),
             rows: rows.iter().map(row).collect(),
             text: 1,
+            ..Table::default()
         }],
         ..Part::new("bound", TITLE)
     }

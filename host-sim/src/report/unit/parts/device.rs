@@ -54,6 +54,7 @@ pub(super) fn part(told: &Told) -> Part {
                     .to_vec(),
                 rows: faults.collect(),
                 text: 3,
+                ..Table::default()
             },
         );
     }

@@ -39,6 +39,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
             head: head.into_iter().chain(times).collect(),
             rows: lines.chunks(answer.times_s.len()).filter_map(row).collect(),
             text: 2,
+            ..Table::default()
         }],
         figures: vec![Figure {
             name: "learnability",
@@ -47,6 +48,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                       the axes."
                 .into(),
             picture: picture(answer),
+            narrow: None,
         }],
         data: data(&lines),
         ..Part::new("learnable", TITLE)

@@ -18,11 +18,7 @@ const AXES: [&str; 6] = [
     "gyro x", "gyro y", "gyro z", "accel x", "accel y", "accel z",
 ];
 const BELIEF: Look = Look::solid(RNN, 2.2);
-const BAND: Look = Look {
-    colour: SOFT,
-    width: 1.0,
-    dash: Some((4.0, 3.0)),
-};
+const BAND: Look = Look::dashed(SOFT, 1.0, (4.0, 3.0));
 const BAND_95: f64 = 1.96;
 /// A reading this far from an entry is not its temperature, s.
 const NEAR_S: f64 = 60.0;
@@ -64,6 +60,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                  {EVERY_S} s, with the 95 % interval of its biases. Each panel has its own scale."
             ),
             picture: over_time(entries),
+            narrow: None,
         });
         match temperatures(contents, bench) {
             Ok(celsius) => part.figures.push(Figure {
@@ -71,6 +68,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                 title: format!("Learnt errors against temperature: {}", case(outcome)),
                 caption: "The same values over the temperature of the sensor.".into(),
                 picture: over_temperature(&celsius),
+                narrow: None,
             }),
             Err(why) => {
                 let text = format!("Against temperature: left out, because {why}.");
@@ -87,6 +85,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                           true error of recorded data is unknown."
                     .into(),
                 picture: sensor_errors(&outcome.curves.traces),
+                narrow: None,
             });
         }
         all.push(entries_as_data(outcome.case.as_str(), entries));
@@ -129,6 +128,7 @@ fn table(case: &str, bench: &Bench, last: &Entry) -> Table {
             .to_vec(),
         rows: (0..6).map(row).collect(),
         text: 2,
+        ..Table::default()
     }
 }
 

@@ -45,6 +45,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                 title: format!("{}: {}", figure.heading(), case(outcome)),
                 caption: caption(figure, &outcome.curves),
                 picture: figure.picture(&outcome.curves),
+                narrow: None,
             });
         }
     }
@@ -115,5 +116,6 @@ fn table(outcome: &Outcome) -> Table {
             .collect(),
         rows: schemes.iter().map(line).collect(),
         text: 1,
+        ..Table::default()
     }
 }

@@ -36,6 +36,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                           sum of the fitted noises. Dashes: the datasheet."
                     .to_owned(),
                 picture: picture(&of, findings.configured.as_ref()),
+                narrow: None,
             });
         }
     }
@@ -57,6 +58,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
             head: head.map(String::from).to_vec(),
             rows: rows(findings).into_iter().map(Vec::from).collect(),
             text: 2,
+            ..Table::default()
         }],
         figures,
         data: data(findings),

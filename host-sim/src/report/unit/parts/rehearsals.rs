@@ -15,11 +15,7 @@ use serde_json::{Value, json};
 const TITLE: &str = "Rehearsals and gates";
 /// Capital that proves: see `firmware::learn::rehearsal`.
 const PROVED: f64 = 100.0;
-const PROOF: Look = Look {
-    colour: INK,
-    width: 1.4,
-    dash: Some((2.0, 3.0)),
-};
+const PROOF: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
 
 pub(super) fn part(contents: &Contents) -> Part {
     let benches = match benches(contents) {
@@ -50,6 +46,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                           it has proved itself."
                     .into(),
                 picture: picture(diary),
+                narrow: None,
             });
         }
         part.sentences.extend(outcome.notes.iter().cloned());
@@ -135,6 +132,7 @@ fn candidates(case: &str, diary: &Diary) -> Table {
         head: head.map(String::from).to_vec(),
         rows: shown(diary).map(row).collect(),
         text: 2,
+        ..Table::default()
     }
 }
 

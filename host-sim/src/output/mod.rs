@@ -1,12 +1,15 @@
 //! Output files appear complete or not at all. Each is written under a temporary name in the same
 //! directory and then renamed.
 
+mod unfinished;
+
+pub use unfinished::abandon;
+pub(crate) use unfinished::{Unfinished, undivided};
+
 use crate::error::Error;
-use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 /// Writes `bytes` to `path` and replaces an existing file in one step. Missing parent directories
@@ -27,46 +30,6 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// [`Error::Unwritable`].
 pub fn check_writable(path: &Path) -> Result<(), Error> {
     Sink::open(path).map(drop)
-}
-
-/// Temporary files and folders that are there now.
-static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
-
-/// A temporary file or folder, while it is there.
-#[derive(Debug)]
-pub(crate) struct Unfinished(PathBuf);
-
-impl Unfinished {
-    /// Of this path.
-    pub(crate) fn new(path: &Path) -> Self {
-        unfinished().insert(path.to_path_buf());
-        Self(path.to_path_buf())
-    }
-}
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        unfinished().remove(&self.0);
-    }
-}
-
-fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// While this is held an interruption waits, so that several renames are done or not.
-pub(crate) fn undivided() -> impl Drop {
-    unfinished()
-}
-
-/// Removes what is unfinished, before the program is left in the middle of its work.
-pub fn abandon() {
-    let all = unfinished();
-    for path in all.iter() {
-        // what is gone already has its name now
-        let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir_all(path));
-    }
-    std::mem::forget(all); // nothing gets its name from now on
 }
 
 /// A file that is being written and is not yet in its place.
@@ -95,8 +58,8 @@ impl Sink {
         }
         let directory = directory_of(&place);
         std::fs::create_dir_all(directory)?;
-        let file = temporary_file(directory)?;
-        let unfinished = Unfinished::new(file.path());
+        let (unfinished, file) =
+            Unfinished::make(|| temporary_file(directory), NamedTempFile::path)?;
         Ok(Self::Beside(file, place, unfinished))
     }
 
@@ -350,7 +313,7 @@ mod tests {
         );
         let count = writer.row(&[0.01]).unwrap_err().to_string();
         assert!(
-            count.contains("imu.csv:3: 1 columns where the header names 2"),
+            count.contains("imu.csv:3: 1 columns instead of 2"),
             "{count}"
         );
         drop(writer);

@@ -1,4 +1,4 @@
-//! The report of a unit as a PDF: A4, searchable text in an embedded font, pictures as vectors,
+//! A report as a PDF: A4, searchable text in an embedded font, pictures as vectors,
 //! a table of contents with links, and numbers of pages.
 
 mod canvas;
@@ -101,7 +101,7 @@ fn written(document: &Document, layout: Layout, places: &[Place]) -> Vec<u8> {
     root.finish();
     pdf.document_info(info)
         .title(TextStr(&document.title))
-        .subject(TextStr("Report of an inertial measurement unit"))
+        .subject(TextStr(document.subject))
         .creator(TextStr(MAKER))
         .producer(TextStr("pdf-writer"));
     let kids = pages.iter().map(|[page, _]| *page);

@@ -1,11 +1,10 @@
 //! The tables that a campaign prints.
 
+use super::T_MIN;
 use crate::campaign::{Ratio, Summary};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use std::collections::BTreeSet;
 
-/// Time of the tables, min after the start of free-inertial navigation.
-const T_MIN: u32 = 22;
 /// The scheme that all others are compared with in the first table.
 const BASELINE: &str = "ekf6";
 

@@ -1,4 +1,4 @@
-//! The page: one file with its style, its pictures and a script inside. It fetches nothing.
+//! The page: one file with its style, its pictures and their script inside. It fetches nothing.
 //!
 //! Without the script everything can be read. The script adds zooming and reading of values.
 
@@ -15,12 +15,17 @@ use maud::{Markup, PreEscaped, html};
 pub(super) fn page(document: &Document) -> Result<String, Error> {
     let parts = document.parts.iter().map(part);
     let parts = parts.collect::<Result<Vec<Markup>, Error>>()?;
+    let mut figures = document.parts.iter().flat_map(|part| &part.figures);
     let body = html! {
         @if let Some(date) = &document.date { p.sub { (date) } }
         (verdict(&document.verdict))
-        p.sub {
-            a href=(super::PDF) { "the same as PDF" }
-            @if document.weights.is_some() { ", " a href=(super::WEIGHTS) { "weights" } }
+        @if !document.beside.is_empty() {
+            p.sub {
+                @for (k, (file, words)) in document.beside.iter().enumerate() {
+                    @if k > 0 { ", " }
+                    a href=(file) { (words) }
+                }
+            }
         }
         nav {
             ul {
@@ -30,8 +35,10 @@ pub(super) fn page(document: &Document) -> Result<String, Error> {
             }
         }
         @for part in parts { (part) }
-        style { (PreEscaped(include_str!("unit.css"))) }
-        script { (PreEscaped(include_str!("plots.js"))) }
+        style { (PreEscaped(include_str!("document.css"))) }
+        @if figures.any(|figure| figure.picture.has_scales()) {
+            script { (PreEscaped(include_str!("plots.js"))) }
+        }
     };
     Ok(frame(&document.title, &body).into_string())
 }
@@ -55,6 +62,7 @@ fn part(part: &Part) -> Result<Markup, Error> {
 
 fn table(table: &Table) -> Markup {
     let text = |column: usize| table.is_text(column);
+    let meaning = |row: usize| table.meanings.get(row)?.as_deref();
     html! {
         div.wide {
             table.figures[!table.head.is_empty()].pairs[table.head.is_empty()] {
@@ -69,10 +77,18 @@ fn table(table: &Table) -> Markup {
                     }
                 }
                 tbody {
-                    @for row in &table.rows {
+                    @for (line, row) in table.rows.iter().enumerate() {
                         tr {
                             @for (k, cell) in row.iter().enumerate() {
-                                td.text[text(k)] { (cell) }
+                                td.text[text(k)] {
+                                    @match meaning(line).filter(|_| k == 0) {
+                                        None => (cell),
+                                        Some(words) => details {
+                                            summary { (unbroken(cell)) }
+                                            (unbroken(words))
+                                        }
+                                    }
+                                }
                             }
                         }
                     }
@@ -83,15 +99,28 @@ fn table(table: &Table) -> Markup {
 }
 
 fn figure(figure: &Figure) -> Result<Markup, Error> {
-    let svg = figure.picture.svg(figure.name, &figure.title)?;
-    // '<' would end the script element
-    let data = figure.picture.data().to_string().replace('<', "\\u003c");
+    let Figure {
+        name,
+        title,
+        picture,
+        ..
+    } = figure;
+    let svg = picture.svg(name, title)?;
+    let narrow = figure.narrow.as_ref();
+    let narrow = narrow.map(|of| of.svg(name, title)).transpose()?;
+    // the script zooms a picture with scales by its data; '<' would end the script element
+    let data = picture
+        .has_scales()
+        .then(|| picture.data().to_string().replace('<', "\\u003c"));
     Ok(html! {
         section {
             figure.plot {
-                div.sheet { (PreEscaped(svg)) }
-                figcaption { b { (figure.title) ". " } (unbroken(&figure.caption)) }
-                script type="application/json" { (PreEscaped(data)) }
+                div.sheet.broad[narrow.is_some()] { (PreEscaped(svg)) }
+                @if let Some(svg) = narrow { div.sheet.narrow { (PreEscaped(svg)) } }
+                figcaption { b { (title) ". " } (unbroken(&figure.caption)) }
+                @if let Some(data) = data {
+                    script type="application/json" { (PreEscaped(data)) }
+                }
             }
         }
     })

@@ -4,8 +4,8 @@ use super::canvas::Canvas;
 use super::font::Font;
 use crate::error::Error;
 use crate::report::chart::Picture;
+use crate::report::document::Table;
 use crate::report::palette::{Colour, GRID, INK, REFERENCE, SOFT};
-use crate::report::unit::Table;
 use pdf_writer::types::TextRenderingMode;
 use pdf_writer::{Content, Name, Str};
 

@@ -1,0 +1,178 @@
+//! The forest plot of a group of errors: the ratio of each scheme to none with its interval.
+
+use crate::campaign::{AgainstNone, Decided};
+use crate::report::axis::{Axis, extent};
+use crate::report::chart::{Legend, Mark, Panel, Picture, WIDTH};
+use crate::report::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
+
+/// Width for a screen of 375 pixels, less the margins of the page.
+const NARROW: f64 = 335.0;
+/// Room for the longest name of a scheme.
+const NAMES: f64 = 190.0;
+/// Ratios beyond these are drawn at the end of the axis.
+const LEAST: f64 = 0.03;
+const GREATEST: f64 = 30.0;
+/// Where a scheme is as good as none.
+const EVEN: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
+
+/// How a decision is drawn.
+fn look(decided: Decided) -> Look {
+    match decided {
+        Decided::Better => BETTER,
+        Decided::Worse => WORSE,
+        Decided::Equal | Decided::Nothing => UNDECIDED,
+    }
+}
+
+/// The picture for a wide screen and for paper: names at the left.
+pub(super) fn wide(rows: &[AgainstNone]) -> Picture {
+    const LEGEND: f64 = 20.0;
+    let names = rows.iter().map(|of| of.scheme.clone()).collect();
+    let left = NAMES + 8.0;
+    let panel = Panel {
+        at: (left, 62.0),
+        size: (WIDTH - left - 24.0, 21.0 * rows.len() as f64),
+        title: sides(),
+        x: ratios(rows),
+        y: Axis::names(names, NAMES),
+        marks: marks(rows),
+    };
+    picture(panel, WIDTH, (left, LEGEND))
+}
+
+/// The picture for a narrow screen: each name above its interval.
+pub(super) fn narrow(rows: &[AgainstNone]) -> Picture {
+    const LEFT: f64 = 8.0;
+    let x = ratios(rows);
+    let (low, _) = x.ends();
+    let names = rows.iter().enumerate().map(|(row, of)| {
+        let words = format!("{}: worse in {} of {}", of.scheme, of.worse, of.compared);
+        Mark::Label((low, Axis::row(row)), format!(" {words}"))
+    });
+    let panel = Panel {
+        at: (LEFT, 98.0),
+        size: (NARROW - LEFT - 14.0, 38.0 * rows.len() as f64),
+        title: sides(),
+        y: Axis::names(vec![String::new(); rows.len()], LEFT),
+        marks: marks(rows).into_iter().chain(names).collect(),
+        x,
+    };
+    picture(panel, NARROW, (LEFT, 20.0))
+}
+
+fn picture(panel: Panel, width: f64, legend: (f64, f64)) -> Picture {
+    let entry = |(words, look): (&str, Look)| (words.to_owned(), look);
+    let entries = [
+        ("better than none", BETTER),
+        ("worse than none", WORSE),
+        ("equal, or not decided", UNDECIDED),
+    ];
+    Picture {
+        size: (width, panel.at.1 + panel.size.1 + 48.0),
+        legends: vec![Legend {
+            at: legend,
+            width: width - legend.0,
+            entries: entries.map(entry).to_vec(),
+        }],
+        panels: vec![panel],
+        notes: vec![],
+    }
+}
+
+/// What the sides of the line mean.
+fn sides() -> [String; 2] {
+    ["smaller errors", "larger errors"].map(String::from)
+}
+
+fn shown(ratio: f64) -> f64 {
+    ratio.clamp(LEAST, GREATEST)
+}
+
+/// The axis over all intervals and 1.
+fn ratios(rows: &[AgainstNone]) -> Axis {
+    let ends = rows.iter().flat_map(|of| [of.interval.0, of.interval.1]);
+    let (low, high) = extent(ends.map(shown).chain([0.8, 1.25])).unwrap_or((0.8, 1.25));
+    Axis::log(
+        "error divided by that of none (geometric mean, 95 %)",
+        (low / 1.08, high * 1.08),
+    )
+}
+
+fn marks(rows: &[AgainstNone]) -> Vec<Mark> {
+    let bottom = Axis::row(rows.len()) + 0.5;
+    let mut marks = vec![Mark::Line(vec![(1.0, 0.5), (1.0, bottom)], EVEN)];
+    for (row, of) in rows.iter().enumerate() {
+        let (y, look) = (Axis::row(row), look(of.decided()));
+        let at = |ratio: f64| (shown(ratio), y);
+        marks.push(Mark::Line(vec![at(of.interval.0), at(of.interval.1)], look));
+        marks.push(Mark::Signs(vec![at(of.ratio)], look));
+    }
+    marks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::palette::RNN;
+
+    fn row(scheme: &str, ratio: f64, width: f64) -> AgainstNone {
+        AgainstNone {
+            group: None,
+            drives: 0,
+            scheme: scheme.into(),
+            runs: 20,
+            compared: 20,
+            worse: 3,
+            better: 17,
+            worst: 2.0,
+            ratio,
+            interval: (ratio / width, ratio * width),
+            median_m: None,
+        }
+    }
+
+    /// Each decision has a sign of its own, and colours apart.
+    #[test]
+    fn decisions_differ_in_sign_and_colour() {
+        let rows = [
+            row("a", 0.3, 1.2),
+            row("b", 3.0, 1.2),
+            row("c", 1.0, 1.2),
+            row("d", 0.2, 1.3),
+        ];
+        let svg = wide(&rows).svg("", "").unwrap();
+        // one in the legend, two rows
+        let disc = format!("r=\"18\" opacity=\"1\" fill=\"{}\"", RNN.light);
+        assert_eq!(svg.matches(&disc).count(), 3, "{svg}");
+        assert_eq!(svg.matches("<polygon").count(), 2, "{svg}");
+        for name in ["\na\n", "\nb\n", "worse than none"] {
+            assert!(svg.contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn nothing_lies_beyond_the_axes_and_long_names_fit() {
+        let name = "ekf-inputs-memory-frozen";
+        let rows = [row(name, 1e-9, 10.0), row("b", 1e9, 1.0)];
+        for picture in [wide(&rows), narrow(&rows)] {
+            let axis = &picture.panels[0].x;
+            assert!(
+                [LEAST, 1.0, GREATEST]
+                    .iter()
+                    .all(|ratio| axis.holds(*ratio))
+            );
+            let signs = picture.panels[0].marks.iter();
+            let signs = signs.filter_map(|mark| match mark {
+                Mark::Signs(at, _) => Some(at),
+                _ => None,
+            });
+            for (x, y) in signs.flatten() {
+                assert!(axis.holds(*x) && picture.panels[0].y.holds(*y));
+            }
+            let svg = picture.svg("", "").unwrap();
+            assert!(svg.contains(name) && !picture.has_scales());
+        }
+        // 7 pixels a letter of 12 pixels at most
+        assert!(7.2 * name.len() as f64 <= NAMES);
+    }
+}

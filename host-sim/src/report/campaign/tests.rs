@@ -1,0 +1,162 @@
+//! The page of campaigns made by hand.
+
+use super::{Made, document};
+use crate::campaign::Merged;
+use crate::campaign::{Row, SCHEMES, Tuning, ratios, summarise};
+use crate::error::Error;
+use crate::experiment::run::TIMES_MIN;
+use crate::report::document::Document;
+use crate::simulator::imu::ErrorModelName;
+use crate::simulator::imu::world::StartName;
+
+fn row(group: ErrorModelName, run: u32, scheme: &str, drives: u32, m: f64) -> Row {
+    Row {
+        error_model: group.into(),
+        run,
+        scheme: scheme.into(),
+        horizontal_m: [m; TIMES_MIN.len()],
+        north_m: [m; TIMES_MIN.len()],
+        east_m: [0.0; TIMES_MIN.len()],
+        start: StartName::Cold,
+        drives,
+    }
+}
+
+fn page_of(rows: Vec<Row>, drives: &[u32]) -> Result<Document, Error> {
+    let cold = StartName::Cold;
+    let (summary, paired) = (summarise(&rows, cold), ratios(&rows, cold));
+    let mut tuning = Tuning::default();
+    tuning.setting.drives = drives.to_vec();
+    let merged = Merged {
+        rows,
+        tuning,
+        fingerprint: "x".into(),
+    };
+    let made = Made {
+        commands: vec!["host-sim campaign".into()],
+    };
+    document(&merged, &summary, &paired, &made)
+}
+
+/// Eight runs of two groups. The device halves the errors of one group but for a run, and
+/// changes nothing in the other; each classical filter is three times worse than none there.
+fn rows(drives: u32) -> Vec<Row> {
+    let mut rows = vec![];
+    for run in 0..8_u32 {
+        for group in [ErrorModelName::Noise, ErrorModelName::All] {
+            let noise = group == ErrorModelName::Noise;
+            for (scheme, _) in SCHEMES {
+                let m = match (scheme, noise) {
+                    ("none", _) | ("rnn-kalman", true) => 100.0,
+                    ("rnn-kalman", false) if run == 3 => 250.0,
+                    ("oracle" | "limit", _) => 10.0,
+                    (_, true) => 300.0,
+                    (_, false) => 50.0,
+                };
+                rows.push(row(group, run, scheme, drives, m));
+            }
+        }
+    }
+    rows
+}
+
+#[test]
+fn the_verdict_comes_first_and_counts_the_harm() {
+    let document = page_of(rows(0), &[0]).unwrap();
+    let verdict = document.verdict();
+    assert_eq!(
+        verdict[0],
+        "Verdict: the device (rnn-kalman) helps in 1 of 2 groups of errors, and on the average \
+         of none it does harm. But it is worse than no correction (none) in 1 of 16 comparisons."
+    );
+    assert_eq!(
+        verdict[1],
+        "The device is worse than none in: all 1 of 8 runs (at worst 2.5 times none)."
+    );
+    // 28 schemes less none, the device, two that cannot be built and eight with a memory
+    assert!(
+        verdict[3].contains("noise: 16 of 16, most of all "),
+        "{verdict:?}"
+    );
+    let page = document.page().unwrap();
+    let at = |part: &str| page.find(part).unwrap_or_else(|| panic!("no {part}"));
+    assert!(at("<b>Verdict: ") < at("Errors: noise") && at("Errors: noise") < at("Errors: all"));
+    assert!(page.contains("1 of 8") && page.contains("host-sim campaign</pre>"));
+    // a wide and a narrow picture of both groups and of all
+    assert_eq!(page.matches("<svg").count(), 2 * 3);
+    for outside in ["<script", "<link", "<img", "url(", "@import", "src="] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(!page.contains("memory-frozen"), "before the first drive");
+    assert!(page.len() < 1_000_000, "{}", page.len());
+    assert!(document.pdf().unwrap().starts_with(b"%PDF"));
+}
+
+#[test]
+fn small_quotients_keep_two_figures() {
+    let of = [0.00174, 0.05, 0.5, 1.0, 2.345, 12.3, 0.0].map(super::quotient);
+    assert_eq!(
+        of,
+        ["0.0017", "0.050", "0.50", "1.00", "2.35", "12", "0.00"]
+    );
+}
+
+#[test]
+fn a_device_that_does_harm_is_named_in_the_first_words() {
+    let mut rows = rows(0);
+    for row in &mut rows {
+        let harmed = row.scheme == "rnn-kalman" && row.error_model == ErrorModelName::Noise.into();
+        if harmed {
+            row.horizontal_m = [120.0; TIMES_MIN.len()];
+        }
+    }
+    let document = page_of(rows, &[0]).unwrap();
+    let first = &document.verdict()[0];
+    assert!(
+        first.starts_with("Verdict: harm. In 1 of 2 groups") && first.contains("noise (1.2 times)"),
+        "{first}"
+    );
+}
+
+#[test]
+fn every_scheme_is_explained_where_it_stands_and_in_the_list() {
+    let page = page_of(rows(4), &[4]).unwrap().page().unwrap();
+    let page = page.replace('\u{2011}', "-");
+    for (scheme, _) in SCHEMES.iter().filter(|(name, _)| *name != "none") {
+        let rows = page
+            .matches(&format!("<summary>{scheme}</summary>"))
+            .count();
+        assert_eq!(rows, 3, "{scheme}");
+        assert!(
+            page.contains(&format!("<td class=\"text\">{scheme}</td>")),
+            "{scheme}"
+        );
+    }
+}
+
+#[test]
+fn numbers_of_earlier_drives_stand_apart_and_gaps_are_told() {
+    let mut all = rows(0);
+    all.extend(rows(4));
+    all.retain(|row| row.run != 2);
+    let document = page_of(all, &[0, 4]).unwrap();
+    let verdict = document.verdict().join("\n");
+    assert!(
+        verdict.contains("After 4 earlier drives: Verdict: "),
+        "{verdict}"
+    );
+    assert!(verdict.contains("not the whole campaign: 2."), "{verdict}");
+    let page = document.page().unwrap();
+    assert!(page.contains("id=\"noise-0\"") && page.contains("id=\"noise-4\""));
+}
+
+#[test]
+fn without_none_there_is_no_page() {
+    let mut rows = rows(0);
+    rows.retain(|row| row.scheme != "none");
+    let error = page_of(rows, &[0]).unwrap_err().to_string();
+    assert!(
+        error.contains("--report") && error.contains("remedy"),
+        "{error}"
+    );
+}
