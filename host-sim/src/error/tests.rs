@@ -68,7 +68,7 @@ fn reading_tells_missing_from_unreadable() {
     let directory = std::fs::read("/").unwrap_err();
     assert!(matches!(
         Error::reading(Path::new("/"), directory),
-        Error::Unreadable { .. }
+        Error::Folder { .. }
     ));
 }
 

@@ -130,10 +130,7 @@ mod tests {
             message.starts_with("no/such/imu.csv.gz: no such file; remedy: "),
             "{message}"
         );
-        assert!(matches!(
-            load(Path::new("/")),
-            Err(Error::Unreadable { .. })
-        ));
+        assert!(matches!(load(Path::new("/")), Err(Error::Folder { .. })));
     }
 
     #[test]
@@ -157,10 +154,7 @@ mod tests {
         );
         assert!(complaint(GOOD.as_bytes()).starts_with("imu.csv:1: header is '1,-2,3,4,5,80'"));
         let binary = complaint(&[0x89, b'P', 0, 0xff, 0xfe]);
-        assert!(
-            binary.starts_with("imu.csv:1: header is '\u{fffd}P\\0"),
-            "{binary}"
-        );
+        assert!(binary.starts_with("imu.csv: is no text"), "{binary}");
     }
 
     #[test]

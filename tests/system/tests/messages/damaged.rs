@@ -1,6 +1,6 @@
-//! Every command that reads a file gets it missing, empty, as a folder, of noise, cut in the middle,
-//! with a value that is no number, with a column too many. Each ends with code 2 and a line that
-//! names the file, the line where there is one, and a remedy for this very fault.
+//! Every command that reads a file gets it missing, empty, as a folder, of noise, cut in the
+//! middle, with a value that is no number, with a column too many. Each ends with code 2 and a line
+//! that names the file, the line where there is one, and a remedy for this very fault.
 
 use crate::writers::{bag, csv, drive, euroc, ubx, ulog};
 use std::path::Path;
