@@ -73,8 +73,10 @@ fn the_rate_told_is_set() {
 #[test]
 fn another_rate_sets_the_sensor_anew() {
     let model = Model::Adis16507(1);
-    let mut told = Configuration::default();
-    told.sensor = at_spi(model, false);
+    let mut told = Configuration {
+        sensor: at_spi(model, false),
+        ..Configuration::default()
+    };
     told.correction.mode = Mode::Bypass;
     let mut device = Device::new(Config::of(&told));
     assert_eq!(find(&mut device, model), 1000.0);
