@@ -2,8 +2,8 @@
 //!
 //! A scheme is worse than no correction if its horizontal error is larger by more than 2 % and by
 //! more than 1 m, and better if it is smaller by as much. Smaller differences say nothing. No
-//! correction is `raw`, or `none` for a scheme whose start comes from an aided filter too: what that
-//! start changes is no merit of a correction.
+//! correction is `raw`, or `none` for a scheme whose start comes from an aided filter too: what
+//! that start changes is no merit of a correction.
 
 use super::figures::length;
 use super::table::BASELINE;
