@@ -350,7 +350,7 @@ fn an_interrupted_command_leaves_whole_files_or_none() {
             scope.spawn(|| {
                 cases
                     .iter()
-                    .for_each(|case| leaves_whole_files(case, &drive))
+                    .for_each(|case| leaves_whole_files(case, &drive));
             });
         }
     });
