@@ -15,7 +15,7 @@ pub struct Made {
     pub commands: Vec<String>,
 }
 
-/// The page, as [`Document::page`] writes it.
+/// The page, as `Document::page` writes it.
 ///
 /// # Errors
 /// [`Error::Option`] for a campaign without the scheme `none`.
