@@ -37,7 +37,7 @@ pub struct Row {
 #[cfg(test)]
 impl Row {
     /// An error to the north, the same at all times.
-    pub(super) fn north(group: impl Into<Group>, run: u32, scheme: &str, m: f64) -> Self {
+    pub(crate) fn north(group: impl Into<Group>, run: u32, scheme: &str, m: f64) -> Self {
         Self {
             error_model: group.into(),
             run,

@@ -7,6 +7,7 @@
 
 use super::figures::length;
 use super::table::BASELINE;
+use crate::campaign::NONE;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::results::Results;
 
@@ -60,10 +61,8 @@ pub(super) struct Compared {
 }
 
 /// The name of the device among the schemes.
-const DEVICE: &str = "rnn-kalman";
-/// No correction after the start of an aided filter.
-const AIDED_START: &str = "none";
-/// The schemes that start so wherever [`AIDED_START`] is among the rows.
+pub(super) const DEVICE: &str = "rnn-kalman";
+/// The schemes that start from an aided filter, as [`NONE`] does, wherever that is among the rows.
 const AIDED: [&str; 4] = [DEVICE, "ekf6", "ekf12", "ekf24"];
 
 /// Horizontal errors without a correction at one time, m.
@@ -78,7 +77,7 @@ impl Uncorrected {
     fn of(metres: impl Fn(&str) -> Option<f64>) -> Option<Self> {
         Some(Self {
             raw: metres(BASELINE)?,
-            aided_start: metres(AIDED_START),
+            aided_start: metres(NONE),
         })
     }
 
@@ -96,7 +95,7 @@ impl Uncorrected {
 
 /// Whether a scheme corrects anything.
 fn corrects(scheme: &str) -> bool {
-    scheme != BASELINE && scheme != AIDED_START
+    scheme != BASELINE && scheme != NONE
 }
 
 /// The verdict on all cases of a replay: in how many of them a correction did harm, and what the
@@ -221,7 +220,7 @@ fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
     let aided: Vec<&str> = last.iter().filter(aided).map(|row| row.scheme).collect();
     if let Some(error) = without.aided_start.filter(|_| !aided.is_empty()) {
         out.push(format!(
-            "With the start of an aided filter and no correction ({AIDED_START}) they end {} off: \
+            "With the start of an aided filter and no correction ({NONE}) they end {} off: \
              {}, which start so, are compared with that.",
             metres(error),
             aided.join(" and ")

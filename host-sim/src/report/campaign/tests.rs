@@ -11,14 +11,8 @@ use crate::simulator::imu::world::StartName;
 
 fn row(group: ErrorModelName, run: u32, scheme: &str, drives: u32, m: f64) -> Row {
     Row {
-        error_model: group.into(),
-        run,
-        scheme: scheme.into(),
-        horizontal_m: [m; TIMES_MIN.len()],
-        north_m: [m; TIMES_MIN.len()],
-        east_m: [0.0; TIMES_MIN.len()],
-        start: StartName::Cold,
         drives,
+        ..Row::north(group, run, scheme, m)
     }
 }
 

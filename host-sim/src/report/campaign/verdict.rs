@@ -2,9 +2,8 @@
 
 use super::{T_MIN, quotient};
 use crate::campaign::{AgainstNone, Decided, FEWEST};
+use crate::report::verdict::DEVICE;
 
-/// The device among the schemes.
-const DEVICE: &str = "rnn-kalman";
 /// Schemes that know what nobody can know.
 pub(super) const UNREACHABLE: [&str; 3] = ["oracle", "limit", "floor"];
 
