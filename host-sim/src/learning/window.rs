@@ -1,4 +1,4 @@
-//! Teaching the two networks from the teacher's references (window learning, LEARNING section 4).
+//! Teaching the two networks from the teacher's references (window learning, LEARNING section 2, way B).
 
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::Increment;

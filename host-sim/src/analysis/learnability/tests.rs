@@ -41,7 +41,7 @@ fn acceleration_sigma(sigma: f64, rate_hz: f64, time_s: f64) -> f64 {
     sigma * (720.0 / (rate_hz * time_s)).sqrt() / (time_s * time_s)
 }
 
-/// The figures of LEARNING section 6: 491 ug over 60 s and 8.8 ug over 300 s from fixes of 5 m at 1
+/// The known figures are 491 ug over 60 s and 8.8 ug over 300 s, from fixes of 5 m at 1
 /// Hz. They are computed by formula, by least squares of the fixes, and by the bound of a vehicle
 /// at rest with unknown place, speed and bias of one accelerometer.
 #[test]

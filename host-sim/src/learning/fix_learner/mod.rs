@@ -1,4 +1,4 @@
-//! The device's learner from fixes, on a session of the desktop (LEARNING section 5).
+//! The device's learner from fixes, on a session of the desktop (LEARNING sections 3 and 4).
 //!
 //! [`Device`] is the firmware's own path: a session's integer counts go at full rate through the
 //! compensator's blocks, and samples, blocks and fixes reach [`FixLearner`] by the same calls, in
