@@ -53,7 +53,6 @@ fn crc32(bytes: &[u8]) -> u32 {
         .fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), bits))
 }
 
-
 /// Section 2: a STIM300's frame before and after a correction. Values and bytes were made apart
 /// from this code, in Python.
 #[test]
