@@ -81,7 +81,10 @@ fn the_first_page_shows(printed: &str) {
 fn the_first_page_shows_the_first_replay() {
     let dir = tempfile::tempdir().unwrap();
     let run = |args: &str| {
-        let done = host_sim(dir.path()).args(args.split(' ')).assert().success();
+        let done = host_sim(dir.path())
+            .args(args.split(' '))
+            .assert()
+            .success();
         String::from_utf8_lossy(&done.get_output().stdout).into_owned()
     };
     run("simulate --learning --out data");
