@@ -40,21 +40,33 @@ fn beginning(out: &mut String, command: &str, times: &Times) {
          somebody who must know whether navigation is then worse with the device than without it, and\n\
          where. [What to expect](what-to-expect.md) draws the conclusions.\n\
          [RELIABILITY](RELIABILITY.md) is about parts of the device that break.\n\n\
-         Each such disturbance is a *case*. A run is one simulated unit. It stands for {} s and drives\n\
-         for {} s with fixes, while the case disturbs it and the device learns. Then come {} s without\n\
-         fixes, in which a navigation computer behind the device is judged. The code is the device's own:\n\
-         it gets the bytes of sensor and receiver and sends bytes, as on a board. What it has learnt acts\n\
-         in one of two ways (*activations*), and each is judged:\n\n\
-         - `next-power-on`: the unit is switched on again, and what the device has stored acts from the\n  \
-           first sample of another drive on. This is what a device does unless it is told otherwise.\n\
-         - `live`: in the drive in which it is learnt, as soon as it has proved itself.\n\n\
-         There are three navigation computers. `plain` takes the sensors for right. `biases` estimates six\n\
-         biases itself, and `gauss-markov` biases and scale factors, as KF-GINS does. The sensor is\n\
-         `perfect`, with white noise and rounding only, so that whatever is learnt there is wrong; or it\n\
-         has `errors`, all those of its preset. *Raw* is the horizontal error at the end without the\n\
-         device, *corrected* with it.\n\n\
-         Made by\n\n    {command}\n",
+         ## How it was tried\n\n\
+         Each disturbance is a *case*. A *run* is one simulated unit in a case:\n\n\
+         1. The unit stands for {} s.\n\
+         2. It drives for {} s with fixes, while the case disturbs it and the device learns.\n\
+         3. It drives for {} s without fixes. Here a navigation computer behind the device is judged.\n\n\
+         The code is the device's own. It gets the bytes of sensor and receiver and sends bytes, as on a\n\
+         board.\n\n\
+         **When the correction acts.** Each case is judged with two settings of the device, its\n\
+         *activations*:\n\n\
+         | activation | what the device has learnt acts |\n|---|---|\n\
+         | `next-power-on` | after the unit is switched on again, from the first sample of another \
+         drive on. A device does this unless it is told otherwise |\n\
+         | `live` | in the drive in which it is learnt, as soon as it has proved itself |\n",
         times.standstill_s, times.aided_s, times.free_s,
+    );
+    let _ = writeln!(
+        out,
+        "**Behind the device** is one of three navigation computers. They differ in what they estimate\n\
+         themselves:\n\n\
+         | computer | it estimates |\n|---|---|\n\
+         | `plain` | no sensor errors: it takes the sensors for right |\n\
+         | `biases` | six biases |\n\
+         | `gauss-markov` | biases and scale factors, as KF-GINS does |\n\n\
+         **The sensor** is one of two. `perfect` has white noise and rounding only, so whatever is learnt\n\
+         there is wrong. `errors` has all errors of its preset.\n\n\
+         **The numbers** are horizontal errors at the end: *raw* without the device, *corrected* with it.\n\n\
+         Made by\n\n    {command}\n",
     );
 }
 
@@ -68,13 +80,14 @@ fn harm(out: &mut String, all: &[Summary]) {
     let _ = writeln!(
         out,
         "## Where correcting harms\n\n\
-         A *row* is a case with a sensor, a navigation computer and an activation, over {runs} runs. Harm\n\
-         is a median error of more than {median:.2} times the raw one, or a run of more than {worst:.2} \
-         times (errors below\n1 m count as 1 m).\n\n\
+         A *row* is a case with a sensor, a navigation computer and an activation, over {runs} runs. A row\n\
+         *harms* if its median corrected error is more than {median:.2} times the raw one, or if that of one\n\
+         of its runs is more than {worst:.2} times. Errors below 1 m count as 1 m.\n\n\
          **{} of {} rows harm. {} of them are live corrections behind a computer that estimates biases\n\
-         itself**: a correction that moves while such a computer drives moves what it estimates.\n\n\
-         The table counts the rows that harm. Behind each count is the largest ratio of a run, corrected\n\
-         to raw, with its case.\n",
+         itself.** A correction that moves in a drive changes the very errors that such a computer\n\
+         estimates.\n\n\
+         The table counts the rows that harm. Behind each count stands the worst run: its corrected error\n\
+         divided by its raw one, and its case.\n",
         harming.len(),
         all.len(),
         harming.iter().filter(estimating).count(),
@@ -90,8 +103,9 @@ fn harm(out: &mut String, all: &[Summary]) {
     let usual = [Activation::NextPowerOn];
     let _ = writeln!(
         out,
-        "\nThese rows harm from the next power-on on, so with a device that was told nothing else. \
-         The others are\n[below](#rows-that-harm).\n"
+        "\nThese are the rows that harm with `next-power-on`, so with a device that was told nothing else.\n\
+         [Rows that harm](#rows-that-harm) has the others. The last two columns tell the worst run: its\n\
+         corrected error divided by its raw one, and the number of the run.\n"
     );
     out.push_str(&self::harming(all, &usual));
 }
@@ -101,9 +115,10 @@ fn losses(out: &mut String, all: &[Summary]) {
     let _ = writeln!(
         out,
         "\n## Where the gain does not come back\n\n\
-         Some disturbances end {RECOVERY_S} s before the fixes do. Then at least {:.0} % of what the device gains \
-         without a\ndisturbance should be back. In {} rows it is not; [below](#rows-in-which-the-gain-does-not-come-back) \
-         is the list.\n",
+         Some disturbances end {RECOVERY_S} s before the fixes do. The device then has time to recover. The goal\n\
+         is that at least {:.0} % of what it gains without a disturbance is back at the end. In {} rows it is\n\
+         not. The table counts them;\n\
+         [the list](#rows-in-which-the-gain-does-not-come-back) has each one.\n",
         100.0 * GAIN_KEPT,
         all.iter().filter(|of| of.loses()).count(),
     );
@@ -223,12 +238,19 @@ fn tables(out: &mut String, all: &[Summary]) {
 }
 
 /// What the columns of the following tables are.
-const HEADS: &str = "The following tables have all rows. *Corrected in* is the share of the runs in which \
-                     the device corrected\nsomething, *given up in* that in which it gave a correction up \
-                     again. Then come, for each navigation\ncomputer, the medians of the raw and of the \
-                     corrected error in m, the second divided by the first, and the\nlargest such ratio of a \
-                     run. **Bold** harms. *Kept* is the share of the gain that is back after a\ndisturbance \
-                     that has ended, the least of the computers.";
+const HEADS: &str = "\
+The following tables have all rows, one table for each activation and sensor. Their columns are:
+
+| column | what it tells |
+|---|---|
+| corrected in | the share of the runs in which the device corrected something |
+| given up in | the share of the runs in which it gave a correction up again |
+| raw, corrected | for each navigation computer: the medians of the two errors, m |
+| median | the second of these divided by the first |
+| worst | the largest such ratio of a run |
+| kept | after a disturbance that has ended: the share of the gain that is back, the least of the computers |
+
+Ratios in **bold** are those of a row that harms.";
 
 fn table_of(of: &[&Summary]) -> String {
     let computers: Vec<Computer> = Computer::ALL
@@ -280,11 +302,11 @@ fn cases(out: &mut String) {
     let _ = writeln!(
         out,
         "\n## The cases\n\n\
-         `--set CASE.KEY=VALUE` gives a parameter another value. Names joined by `+` act at once, and \
-         `:ended`\nafter a name ends it {RECOVERY_S} s before the fixes. A new case is one row in \
-         `host-sim/src/abuse/table/`:\nits name, what happens, when, its numbers, and the acts that it \
-         is made of. A new act is a variant of\n`Fault` in `receiver.rs`, `sensor.rs`, `line.rs` or \
-         `told.rs`, of `Motion`, or of `Asked`, beside the code that\ndoes it.\n",
+         To run a case with other numbers, give `--set CASE.KEY=VALUE`. Names joined by `+` act at once.\n\
+         `:ended` after a name ends the disturbance {RECOVERY_S} s before the fixes.\n\n\
+         To add a case, write one row in `host-sim/src/abuse/table/`: its name, what happens, when, its\n\
+         numbers, and the acts that it is made of. A new act is a variant of `Fault` in `receiver.rs`,\n\
+         `sensor.rs`, `line.rs` or `told.rs`, of `Motion`, or of `Asked`, beside the code that does it.\n",
     );
     for (heading, rows) in PARTS {
         let _ = writeln!(

@@ -75,6 +75,34 @@ fn the_first_page_shows(printed: &str) {
     }
 }
 
+/// docs/five-minutes.md has rows of the first replay as they are printed, and what a wrong unit
+/// file makes of it is as the page says.
+#[test]
+fn the_first_page_shows_the_first_replay() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |args: &str| {
+        let done = host_sim(dir.path())
+            .args(args.split(' '))
+            .assert()
+            .success();
+        String::from_utf8_lossy(&done.get_output().stdout).into_owned()
+    };
+    run("simulate --learning --out data");
+    let printed = run("replay csv --header data/header.toml");
+    let page = include_str!("../../../docs/five-minutes.md");
+    let block = page.split("```text\n").nth(2).unwrap();
+    let (block, _) = block.split_once("```").unwrap();
+    assert_eq!(block.lines().count(), 4);
+    for line in block.lines() {
+        assert!(printed.contains(line), "{line} is not in:\n{printed}");
+    }
+    assert!(printed.contains("its candidate \"biases\" had proved itself"));
+    run("unit new --from stim300 --output my.toml");
+    let printed = run("replay csv --header data/header.toml --unit my.toml");
+    assert!(printed.contains("nothing had proved itself, so it corrects nothing"));
+    assert!(printed.contains("rnn 1553 m (3.3 times)"), "{printed}");
+}
+
 #[test]
 fn json_has_the_promised_shape_and_the_same_seed_gives_the_same_bytes() {
     let dir = tempfile::tempdir().unwrap();

@@ -158,4 +158,20 @@ fn the_unit_file_of_the_page_is_good() {
     std::fs::write(dir.path().join("my.toml"), file).unwrap();
     let (code, out, err) = host_sim(dir.path(), &["unit", "check", "my.toml"], "");
     assert_eq!(code, 0, "{out}{err}");
+    // what the page shows of two commands with this file
+    let commands = [
+        "allan --unit my.toml --out allan",
+        "learnability --unit my.toml",
+    ];
+    let shown = page.split("```text\n").skip(1);
+    for (command, shown) in commands.into_iter().zip(shown) {
+        let args: Vec<&str> = command.split(' ').collect();
+        let (code, out, err) = host_sim(dir.path(), &args, "");
+        assert_eq!(code, 0, "{err}");
+        let (shown, _) = shown.split_once("```").unwrap();
+        assert_eq!(shown.lines().count(), 3);
+        for line in shown.lines() {
+            assert!(out.contains(line), "{command}: {line} is not in:\n{out}");
+        }
+    }
 }

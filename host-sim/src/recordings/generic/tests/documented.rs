@@ -21,6 +21,16 @@ fn the_documented_example_is_a_header() {
     toml::from_str::<Header>(&all).unwrap();
 }
 
+/// The header that docs/your-data.md shows is one.
+#[test]
+fn the_example_of_the_page_is_a_header() {
+    let page = include_str!("../../../../../docs/your-data.md");
+    let (_, example) = page.split_once("```toml\n").unwrap();
+    let (example, _) = example.split_once("```").unwrap();
+    let header: Header = toml::from_str(example).unwrap();
+    assert_eq!(header.start.standstill_s, Some(120));
+}
+
 /// The rows of the table of keys in docs/your-data.md, as `table.key`.
 fn documented() -> std::collections::BTreeSet<String> {
     let page = include_str!("../../../../../docs/your-data.md");

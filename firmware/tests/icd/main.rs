@@ -11,7 +11,9 @@ use firmware::wire::{
     novatel, stim300,
 };
 
-const ICD: &str = include_str!("../../docs/ICD.md");
+mod examples;
+
+const ICD: &str = include_str!("../../../docs/ICD.md");
 
 /// The cells of all table rows whose first cell is `first`.
 fn rows(first: &str) -> Vec<Vec<&'static str>> {
@@ -115,45 +117,6 @@ fn kvh_novatel_hg4930_frames() {
         (u32::from(buffer[1]), len)
     });
     assert_eq!(lengths, made);
-}
-
-/// The example of section 2.1, read as the section says and without the code under test.
-#[test]
-fn the_example_of_an_adis_frame() {
-    let (_, rest) = ICD.split_once("(t: `adis example`):").expect("an example");
-    let line = rest.lines().find(|line| !line.trim().is_empty());
-    let words = line.expect("bytes").split_whitespace();
-    let mut bytes: Vec<u8> = words
-        .map(|word| u8::from_str_radix(word, 16).expect("a byte"))
-        .collect();
-    let length = usize::from(bytes[2]);
-    assert_eq!((&bytes[..2], length, bytes[3]), (&[0xAD, 0x15][..], 20, 0));
-    assert_eq!(bytes.len(), 8 + length + 4);
-    let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"));
-    assert_eq!(u32_at(4), 305_419_896);
-    assert_eq!(u32_at(8 + length), crc32(&bytes[..8 + length]));
-    let word = |n: usize| i16::from_be_bytes([bytes[8 + 2 * n], bytes[9 + 2 * n]]);
-    assert_eq!([1, 2, 3, 4, 5, 6].map(word), [1, -2, 3, 100, -200, 800]);
-    assert_eq!([0, 7, 8].map(word), [0, 250, 7]);
-    let sum: u32 = bytes[8..26].iter().map(|&byte| u32::from(byte)).sum();
-    assert_eq!(sum as u16, word(9) as u16);
-    // and the device takes it for a frame with these values
-    let adis = ImuFormat::from_name("adis-uart").expect("a format");
-    let frame = Checked::new(adis, &mut bytes).expect("a frame");
-    let expected = firmware::sample::RawSample::Counts {
-        gyro: [1, -2, 3],
-        accel: [100, -200, 800],
-    };
-    assert_eq!(frame.read().expect("values").sample, expected);
-}
-
-/// CRC-32 bit by bit, from its definition: reflected polynomial 0xEDB88320, from all ones,
-/// inverted.
-fn crc32(bytes: &[u8]) -> u32 {
-    let bits = |crc: u32, _| (crc >> 1) ^ (0xEDB8_8320 & 0u32.wrapping_sub(crc & 1));
-    !bytes
-        .iter()
-        .fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), bits))
 }
 
 /// The registers of a row make bursts of the length of the row.
