@@ -65,7 +65,10 @@ impl<T: Real> Sensitivities<T> {
 
     /// Resets to [`Sensitivities::new`].
     pub fn reset(&mut self) {
-        *self = Self::new();
+        // Constants: at opt-level "z" a call of `new` would make all of it on the stack and copy it.
+        self.s1 = Columns::ZERO;
+        self.s2 = Columns::ZERO;
+        self.s3 = Columns::ZERO;
     }
 
     /// dy_3,j/dtheta of the last step: one row for each output j, in parameter order. It is a copy,

@@ -19,15 +19,15 @@ impl<T: Real> Layer<T> {
     /// The 21 values in parameter order.
     #[inline(always)]
     fn to_array(self) -> [T; PARAMS_PER_LAYER] {
-        let mut values = [T::ZERO; PARAMS_PER_LAYER];
-        for p in 0..NEURONS {
-            for q in 0..NEURONS {
-                values[NEURONS * p + q] = self.w[p][q];
-                values[R + NEURONS * p + q] = self.r[p][q];
-            }
-            values[B + p] = self.b[p];
-        }
-        values
+        // In full: opt-level "z" leaves loops as they are, and clears what they are to fill.
+        let [[w0, w1, w2], [w3, w4, w5], [w6, w7, w8]] = self.w;
+        let [[r0, r1, r2], [r3, r4, r5], [r6, r7, r8]] = self.r;
+        let [b0, b1, b2] = self.b;
+        [
+            w0, w1, w2, w3, w4, w5, w6, w7, w8, // row by row
+            r0, r1, r2, r3, r4, r5, r6, r7, r8, //
+            b0, b1, b2,
+        ]
     }
 
     /// A layer from 21 values in parameter order.
@@ -109,11 +109,10 @@ impl<T: Real> Weights<T> {
     /// The 63 values in parameter order.
     #[inline]
     pub fn to_array(&self) -> [T; PARAMS] {
-        let mut values = [T::ZERO; PARAMS];
-        for (layer, values) in self.layers.iter().zip(values.as_chunks_mut().0) {
-            *values = layer.to_array();
-        }
-        values
+        let [one, two, three] = self.layers;
+        let rows = [one.to_array(), two.to_array(), three.to_array()];
+        let values = rows.as_flattened().first_chunk();
+        values.copied().unwrap_or([T::ZERO; PARAMS]) // there are as many
     }
 
     /// The parameter with this index; `None` from 63 on.

@@ -45,6 +45,7 @@ function point(p) {
   accel.add(p.t, p.estimate, p.sigma, p.in_force);
   if (p.wealth) riches.add(p.t, p.wealth);
   if (p.place) track.add(p.place, p.heading);
+  else track.gap();
 }
 
 const on = {

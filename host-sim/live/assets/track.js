@@ -22,7 +22,8 @@ export class Track {
   }
 
   clear() {
-    this.points = [];
+    this.points = []; // metres east and north, and whether the line begins there anew
+    this.begins = true;
     this.origin = null;
     this.heading = null;
     this.dirty = true;
@@ -33,10 +34,17 @@ export class Track {
     this.origin ??= [lat, lon];
     const [lat0, lon0] = this.origin;
     const turn = ((lon - lon0 + 540) % 360) - 180;
-    this.points.push([turn * DEGREE * RADIUS * Math.cos(lat0 * DEGREE), (lat - lat0) * DEGREE * RADIUS]);
-    if (this.points.length > MOST) this.points = this.points.filter((_, n) => n % 2 === 0);
+    const [east, north] = [turn * DEGREE * RADIUS * Math.cos(lat0 * DEGREE), (lat - lat0) * DEGREE * RADIUS];
+    this.points.push([east, north, this.begins]);
+    this.begins = false;
+    if (this.points.length > MOST) this.points = this.points.filter(([, , begins], n) => n % 2 === 0 || begins);
     this.heading = heading;
     this.dirty = true;
+  }
+
+  /** The navigator has no place: it begins anew somewhere else, so no line leads there. */
+  gap() {
+    this.begins = true;
   }
 
   /** Metres shown: centre, and how many to a pixel. */
@@ -66,7 +74,7 @@ export class Track {
     ctx.strokeStyle = colour("x");
     ctx.lineWidth = 2;
     ctx.beginPath();
-    for (const point of this.points) ctx.lineTo(...at(point));
+    for (const point of this.points) point[2] ? ctx.moveTo(...at(point)) : ctx.lineTo(...at(point));
     ctx.stroke();
     ctx.fillStyle = colour("soft");
     const [x0, y0] = at(this.points[0]);

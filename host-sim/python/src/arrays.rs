@@ -117,13 +117,32 @@ fn tuple(shape: &[usize]) -> String {
     }
 }
 
+/// The error of a table that has no row of a scheme after a time.
+pub fn no_row(asked: &str, schemes: &[String], times: &[u32]) -> PyErr {
+    let problem = format!("there is no row of {asked}");
+    let times: Vec<String> = times.iter().map(u32::to_string).collect();
+    let (schemes, times) = (schemes.join(", "), times.join(", "));
+    refused(
+        "rows",
+        problem,
+        format!("a scheme of {schemes}, after {times}"),
+    )
+}
+
 /// A few numbers: an array, a list or a tuple.
 ///
 /// # Errors
 /// Their number is not N, or they are no numbers.
 pub fn few<const N: usize>(name: &str, value: &Bound<'_, PyAny>) -> PyResult<[f64; N]> {
     value.extract().map_err(|_| {
-        let problem = format!("is {}, not {N} numbers", text_of(value));
+        // an array by its shape: its numbers are many, and not what is wrong
+        let shape = value
+            .getattr("shape")
+            .and_then(|shape| shape.extract::<Vec<usize>>());
+        let problem = match shape {
+            Ok(shape) => format!("has shape {}, not ({N},)", tuple(&shape)),
+            Err(_) => format!("is {}, not {N} numbers", text_of(value)),
+        };
         refused(name, problem, format!("give a sequence of {N} numbers"))
     })
 }

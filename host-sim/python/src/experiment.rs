@@ -1,6 +1,6 @@
 //! `Scenario`, `simulate` and `run_experiment`: the paper's experiment.
 
-use crate::arrays::{from_json, to_json};
+use crate::arrays::{from_json, no_row, to_json};
 use crate::errors::{raised, refused};
 use crate::long::interruptible;
 use crate::replay::curves;
@@ -190,8 +190,13 @@ impl Experiment {
             .iter()
             .find(|r| r.scheme == scheme && r.t_min == minutes);
         row.map(|row| row.horizontal_m).ok_or_else(|| {
-            let problem = format!("there is no row of '{scheme}' after {minutes} min");
-            refused("rows", problem, format!("a scheme of {:?}", self.schemes()))
+            let mut times: Vec<u32> = rows.iter().map(|row| row.t_min).collect();
+            times.dedup();
+            no_row(
+                &format!("'{scheme}' after {minutes} min"),
+                &self.schemes(),
+                &times,
+            )
         })
     }
 

@@ -1,6 +1,6 @@
 //! `replay`: learning from one part of a recording, judging on another.
 
-use crate::arrays::{array, from_json};
+use crate::arrays::{array, from_json, no_row};
 use crate::errors::{raised, refused};
 use crate::long::interruptible;
 use crate::recording::Recording;
@@ -90,8 +90,13 @@ impl Replay {
     /// Horizontal error of a scheme, m, so many seconds into navigation without fixes.
     fn horizontal(&self, scheme: &str, seconds: u32) -> PyResult<f64> {
         self.0.horizontal(scheme, seconds).ok_or_else(|| {
-            let problem = format!("there is no row of '{scheme}' after {seconds} s");
-            refused("rows", problem, format!("a scheme of {:?}", self.schemes()))
+            let mut times: Vec<u32> = self.0.rows.iter().map(|row| row.t_s).collect();
+            times.dedup();
+            no_row(
+                &format!("'{scheme}' after {seconds} s"),
+                &self.schemes(),
+                &times,
+            )
         })
     }
 

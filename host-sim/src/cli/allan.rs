@@ -2,6 +2,7 @@
 
 use super::options::{UnitOption, positive, refused};
 use super::output::JsonOption;
+use super::progress;
 use crate::analysis::allan::columns::{Choice, load};
 use crate::analysis::allan::findings::Findings;
 use crate::analysis::allan::{Column, at_rest};
@@ -57,17 +58,29 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
+const SIMULATING: &str = "simulating the unit at rest";
+const ANALYSING: &str = "computing the deviations";
+/// Samples of the simulation whose stages were measured: 7200 s at 200 Hz.
+const MEASURED: f64 = 1_440_000.0;
+
 /// Longest simulation, s.
 const LONGEST_S: u32 = 86_400;
 
 impl Args {
     /// Reads or simulates, analyses, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
+        let first = match &self.file {
+            Some(_) => (progress::READING, 0.5),
+            None => (SIMULATING, 1.7),
+        };
+        let shown = progress::plan(&[first, (ANALYSING, 0.5), (progress::WRITING, 0.2)]);
         let (source, columns, spec) = match &self.file {
             Some(file) => (file.display().to_string(), self.read(file)?, None),
             None => self.simulate(&self.unit.load_or("medium")?)?,
         };
+        progress::stage(ANALYSING);
         let findings = Findings::of(source, columns, spec.as_ref())?;
+        progress::stage(progress::WRITING);
         let json = findings.json()?;
         let page = self
             .out
@@ -75,6 +88,7 @@ impl Args {
             .map(|dir| report::allan::write(&findings, dir))
             .transpose()?;
         self.json.write_text(&json)?;
+        drop(shown);
         println!(
             "Allan deviation of {}\n\n{}",
             findings.source,
@@ -88,6 +102,7 @@ impl Args {
     }
 
     fn read(&self, file: &std::path::Path) -> Result<Vec<Column>, Error> {
+        progress::scale_by(file);
         let rate = self.rate.map(|rate| positive("--rate", rate));
         load(
             file,
@@ -109,6 +124,7 @@ impl Args {
             ));
         }
         let spec = spec.error_model(model);
+        progress::scale(f64::from(self.duration) * f64::from(spec.rate_hz) / MEASURED);
         let mut columns = at_rest(&spec, self.duration, self.seed)?;
         if let Some(missing) = self
             .column

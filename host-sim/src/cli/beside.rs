@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 /// A bar for a file that is read.
 pub(super) fn reading_bar() -> ProgressBar {
-    progress::bar(0, "{bar:40} {bytes} of {total_bytes}")
+    progress::bar(0, "{bar:40} {bytes} of {total_bytes}, {eta} left")
 }
 
 /// Fixes of a receiver beside the IMU.
@@ -44,10 +44,10 @@ impl Beside {
         log.beside(record, origin_s);
         let times = record.fixes.first().zip(record.fixes.last());
         let (from, to) = times.map_or((0.0, 0.0), |(a, b)| (a.time, b.time));
-        eprintln!(
+        progress::say(&format!(
             "{}: {count} fixes ({format:?}) from {from:.3} to {to:.3} s on the IMU's clock",
             file.display()
-        );
+        ));
         Ok(())
     }
 }

@@ -1,10 +1,12 @@
 //! `host-sim replay blackbox`.
 
+use super::output::JsonOption;
 use crate::error::Error;
-use crate::hil::blackbox::{Verdict, names, play, read};
+use crate::hil::blackbox::{self, Verdict, names, play, read};
 use clap::Args as ClapArgs;
 use firmware::app::blackbox::What;
 use firmware::app::blackbox::read::events;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// Arguments of `replay blackbox`.
@@ -12,39 +14,87 @@ use std::path::PathBuf;
 pub(super) struct Blackbox {
     /// File of `device blackbox -o`
     file: PathBuf,
+    #[command(flatten)]
+    json: JsonOption,
+}
+
+/// What is told, for `--json`.
+#[derive(Debug, Serialize)]
+struct Played<'a> {
+    events: &'a [Event],
+    pages: &'a [Page],
+}
+
+#[derive(Debug, Serialize)]
+struct Event {
+    at_s: f64,
+    what: String,
+    value: String,
+}
+
+/// A page of the recording, and whether the application here does the same.
+#[derive(Debug, Serialize)]
+struct Page {
+    number: u32,
+    at_s: f64,
+    pieces: usize,
+    bytes: usize,
+    verdict: String,
+}
+
+impl Page {
+    fn of(page: &blackbox::Page) -> Self {
+        Self {
+            number: page.number,
+            at_s: page.at_us as f64 * 1e-6,
+            pieces: page.pieces,
+            bytes: page.bytes,
+            verdict: match &page.verdict {
+                Verdict::Agrees => "the same bytes and faults follow".into(),
+                Verdict::NotPlayed(why) => format!("not played: {why}"),
+                Verdict::Differs(at_us, what) => {
+                    format!("DIFFERS at {:.6} s: {what}", *at_us as f64 * 1e-6)
+                }
+            },
+        }
+    }
 }
 
 impl Blackbox {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (told, memory) = read(&self.file)?;
-        for event in events(&memory) {
-            let value = match event.what {
-                What::Faults => names(event.value),
-                _ => event.value.to_string(),
-            };
-            println!(
-                "{:>10.3} s  {:?} {value}",
-                f64::from(event.at_ms) * 1e-3,
-                event.what
-            );
+        let events: Vec<Event> = events(&memory)
+            .map(|event| Event {
+                at_s: f64::from(event.at_ms) * 1e-3,
+                what: format!("{:?}", event.what),
+                value: match event.what {
+                    What::Faults => names(event.value),
+                    _ => event.value.to_string(),
+                },
+            })
+            .collect();
+        let pages = play(told.as_ref(), &memory);
+        let differs = pages.iter().find_map(|page| match page.verdict {
+            Verdict::Differs(at_us, _) => Some(at_us),
+            _ => None,
+        });
+        let pages: Vec<Page> = pages.iter().map(Page::of).collect();
+        self.json.write(&Played {
+            events: &events,
+            pages: &pages,
+        })?;
+        for Event { at_s, what, value } in &events {
+            println!("{at_s:>10.3} s  {what} {value}");
         }
-        let mut differs = None;
-        for page in play(told.as_ref(), &memory) {
-            let verdict = match &page.verdict {
-                Verdict::Agrees => "the same bytes and faults follow".into(),
-                Verdict::NotPlayed(why) => format!("not played: {why}"),
-                Verdict::Differs(at_us, what) => {
-                    differs.get_or_insert(*at_us);
-                    format!("DIFFERS at {:.6} s: {what}", *at_us as f64 * 1e-6)
-                }
-            };
-            println!(
-                "page {} from {:.6} s, {} pieces, {} bytes: {verdict}",
-                page.number,
-                page.at_us as f64 * 1e-6,
-                page.pieces,
-                page.bytes
-            );
+        for Page {
+            number,
+            at_s,
+            pieces,
+            bytes,
+            verdict,
+        } in &pages
+        {
+            println!("page {number} from {at_s:.6} s, {pieces} pieces, {bytes} bytes: {verdict}");
         }
         let Some(at_us) = differs else {
             return Ok(());

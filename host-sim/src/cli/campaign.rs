@@ -14,7 +14,7 @@ use crate::report::campaign::Made;
 use clap::{Args as ClapArgs, Subcommand};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::OnceLock;
 
 /// Keys of a scenario that a campaign would ignore: its drives and its networks are its own.
 const IGNORED: [&str; 4] = ["heading_deg", "learn", "test", "network"];
@@ -251,30 +251,39 @@ fn not_for_results() -> Error {
     refused("--results", problem, remedy)
 }
 
-/// Runs a campaign behind a progress bar.
+/// Runs a campaign behind progress bars: first the tuning of the classical filters, then the runs.
 fn execute(campaign: &Campaign, label: &str) -> Result<Merged, Error> {
-    let bar = bar(
-        campaign.wanted().len() as u64,
-        "{bar:30} {prefix}{pos}/{len} runs, {elapsed} elapsed, {eta} left {msg}",
-    );
-    bar.set_prefix(label.to_owned());
-    let tuned = AtomicU32::new(0);
     let units = campaign.tuning_units * campaign.tuning_rounds();
-    let tuning = |n: u32| {
-        bar.set_message(format!(
-            "(tuning the classical filters first: {n}/{units} units)"
-        ));
+    let tuning = bar(
+        u64::from(units),
+        "{bar:30} {prefix}tuning the classical filters first: {pos}/{len} units, {elapsed} \
+         elapsed, {eta} left",
+    );
+    tuning.set_prefix(label.to_owned());
+    tuning.tick();
+    let runs = OnceLock::new();
+    let runs = || {
+        runs.get_or_init(|| {
+            tuning.finish_and_clear();
+            let runs = bar(
+                campaign.wanted().len() as u64,
+                "{bar:30} {prefix}{pos}/{len} runs, {elapsed} elapsed, {eta} left",
+            );
+            runs.set_prefix(label.to_owned());
+            runs.tick();
+            runs
+        })
     };
-    tuning(0);
-    bar.tick();
     let done = campaign.execute(&|progress| match progress {
-        Progress::TuningUnit => tuning(1 + tuned.fetch_add(1, Ordering::Relaxed)),
-        Progress::Run => {
-            bar.set_message("");
-            bar.inc(1);
+        Progress::TuningUnit => {
+            tuning.inc(1);
+            if tuning.position() >= u64::from(units) {
+                runs();
+            }
         }
+        Progress::Run => runs().inc(1),
     });
-    bar.finish_and_clear();
+    runs().finish_and_clear();
     done
 }
 
@@ -314,7 +323,7 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
         let made = Made {
             commands: vec![format!("host-sim {}", arguments_without("--jobs"))],
         };
-        let page = report::campaign::document(done, &summary, &ratios, &made)?;
+        let page = report::campaign::document(done, &summary, &ratios, further, &made)?;
         write_atomic(file, page.page()?.as_bytes())?;
         for sentence in page.verdict() {
             println!("{sentence}");

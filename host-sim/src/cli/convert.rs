@@ -1,12 +1,15 @@
 //! `host-sim convert`.
 
 use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
+use super::progress::{self, Shown};
 use super::source::{Csv, KfGins, Novatel};
 use crate::error::Error;
 use crate::recordings::record::Record;
 use crate::recordings::{generic, kfgins};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use std::path::PathBuf;
+
+const WRITING: &str = "writing the files";
 
 /// Arguments of `convert`.
 #[derive(Debug, ClapArgs)]
@@ -100,20 +103,23 @@ struct Target {
 impl Args {
     /// Reads and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
+        let shown = progress::plan(&[(progress::READING, 3.0), (WRITING, 1.5)]);
         match &self.from {
-            From::Csv { source, target } => target.write(&source.record()?),
-            From::KfGins { source, target } => target.write(&source.record()?),
-            From::Novatel { source, target } => target.write(&source.record()?),
-            From::Mcap { source, target } => target.write(&source.record(None)?),
-            From::Ulog { source, target } => target.write(&source.record(None)?),
-            From::Ubx { source, target } => target.write(&source.record(None)?),
-            From::Euroc { source, target } => target.write(&source.record(None)?),
+            From::Csv { source, target } => target.write(&source.record()?, shown),
+            From::KfGins { source, target } => target.write(&source.record()?, shown),
+            From::Novatel { source, target } => target.write(&source.record()?, shown),
+            From::Mcap { source, target } => target.write(&source.record(None)?, shown),
+            From::Ulog { source, target } => target.write(&source.record(None)?, shown),
+            From::Ubx { source, target } => target.write(&source.record(None)?, shown),
+            From::Euroc { source, target } => target.write(&source.record(None)?, shown),
         }
     }
 }
 
 impl Target {
-    fn write(&self, record: &Record) -> Result<(), Error> {
+    fn write(&self, record: &Record, shown: Shown) -> Result<(), Error> {
+        progress::stage(WRITING);
+        let mut note = None;
         match self.to {
             Format::Csv => generic::write(record, None, &self.out)?,
             Format::KfGins => {
@@ -124,9 +130,13 @@ impl Target {
                 let [imu, gnss] = ["imu.txt", "gnss.txt"].map(|name| self.out.join(name));
                 kfgins::write(record, form, &imu, &gnss)?;
                 if record.has_velocity() && !self.velocity {
-                    println!("- velocities are left out; --velocity keeps them in 13 columns");
+                    note = Some("- velocities are left out; --velocity keeps them in 13 columns");
                 }
             }
+        }
+        drop(shown);
+        if let Some(note) = note {
+            println!("{note}");
         }
         println!(
             "{} samples, {} fixes in {}",

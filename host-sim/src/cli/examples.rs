@@ -68,7 +68,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "replay novatel",
         &[
-            "replay novatel drive.gps --inventory",
+            "replay novatel drive.gps --inventory --json inventory.json",
             "replay novatel drive.gps --mounting y,x,-z",
         ],
     ),

@@ -95,7 +95,10 @@ impl Args {
         };
         // told, it restores the networks that the board had before
         let stop = asked();
-        let bar = bar(0, "{elapsed} {wide_bar} {bytes} of {total_bytes}");
+        let bar = bar(
+            0,
+            "{elapsed} {wide_bar} {bytes} of {total_bytes}, {eta} left",
+        );
         let progress = |came: usize, of: usize| {
             bar.set_length(of as u64);
             bar.set_position(came as u64);

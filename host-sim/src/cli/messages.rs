@@ -3,6 +3,7 @@
 
 use super::beside::{Beside, reading_bar};
 use super::options::{positive, refused, within};
+use super::progress;
 use super::source::attitude;
 use crate::error::Error;
 use crate::experiment::doubts::{Field, Says};
@@ -50,7 +51,7 @@ pub(super) trait Messages {
         bar.finish_and_clear();
         let reading = read?;
         for note in reading.notes {
-            eprintln!("{note}");
+            progress::say(&note);
         }
         let mut record = reading.record;
         self.beside().replace(&mut record, reading.origin_s)?;

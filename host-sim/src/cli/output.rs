@@ -1,6 +1,7 @@
 //! What a command leaves behind: the printed table, the report directory and the JSON file.
 
 use super::options::arguments;
+use super::progress::{self, Shown};
 use crate::error::Error;
 use crate::experiment::outcome::{Outcome, table};
 use crate::experiment::results::Report;
@@ -71,11 +72,19 @@ impl Output {
     }
 
     /// Prints the table and the notes of one experiment, and writes its report and JSON.
-    pub(super) fn leave_report(&self, name: &str, report: &Report) -> Result<(), Error> {
+    /// What is `shown` of the progress goes before they are printed.
+    pub(super) fn leave_report(
+        &self,
+        name: &str,
+        report: &Report,
+        shown: Shown,
+    ) -> Result<(), Error> {
+        progress::stage(progress::WRITING);
         // Everything that can be wrong with the results is found before anything is written.
         let json = report::json::json(&report.results)?;
         let page = report::page::write(&self.directory(name), report)?;
         self.json.write_text(&json)?;
+        drop(shown);
         let table = report::table::table(&report.results);
         println!("{}\n", report.title);
         for sentence in report::verdict::of_results(&report.results) {
@@ -90,7 +99,13 @@ impl Output {
     }
 
     /// The same of the cases of a replay.
-    pub(super) fn leave_outcomes(&self, name: &str, outcomes: &[Outcome]) -> Result<(), Error> {
+    pub(super) fn leave_outcomes(
+        &self,
+        name: &str,
+        outcomes: &[Outcome],
+        shown: Shown,
+    ) -> Result<(), Error> {
+        progress::stage(progress::WRITING);
         let head = Head {
             title: format!("Replay {name}: learnt from one part, free inertial on another"),
             command: format!("host-sim {}", arguments()),
@@ -98,6 +113,7 @@ impl Output {
         let directory = self.directory(&format!("replay-{name}"));
         let page = report::replay::write(&directory, &head, outcomes)?;
         self.json.write(outcomes)?;
+        drop(shown);
         let table = table(outcomes);
         for outcome in outcomes {
             println!("{}, {}:", outcome.recording, outcome.case);

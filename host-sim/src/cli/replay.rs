@@ -4,7 +4,7 @@ use super::blackbox::Blackbox;
 use super::messages::{Euroc, Mcap, Ubx, Ulog};
 use super::options::{UnitOption, refused};
 use super::output::Output;
-use super::progress::Stages;
+use super::progress;
 use super::user_recording::{CsvArgs, KfGinsArgs, MessagesArgs, NovatelArgs, no_attitude};
 use crate::error::Error;
 use crate::experiment::outcome::Outcome;
@@ -14,6 +14,11 @@ use crate::inertial::session::Session;
 use crate::recordings::{self, load};
 use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
+
+/// The stage of a replay that takes longest.
+pub(super) const REPLAYING: &str = "aligning, learning, navigating";
+/// The stages of several drives.
+const DRIVES: [&str; 5] = ["drive 1", "drive 2", "drive 3", "drive 4", "further drives"];
 
 /// Arguments of `replay`.
 #[derive(Debug, ClapArgs)]
@@ -108,17 +113,27 @@ impl Args {
         match &self.what {
             What::Lasergyro(args) => args.run(),
             What::FogMems(args) => {
+                let shown = progress::plan(&[(REPLAYING, 2.3), (progress::WRITING, 0.7)]);
                 let (_, outcomes) = args.outcomes()?;
-                args.output.leave_outcomes("fog-mems", &outcomes)
+                args.output.leave_outcomes("fog-mems", &outcomes, shown)
             }
             What::Kitti(args) => args.run(),
             What::Hybrid(args) => {
+                let roads = args.roads.len() as f64;
+                let stages = [
+                    (progress::READING, 0.4),
+                    (REPLAYING, 1.2 * roads),
+                    (progress::WRITING, 0.2 * roads),
+                ];
+                let shown = progress::plan(&stages);
                 let outcomes = {
                     let unit = args.unit.load_or(lasergyro::UNIT)?;
-                    hybrid::replay(&load(&args.file)?, &args.roads, &unit)?
+                    let recording = load(&args.file)?;
+                    progress::stage(REPLAYING);
+                    hybrid::replay(&recording, &args.roads, &unit)?
                 };
                 let outcomes = outcomes.ok_or_else(|| no_attitude(&args.file))?;
-                args.output.leave_outcomes("hybrid", &outcomes)
+                args.output.leave_outcomes("hybrid", &outcomes, shown)
             }
             What::Csv(args) => args.run(),
             What::KfGins(args) => args.run(),
@@ -144,15 +159,21 @@ impl FogMems {
 
 impl Kitti {
     fn run(&self) -> Result<(), Error> {
+        // as far as they are told apart; the last one stands for all others
+        let drives = DRIVES.map(|name| (name, 0.8));
+        let known = &drives[..self.files.len().min(DRIVES.len())];
+        let stages = [known, &[(progress::WRITING, 0.2 * self.files.len() as f64)]].concat();
+        let shown = progress::plan(&stages);
         let drives = self.outcomes()?;
         let outcomes: Vec<Outcome> = drives.into_iter().flat_map(|(_, of)| of).collect();
-        self.output.leave_outcomes("kitti", &outcomes)
+        self.output.leave_outcomes("kitti", &outcomes, shown)
     }
 
     /// Each drive and what came of it.
     pub(super) fn outcomes(&self) -> Result<Vec<(Session, Vec<Outcome>)>, Error> {
         let unit = self.unit.load_or(kitti::UNIT)?;
-        let drive = |file: &PathBuf| {
+        let drive = |(k, file): (usize, &PathBuf)| {
+            progress::stage(DRIVES[k.min(DRIVES.len() - 1)]);
             let session = recordings::kitti::session(file, self.skip)?;
             let name = file
                 .file_name()
@@ -162,21 +183,26 @@ impl Kitti {
             let outcomes = kitti::replay(name, &session, &unit)?;
             Ok((session, outcomes))
         };
-        self.files.iter().map(drive).collect()
+        self.files.iter().enumerate().map(drive).collect()
     }
 }
 
 impl Lasergyro {
     fn run(&self) -> Result<(), Error> {
+        let stages = [
+            (progress::READING, 0.4),
+            (REPLAYING, 0.8),
+            (progress::WRITING, 0.4),
+        ];
+        let shown = progress::plan(&stages);
         let report = self.report()?;
-        self.output.leave_report("replay-lasergyro", &report)
+        self.output.leave_report("replay-lasergyro", &report, shown)
     }
 
     /// What came of the recording.
     pub(super) fn report(&self) -> Result<Report, Error> {
         let unit = self.unit.load_or(lasergyro::UNIT)?;
-        let stages = Stages::new();
-        stages.begin("reading the recording");
+        progress::stage(progress::READING);
         let recording = load(&self.file)?;
         let seconds = recording.pulses.len() as f64 / recording.rate_hz;
         let longest = (seconds - 300.0).max(0.0) as u32;
@@ -190,9 +216,8 @@ impl Lasergyro {
                 ),
             ));
         }
-        stages.begin("aligning, learning, navigating");
+        progress::stage(REPLAYING);
         let report = lasergyro::replay(&recording, self.learn_s, &unit);
-        stages.end();
         let mut report = report.ok_or_else(|| no_attitude(&self.file))?;
         let unit = self.unit.unit.as_ref();
         let command = format!(

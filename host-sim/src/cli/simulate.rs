@@ -1,13 +1,15 @@
 //! `host-sim simulate`.
 
 use super::options::Simulation;
-use super::progress::Stages;
+use super::progress;
 use crate::error::Error;
 use crate::experiment::run::sessions;
 use crate::recordings::generic;
 use crate::recordings::record::{Record, TimedFix};
 use clap::Args as ClapArgs;
 use std::path::PathBuf;
+
+const WRITING: &str = "writing the files";
 
 /// Arguments of `simulate`.
 #[derive(Debug, ClapArgs)]
@@ -34,11 +36,10 @@ impl Args {
         if let Some(name) = &self.vehicle {
             scenario.set_vehicle(name)?;
         }
-        let stages = Stages::new();
-        stages.begin("simulating");
+        let shown = progress::plan(&[("simulating", 1.0), (WRITING, 0.6)]);
         let sessions = sessions(&scenario, self.simulation.seed);
         let (session, fixes) = sessions.simulate_with_fixes(self.learning);
-        stages.begin("writing");
+        progress::stage(WRITING);
         // Each file appears whole. The samples come first, because their file is the longest.
         let fixes = fixes
             .iter()
@@ -50,7 +51,7 @@ impl Args {
         generic::write(&record, Some(scenario.unit()), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
         generic::write_readings(&session, &self.out.join("temperature.csv"))?;
-        stages.end();
+        drop(shown);
         println!(
             "{} samples, {} fixes in {}",
             session.counts.len(),

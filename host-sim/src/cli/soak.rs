@@ -1,13 +1,14 @@
 //! `host-sim soak`.
 
 use super::options::refused;
-use super::progress::Stages;
+use super::progress::bar;
 use crate::error::Error;
 use crate::hil::blackbox::{Verdict, play};
 use clap::Args as ClapArgs;
 use firmware::app::App;
 use firmware::app::blackbox::LEN;
 use firmware::configuration::Configuration;
+use indicatif::ProgressBar;
 use serde::Serialize;
 use soak::disturb::KINDS;
 use soak::world::Sensor;
@@ -59,9 +60,7 @@ struct Told {
 
 /// Plays what the black box holds before each reset, and shows how far it is.
 struct Looks {
-    stages: Stages,
-    minutes: u32,
-    of: u32,
+    bar: ProgressBar,
     played: u64,
     not_played: u64,
     differs: Option<String>,
@@ -69,15 +68,9 @@ struct Looks {
 
 impl Watch for Looks {
     fn minute(&mut self, report: &Report) {
-        self.minutes += 1;
-        if self.minutes.is_multiple_of(60) {
-            let power_ons = report.power_ons;
-            self.stages.begin(&format!(
-                "hour {} of {}, {power_ons} power-ons",
-                self.minutes / 60,
-                self.of
-            ));
-        }
+        self.bar.inc(1);
+        self.bar
+            .set_message(format!("{} power-ons", report.power_ons));
     }
 
     fn drive_over(&mut self, told: &Configuration, app: &App) -> bool {
@@ -114,9 +107,10 @@ impl Args {
             rate: self.rate,
         };
         let mut looks = Looks {
-            stages: Stages::new(),
-            minutes: 0,
-            of: plan.seconds.div_ceil(3600),
+            bar: bar(
+                u64::from(plan.seconds / 60),
+                "{bar:30} {pos}/{len} min, {msg}, {elapsed} elapsed, {eta} left",
+            ),
             played: 0,
             not_played: 0,
             differs: None,
@@ -124,7 +118,7 @@ impl Args {
         let begun = Instant::now();
         let mut memory = Box::new(Memory::ZEROED);
         let report = soak::run(&mut memory, &plan, &mut looks);
-        looks.stages.end();
+        looks.bar.finish_and_clear();
         let told = told(&plan, &report, &looks, begun.elapsed().as_secs_f64());
         print(&told, self.json)?;
         match told.violation {

@@ -1,6 +1,7 @@
 //! The files of a user's recording on the command line, for `replay` and `convert`.
 
 use super::beside::Beside;
+use super::progress;
 use crate::error::Error;
 use crate::experiment::doubts::{Field, Says};
 use crate::inertial::axes::Axes;
@@ -81,6 +82,9 @@ pub(super) struct Novatel {
 
 impl Csv {
     pub(super) fn record(&self) -> Result<Record, Error> {
+        if let Ok(Original::Text(text)) = self.original() {
+            progress::scale_by(&text.file);
+        }
         let truth = self.truth.as_deref();
         if !self.beside.is_given() {
             return generic::read_with_truth(&self.header, &self.files, truth);
@@ -139,6 +143,7 @@ impl KfGins {
     }
 
     pub(super) fn record(&self) -> Result<Record, Error> {
+        progress::scale_by(&self.imu);
         let mut record = kfgins::read(&self.imu, &self.gnss, None)?;
         let truth = self.truth.as_deref().map(kfgins::read_truth).transpose()?;
         record.initial_attitude = match (&truth, self.standstill_s, &self.attitude[..]) {

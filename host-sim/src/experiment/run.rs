@@ -1,6 +1,8 @@
 //! The paper's experiment: learn on one drive, judge on another, and report. The paper judged on
 //! the drive it learnt from, which is also possible.
 
+mod device;
+
 use crate::error::Error;
 use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row};
@@ -13,25 +15,15 @@ use crate::inertial::units::{DEG_PER_H, UG};
 use crate::learning::baseline::LinearModel;
 use crate::learning::corrected::estimates;
 use crate::learning::fit::{FittedNetworks, fit};
-use crate::learning::fix_learner::{Stored, learn_on};
 use crate::learning::teacher::Assumptions;
-use crate::learning::window::{compensate, compensator, corrected_increments};
+use crate::learning::window::{compensate, compensator};
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate_drive};
-use firmware::learn::bank::Gates;
-use firmware::model::Nets;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
-use std::iter;
 
 /// Minutes of free-inertial navigation at which the table is taken, as in the paper.
 pub const TIMES_MIN: [u32; 5] = [5, 10, 15, 20, 22];
-
-/// Earlier drives after which the device is judged: their numbers, and its names then. In each it
-/// learns from fixes. In the judged drive there are none, and what it has stored corrects from
-/// power-on.
-const DEVICE: [(u32, &str); 2] = [(1, "device, 1"), (4, "device, 4")];
 
 /// What the caller chooses beside the scenario.
 #[derive(Debug, Clone, Copy)]
@@ -59,8 +51,9 @@ pub fn sessions(scenario: &Scenario, seed: u64) -> Sessions<'_> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut next = || rng.random();
     let (unit, learn, test) = (next(), [next(), next()], [next(), next()]);
-    let most = DEVICE.iter().map(|(drives, _)| *drives).max().unwrap_or(1);
-    let more = (1..most).map(|_| [next(), next()]).collect();
+    let more = (1..device::most_drives())
+        .map(|_| [next(), next()])
+        .collect();
     Sessions {
         scenario,
         imu: scenario.imu_spec(),
@@ -146,10 +139,12 @@ pub fn run(
     progress("navigating the second drive");
     let judged_on = test.as_ref().unwrap_or(&learn);
     let mut judged = judge(judged_on, &learnt).ok_or_else(|| scenario.no_attitude())?;
+    let mut in_force = vec![];
     if test.is_some() {
         progress("the device on earlier drives");
-        for (name, free) in device(&sessions, &learn, judged_on, &assumptions) {
-            judged.add(name, free);
+        for after in device::after_drives(&sessions, &learn, judged_on, &assumptions) {
+            judged.add(after.scheme, after.free);
+            in_force.push(after.in_force);
         }
     }
     let test = judged_on;
@@ -167,7 +162,10 @@ pub fn run(
             rows: judged.rows(),
         },
         set_up,
-        notes: notes(&learnt, options),
+        notes: notes(&learnt, options)
+            .into_iter()
+            .chain(in_force)
+            .collect(),
         curves: Curves {
             track: judged.tracks(test),
             error_over_time: judged.errors(),
@@ -180,37 +178,6 @@ pub fn run(
         "The vertical channel is damped with the reference height (a perfect barometer) in every scheme; the table is horizontal.".into(),
     );
     Ok(report)
-}
-
-/// The device after each number of [`DEVICE`] of earlier drives, of which `first` is the first.
-/// What it has not learnt, because a standstill shows no attitude or nothing proves itself, it does
-/// not correct.
-fn device(
-    sessions: &Sessions<'_>,
-    first: &Session,
-    judged: &Session,
-    assumptions: &Assumptions,
-) -> Vec<(&'static str, FreeInertial)> {
-    let spec = &sessions.scenario.learn;
-    let more: Vec<Session> = (sessions.more.par_iter())
-        .map(|seeds| sessions.drive(spec, *seeds).0)
-        .collect();
-    let (mut stored, mut out) = (Stored::default(), Vec::new());
-    for (number, drive) in (1..).zip(iter::once(first).chain(&more)) {
-        let (gates, until) = (Gates::default(), drive.epochs());
-        let learnt = learn_on(&stored, drive, assumptions, gates, None, until);
-        if let Some(next) = learnt.and_then(|learnt| learnt.next) {
-            stored = next;
-        }
-        let named = DEVICE.iter().find(|(drives, _)| *drives == number);
-        let Nets { gyro, accel } = stored.nets.unwrap_or(Nets::NONE);
-        if let Some((_, name)) = named {
-            let compensator = compensator(judged, &[gyro, accel], assumptions);
-            let corrected = corrected_increments(judged, &compensator, 0..judged.epochs());
-            out.extend(aligned_free_inertial(judged, &corrected).map(|free| (*name, free)));
-        }
-    }
-    out
 }
 
 /// All schemes on one session.

@@ -323,6 +323,14 @@ impl Scenario {
         &self.unit
     }
 
+    /// Samples of the drive to learn from and of the one to be judged on.
+    #[must_use]
+    pub fn samples(&self) -> f64 {
+        let seconds = |of: &DriveSpec| f64::from(of.standstill_s) + of.duration_s();
+        let both = seconds(&self.learn) + seconds(&self.test);
+        both * f64::from(self.imu_spec().rate_hz)
+    }
+
     /// The errors of the simulated IMU, and the world that it is in.
     #[must_use]
     pub fn imu_spec(&self) -> ImuSpec {

@@ -68,12 +68,20 @@ pub(super) fn frame(title: &str, body: &Markup) -> Markup {
 pub(super) fn picture(drawn: &Drawn, number: Option<usize>, file: &str) -> Markup {
     html! {
         figure {
-            (PreEscaped(&drawn.svg))
+            (both(&drawn.svg, &drawn.narrow))
             figcaption {
                 @if let Some(number) = number { b { "Figure " (number) ". " } }
                 (unbroken(&drawn.caption)) " " a href=(file) { (file) }
             }
         }
+    }
+}
+
+/// A picture as a wide and as a narrow screen have it.
+pub(super) fn both(svg: &str, narrow: &str) -> Markup {
+    html! {
+        div.broad { (PreEscaped(svg)) }
+        div.narrow { (PreEscaped(narrow)) }
     }
 }
 
@@ -95,10 +103,10 @@ fn results_table(results: &Results) -> Markup {
                 thead {
                     tr {
                         th { "time" br; "min" } th.text { "scheme" }
+                        th { "horizontal" br; "error, m" } th { "change" br; "against raw" }
                         th { "latitude" br; "error, m" } th { "longitude" br; "error, m" }
                         th { "north velocity" br; "error, m/s" }
                         th { "east velocity" br; "error, m/s" }
-                        th { "horizontal" br; "error, m" } th { "change" br; "against raw" }
                     }
                 }
                 @for block in blocks(results) {
@@ -115,8 +123,8 @@ fn results_table(results: &Results) -> Markup {
         }
         p.legend {
             "Time is that since the start of free-inertial navigation. Latitude error is positive "
-            "north, longitude error positive east. The last column is the change of the horizontal "
-            "error against " i { "raw" } " at the same time: \u{2212} is a smaller error, "
+            "north, longitude error positive east. The change is that of the horizontal error "
+            "against " i { "raw" } " at the same time: \u{2212} is a smaller error, "
             span.worse { "+ a larger one" } ". " span.star { "\u{2605}" }
             " marks the least horizontal error of its time."
         }
@@ -135,8 +143,6 @@ fn results_row(results: &Results, row: &Row) -> Markup {
     let change = change_percent(results, row);
     html! {
         (scheme_cell(&row.scheme))
-        td { (signed(row.d_lat_m, 2)) } td { (signed(row.d_lon_m, 2)) }
-        td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
         td.main {
             @if is_best(results, row) { span.star title="least of its time" { "\u{2605} " } }
             (format!("{:.2}", row.horizontal_m))
@@ -145,6 +151,8 @@ fn results_row(results: &Results, row: &Row) -> Markup {
             @if change.is_some() { (percent(change).replace('-', "\u{2212}")) }
             @else { "\u{2013}" }
         }
+        td { (signed(row.d_lat_m, 2)) } td { (signed(row.d_lon_m, 2)) }
+        td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
     }
 }
 
@@ -224,13 +232,14 @@ mod tests {
         {
             assert!(text.contains(part.as_str()), "{part}");
         }
-        assert_eq!(text.matches("<svg").count(), 4);
+        // each picture for a wide and for a narrow screen
+        assert_eq!(text.matches("<svg").count(), 8);
         let outside = ["<script", "<link", "<img", "url(", "@import", "src="];
         assert!(outside.iter().all(|tag| !text.contains(tag)));
         assert_eq!(
             text.matches("http").count(),
-            4,
-            "the four names of the SVG name space only"
+            8,
+            "the names of the SVG name space only"
         );
         assert!(text.len() < 1_000_000, "{} bytes", text.len());
     }

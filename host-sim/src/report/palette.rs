@@ -111,7 +111,9 @@ pub(super) fn scheme(name: &str) -> Look {
         "ekf12" => Look::dashed(EKF12, 1.8, (7.0, 2.0)),
         "ekf24" => Look::dashed(EKF24, 1.8, (2.0, 4.0)),
         "rnn" => Look::solid(RNN, 2.4),
-        "rnn-kalman" => Look::dashed(RNN_KALMAN, 2.4, (14.0, 3.0)),
+        // the device; `run` has it twice, and neither `rnn-kalman` nor `ekf12`
+        "rnn-kalman" | "device-4" => Look::dashed(RNN_KALMAN, 2.4, (14.0, 3.0)),
+        "device-1" => Look::dashed(EKF12, 2.0, (4.0, 2.0)),
         _ => Look::dashed(SOFT, 1.8, (3.0, 6.0)),
     }
 }
@@ -171,6 +173,25 @@ mod tests {
             for b in &looks[..i] {
                 assert_ne!(a.colour, b.colour);
                 assert!(a.dash != b.dash || a.width != b.width);
+            }
+        }
+    }
+
+    #[test]
+    fn the_schemes_of_a_run_differ() {
+        let names = [
+            "raw",
+            "ls-bias",
+            "ls-3x3",
+            "rnn",
+            "device-1",
+            "device-4",
+            "reference",
+        ];
+        let looks = names.map(scheme);
+        for (i, a) in looks.iter().enumerate() {
+            for b in &looks[..i] {
+                assert!(a.colour != b.colour && (a.dash != b.dash || a.width != b.width));
             }
         }
     }

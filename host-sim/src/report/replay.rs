@@ -97,10 +97,10 @@ fn table(outcome: &Outcome) -> Markup {
                 thead {
                     tr {
                         th { "free inertial" br; "for, s" } th.text { "scheme" }
+                        th { "horizontal" br; "error, m" }
                         th { "north" br; "error, m" } th { "east" br; "error, m" }
                         th { "north velocity" br; "error, m/s" }
                         th { "east velocity" br; "error, m/s" }
-                        th { "horizontal" br; "error, m" }
                     }
                 }
                 @for block in outcome.rows.chunk_by(|a, b| a.t_s == b.t_s) {
@@ -109,9 +109,9 @@ fn table(outcome: &Outcome) -> Markup {
                             tr {
                                 @if line == 0 { th rowspan=(block.len()) { (row.t_s) } }
                                 (scheme_cell(&row.scheme))
+                                td.main { (format!("{:.2}", row.horizontal_m)) }
                                 td { (signed(row.d_north_m, 2)) } td { (signed(row.d_east_m, 2)) }
                                 td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
-                                td.main { (format!("{:.2}", row.horizontal_m)) }
                             }
                         }
                     }

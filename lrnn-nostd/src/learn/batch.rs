@@ -13,12 +13,21 @@ pub struct Batch<T = f32> {
 }
 
 impl<T: Real> Batch<T> {
+    /// A constant for the same reason as that of `Window`.
+    const EMPTY: Self = Self::new();
+
     /// Sums of 0.
     pub const fn new() -> Self {
         Self {
             cost: T::ZERO,
             gradient: [T::ZERO; PARAMS],
         }
+    }
+
+    /// Resets to [`Batch::new`].
+    #[inline]
+    pub fn reset(&mut self) {
+        *self = Self::EMPTY;
     }
 
     /// Adds the residuals `r` of one window, with `psi` = dr/dtheta.

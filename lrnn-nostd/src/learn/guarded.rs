@@ -60,7 +60,7 @@ impl<T: Real> Rule<T> for Guarded<T> {
     }
 
     fn begin(&mut self) {
-        self.batch = Batch::new();
+        self.batch.reset();
     }
 
     #[inline]

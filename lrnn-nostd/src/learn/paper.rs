@@ -12,7 +12,7 @@
 //! passes. Use [`super::Guarded`] where that matters.
 
 use crate::learn::{Batch, Rule};
-use crate::real::{Real, all_finite};
+use crate::real::Real;
 use crate::shape::{Feedback, Kind, NEURONS, PARAMS};
 use crate::weights::Weights;
 
@@ -90,7 +90,7 @@ impl<T: Real> Rule<T> for Paper<T> {
     fn start(&mut self, _: &Weights<T>) {}
 
     fn begin(&mut self) {
-        self.batch = Batch::new();
+        self.batch.reset();
     }
 
     #[inline]
@@ -106,21 +106,18 @@ impl<T: Real> Rule<T> for Paper<T> {
         if !(valid && cost.is_finite()) {
             return (cost, false);
         }
-        let mut next = candidate.to_array();
-        let gradients = self.batch.gradient.iter().zip(&mut self.last);
-        let parameters = next
-            .iter_mut()
-            .zip(&mut self.steps)
-            .zip(&self.eps)
-            .zip(gradients);
-        for (((theta, eta), &eps), (&g, last)) in parameters {
-            let lambda = (g * *last).sign();
-            *eta += eps * lambda * *eta;
-            *theta -= *eta * g;
-            *last = g;
+        let (mut next, mut not_finite) = (candidate.to_array(), T::ZERO);
+        // By index: at opt-level "z" each of several iterators side by side is a call.
+        for i in 0..PARAMS {
+            let (g, eta) = (self.batch.gradient[i], &mut self.steps[i]);
+            let lambda = (g * self.last[i]).sign();
+            *eta += self.eps[i] * lambda * *eta;
+            next[i] -= *eta * g;
+            self.last[i] = g;
+            not_finite += next[i] * T::ZERO; // 0 for a finite value, NaN otherwise
         }
         // A non-finite gradient makes its parameter non-finite.
-        let accepted = all_finite(&next);
+        let accepted = not_finite == T::ZERO;
         if accepted {
             candidate.set_all(&next);
         }

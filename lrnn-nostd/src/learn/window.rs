@@ -31,6 +31,10 @@ pub struct Window<T = f32> {
 }
 
 impl<T: Real> Window<T> {
+    /// A constant, because at opt-level "z" a call of [`Window::new`] makes one on the stack and
+    /// copies it.
+    const EMPTY: Self = Self::new();
+
     /// An empty window.
     pub const fn new() -> Self {
         Self {
@@ -41,7 +45,7 @@ impl<T: Real> Window<T> {
 
     /// Resets to [`Window::new`].
     pub fn reset(&mut self) {
-        *self = Self::new();
+        *self = Self::EMPTY;
     }
 
     /// Adds one step: `output` = y_3, `dt` in s.

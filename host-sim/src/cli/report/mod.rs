@@ -8,7 +8,8 @@ mod rest;
 
 use super::options::{arguments, refused};
 use super::output::JsonOption;
-use super::progress::Stages;
+use super::progress::{self, WRITING};
+use super::user_recording::STAGES;
 use crate::analysis::allan::findings::Findings;
 use crate::analysis::learnability::{Answer, Question, answer};
 use crate::error::Error;
@@ -19,6 +20,9 @@ use clap::Args as ClapArgs;
 use form::Form;
 use given::Given;
 use std::path::PathBuf;
+
+const NOISE: &str = "noise at rest";
+const LEARNABLE: &str = "what can be learnt";
 
 /// Longest drive whose bound is computed, min.
 const LONGEST_MIN: u32 = 120;
@@ -64,18 +68,19 @@ impl Args {
             return Err(refused("--date", problem, "give at most 200"));
         }
         let unit = self.unit.as_deref().map(Unit::load).transpose()?;
+        let last = [(NOISE, 0.2), (LEARNABLE, 0.2)];
+        let shown =
+            progress::plan(&[&STAGES[..STAGES.len() - 1], &last, &[(WRITING, 1.0)]].concat());
         let contents = match form::of(&self.from)? {
             Form::Device(port) => self.of_device(&port, unit)?,
             form => self.of_recording(&form, unit)?,
         };
-        let stages = Stages::new();
-        stages.begin("writing the report");
+        progress::stage(WRITING);
         let report = Report::of(&contents)?;
-        let page = report.write(&self.out);
-        stages.end();
-        let page = page?;
+        let page = report.write(&self.out)?;
         let document = report.document();
         self.json.write(&document.json())?;
+        drop(shown);
         for sentence in document.verdict() {
             println!("{sentence}");
         }
@@ -99,16 +104,14 @@ impl Args {
             temperatures,
             command,
         } = given::read(form, unit, self.unit.as_deref(), &self.options)?;
-        let stages = Stages::new();
-        stages.begin("noise at rest");
+        progress::stage(NOISE);
         let noise = noise(rest, &unit)?;
-        stages.begin("what can be learnt");
+        progress::stage(LEARNABLE);
         let minutes = match &outcomes {
             Ok(outcomes) => learning_minutes(outcomes),
             Err(_) => USUAL_MIN,
         };
         let learnable = Ok(bound(&unit, minutes));
-        stages.end();
         let mut commands = vec![format!("host-sim {}", arguments())];
         commands.extend(command);
         commands.extend(self.parts_alone(minutes));
@@ -136,10 +139,8 @@ impl Args {
             let problem = format!("'{}' belongs to a recording", self.options.join(" "));
             return Err(refused("--", problem, "leave it out for a device"));
         }
-        let stages = Stages::new();
-        stages.begin("asking the device");
+        progress::stage("asking the device");
         let told = device::read(port, self.baud, unit.as_ref());
-        stages.end();
         let device::Read {
             unit: held,
             told,
@@ -148,10 +149,8 @@ impl Args {
         } = told?;
         let known = unit.is_some() || held.is_some();
         let unit = unit.or(held).unwrap_or_default();
-        let stages = Stages::new();
-        stages.begin("what can be learnt");
+        progress::stage(LEARNABLE);
         let learnable = Ok(bound(&unit, USUAL_MIN));
-        stages.end();
         let cannot = |what: &str| format!("a device at its command link does not tell {what}");
         let mut commands = vec![format!("host-sim {}", arguments())];
         commands.push(format!("host-sim device --port {port} info --json"));

@@ -2,11 +2,9 @@
 
 use crate::campaign::{AgainstNone, Decided};
 use crate::report::axis::{Axis, extent};
-use crate::report::chart::{Legend, Mark, Panel, Picture, WIDTH};
+use crate::report::chart::{Legend, Mark, NARROW, Panel, Picture, WIDTH};
 use crate::report::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
 
-/// Width for a screen of 375 pixels, less the margins of the page.
-const NARROW: f64 = 335.0;
 /// Room for the longest name of a scheme.
 const NAMES: f64 = 190.0;
 /// Ratios beyond these are drawn at the end of the axis.

@@ -3,6 +3,7 @@
 mod forest;
 mod groups;
 mod page;
+mod studies;
 mod tables;
 mod verdict;
 

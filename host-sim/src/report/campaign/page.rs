@@ -1,8 +1,9 @@
 //! The page of a campaign.
 
-use super::{T_MIN, forest, groups, quotient, verdict};
+use super::{T_MIN, forest, groups, quotient, studies, verdict};
 use crate::campaign::{
-    AgainstNone, Decided, FEWEST, Group, Merged, Ratio, Summary, against_none, fingerprint, missing,
+    AgainstNone, Decided, FEWEST, Group, Merged, Ratio, Row, Summary, Topic, against_none,
+    fingerprint, missing,
 };
 use crate::error::Error;
 use crate::report::document::{Document, Figure, Part, Table};
@@ -15,7 +16,7 @@ pub struct Made {
     pub commands: Vec<String>,
 }
 
-/// The page, as `Document::page` writes it.
+/// The page, as `Document::page` writes it. `studied`: the rows of each study beside the campaign.
 ///
 /// # Errors
 /// [`Error::Option`] for a campaign without the scheme `none`.
@@ -23,6 +24,7 @@ pub fn document(
     campaign: &Merged,
     summary: &[Summary],
     ratios: &[Ratio],
+    studied: &[(Topic, Vec<Row>)],
     made: &Made,
 ) -> Result<Document, Error> {
     let all = against_none(&campaign.rows, ratios, summary);
@@ -53,6 +55,9 @@ pub fn document(
         let groups = of.chunk_by(|a, b| a.group == b.group);
         parts.extend(groups.map(|of| part(of, drives, &after)));
     }
+    let studied = studies::compared(studied, setting.start);
+    verdict.extend(studies::sentence(&studied));
+    parts.extend(studies::parts(&studied));
     verdict.extend(gaps(campaign));
     parts.push(measured(campaign, &all));
     parts.push(schemes(&all));

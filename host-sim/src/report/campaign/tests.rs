@@ -2,7 +2,7 @@
 
 use super::{Made, document};
 use crate::campaign::Merged;
-use crate::campaign::{Row, SCHEMES, Tuning, ratios, summarise};
+use crate::campaign::{Row, SCHEMES, Topic, Tuning, ratios, summarise};
 use crate::error::Error;
 use crate::experiment::run::TIMES_MIN;
 use crate::report::document::Document;
@@ -17,6 +17,14 @@ fn row(group: ErrorModelName, run: u32, scheme: &str, drives: u32, m: f64) -> Ro
 }
 
 fn page_of(rows: Vec<Row>, drives: &[u32]) -> Result<Document, Error> {
+    page_with(rows, drives, &[])
+}
+
+fn page_with(
+    rows: Vec<Row>,
+    drives: &[u32],
+    studied: &[(Topic, Vec<Row>)],
+) -> Result<Document, Error> {
     let cold = StartName::Cold;
     let (summary, paired) = (summarise(&rows, cold), ratios(&rows, cold));
     let mut tuning = Tuning::default();
@@ -29,7 +37,7 @@ fn page_of(rows: Vec<Row>, drives: &[u32]) -> Result<Document, Error> {
     let made = Made {
         commands: vec!["host-sim campaign".into()],
     };
-    document(&merged, &summary, &paired, &made)
+    document(&merged, &summary, &paired, studied, &made)
 }
 
 /// Eight runs of two groups. The device halves the errors of one group but for a run, and
@@ -152,5 +160,49 @@ fn without_none_there_is_no_page() {
     assert!(
         error.contains("--report") && error.contains("remedy"),
         "{error}"
+    );
+}
+
+/// A study in which the device does harm: the verdict tells it, and its table has it with its mark.
+#[test]
+fn the_harm_of_a_study_is_in_the_verdict_and_in_its_part() {
+    let harmful = |row: &Row| {
+        let mut row = row.clone();
+        if row.scheme == "rnn-kalman" && row.error_model == ErrorModelName::Noise.into() {
+            row.horizontal_m = row.horizontal_m.map(|m| 3.0 * m);
+        }
+        row
+    };
+    let study = |change: &dyn Fn(&Row) -> Row| rows(0).iter().map(change).collect::<Vec<Row>>();
+    let studied = [
+        (Topic::Vehicle("train"), study(&harmful)),
+        (Topic::Start("hot"), study(&Row::clone)),
+    ];
+    let document = page_with(rows(0), &[0], &studied).unwrap();
+    let harm = "Harm in the studies below: in 1 of 4 groups of errors the device makes it worse on \
+                average, vehicle train: noise (3.00 times); in single runs it is worse than none \
+                in 10 of 32 comparisons.";
+    assert!(
+        document.verdict().contains(&harm.to_owned()),
+        "{:#?}",
+        document.verdict()
+    );
+    let page = document.page().unwrap();
+    assert!(page.contains("<h2 id=\"study-vehicle-train\">Study: vehicle train</h2>"));
+    let table = page.split("id=\"study-vehicle-train\"").nth(1).unwrap();
+    let row = table
+        .split("<tr>")
+        .find(|row| row.contains(">noise<"))
+        .unwrap();
+    assert!(
+        row.contains("\u{25b2} worse") && row.contains(">8 of 8<"),
+        "{row}"
+    );
+    let without = page_with(rows(0), &[0], &studied[1..]).unwrap();
+    assert!(
+        without
+            .verdict()
+            .iter()
+            .any(|of| of.contains("harm on average in none of 2 groups"))
     );
 }

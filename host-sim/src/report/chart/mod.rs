@@ -6,11 +6,13 @@
 
 mod data;
 mod draw;
+mod narrow;
 
 use super::axis::{Axis, thinned};
 use super::palette::{self, Colour, Look};
 use crate::error::Error;
 use draw::{BackEnd, units};
+pub(super) use narrow::{LEFT, NARROW, RIGHT};
 use plotters::prelude::{BitMapBackend, DrawingBackend, IntoDrawingArea, SVGBackend};
 use std::fmt::Write;
 
@@ -105,6 +107,19 @@ impl Picture {
     /// [`Error::Drawing`].
     pub fn svg(&self, name: &'static str, title: &str) -> Result<String, Error> {
         self.svg_element(name, title, "", "")
+    }
+
+    /// [`Picture::svg`] of it and of the one that takes its place on a narrow screen.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`].
+    pub fn svg_both(
+        &self,
+        narrow: &Self,
+        name: &'static str,
+        title: &str,
+    ) -> Result<(String, String), Error> {
+        Ok((self.svg(name, title)?, narrow.svg(name, title)?))
     }
 
     /// The same as a file that stands alone: with its size, and with colours for a dark screen.

@@ -4,6 +4,7 @@
 
 use super::{Document, Figure, Part, Table};
 use crate::error::Error;
+use crate::report::chart::Picture;
 use crate::report::html::{frame, verdict};
 use crate::report::text::unbroken;
 use maud::{Markup, PreEscaped, html};
@@ -103,25 +104,31 @@ fn figure(figure: &Figure) -> Result<Markup, Error> {
         name,
         title,
         picture,
+        narrow,
         ..
     } = figure;
-    let svg = picture.svg(name, title)?;
-    let narrow = figure.narrow.as_ref();
-    let narrow = narrow.map(|of| of.svg(name, title)).transpose()?;
-    // the script zooms a picture with scales by its data; '<' would end the script element
-    let data = picture
-        .has_scales()
-        .then(|| picture.data().to_string().replace('<', "\\u003c"));
+    let narrow = narrow.clone().unwrap_or_else(|| picture.narrow());
+    let (svg, narrow_svg) = picture.svg_both(&narrow, name, title)?;
     Ok(html! {
         section {
             figure.plot {
-                div.sheet.broad[narrow.is_some()] { (PreEscaped(svg)) }
-                @if let Some(svg) = narrow { div.sheet.narrow { (PreEscaped(svg)) } }
+                div.sheet.broad { (PreEscaped(svg)) (data(picture)) }
+                div.sheet.narrow { (PreEscaped(narrow_svg)) (data(&narrow)) }
                 figcaption { b { (title) ". " } (unbroken(&figure.caption)) }
-                @if let Some(data) = data {
-                    script type="application/json" { (PreEscaped(data)) }
-                }
             }
         }
     })
+}
+
+/// The data by which the script zooms a picture with scales.
+fn data(picture: &Picture) -> Markup {
+    // '<' would end the script element
+    let data = picture
+        .has_scales()
+        .then(|| picture.data().to_string().replace('<', "\\u003c"));
+    html! {
+        @if let Some(data) = data {
+            script type="application/json" { (PreEscaped(data)) }
+        }
+    }
 }

@@ -60,7 +60,7 @@ pub(super) struct Figure {
     pub title: String,
     pub caption: String,
     pub picture: Picture,
-    /// The same for a narrow screen, which would have to be scrolled over otherwise.
+    /// The same for a narrow screen, where [`Picture::narrow`] does not do.
     pub narrow: Option<Picture>,
 }
 

@@ -1,6 +1,7 @@
 "use strict";
 // Zooms the pictures and reads values from them. Each picture stands beside its data: panels with
-// places in CSS pixels, axes and curves. The drawing has four units a pixel.
+// places in CSS pixels, axes and curves. The drawing has four units a pixel. A picture for a narrow
+// screen has data of its own.
 (() => {
   const UNITS = 4, NS = "http://www.w3.org/2000/svg", KEPT = 5;
   let clips = 0;
@@ -171,8 +172,8 @@
     }
   }
 
-  const start = (figure) => {
-    const svg = figure.querySelector("svg"), json = figure.querySelector("script");
+  const start = (sheet) => {
+    const svg = sheet.querySelector("svg"), json = sheet.querySelector("script");
     if (!svg || !json) return;
     const panels = JSON.parse(json.textContent).panels.map((data) => new Panel(svg, data));
     if (!panels.length) return;
@@ -204,7 +205,7 @@
     button("all", "whole picture", reset);
     if (panels.length > 1) button("next", "next panel", next);
     tools.append(said);
-    figure.querySelector("figcaption").before(tools);
+    sheet.append(tools);
     svg.setAttribute("tabindex", "0");
     const place = (event) => {
       const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
@@ -262,5 +263,5 @@
     });
   };
 
-  document.querySelectorAll("figure.plot").forEach(start);
+  document.querySelectorAll(".plot .sheet").forEach(start);
 })();

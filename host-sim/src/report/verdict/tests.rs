@@ -89,19 +89,19 @@ fn harm_at_an_earlier_time_is_told_though_the_end_is_better() {
     let got = sentences(
         &rows(&[
             (5, "raw", 25.0),
-            (5, "device", 38.0),
+            (5, "device-4", 38.0),
             (10, "raw", 190.0),
-            (10, "device", 240.0),
+            (10, "device-4", 240.0),
             (22, "raw", 1720.0),
-            (22, "device", 830.0),
+            (22, "device-4", 830.0),
         ]),
         "min",
     );
     assert!(got[0].contains("help, and none does harm"), "{got:?}");
-    assert_eq!(got[2], "Better than that: device 830 m (-52 %).");
+    assert_eq!(got[2], "Better than that: device-4 830 m (-52 %).");
     assert_eq!(
         got[3],
-        "Worse before the end: device at 10 min (240 m against 190 m)."
+        "Worse before the end: device-4 at 10 min (240 m against 190 m)."
     );
 }
 

@@ -2,11 +2,12 @@
 
 use super::canvas::Canvas;
 use super::font::Font;
+use super::tags::{self, Tags};
 use crate::error::Error;
 use crate::report::chart::Picture;
 use crate::report::document::Table;
 use crate::report::palette::{Colour, GRID, INK, REFERENCE, SOFT};
-use pdf_writer::types::TextRenderingMode;
+use pdf_writer::types::{StructRole, TextRenderingMode};
 use pdf_writer::{Content, Name, Str};
 
 /// Width and height of A4, points.
@@ -23,8 +24,8 @@ const CELL: f32 = 7.6;
 /// One page.
 pub(super) struct Sheet {
     pub content: Content,
-    /// Area of a link (left, bottom, right, top) and the part that it leads to.
-    pub links: Vec<([f32; 4], usize)>,
+    /// Area of a link (left, bottom, right, top), the part that it leads to, and its element.
+    pub links: Vec<([f32; 4], usize, usize)>,
 }
 
 /// A kind of text.
@@ -50,6 +51,7 @@ pub(super) const SMALL: Style = Style {
 /// Pages that grow.
 pub(super) struct Layout {
     pub font: Font,
+    pub tags: Tags,
     pub sheets: Vec<Sheet>,
     /// Height of the next line's top, points from below.
     pub y: f32,
@@ -59,6 +61,7 @@ impl Layout {
     pub fn new() -> Self {
         let mut layout = Self {
             font: Font::new(),
+            tags: Tags::new(),
             sheets: vec![],
             y: 0.0,
         };
@@ -91,7 +94,24 @@ impl Layout {
     }
 
     /// A piece of text whose base line is at `y`.
-    fn write(&mut self, text: &str, style: Style, (x, y): (f32, f32)) {
+    fn write(&mut self, text: &str, style: Style, at: (f32, f32)) {
+        let page = self.sheets.len().saturating_sub(1);
+        if let Some(sheet) = self.sheets.last_mut() {
+            self.tags.begin(page, &mut sheet.content);
+        }
+        self.show(text, style, at);
+    }
+
+    /// The same of what is no content of the document.
+    fn decorate(&mut self, text: &str, style: Style, at: (f32, f32)) {
+        if let Some(sheet) = self.sheets.last_mut() {
+            tags::artifact(&mut sheet.content);
+        }
+        self.show(text, style, at);
+    }
+
+    /// Shows a piece of text, and ends the mark before it.
+    fn show(&mut self, text: &str, style: Style, (x, y): (f32, f32)) {
         let bytes = self.font.encode(text);
         let (r, g, b) = style.colour.rgb();
         let [r, g, b] = [r, g, b].map(|part| f32::from(part) / 255.0);
@@ -113,7 +133,8 @@ impl Layout {
             .set_font(Name(b"F"), style.size)
             .set_text_matrix([1.0, 0.0, 0.0, 1.0, x, y])
             .show(Str(&bytes))
-            .end_text();
+            .end_text()
+            .end_marked_content();
     }
 
     /// The footer of a page that is complete.
@@ -129,6 +150,7 @@ impl Layout {
             let bytes = self.font.encode(text);
             let (r, g, b) = SOFT.rgb();
             let [r, g, b] = [r, g, b].map(|part| f32::from(part) / 255.0);
+            tags::artifact(&mut sheet.content);
             sheet
                 .content
                 .begin_text()
@@ -137,12 +159,33 @@ impl Layout {
                 .set_font(Name(b"F"), 7.5)
                 .set_text_matrix([1.0, 0.0, 0.0, 1.0, x, 30.0])
                 .show(Str(&bytes))
-                .end_text();
+                .end_text()
+                .end_marked_content();
         }
     }
 
+    /// A paragraph that is an element of this role.
+    pub fn element(&mut self, role: StructRole, text: &str, style: Style) {
+        self.tags.open(role, None);
+        self.paragraph(text, style, 0.0, "");
+        self.tags.close();
+    }
+
+    /// An item of a list, or a command.
+    pub fn item(&mut self, role: StructRole, text: &str, style: Style, mark: &str) {
+        self.tags.open(role, None);
+        if matches!(role, StructRole::LI) {
+            self.tags.open(StructRole::LBody, None);
+        }
+        self.paragraph(text, style, 11.0, mark);
+        if matches!(role, StructRole::LI) {
+            self.tags.close();
+        }
+        self.tags.close();
+    }
+
     /// A paragraph. `indent` is that of all its lines; the first has `mark` before it.
-    pub fn paragraph(&mut self, text: &str, style: Style, indent: f32, mark: &str) {
+    fn paragraph(&mut self, text: &str, style: Style, indent: f32, mark: &str) {
         let height = style.size * LEADING;
         for (k, line) in self
             .broken(text, style.size, WIDTH - indent)
@@ -152,7 +195,7 @@ impl Layout {
             self.room(height);
             let base = self.y - style.size;
             if k == 0 && !mark.is_empty() {
-                self.write(mark, style, (MARGIN, base));
+                self.decorate(mark, style, (MARGIN, base));
             }
             self.write(line, style, (MARGIN + indent, base));
             self.y -= height;
@@ -164,10 +207,14 @@ impl Layout {
         self.room(style.size * LEADING);
         let width = self.font.width(text, style.size);
         let (base, low) = (self.y - style.size, self.y - style.size * LEADING);
+        self.tags.open(StructRole::P, None);
+        let element = self.tags.open(StructRole::Link, Some(text));
         self.write(text, style, (MARGIN, base));
+        self.tags.close();
+        self.tags.close();
         let area = [MARGIN, low, MARGIN + width, self.y];
         if let Some(sheet) = self.sheet() {
-            sheet.links.push((area, part));
+            sheet.links.push((area, part, element));
         }
         self.y = low;
     }
@@ -178,13 +225,15 @@ impl Layout {
         let [r, g, b] = [r, g, b].map(|part| f32::from(part) / 255.0);
         let y = self.y;
         if let Some(sheet) = self.sheet() {
+            tags::artifact(&mut sheet.content);
             sheet
                 .content
                 .set_stroke_rgb(r, g, b)
                 .set_line_width(0.6)
                 .move_to(MARGIN, y)
                 .line_to(PAGE.0 - MARGIN, y)
-                .stroke();
+                .stroke()
+                .end_marked_content();
         }
     }
 
@@ -224,13 +273,20 @@ impl Layout {
             ..SMALL
         };
         let body = Style { size: CELL, ..BODY };
+        self.tags.open(StructRole::Table, None);
         if let Some(caption) = &table.caption {
             self.room(4.0 * CELL * LEADING);
-            self.paragraph(caption, BOLD, 0.0, "");
+            self.element(StructRole::Caption, caption, BOLD);
             self.gap(2.0);
         }
         if !table.head.is_empty() {
-            self.row(table, &table.head, &widths, head, REFERENCE);
+            self.row(
+                table,
+                &table.head,
+                &widths,
+                (head, REFERENCE),
+                Some(StructRole::TH),
+            );
         }
         for row in &table.rows {
             let lines = self.lines(row, &widths);
@@ -238,11 +294,12 @@ impl Layout {
             if self.y - height < BOTTOM {
                 self.turn();
                 if !table.head.is_empty() {
-                    self.row(table, &table.head, &widths, head, REFERENCE);
+                    self.row(table, &table.head, &widths, (head, REFERENCE), None);
                 }
             }
-            self.row(table, row, &widths, body, GRID);
+            self.row(table, row, &widths, (body, GRID), Some(StructRole::TD));
         }
+        self.tags.close();
         self.gap(6.0);
     }
 
@@ -253,19 +310,42 @@ impl Layout {
             .collect()
     }
 
-    fn row(&mut self, table: &Table, row: &[String], widths: &[f32], style: Style, below: Colour) {
+    /// A row. `cell`: what its cells are; `None` for a head that stands there again.
+    fn row(
+        &mut self,
+        table: &Table,
+        row: &[String],
+        widths: &[f32],
+        (style, below): (Style, Colour),
+        cell: Option<StructRole>,
+    ) {
         let lines = self.lines(row, widths);
         let height = lines.iter().map(Vec::len).max().unwrap_or(1) as f32 * CELL * LEADING;
         self.room(height + 2.0);
         let (top, mut x) = (self.y, MARGIN);
-        for (k, (cell, width)) in lines.iter().zip(widths).enumerate() {
-            for (n, line) in cell.iter().enumerate() {
+        if cell.is_some() {
+            self.tags.open(StructRole::TR, None);
+        }
+        for (k, (lines, width)) in lines.iter().zip(widths).enumerate() {
+            if let Some(role) = cell {
+                self.tags.open(role, None);
+            }
+            for (n, line) in lines.iter().enumerate() {
                 let free = width - self.font.width(line, CELL);
                 let left = if table.is_text(k) { 0.0 } else { free };
-                let base = top - CELL - n as f32 * CELL * LEADING;
-                self.write(line, style, (x + left, base));
+                let at = (x + left, top - CELL - n as f32 * CELL * LEADING);
+                match cell {
+                    Some(_) => self.write(line, style, at),
+                    None => self.decorate(line, style, at),
+                }
+            }
+            if cell.is_some() {
+                self.tags.close();
             }
             x += width + GUTTER;
+        }
+        if cell.is_some() {
+            self.tags.close();
         }
         self.y = top - height - 1.0;
         self.rule(below);
@@ -296,17 +376,25 @@ impl Layout {
         wanted.iter().map(|w| w.min(most)).collect()
     }
 
-    /// A picture over the width of the page.
+    /// A picture over the width of the page; `words` stand for it where it is not seen.
     ///
     /// # Errors
     /// [`Error::Drawing`].
-    pub fn picture(&mut self, name: &'static str, picture: &Picture) -> Result<(), Error> {
+    pub fn picture(
+        &mut self,
+        name: &'static str,
+        picture: &Picture,
+        words: &str,
+    ) -> Result<(), Error> {
         let size = picture.units();
         let scale = WIDTH / size.0 as f32;
         let height = size.1 as f32 * scale;
         self.room(height + 2.0 * SMALL.size * LEADING);
         let at = (MARGIN, self.y);
+        let page = self.sheets.len().saturating_sub(1);
+        self.tags.open(StructRole::Figure, Some(words));
         if let Some(sheet) = self.sheets.last_mut() {
+            self.tags.begin(page, &mut sheet.content);
             sheet
                 .content
                 .set_text_rendering_mode(TextRenderingMode::Fill);
@@ -320,7 +408,9 @@ impl Layout {
                     scale,
                 },
             )?;
+            sheet.content.end_marked_content();
         }
+        self.tags.close();
         self.y -= height + 3.0;
         Ok(())
     }
