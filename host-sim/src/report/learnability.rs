@@ -38,12 +38,12 @@ pub fn write(dir: &Path, head: &Head, answer: &Answer, table: &str) -> Result<Pa
         let picture = picture(answer);
         let png = picture.png(PICTURE)?;
         let (svg, narrow) = picture.svg_both(&picture.narrow(), PICTURE, &head.title)?;
-        let page = markup(head, html::both(&svg, &narrow), table);
+        let page = markup(head, &html::both(&svg, &narrow), table);
         Ok(vec![(page::PAGE, page.into_bytes()), (PICTURE, png)])
     })
 }
 
-fn markup(head: &Head, pictures: Markup, table: &str) -> String {
+fn markup(head: &Head, pictures: &Markup, table: &str) -> String {
     let body = html! {
         p {
             "How well can each error of the sensors be known after some time of driving? The "
