@@ -5,7 +5,7 @@
 //! how long the first ones took tells how fast this machine is with this input: so the time that is
 //! left is an estimate, and says "about".
 
-use indicatif::{MultiProgress, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -24,9 +24,17 @@ static STAGES: Mutex<Option<Stages>> = Mutex::new(None);
 pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
     let bar = ALL.add(ProgressBar::new(length));
     match ProgressStyle::with_template(template) {
-        Ok(style) => bar.with_style(style),
+        Ok(style) => bar.with_style(style.with_key("eta", eta)),
         Err(_) => bar,
     }
+}
+
+/// The time that is left, which nobody knows before the first step is done.
+fn eta(state: &ProgressState, text: &mut dyn Write) {
+    let _ = match state.pos() {
+        0 => text.write_str("?"),
+        _ => write!(text, "{:#}", HumanDuration(state.eta())),
+    };
 }
 
 /// Writes a line on standard error, above the bars.

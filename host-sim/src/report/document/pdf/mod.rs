@@ -262,6 +262,7 @@ mod tests {
                 && count(&text, " Tf") > 0
             {
                 all.extend(text);
+                all.push(b'\n'); // a page does not end with a line
             }
         }
         all
