@@ -169,7 +169,7 @@ fn the_unit_file_of_the_page_is_good() {
         let (code, out, err) = host_sim(dir.path(), &args, "");
         assert_eq!(code, 0, "{err}");
         let (shown, _) = shown.split_once("```").unwrap();
-        assert_eq!(shown.lines().count(), 3);
+        assert!(shown.lines().count() >= 3);
         for line in shown.lines() {
             assert!(out.contains(line), "{command}: {line} is not in:\n{out}");
         }
