@@ -7,7 +7,7 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
-are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent"; "before": hex, a burst that is ready each ms while a command waits for its answer. "decimation N": the sensor's at the end. "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
+are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent"; "before": hex, a burst that is ready each ms while a command waits for its answer; "rest": ms after the last answer, 1 if there is none. "decimation N": the sensor's at the end. "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
 PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames; "damage": [[frame, byte, "overrun", "noise", "framing" or "parity"], ...]: that byte comes with this flag, or is lost; "stalls": [[cycle, cycles], ...]: from then on the core stands still for so long, as while flash is erased; "break": a mutant of stm32broken.py. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
@@ -433,6 +433,8 @@ class Chip:
             self.settle()
         elif 0xE200 <= offset < 0xE220:
             self.pending |= {8 * (offset - 0xE200) + n for n in range(32) if value >> n & 1}
+        elif offset == 0xEF00:  # STIR (Armv7-M B3.4.11)
+            self.pending.add(value & 0x1FF)
         elif offset == 0xED0C:
             self.restart(None)
 
@@ -622,7 +624,7 @@ def main():
     for text in asked["command"]:
         ask(chip, text)
     if adis and adis.get("before"):
-        chip.run(chip.cycles + CORE // 1000)  # the last of these bursts ends
+        chip.run(chip.cycles + CORE // 1000 * adis.get("rest", 1))  # the last of these bursts ends
     chip.served.clear()
     start = chip.cycles
     byte = round(CORE * lines["sensor"].bits() / asked.get("baud", 921_600))

@@ -6,13 +6,10 @@
 
 use embassy_executor::Spawner;
 use embassy_futures::join::join;
-use embassy_stm32::exti::ExtiInput;
 use embassy_stm32::flash::Flash;
-use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::rcc::{
     APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk, mux,
 };
-use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::usb::{self, Driver};
 use embassy_stm32::wdg::IndependentWatchdog;
@@ -23,7 +20,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
 use layer::line::Frame;
-use layer::{Adis, Board, WATCHDOG_MS, bytes, crystal, line};
+use layer::{Board, WATCHDOG_MS, adis, bytes, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART6 => Handler<peripherals::USART6>;
@@ -35,6 +32,8 @@ bind_interrupts!(struct Interrupts {
     UART7 => Handler<peripherals::UART7>;
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
+    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
+    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
@@ -71,13 +70,6 @@ async fn main(_spawner: Spawner) {
     let chip = embassy_stm32::init(clocks());
     let told = SerialLines::DEFAULT;
     let [sensor, receiver] = [Frame::sensor(&told), Frame::plain(told.receiver_baud)];
-    let mut bus = spi::Config::default();
-    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(108_000_000 / 128));
-    let adis = Adis::new(
-        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
-        Output::new(chip.PD14, Level::High, Speed::High),
-        ExtiInput::new(chip.PF12, chip.EXTI12, Pull::Down, Interrupts),
-    );
     let driver = Driver::new_fs(
         chip.USB_OTG_FS,
         Interrupts,
@@ -99,7 +91,7 @@ async fn main(_spawner: Spawner) {
             command,
             gnss: line!(chip, UART7, PE7, PE8, DMA1_CH3, DMA1_CH1, receiver),
         },
-        adis: adis.expect("a pin can be set"),
+        adis: adis!(chip: SPI1, PA5, PA7, PA6; DMA2_CH3, DMA2_CH0; 108_000_000; PD14, PF12, EXTI12),
         // sectors 10 and 11 of 256 KiB
         flash: Region::<_, 0x18_0000, 0x8_0000, 0x4_0000>::new(Flash::new_blocking(chip.FLASH)),
         feed: || watchdog.pet(),

@@ -31,6 +31,7 @@ use embassy_stm32::usart::{Config, Instance, Parity, RxDma, RxPin, StopBits, TxD
 use embassy_stm32::{Peri, gpio, pac, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use firmware::link::{Full, Line, Lost};
+use firmware::wire::adis::spi::LONGEST;
 use static_cell::ConstStaticCell;
 
 mod leaving;
@@ -60,9 +61,20 @@ impl Buffers {
 
 /// The same of all lines, in one place, which one region of a Cortex-M7's MPU covers.
 #[cfg_attr(feature = "m7", repr(C, align(8192)))]
-struct Memory([ConstStaticCell<Buffers>; LINES]);
+struct Memory(
+    [ConstStaticCell<Buffers>; LINES],
+    ConstStaticCell<[u8; LONGEST]>,
+);
 
-static MEMORY: Memory = Memory([const { ConstStaticCell::new(Buffers::EMPTY) }; LINES]);
+static MEMORY: Memory = Memory(
+    [const { ConstStaticCell::new(Buffers::EMPTY) }; LINES],
+    ConstStaticCell::new([0; LONGEST]),
+);
+
+/// What DMA moves of a burst ([`crate::spi`]).
+pub(crate) fn exchange() -> &'static mut [u8; LONGEST] {
+    MEMORY.1.try_take().expect("called once")
+}
 
 /// Where the DMA's memory begins, and the binary logarithm of its length in bytes.
 #[cfg(feature = "m7")]

@@ -24,6 +24,8 @@ pub mod line;
 #[cfg(feature = "rp")]
 pub mod pio;
 mod run;
+#[cfg(feature = "stm32")]
+pub mod spi;
 #[cfg(any(feature = "rp", feature = "usb"))]
 pub mod through;
 #[cfg(feature = "usb")]

@@ -86,6 +86,9 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
                 // an error has been counted
                 let _ = app.burst(reply, &mut lines.navigation, &time);
             }
+            while adis.has_lost() {
+                app.lost();
+            }
             let busy = app.poll(lines, &time);
             if let Some(told) = app.to_open() {
                 open(lines, &told);

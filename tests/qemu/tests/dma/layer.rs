@@ -4,7 +4,6 @@
 
 use std::path::Path;
 
-use firmware::wire::adis::Burst;
 use qemu::boards::Family;
 
 use super::*;
@@ -117,32 +116,6 @@ fn a_dead_crystal_stops_neither() {
         let done = run_in(&python, &image, &[], frames, (MILLISECOND, BAUD), &dead);
         assert_eq!(done.sent, all, "{}", image.display());
     }
-}
-
-/// An ADIS is found and read by its data-ready over the traits of `embedded-hal`, too.
-#[test]
-fn an_adis_over_their_spi() {
-    let layer = Family::named("f405").expect("a board");
-    let Some(python) = python() else { return };
-    let image = layer.build().expect("it builds");
-    let frames: Vec<_> = (0..100)
-        .map(|counter| Record {
-            input: Input::Sensor,
-            at_us: 0,
-            bytes: Burst {
-                accel: [5, 6_000_000, -i32::from(counter)],
-                counter,
-                ..Burst::default()
-            }
-            .emit32()
-            .to_vec(),
-        })
-        .collect();
-    let adis = serde_json::json!({"product": 16507, "range": 3, "hz": 1_000_000});
-    let done = run(&python, &image, &[], &frames, (MILLISECOND, BAUD), &adis);
-    let expected: Vec<u8> = frames.into_iter().flat_map(|frame| frame.bytes).collect();
-    assert!(done.sent == hex(&expected), "{}", done.sent);
-    assert_eq!(done.served(DATA_READY), 100);
 }
 
 /// The examples of a loop of one's own pass what comes, byte for byte.
