@@ -8,7 +8,7 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
 are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent"; "before": hex, a burst that is ready each ms while a command waits for its answer; "rest": ms after the last answer, 1 if there is none. "decimation N": the sensor's at the end. "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
-PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames; "damage": [[frame, byte, "overrun", "noise", "framing" or "parity"], ...]: that byte comes with this flag, or is lost; "stalls": [[cycle, cycles], ...]: from then on the core stands still for so long, as while flash is erased; "break": a mutant of stm32broken.py. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
+PB8 rises, for "width" cycles, if not 100 us; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames; "damage": [[frame, byte, "overrun", "noise", "framing" or "parity"], ...]: that byte comes with this flag, or is lost; "stalls": [[cycle, cycles], ...]: from then on the core stands still for so long, as while flash is erased; "break": a mutant of stm32broken.py. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
@@ -458,6 +458,18 @@ class Chip:
             self.exti.edge(4)
         self.settle()
 
+    def pulse(self, width):
+        """PB8 rises for some cycles: TIM4's, or a line of EXTI, pulled down, with the port in SYSCFG_EXTICR3."""
+        if not self.exti.imr >> 8 & 1:
+            return self.timer.rise()
+        port = lambda offset: self.registers.get(0x4002_0400 + offset, 0)
+        if port(0x00) >> 16 & 3 or port(0x0C) >> 16 & 3 != 2 or self.registers.get(0x4001_3810, 0) & 0xF != 1:
+            raise Forbidden("PB8 is not at its line of EXTI, pulled down")
+        self.registers[0x4002_0410] = port(0x10) | 1 << 8
+        self.exti.edge(8)
+        self.run(self.cycles + width)
+        self.registers[0x4002_0410] = port(0x10) & ~(1 << 8)
+
     # Time
 
     def execute(self, instructions):
@@ -652,7 +664,7 @@ def main():
         chip.stall(cycles)
     for at in asked.get("pulses", []):
         chip.run(start + at)
-        chip.timer.rise()
+        chip.pulse(asked.get("width", CORE // 10_000))
     if skip is not None and not adis:
         chip.run(start + asked["period"] * skip)
         chip.count()

@@ -35,6 +35,7 @@ bind_interrupts!(struct Interrupts {
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
     DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     EXTI4 => exti::InterruptHandler<interrupt::typelevel::EXTI4>;
+    EXTI9_5 => layer::pulse::Handler;
 });
 
 /// 168 MHz; 84 and 42 MHz for the UARTs, 84 MHz for the ADIS.
@@ -73,6 +74,7 @@ async fn main(_spawner: Spawner) {
     ];
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
     watchdog.unleash();
+    layer::pulse::open(chip.PB8, chip.EXTI8, Interrupts);
     let board = Board {
         name: "f405",
         clocks: [84_000_000, 42_000_000, 42_000_000].map(Clock::stm32),

@@ -1,6 +1,6 @@
 //! Nucleo-F446RE. The sensor's line is PA9 (out) and PA10 (in), the navigation computer's PC10 and
 //! PC11, the receiver's PC6 and PC7. The command link is the probe's serial port (PA2 and PA3). An
-//! ADIS: clock PA5, in PA6, out PA7, select PB6, data-ready PC4. Ran on no chip yet.
+//! ADIS: clock PA5, in PA6, out PA7, select PB6, data-ready PC4. Time pulse: PB8. Ran on no chip yet.
 #![no_std]
 #![no_main]
 
@@ -36,6 +36,7 @@ bind_interrupts!(struct Interrupts {
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
     DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     EXTI4 => exti::InterruptHandler<interrupt::typelevel::EXTI4>;
+    EXTI9_5 => layer::pulse::Handler;
 });
 
 /// 168 MHz from the probe's 8 MHz; 84 and 42 MHz for the UARTs.
@@ -74,6 +75,7 @@ async fn main(_spawner: Spawner) {
     ];
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
     watchdog.unleash();
+    layer::pulse::open(chip.PB8, chip.EXTI8, Interrupts);
     let board = Board {
         name: "f446",
         clocks: [84_000_000, 42_000_000, 84_000_000].map(Clock::stm32),

@@ -1,6 +1,7 @@
 //! Nucleo-F767ZI. The sensor's line is PG14 (out) and PG9 (in), the navigation computer's PD5 and
 //! PD6, the receiver's PE8 and PE7; the command link is the USB socket beside the Ethernet socket.
-//! An ADIS: clock PA5, in PA6, out PA7, select PD14, data-ready PF12. Ran on no chip yet.
+//! An ADIS: clock PA5, in PA6, out PA7, select PD14, data-ready PF12. Time pulse:
+//! PB8. Ran on no chip yet.
 #![no_std]
 #![no_main]
 
@@ -35,6 +36,7 @@ bind_interrupts!(struct Interrupts {
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
     DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
+    EXTI9_5 => layer::pulse::Handler;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
 
@@ -81,6 +83,7 @@ async fn main(_spawner: Spawner) {
     let (command, usb) = layer::usb::open(driver);
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
     watchdog.unleash();
+    layer::pulse::open(chip.PB8, chip.EXTI8, Interrupts);
     let board = Board {
         name: "f767",
         clocks: [108_000_000, 54_000_000, 54_000_000].map(Clock::stm32),

@@ -23,6 +23,8 @@ pub mod learners;
 pub mod line;
 #[cfg(feature = "rp")]
 pub mod pio;
+#[cfg(feature = "stm32")]
+pub mod pulse;
 mod run;
 #[cfg(feature = "stm32")]
 pub mod spi;

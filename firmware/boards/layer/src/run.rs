@@ -89,6 +89,10 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
             while adis.has_lost() {
                 app.lost();
             }
+            #[cfg(feature = "stm32")]
+            if let Some(at_us) = crate::pulse::rose() {
+                app.pulse(at_us);
+            }
             let busy = app.poll(lines, &time);
             if let Some(told) = app.to_open() {
                 open(lines, &told);
