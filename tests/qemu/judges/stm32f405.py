@@ -562,6 +562,7 @@ class Chip:
         self.pc = struct.unpack("<I", self.cpu.mem_read(FLASH[0] + 4 * (16 + number), 4))[0] & ~1
         self.cpu.reg_write(arm.UC_ARM_REG_LR, 0xFFFF_FFF9)
         self.cpu.reg_write(arm.UC_ARM_REG_IPSR, 16 + number)
+        self.entered(pc)
         self.advance(ENTRY * self.rcc.cost)
         self.returned = False
         while not self.returned:
@@ -575,6 +576,9 @@ class Chip:
         self.pc, self.running, self.event = pc, running, True
         self.settle()
         return True
+
+    def entered(self, pc):
+        """A handler begins, at which nobody reads the frame."""
 
     def run(self, until):
         """Runs to a cycle."""

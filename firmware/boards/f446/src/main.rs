@@ -1,6 +1,7 @@
 //! Nucleo-F446RE. The sensor's line is PA9 (out) and PA10 (in), the navigation computer's PC10 and
 //! PC11, the receiver's PC6 and PC7. The command link is the probe's serial port (PA2 and PA3). An
-//! ADIS: clock PA5, in PA6, out PA7, select PB6, data-ready PC4. Time pulse: PB8. Ran on no chip yet.
+//! ADIS: clock PA5, in PA6, out PA7, select PB6, data-ready PC4. Time pulse: PB8. Ran on
+//! no chip yet.
 #![no_std]
 #![no_main]
 

@@ -1,9 +1,9 @@
 //! The receiver's time pulse at a pin of an STM32, by an external interrupt.
 //!
 //! The interrupt notes the time, to a microsecond. What runs at the same time delays it: another
-//! interrupt, or a critical section. While flash is erased it comes late by that time on most chips,
-//! and the application does not believe such an edge. An edge counts when the line is still high in
-//! the interrupt, so that a glitch is none.
+//! interrupt, or a critical section. While flash is erased it comes late by that time on most
+//! chips, and the application does not believe such an edge. An edge counts when the line is still
+//! high in the interrupt, so that a glitch is none.
 
 use core::cell::RefCell;
 

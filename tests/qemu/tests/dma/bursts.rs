@@ -1,6 +1,6 @@
 //! An ADIS at the SPI of a board over `embassy-stm32` (`firmware/boards/f405`), whose bursts their
-//! asynchronous SPI moves by DMA: what comes at the sensor's rates, what it costs, what is told when
-//! it fails.
+//! asynchronous SPI moves by DMA: what comes at the sensor's rates, what it costs, what is told
+//! when it fails.
 
 use std::path::PathBuf;
 
