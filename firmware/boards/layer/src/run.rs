@@ -81,6 +81,8 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
     let lines = &mut board.lines;
     let mut time = Time { asleep_us: 0 };
     let (mut frame, mut new) = ([0; LONGEST], false);
+    // an ADIS was found, and something has come on the sensor's line
+    let (mut has_adis, mut heard) = (false, false);
     let turns = async {
         loop {
             crash::during(LoopPhase::Burst);
@@ -97,6 +99,7 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
             if let Some(at_us) = crate::pulse::rose() {
                 app.pulse(at_us);
             }
+            heard |= !lines.sensor.is_idle();
             crash::during(LoopPhase::Poll);
             let busy = app.poll(lines, &time);
             crash::during(LoopPhase::Open);
@@ -111,9 +114,12 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
             if app.finds_anew() {
                 adis.forget();
             }
-            if lines.sensor.is_idle()
+            // a look takes up to half a millisecond, in which a frame would wait
+            if (has_adis || !heard)
+                && lines.sensor.is_idle()
                 && let Some(found) = adis.look(time.now_us(), || app.burst_rate())
             {
+                has_adis = true;
                 app.found(&found);
             }
             crash::during(LoopPhase::Sleep);

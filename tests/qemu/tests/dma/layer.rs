@@ -96,6 +96,8 @@ fn the_same_bytes_as_our_drivers_at_an_interrupt_a_frame() {
             "{soon:?} {late:?}"
         );
         assert!(late[0] <= buffered_us, "{late:?}");
+        // no frame waits for a look for an ADIS, once frames come
+        assert!(late[1] <= buffered_us + 5.0, "{late:?}");
     }
 }
 
