@@ -7,8 +7,8 @@ configuring a stream that is enabled, enabling one with flags set or with memory
 
 Standard input, JSON: {"image": path, "command": [hex, ...], "sensor": [hex, ...], "period": cycles between frames, "adis": null}. Each command is
 sent when the answer to the one before has come; "baud": bit rate of the sensor, 921 600 if there is none. "adis": {"product": number, "range": number, "hz": fastest clock}: an ADIS at the SPI, whose bursts
-are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent"; "before": hex, a burst that is ready each ms while a command waits for its answer. "decimation N": the sensor's at the end. "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
-PB8 rises; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames; "damage": [[frame, byte, "overrun", "noise", "framing" or "parity"], ...]: that byte comes with this flag, or is lost; "break": a mutant of stm32broken.py. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
+are what is in "sensor"; of the bursts with the numbers in "hangs" the DMA moves only the first bytes until the SPI is reset, and data-ready does not rise for those in "silent"; "before": hex, a burst that is ready each ms while a command waits for its answer; "rest": ms after the last answer, 1 if there is none. "decimation N": the sensor's at the end. "count": N for "executed OUTSIDE INSIDE": instructions of the core, outside interrupts and in them, from the Nth frame to the last. "gnss": [[cycle after the first frame, hex], ...] on the receiver's line at its bit rate; "pulses": [cycle, ...] at which
+PB8 rises, for "width" cycles, if not 100 us; "chip": {arguments of Chip}; "times": true for "came CYCLE ..." and "left CYCLE ...": the end of each byte's stop bit on the sensor's line, the begin of its start bit on the navigation line; "ask": [hex, ...]: requests after the frames; "damage": [[frame, byte, "overrun", "noise", "framing" or "parity"], ...]: that byte comes with this flag, or is lost; "stalls": [[cycle, cycles], ...]: from then on the core stands still for so long, as while flash is erased; "break": a mutant of stm32broken.py. Standard output: "navigation HEX", "gnss HEX", "command HEX", "line NAME BITS DIVIDER", "interrupts NUMBER COUNT", "cycles N",
 "coupled TOUCHED NOT_ZERO": bytes of core-coupled memory.
 """
 import collections
@@ -433,6 +433,8 @@ class Chip:
             self.settle()
         elif 0xE200 <= offset < 0xE220:
             self.pending |= {8 * (offset - 0xE200) + n for n in range(32) if value >> n & 1}
+        elif offset == 0xEF00:  # STIR (Armv7-M B3.4.11)
+            self.pending.add(value & 0x1FF)
         elif offset == 0xED0C:
             self.restart(None)
 
@@ -455,6 +457,18 @@ class Chip:
         if self.registers.get(0x4001_380C, 0) & 0xF == 2:
             self.exti.edge(4)
         self.settle()
+
+    def pulse(self, width):
+        """PB8 rises for some cycles: TIM4's, or a line of EXTI, pulled down, with the port in SYSCFG_EXTICR3."""
+        if not self.exti.imr >> 8 & 1:
+            return self.timer.rise()
+        port = lambda offset: self.registers.get(0x4002_0400 + offset, 0)
+        if port(0x00) >> 16 & 3 or port(0x0C) >> 16 & 3 != 2 or self.registers.get(0x4001_3810, 0) & 0xF != 1:
+            raise Forbidden("PB8 is not at its line of EXTI, pulled down")
+        self.registers[0x4002_0410] = port(0x10) | 1 << 8
+        self.exti.edge(8)
+        self.run(self.cycles + width)
+        self.registers[0x4002_0410] = port(0x10) & ~(1 << 8)
 
     # Time
 
@@ -548,6 +562,7 @@ class Chip:
         self.pc = struct.unpack("<I", self.cpu.mem_read(FLASH[0] + 4 * (16 + number), 4))[0] & ~1
         self.cpu.reg_write(arm.UC_ARM_REG_LR, 0xFFFF_FFF9)
         self.cpu.reg_write(arm.UC_ARM_REG_IPSR, 16 + number)
+        self.entered(pc)
         self.advance(ENTRY * self.rcc.cost)
         self.returned = False
         while not self.returned:
@@ -561,6 +576,9 @@ class Chip:
         self.pc, self.running, self.event = pc, running, True
         self.settle()
         return True
+
+    def entered(self, pc):
+        """A handler begins, at which nobody reads the frame."""
 
     def run(self, until):
         """Runs to a cycle."""
@@ -622,7 +640,7 @@ def main():
     for text in asked["command"]:
         ask(chip, text)
     if adis and adis.get("before"):
-        chip.run(chip.cycles + CORE // 1000)  # the last of these bursts ends
+        chip.run(chip.cycles + CORE // 1000 * adis.get("rest", 1))  # the last of these bursts ends
     chip.served.clear()
     start = chip.cycles
     byte = round(CORE * lines["sensor"].bits() / asked.get("baud", 921_600))
@@ -645,9 +663,12 @@ def main():
     byte = lines["gnss"].byte_cycles()
     for at, text in asked.get("gnss", []):
         lines["gnss"].arrivals.extend((start + at + byte * (k + 1), b) for k, b in enumerate(bytes.fromhex(text)))
+    for at, cycles in asked.get("stalls", []):
+        chip.run(start + at)
+        chip.stall(cycles)
     for at in asked.get("pulses", []):
         chip.run(start + at)
-        chip.timer.rise()
+        chip.pulse(asked.get("width", CORE // 10_000))
     if skip is not None and not adis:
         chip.run(start + asked["period"] * skip)
         chip.count()

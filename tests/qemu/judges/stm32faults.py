@@ -20,6 +20,7 @@ from unicorn import arm_const as arm
 
 import stm32f405
 from stm32f405 import CCM, CORE, FLASH, SLICE, SRAM, Chip, Forbidden
+from stm32dma import TEIF
 from stm32parts import BROWN_OUT, PIN, POWER_ON, SOFTWARE
 
 MS = CORE // 1000
@@ -79,20 +80,27 @@ class Faulty(Chip):
         return False
 
     def enter(self, exception):
-        """An exception that does not return, with its frame, as far as the stack can take it (Armv7-M B1.5.6)."""
-        get = self.cpu.reg_read
-        sp = get(arm.UC_ARM_REG_SP) - 32 & ~7
-        frame = [get(r) for r in (arm.UC_ARM_REG_R0, arm.UC_ARM_REG_R1, arm.UC_ARM_REG_R2, arm.UC_ARM_REG_R3, arm.UC_ARM_REG_R12, arm.UC_ARM_REG_LR)]
-        frame += [self.pc, get(arm.UC_ARM_REG_XPSR)]
-        if SRAM[0] <= sp and sp + 32 <= SRAM[0] + SRAM[1]:
-            self.cpu.mem_write(sp, b"".join(word.to_bytes(4, "little") for word in frame))
-        self.cpu.reg_write(arm.UC_ARM_REG_SP, sp)
+        """An exception that does not return."""
+        self.cpu.reg_write(arm.UC_ARM_REG_SP, self.stacked(self.pc))
         self.cpu.reg_write(arm.UC_ARM_REG_LR, 0xFFFF_FFF9)
         self.cpu.reg_write(arm.UC_ARM_REG_PRIMASK, 0)
         self.pc = int.from_bytes(self.cpu.mem_read(FLASH[0] + 4 * exception, 4), "little") & ~1
         self.running = -1
         while True:
             self.execute(SLICE)
+
+    def entered(self, pc):
+        self.cpu.reg_write(arm.UC_ARM_REG_SP, self.stacked(pc))
+
+    def stacked(self, pc):
+        """Writes the frame of an exception, as far as the stack can take it (Armv7-M B1.5.6)."""
+        get = self.cpu.reg_read
+        sp = get(arm.UC_ARM_REG_SP) - 32 & ~7
+        frame = [get(r) for r in (arm.UC_ARM_REG_R0, arm.UC_ARM_REG_R1, arm.UC_ARM_REG_R2, arm.UC_ARM_REG_R3, arm.UC_ARM_REG_R12, arm.UC_ARM_REG_LR)]
+        frame += [pc, get(arm.UC_ARM_REG_XPSR)]
+        if SRAM[0] <= sp and sp + 32 <= SRAM[0] + SRAM[1]:
+            self.cpu.mem_write(sp, b"".join(word.to_bytes(4, "little") for word in frame))
+        return sp
 
     def execute(self, instructions):
         if self.frozen:  # locked up
@@ -192,6 +200,17 @@ class Faulty(Chip):
 
     def make_volts(self, volts):
         self.volts = self.power.volts = volts
+
+    def make_tim5(self, speed):
+        """The counter of microseconds of a board over embassy-stm32 runs so many times faster."""
+        timer = self.tim5
+        timer.look()
+        timer.psc = (timer.psc + 1) // speed - 1
+        timer.since = self.cycles - timer.cycles(timer.seen)
+
+    def make_torn(self, _):
+        """The stream of the sensor's bytes tells an error of its bus (10.3.18), at which embassy-stm32 panics."""
+        self.streams[2, 2].flags |= TEIF
 
     def make_tim2(self, speed):
         """The counter of microseconds runs at another speed."""

@@ -58,6 +58,10 @@ pub struct AdisBudget {
     pub burst_2000: f64,
     /// At 4000 bursts a second, of an ADIS1649x.
     pub burst_4000: f64,
+    /// The same on the board `f405`, over the drivers of `embassy-stm32`.
+    pub over_embassy_2000: f64,
+    /// ... at 4000.
+    pub over_embassy_4000: f64,
 }
 
 /// Limits of `lrnn-nostd` in a crate of its own (`tests/alone`).

@@ -1,10 +1,14 @@
 //! The receiver's time pulse on a chip with a timer that captures it: the board's own image in a
-//! model written from the reference manual (`judges/stm32f405.py`).
+//! model written from the reference manual (`judges/stm32f405.py`). And on the board `f405`, which
+//! has an external interrupt in the timer's place.
+
+use std::path::Path;
 
 use firmware::configuration::{Configuration, ReceiverProtocol};
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::receiver::{Heard, ReceiverFormat};
+use qemu::boards::Family;
 use qemu::drive::drive;
 use qemu::images::STM32F405;
 use qemu::judges::{ask, python};
@@ -40,7 +44,22 @@ fn fix(second: u64) -> Vec<u8> {
 /// What the board tells of its receiver after `seconds`, with the pulses of the receiver's seconds
 /// and fixes that come `delay_ms` after their validity.
 fn heard(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<Heard> {
-    let (python, image) = (python()?, STM32F405.build_or_skip()?);
+    heard_by(
+        &STM32F405.build_or_skip()?,
+        pulse,
+        pulses,
+        (seconds, delay_ms, MS / 10),
+    )
+}
+
+/// The same of an image, with pulses that are so many cycles wide.
+fn heard_by(
+    image: &Path,
+    pulse: bool,
+    pulses: &[u64],
+    (seconds, delay_ms, width): (u64, u64, u64),
+) -> Option<Heard> {
+    let python = python()?;
     let mut told = Configuration::default();
     told.receiver.protocol = ReceiverProtocol::Nmea;
     told.receiver.fix_delay = 0.1;
@@ -61,7 +80,7 @@ fn heard(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<Hea
     let request = encode(99, &Request::GetReceiver, &mut buffer).expect("a packet");
     let asked = serde_json::json!({
         "image": image, "command": command, "sensor": sensor, "period": 4 * MS,
-        "gnss": gnss, "pulses": pulses, "ask": [hex(request)],
+        "gnss": gnss, "pulses": pulses, "width": width, "ask": [hex(request)],
     });
     let output = ask(&python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
     let sent = output.iter().find_map(|line| line.strip_prefix("command "));
@@ -92,6 +111,23 @@ fn the_pulse_is_captured_and_the_age_is_exact() {
     assert_eq!(told.time_ms, Some((43_200 + 6) * 1000)); // a Sunday
     let age = told.age_us.expect("a pulse");
     assert!(age.abs_diff(613_000) < 5000, "{age} us");
+}
+
+/// The same by an external interrupt, over the drivers of `embassy-stm32`. A glitch that is over
+/// before the interrupt looks is none.
+#[test]
+fn the_pulse_interrupts_a_board_over_embassy() {
+    let board = Family::named("f405").expect("a board");
+    let Some(image) = python().map(|_| board.build().expect("it builds")) else {
+        return;
+    };
+    let pulses: Vec<u64> = (1..7).map(|second| MS * 1000 * second + 77).collect();
+    let told = heard_by(&image, true, &pulses, (7, 600, MS / 10)).expect("an answer");
+    assert_eq!(told.pulses, 6);
+    let age = told.age_us.expect("a pulse");
+    assert!(age.abs_diff(613_000) < 5000, "{age} us");
+    let told = heard_by(&image, true, &pulses[..2], (3, 600, 0)).expect("an answer");
+    assert_eq!((told.age_us, told.pulses), (None, 0));
 }
 
 #[test]

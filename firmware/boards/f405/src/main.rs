@@ -4,13 +4,10 @@
 #![no_main]
 
 use embassy_executor::Spawner;
-use embassy_stm32::exti::ExtiInput;
 use embassy_stm32::flash::Flash;
-use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::rcc::{
     APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
 };
-use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, bind_interrupts, dma, exti, interrupt, peripherals};
@@ -20,7 +17,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
 use layer::line::Frame;
-use layer::{Adis, Board, WATCHDOG_MS, crystal, line};
+use layer::{Board, WATCHDOG_MS, adis, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART1 => Handler<peripherals::USART1>;
@@ -35,11 +32,13 @@ bind_interrupts!(struct Interrupts {
     UART4 => Handler<peripherals::UART4>;
     DMA1_STREAM2 => dma::InterruptHandler<peripherals::DMA1_CH2>;
     DMA1_STREAM4 => dma::InterruptHandler<peripherals::DMA1_CH4>;
+    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
+    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     EXTI4 => exti::InterruptHandler<interrupt::typelevel::EXTI4>;
+    EXTI9_5 => layer::pulse::Handler;
 });
 
-/// 168 MHz; 84 and 42 MHz for the UARTs. The ADIS's clock must not exceed 1 MHz, and the driver
-/// takes the nearest rate: so `main` asks for 84 MHz / 128.
+/// 168 MHz; 84 and 42 MHz for the UARTs, 84 MHz for the ADIS.
 fn clocks() -> Config {
     let mut config = Config::default();
     config.rcc.hse = crystal::start(Hse {
@@ -73,15 +72,9 @@ async fn main(_spawner: Spawner) {
         Frame::plain(told.receiver_baud),
         Frame::plain(COMMAND_BAUD),
     ];
-    let mut bus = spi::Config::default();
-    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(84_000_000 / 128));
-    let adis = Adis::new(
-        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
-        Output::new(chip.PA4, Level::High, Speed::High),
-        ExtiInput::new(chip.PC4, chip.EXTI4, Pull::Down, Interrupts),
-    );
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
     watchdog.unleash();
+    layer::pulse::open(chip.PB8, chip.EXTI8, Interrupts);
     let board = Board {
         name: "f405",
         clocks: [84_000_000, 42_000_000, 42_000_000].map(Clock::stm32),
@@ -92,7 +85,7 @@ async fn main(_spawner: Spawner) {
             command: line!(chip, UART4, PA1, PA0, DMA1_CH2, DMA1_CH4, command),
             gnss: line!(chip, USART3, PB11, PB10, DMA1_CH1, DMA1_CH3, receiver),
         },
-        adis: adis.expect("a pin can be set"),
+        adis: adis!(chip: SPI1, PA5, PA7, PA6; DMA2_CH3, DMA2_CH0; 84_000_000; PA4, PC4, EXTI4),
         // sectors 10 and 11
         flash: Region::<_, 0xC_0000, 0x4_0000, 0x2_0000>::new(Flash::new_blocking(chip.FLASH)),
         feed: || watchdog.pet(),

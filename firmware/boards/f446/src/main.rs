@@ -1,17 +1,15 @@
 //! Nucleo-F446RE. The sensor's line is PA9 (out) and PA10 (in), the navigation computer's PC10 and
 //! PC11, the receiver's PC6 and PC7. The command link is the probe's serial port (PA2 and PA3). An
-//! ADIS: clock PA5, in PA6, out PA7, select PB6, data-ready PC4. Ran on no chip yet.
+//! ADIS: clock PA5, in PA6, out PA7, select PB6, data-ready PC4. Time pulse: PB8. Ran on
+//! no chip yet.
 #![no_std]
 #![no_main]
 
 use embassy_executor::Spawner;
-use embassy_stm32::exti::ExtiInput;
 use embassy_stm32::flash::Flash;
-use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::rcc::{
     APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
 };
-use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, bind_interrupts, dma, exti, interrupt, peripherals};
@@ -21,7 +19,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
 use layer::line::Frame;
-use layer::{Adis, Board, WATCHDOG_MS, crystal, line};
+use layer::{Board, WATCHDOG_MS, adis, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART1 => Handler<peripherals::USART1>;
@@ -36,7 +34,10 @@ bind_interrupts!(struct Interrupts {
     USART6 => Handler<peripherals::USART6>;
     DMA2_STREAM1 => dma::InterruptHandler<peripherals::DMA2_CH1>;
     DMA2_STREAM6 => dma::InterruptHandler<peripherals::DMA2_CH6>;
+    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
+    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     EXTI4 => exti::InterruptHandler<interrupt::typelevel::EXTI4>;
+    EXTI9_5 => layer::pulse::Handler;
 });
 
 /// 168 MHz from the probe's 8 MHz; 84 and 42 MHz for the UARTs.
@@ -73,15 +74,9 @@ async fn main(_spawner: Spawner) {
         Frame::plain(told.receiver_baud),
         Frame::plain(COMMAND_BAUD),
     ];
-    let mut bus = spi::Config::default();
-    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(84_000_000 / 128));
-    let adis = Adis::new(
-        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
-        Output::new(chip.PB6, Level::High, Speed::High),
-        ExtiInput::new(chip.PC4, chip.EXTI4, Pull::Down, Interrupts),
-    );
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);
     watchdog.unleash();
+    layer::pulse::open(chip.PB8, chip.EXTI8, Interrupts);
     let board = Board {
         name: "f446",
         clocks: [84_000_000, 42_000_000, 84_000_000].map(Clock::stm32),
@@ -92,7 +87,7 @@ async fn main(_spawner: Spawner) {
             command: line!(chip, USART2, PA3, PA2, DMA1_CH5, DMA1_CH6, command),
             gnss: line!(chip, USART6, PC7, PC6, DMA2_CH1, DMA2_CH6, receiver),
         },
-        adis: adis.expect("a pin can be set"),
+        adis: adis!(chip: SPI1, PA5, PA7, PA6; DMA2_CH3, DMA2_CH0; 84_000_000; PB6, PC4, EXTI4),
         // sectors 2 and 3 of 16 KiB, between the interrupt table and the program
         flash: Region::<_, 0x8000, 0x8000, 0x4000>::new(
             Flash::new_blocking(chip.FLASH)

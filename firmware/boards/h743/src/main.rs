@@ -1,19 +1,17 @@
 //! Nucleo-H743ZI2. The sensor's line is PG14 (out) and PG9 (in), the navigation computer's PD5 and
 //! PD6, the receiver's PE8 and PE7; the command link is the USB socket beside the Ethernet socket.
-//! An ADIS: clock PA5, in PA6, out PA7, select PD14, data-ready PF12. Ran on no chip yet.
+//! An ADIS: clock PA5, in PA6, out PA7, select PD14, data-ready PF12. Time pulse:
+//! PB8. Ran on no chip yet.
 #![no_std]
 #![no_main]
 
 use embassy_executor::Spawner;
 use embassy_futures::join::join;
-use embassy_stm32::exti::ExtiInput;
 use embassy_stm32::flash::Flash;
-use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Hsi48Config, Pll, PllDiv, PllMul, PllPreDiv,
     PllSource, Sysclk, VoltageScale, mux,
 };
-use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::usb::{self, Driver};
 use embassy_stm32::wdg::IndependentWatchdog;
@@ -24,7 +22,7 @@ use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
 use layer::flash::Region;
 use layer::line::Frame;
-use layer::{Adis, Board, WATCHDOG_MS, bytes, crystal, line};
+use layer::{Board, WATCHDOG_MS, adis, bytes, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART6 => Handler<peripherals::USART6>;
@@ -36,7 +34,10 @@ bind_interrupts!(struct Interrupts {
     UART7 => Handler<peripherals::UART7>;
     DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
     DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
+    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
+    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
     EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
+    EXTI9_5 => layer::pulse::Handler;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
 
@@ -81,13 +82,6 @@ async fn main(_spawner: Spawner) {
     let chip = embassy_stm32::init(clocks());
     let told = SerialLines::DEFAULT;
     let [sensor, receiver] = [Frame::sensor(&told), Frame::plain(told.receiver_baud)];
-    let mut bus = spi::Config::default();
-    (bus.mode, bus.frequency) = (spi::MODE_3, Hertz(100_000_000 / 128));
-    let adis = Adis::new(
-        Spi::new_blocking(chip.SPI1, chip.PA5, chip.PA7, chip.PA6, bus),
-        Output::new(chip.PD14, Level::High, Speed::High),
-        ExtiInput::new(chip.PF12, chip.EXTI12, Pull::Down, Interrupts),
-    );
     let driver = Driver::new_fs(
         chip.USB_OTG_FS,
         Interrupts,
@@ -99,6 +93,7 @@ async fn main(_spawner: Spawner) {
     let (command, usb) = layer::usb::open(driver);
     let mut watchdog = IndependentWatchdog::new(chip.IWDG1, WATCHDOG_MS * 1000);
     watchdog.unleash();
+    layer::pulse::open(chip.PB8, chip.EXTI8, Interrupts);
     let board = Board {
         name: "h743",
         clocks: [100_000_000; 3].map(Clock::stm32),
@@ -109,7 +104,7 @@ async fn main(_spawner: Spawner) {
             command,
             gnss: line!(chip, UART7, PE7, PE8, DMA1_CH3, DMA1_CH1, receiver),
         },
-        adis: adis.expect("a pin can be set"),
+        adis: adis!(chip: SPI1, PA5, PA7, PA6; DMA2_CH3, DMA2_CH0; 100_000_000; PD14, PF12, EXTI12),
         // the last two sectors of the second bank: the program in the first one goes on meanwhile
         flash: Region::<_, 0x1C_0000, 0x4_0000, 0x2_0000>::new(Flash::new_blocking(chip.FLASH)),
         feed: || watchdog.pet(),

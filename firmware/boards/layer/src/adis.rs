@@ -13,7 +13,7 @@ use firmware::wire::adis::spi::{Adis as Bursts, LONGEST};
 use firmware::wire::adis::{Form, Found, Rate, begin, find};
 
 /// Between two looks for a sensor, which takes up to 0.3 s to start, microseconds.
-const LOOK_US: u64 = 100_000;
+pub const LOOK_US: u64 = 100_000;
 
 /// The sensor has a new burst. Further ones until it is taken are one.
 pub type New = Signal<CriticalSectionRawMutex, ()>;
@@ -33,8 +33,12 @@ pub trait Fetch {
     /// The newest burst. `None`: there is no sensor, or the bus failed.
     fn burst<'b>(&mut self, frame: &'b mut [u8; LONGEST]) -> Option<&'b mut [u8]>;
 
-    /// Looks for a sensor from time to time, until one is found. It is set to the rate told, but to
-    /// none above the usual one: the core waits for the bytes of a burst.
+    /// Whether a burst was lost, once for each.
+    fn has_lost(&mut self) -> bool {
+        false
+    }
+
+    /// Looks for a sensor from time to time, until one is found. It is set to the rate told.
     fn look(&mut self, now_us: u64, told: impl FnOnce() -> Option<Rate>) -> Option<Found>;
 
     /// The sensor is looked for again, and set up anew.
@@ -62,7 +66,8 @@ impl Fetch for NoAdis {
     }
 }
 
-/// A sensor at a bus in mode 3 of at most 1 MHz, with chip select and data-ready.
+/// A sensor at a bus in mode 3 of at most 1 MHz, with chip select and data-ready. The core waits
+/// for the bytes of a burst, so none is set to a rate above the usual one.
 pub struct Adis<B, S, R> {
     sensor: Sensor<B, S>,
     ready: R,

@@ -1,19 +1,20 @@
 //! Serial lines of STM32s whose bytes DMA moves, over the DMA driver of `embassy-stm32`.
 //!
-//! **Receiving.** A stream fills a ring and begins anew at its end. The UART interrupts when the
-//! line falls idle, once a frame, and the loop reads the ring whenever it looks.
+//! **Receiving.** A stream fills a ring and begins anew at its end, without an interrupt. The UART
+//! interrupts when the line falls idle, once a frame, and the loop reads the ring whenever it
+//! looks: where the stream is, and whether it has begun anew since ([`Received`]). The driver's own
+//! `ReadableRingBuffer` divides once for each byte, and interrupts twice in each round.
 //!
 //! **Errors.** The driver's own `RingBufferedUartRx` stops its stream at every error of the line
 //! and starts it again without telling its ring where, and a poll of it reads the data register
 //! beside the DMA. So the UART's interrupt is served here: it clears the error and tells the loop,
-//! and the stream goes on. How a UART is set up, streams and ring are the driver's.
+//! and the stream goes on. How a UART is set up, and the streams, are the driver's.
 //!
 //! **Sending.** Messages gather in one half of a buffer while the other half leaves in one
 //! transfer, which interrupts once, at its end. So no message has a gap.
 //!
 //! Nothing here waits for the line.
 
-use core::cell::RefCell;
 use core::future::{Future, poll_fn};
 use core::marker::PhantomData;
 use core::mem::transmute;
@@ -21,20 +22,24 @@ use core::pin::Pin;
 use core::sync::atomic::{AtomicBool, Ordering};
 use core::task::Poll;
 
-use embassy_stm32::dma::{
-    Channel, InterruptHandler, ReadableRingBuffer, Request, Transfer, TransferOptions,
-};
-use embassy_stm32::interrupt::typelevel;
+use embassy_stm32::dma::{Channel, InterruptHandler, Transfer, TransferOptions};
 use embassy_stm32::interrupt::typelevel::Binding;
+use embassy_stm32::interrupt::typelevel::{self, Interrupt as _};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::usart::Usart;
 use embassy_stm32::usart::{Config, Instance, Parity, RxDma, RxPin, StopBits, TxDma, TxPin, Uart};
 use embassy_stm32::{Peri, gpio, pac, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use firmware::link::{Full, Line, Lost};
+use firmware::wire::adis::spi::LONGEST;
 use static_cell::ConstStaticCell;
 
+mod leaving;
+mod received;
+
 use crate::line::{Frame, RING, Wire};
+use leaving::Out;
+use received::Received;
 
 /// Lines that there is memory for.
 const LINES: usize = 4;
@@ -56,9 +61,20 @@ impl Buffers {
 
 /// The same of all lines, in one place, which one region of a Cortex-M7's MPU covers.
 #[cfg_attr(feature = "m7", repr(C, align(8192)))]
-struct Memory([ConstStaticCell<Buffers>; LINES]);
+struct Memory(
+    [ConstStaticCell<Buffers>; LINES],
+    ConstStaticCell<[u8; LONGEST]>,
+);
 
-static MEMORY: Memory = Memory([const { ConstStaticCell::new(Buffers::EMPTY) }; LINES]);
+static MEMORY: Memory = Memory(
+    [const { ConstStaticCell::new(Buffers::EMPTY) }; LINES],
+    ConstStaticCell::new([0; LONGEST]),
+);
+
+/// What DMA moves of a burst ([`crate::spi`]).
+pub(crate) fn exchange() -> &'static mut [u8; LONGEST] {
+    MEMORY.1.try_take().expect("called once")
+}
 
 /// Where the DMA's memory begins, and the binary logarithm of its length in bytes.
 #[cfg(feature = "m7")]
@@ -174,7 +190,9 @@ pub struct Port {
     registers: Usart,
     events: &'static Events,
     frame: Frame,
-    received: RefCell<ReadableRingBuffer<'static, u8>>,
+    received: Received,
+    /// The stream that fills the ring, for ever.
+    _into: Transfer<'static>,
     out: Out,
 }
 
@@ -216,19 +234,23 @@ pub fn open<U: Served, I: RxDma<U>, O: TxDma<U>>(
     let uart = uart.expect("a rate that these clocks can make");
     let requests = (stream_in.request(), stream_out.request());
     let [from, to] = data(U::REGISTERS);
-    let channel = Channel::new(stream_in, interrupts);
-    let options = TransferOptions::default();
-    // SAFETY: the stream is this line's alone, and moves bytes from its data register.
-    let mut received =
-        unsafe { ReadableRingBuffer::new(channel, requests.0, from, &mut buffers.into, options) };
-    received.start();
+    let mut channel = Channel::new(stream_in, interrupts);
+    let mut options = TransferOptions::default();
+    (options.circular, options.complete_transfer_ir) = (true, false);
+    let ring = &raw mut buffers.into;
+    // SAFETY: the stream is this line's alone, and moves bytes from its data register. The ring
+    // exists for ever.
+    let stream = unsafe { channel.read_raw(requests.0, from, ring, options) };
+    // SAFETY: a transfer knows its channel by number, and the channel is used for no other.
+    let stream = unsafe { transmute::<Transfer<'_>, Transfer<'static>>(stream) };
     let [gathers, leaves] = buffers.out.each_mut();
     let mut port = Port {
         uart,
         registers: U::REGISTERS,
         events: U::events(),
         frame,
-        received: RefCell::new(received),
+        received: Received::new(ring, I::Interrupt::IRQ),
+        _into: stream,
         out: Out {
             channel: Channel::new(stream_out, interrupts),
             request: requests.1,
@@ -270,14 +292,11 @@ impl Line for Port {
         if self.events.lost.swap(false, Ordering::Acquire) {
             return Err(Lost);
         }
-        let read = self.received.get_mut().read(buffer);
-        read.map(|(bytes, _)| bytes).map_err(|_| Lost)
+        self.received.take(buffer)
     }
 
     fn is_idle(&self) -> bool {
-        let ring = self.received.try_borrow_mut();
-        let empty = ring.is_ok_and(|mut ring| ring.len() == Ok(0));
-        empty && !self.events.lost.load(Ordering::Relaxed)
+        self.received.is_empty() && !self.events.lost.load(Ordering::Relaxed)
     }
 
     fn send(&mut self, message: &[u8]) -> Result<(), Full> {
@@ -318,50 +337,6 @@ impl Wire for Port {
             defmt::println!("a line cannot have {=u32} bit/s", frame.baud);
             self.set(&{ self.frame });
         }
-    }
-}
-
-/// What leaves.
-struct Out {
-    channel: Channel<'static>,
-    request: Request,
-    data: *mut u8,
-    gathers: &'static mut [u8],
-    gathered: usize,
-    leaves: &'static mut [u8],
-    transfer: Option<Transfer<'static>>,
-}
-
-impl Out {
-    /// The whole message, or nothing of it.
-    fn gather(&mut self, message: &[u8]) -> Result<(), Full> {
-        let room = self.gathers.get_mut(self.gathered..);
-        let room = room.and_then(|room| room.get_mut(..message.len()));
-        room.ok_or(Full)?.copy_from_slice(message);
-        self.gathered += message.len();
-        Ok(())
-    }
-
-    /// What has gathered begins to leave, unless there is something that still leaves.
-    #[allow(unsafe_code, reason = "the driver's streams take addresses")]
-    fn advance(&mut self) {
-        if self.transfer.as_mut().is_some_and(Transfer::is_running) {
-            return;
-        }
-        self.transfer = None;
-        if self.gathered == 0 {
-            return;
-        }
-        core::mem::swap(&mut self.gathers, &mut self.leaves);
-        let bytes = self.leaves.get(..self.gathered).unwrap_or_default();
-        self.gathered = 0;
-        let options = TransferOptions::default();
-        // SAFETY: the stream is this line's alone, and moves bytes to its data register. `leaves`
-        // exists for ever, and is not written to before the transfer has ended.
-        let transfer = unsafe { self.channel.write(self.request, bytes, self.data, options) };
-        // SAFETY: a transfer knows its channel by number. The channel is used for another one only
-        // when this one is dropped.
-        self.transfer = Some(unsafe { transmute::<Transfer<'_>, Transfer<'static>>(transfer) });
     }
 }
 

@@ -5,14 +5,24 @@
 //! docs/add-a-board.md goes through one.
 //!
 //! What these boards do not have, and the board `stm32f405` has: cut-through, an interrupt with a
-//! frame's last byte, a record of a crash, a safe start, the measured crystal, a window watchdog,
-//! an image without code that can panic (docs/BOARDS.md).
+//! frame's last byte, the measured crystal, a window watchdog, an image without code that can panic
+//! (docs/BOARDS.md). What the STM32s have, and the others do not: an ADIS by DMA, the time pulse, a
+//! record of a crash and a safe start.
 #![no_std]
 
 pub mod adis;
 #[allow(dead_code, reason = "an image without a learner")]
 #[path = "../../../src/board/shared/blackbox.rs"]
 pub mod blackbox;
+#[cfg(feature = "stm32")]
+#[allow(
+    unsafe_code,
+    reason = "memory over a reset, entries of the core; each block says why it is sound"
+)]
+mod crash;
+#[cfg(not(feature = "stm32"))]
+#[path = "no_crash.rs"]
+mod crash;
 #[cfg(feature = "stm32")]
 pub mod crystal;
 #[cfg(feature = "stm32")]
@@ -23,7 +33,11 @@ pub mod learners;
 pub mod line;
 #[cfg(feature = "rp")]
 pub mod pio;
+#[cfg(feature = "stm32")]
+pub mod pulse;
 mod run;
+#[cfg(feature = "stm32")]
+pub mod spi;
 #[cfg(any(feature = "rp", feature = "usb"))]
 pub mod through;
 #[cfg(feature = "usb")]
@@ -34,6 +48,7 @@ pub use firmware;
 pub use adis::{Adis, NoAdis, Source};
 pub use run::{Board, run};
 
+#[cfg(not(feature = "stm32"))]
 use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
 use firmware::learn::FixMemory;
@@ -109,10 +124,11 @@ fn panic(what: &core::panic::PanicInfo) -> ! {
     if let Some(place) = what.location() {
         defmt::println!("panic: {=str}, line {=u32}", place.file(), place.line());
     }
-    SCB::sys_reset()
+    crash::panicked()
 }
 
 /// A fault of the core: the chip starts anew.
+#[cfg(not(feature = "stm32"))]
 #[allow(
     unsafe_code,
     reason = "the attribute asks for it; nothing here needs it"

@@ -11,10 +11,11 @@ use firmware::learn::Learner;
 use firmware::link::{Clock, rates};
 use firmware::store::{MEMORY_MAX, Store};
 use firmware::wire::adis::spi::LONGEST;
+use firmware::wire::command::LoopPhase;
 
 use crate::adis::{Fetch, New, Source};
-use crate::blackbox;
 use crate::line::{Frame, Wire};
+use crate::{blackbox, crash};
 
 /// The application has its turn at least so often, as it asks.
 const TURN: Duration = Duration::from_millis(1);
@@ -59,12 +60,14 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
     mut board: Board<S, N, C, G, A, F, W>,
     learner: Option<&'static mut dyn Learner>,
 ) {
+    let [_, command, _] = &board.clocks;
+    let (mut guard, reset) = crash::Guard::start(command);
     let hardware = Hardware {
         name: board.name,
         clocks: board.clocks,
         parity: board.parity,
         pin_sets: 1,
-        reset: None,
+        reset,
     };
     let mut store = Store::new(board.flash).ok();
     let mut app = application(hardware, &mut store, learner, board.random);
@@ -78,32 +81,53 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
     let lines = &mut board.lines;
     let mut time = Time { asleep_us: 0 };
     let (mut frame, mut new) = ([0; LONGEST], false);
+    // an ADIS was found, and something has come on the sensor's line
+    let (mut has_adis, mut heard) = (false, false);
     let turns = async {
         loop {
+            crash::during(LoopPhase::Burst);
             if (new || NEW.try_take().is_some())
                 && let Some(reply) = adis.burst(&mut frame)
             {
                 // an error has been counted
                 let _ = app.burst(reply, &mut lines.navigation, &time);
             }
+            while adis.has_lost() {
+                app.lost();
+            }
+            #[cfg(feature = "stm32")]
+            if let Some(at_us) = crate::pulse::rose() {
+                app.pulse(at_us);
+            }
+            heard |= !lines.sensor.is_idle();
+            crash::during(LoopPhase::Poll);
             let busy = app.poll(lines, &time);
+            crash::during(LoopPhase::Open);
             if let Some(told) = app.to_open() {
                 open(lines, &told);
             }
+            crash::during(LoopPhase::Store);
             if let (true, Some(store)) = (app.wants_to_store(), &mut store) {
                 app.store(|step, content| store.carry_out(step, content));
             }
+            crash::during(LoopPhase::Look);
             if app.finds_anew() {
                 adis.forget();
             }
-            if lines.sensor.is_idle()
+            // a look takes up to half a millisecond, in which a frame would wait
+            if (has_adis || !heard)
+                && lines.sensor.is_idle()
                 && let Some(found) = adis.look(time.now_us(), || app.burst_rate())
             {
+                has_adis = true;
                 app.found(&found);
             }
-            if app.unwell(time.now_us()) == 0 {
+            crash::during(LoopPhase::Sleep);
+            let (now, unwell) = (time.now_us(), app.unwell(time.now_us()));
+            if unwell == 0 {
                 (board.feed)();
             }
+            guard.turned(now, unwell);
             new = false;
             if busy {
                 yield_now().await; // other tasks have their turn
@@ -143,8 +167,11 @@ fn application<'m, F: NorFlash>(
         let _ = store.make_room(); // fault STORE tells when the next record finds none
     }
     let stored = store.as_mut().map(Store::load);
+    let safe = hardware.starts_safely();
     let mut app = App::power_on(hardware, stored, learner);
-    recall(&mut app, store);
+    if !safe {
+        recall(&mut app, store);
+    }
     if let Some(memory) = blackbox::memory() {
         app.record_in(memory);
     }

@@ -11,14 +11,14 @@ use serde_json::{Value, json};
 use super::*;
 
 /// A sensor by its product number: range, fastest clock, one burst.
-struct Sensor {
-    product: u32,
+pub struct Sensor {
+    pub product: u32,
     range: u32,
     hz: u32,
     burst: fn(u16) -> Vec<u8>,
 }
 
-const SENSORS: [Sensor; 2] = [
+pub const SENSORS: [Sensor; 2] = [
     Sensor {
         product: 16507,
         range: 0x3,
@@ -44,7 +44,7 @@ fn burst(counter: u16) -> Burst {
 }
 
 impl Sensor {
-    fn bursts(&self, count: u16) -> Vec<Record> {
+    pub fn bursts(&self, count: u16) -> Vec<Record> {
         let record = |n| Record {
             input: Input::Sensor,
             at_us: 0,
@@ -54,12 +54,12 @@ impl Sensor {
     }
 
     /// As the model is told of it.
-    fn told(&self) -> Value {
+    pub fn told(&self) -> Value {
         json!({"product": self.product, "range": self.range, "hz": self.hz})
     }
 }
 
-fn bytes(frames: &[Record]) -> String {
+pub fn bytes(frames: &[Record]) -> String {
     frames.iter().map(|frame| hex(&frame.bytes)).collect()
 }
 
@@ -88,7 +88,7 @@ const COUNTED: usize = 40;
 
 /// Instructions of the core for a frame that passes: outside interrupts and in them, whatever
 /// happens in the time of a frame included.
-fn cost(python: &Path, image: &Path, world: Value, frames: &[Record], period: u32) -> [f64; 2] {
+pub fn cost(python: &Path, image: &Path, world: Value, frames: &[Record], period: u32) -> [f64; 2] {
     let lines = SerialLines {
         sensor_baud: 3_000_000,
         ..SerialLines::DEFAULT
@@ -173,7 +173,7 @@ fn what_fails_is_told_and_the_rest_leaves() {
 }
 
 /// The configuration of a sensor at the SPI, with this rate, Hz. Nothing is corrected.
-fn configuration(sensor: &Sensor, rate: f64) -> Configuration {
+pub fn configuration(sensor: &Sensor, rate: f64) -> Configuration {
     let model = Model::from_registers(sensor.product as u16, sensor.range as u16);
     let model = model.expect("a model");
     let form = model.form();
@@ -198,9 +198,13 @@ fn configuration(sensor: &Sensor, rate: f64) -> Configuration {
 /// and nothing of the old rate leaves later.
 #[test]
 fn the_rate_told_is_set() {
-    let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) else {
-        return;
-    };
+    if let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) {
+        sets_rates(&python, &image, 1);
+    }
+}
+
+/// The sensor is set up so soon after an answer, ms.
+pub fn sets_rates(python: &Path, image: &Path, rest: u32) {
     for (sensor, rates, decimation) in [
         (&SENSORS[0], &[][..], 1),
         (&SENSORS[0], &[2000.0][..], 0),
@@ -216,11 +220,11 @@ fn the_rate_told_is_set() {
         let frames = sensor.bursts(60);
         let old = (sensor.burst)(7);
         let mut adis = sensor.told();
-        adis["before"] = json!(hex(&old));
+        (adis["before"], adis["rest"]) = (json!(hex(&old)), json!(rest));
         let world = json!({"adis": adis});
         let done = run_in(
-            &python,
-            &image,
+            python,
+            image,
             &commands,
             &frames,
             (MILLISECOND, BAUD),

@@ -3,6 +3,7 @@
 //! (`judges/stm32f405.py`).
 
 mod adis;
+mod bursts;
 mod layer;
 mod ring;
 

@@ -77,6 +77,31 @@ fn an_error_of_the_line_costs_no_other_frame() {
     );
 }
 
+/// The core stands still for 8 ms, as while flash is erased, and the stream goes on over bytes that
+/// nobody has read. That is told, once. What was overwritten is missing, and no other frame.
+#[test]
+fn bytes_overwritten_in_the_ring_are_told() {
+    let Some(tools) = f405() else { return };
+    let mut frames = frames(ImuFormat::Kvh, 1);
+    frames.truncate(160);
+    let stall = 8 * MILLISECOND; // 16 frames, 576 bytes
+    let request = hex(&packet_of(1, &Request::GetCounters).expect("a packet"));
+    let world = json!({"stalls": [[60 * MILLISECOND / 2, stall]], "ask": [request]});
+    let done = run_in(
+        &tools.0,
+        &tools.1,
+        &[],
+        &frames,
+        (MILLISECOND / 2, BAUD),
+        &world,
+    );
+    let counted = counters(&done.command);
+    assert_eq!(counted.lost, 1, "{counted:?}");
+    assert!(counted.frames >= 160 - 3 - 18, "{counted:?}");
+    let after: String = frames[78..].iter().map(|of| hex(&of.bytes)).collect();
+    assert!(done.sent.ends_with(&after), "{}", done.sent.len() / 72);
+}
+
 /// Another rate, parity and two stop bits, as the unit file tells.
 #[test]
 fn lines_over_their_driver_are_opened_anew() {

@@ -2,6 +2,8 @@
 //! interrupt, a stuck output, a stack overflow, a low supply (`judges/stm32faults.py`). After every
 //! start the bytes of the sensor pass, and the device tells what happened.
 
+mod layer;
+
 use std::path::PathBuf;
 
 use firmware::wire::command::{

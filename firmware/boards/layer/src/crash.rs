@@ -1,0 +1,274 @@
+//! The record of a crash on an STM32, and why the board started.
+//!
+//! A panic, a fault of the core, and a loop that no longer turns leave a record in RAM that nothing
+//! initialises (`firmware::app::guard::kept`), and the chip starts anew. SysTick looks for the last
+//! of them: it bites before the watchdog, which leaves no record. Nothing here can panic.
+//!
+//! The entries move the stack pointer to the top of the stack, as on the board `stm32f405`: nobody
+//! returns to what was there, and after an overflow there is no stack to run on.
+
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
+use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::syst::SystClkSource;
+use embassy_stm32::pac::RCC;
+use embassy_stm32::{peripherals, rcc};
+use embassy_time::Instant;
+use firmware::app::COMMAND_BAUD;
+use firmware::app::guard::kept::{EARLY_US, Kept, WORDS, phase};
+use firmware::link::rates::Clock;
+use firmware::wire::command::{Crash, CrashKind, LoopPhase, Reset, cause};
+
+use crate::crystal;
+
+/// The loop has not turned well for so long, ms: longer than erasing a part of the store takes, and
+/// shorter than [`crate::WATCHDOG_MS`].
+const LATE_MS: u32 = 6000;
+/// Between two looks of SysTick, cycles of the core: as many as it can count, 0.1 s at 168 MHz.
+const LOOKS: u32 = 0xFF_FFFF;
+
+// SAFETY: nothing is loaded into this section and nothing zeroes it (`link.x`), which suits
+// `MaybeUninit`. Any bits are good words. A line of a Cortex-M7's cache holds nothing else of it.
+#[unsafe(link_section = ".uninit.kept")]
+static mut KEPT: MaybeUninit<Words> = MaybeUninit::uninit();
+
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+struct Words([u32; WORDS]);
+
+static PHASE: AtomicU8 = AtomicU8::new(LoopPhase::Starting as u8);
+static UNWELL: AtomicU8 = AtomicU8::new(0);
+/// When the loop turned well, ms.
+static TURNED_MS: AtomicU32 = AtomicU32::new(0);
+
+/// The loop begins with this.
+pub fn during(phase: LoopPhase) {
+    PHASE.store(phase as u8, Ordering::Relaxed);
+}
+
+fn words() -> [u32; WORDS] {
+    let place = (&raw const KEPT).cast::<Words>();
+    // SAFETY: aligned and in RAM, and any bits are good words. Volatile, since they come from
+    // before the start. Only the loop and the entries below use it, which do not return.
+    unsafe { place.read_volatile() }.0
+}
+
+fn keep(kept: &Kept) {
+    let place = (&raw mut KEPT).cast::<Words>();
+    // SAFETY: as in `words`.
+    unsafe { place.write_volatile(Words(kept.words())) };
+    #[cfg(feature = "m7")]
+    // SAFETY: maintenance by address, which keeps what memory means: a reset forgets the cache.
+    unsafe { cortex_m::Peripherals::steal() }
+        .SCB
+        .clean_dcache_by_address(place as usize, size_of::<Words>());
+}
+
+/// The chip's flags of its last reset, by their bits (RM0090 7.3.21; RM0433 8.7.39), and the bit
+/// that clears them.
+#[cfg(not(feature = "h7"))]
+const FLAGS: ([u32; 7], u32) = ([25, 26, 27, 28, 29, 30, 31], 24);
+#[cfg(feature = "h7")]
+const FLAGS: ([u32; 7], u32) = ([21, 22, 23, 24, 26, 28, 30], 16);
+
+fn causes() -> u8 {
+    #[cfg(not(feature = "h7"))]
+    let register = RCC.csr();
+    #[cfg(feature = "h7")]
+    let register = RCC.rsr();
+    let (flags, clear) = FLAGS;
+    let is = register.read().0;
+    register.modify(|w| w.0 |= 1 << clear);
+    register.modify(|w| w.0 &= !(1 << clear));
+    let causes = [
+        cause::BROWN_OUT,
+        cause::PIN,
+        cause::POWER_ON,
+        cause::SOFTWARE,
+        cause::WATCHDOG,
+        cause::WINDOW,
+        cause::LOW_POWER,
+    ];
+    let set = causes
+        .iter()
+        .zip(flags)
+        .filter(|(_, bit)| is >> bit & 1 != 0);
+    set.fold(0, |all, (cause, _)| all | cause)
+}
+
+/// Looks after the loop.
+#[derive(Debug)]
+pub struct Guard {
+    /// `None`: the run is no longer an early one.
+    kept: Option<Kept>,
+    begun: bool,
+}
+
+impl Guard {
+    /// At start: why, and what was kept. `clock`: of the UART that has the command link.
+    pub fn start(clock: &Clock) -> (Self, Option<Reset>) {
+        let causes = causes();
+        let (kept, safe) = Kept::started(&words(), causes);
+        keep(&kept);
+        // SAFETY: it is only read, and stands for `embassy_stm32::init` having been called.
+        let of = unsafe { peripherals::RCC::steal() };
+        let sys: Option<embassy_stm32::time::Hertz> = rcc::clocks(&of).sys.into();
+        let (clock_source, crystal) = crystal::found();
+        let reset = Reset {
+            causes,
+            uptime_ms: 0,
+            safe,
+            clock: clock_source,
+            core_hz: sys.map_or(0, |hz| hz.0),
+            crystal,
+            command_baud: clock.nearest(COMMAND_BAUD).baud,
+            brown_out: None,
+            supply_low: false,
+            reopened: 0,
+            crash: kept.crash,
+        };
+        if let Some(crash) = &kept.crash {
+            defmt::println!(
+                "crash {=u32}, {=u32} start(s) ago, at {=u32:#x}, CFSR {=u32:#x}",
+                crash.number,
+                crash.starts,
+                crash.pc,
+                crash.cfsr
+            );
+        }
+        let guard = Self {
+            kept: Some(kept),
+            begun: false,
+        };
+        (guard, Some(reset))
+    }
+
+    /// The loop has turned. `unwell`: why the watchdog is not fed; 0: all is well.
+    pub fn turned(&mut self, now_us: u64, unwell: u8) {
+        UNWELL.store(unwell, Ordering::Relaxed);
+        if unwell == 0 {
+            TURNED_MS.store((now_us / 1000) as u32, Ordering::Relaxed);
+            if !core::mem::replace(&mut self.begun, true) {
+                begin();
+            }
+        }
+        if now_us >= EARLY_US
+            && let Some(kept) = self.kept.take()
+        {
+            keep(&Kept { early: 0, ..kept });
+        }
+    }
+}
+
+/// SysTick begins to look. The drivers do not use it.
+fn begin() {
+    // SAFETY: nobody else uses this peripheral.
+    let mut systick = unsafe { cortex_m::Peripherals::steal() }.SYST;
+    systick.set_clock_source(SystClkSource::Core);
+    systick.set_reload(LOOKS);
+    systick.clear_current();
+    systick.enable_interrupt();
+    systick.enable_counter();
+}
+
+/// Whether the loop has not turned for too long.
+extern "C" fn is_late() -> bool {
+    let now = Instant::now().as_millis() as u32;
+    now.wrapping_sub(TURNED_MS.load(Ordering::Relaxed)) > LATE_MS
+}
+
+/// Takes the record and starts anew.
+extern "C" fn crashed(kind: u32, xpsr: u32, lr: u32, pc: u32) -> ! {
+    let kind = match kind {
+        0 => CrashKind::Fault,
+        1 => CrashKind::StackOverflow,
+        3 => CrashKind::NotFed,
+        _ => CrashKind::Panic,
+    };
+    // SAFETY: reading these registers does nothing.
+    let scb = unsafe { &*SCB::PTR };
+    let crash = Crash {
+        kind,
+        phase: phase(PHASE.load(Ordering::Relaxed)),
+        unwell: UNWELL.load(Ordering::Relaxed),
+        pc,
+        lr,
+        xpsr,
+        cfsr: scb.cfsr.read(),
+        hfsr: scb.hfsr.read(),
+        mmfar: scb.mmfar.read(),
+        bfar: scb.bfar.read(),
+        uptime_ms: Instant::now().as_millis() as u32,
+        number: 0,
+        starts: 0,
+    };
+    let kept = Kept::from_words(&words()).unwrap_or_default();
+    keep(&kept.crashed(crash));
+    SCB::sys_reset()
+}
+
+/// A panic.
+pub fn panicked() -> ! {
+    crashed(4, 0, 0, 0)
+}
+
+/// What an entry of the core does: reads the frame that it has stacked (Armv7-M B1.5.6), if the
+/// stack pointer is within the stack, and goes on from the top of the stack.
+macro_rules! entry {
+    ($(#[$attribute:meta])* $name:ident, $kind:literal, $($first:literal),* $(, $symbol:ident = $of:path)?) => {
+        $(#[$attribute])*
+        #[unsafe(naked)]
+        unsafe extern "C" fn $name() {
+            core::arch::naked_asm!(
+                $($first,)*
+                "mrs r0, msp",
+                "ldr r1, ={bottom}",
+                "cmp r0, r1",
+                "blo 1f",
+                "ldr r1, ={top}",
+                "mov sp, r1",
+                "subs r1, #32",
+                "cmp r0, r1",
+                "bhi 1f",
+                "ldr r1, [r0, #28]",
+                "ldr r2, [r0, #20]",
+                "ldr r3, [r0, #24]",
+                concat!("movs r0, #", $kind),
+                "b {crashed}",
+                "1:",
+                "ldr r1, ={top}",
+                "mov sp, r1",
+                "movs r0, #1",
+                "movs r1, #0",
+                "movs r2, #0",
+                "movs r3, #0",
+                "b {crashed}",
+                bottom = sym _stack_end,
+                top = sym _stack_start,
+                crashed = sym crashed,
+                $($symbol = sym $of,)?
+            )
+        }
+    };
+}
+
+unsafe extern "C" {
+    static _stack_end: u32;
+    static _stack_start: u32;
+}
+
+entry!(
+    /// A fault of the core.
+    // SAFETY: `cortex-m-rt` expects this name, and nothing else in the image has it.
+    #[unsafe(no_mangle)]
+    HardFault, 0,
+);
+entry!(
+    /// A look at the loop.
+    // SAFETY: as above.
+    #[unsafe(no_mangle)]
+    SysTick, 3,
+    "push {{r3, lr}}", "bl {late}", "pop {{r3, lr}}", "cbnz r0, 2f", "bx lr", "2:",
+    late = is_late
+);
