@@ -42,6 +42,8 @@ pub struct Asked {
     pub listen: Vec<&'static str>,
     /// When the reset pin is pulled.
     pub resets: Vec<u64>,
+    /// Registers that are written to from outside: when, address and value.
+    pub writes: Vec<(u64, u64, u64)>,
     /// What is in the flash beside the image: address, and bytes, hexadecimal.
     pub flash: Vec<(u64, String)>,
     /// Memory that is told at the end: address and bytes.
@@ -70,6 +72,7 @@ impl Asked {
             lines: BTreeMap::new(),
             listen: Vec::new(),
             resets: Vec::new(),
+            writes: Vec::new(),
             flash: Vec::new(),
             memory: Vec::new(),
             trace: Vec::new(),

@@ -1,4 +1,4 @@
-//! What is asked on standard input.
+//! What is asked on standard input. Times are in ns, bytes are hexadecimal.
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -15,27 +15,32 @@ pub struct Asked {
     pub crystal: u64,
     /// Instructions a second.
     pub instructions: u64,
-    /// The end, ns.
+    /// The end.
     pub until: u64,
-    /// What comes: the UART's name, and of each burst of bytes when its first start bit begins, ns,
-    /// the bit rate and the bytes, hexadecimal.
+    /// What comes: the UART's name, and of each burst of bytes when its first start bit begins, the
+    /// bit rate and the bytes.
     #[serde(default)]
     pub lines: BTreeMap<String, Vec<(u64, u64, String)>>,
     /// The UARTs of which is told what left.
     #[serde(default)]
     pub listen: Vec<String>,
-    /// When the reset pin is pulled, ns.
+    /// When the reset pin is pulled.
     #[serde(default)]
     pub resets: Vec<u64>,
-    /// What is in the flash beside the image: address, and bytes, hexadecimal.
+    /// Registers that are written to from outside, as what breaks them: when, address and value.
+    #[serde(default)]
+    pub writes: Vec<(u64, u64, u64)>,
+    /// What is in the flash beside the image: address and bytes.
     #[serde(default)]
     pub flash: Vec<(u64, String)>,
-    /// Places of memory that are told at the end: address and bytes.
+    /// Places of memory that are told at the end: address and length.
     #[serde(default)]
     pub memory: Vec<(u64, u64)>,
-    /// Places of registers of which each access of the core is told: first address and bytes.
+    /// Registers of which each access of the core is told: first address and bytes.
     #[serde(default)]
     pub trace: Vec<(u64, u64)>,
+    /// A sensor at SPI1.
+    pub adis: Option<Adis>,
 }
 
 /// A chip of rigless.
@@ -46,6 +51,23 @@ pub enum Chip {
     F427,
     /// STM32H743.
     H743,
+}
+
+/// A sensor.
+#[derive(Debug, Deserialize)]
+pub struct Adis {
+    /// Its number.
+    pub product: u16,
+    /// Its register of the range.
+    pub range: u16,
+    /// Its fastest clock of a burst, Hz.
+    pub hz: u64,
+    /// Port and pin of the chip select, as in `GPIOD`, and of data-ready.
+    pub select: (String, u8),
+    /// The same of data-ready.
+    pub ready: (String, u8),
+    /// Its bursts, and when each is ready.
+    pub bursts: Vec<(u64, String)>,
 }
 
 /// Bytes of hexadecimal digits.
