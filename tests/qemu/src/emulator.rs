@@ -1,5 +1,5 @@
-//! The emulator of other authors (`tests/rigless`, a workspace of its own): how it is built, what it
-//! is asked and what it tells. Its chips are an STM32F427 and an STM32H743.
+//! The emulator of other authors (`tests/rigless`, a workspace of its own): how it is built, what
+//! it is asked and what it tells. Its chips are an STM32F427 and an STM32H743.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -98,8 +98,8 @@ pub struct Told {
     pub resets: Vec<(u64, String)>,
     /// Registers that no model answers for: instance and register.
     pub unimplemented: Vec<(String, String)>,
-    /// All other lines: what a model says the manual forbids (`told`), what the bus refused, what is
-    /// mapped nowhere.
+    /// All other lines: what a model says the manual forbids (`told`), what the bus refused, what
+    /// is mapped nowhere.
     pub lines: Vec<String>,
 }
 

@@ -97,8 +97,8 @@ impl Ours {
         }
     }
 
-    /// The same after a write of the core: the USB of the H743 is memory there, in which a flag that
-    /// is cleared by writing 1 (RM0433 57.14.6) stays set for ever.
+    /// The same after a write of the core: the USB of the H743 is memory there, in which a flag
+    /// that is cleared by writing 1 (RM0433 57.14.6) stays set for ever.
     pub fn written(&mut self, address: u64, value: u64) {
         let Bench::H743(bench) = &mut self.bench else {
             return;
