@@ -82,7 +82,7 @@ impl Wires {
         let byte = times.windows(2).map(|two| two[1] - two[0]).min();
         let byte = byte.expect("two bytes");
         let (mut late, mut begin) = (Vec::new(), 0);
-        let usual = frames[0].bytes.len();
+        let usual = frames.last().expect("a frame").bytes.len();
         for (n, (frame, end)) in frames.iter().zip(ends).enumerate() {
             if n >= frames.len() / 4 && frame.bytes.len() == usual {
                 late.push((times[begin] - byte) as f64 / 1000.0 - *end as f64 / 1000.0);
