@@ -7,6 +7,7 @@ mod boards;
 mod check;
 mod child;
 mod comments;
+mod emulators;
 mod figures;
 mod flash;
 mod fuzz;
@@ -85,6 +86,9 @@ enum Task {
         /// Only this board.
         only: Option<String>,
     },
+    /// Runs our STM32 images in an emulator that others wrote (tests/rigless), whose compilation
+    /// takes minutes.
+    Emulators,
     /// Writes the image of a board with probe-rs and shows its log; or writes it as a file for the
     /// chip's boot loader.
     Flash {
@@ -180,6 +184,7 @@ fn main() -> ExitCode {
         Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
         Task::Boards { only } => needs::targets().and_then(|()| boards::boards(only.as_deref())),
+        Task::Emulators => emulators::emulators(),
         Task::Flash {
             board,
             bench,

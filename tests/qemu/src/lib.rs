@@ -30,6 +30,8 @@ pub mod debugger;
 #[cfg(not(target_os = "none"))]
 pub mod drive;
 #[cfg(not(target_os = "none"))]
+pub mod emulator;
+#[cfg(not(target_os = "none"))]
 pub mod images;
 #[cfg(not(target_os = "none"))]
 pub mod judges;

@@ -1,0 +1,195 @@
+//! The emulator of other authors (`tests/rigless`, a workspace of its own): how it is built, what
+//! it is asked and what it tells. Its chips are an STM32F427 and an STM32H743.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::thread;
+
+use anyhow::{Context, Result, ensure};
+use serde::Serialize;
+
+use crate::images::{cargo, here_or_skip, target_directory, workspace};
+
+/// Environment variable with which the tests build the emulator and run.
+pub const ASKED_FOR: &str = "LRNN_EMULATORS";
+
+/// A chip of the emulator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Chip {
+    /// An STM32F427, of which an F405 has a part.
+    F427,
+    /// An STM32H743.
+    H743,
+}
+
+/// What is asked of a run. Times are in ns.
+#[derive(Clone, Debug, Serialize)]
+pub struct Asked {
+    image: PathBuf,
+    chip: Chip,
+    /// Hz of the crystal; 0: there is none.
+    pub crystal: u64,
+    /// Instructions a second: one a cycle, as in the chip model.
+    pub instructions: u64,
+    /// The end.
+    pub until: u64,
+    /// What comes at each UART: when, at how many bit/s, and the bytes, hexadecimal.
+    pub lines: BTreeMap<&'static str, Vec<(u64, u64, String)>>,
+    /// The UARTs that are listened to.
+    pub listen: Vec<&'static str>,
+    /// When the reset pin is pulled.
+    pub resets: Vec<u64>,
+    /// Registers that are written to from outside: when, address and value.
+    pub writes: Vec<(u64, u64, u64)>,
+    /// What is in the flash beside the image: address, and bytes, hexadecimal.
+    pub flash: Vec<(u64, String)>,
+    /// Memory that is told at the end: address and bytes.
+    pub memory: Vec<(u64, u64)>,
+    /// Registers of which each access is told: address and bytes.
+    pub trace: Vec<(u64, u64)>,
+    /// An ADIS at the SPI.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub adis: Option<serde_json::Value>,
+}
+
+impl Asked {
+    /// A run of an image at the full speed of its board.
+    #[must_use]
+    pub fn new(image: &Path, chip: Chip) -> Self {
+        let (crystal, instructions) = match chip {
+            Chip::F427 => (12_000_000, 168_000_000),
+            Chip::H743 => (8_000_000, 400_000_000),
+        };
+        Self {
+            image: image.to_owned(),
+            chip,
+            crystal,
+            instructions,
+            until: 0,
+            lines: BTreeMap::new(),
+            listen: Vec::new(),
+            resets: Vec::new(),
+            writes: Vec::new(),
+            flash: Vec::new(),
+            memory: Vec::new(),
+            trace: Vec::new(),
+            adis: None,
+        }
+    }
+
+    /// Bytes at a UART from a time on.
+    pub fn send(&mut self, line: &'static str, at: u64, baud: u64, bytes: &[u8]) {
+        let digits = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        self.lines.entry(line).or_default().push((at, baud, digits));
+    }
+}
+
+/// What a run tells.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// What left at each UART that was listened to: the bytes, and when the stop bit of each ended.
+    pub left: BTreeMap<String, (Vec<u8>, Vec<u64>)>,
+    /// Memory at the end, in the order asked for.
+    pub memory: Vec<Vec<u8>>,
+    /// When the chip started anew, and why.
+    pub resets: Vec<(u64, String)>,
+    /// Registers that no model answers for: instance and register.
+    pub unimplemented: Vec<(String, String)>,
+    /// All other lines: what a model says the manual forbids (`told`), what the bus refused, what
+    /// is mapped nowhere.
+    pub lines: Vec<String>,
+}
+
+impl Told {
+    /// Lines that begin so.
+    pub fn all<'t>(&'t self, name: &'t str) -> impl Iterator<Item = &'t str> {
+        let lines = self.lines.iter();
+        lines.filter_map(move |line| line.strip_prefix(name)?.strip_prefix(' '))
+    }
+}
+
+/// For tests: the emulator, built, or `None` with a line on standard error.
+///
+/// # Panics
+/// The build fails.
+#[must_use]
+pub fn build_or_skip() -> Option<PathBuf> {
+    let asked = std::env::var_os(ASKED_FOR).is_some();
+    if !asked {
+        // Not eprintln, which the test harness swallows when the test passes.
+        let text = "skipped: building the emulator costs minutes; remedy: cargo xtask emulators\n";
+        let _ = std::io::stderr().write_all(text.as_bytes());
+    }
+    (asked && here_or_skip(crate::images::missing())).then(|| build().expect("it builds"))
+}
+
+/// Builds the emulator.
+///
+/// # Errors
+/// cargo cannot be started, or the build fails; cargo has printed why.
+pub fn build() -> Result<PathBuf> {
+    let directory = target_directory()?.join("rigless");
+    let status = cargo()
+        // it names a younger compiler, and builds with ours
+        .args(["build", "--quiet", "--locked", "--ignore-rust-version"])
+        .arg("--manifest-path")
+        .arg(workspace().join("tests/rigless/Cargo.toml"))
+        .arg("--target-dir")
+        .arg(&directory)
+        .status()
+        .context("cannot start cargo")?;
+    ensure!(status.success(), "building the emulator failed");
+    Ok(directory.join("debug/rigless-judge"))
+}
+
+/// Runs an image.
+///
+/// # Errors
+/// The emulator fails, or tells what is not understood.
+pub fn run(emulator: &Path, asked: &Asked) -> Result<Told> {
+    let mut child = Command::new(emulator)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let mut stdin = child.stdin.take().context("no standard input")?;
+    let text = serde_json::to_string(asked)?;
+    let output = thread::scope(|scope| {
+        scope.spawn(move || stdin.write_all(text.as_bytes()));
+        child.wait_with_output()
+    })?;
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "{complaint}");
+    let mut told = Told::default();
+    for line in String::from_utf8(output.stdout)?.lines() {
+        read(&mut told, line).with_context(|| line.to_owned())?;
+    }
+    Ok(told)
+}
+
+fn read(told: &mut Told, line: &str) -> Result<()> {
+    let words: Vec<&str> = line.split(' ').collect();
+    match words[..] {
+        ["left", name, digits] => told.left.entry(name.into()).or_default().0 = bytes(digits)?,
+        ["times", name, ref times @ ..] => {
+            let times = times.iter().filter(|time| !time.is_empty());
+            let times = times.map(|time| time.parse()).collect::<Result<_, _>>()?;
+            told.left.entry(name.into()).or_default().1 = times;
+        }
+        ["memory", _, digits] => told.memory.push(bytes(digits)?),
+        ["reset", at, ref why @ ..] => told.resets.push((at.parse()?, why.join(" "))),
+        ["unimplemented", instance, register, ..] => {
+            told.unimplemented.push((instance.into(), register.into()));
+        }
+        _ => told.lines.push(line.to_owned()),
+    }
+    Ok(())
+}
+
+fn bytes(digits: &str) -> Result<Vec<u8>> {
+    let pairs = (0..digits.len() / 2).map(|n| u8::from_str_radix(&digits[2 * n..2 * n + 2], 16));
+    Ok(pairs.collect::<Result<_, _>>()?)
+}

@@ -1,0 +1,219 @@
+//! The board `h743` on an STM32H743.
+
+use std::convert::Infallible;
+use std::path::PathBuf;
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use firmware::configuration::{Configuration, record};
+use firmware::control::Mode;
+use firmware::store::{Content, Progress, Store};
+use firmware::wire::adis::Burst;
+use qemu::boards::Family;
+use qemu::emulator::{Asked, Chip, build_or_skip};
+use qemu::protocol::set_up_told;
+use qemu::replay::nets;
+
+use super::*;
+
+/// The command link is USB, which the emulator does not have.
+const H743: Wires = Wires(["USART6", "USART2", "UART4"]);
+/// The two slots of the store.
+const STORE: u64 = 0x081C_0000;
+const SLOT: usize = 0x2_0000;
+
+fn board() -> PathBuf {
+    let family = Family::named("h743").expect("a board");
+    family.build().expect("it builds")
+}
+
+/// The store's part of the flash.
+struct Flash(Vec<u8>);
+
+impl ErrorType for Flash {
+    type Error = Infallible;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
+        bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 32;
+    const ERASE_SIZE: usize = SLOT;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
+        self.0[from as usize..to as usize].fill(0xFF);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
+        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
+/// A unit whose samples are corrected from power-on.
+fn unit() -> Configuration {
+    let mut told = Configuration::default();
+    told.correction.check_rate = false;
+    told.correction.mode = Mode::Frozen;
+    told
+}
+
+/// The flash of a device that has stored this unit and its networks: once, or until a slot has no
+/// room left. The other slot holds what is no record.
+fn stored(told: &Configuration, full: bool) -> Vec<u8> {
+    let flash = Flash(vec![0xA5; 2 * SLOT]);
+    let mut store = Store::new(flash).expect("room");
+    let (nets, record) = (nets(), record::encode(told));
+    let content = Content::new(&nets, &record);
+    store.save(&content).expect("a flash that works");
+    while full && store.begin(&content).is_ok() {
+        while store.go_on(&content).expect("it works") == Progress::GoesOn {}
+    }
+    store.into_inner().0
+}
+
+fn digits(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Clocks, DMA, both UARTs: what comes leaves. The emulator refuses DMA that reaches for memory
+/// beside the core.
+#[test]
+fn it_passes_what_comes() {
+    let Some(emulator) = build_or_skip() else {
+        return;
+    };
+    for (format, period) in [(ImuFormat::Stim300, MS - 1250), (ImuFormat::Kvh, MS / 2)] {
+        let mut asked = Asked::new(&board(), Chip::H743);
+        let frames = frames(format, 200);
+        let ends = H743.feed(&mut asked, (60 * MS, &[]), (period, BAUD), &frames);
+        let told = run(&emulator, &asked);
+        let (sent, _) = H743.sent(&told);
+        let expected = desktops(&[], &frames);
+        assert!(*sent == expected, "{} of {}", sent.len(), expected.len());
+        let late = H743.latencies(&told, &frames, &ends);
+        println!("h743: {format:?}: latency {late:.1?} us");
+        assert!(late[0] < 25.0 && late[1] < 60.0, "{late:?}");
+        forbidden(&told);
+    }
+}
+
+/// What the models say the manual forbids. Both are the driver's, and harmless (docs/BOARDS.md).
+fn forbidden(told: &Told) {
+    let registers = told.all("told").map(|line| {
+        let words = line.split(' ').take(2);
+        words.collect::<Vec<_>>().join(" ")
+    });
+    assert_eq!(registers.collect::<Vec<_>>(), ["RCC BDCR", "RCC PLLCKSELR"]);
+    assert_eq!(told.all("refused").count(), 0, "{:?}", told.lines);
+    assert_eq!(told.resets, []);
+}
+
+/// The store in the second bank is found, and the networks in it correct the samples.
+#[test]
+fn what_was_stored_corrects() {
+    let Some(emulator) = build_or_skip() else {
+        return;
+    };
+    let requests = set_up_told(&unit(), Mode::Frozen).expect("requests");
+    let mut asked = Asked::new(&board(), Chip::H743);
+    asked.flash.push((STORE, digits(&stored(&unit(), false))));
+    let frames = frames(ImuFormat::Stim300, 200);
+    let ends = H743.feed(&mut asked, (60 * MS, &[]), (MS, BAUD), &frames);
+    let told = run(&emulator, &asked);
+    let (sent, _) = H743.sent(&told);
+    let expected = desktops(&requests, &frames);
+    assert_ne!(expected, desktops(&[], &frames), "nothing is corrected");
+    assert!(*sent == expected, "{} of {}", sent.len(), expected.len());
+    println!("corrected: {:.1?}", H743.latencies(&told, &frames, &ends));
+}
+
+/// Where a slot has no room for one more record, the board erases the other one at power-on and
+/// writes the record there: a sector erased in 1 s, and words of 32 bytes, which the emulator lets
+/// be written once. The record is good, and is found after a reset.
+#[test]
+fn a_full_store_is_renewed_and_survives_a_reset() {
+    let Some(emulator) = build_or_skip() else {
+        return;
+    };
+    let flash = stored(&unit(), true);
+    let mut before = Store::new(Flash(flash.clone())).expect("room");
+    let before = before.load().expect("this version").expect("a record");
+    let mut asked = Asked::new(&board(), Chip::H743);
+    asked.instructions = 40_000_000; // the core waits most of the time
+    asked.flash.push((STORE, digits(&flash)));
+    asked.memory.push((STORE, 2 * SLOT as u64));
+    asked.resets.push(1500 * MS);
+    let frames = frames(ImuFormat::Stim300, 50);
+    H743.feed(&mut asked, (1600 * MS, &[]), (MS, BAUD), &frames);
+    let told = run(&emulator, &asked);
+    assert_eq!(told.resets.len(), 1, "{:?}", told.resets);
+    let requests = set_up_told(&unit(), Mode::Frozen).expect("requests");
+    assert!(H743.sent(&told).0 == desktops(&requests, &frames));
+    let kept = &told.memory[0];
+    assert!(kept[..SLOT] == flash[..SLOT], "the old record stays");
+    let after = Store::new(Flash(kept.clone())).expect("room").load();
+    let after = after.expect("this version").expect("a record");
+    assert_eq!(after.generation, before.generation + 1);
+    assert!(after.nets == before.nets && after.record == before.record);
+    assert!(kept[SLOT + SLOT / 2..].iter().all(|byte| *byte == 0xFF));
+}
+
+/// Without a clock from the probe the board runs on the internal oscillator.
+#[test]
+fn without_a_crystal_it_runs() {
+    let Some(emulator) = build_or_skip() else {
+        return;
+    };
+    let mut asked = Asked::new(&board(), Chip::H743);
+    asked.crystal = 0;
+    let frames = frames(ImuFormat::Kvh, 50);
+    H743.feed(&mut asked, (100 * MS, &[]), (MS, BAUD), &frames);
+    let told = run(&emulator, &asked);
+    assert!(H743.sent(&told).0 == desktops(&[], &frames));
+}
+
+/// An ADIS16507 at the SPI is found and read at its data-ready.
+#[test]
+fn an_adis_is_read() {
+    let Some(emulator) = build_or_skip() else {
+        return;
+    };
+    let bursts: Vec<Vec<u8>> = (0..100)
+        .map(|counter| {
+            let burst = Burst {
+                gyro: [i32::from(counter), -70_000, 3],
+                accel: [5, 6_000_000, -i32::from(counter)],
+                temperature: 250,
+                counter,
+                ..Burst::default()
+            };
+            burst.emit32().to_vec()
+        })
+        .collect();
+    let mut asked = Asked::new(&board(), Chip::H743);
+    let at = |n: usize| 900 * MS + n as u64 * MS;
+    let timed = bursts.iter().enumerate();
+    let timed: Vec<_> = timed.map(|(n, burst)| (at(n), digits(burst))).collect();
+    asked.adis = Some(serde_json::json!({
+        "product": 16507, "range": 3, "hz": 1_000_000, "bursts": timed,
+        "select": ["GPIOD", 14], "ready": ["GPIOF", 12],
+    }));
+    asked.until = at(bursts.len()) + 5 * MS;
+    asked.listen.push("USART2");
+    let told = run(&emulator, &asked);
+    assert_eq!(told.all("adis").collect::<Vec<_>>(), [""; 0]);
+    let sent = &told.left["USART2"].0;
+    assert!(*sent == bursts.concat(), "{} of {}", sent.len(), 40 * 100);
+}

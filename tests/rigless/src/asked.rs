@@ -1,0 +1,82 @@
+//! What is asked on standard input. Times are in ns, bytes are hexadecimal.
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+/// A run.
+#[derive(Debug, Deserialize)]
+pub struct Asked {
+    /// The image, an ELF file.
+    pub image: PathBuf,
+    /// The chip.
+    pub chip: Chip,
+    /// Hz of the crystal at the fast oscillator's pins; 0: there is none.
+    pub crystal: u64,
+    /// Instructions a second.
+    pub instructions: u64,
+    /// The end.
+    pub until: u64,
+    /// What comes: the UART's name, and of each burst of bytes when its first start bit begins, the
+    /// bit rate and the bytes.
+    #[serde(default)]
+    pub lines: BTreeMap<String, Vec<(u64, u64, String)>>,
+    /// The UARTs of which is told what left.
+    #[serde(default)]
+    pub listen: Vec<String>,
+    /// When the reset pin is pulled.
+    #[serde(default)]
+    pub resets: Vec<u64>,
+    /// Registers that are written to from outside, as what breaks them: when, address and value.
+    #[serde(default)]
+    pub writes: Vec<(u64, u64, u64)>,
+    /// What is in the flash beside the image: address and bytes.
+    #[serde(default)]
+    pub flash: Vec<(u64, String)>,
+    /// Places of memory that are told at the end: address and length.
+    #[serde(default)]
+    pub memory: Vec<(u64, u64)>,
+    /// Registers of which each access of the core is told: first address and bytes.
+    #[serde(default)]
+    pub trace: Vec<(u64, u64)>,
+    /// A sensor at SPI1.
+    pub adis: Option<Adis>,
+}
+
+/// A chip of rigless.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Chip {
+    /// STM32F427.
+    F427,
+    /// STM32H743.
+    H743,
+}
+
+/// A sensor.
+#[derive(Debug, Deserialize)]
+pub struct Adis {
+    /// Its number.
+    pub product: u16,
+    /// Its register of the range.
+    pub range: u16,
+    /// Its fastest clock of a burst, Hz.
+    pub hz: u64,
+    /// Port and pin of the chip select, as in `GPIOD`, and of data-ready.
+    pub select: (String, u8),
+    /// The same of data-ready.
+    pub ready: (String, u8),
+    /// Its bursts, and when each is ready.
+    pub bursts: Vec<(u64, String)>,
+}
+
+/// Bytes of hexadecimal digits.
+pub fn bytes(text: &str) -> anyhow::Result<Vec<u8>> {
+    let pairs = (0..text.len() / 2).map(|n| u8::from_str_radix(&text[2 * n..2 * n + 2], 16));
+    Ok(pairs.collect::<Result<_, _>>()?)
+}
+
+/// Hexadecimal digits of bytes.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,31 @@
+//! The other end of a UART: sends bytes at their times, and keeps what comes.
+use std::collections::VecDeque;
+
+use rigless::chip::Timeline;
+use rigless::chip::uart::Peer;
+use rigless::snapshot::Store;
+use rigless::time::VirtualNanos;
+
+/// The other end.
+#[derive(Debug, Default)]
+pub struct Line {
+    /// When the start bit of each byte begins, ns, and the byte.
+    pub coming: VecDeque<(u64, u8)>,
+    /// When the stop bit of each byte ended, ns, and the byte.
+    pub left: Vec<(u64, u16)>,
+}
+
+impl Store for Line {}
+
+impl Peer for Line {
+    fn receive(&mut self, word: u16, context: &mut Timeline<'_, '_>) {
+        self.left.push((context.now().0, word));
+    }
+
+    fn transmit(&mut self, now: VirtualNanos) -> Option<u16> {
+        let due = self.coming.front().is_some_and(|(at, _)| *at <= now.0);
+        due.then(|| self.coming.pop_front())
+            .flatten()
+            .map(|(_, byte)| byte.into())
+    }
+}

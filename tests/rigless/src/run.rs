@@ -1,0 +1,233 @@
+//! The run: what happens when, and what is told of it.
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::path::Path;
+
+use anyhow::Result;
+use rigless::device::Level;
+use rigless::emulator::{
+    Access, AccessKind, Driver, Finished, Host, Settled, Start, Stop, run as emulate,
+};
+use rigless::image::Image;
+use rigless::mcu::Operate;
+use rigless::session::Session;
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use crate::asked::{Asked, bytes, hex};
+use crate::board::Ours;
+
+/// Data-ready is high so long, ns.
+const HIGH: u64 = 20_000;
+
+/// What happens from outside.
+#[derive(Clone, Debug)]
+enum Event {
+    /// The pin of the reset is pulled.
+    Reset,
+    /// A register is written to, though not by the core.
+    Write(u64, u64),
+    /// A burst is ready.
+    Ready(Vec<u8>),
+    /// Data-ready falls.
+    Taken,
+}
+
+struct World<'a> {
+    asked: &'a Asked,
+    /// When the start bits of bytes begin, which is when a UART looks at its line.
+    begins: BTreeSet<u64>,
+    events: BTreeMap<u64, Vec<Event>>,
+    told: String,
+    count: u64,
+}
+
+impl Driver<Ours> for World<'static> {
+    fn on_settled(&mut self, session: &mut Session<Ours>, _: &mut dyn Host, settled: Settled) {
+        session.board_mut().mend();
+        if let Settled::Access { access, value } = settled {
+            if access.kind == AccessKind::Write {
+                session.board_mut().written(access.address, access.value);
+            }
+            self.trace(&access, value);
+        }
+    }
+
+    fn on_stop(
+        &mut self,
+        session: &mut Session<Ours>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        self.count = stop.instruction_count;
+        // a stop comes with the first instruction that ends behind its time
+        let later = self.events.split_off(&(stop.at.0 + 1));
+        for event in std::mem::replace(&mut self.events, later).into_values() {
+            for event in event {
+                self.happens(event, session, stop, host);
+            }
+        }
+        if stop.at.0 >= self.asked.until {
+            for (address, length) in &self.asked.memory {
+                let read = |at| host.read(at, Width::W8).map_or(0, |byte| byte as u8);
+                let held: Vec<u8> = (*address..address + length).map(read).collect();
+                let _ = writeln!(self.told, "memory {address} {}", hex(&held));
+            }
+            return None;
+        }
+        Some(VirtualNanos(self.next(stop.at.0 + 1)))
+    }
+}
+
+impl World<'_> {
+    fn next(&self, from: u64) -> u64 {
+        let begin = self.begins.range(from..).next();
+        let event = self.events.range(from..).next().map(|(at, _)| at);
+        let next = begin.into_iter().chain(event).min();
+        next.map_or(self.asked.until, |at| *at)
+            .min(self.asked.until)
+    }
+
+    fn happens(
+        &mut self,
+        event: Event,
+        session: &mut Session<Ours>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) {
+        let level = match event {
+            Event::Reset => return session.reset_by_pin(stop.at, stop.instruction_count, host),
+            Event::Write(address, value) => {
+                let mcu = session.mcu();
+                let done = mcu.write(stop.at, address, Width::W32, value);
+                let _ = done.map_err(|error| writeln!(self.told, "not written: {error}"));
+                return;
+            }
+            Event::Ready(burst) => {
+                if let Some((adis, _)) = &session.board().adis {
+                    adis.ready(&burst);
+                }
+                Level::High
+            }
+            Event::Taken => Level::Low,
+        };
+        if let Some((_, pin)) = session.board().adis.clone() {
+            session.board_mut().drive(stop.at, &pin, level);
+        }
+    }
+
+    fn trace(&mut self, access: &Access, value: u64) {
+        let within = |(from, length): &(u64, u64)| (*from..from + length).contains(&access.address);
+        if self.asked.trace.iter().any(within) {
+            let _ = writeln!(
+                self.told,
+                "access {} {:?} {:#010x} {value:#x} {:#x}",
+                access.virtual_time.0,
+                access.kind,
+                access.address,
+                access.program_counter.unwrap_or(0),
+            );
+        }
+    }
+}
+
+/// Runs what is asked, and tells of it.
+pub fn run(asked: &'static Asked) -> Result<String> {
+    let mut board = Ours::new(asked)?;
+    let mut world = World {
+        asked,
+        begins: BTreeSet::new(),
+        events: BTreeMap::new(),
+        told: String::new(),
+        count: 0,
+    };
+    let mut event = |at, event| world.events.entry(at).or_default().push(event);
+    asked.resets.iter().for_each(|at| event(*at, Event::Reset));
+    for (at, address, value) in &asked.writes {
+        event(*at, Event::Write(*address, *value));
+    }
+    for (at, burst) in asked.adis.iter().flat_map(|adis| &adis.bursts) {
+        event(*at, Event::Ready(bytes(burst)?));
+        event(at + HIGH, Event::Taken);
+    }
+    for (name, bursts) in &asked.lines {
+        let line = board.line(name)?;
+        for (at, baud, text) in bursts {
+            for (n, byte) in (0..).zip(bytes(text)?) {
+                let begins = at + n * 10_000_000_000 / baud;
+                line.coming.push_back((begins, byte));
+                world.begins.insert(begins);
+            }
+        }
+    }
+    let first = VirtualNanos(world.next(0));
+    let session = Session::new(Box::new(board), 0, first)?;
+    let mut images = vec![Image::read(&asked.image, None)?];
+    for (address, text) in &asked.flash {
+        images.push(Image::new(
+            Path::new("flash"),
+            bytes(text)?,
+            Some(*address),
+        )?);
+    }
+    told(asked, emulate(session, &Start::new(&images), world)?)
+}
+
+fn told(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
+    let Finished {
+        mut session,
+        driver,
+        ..
+    } = finished;
+    if let Some(error) = session.take_error() {
+        return Err(error.into());
+    }
+    let mut text = driver.told;
+    for name in &asked.listen {
+        let line = session.board_mut().line(name)?;
+        let sent: Vec<u8> = line.left.iter().map(|(_, word)| *word as u8).collect();
+        let times: Vec<String> = line.left.iter().map(|(at, _)| at.to_string()).collect();
+        writeln!(text, "left {name} {}", hex(&sent))?;
+        writeln!(text, "times {name} {}", times.join(" "))?;
+    }
+    if let Some((adis, _)) = &session.board().adis {
+        let (bursts, wrong) = adis.told();
+        writeln!(text, "bursts {bursts}")?;
+        wrong
+            .iter()
+            .try_for_each(|wrong| writeln!(text, "adis {wrong}"))?;
+    }
+    writeln!(text, "instructions {}", driver.count)?;
+    gaps(&session, &mut text)?;
+    Ok(text)
+}
+
+/// What started the chip anew, what rigless has no model for, and what its models say the manual
+/// forbids.
+fn gaps(session: &Session<Ours>, text: &mut String) -> Result<()> {
+    for reset in session.resets() {
+        writeln!(text, "reset {} {:?}", reset.at.0, reset.cause)?;
+    }
+    for unmapped in session.unmapped() {
+        writeln!(text, "{unmapped}")?;
+    }
+    for (address, fault) in session.refused() {
+        writeln!(text, "refused {address:#010x} {fault}")?;
+    }
+    for seen in session.unimplemented().values() {
+        let (instance, register) = (seen.instance, seen.register);
+        let (reads, writes) = (seen.reads, seen.writes);
+        writeln!(text, "unimplemented {instance} {register} {reads} {writes}")?;
+    }
+    for (address, seen) in session.undefined() {
+        writeln!(text, "undefined {} {address:#010x}", seen.instance)?;
+    }
+    for (instance, interrupt) in session.unrouted() {
+        writeln!(text, "unrouted {instance} {interrupt}")?;
+    }
+    for said in session.told() {
+        let (instance, register, at) = (said.instance, said.register, said.at.0);
+        writeln!(text, "told {instance} {register} {at} {}", said.reason)?;
+    }
+    Ok(())
+}
