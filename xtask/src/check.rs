@@ -38,6 +38,9 @@ pub fn test(fast: bool) -> Result<ExitCode> {
             "fmt --check --manifest-path tests/chip/Cargo.toml",
         ))?;
         succeed(&mut cargo_with(
+            "fmt --check --manifest-path tests/rp2350/Cargo.toml",
+        ))?;
+        succeed(&mut cargo_with(
             "fmt --all --check --manifest-path firmware/boards/Cargo.toml",
         ))?;
         succeed(&mut cargo_with(

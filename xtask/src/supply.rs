@@ -77,10 +77,12 @@ pub fn supply() -> Result<ExitCode> {
 }
 
 /// The workspaces, each with a `deny.toml`: ours, that of the programs for the chip model, that
-/// of the boards over other people's drivers, and those of `lrnn-nostd` alone.
-const WORKSPACES: [&str; 5] = [
+/// of the emulator for the Pico 2, that of the boards over other people's drivers, and those of
+/// `lrnn-nostd` alone.
+const WORKSPACES: [&str; 6] = [
     ".",
     "tests/chip",
+    "tests/rp2350",
     "firmware/boards",
     "tests/alone",
     "lrnn-nostd/examples/cortex-m",
