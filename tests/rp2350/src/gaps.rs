@@ -1,6 +1,5 @@
 //! Instructions of the image that the emulator does not know, or takes for others, turned into
-//! those that it knows (Armv8-M Architecture Reference Manual, C2.4). The encodings are what the
-//! compiler writes and QEMU runs.
+//! those that it knows. The encodings are what LLVM's assembler writes.
 
 use rp2350_emu::CortexM33;
 use rp2350_emu::core::CoreBus;
