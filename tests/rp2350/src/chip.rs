@@ -225,22 +225,25 @@ impl Chip {
         if before == after {
             return;
         }
-        let active = core
-            .ppb
-            .nvic_iabr
-            .each_ref()
-            .map(|word| word.load(Ordering::Relaxed));
-        if let Some(number) = after.checked_sub(16) {
-            let bit = |words: [u32; 2]| words[number as usize / 32] >> (number % 32) & 1;
-            if bit(active) == 1 && bit(self.active) == 0 {
-                *self.served.entry(number).or_default() += 1;
-            }
+        self.changed_handler(after);
+    }
+
+    /// Another handler runs, or none; `after` is its number, 16 for the first interrupt.
+    fn changed_handler(&mut self, after: u32) {
+        let words = &self.emulator.core(0).ppb.nvic_iabr;
+        let active = words.each_ref().map(|word| word.load(Ordering::Relaxed));
+        let is =
+            |words: [u32; 2], number: u32| words[number as usize / 32] >> (number % 32) & 1 == 1;
+        if let Some(number) = after.checked_sub(16)
+            && is(active, number)
+            && !is(self.active, number)
+        {
+            *self.served.entry(number).or_default() += 1;
         }
         self.active = active;
         // a line that is still up when its handler ends asks again
-        for (number, told) in LINES.iter().zip(&mut self.own.told) {
-            *told &= active[*number as usize / 32] >> (number % 32) & 1 == 1
-                || Some(number) == after.checked_sub(16).as_ref();
+        for (number, told) in LINES.into_iter().zip(&mut self.own.told) {
+            *told &= is(active, number);
         }
         self.own.changed = true;
     }

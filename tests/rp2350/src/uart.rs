@@ -40,8 +40,6 @@ pub struct Uart {
     pub sent: Vec<u8>,
     /// When the start bit of each byte sent began, cycles.
     pub began: Vec<u64>,
-    /// Bytes that came while the buffer was full or the line off.
-    pub lost: usize,
 }
 
 impl Uart {
@@ -125,13 +123,11 @@ impl Uart {
 
     fn receive(&mut self, at: u64, mut byte: u16) {
         if !self.is_on(2) {
-            self.lost += 1;
             return;
         }
         if self.into.len() == DEPTH || byte & OVERRUN != 0 {
             self.overrun = true;
             self.ris |= 1 << 10;
-            self.lost += 1;
             return;
         }
         if self.overrun {
