@@ -146,6 +146,7 @@ fn the_bytes_that_leave_are_the_desktops() {
         }
         assert!(late[0] < most_us, "{late:?}");
         assert_eq!(run.starts, ["0 power"]);
+        assert!(run.log.contains(&hex(b"pico2")), "{}", run.log);
     }
 }
 
