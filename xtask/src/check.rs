@@ -139,7 +139,8 @@ fn target_builds() -> Result<()> {
     })?;
     Driver::ALL
         .into_iter()
-        .try_for_each(|driver| driver.build().map(drop))
+        .try_for_each(|driver| driver.build().map(drop))?;
+    qemu::rp2350::build().map(drop)
 }
 
 /// With the lints' compiler and arguments, as `cargo clippy` sets them: what a page depends on is
