@@ -86,26 +86,36 @@ pub fn boards(only: Option<&str>) -> Result<ExitCode> {
 }
 
 /// Clippy over what has a workspace of its own, in the folders of their builds: each board alone,
-/// since it needs its chip's features, the judges of the chip model, and `lrnn-nostd` alone.
+/// since it needs its chip's features, the judges of the chip model, the emulator for the Pico 2,
+/// and `lrnn-nostd` alone.
 pub fn lints() -> Result<()> {
     let boards = FAMILIES.map(|family| (family.name, family.target));
     let examples = EXAMPLES.map(|example| (example, TARGET));
     for (package, target) in boards.into_iter().chain(examples) {
         let of = ["--release", "--package", package];
-        clippy("firmware/boards", "boards", target, &of)?;
+        clippy("firmware/boards", "boards", Some(target), &of)?;
     }
     for driver in Driver::ALL {
         let of = ["--features", driver.feature(), "--bin", driver.program()];
-        clippy("tests/chip", "chip", TARGET, &of)?;
+        clippy("tests/chip", "chip", Some(TARGET), &of)?;
     }
-    clippy("tests/alone", "alone", TARGET, &["--release", "--bins"])
+    clippy("tests/rp2350", "rp2350", None, &[])?;
+    clippy(
+        "tests/alone",
+        "alone",
+        Some(TARGET),
+        &["--release", "--bins"],
+    )
 }
 
-/// Of a workspace; `folder` of the target directory is its own.
-fn clippy(workspace_of: &str, folder: &str, target: &str, of: &[&str]) -> Result<()> {
-    let mut clippy = cargo_with("clippy --quiet --locked --target");
+/// Of a workspace, for a target or for this machine; `folder` of the target directory is its own.
+fn clippy(workspace_of: &str, folder: &str, target: Option<&str>, of: &[&str]) -> Result<()> {
+    let mut clippy = cargo_with("clippy --quiet --locked");
+    if let Some(target) = target {
+        clippy.args(["--target", target]);
+    }
     clippy
-        .args([target, "--manifest-path"])
+        .arg("--manifest-path")
         .arg(workspace().join(workspace_of).join("Cargo.toml"))
         .arg("--target-dir")
         .arg(target_directory()?.join(folder))

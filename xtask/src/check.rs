@@ -41,6 +41,9 @@ pub fn test(fast: bool) -> Result<ExitCode> {
             "fmt --check --manifest-path tests/rigless/Cargo.toml",
         ))?;
         succeed(&mut cargo_with(
+            "fmt --check --manifest-path tests/rp2350/Cargo.toml",
+        ))?;
+        succeed(&mut cargo_with(
             "fmt --all --check --manifest-path firmware/boards/Cargo.toml",
         ))?;
         succeed(&mut cargo_with(
@@ -139,7 +142,8 @@ fn target_builds() -> Result<()> {
     })?;
     Driver::ALL
         .into_iter()
-        .try_for_each(|driver| driver.build().map(drop))
+        .try_for_each(|driver| driver.build().map(drop))?;
+    qemu::rp2350::build().map(drop)
 }
 
 /// With the lints' compiler and arguments, as `cargo clippy` sets them: what a page depends on is

@@ -77,12 +77,13 @@ pub fn supply() -> Result<ExitCode> {
 }
 
 /// The workspaces, each with a `deny.toml`: ours, that of the programs for the chip model, that
-/// of the emulator, that of the boards over other people's drivers, and those of `lrnn-nostd`
+/// of the emulators, that of the boards over other people's drivers, and those of `lrnn-nostd`
 /// alone.
-const WORKSPACES: [&str; 6] = [
+const WORKSPACES: [&str; 7] = [
     ".",
     "tests/chip",
     "tests/rigless",
+    "tests/rp2350",
     "firmware/boards",
     "tests/alone",
     "lrnn-nostd/examples/cortex-m",

@@ -50,6 +50,8 @@ pub mod protocol;
 #[cfg(not(target_os = "none"))]
 pub mod report;
 #[cfg(not(target_os = "none"))]
+pub mod rp2350;
+#[cfg(not(target_os = "none"))]
 pub mod size;
 #[cfg(not(target_os = "none"))]
 pub mod software;

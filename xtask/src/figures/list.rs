@@ -191,7 +191,7 @@ pub const BY_HAND: &[(&str, &str)] = &[
     ),
     (
         "docs/BOARDS.md",
-        "what has judged what: tests/qemu/tests/chip and dma assert it",
+        "what has judged what: tests/qemu/tests/chip, dma and pico.rs assert it",
     ),
     (
         "docs/LEARNING.md, docs/MEMORY.md, docs/RELIABILITY.md",

@@ -75,6 +75,8 @@ pub struct Port<U> {
     /// What the ring had no room for; the next message waits for it.
     rest: [u8; LONGEST],
     left: (usize, usize),
+    /// An error came while nothing was there to read.
+    lost: bool,
 }
 
 impl<U: Uart> Port<U> {
@@ -84,6 +86,7 @@ impl<U: Uart> Port<U> {
             uart: RefCell::new(uart),
             rest: [0; LONGEST],
             left: (0, 0),
+            lost: false,
         }
     }
 
@@ -98,6 +101,9 @@ impl<U: Uart> Port<U> {
 
 impl<U: Uart> Line for Port<U> {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        if core::mem::take(&mut self.lost) {
+            return Err(Lost);
+        }
         let uart = self.uart.get_mut();
         match uart.read_ready() {
             Ok(true) => match poll_once(uart.read(buffer)) {
@@ -141,7 +147,12 @@ impl<U: Uart> Line for Port<U> {
 
 impl<U: Uart> Wire for Port<U> {
     async fn arrived(&mut self) {
-        let _ = self.uart.get_mut().fill_buf().await;
+        let uart = self.uart.get_mut();
+        if uart.fill_buf().await.is_err() {
+            // `embassy-rp` receives nothing after an error until it is asked to
+            uart.consume(0);
+            self.lost = true;
+        }
     }
 
     fn open(&mut self, frame: &Frame) {
