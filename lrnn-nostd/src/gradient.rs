@@ -65,7 +65,8 @@ impl<T: Real> Sensitivities<T> {
 
     /// Resets to [`Sensitivities::new`].
     pub fn reset(&mut self) {
-        // Constants: at opt-level "z" a call of `new` would make them on the stack and copy them.
+        // Constants: at opt-level "z" a call of `new` would make them on the stack and copy
+        // them.
         self.s1 = Columns::ZERO;
         self.s2 = Columns::ZERO;
         self.s3 = Columns::ZERO;

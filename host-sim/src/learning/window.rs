@@ -1,4 +1,5 @@
-//! Teaching the two networks from the teacher's references (window learning, LEARNING section 2, way B).
+//! Teaching the two networks from the teacher's references (window learning, LEARNING section 2,
+//! way B).
 
 use crate::inertial::session::{EPOCH_S, Session};
 use crate::inertial::sins::Increment;

@@ -182,6 +182,9 @@ impl Player {
             }
         }
         let (before, mut fed) = (self.came - self.left, 0);
+        if bytes.is_empty() {
+            self.advance(entry.at_us); // a line that cannot tell that it is idle had nothing
+        }
         self.clock.0 = entry.at_us;
         self.pieces += 1;
         self.bytes += bytes.len();

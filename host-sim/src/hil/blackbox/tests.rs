@@ -7,12 +7,44 @@ use firmware::app::blackbox::read::{HEAD_LEN, Head, Told};
 use firmware::app::blackbox::{LEN, Memory, PAGES, State};
 use firmware::app::{App, Config, Lines};
 use firmware::control::Mode;
-use firmware::link::NoLine;
+use firmware::link::{Full, Line, Lost, NoLine};
 use firmware::wire::ImuFormat;
+use firmware::wire::command::fault;
 
-/// What a device with these lines has recorded when `until` bytes of a drive have come; `disturb`
-/// changes the bytes.
+/// The sensor's line.
+struct Sensor {
+    line: MemoryLine,
+    /// It can tell that it is idle.
+    tells: bool,
+}
+
+impl Line for Sensor {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        self.line.receive(buffer)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.tells && self.line.is_idle()
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.line.send(message)
+    }
+}
+
+/// What a device has recorded when so many frames of a drive have come; `disturb` changes the
+/// bytes.
 fn recorded(format: ImuFormat, frames: usize, disturb: impl Fn(usize, &mut Vec<u8>)) -> Vec<u8> {
+    recorded_at(true, format, frames, disturb)
+}
+
+/// The same at a line that tells whether it is idle, or cannot.
+fn recorded_at(
+    tells: bool,
+    format: ImuFormat,
+    frames: usize,
+    disturb: impl Fn(usize, &mut Vec<u8>),
+) -> Vec<u8> {
     let drive = drive(format, 3).expect("a drive");
     let mut sensor = firmware::wire::Settings::DEFAULT;
     (format.simulated()[0].settings)(&mut sensor);
@@ -27,14 +59,22 @@ fn recorded(format: ImuFormat, frames: usize, disturb: impl Fn(usize, &mut Vec<u
     let memory = Box::leak(Box::new(Memory::ZEROED));
     let mut app = App::new(config);
     app.record_in(memory);
-    let mut lines: Lines<MemoryLine, MemoryLine, NoLine, NoLine> = Lines::default();
+    let mut lines: Lines<Sensor, MemoryLine, NoLine, NoLine> = Lines {
+        sensor: Sensor {
+            line: MemoryLine::default(),
+            tells,
+        },
+        navigation: MemoryLine::default(),
+        command: NoLine,
+        gnss: NoLine,
+    };
     let mut clock = SetClock(0);
     let sensors = drive.records.iter().filter(|r| r.input == Input::Sensor);
     for (n, record) in sensors.take(frames).enumerate() {
         let mut bytes = record.bytes.clone();
         disturb(n, &mut bytes);
         clock.0 = record.at_us.into();
-        lines.sensor.received.extend(&bytes);
+        lines.sensor.line.received.extend(&bytes);
         while app.poll(&mut lines, &clock) {}
     }
     held(&mut app)
@@ -110,6 +150,30 @@ fn faults_are_recorded_and_played() {
         pages.iter().map(|page| page.pieces).sum::<usize>() > 40,
         "{pages:?}"
     );
+}
+
+/// A sensor that falls silent, at a line that tells that it is idle and at one that cannot: there
+/// each look finds nothing, and one of them notices the silence.
+#[test]
+fn a_silence_is_recorded_and_played() {
+    for tells in [true, false] {
+        let memory = recorded_at(tells, ImuFormat::Stim300, 900, |n, bytes| {
+            if (500..800).contains(&n) {
+                bytes.clear();
+            }
+        });
+        let pages = play_as(ImuFormat::Stim300, &memory);
+        assert!(
+            pages.iter().all(|page| page.verdict == Verdict::Agrees),
+            "{tells}: {pages:?}"
+        );
+        let silent = (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n));
+        let silent = silent.flat_map(|page| page.entries().collect::<Vec<_>>());
+        let silent = silent.filter(
+            |entry| matches!(entry.told, Told::Faults(_, bits) if bits & fault::SILENT != 0),
+        );
+        assert_eq!(silent.count(), 1, "{tells}: {pages:?}");
+    }
 }
 
 /// One bit that was changed in any byte of the sensor that others follow on its page, or in the
