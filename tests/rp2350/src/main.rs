@@ -3,7 +3,8 @@
 //! Standard input, JSON: `image`: path. `command`: requests, hexadecimal; each is sent over USB
 //! when the answer to the one before has come. `restart`: requests; before them the power goes off
 //! and on. `sensor`: frames, hexadecimal, at UART0, one each `period` cycles of 150 MHz, `baud`
-//! bit/s. `damage`: `[[frame, byte, "framing" or "overrun"], ...]`: that byte comes with a wrong stop bit,
+//! bit/s. `damage`: `[[frame, byte, "framing" or "overrun"], ...]`: that byte comes with a wrong
+//! stop bit,
 //! or is lost. `gnss`: `[[cycle after the first frame, hex], ...]` at the receiver's pin, 115 200
 //! bit/s. `ask`: requests after the frames. `deaf`: then no interrupt reaches the core for so many
 //! milliseconds. `theirs`: the navigation computer's UART is the emulator's.
