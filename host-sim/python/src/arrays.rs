@@ -118,14 +118,14 @@ fn tuple(shape: &[usize]) -> String {
 }
 
 /// The error of a table that has no row of a scheme after a time.
-pub fn no_row(asked: &str, schemes: &[String], times: &[u32]) -> PyErr {
+pub fn no_row(asked: &str, schemes: &[String], times: &[u32], unit: &str) -> PyErr {
     let problem = format!("there is no row of {asked}");
     let times: Vec<String> = times.iter().map(u32::to_string).collect();
     let (schemes, times) = (schemes.join(", "), times.join(", "));
     refused(
         "rows",
         problem,
-        format!("a scheme of {schemes}, after {times}"),
+        format!("a scheme of {schemes}, after {times} {unit}"),
     )
 }
 

@@ -196,6 +196,7 @@ impl Experiment {
                 &format!("'{scheme}' after {minutes} min"),
                 &self.schemes(),
                 &times,
+                "min",
             )
         })
     }

@@ -96,6 +96,7 @@ impl Replay {
                 &format!("'{scheme}' after {seconds} s"),
                 &self.schemes(),
                 &times,
+                "s",
             )
         })
     }
