@@ -135,13 +135,17 @@ fn harmed(rows: &[AgainstNone]) -> String {
     }
 }
 
-fn table(rows: &[AgainstNone]) -> Table {
-    let decided = |of: &AgainstNone| match of.decided() {
+/// What is decided, with its mark.
+pub(super) fn decided(of: &AgainstNone) -> &'static str {
+    match of.decided() {
         Decided::Better => "\u{25cf} better",
         Decided::Worse => "\u{25b2} worse",
         Decided::Equal => "\u{25cb} equal",
         Decided::Nothing => "\u{25cb} not decided",
-    };
+    }
+}
+
+fn table(rows: &[AgainstNone]) -> Table {
     let row = |of: &AgainstNone| {
         let (low, high) = of.interval;
         let mut cells = vec![

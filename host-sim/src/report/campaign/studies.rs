@@ -1,5 +1,6 @@
 //! The studies beside a campaign, on its page: what the device does in each of them.
 
+use super::page::decided;
 use super::{quotient, verdict};
 use crate::campaign::{AgainstNone, Decided, Row, Topic, against_none, ratios, summarise};
 use crate::report::document::{Part, Table};
@@ -101,12 +102,6 @@ impl Compared {
 
     /// A row for each group of errors, and for each number of earlier drives if there are several.
     fn table(&self, several: bool) -> Table {
-        let decided = |of: &AgainstNone| match of.decided() {
-            Decided::Better => "\u{25cf} better",
-            Decided::Worse => "\u{25b2} worse",
-            Decided::Equal => "\u{25cb} equal",
-            Decided::Nothing => "\u{25cb} not decided",
-        };
         let row = |of: &AgainstNone| {
             let beside = self.all.iter().filter(|other| {
                 (other.group, other.drives) == (of.group, of.drives)
