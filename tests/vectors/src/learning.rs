@@ -6,7 +6,7 @@ use firmware::fix::{Fix, OBSERVATIONS};
 use firmware::inputs::OWN;
 use firmware::learn::bank::{Bank, Gates, Work};
 use firmware::learn::prior::{All, Layers, NAV, Shapes, amplitudes};
-use firmware::learn::rehearsal::{Passed, Seen, Stream};
+use firmware::learn::rehearsal::{Bets, Passed, Seen, Stream};
 use firmware::learn::{Antenna, Settings};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
@@ -45,6 +45,7 @@ pub struct LearnerSecondWork {
 pub struct ShadowSecondWork<const K: usize> {
     bank: Bank,
     streams: [Stream; K],
+    bets: Bets,
     block: Transition<NAV>,
 }
 
@@ -191,6 +192,7 @@ impl<const K: usize> ShadowSecondWork<K> {
     pub const ZEROED: Self = Self {
         bank: Bank::ZEROED,
         streams: [Stream::NONE; K],
+        bets: Bets::ZEROED,
         block: Transition::ZEROED,
     };
 
@@ -218,9 +220,14 @@ impl<const K: usize> ShadowSecondWork<K> {
             at_once: false,
         };
         let mut good = true;
+        self.bets.passes(1.0);
         for stream in &mut self.streams {
             stream.start(&self.bank);
-            good &= stream.passes(&passed, &self.block, 1.0);
+            let scores = stream.passes(&passed, &self.block, 1.0);
+            good &= scores.is_some();
+            if let Some(scores) = scores {
+                self.bets.takes(&scores, 1.0);
+            }
         }
         (input, good)
     }

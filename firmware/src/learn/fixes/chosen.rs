@@ -32,31 +32,24 @@ impl FixLearner<'_> {
         }
     }
 
-    /// Of the hypotheses that remember the unit and have proved themselves, the one with the
-    /// greatest evidence, or another one whose memory was clearly less wrong at the power-ons so
-    /// far. The last one stays until another is clearly better.
+    /// The hypothesis that acts from the next power-on, of those that remember the unit and have
+    /// proved themselves.
     fn best_of_unit(&self) -> Option<usize> {
         let bank = &self.memory.bank;
-        let worth = |h: usize| {
-            let stays = if h == self.knows_best {
-                self.settings.gates.better
-            } else {
-                0.0
-            };
-            bank.score(h) + stays
-        };
         let each = REMEMBERING.into_iter().zip(self.judged.so_far());
         let proved = each.filter(|&(h, _)| self.memory.rehearsal.has_proved(h));
-        let likely = proved
-            .clone()
-            .max_by(|(a, _), (b, _)| worth(*a).total_cmp(&worth(*b)))?;
-        let least = proved.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-        let (best, _) = if self.base.drives >= DRIVES && least.1 < BETTER * likely.1 {
-            least
-        } else {
-            likely
-        };
-        Some(best)
+        let candidates = proved.map(|(hypothesis, wrong)| Candidate {
+            hypothesis,
+            evidence: bank.score(hypothesis),
+            wrong,
+        });
+        let judged = self.base.drives >= DRIVES;
+        best(
+            candidates,
+            self.knows_best,
+            self.settings.gates.better,
+            judged,
+        )
     }
 
     /// Standard deviations of what is learnt: those of the biases, and no less than a share of the
@@ -111,5 +104,65 @@ impl FixLearner<'_> {
         self.unit
             .remember(&self.base, bank, sheet, shapes, self.covered, judged);
         unit::LEN
+    }
+}
+
+/// A hypothesis that remembers the unit.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    hypothesis: usize,
+    /// Its log-likelihood.
+    evidence: f64,
+    /// How wrong its memory was at the power-ons so far: [`Judged::so_far`](super::judged::Judged).
+    wrong: f32,
+}
+
+/// The one with the greatest evidence; `last`, which was the best one before, stays until another
+/// has `better` more. Where earlier drives have `judged` their memories, another one takes its
+/// place if its memory was clearly less wrong.
+fn best(
+    candidates: impl Iterator<Item = Candidate> + Clone,
+    last: usize,
+    better: f64,
+    judged: bool,
+) -> Option<usize> {
+    let worth = |of: &Candidate| of.evidence + if of.hypothesis == last { better } else { 0.0 };
+    let least = candidates
+        .clone()
+        .min_by(|a, b| a.wrong.total_cmp(&b.wrong))?;
+    let likely = candidates.max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
+    let takes_over = judged && least.wrong < BETTER * likely.wrong;
+    Some(if takes_over { least } else { likely }.hypothesis)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chosen(candidates: &[(usize, f64, f32)], last: usize, judged: bool) -> Option<usize> {
+        let each = candidates
+            .iter()
+            .map(|&(hypothesis, evidence, wrong)| Candidate {
+                hypothesis,
+                evidence,
+                wrong,
+            });
+        best(each, last, 1.0, judged)
+    }
+
+    /// Evidence decides, and another memory takes over only where it is clearly better.
+    #[test]
+    fn another_memory_takes_over_when_it_is_better() {
+        assert_eq!(chosen(&[], 0, true), None);
+        let by_evidence = |a, b, last| chosen(&[(1, a, 1.0), (2, b, 1.0)], last, false);
+        assert_eq!(by_evidence(5.0, 5.9, 1), Some(1), "not by more than 1");
+        assert_eq!(by_evidence(5.0, 6.1, 1), Some(2));
+        assert_eq!(by_evidence(5.0, 5.9, 2), Some(2));
+        let by_memory = |wrong, judged| chosen(&[(1, 9.0, 1.0), (2, 5.0, wrong)], 1, judged);
+        assert_eq!(by_memory(0.86, true), Some(1), "less is chance");
+        assert_eq!(by_memory(0.84, true), Some(2));
+        assert_eq!(by_memory(0.84, false), Some(1), "too few drives");
+        let unjudged = [(1, 9.0, 0.0), (2, 5.0, 0.0)];
+        assert_eq!(chosen(&unjudged, 1, true), Some(1));
     }
 }

@@ -221,7 +221,7 @@ fn memory_is_judged_by_what_the_next_drive_shows() {
     let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
     let told = Settings::MEDIUM;
     let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 5);
-    drive.seconds(1200);
+    drive.seconds(2400);
     let learner = &mut drive.learner;
     assert!(learner.remember() > 0);
     let right = learner.unit.values().to_vec();

@@ -1,5 +1,6 @@
 //! One coast: navigation without fixes, once with each hypothesis' correction.
 
+use super::bets::MOST;
 use crate::learn::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
 use crate::learn::prior::NAV;
 use crate::nav::Transition;
@@ -56,8 +57,6 @@ pub(super) struct Coast {
     /// Time since its start, s.
     pub time: f32,
     pub runs: bool,
-    /// Coasts that have ended before it.
-    pub count: u16,
 }
 
 impl Coast {
@@ -65,7 +64,6 @@ impl Coast {
         shadows: [Shadow::NONE; HYPOTHESES],
         time: 0.0,
         runs: false,
-        count: 0,
     };
 
     /// Every shadow starts where its hypothesis believes the vehicle to be, with what it believes
@@ -95,42 +93,27 @@ impl Coast {
         }
     }
 
-    /// The scores of each hypothesis at this fix.
-    pub fn scores(&self, seen: &Seen) -> [Score; HYPOTHESES] {
+    /// The score of each hypothesis at this fix: how much smaller its horizontal error is than that
+    /// without correction, as the natural logarithm of the ratio, from -[`MOST`] to [`MOST`]. An
+    /// error below the fix's standard deviation counts as that one. What is not finite is the
+    /// worst.
+    pub fn scores(&self, seen: &Seen) -> [f32; HYPOTHESES] {
+        let floor = seen.sigma * seen.sigma;
         let squares = self.shadows.each_ref().map(|shadow| {
             let off = shadow.off.iter().skip(seen.first).zip(seen.off);
-            let mut squares = [0.0; 2];
-            for (square, (off, seen)) in squares.iter_mut().zip(off) {
-                *square = (off + seen) * (off + seen);
-            }
-            squares
+            off.fold(floor, |sum, (off, seen)| sum + (off + seen) * (off + seen))
         });
-        let floor = seen.sigma * seen.sigma;
-        let without = squares.get(ZERO_CORRECTION).copied();
-        let [n, e] = without.unwrap_or([f32::NAN; 2]);
-        squares.map(|[with_n, with_e]| Score {
-            whole: score(n + e + floor, with_n + with_e + floor),
-            parts: [
-                score(n + floor, with_n + floor),
-                score(e + floor, with_e + floor),
-            ],
-        })
+        let without = squares.get(ZERO_CORRECTION).copied().unwrap_or(f32::NAN);
+        squares.map(|with| score(without, with))
     }
-}
-
-/// How much smaller an error is than that without correction: the natural logarithm of the ratio,
-/// from -1 to 1. An error below the fix's standard deviation counts as that one. What is not finite
-/// is the worst.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Score {
-    /// Of the horizontal error.
-    pub whole: f32,
-    /// Of its parts north and east.
-    pub parts: [f32; 2],
 }
 
 /// By the squares of the errors without and with a correction.
 fn score(without: f32, with: f32) -> f32 {
     let score = 0.5 * libm::logf(without / with);
-    if score >= -1.0 { score.min(1.0) } else { -1.0 }
+    if score >= -MOST {
+        score.min(MOST)
+    } else {
+        -MOST
+    }
 }

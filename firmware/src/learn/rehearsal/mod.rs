@@ -6,20 +6,21 @@
 //! no noise model, no datasheet and no white fixes. Errors of the receiver that last shorter than a
 //! coast hurt all shadows alike.
 //!
-//! A hypothesis has **proved** itself when the bets on it (`wealth`) have won a hundred times
-//! their stake at one of the [`HORIZONS_S`], and at no horizon has it been found harmful, and at
+//! A hypothesis has **proved** itself when the bets on it (`bets`) have won [`PROVED`] times their
+//! stake at one of the [`HORIZONS_S`], and at no horizon has it been found harmful, and at
 //! the longest one that has been tried it wins as well. Short coasts give speed, long ones a veto.
 //! It is given up by the same bets.
 //!
 //! The shadows of a coast are differences to the device's navigator, which move by linear equations
 //! (`coast`): a coast costs 1 % of what a navigator costs. Each horizon has two coasts, about
-//! half a horizon apart. Their bets are separate, since coasts that overlap are not news to each
-//! other, and the mean of both counts.
+//! half a horizon apart. Coasts that overlap are not news to each other, so those that end in the
+//! same block of time make one bet.
 
+mod bets;
 mod coast;
 mod stream;
-mod wealth;
 
+pub use bets::Bets;
 pub use coast::Seen;
 pub use stream::{Passed, Stream};
 
@@ -28,7 +29,6 @@ use super::prior::NAV;
 use crate::fix::OBSERVATIONS;
 use crate::nav::Transition;
 use lrnn_nostd::learn::kalman::OUTPUTS;
-use wealth::Wealth;
 
 /// How long the coasts last, s.
 pub const HORIZONS_S: [f32; HORIZONS] = [5.0, 10.0, 30.0, 60.0, 120.0, 300.0];
@@ -38,8 +38,9 @@ const STREAMS: usize = 2;
 /// The second coast starts so much after the first, as a share of the horizon: about a half, with
 /// room for fixes a second apart.
 const APART: f32 = 0.4;
-/// Capital that proves, in stakes: the odds against chance.
-pub const PROVED: f32 = 100.0;
+/// Capital that proves, in stakes: the odds against chance at one horizon. The horizons share their
+/// luck, so it is more than a hundred: `tests/lasting.rs`.
+pub const PROVED: f32 = 150.0;
 /// A proved hypothesis keeps its proof above this.
 const KEEPS: f32 = 20.0;
 /// Below this capital of the check a hypothesis is harmful; one that has proved itself, below the
@@ -62,26 +63,18 @@ const TRUST_S: f32 = 3600.0;
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
     streams: [Stream; STREAMS],
+    bets: Bets,
 }
 
 impl Horizon {
     const ZEROED: Horizon = Horizon {
-        streams: [Stream::ZEROED; STREAMS],
+        streams: [Stream::NONE; STREAMS],
+        bets: Bets::ZEROED,
     };
     const NONE: Horizon = Horizon {
         streams: [Stream::NONE; STREAMS],
+        bets: Bets::NONE,
     };
-
-    fn mean(&self, of: impl Fn(&Wealth) -> f32, hypothesis: usize) -> f32 {
-        let each = self.streams.iter();
-        let each = each.filter_map(|stream| stream.wealth.get(hypothesis));
-        each.map(of).sum::<f32>() / STREAMS as f32
-    }
-
-    fn count(&self) -> u16 {
-        let counts = self.streams.iter().map(Stream::count);
-        counts.fold(0, u16::saturating_add)
-    }
 
     /// Which coast may start now: one that does not run, some time after the other.
     fn free(&mut self, horizon: f32) -> Option<&mut Stream> {
@@ -102,7 +95,7 @@ pub struct Standing {
     pub proof: f32,
     /// Least capital of the check.
     pub check: f32,
-    /// Capital of the proof at the longest horizon that was tried.
+    /// Capital of the bet on slight gains at the longest horizon that was tried.
     pub longest: f32,
     /// Mean score there.
     pub score: f32,
@@ -168,8 +161,8 @@ impl Rehearsal {
     /// what has been proved must be proved again, from a smaller capital.
     pub fn interrupted(&mut self) {
         self.drop_coasts();
-        for stream in self.streams() {
-            stream.wealth.iter_mut().for_each(|of| of.limit(ANEW));
+        for horizon in &mut self.horizons {
+            horizon.bets.limit(ANEW);
         }
         self.proved = [false; HYPOTHESES];
         self.chosen = ZERO_CORRECTION;
@@ -179,6 +172,9 @@ impl Rehearsal {
     /// follow in [`Self::work`].
     pub fn interval(&mut self, time: f32, applied: &[f32; OUTPUTS]) {
         self.since_s += time;
+        for horizon in &mut self.horizons {
+            horizon.bets.passes(time);
+        }
         self.passed.applied = *applied;
         self.passed.seen = None;
         self.goes_on(false);
@@ -248,9 +244,11 @@ impl Rehearsal {
         self.next += 1;
         let length = HORIZONS_S.get(k).copied().unwrap_or(f32::INFINITY);
         let horizon = self.horizons.get_mut(k).filter(|_| moves);
-        if let Some(stream) = horizon.and_then(|of| of.streams.get_mut(stream))
-            && stream.passes(&self.passed, block, length)
+        if let Some(Horizon { streams, bets }) = horizon
+            && let Some(stream) = streams.get_mut(stream)
+            && let Some(scores) = stream.passes(&self.passed, block, length)
         {
+            bets.takes(&scores, length);
             self.since_s = 0.0;
         }
         !self.is_done()
@@ -264,13 +262,14 @@ impl Rehearsal {
             longest: 0.0,
             score: 0.0,
         };
-        for horizon in &self.horizons {
-            let proof = horizon.mean(Wealth::proof, hypothesis);
-            standing.proof = standing.proof.max(proof);
-            standing.check = standing.check.min(horizon.mean(|of| of.check, hypothesis));
-            if horizon.count() >= TRIED {
-                standing.longest = proof;
-                standing.score = horizon.mean(|of| of.mean, hypothesis);
+        for bets in self.horizons.iter().map(|horizon| &horizon.bets) {
+            let Some(wealth) = bets.wealth.get(hypothesis) else {
+                continue;
+            };
+            standing.proof = standing.proof.max(wealth.proof());
+            standing.check = standing.check.min(wealth.check);
+            if bets.count >= TRIED {
+                (standing.longest, standing.score) = (wealth.slight(), wealth.mean);
             }
         }
         standing
@@ -329,7 +328,7 @@ impl Rehearsal {
 
     /// Coasts that have ended, at each horizon.
     pub fn counts(&self) -> [u16; HORIZONS] {
-        self.horizons.each_ref().map(Horizon::count)
+        self.horizons.each_ref().map(|horizon| horizon.bets.count)
     }
 }
 

@@ -1,7 +1,6 @@
-//! One coast after the other, and the bets on what they show.
+//! One coast after the other.
 
 use super::coast::{Coast, Seen};
-use super::wealth::Wealth;
 use super::{EARLY, LATE};
 use crate::learn::bank::{Bank, HYPOTHESES};
 use crate::learn::prior::NAV;
@@ -25,20 +24,11 @@ pub struct Passed {
 #[derive(Debug, Clone, Copy)]
 pub struct Stream {
     pub(super) coast: Coast,
-    pub(super) wealth: [Wealth; HYPOTHESES],
 }
 
 impl Stream {
-    /// Nothing has been tried.
-    pub const ZEROED: Stream = Stream {
-        coast: Coast::NONE,
-        wealth: [Wealth::ZEROED; HYPOTHESES],
-    };
-    /// Nothing has been tried.
-    pub const NONE: Stream = Stream {
-        coast: Coast::NONE,
-        wealth: [Wealth::NONE; HYPOTHESES],
-    };
+    /// No coast runs.
+    pub const NONE: Stream = Stream { coast: Coast::NONE };
 
     /// A coast starts from what each hypothesis believes.
     pub fn start(&mut self, bank: &Bank) {
@@ -46,33 +36,27 @@ impl Stream {
     }
 
     /// The running coast passes an interval; a fix at the end of it ends a coast of `length` s.
-    /// True: it has ended and been counted.
-    pub fn passes(&mut self, passed: &Passed, block: &Transition, length: f32) -> bool {
-        let Stream { coast, wealth } = self;
+    /// Gives the score of each hypothesis when it has ended in time.
+    pub fn passes(
+        &mut self,
+        passed: &Passed,
+        block: &Transition,
+        length: f32,
+    ) -> Option<[f32; HYPOTHESES]> {
+        let Stream { coast } = self;
         if !passed.at_once {
             coast.moves(block, &passed.applied);
         }
-        let mut counted = false;
+        let mut scores = None;
         if let Some(seen) = &passed.seen
             && coast.time >= length - EARLY
         {
             coast.runs = false;
             if coast.time <= length + LATE[0] * length + LATE[1] {
-                let scores = coast.scores(seen);
-                for (wealth, score) in wealth.iter_mut().zip(scores) {
-                    wealth.takes(&score, coast.count);
-                }
-                coast.count = coast.count.saturating_add(1);
-                counted = true;
+                scores = Some(coast.scores(seen));
             }
         }
         coast.feed_back(&passed.fed_back);
-        counted
-    }
-
-    /// Coasts that were counted.
-    #[must_use]
-    pub fn count(&self) -> u16 {
-        self.coast.count
+        scores
     }
 }

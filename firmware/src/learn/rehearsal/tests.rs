@@ -1,7 +1,9 @@
 //! What rehearsals prove, by chance and by drives.
 
-use super::coast::{Coast, Score};
-use super::wealth::Wealth;
+mod lasting;
+mod rules;
+
+use super::coast::Coast;
 use super::*;
 use crate::learn::fixes::Memory;
 use crate::learn::fixes::drive::{Drive, HZ, LSB, Receiver, Road};
@@ -11,59 +13,6 @@ use crate::nav::{self, Navigator};
 const PERFECT: [[f64; 3]; 2] = [[0.0; 3]; 2];
 /// Three to four standard deviations of the datasheet.
 const BIASED: [[f64; 3]; 2] = [[6e-6, -4.5e-6, 3e-6], [9e-3, -12e-3, 6e-3]];
-
-/// Independent of the drives' noise: a linear congruential generator (Knuth, MMIX).
-struct Coin(u64);
-
-impl Coin {
-    fn toss(&mut self) -> f32 {
-        self.0 = (self.0)
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        if self.0 >> 63 == 0 { 1.0 } else { -1.0 }
-    }
-}
-
-fn score(whole: f32, parts: [f32; 2]) -> Score {
-    Score { whole, parts }
-}
-
-/// Coasts after which the bets on these scores have won a hundred stakes.
-fn coasts(mut next: impl FnMut() -> Score) -> Option<u16> {
-    let mut wealth = Wealth::NONE;
-    (0..500).find(|count| {
-        wealth.takes(&next(), *count);
-        wealth.proof() >= PROVED
-    })
-}
-
-/// Of drives with 500 coasts that are won as often as lost, no more than two of a hundred prove
-/// anything, however large the wins are and although it is asked after every coast: one of a
-/// hundred for the bets, and as many again because they begin anew when they have lost.
-#[test]
-fn chance_proves_nothing() {
-    let mut coin = Coin(1);
-    for scale in [0.1, 0.3, 1.0] {
-        let proved = (0..2000).filter(|_| {
-            coasts(|| {
-                let [a, b, c] = [0; 3].map(|_| scale * coin.toss());
-                score(a, [b, c])
-            })
-            .is_some()
-        });
-        let proved = proved.count();
-        assert!(proved <= 40, "{scale}: {proved}");
-    }
-}
-
-#[test]
-fn wins_prove_fast_and_slight_ones_never() {
-    assert_eq!(coasts(|| score(1.0, [1.0; 2])), Some(4));
-    assert_eq!(coasts(|| score(1.0, [0.0, 1.0])), Some(9));
-    assert!(coasts(|| score(0.5, [0.5; 2])).is_some_and(|coasts| coasts < 20));
-    assert_eq!(coasts(|| score(0.1, [0.1; 2])), None);
-    assert_eq!(coasts(|| score(f32::NAN, [f32::NAN; 2])), None);
-}
 
 /// An error that is not a number is the worst there is, whichever shadow has it.
 #[test]
@@ -75,12 +24,12 @@ fn what_is_not_finite_loses() {
     };
     let mut coast = Coast::NONE;
     let scores = coast.scores(&seen([3.0, 4.0]));
-    assert!(scores.iter().all(|score| score.whole == 0.0));
+    assert!(scores.iter().all(|score| *score == 0.0));
     let lost = coast.scores(&seen([f32::NAN, 4.0]));
-    assert!(lost.iter().all(|score| score.whole == -1.0));
+    assert!(lost.iter().all(|score| *score == -bets::MOST));
     coast.feed_back(&[f32::NAN; NAV]);
     let lost = coast.scores(&seen([3.0, 4.0]));
-    assert!(lost.iter().all(|score| score.whole == -1.0));
+    assert!(lost.iter().all(|score| *score == -bets::MOST));
 }
 
 /// Largest difference of a shadow's horizontal position to that of a second navigator which

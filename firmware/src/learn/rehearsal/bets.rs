@@ -1,0 +1,202 @@
+//! What the bets on each hypothesis have won at one horizon.
+//!
+//! A **block** is a stretch of time, and all coasts that end in it. At its end a capital is
+//! multiplied once, by
+//!
+//! ```text
+//! 1 + BET (m - worth) / (clip + worth)        m: mean of the block's scores, each in -clip .. clip
+//! ```
+//!
+//! If the conditional mean of m is at most `worth`, given all blocks before, then the capital's
+//! expectation does not grow. It then exceeds a hundred times the stake with a probability of at
+//! most one in a hundred, at any time (Ville's inequality; Waudby-Smith and Ramdas 2024,
+//! "Estimating means of bounded random variables by betting"). There is one factor a block, since
+//! a product of factors of the same time would need independent ones. No distribution of the
+//! noise is assumed.
+//!
+//! What is assumed is that a hypothesis which is not better does not win on average over a block
+//! *whatever happened before*. Errors of the navigator or the receiver that last longer than a
+//! block break this: then the next block is as lucky as the last one. So there are two bets, half
+//! of the stake on each ([`BETS`]), which deal with lasting errors in two ways. The first one has
+//! blocks of a minute. The second one has blocks as long as the horizon, but wins only where the
+//! error becomes 4.5 times smaller, which lasting errors do not imitate for long.
+//! `tests/lasting.rs` measures what is proved falsely while errors last up to 100 s.
+
+use super::EARLY;
+use crate::learn::bank::HYPOTHESES;
+
+/// One of the two bets.
+struct Bet {
+    /// Scores are cut to `-clip ..= clip`.
+    clip: f32,
+    /// What a correction must be worth: the mean score above which the bet wins.
+    worth: f32,
+    /// Length of a block, s; no less than the horizon.
+    block_s: f32,
+}
+
+/// A worth of 0.2 is an error that is 18 % smaller, 1.5 one that is 4.5 times smaller.
+const BETS: [Bet; 2] = [
+    Bet {
+        clip: 1.0,
+        worth: 0.2,
+        block_s: 60.0,
+    },
+    Bet {
+        clip: MOST,
+        worth: 1.5,
+        block_s: 0.0,
+    },
+];
+/// The largest score that counts: an error that is 55 times smaller.
+pub(super) const MOST: f32 = 4.0;
+/// Share of the capital that is at stake when proving.
+const BET: f32 = 0.95;
+/// Share that is at stake at each coast when checking for harm.
+const CHECK_BET: f32 = 0.3;
+/// The capital is kept between these. Below the least one, the bets begin anew, so that a past
+/// failure does not count for ever; the largest one bounds how long a past success does.
+const PROOF: [f32; 2] = [0.05, 1e4];
+const CHECK: [f32; 2] = [0.05, 2.0];
+/// Scores whose mean is kept.
+const MEMORY: f32 = 20.0;
+
+/// What the bets on one hypothesis have won.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wealth {
+    /// Capital of each of [`BETS`].
+    pub(super) capital: [f32; 2],
+    /// Sums of the scores of their blocks.
+    pub(super) sums: [f32; 2],
+    /// Capital of bets that it does no harm.
+    pub check: f32,
+    /// Mean of the last scores, each in -1 ..= 1.
+    pub mean: f32,
+}
+
+impl Wealth {
+    const ZEROED: Wealth = Wealth {
+        capital: [0.0; 2],
+        sums: [0.0; 2],
+        check: 0.0,
+        mean: 0.0,
+    };
+    /// A stake each.
+    const NONE: Wealth = Wealth {
+        capital: [1.0; 2],
+        sums: [0.0; 2],
+        check: 1.0,
+        mean: 0.0,
+    };
+
+    /// Capital of the bets that it is worth its use.
+    pub fn proof(&self) -> f32 {
+        let [slight, large] = self.capital;
+        0.5 * (slight + large)
+    }
+
+    /// The part of it that is on slight gains.
+    pub fn slight(&self) -> f32 {
+        let [slight, _] = self.capital;
+        slight
+    }
+
+    /// One more score; `count` of them before.
+    fn takes(&mut self, score: f32, count: u16) {
+        for (sum, bet) in self.sums.iter_mut().zip(&BETS) {
+            *sum += score.clamp(-bet.clip, bet.clip);
+        }
+        let score = score.clamp(-1.0, 1.0);
+        self.check = kept(self.check * (1.0 + CHECK_BET * score), CHECK);
+        self.mean += (score - self.mean) / (f32::from(count) + 1.0).min(MEMORY);
+    }
+
+    /// A block of one of the bets, `which` of them, has ended with `coasts` in it.
+    fn ends(&mut self, which: usize, bet: &Bet, coasts: u16) {
+        let Some((capital, sum)) = self.capital.get_mut(which).zip(self.sums.get_mut(which)) else {
+            return;
+        };
+        let mean = core::mem::take(sum) / f32::from(coasts);
+        let won = 1.0 + BET * (mean - bet.worth) / (bet.clip + bet.worth);
+        *capital = kept(*capital * won, PROOF);
+    }
+}
+
+/// A block in progress.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    /// Time since it began, s.
+    time: f32,
+    /// Coasts that have ended in it.
+    coasts: u16,
+}
+
+impl Block {
+    const NONE: Block = Block {
+        time: 0.0,
+        coasts: 0,
+    };
+}
+
+/// See the module.
+#[derive(Debug, Clone, Copy)]
+pub struct Bets {
+    pub(super) wealth: [Wealth; HYPOTHESES],
+    blocks: [Block; 2],
+    /// Coasts that have ended.
+    pub(super) count: u16,
+}
+
+impl Bets {
+    /// All zeros.
+    pub const ZEROED: Bets = Bets {
+        wealth: [Wealth::ZEROED; HYPOTHESES],
+        blocks: [Block::NONE; 2],
+        count: 0,
+    };
+    /// No coast has ended.
+    pub const NONE: Bets = Bets {
+        wealth: [Wealth::NONE; HYPOTHESES],
+        ..Bets::ZEROED
+    };
+
+    /// So much time of navigation has passed, s.
+    pub fn passes(&mut self, time: f32) {
+        for block in &mut self.blocks {
+            block.time += time;
+        }
+    }
+
+    /// A coast of `horizon` s has ended with these scores of the hypotheses, each from -[`MOST`] to
+    /// [`MOST`].
+    pub fn takes(&mut self, scores: &[f32; HYPOTHESES], horizon: f32) {
+        for (wealth, score) in self.wealth.iter_mut().zip(scores) {
+            wealth.takes(*score, self.count);
+        }
+        self.count = self.count.saturating_add(1);
+        for (which, (block, bet)) in self.blocks.iter_mut().zip(&BETS).enumerate() {
+            block.coasts = block.coasts.saturating_add(1);
+            if block.time >= bet.block_s.max(horizon) - EARLY {
+                for wealth in &mut self.wealth {
+                    wealth.ends(which, bet, block.coasts);
+                }
+                *block = Block::NONE;
+            }
+        }
+    }
+
+    /// Past successes count no more than this.
+    pub(super) fn limit(&mut self, proof: f32) {
+        let capitals = self.wealth.iter_mut().flat_map(|of| &mut of.capital);
+        capitals.for_each(|capital| *capital = capital.min(proof));
+    }
+}
+
+/// Kept between two limits; what is not finite is the least.
+fn kept(capital: f32, [least, most]: [f32; 2]) -> f32 {
+    if capital >= least {
+        capital.min(most)
+    } else {
+        least
+    }
+}
