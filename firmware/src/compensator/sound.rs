@@ -57,6 +57,14 @@ impl State {
     }
 }
 
+#[cfg(test)]
+impl Compensator {
+    /// As if a bit of its memory had flipped.
+    pub fn upset(&mut self) {
+        self.limit.gyro = f32::from_bits(self.limit.gyro.to_bits() ^ 1 << 20);
+    }
+}
+
 impl Compensator {
     /// To be called after every change of what [`Compensator::is_sound`] looks at.
     #[inline(never)]
@@ -277,6 +285,93 @@ mod tests {
                 float(&mut left[(bit - 768) / 32], bit % 32);
             }
         }
+    }
+
+    /// An upset is mended once, and the next one as well.
+    #[test]
+    fn a_second_upset_is_mended_like_the_first() {
+        let made = compensator();
+        for (floats, bits) in [(false, 0..576), (true, 0..192), (true, 576..960)] {
+            for bit in bits {
+                let mut state = made.power_on(false);
+                let mut other = state.clone();
+                for number in 0..600 {
+                    if number == 145 || number == 345 {
+                        flip(&mut state, bit);
+                    }
+                    let sample = sample(number, floats);
+                    let (out, _) = step(&made, &mut state, &sample);
+                    let (without, _) = step(&made, &mut other, &sample);
+                    let late = off(&out, &without);
+                    let calm = !(145..200).contains(&number) && !(345..400).contains(&number);
+                    assert!(!calm || late <= 1.0, "{floats} {bit} {number}: {late}");
+                    if [144, 344, 599].contains(&number) {
+                        assert_eq!(state.mended, (number as u32) / 200, "{floats} {bit}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Two upsets at the same time, of what a sample is corrected by and of what that is made anew
+    /// from: no correction leaves that is beyond the limit, and it comes back.
+    #[test]
+    fn two_upsets_at_the_same_time_correct_nothing_wrong() {
+        let made = compensator();
+        let bound = f64::from(LIMIT) * PERIOD / LSB.rad + 1.0;
+        let mut middle = made.power_on(false);
+        for number in 0..345 {
+            step(&made, &mut middle, &sample(number, false));
+        }
+        for bit in 0..32 {
+            for constant in [false, true] {
+                let (mut state, mut other) = (middle.clone(), middle.clone());
+                let mut upset = made.clone();
+                flip(&mut state, 192 + 20);
+                if constant {
+                    let of = &mut upset.counts_per_error[0][0];
+                    *of = f32::from_bits(of.to_bits() ^ 1 << bit);
+                } else {
+                    flip(&mut state, bit);
+                }
+                for number in 345..900 {
+                    let sample = sample(number, false);
+                    // a block later the constants are made anew
+                    let with = if number < 349 { &upset } else { &made };
+                    let (out, _) = step(with, &mut state, &sample);
+                    step(&made, &mut other, &sample);
+                    let off = off(&out, &sample);
+                    assert!(off <= bound, "{constant} {bit} {number}: {off}");
+                    assert!(number > 345 || off == 0.0, "{constant} {bit}: {off}");
+                }
+                assert_eq!(state.estimate(), other.estimate(), "{constant} {bit}");
+            }
+        }
+    }
+
+    /// Where the correction has gone to zero, floats are owed nothing any more: a value with a
+    /// finer last place leaves as it came.
+    #[test]
+    fn floats_are_owed_nothing_at_zero_correction() {
+        let made = compensator();
+        let mut state = made.power_on(false);
+        made.force(&mut state, &[[1.2345e-3; 3]; 2]);
+        let coarse = RawSample::Floats {
+            gyro: [16_384.3; 3],
+            accel: [-16_384.3; 3],
+        };
+        made.corrected(&mut state, 0, &coarse, false);
+        let left = state.outlets[0].remainder_float;
+        assert!(
+            left.as_flattened().iter().all(|left| *left != 0.0),
+            "{left:?}"
+        );
+        made.force(&mut state, &[[0.0; 3]; 2]);
+        let fine = RawSample::Floats {
+            gyro: [1e-7; 3],
+            accel: [-1e-9; 3],
+        };
+        assert_eq!(made.corrected(&mut state, 0, &fine, false).0, fine);
     }
 
     /// Any bit of the constants flips: the block does not end, nothing changes, and another
