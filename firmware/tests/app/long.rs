@@ -277,13 +277,16 @@ fn months_change_nothing_at_the_spi() {
     .zip(pasts(1000.0))
     {
         let form = model.form();
-        let mut unit = Configuration::default();
-        unit.sensor = Some(Sensor::Spi(adis::Settings {
+        let settings = adis::Settings {
             form,
             units: model.units(form != Form::Narrow).expect("a model"),
             framed: false,
-        }));
-        unit.rate = 1000.0;
+        };
+        let unit = Configuration {
+            sensor: Some(Sensor::Spi(settings)),
+            rate: 1000.0,
+            ..Configuration::default()
+        };
         compare("SPI", past, |past| {
             let mut run = Run::new(corrects(Config::of(&unit)), Some(form), past);
             run.all(Kind::STIM);
