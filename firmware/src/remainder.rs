@@ -102,6 +102,7 @@ pub fn add_float_early(sample: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f
 pub fn add_carried(value: f32, correction: f32, remainder: &mut f32) -> f32 {
     let (due, lost) = two_sum(*remainder, correction);
     if due == 0.0 {
+        *remainder = 0.0; // the correction has taken it back
         return value; // -0.0 stays -0.0
     }
     let (sent, rest) = two_sum(value, due);
@@ -179,6 +180,25 @@ fn two_sum(a: f32, b: f32) -> (f32, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What is carried arrives with the next value, also when that is not corrected itself. A
+    /// correction that takes it back leaves nothing.
+    #[test]
+    fn what_is_carried_arrives_once() {
+        let mut remainder = 0.25;
+        assert_eq!(add_carried(1.0, 0.0, &mut remainder), 1.25);
+        assert_eq!(
+            (add_carried(1.0, 0.0, &mut remainder), remainder),
+            (1.0, 0.0)
+        );
+        let mut remainder = 3e-9;
+        assert_eq!(
+            (add_carried(1.0, -3e-9, &mut remainder), remainder),
+            (1.0, 0.0)
+        );
+        let zero = add_carried(-0.0, 0.0, &mut remainder);
+        assert_eq!((zero.to_bits(), remainder), ((-0.0f32).to_bits(), 0.0));
+    }
 
     /// A correction far below one unit in the last place must still arrive: 10^5 samples of 1 g
     /// with 10^-9 g each.

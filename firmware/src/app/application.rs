@@ -1,5 +1,6 @@
 //! The application: what runs in one pass of the main loop.
 
+mod aged;
 mod anew;
 mod boxed;
 mod found;
@@ -11,7 +12,8 @@ mod sound;
 mod well;
 
 use super::config::Config;
-use super::flow::{BoardLearner, Flow, configure, count};
+use super::counts::Count;
+use super::flow::{BoardLearner, Flow, configure};
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
@@ -73,7 +75,7 @@ pub struct App<'m> {
     to_open: Option<SerialLines>,
     /// Since when no frame has come, microseconds, and how many had come until then.
     frameless_us: u64,
-    frames_seen: u32,
+    frames_seen: Count,
     /// Bytes in which no format was found.
     undetected: u32,
     /// Bytes taken from the sensor's line since start, modulo 2^32.
@@ -133,7 +135,7 @@ impl<'m> App<'m> {
             adis_anew: false,
             to_open: Some(lines).filter(|lines| *lines != SerialLines::DEFAULT),
             frameless_us: 0,
-            frames_seen: 0,
+            frames_seen: Count::default(),
             undetected: 0,
             taken: 0,
             seconds: 0,
@@ -296,7 +298,7 @@ impl<'m> App<'m> {
         self.flow.blackbox.burst(now, reply);
         self.heard(now);
         if self.machine.phase() == Phase::Start {
-            self.machine.transition_to_run(self.flow.mode);
+            self.start(out, now);
         }
         let mut buffer = [0; uart::LONGEST];
         let leaving = told.leaving(reply, now as u32, &mut buffer);
@@ -305,9 +307,12 @@ impl<'m> App<'m> {
             return Ok(());
         }
         match leaving.and_then(|bytes| Checked::burst(&told, bytes)) {
-            Ok(frame) => self.flow.frame(frame, &mut Behind::nothing(out)),
+            Ok(frame) => {
+                self.flow.frame(frame, &mut Behind::nothing(out));
+                self.flow.flag(fault::UNKNOWN_FORMAT, false);
+            }
             Err(error) => {
-                count(&mut self.flow.counters.bad_checksums, 1);
+                self.flow.counters.bad_checksums.add(1);
                 self.flow.gap();
                 return Err(error);
             }
@@ -322,7 +327,8 @@ impl<'m> App<'m> {
     pub fn pulse(&mut self, at_us: u64) {
         let told = self.flow.config.told.as_ref();
         if told.is_some_and(|told| told.receiver.pulse) {
-            count(&mut self.flow.heard.pulses, 1);
+            let pulses = &mut self.flow.heard.pulses;
+            *pulses = pulses.saturating_add(1);
             self.pulse.rose(at_us);
         }
     }
@@ -331,7 +337,7 @@ impl<'m> App<'m> {
     /// bytes need not wake a board. The clock and the other lines must.
     pub fn needs(&self) -> usize {
         match self.machine.phase() {
-            Phase::Run(_) => self.framer.needs(),
+            Phase::Run(_) if !self.is_at_spi() => self.framer.needs(),
             _ => 1,
         }
     }
@@ -385,7 +391,7 @@ impl<'m> App<'m> {
             self.framer_anew();
         }
         if self.machine.phase() == Phase::Start {
-            self.start(now);
+            self.start(&mut lines.navigation, now);
         }
         let (mut busy, spent) = if silent {
             self.watch_silence(now, &mut lines.navigation);

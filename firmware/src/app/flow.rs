@@ -16,6 +16,7 @@ mod still;
 
 use super::blackbox::{BlackBox, What};
 use super::config::Config;
+use super::counts::{Count, Counts};
 use super::load::Load;
 use crate::compensator::{Block, Compensator, Limit, State, of_nets};
 use crate::control::{Alignment, Mode};
@@ -24,7 +25,7 @@ use crate::link::Line;
 use crate::link::cut::Behind;
 use crate::plausibility::{self, Plausibility};
 use crate::sample::{Axes, RawSample, StreamScale};
-use crate::wire::command::{Counters, fault};
+use crate::wire::command::fault;
 use crate::wire::receiver::Heard;
 use crate::wire::sequence::Last;
 use crate::wire::{Change, Checked, Reading, Stream, USUAL};
@@ -66,7 +67,7 @@ pub(super) struct Flow<'m> {
     nets_sum: u32,
     pub mode: Mode,
     pub alignment: Option<Alignment>,
-    pub counters: Counters,
+    pub counters: Counts,
     /// What is wrong now: bits of [`fault`].
     pub faults: u32,
     /// What was told of the sensor and what the board found disagree: bits of [`fault`]. Nothing is
@@ -97,7 +98,7 @@ pub(super) struct Flow<'m> {
     unframed: u32,
     /// Frames of other kinds than those that make blocks, and the number of all frames when their
     /// count began.
-    aside: (u32, u32),
+    aside: (u32, Count),
     /// The networks' failures in a row.
     failures: u8,
     /// What is to be stored, and what the store holds for the next power-on.
@@ -109,9 +110,9 @@ pub(super) struct Flow<'m> {
     /// What its end leads to is not done yet: see [`Flow::end_block`].
     ended: bool,
     /// Blocks in which a correction was clipped, before the present state.
-    clipped: u32,
-    /// Number of the last sample, modulo 2^32; the first is 0.
-    sample: u32,
+    clipped: Count,
+    /// Number of the last sample, modulo 2^64; the first is 0.
+    sample: u64,
     pub learner: BoardLearner<'m>,
     /// The stream that the learner was begun for; `None`: it must begin anew.
     begun: Option<StreamScale>,
@@ -122,7 +123,7 @@ pub(super) struct Flow<'m> {
     /// The standstill in progress has been used as an alignment.
     stood: bool,
     /// The last fix: whether it shows a standstill, and the number of the sample before it.
-    stands: Option<(bool, u32)>,
+    stands: Option<(bool, u64)>,
     /// What was told, against what is seen.
     plausibility: Plausibility,
     /// They disagree: nothing is corrected or learnt.
@@ -148,7 +149,7 @@ impl<'m> Flow<'m> {
             nets_sum: of_nets(&config.nets),
             config,
             alignment: None,
-            counters: Counters::default(),
+            counters: Counts::default(),
             faults,
             other_sensor: 0,
             channels: Channels::default(),
@@ -168,13 +169,13 @@ impl<'m> Flow<'m> {
             fresh: true,
             silent_us: None,
             unframed: 0,
-            aside: (0, 0),
+            aside: (0, Count::default()),
             failures: 0,
             heard: Heard::default(),
             block: None,
             ended: false,
-            clipped: 0,
-            sample: u32::MAX,
+            clipped: Count::default(),
+            sample: u64::MAX,
             learner,
             begun: None,
             promoted: false,
@@ -285,7 +286,7 @@ impl<'m> Flow<'m> {
         if told || !sent || saturated != Axes::NONE {
             self.not_as_owed(sent, saturated);
         }
-        count(&mut self.counters.frames, 1);
+        self.counters.frames.add(1);
         if reading.valid != reading.present && frame.starts_up() {
             self.restarted();
         }
@@ -303,9 +304,9 @@ impl<'m> Flow<'m> {
     #[inline(never)]
     fn not_as_owed(&mut self, sent: bool, saturated: Axes) {
         self.flag(fault::OUTPUT_FULL, !sent);
-        count(&mut self.counters.dropped, u32::from(!sent));
+        self.counters.dropped.add(u32::from(!sent));
         self.flag(fault::SATURATED, saturated != Axes::NONE);
-        count(&mut self.counters.saturated, saturated.0.count_ones());
+        self.counters.saturated.add(saturated.0.count_ones());
     }
 
     /// Puts a sample into a frame. Gives the axes that saturate.
@@ -352,9 +353,4 @@ pub(super) fn configure(learner: &mut dyn Learner, config: &Config) {
 #[inline(never)]
 fn reading_of(frame: &Checked) -> Option<Reading> {
     frame.reading()
-}
-
-/// Adds to a counter, which saturates.
-pub(super) fn count(counter: &mut u32, by: u32) {
-    *counter = counter.saturating_add(by);
 }

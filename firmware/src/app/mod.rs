@@ -12,12 +12,13 @@
 //! not step over a gap: the block in progress is given up, and the estimate in force is held until
 //! the next whole block.
 //!
-//! Imports point from the bottom up: `guard`, `hardware`, `config`, `phase`, `load`, `lines`,
-//! `pulse`, `blackbox`; `setup`; `flow`; `server` and `reverse`; `application`.
+//! Imports point from the bottom up: `counts`, `guard`, `hardware`, `config`, `phase`, `load`,
+//! `lines`, `pulse`, `blackbox`; `setup`; `flow`; `server` and `reverse`; `application`.
 
 mod application;
 pub mod blackbox;
 mod config;
+mod counts;
 mod flow;
 pub mod guard;
 mod hardware;

@@ -7,10 +7,12 @@
 //!             +---------+
 //! ```
 //!
-//! A configured format leads from `Start` straight to `Run`. From `Run` a stream of no known
-//! format, or the sensor's service mode, leads back to `Detect`. A mode set by command leads from
-//! `Fault` back to `Start`. In `Detect` and `Fault` bytes pass through unchanged.
+//! A configured format, or an ADIS at the SPI, leads from `Start` straight to `Run`. From `Run` a
+//! stream of no known format, or the sensor's service mode, leads back to `Detect`; an ADIS at the
+//! SPI never does. A mode set by command leads from `Fault` back to `Start`. In `Detect` and
+//! `Fault` bytes pass through unchanged.
 
+use super::counts::Count;
 use crate::control::Mode;
 
 /// Why samples are no longer corrected.
@@ -43,8 +45,8 @@ pub enum Phase {
 #[derive(Debug, Clone, Copy)]
 pub struct Machine {
     phase: Phase,
-    /// Detect, Run, Fault; a change of mode counts as entering Run. Saturates.
-    entered: [u32; 3],
+    /// Detect, Run, Fault; a change of mode counts as entering Run.
+    entered: [Count; 3],
 }
 
 impl Machine {
@@ -52,7 +54,7 @@ impl Machine {
     pub const fn new() -> Machine {
         Machine {
             phase: Phase::Start,
-            entered: [0; 3],
+            entered: [Count::of(0); 3],
         }
     }
 
@@ -62,8 +64,13 @@ impl Machine {
     }
 
     /// How often `Detect`, `Run` and `Fault` were entered.
-    pub fn entered(&self) -> [u32; 3] {
+    pub(super) fn entered(&self) -> [Count; 3] {
         self.entered
+    }
+
+    /// As if the states had been entered so often.
+    pub(super) fn has_entered(&mut self, times: [Count; 3]) {
+        self.entered = times;
     }
 
     /// Back in state `Start`, with the counters kept.
@@ -92,7 +99,7 @@ impl Machine {
 
     fn enter(&mut self, which: usize, phase: Phase) {
         if let Some(entered) = self.entered.get_mut(which) {
-            *entered = entered.saturating_add(1);
+            entered.add(1);
         }
         self.phase = phase;
     }

@@ -6,7 +6,8 @@
 //! The device then answers from what the sensor itself has said since its last start. A request for
 //! anything else is not answered.
 
-use super::flow::{Flow, Told, count};
+use super::counts::Count;
+use super::flow::{Flow, Told};
 use crate::link::Line;
 use crate::wire::stim300::config::{
     self, BIAS_TRIM_ID, CONFIGURATION_ID, EXTENDED_ERROR_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID,
@@ -44,7 +45,7 @@ pub(super) struct Reverse {
     /// An answer is due.
     is_due: bool,
     /// Part number and serial number, as the sensor sent them, and the number of its start then.
-    stored: [(Datagram, u32); 2],
+    stored: [(Datagram, Count); 2],
     /// When the device asked last, microseconds.
     asked_us: Option<u64>,
 }
@@ -88,7 +89,7 @@ impl Reverse {
             let Some(request) = self.requests.push(byte) else {
                 continue;
             };
-            count(&mut flow.counters.requests, 1);
+            flow.counters.requests.add(1);
             if let Some(question) = self.question(request.answer_id()) {
                 let wait = flow.config.sensor.stim300.answer_us;
                 question.due_us = wait.map(|wait| now.saturating_add(wait.into()));
@@ -184,7 +185,7 @@ impl Reverse {
         let id = question.id;
         let configuration = flow.config.sensor.stim300.config.emit();
         let [part, serial] = &self.stored;
-        let said = |stored: &(Datagram, u32)| stored.1 == flow.counters.restarts;
+        let said = |stored: &(Datagram, Count)| stored.1 == flow.counters.restarts;
         let datagram: &[u8] = match id {
             CONFIGURATION_ID if flow.told() == Told::BySensor => &configuration,
             PART_NUMBER_ID if said(part) => &part.0,
@@ -200,8 +201,8 @@ impl Reverse {
             let _ = message.extend_from_slice(b"\r\n");
         }
         let sent = out.send(&message).is_ok();
-        count(&mut flow.counters.answered, u32::from(sent));
-        count(&mut flow.counters.dropped, u32::from(!sent));
+        flow.counters.answered.add(u32::from(sent));
+        flow.counters.dropped.add(u32::from(!sent));
     }
 
     /// Whether no answer is due and no question pending.

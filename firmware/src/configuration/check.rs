@@ -4,6 +4,13 @@ use super::{Configuration, Sensor, Triad};
 use crate::align::LEAST_S;
 use crate::control::Field;
 
+/// Longest time for a correction at its limit to fade out, s. Until it has, no configuration is
+/// accepted. So it must end, and each step of it must be more than a float rounds.
+const FADE_S: f32 = 86_400.0;
+/// The sensor is silent after so many periods of its samples at the soonest. With less than one,
+/// each sample would be a gap, and no correction would ever move.
+const PERIODS: f64 = 2.0;
+
 impl Configuration {
     /// Checks the ranges of all values.
     ///
@@ -53,7 +60,7 @@ impl Configuration {
             ),
             (Field::Speed, vehicle.speed > 0.0 && vehicle.speed <= 1000.0),
             (Field::Limit, not_negative(limit)),
-            (Field::Slew, not_negative(slew)),
+            (Field::Slew, not_negative(slew) && fades(limit, slew)),
             (Field::Block, (0.1..=10.0).contains(&correction.block)),
             (
                 Field::Align,
@@ -61,7 +68,8 @@ impl Configuration {
             ),
             (
                 Field::Silence,
-                (1000..=10_000_000).contains(&correction.silence_us),
+                (1000..=10_000_000).contains(&correction.silence_us)
+                    && f64::from(correction.silence_us) * self.rate >= PERIODS * 1e6,
             ),
         ];
         tests
@@ -77,6 +85,14 @@ impl Configuration {
         };
         told.format().can_be_cut()
     }
+}
+
+/// Whether corrections at these limits fade out in a time that ends.
+fn fades(limit: [f32; 2], slew: [f32; 2]) -> bool {
+    let pairs = limit.iter().zip(slew);
+    pairs
+        .into_iter()
+        .all(|(limit, slew)| *limit <= FADE_S * slew)
 }
 
 /// ASCII without control characters, of at least `least` bytes.

@@ -228,13 +228,15 @@ pub struct Correction {
     pub activation: Activation,
     /// Largest correction.
     pub limit: Limit,
-    /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s.
+    /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s. It must take a
+    /// correction at its limit to zero within a day.
     pub slew: Limit,
     /// Time between network steps, s, 0.1 to 10.
     pub block: f32,
     /// Length of an alignment that is not commanded, s, `align::LEAST_S` to 3600.
     pub align: f32,
-    /// The sensor counts as silent when no byte has come for this time, microseconds, 1000 to 10^7.
+    /// The sensor counts as silent when no byte has come for this time, microseconds, 1000 to 10^7,
+    /// and at least two periods of the samples.
     pub silence_us: u32,
     /// Mark a frame whose correction must not be trusted.
     pub mark: bool,

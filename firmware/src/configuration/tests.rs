@@ -211,3 +211,24 @@ fn body_axes_turn_into_sensor_axes() {
     assert!(near(told.in_sensor_axes([-1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]));
     assert!(near(told.in_sensor_axes([0.0, 0.0, 1.0]), [0.0, 0.0, 1.0]));
 }
+
+/// A correction that never gets to zero, or never moves, would keep every other configuration out.
+#[test]
+fn what_would_lock_the_device_is_refused() {
+    let refused = |change: fn(&mut Configuration), field| {
+        let mut told = example(ImuFormat::Stim300);
+        change(&mut told);
+        assert_eq!(told.check(), Err(field));
+        assert_eq!(decode(&encode(&told)), Err(Reason::Field(field)));
+    };
+    refused(|told| told.correction.slew.gyro = 0.0, Field::Slew);
+    refused(|told| told.correction.slew.accel = 0.0, Field::Slew);
+    refused(|told| told.correction.slew.accel = 1e-30, Field::Slew);
+    refused(|told| told.correction.slew.gyro = 1e-9, Field::Slew);
+    refused(|told| told.correction.silence_us = 3999, Field::Silence);
+    let mut told = example(ImuFormat::Stim300);
+    told.correction.silence_us = 4000; // at 500 Hz
+    // what is never corrected need not fade
+    (told.correction.limit.gyro, told.correction.slew.gyro) = (0.0, 0.0);
+    assert_eq!(told.check(), Ok(()));
+}

@@ -95,6 +95,11 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         self.fixes.remember()
     }
 
+    fn next_drive(&mut self) {
+        self.references.next_drive();
+        self.fixes.next_drive();
+    }
+
     fn write_memory(&self, start: usize, piece: &mut [u8]) {
         self.fixes.write_memory(start, piece);
     }

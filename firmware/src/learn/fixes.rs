@@ -171,7 +171,9 @@ pub struct FixLearner<'m> {
     unit_settled: Settled,
     /// Of a navigator that was aligned in motion.
     probation: Probation,
-    /// What was known of the unit when the learner began, and what is remembered of it.
+    /// What was known of the unit when the drive began and when the learner began, and what is
+    /// remembered of it.
+    before: Head,
     base: Head,
     unit: Unit,
     /// The first networks of the hypotheses that are driven by inputs.
@@ -218,6 +220,7 @@ impl<'m> FixLearner<'m> {
             knows_best: ZERO_CORRECTION,
             unit_settled: Settled::default(),
             probation: Probation::default(),
+            before: Head::NEW,
             base: Head::NEW,
             unit: Unit::NEW,
             shapes: Shapes::NONE,
@@ -334,7 +337,8 @@ impl<'m> FixLearner<'m> {
     #[inline(never)]
     fn begin_known(&mut self) {
         let bank = &mut self.memory.bank;
-        let knows = self.unit.recall(bank, &self.shapes);
+        // what a new unit has taken down in this drive is not known before it
+        let knows = self.base.count > 0.0 && self.unit.recall(bank, &self.shapes);
         if !knows {
             self.base = Head::NEW;
         }
@@ -352,7 +356,7 @@ impl<'m> FixLearner<'m> {
             inputs,
             ..
         } = &self.settings;
-        self.base = self.unit.head;
+        self.base = self.before;
         self.memory.bank.begins((sheet, inputs), *gates);
         self.covered = NOWHERE;
         self.tally = Tally::default();
@@ -710,12 +714,19 @@ impl Learner for FixLearner<'_> {
         self.take_down()
     }
 
+    fn next_drive(&mut self) {
+        self.remember();
+        self.before = self.unit.head;
+        self.restart();
+    }
+
     fn write_memory(&self, start: usize, piece: &mut [u8]) {
         self.unit.write(start, piece);
     }
 
     fn recall(&mut self, memory: &[u8]) {
         self.unit.read(memory);
+        self.before = self.unit.head;
     }
 
     fn learnt(&mut self) -> (Nets, [State; 2]) {

@@ -227,6 +227,13 @@ pub trait Learner {
         0
     }
 
+    /// The sensor was powered on: another drive begins, in which what is known of the unit is the
+    /// prior, however often [`Learner::begin`] is called. [`Learner::recall`] begins one as well.
+    fn next_drive(&mut self) {
+        self.remember();
+        self.restart();
+    }
+
     /// Copies what was taken down last from byte `start` on into `piece`; bytes beyond its end stay
     /// as they are.
     fn write_memory(&self, _start: usize, _piece: &mut [u8]) {}

@@ -74,7 +74,7 @@ pub struct Head {
     /// Lowest and highest temperature of these seconds, degrees C.
     pub degc: [f32; 2],
     moments: [f32; 2],
-    count: f32,
+    pub(super) count: f32,
     evidence: [f32; 2],
     shape: u32,
     /// How wrong what was known of each of [`REMEMBERING`] was at the power-ons before, in squares

@@ -290,49 +290,49 @@ pub mod fault {
 
 /// More counters since power-on. They saturate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Counters {
+pub struct Counters<T = u32> {
     /// Inertial frames received.
-    pub frames: u32,
+    pub frames: T,
     /// Other good messages of the sensor, passed on.
-    pub others: u32,
+    pub others: T,
     /// Frames with a wrong checksum.
-    pub bad_checksums: u32,
+    pub bad_checksums: T,
     /// Bytes of garbage.
-    pub garbage: u32,
+    pub garbage: T,
     /// Times the sensor's line reported lost bytes; at an SPI, bursts that were lost.
-    pub lost: u32,
+    pub lost: T,
     /// Frames missing by the sensor's counter.
-    pub missed: u32,
+    pub missed: T,
     /// Frames that came twice by the sensor's counter.
-    pub duplicates: u32,
+    pub duplicates: T,
     /// Times the counter jumped.
-    pub jumps: u32,
+    pub jumps: T,
     /// Times the sensor fell silent.
-    pub silences: u32,
+    pub silences: T,
     /// Messages dropped because the output had no room.
-    pub dropped: u32,
+    pub dropped: T,
     /// Bytes passed through raw.
-    pub raw: u32,
+    pub raw: T,
     /// Values that saturated at the range of their field.
-    pub saturated: u32,
+    pub saturated: T,
     /// Blocks stepped.
-    pub blocks: u32,
+    pub blocks: T,
     /// Blocks given up because of a gap in the stream or invalid values.
-    pub given_up: u32,
+    pub given_up: T,
     /// Requests of the navigation computer.
-    pub requests: u32,
+    pub requests: T,
     /// How many of these the device answered because the sensor did not.
-    pub answered: u32,
+    pub answered: T,
     /// Fixes received.
-    pub fixes: u32,
+    pub fixes: T,
     /// How many of these the receiver calls good.
-    pub good_fixes: u32,
+    pub good_fixes: T,
     /// Times each state was entered: detection, run, fault.
-    pub entered: [u32; 3],
+    pub entered: [T; 3],
     /// Times the sensor was started anew.
-    pub restarts: u32,
+    pub restarts: T,
     /// Times the device found its memory changed by nobody, and mended it.
-    pub mended: u32,
+    pub mended: T,
 }
 
 /// An answer of the device.

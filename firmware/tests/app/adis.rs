@@ -182,7 +182,7 @@ fn gaps_and_silence() {
     assert_eq!(device.app.faults(), 0);
     // bytes on the sensor's line are not read as bursts
     device.feed(&[0; 100]);
-    assert_eq!(device.counters().garbage, 100);
+    assert_eq!((device.counters().raw, device.counters().garbage), (100, 0));
     let mut other = Device::new(Config::default());
     assert_eq!(pass(&mut other, &burst(0)), Err(Error::Content));
 }
@@ -340,4 +340,40 @@ fn another_adis_than_told_is_said_and_not_corrected() {
     assert_eq!(configure(&mut device, &record), Ok(()));
     assert_eq!(pass(&mut device, &sent).expect("a burst"), sent);
     assert_eq!(device.app.phase(), Phase::Run(Mode::Frozen));
+}
+
+/// What an unconfigured device has seen on the sensor's line before the board finds an ADIS, and
+/// what comes there later, is nothing to the ADIS.
+#[test]
+fn noise_on_the_line_is_nothing_to_an_adis() {
+    let model = Model::Adis16475(1);
+    let found = Found {
+        model,
+        units: model.units(false).expect("a model"),
+        rate: 1000.0,
+    };
+    let mut device = Device::new(Config::untold(Hardware::DESKTOP));
+    device.feed(&[0x55; 5000]);
+    assert_ne!(device.app.faults() & fault::UNKNOWN_FORMAT, 0);
+    device.app.found(&found);
+    let good = reply(Form::Narrow, &Burst::default());
+    for _ in 0..100 {
+        device.feed(&[0x55; 100]);
+        device.lines.navigation.sent.clear();
+        assert_eq!(pass(&mut device, &good).expect("a burst"), good);
+        assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+        assert_eq!(device.app.faults() & fault::UNKNOWN_FORMAT, 0);
+    }
+    // and it has no service mode
+    device.lines.navigation.input.extend(b"SERVICEMODE\r");
+    device.wait_ms(50);
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+    assert_eq!(device.counters().requests, 0);
+    assert_eq!(device.counters().entered, [1, 1, 0]);
+    // bytes there do not hide that the sensor is silent
+    for _ in 0..300 {
+        device.pass_us(1000);
+        device.feed(&[0x55]);
+    }
+    assert_ne!(device.app.faults() & fault::SILENT, 0);
 }

@@ -4,6 +4,7 @@
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, values};
 use crate::record::{configure, told};
+use crate::taught;
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
 use firmware::configuration::{Activation, Configuration};
@@ -262,4 +263,33 @@ fn another_configuration_ends_it() {
     assert_eq!(bench.faults() & fault::RATE, 0);
     bench.run(35);
     assert_eq!(bench.faults() & fault::RATE, 0);
+}
+
+/// While what was told and what is seen disagree, nothing that was learnt comes into force, also
+/// not by an alignment.
+#[test]
+fn aside_no_alignment_brings_a_correction() {
+    let kind = Kind::RAWIMUSX;
+    let mut unit = told(kind);
+    unit.correction.mode = Mode::Learn;
+    unit.correction.activation = Activation::Commanded;
+    unit.correction.silence_us = 100_000;
+    (unit.correction.limit.accel, unit.correction.slew.accel) = (1.0, 0.01);
+    for wrong in [false, true] {
+        let config = Config::of(&unit);
+        let mut bench = taught::Bench::of(kind, |learner| App::with_learner(config, Some(learner)));
+        let slower = if wrong { 2.0 } else { 1.0 };
+        let run = |bench: &mut taught::Bench| {
+            (0..(8.0 * kind.rate()) as u32).for_each(|_| bench.step(slower));
+        };
+        run(&mut bench);
+        bench.says.winner.set(Some(0.04));
+        bench.device.order(&Request::Alignment(Alignment::Started));
+        run(&mut bench);
+        bench.device.order(&Request::Alignment(Alignment::Finished));
+        run(&mut bench);
+        let seen = bench.take();
+        assert_eq!(bench.device.app.faults() & fault::RATE != 0, wrong);
+        assert_eq!(seen.iter().any(|correction| *correction != 0.0), !wrong);
+    }
 }

@@ -88,7 +88,7 @@ fn fields(n: u32) -> Fields {
     }
 }
 
-fn named(name: &str) -> Kind {
+pub fn named(name: &str) -> Kind {
     let found = kinds().into_iter().find(|kind| kind.sensor.name == name);
     found.expect("a kind of this name")
 }

@@ -224,7 +224,7 @@ fn pieces_in_any_order_and_twice() {
 fn not_while_it_corrects_or_aligns() {
     let mut device = untold();
     let mut of = told(KVH);
-    of.correction.limit.gyro = 1.0;
+    (of.correction.limit.gyro, of.correction.slew.gyro) = (0.05, 1e-4);
     assert_eq!(configure(&mut device, &record(&of)), Ok(()));
     of.rate += 1.0;
     let other = record(&of);

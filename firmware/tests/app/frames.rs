@@ -20,6 +20,8 @@ impl PartialEq for Kind {
     }
 }
 
+const FRAMED: &Simulated = &ImuFormat::AdisUart.simulated()[0];
+
 /// All kinds.
 pub fn kinds() -> Vec<Kind> {
     let of = |format: ImuFormat| {
@@ -42,6 +44,17 @@ impl Kind {
     pub const RAWIMUSX: Kind = Kind::of(ImuFormat::Novatel, 4);
     pub const HG4930: Kind = Kind::of(ImuFormat::Hg4930, 0);
     pub const S_CLASS: Kind = Kind::of(ImuFormat::Hg4930, 1);
+
+    /// An ADIS at the SPI, at 100 Hz. Its frames are those in which its bursts leave.
+    pub const SPI: Kind = Kind {
+        format: ImuFormat::AdisUart,
+        sensor: &Simulated {
+            name: "ADIS16505-2 at the SPI",
+            rate: 100,
+            unit: [10.0 * FRAMED.unit[0], 10.0 * FRAMED.unit[1]],
+            ..*FRAMED
+        },
+    };
 
     const fn of(format: ImuFormat, sensor: usize) -> Kind {
         let sensor = &format.simulated()[sensor];

@@ -276,3 +276,40 @@ fn a_live_activation_remembers_too() {
     let bench = board.power_on();
     assert_eq!(*bench.says.knows.borrow(), b"known");
 }
+
+/// One power-on of the sensor is one drive, whatever is configured, set, uploaded or stored in it.
+#[test]
+fn one_power_on_is_one_drive() {
+    let mut board = Board::new(&unit());
+    let mut bench = board.power_on();
+    learns(&bench, b"known");
+    bench.says.still_s.set(10);
+    assert_eq!(board.run(&mut bench, 80), 1);
+    for n in 0..5 {
+        let mut again = unit();
+        again.rate += f64::from(n) * 1e-3;
+        bench.device.order(&Request::SetMode(Mode::Bypass));
+        board.run(&mut bench, 2);
+        let took = bench.says.took.get();
+        assert_eq!(configure(&mut bench.device, &record(&again)), Ok(()));
+        assert_eq!(bench.says.took.get(), took, "nothing is remembered");
+        bench.device.order(&Request::SetMode(Mode::Bypass));
+        board.run(&mut bench, 2);
+        bench.device.order(&Request::StoreImage);
+        bench.device.order(&Request::StoreImage);
+        assert_eq!(board.pass(&mut bench), Some(Step::Save));
+        bench.device.order(&Request::SetMode(Mode::Learn));
+        board.run(&mut bench, 40);
+        bench.device.order(&Request::CommitLearnt);
+        board.run(&mut bench, 80);
+        assert_eq!(remembered(&mut bench).drives, 1);
+        assert_eq!(bench.says.drives.get(), 0, "{n}");
+    }
+    // a start has many signs and is one drive
+    bench.silence(2.0);
+    board.run(&mut bench, 80);
+    bench.silence(0.5);
+    board.run(&mut bench, 20);
+    assert_eq!(bench.device.counters().restarts, 1);
+    assert_eq!(bench.says.drives.get(), 1);
+}

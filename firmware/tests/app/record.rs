@@ -7,6 +7,7 @@ use firmware::configuration::record::encode;
 use firmware::configuration::{Configuration, Sensor};
 use firmware::control::Reason;
 use firmware::link::rates::Clock;
+use firmware::wire::adis;
 use firmware::wire::checksum::crc32_zlib;
 use firmware::wire::command::{Board, MAX_CHUNK, Request, Response};
 
@@ -35,6 +36,14 @@ pub fn told(kind: Kind) -> Configuration {
         rate: kind.rate(),
         ..Configuration::default()
     };
+    if kind == Kind::SPI {
+        let model = adis::Model::Adis16505(2);
+        told.sensor = Some(Sensor::Spi(adis::Settings {
+            form: model.form(),
+            units: model.units(true).expect("a model"),
+            framed: true,
+        }));
+    }
     told.correction.block = 0.1;
     told.correction.silence_us = 10_000_000; // every answer takes some milliseconds
     told

@@ -1,13 +1,13 @@
 //! What a device has stored comes back at power-on, weights and configuration together.
 
-use crate::device::{Device, constant};
+use crate::device::{Device, constant, nets};
 use crate::frames::Kind;
 use crate::record::{HARDWARE, board, configure, read, record, sealed, told, untold};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use firmware::app::{App, Phase};
+use firmware::app::{App, Config, Phase};
 use firmware::configuration::SCHEMA;
 use firmware::configuration::record::encode;
-use firmware::control::{Mode, Reason};
+use firmware::control::{Field, Mode, Reason};
 use firmware::model::Nets;
 use firmware::store::{self, Content, Store};
 use firmware::wire::checksum::crc32_zlib;
@@ -263,4 +263,31 @@ fn what_cannot_be_read_is_told_and_not_used() {
     assert_ne!(*device.app.nets(), Nets::NONE);
     assert_eq!(configure(&mut device, &good), Ok(()));
     assert_ne!(*device.app.nets(), Nets::NONE, "they are this sensor's");
+}
+
+/// A configuration that would lock the device is not used, though it was stored: the device passes
+/// bytes and takes another one.
+#[test]
+fn what_would_lock_the_device_is_not_used() {
+    let mut unit = told(Kind::RAWIMUSX);
+    unit.correction.mode = Mode::Learn;
+    unit.correction.slew.accel = 0.0;
+    let (nets, record) = (nets([0.0; 3], [1e-3; 3]), encode(&unit));
+    let mut store = Store::new(Flash::new()).expect("room");
+    store.save(&Content::new(&nets, &record)).expect("stored");
+    let mut device = Device::new(Config::default());
+    device.app = App::power_on(HARDWARE, Some(store.load()), None);
+    let faults = device.app.faults();
+    assert_ne!(faults & fault::NOT_CONFIGURED, 0);
+    assert_ne!(faults & fault::STORE, 0);
+    for frame in Kind::RAWIMUSX.stream(0, 100) {
+        device.feed(&frame);
+        assert_eq!(device.lines.navigation.sent.pop(), Some(frame));
+    }
+    assert_eq!(
+        configure(&mut device, &record),
+        Err(Reason::Field(Field::Slew))
+    );
+    unit.correction.slew.accel = 1e-3;
+    assert_eq!(configure(&mut device, &encode(&unit)), Ok(()));
 }

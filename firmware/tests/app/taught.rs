@@ -29,8 +29,9 @@ pub struct Says {
     pub knows: RefCell<Vec<u8>>,
     /// What it knew when it began.
     pub knew: RefCell<Vec<u8>>,
-    /// How often it has taken down something.
+    /// How often it has taken down something, and a drive has begun.
     pub took: Cell<u32>,
+    pub drives: Cell<u32>,
     pub navigates: Cell<bool>,
     /// The networks that it last began with.
     pub begun: RefCell<Option<Nets>>,
@@ -58,6 +59,11 @@ impl Learner for Taught {
         self.0.knows.replace(learnt.clone());
         self.0.took.set(self.0.took.get() + 1);
         learnt.len()
+    }
+    fn next_drive(&mut self) {
+        self.0.drives.set(self.0.drives.get() + 1);
+        self.remember();
+        self.restart();
     }
     fn write_memory(&self, start: usize, piece: &mut [u8]) {
         let bytes = self.0.knows.borrow();
@@ -128,14 +134,19 @@ impl Bench {
         }
     }
 
-    /// A sample in and out; the clock runs as much slower.
-    pub fn step(&mut self, slower: f64) {
+    /// The next frame.
+    pub fn frame(&self) -> Vec<u8> {
         let fields = Fields {
             gyro: [self.n as i32 % 50 - 20, 7, 3],
             accel: [self.n as i32 % 13, -3, 900],
             ..Fields::default()
         };
-        let frame = self.kind.frame(self.n, fields);
+        self.kind.frame(self.n, fields)
+    }
+
+    /// A sample in and out; the clock runs as much slower.
+    pub fn step(&mut self, slower: f64) {
+        let frame = self.frame();
         let a_second = self.kind.rate() as u32;
         if self.fixes && self.n.is_multiple_of(a_second) {
             self.device
@@ -145,14 +156,33 @@ impl Bench {
                 .extend(fix(self.n / a_second, 0));
         }
         self.n += 1;
-        self.device.feed(&frame);
+        self.sends(&frame);
         self.device
             .pass_us((1e6 / self.kind.rate() / slower) as u64);
+        self.look(&frame);
+    }
+
+    /// The sensor sends this: on its line, or as a burst, which then is in a frame here.
+    pub fn sends(&mut self, frame: &[u8]) {
+        if self.kind != Kind::SPI {
+            return self.device.feed(frame);
+        }
+        let Device {
+            app, lines, time, ..
+        } = &mut self.device;
+        let mut burst = frame[8..frame.len() - 4].to_vec();
+        // what is wrong with it is the board's
+        let _ = app.burst(&mut burst, &mut lines.navigation, time);
+        self.device.settle();
+    }
+
+    /// Compares what has left with the frame that was sent.
+    pub fn look(&mut self, frame: &[u8]) {
         for sent in core::mem::take(&mut self.device.lines.navigation.sent) {
             if sent.len() != frame.len() {
                 continue;
             }
-            let [before, after] = [&frame, &sent].map(|f| values(self.kind.format, f)[3]);
+            let [before, after] = [frame, &sent].map(|f| values(self.kind.format, f)[3]);
             let unit = self.kind.sensor.unit[1];
             self.seen.push((before - after) * unit * self.kind.rate());
         }

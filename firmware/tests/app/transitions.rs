@@ -14,16 +14,16 @@ use firmware::wire::stim300::config::Config as Stim300;
 use lrnn_nostd::image;
 
 /// Errors in the store, proved by the learner, and uploaded, m/s2.
-const STORED: f32 = 0.05;
+pub const STORED: f32 = 0.05;
 const PROVED: f32 = 0.04;
 const UPLOADED: f32 = -0.03;
 /// Fastest change, m/s2 per s, and the time between two changes, s.
-const SLEW: f32 = 0.01;
-const BLOCK: f32 = 0.1;
+pub const SLEW: f32 = 0.01;
+pub const BLOCK: f32 = 0.1;
 
 /// Where a correction is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
+pub enum State {
     /// Mode learn, live, nothing proved.
     Nothing,
     /// Mode frozen.
@@ -67,9 +67,15 @@ enum Event {
     Silence,
     Restart,
     Rate,
+    /// Frames with wrong checksums for 5 s.
+    Damage,
+    /// 10 000 bytes of no format on the sensor's line.
+    Noise,
+    /// The navigation computer asks a sensor that is no STIM300 for its service mode.
+    Service,
 }
 
-const EVENTS: [Event; 20] = [
+const EVENTS: [Event; 23] = [
     Event::Mode(Mode::Bypass),
     Event::Mode(Mode::Frozen),
     Event::Mode(Mode::Shadow),
@@ -90,6 +96,9 @@ const EVENTS: [Event; 20] = [
     Event::Silence,
     Event::Restart,
     Event::Rate,
+    Event::Damage,
+    Event::Noise,
+    Event::Service,
 ];
 
 /// How a correction may change.
@@ -128,7 +137,7 @@ fn bench(kind: Kind, state: State) -> Bench {
 }
 
 /// A device whose correction is in this state in this part of an alignment.
-fn begun(kind: Kind, state: State, phase: Option<Alignment>) -> Bench {
+pub fn begun(kind: Kind, state: State, phase: Option<Alignment>) -> Bench {
     let mut bench = bench(kind, state);
     bench.run(1.0);
     if phase == Some(Alignment::Finished) {
@@ -194,6 +203,9 @@ impl Event {
                     bench.step(2.0); // twice as many samples a second
                 }
             }
+            Event::Damage => damaged(bench, 5.0),
+            Event::Noise => noise(bench, 10_000),
+            Event::Service => bench.device.lines.navigation.input.extend(b"SERVICEMODE\r"),
         }
     }
 
@@ -204,6 +216,7 @@ impl Event {
         match self {
             Event::Restart => Rule::Jumps,
             Event::SameMode | Event::SameAlignment | Event::Gap | Event::Silence => Rule::Holds,
+            Event::Damage | Event::Noise | Event::Service => Rule::Holds,
             Event::Harms | Event::Configuration => Rule::Holds,
             Event::Unsettles => Rule::Holds,
             Event::Alignment(Alignment::Started) if started => Rule::Holds,
@@ -219,6 +232,29 @@ impl Event {
     }
 }
 
+/// Frames with wrong checksums for so long, s.
+pub fn damaged(bench: &mut Bench, seconds: f64) {
+    for _ in 0..(seconds * bench.kind.rate()) as u32 {
+        let mut frame = bench.frame();
+        let middle = frame.len() / 2;
+        frame[middle] ^= 0x10;
+        bench.n += 1;
+        bench.sends(&frame);
+        bench.device.pass_us((1e6 / bench.kind.rate()) as u64);
+        bench.device.lines.navigation.sent.clear();
+    }
+}
+
+/// So many bytes of no format on the sensor's line.
+pub fn noise(bench: &mut Bench, bytes: u32) {
+    let of = |n: u32| (n.wrapping_mul(2_654_435_761) >> 24) as u8 & 0x7F;
+    for piece in (0..bytes).map(of).collect::<Vec<_>>().chunks(50) {
+        bench.device.feed(piece);
+        bench.device.pass_us(500);
+    }
+    bench.device.lines.navigation.sent.clear();
+}
+
 fn commit(bench: &mut Bench, nets: &Nets) {
     let bytes = [image::encode(&nets.gyro), image::encode(&nets.accel)].concat();
     for (n, piece) in bytes.chunks(100).enumerate() {
@@ -232,7 +268,7 @@ fn commit(bench: &mut Bench, nets: &Nets) {
 }
 
 /// Largest change from one word to the next.
-fn fastest(seen: &[f64]) -> f64 {
+pub fn fastest(seen: &[f64]) -> f64 {
     let changes = seen.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     changes.fold(0.0, f64::max)
 }
@@ -240,7 +276,16 @@ fn fastest(seen: &[f64]) -> f64 {
 /// No event moves a correction faster than its row allows.
 #[test]
 fn every_state_and_every_event() {
-    let kind = Kind::RAWIMUSX;
+    every_event(Kind::RAWIMUSX);
+}
+
+/// The same with an ADIS at the SPI.
+#[test]
+fn every_state_and_every_event_at_the_spi() {
+    every_event(Kind::SPI);
+}
+
+fn every_event(kind: Kind) {
     let phases = [None, Some(Alignment::Started), Some(Alignment::Finished)];
     for state in STATES {
         let mode = if state == State::Frozen {
@@ -251,7 +296,7 @@ fn every_state_and_every_event() {
         for phase in phases {
             for event in EVENTS {
                 let mut bench = begun(kind, state, phase);
-                let what = format!("{state:?} {phase:?} {event:?}");
+                let what = format!("{} {state:?} {phase:?} {event:?}", kind.sensor.name);
                 let from = bench.take();
                 let last = *from.last().expect("words");
                 event.happens(&mut bench, phase, mode);

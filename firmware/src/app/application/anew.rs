@@ -38,7 +38,7 @@ impl App<'_> {
         self.reverse = Default::default();
         self.use_found();
         self.note_told();
-        self.start(now);
+        self.start(out, now);
     }
 
     /// The configuration of the record, with what stays of the one in use; whether the weights

@@ -18,6 +18,13 @@ impl App<'_> {
         self.machine = self.machine.restarted();
     }
 
+    /// The sensor is an ADIS at the SPI: one that was found, or that the device is told of. It has
+    /// no format to be found, and bytes on the sensor's line are nobody's.
+    #[inline(always)]
+    pub(super) fn is_at_spi(&self) -> bool {
+        self.flow.config.sensor.adis.is_some()
+    }
+
     /// The rate to which the board sets an ADIS that it finds; `None`: the usual one, because no
     /// other is told, or one that the sensor or the navigation line does not have (fault RATE).
     #[must_use]

@@ -1,7 +1,7 @@
 //! The way back to the sensor, the command link, and the receiver.
 
 use super::{App, PIECE};
-use crate::app::flow::{Flow, count};
+use crate::app::flow::Flow;
 use crate::app::phase::{Cause, Phase};
 use crate::app::reverse::Notice;
 use crate::app::server::Renewal;
@@ -52,7 +52,7 @@ impl App<'_> {
         let len = navigation.receive(&mut piece).unwrap_or(0);
         let bytes = piece.get(..len).unwrap_or_default();
         if len > 0 && sensor.send(bytes).is_err() {
-            count(&mut self.flow.counters.dropped, 1);
+            self.flow.counters.dropped.add(1);
         }
         let rests = bytes.is_empty() && self.reverse.rests(&self.flow);
         (!rests && self.reverse(bytes, navigation, sensor, now)) || len > 0
@@ -118,11 +118,11 @@ impl App<'_> {
         let Some(solution) = self.receiver.next_fix() else {
             return false;
         };
-        count(&mut self.flow.counters.fixes, 1);
+        self.flow.counters.fixes.add(1);
         let Some(mut fix) = solution.fix else {
             return true;
         };
-        count(&mut self.flow.counters.good_fixes, 1);
+        self.flow.counters.good_fixes.add(1);
         fix.waited = self.flow.sample().wrapping_sub(solution.arrival.sample);
         let told = self.flow.config.told.as_ref().map(|told| &told.receiver);
         fix.age = (self.pulse).age(fix.time_ms, fix.arrived_us, self.heard_us, told);
@@ -147,6 +147,7 @@ impl App<'_> {
     ) -> bool {
         let phase = self.machine.phase();
         let stim300 = match phase {
+            _ if self.is_at_spi() => false,
             Phase::Run(_) => self.framer.format() == ImuFormat::Stim300,
             _ => (self.flow.config.format).is_none_or(|format| format == ImuFormat::Stim300),
         };
@@ -165,7 +166,7 @@ impl App<'_> {
         self.reverse.answer(&mut self.flow, navigation, now);
         // only a sensor that sends frames: one that has just started tells it by itself, and in
         // service mode the question would be a command
-        let sends = self.flow.counters.frames > 0 && self.framer.is_aligned();
+        let sends = !self.flow.counters.frames.is_zero() && self.framer.is_aligned();
         if mode != Mode::Bypass && sends {
             self.reverse.ask(&self.flow, sensor, now);
         }
@@ -177,6 +178,6 @@ impl App<'_> {
 #[inline(never)]
 fn send(answer: &[u8], line: &mut impl Line, flow: &mut Flow) {
     if !answer.is_empty() && line.send(answer).is_err() {
-        count(&mut flow.counters.dropped, 1);
+        flow.counters.dropped.add(1);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::service::Service;
 use super::{App, PIECE};
-use crate::app::flow::{Flow, count};
+use crate::app::flow::Flow;
 use crate::app::phase::{Cause, Phase};
 use crate::app::reverse::Reverse;
 use crate::link::cut::{Behind, Cut};
@@ -26,7 +26,8 @@ impl App<'_> {
         out: &mut impl Line,
         now: u64,
     ) -> bool {
-        let taken = if let Phase::Run(_) = self.machine.phase() {
+        let runs = matches!(self.machine.phase(), Phase::Run(_));
+        let taken = if runs && !self.is_at_spi() {
             let blackbox = &mut self.flow.blackbox;
             let taken = self.framer.fill(PIECE, |room| {
                 let taken = sensor.receive(room)?;
@@ -53,7 +54,7 @@ impl App<'_> {
     /// What the sensor has sent was lost on its way: bytes, or a burst that the board could not
     /// hand to [`App::burst`].
     pub fn lost(&mut self) {
-        count(&mut self.flow.counters.lost, 1);
+        self.flow.counters.lost.add(1);
         self.flow.gap();
     }
 
@@ -70,7 +71,9 @@ impl App<'_> {
         self.taken = self.taken.wrapping_add(len as u32);
         self.flow.blackbox.came(head(&piece, len));
         if len > 0 {
-            self.heard(now);
+            if !self.is_at_spi() {
+                self.heard(now);
+            }
             let bytes = piece.get(..len).unwrap_or_default();
             self.sensor((start, bytes), out, now);
         }
@@ -111,13 +114,22 @@ impl App<'_> {
     }
 
     /// The first pass.
-    pub(super) fn start(&mut self, now: u64) {
+    pub(super) fn start(&mut self, out: &mut impl Line, now: u64) {
         (self.heard_us, self.frameless_us) = (now, now);
-        match (self.flow.config.format, self.flow.config.sensor.adis) {
-            (_, Some(_)) => self.machine.transition_to_run(self.flow.mode),
-            (Some(format), None) => self.run(format),
-            (None, None) => self.detect(),
+        match self.flow.config.format {
+            _ if self.is_at_spi() => {
+                self.pass_rest(out);
+                self.flow.flag(fault::UNKNOWN_FORMAT, false);
+                self.machine.transition_to_run(self.flow.mode);
+            }
+            Some(format) => self.run(format),
+            None => self.detect(),
         }
+    }
+
+    /// Which format it is is found out.
+    fn detects(&self) -> bool {
+        self.flow.config.format.is_none() && !self.is_at_spi()
     }
 
     /// Looks for the format, from the next byte on.
@@ -170,7 +182,8 @@ impl App<'_> {
         self.framer.restart(format.unwrap_or(ImuFormat::Stim300));
         self.flow.gap();
         self.flow.mended();
-        if format.is_none() && matches!(self.machine.phase(), Phase::Run(_)) {
+        let runs = matches!(self.machine.phase(), Phase::Run(_));
+        if format.is_none() && runs && !self.is_at_spi() {
             self.detect();
         }
     }
@@ -181,7 +194,7 @@ impl App<'_> {
         if let Some(rest) = self.framer.flush() {
             let out = &mut whole(out, start, rest.bytes().len());
             pass(rest.bytes(), out, &mut self.flow);
-            count(&mut self.flow.counters.raw, rest.bytes().len() as u32);
+            self.flow.counters.raw.add(rest.bytes().len() as u32);
         }
     }
 
@@ -236,7 +249,7 @@ impl App<'_> {
     /// Sends bytes on unchanged.
     pub(super) fn raw(&mut self, bytes: &[u8], out: &mut Behind<impl Line>) {
         pass(bytes, out, &mut self.flow);
-        count(&mut self.flow.counters.raw, bytes.len() as u32);
+        self.flow.counters.raw.add(bytes.len() as u32);
     }
 
     /// Place in the sensor's stream of the framer's first byte.
@@ -285,7 +298,7 @@ impl App<'_> {
     #[cold]
     #[inline(never)]
     fn change_state(&mut self, out: &mut impl Line) {
-        if self.flow.faults & fault::UNKNOWN_FORMAT != 0 && self.flow.config.format.is_none() {
+        if self.flow.faults & fault::UNKNOWN_FORMAT != 0 && self.detects() {
             self.pass_rest(out);
             return self.detect();
         }
@@ -305,13 +318,13 @@ impl App<'_> {
         let silent = now.saturating_sub(self.heard_us) >= u64::from(self.flow.config.silence_us);
         if silent && self.flow.faults & fault::SILENT == 0 {
             self.flow.flag(fault::SILENT, true);
-            count(&mut self.flow.counters.silences, 1);
+            self.flow.counters.silences.add(1);
             self.flow.silence();
             let start = self.start_of_pending();
             if let Some(rest) = self.framer.flush() {
                 let out = &mut whole(out, start, rest.bytes().len());
                 pass(rest.bytes(), out, &mut self.flow);
-                count(&mut self.flow.counters.garbage, rest.bytes().len() as u32);
+                self.flow.counters.garbage.add(rest.bytes().len() as u32);
             }
         }
     }
@@ -357,8 +370,8 @@ fn between(
         Kind::Other => {
             let sent = out.send(bytes).is_ok();
             flow.blackbox.left(bytes);
-            count(&mut flow.counters.others, 1);
-            count(&mut flow.counters.dropped, u32::from(!sent));
+            flow.counters.others.add(1);
+            flow.counters.dropped.add(u32::from(!sent));
             if format == ImuFormat::Stim300 {
                 let now = flow.now_us;
                 reverse.special(bytes, flow, now);
@@ -368,16 +381,16 @@ fn between(
         }
         Kind::Long => {
             pass(bytes, out, flow);
-            count(&mut flow.counters.raw, len as u32);
+            flow.counters.raw.add(len as u32);
         }
         Kind::BadChecksum => {
             pass(bytes, out, flow);
-            count(&mut flow.counters.bad_checksums, 1);
+            flow.counters.bad_checksums.add(1);
             flow.unframed(len);
         }
         kind @ (Kind::Garbage | Kind::Unknown) => {
             pass(bytes, out, flow);
-            count(&mut flow.counters.garbage, len as u32);
+            flow.counters.garbage.add(len as u32);
             flow.unframed(len);
             if kind == Kind::Unknown {
                 flow.flag(fault::UNKNOWN_FORMAT, true);
@@ -399,6 +412,6 @@ fn pass(bytes: &[u8], out: &mut Behind<impl Line>, flow: &mut Flow) {
     for piece in bytes.chunks(PIECE) {
         let sent = out.send(piece).is_ok();
         flow.blackbox.left(piece);
-        count(&mut flow.counters.dropped, u32::from(!sent));
+        flow.counters.dropped.add(u32::from(!sent));
     }
 }

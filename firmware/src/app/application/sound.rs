@@ -55,3 +55,34 @@ impl App<'_> {
 
 /// The configuration is looked at once in so many seconds.
 const CONFIGURATION_S: u8 = 4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::configuration::tests::example;
+    use crate::link::NoLine;
+    use crate::wire::ImuFormat;
+
+    /// Whatever of the configuration flips is mended, a second and a third time as the first.
+    #[test]
+    fn every_upset_is_mended_not_only_the_first() {
+        let told = example(ImuFormat::Stim300);
+        let mut app = App::new(Config::of(&told));
+        app.start(&mut NoLine, 0);
+        let record = app.server.record.clone();
+        let upsets: [fn(&mut App); 4] = [
+            |app| app.flow.config.limit.gyro = 0.5,
+            |app| app.flow.config.silence_us ^= 1 << 9,
+            |app| app.flow.config.told.as_mut().expect("told").rate = 501.0,
+            |app| app.server.record[20] ^= 4,
+        ];
+        for (times, upset) in (1..).zip(upsets.iter().cycle().take(12)) {
+            upset(&mut app);
+            (0..CONFIGURATION_S).for_each(|_| app.scrub(&mut NoLine, 0));
+            assert_eq!(app.counters().mended, times);
+            assert!(app.as_told && App::agree(&Config::of(&told), &app.server.record));
+            assert!(app.flow.config.follows(&Config::of(&told)));
+            assert_eq!(app.server.record, record);
+        }
+    }
+}

@@ -1,6 +1,7 @@
 //! Whether the application is well, so that the watchdogs may be fed.
 
 use super::App;
+use crate::app::counts::Count;
 use crate::wire::command::{fault, unwell};
 
 /// Silence must be known for silence so long after it has begun, microseconds.
@@ -18,7 +19,7 @@ const RESTS_US: u64 = 30_000_000;
 #[derive(Debug, Default)]
 pub(super) struct Well {
     /// All that has left on the navigation line, or was dropped there for want of room.
-    left: u32,
+    left: u64,
     /// When that changed last, or nothing came, microseconds.
     left_us: u64,
     /// When the learner last had no deferred work, microseconds.
@@ -42,7 +43,8 @@ impl App<'_> {
         ]
         .into_iter()
         .chain([counters.bad_checksums, counters.dropped])
-        .fold(0, u32::wrapping_add);
+        .map(|count| count.since(Count::default()))
+        .fold(0, u64::wrapping_add);
         let silent = self.flow.faults & fault::SILENT != 0;
         if left != self.well.left || silent {
             (self.well.left, self.well.left_us) = (left, now_us);

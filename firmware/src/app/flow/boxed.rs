@@ -54,7 +54,7 @@ impl Flow<'_> {
         Key {
             at_us,
             faults: self.faults | self.other_sensor,
-            sample: self.sample,
+            sample: self.sample(),
             hash: self.blackbox.hash(),
             mode: self.mode,
             stage,
@@ -71,7 +71,7 @@ impl Flow<'_> {
     /// that frame where the key has one, or the other way round.
     pub fn resume(&mut self, key: &Key) -> bool {
         self.mode = key.mode;
-        self.sample = key.sample;
+        self.sample = key.sample.into();
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.set_slew(None);
             state.hold = true;

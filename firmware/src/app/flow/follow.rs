@@ -2,7 +2,7 @@
 //! start anew, and the networks' and the learner's share of the sample.
 
 use super::still::Still;
-use super::{Correction, Flow, Told, count};
+use super::{Correction, Flow, Told};
 use crate::app::blackbox::What;
 use crate::compensator::Block;
 use crate::control::Mode;
@@ -38,16 +38,16 @@ impl Flow<'_> {
         let counters = &mut self.counters;
         match gap {
             Some(Gap::Duplicate) => {
-                count(&mut counters.duplicates, 1);
+                counters.duplicates.add(1);
                 let stuck = self.last.is_stuck();
                 return self.flag(fault::STUCK, stuck); // sent on, but the sample counts once
             }
             Some(Gap::Missed(frames)) => {
-                count(&mut counters.missed, frames);
-                self.sample = self.sample.wrapping_add(frames);
+                counters.missed.add(frames);
+                self.sample = self.sample.wrapping_add(u64::from(frames));
                 self.pass(frames);
             }
-            Some(Gap::Jump) => count(&mut counters.jumps, 1),
+            Some(Gap::Jump) => counters.jumps.add(1),
             Some(Gap::None) | None => {}
         }
         self.sample = self.sample.wrapping_add(1);
@@ -72,7 +72,7 @@ impl Flow<'_> {
         if let Some(learner) = &mut self.learner.0
             && self.begun.is_some()
         {
-            learner.sample(self.sample, &reading.sample);
+            learner.sample(self.sample as u32, &reading.sample);
         }
         if bad != 0 {
             return;
@@ -89,7 +89,7 @@ impl Flow<'_> {
 
     #[inline(never)]
     pub(super) fn end_of_block(&mut self, block: &Block) {
-        count(&mut self.counters.blocks, 1);
+        self.counters.blocks.add(1);
         let failed = block.fault.is_some();
         self.flag(fault::NETWORK, failed);
         self.count_failure(failed);
@@ -137,7 +137,7 @@ impl Flow<'_> {
         self.judge(block);
         self.promote(block);
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
-            learner.block(self.sample, block);
+            learner.block(self.sample as u32, block);
         }
         self.note_correction();
     }
@@ -233,13 +233,13 @@ impl Flow<'_> {
         let hole = self.plausibility.holes.frame(self.now_us, rate);
         match hole {
             Some(Hole::Of(frames)) => {
-                count(&mut self.counters.missed, frames);
-                self.sample = self.sample.wrapping_add(frames);
+                self.counters.missed.add(frames);
+                self.sample = self.sample.wrapping_add(u64::from(frames));
                 self.pass(frames);
                 self.gap();
             }
             Some(Hole::Unknown) => {
-                count(&mut self.counters.jumps, 1);
+                self.counters.jumps.add(1);
                 self.jump();
             }
             None => {}
@@ -255,12 +255,14 @@ impl Flow<'_> {
         if *frames < COMPARED {
             return;
         }
+        // those that lead, of all frames since
         let led = self
             .counters
             .frames
-            .wrapping_sub(since.wrapping_add(COMPARED));
+            .since(*since)
+            .saturating_sub(COMPARED.into());
         self.aside = (0, self.counters.frames);
-        if led < COMPARED / 2 {
+        if led < u64::from(COMPARED / 2) {
             self.blackbox.part();
             self.channels.clear();
         }
@@ -301,8 +303,8 @@ impl Flow<'_> {
         if core::mem::replace(&mut self.fresh, true) {
             return; // of one start there are many signs
         }
-        count(&mut self.counters.restarts, 1);
-        let restarts = self.counters.restarts;
+        self.counters.restarts.add(1);
+        let restarts = self.counters.restarts.shown();
         self.blackbox.event(What::Restart, restarts);
         self.told = Told::Unknown;
         self.forget();

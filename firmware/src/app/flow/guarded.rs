@@ -75,6 +75,14 @@ impl<T> Guarded<T> {
 }
 
 #[cfg(test)]
+impl<T> Guarded<T> {
+    /// As if a bit of its memory had flipped.
+    pub fn upset(&mut self) {
+        self.marks[1] ^= 1 << 7;
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 

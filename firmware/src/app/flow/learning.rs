@@ -76,7 +76,7 @@ impl Flow<'_> {
     fn fixes_come(&self) -> bool {
         let rate = self.stream.map_or(0.0, |stream| stream.rate);
         self.stands.is_some_and(|(_, sample)| {
-            f64::from(self.sample.wrapping_sub(sample)) <= FIXES_COME_S * rate
+            self.sample.wrapping_sub(sample) as f64 <= FIXES_COME_S * rate
         })
     }
 
@@ -86,7 +86,7 @@ impl Flow<'_> {
         let (stands, sample) = self.stands?;
         let samples = self.sample.wrapping_sub(sample);
         let rate = self.stream.map_or(0.0, |stream| stream.rate);
-        (f64::from(samples) <= FIX_LASTS_S * rate).then_some(stands)
+        (samples as f64 <= FIX_LASTS_S * rate).then_some(stands)
     }
 
     /// Takes the networks of the promoted hypothesis instead of those in use, or the zero
@@ -148,6 +148,7 @@ impl Flow<'_> {
             let learns = matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.disagrees;
             self.begun = stream.filter(|_| learns);
             if let Some(stream) = self.begun {
+                self.keep.memo.drop_new();
                 learner.begin(&self.config.nets, stream);
             }
         }
@@ -167,7 +168,7 @@ impl Flow<'_> {
 
     /// Number of the last sample, modulo 2^32.
     pub fn sample(&self) -> u32 {
-        self.sample
+        self.sample as u32
     }
 
     /// A heading that somebody knows, for the learner's alignment in progress.
@@ -188,7 +189,7 @@ impl Flow<'_> {
             self.stands = Some((stands, self.sample));
         }
         if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
-            learner.fix(self.sample, fix);
+            learner.fix(self.sample as u32, fix);
         }
     }
 
@@ -263,7 +264,7 @@ impl Flow<'_> {
         } = self.report();
         let correction = self.correction.get();
         Estimate {
-            sample: self.sample,
+            sample: self.sample(),
             counter: self.last.counter(),
             window,
             in_force: correction.map_or([[0.0; 3]; 2], |c| c.state.estimate()),

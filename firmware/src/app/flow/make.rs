@@ -4,6 +4,7 @@
 use super::channels::Kind;
 use super::{Correction, Flow, Told};
 use crate::app::config::Config;
+use crate::app::counts::{Count, Counts};
 use crate::app::phase::FAILURES;
 use crate::app::setup::{lsb, renew};
 use crate::compensator::{Limit, State};
@@ -319,21 +320,34 @@ impl Flow<'_> {
         self.teach();
     }
 
-    /// Blocks given up, corrections clipped.
-    pub fn blocks(&self) -> (u32, u32) {
+    /// All counters, with those of the correction's state.
+    pub fn counted(&self) -> Counts {
+        let mut counters = self.counters;
+        if let Some(Correction { state, .. }) = self.correction.get() {
+            counters.given_up.add(state.given_up);
+            counters.mended.add(state.mended);
+        }
+        counters
+    }
+
+    /// Blocks in which a correction was clipped.
+    pub fn clipped(&self) -> Count {
+        let mut clipped = self.clipped;
         let state = self.correction.get().map(|c| &c.state);
-        let given_up = state.map_or(0, |s| s.given_up);
-        let clipped = state.map_or(0, |s| s.clipped);
-        (
-            self.counters.given_up.saturating_add(given_up),
-            self.clipped.saturating_add(clipped),
-        )
+        clipped.add(state.map_or(0, |state| state.clipped));
+        clipped
+    }
+
+    /// As if so many samples had come and corrections been clipped.
+    pub fn begin_at(&mut self, counted: u64) {
+        self.sample = counted.wrapping_sub(1);
+        self.clipped = Count::of(counted);
+        self.aside.1 = self.counters.frames;
     }
 
     /// Keeps a state's counters before it is dropped.
     fn keep_count(&mut self) {
-        (self.counters.given_up, self.clipped) = self.blocks();
-        self.counters.mended = self.times_mended();
+        (self.counters, self.clipped) = (self.counted(), self.clipped());
         if let Some(correction) = self.correction.get_mut() {
             correction.state.given_up = 0;
             correction.state.mended = 0;

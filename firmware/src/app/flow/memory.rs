@@ -68,6 +68,11 @@ impl Memo {
         self.waits = None;
     }
 
+    /// The learner begins anew within a drive: what it has not taken down is lost.
+    pub fn drop_new(&mut self) {
+        self.learnt_s -= core::mem::take(&mut self.new_s);
+    }
+
     /// The device is told of another unit, of which the store holds nothing.
     pub fn exchange_unit(&mut self) {
         *self = Memo {
@@ -205,13 +210,14 @@ impl Flow<'_> {
     pub(super) fn next_drive(&mut self) {
         self.keep.memo.begin_drive();
         if let Some(learner) = &mut self.learner.0 {
-            learner.remember();
-            learner.restart();
+            learner.next_drive();
         }
     }
 }
 
-/// Another configuration has come. What the learner knows of the unit stays if it is the same unit.
+/// Another configuration has come. What the learner knew of the unit stays if it is the same unit.
+/// What it has learnt since is dropped and not remembered: the drive goes on, and what one turn-on
+/// shows would count twice.
 pub(in crate::app) fn through_configuration(
     learner: &mut BoardLearner,
     same: bool,
@@ -220,9 +226,7 @@ pub(in crate::app) fn through_configuration(
     let Some(learner) = &mut learner.0 else {
         return;
     };
-    if same {
-        learner.remember();
-    } else {
+    if !same {
         learner.recall(&[]);
     }
     configure(*learner);

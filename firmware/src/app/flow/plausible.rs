@@ -2,6 +2,7 @@
 //! aside: nothing is corrected and nothing is learnt.
 
 use super::{Correction, Flow};
+use crate::app::counts::Count;
 use crate::compensator::Block;
 use crate::plausibility::ASIDE;
 use crate::plausibility::rate::Seen;
@@ -33,9 +34,9 @@ impl Flow<'_> {
             counters.jumps,
         ];
         let seen = Seen {
-            samples: self.sample,
-            missed: counters.missed,
-            damage: lost.into_iter().fold(0, u32::wrapping_add),
+            samples: self.sample(),
+            missed: counters.missed.low(),
+            damage: lost.map(Count::low).into_iter().fold(0, u32::wrapping_add),
         };
         let stream = self.stream.as_ref();
         let heard = reads && self.faults & (fault::SILENT | fault::STUCK) == 0;

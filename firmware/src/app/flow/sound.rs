@@ -3,7 +3,7 @@
 //! The compensator looks at what it corrects by ([`Compensator`](crate::compensator)). What it is
 //! made from, networks and configuration, is looked at once a second.
 
-use super::{Correction, Flow, count};
+use super::{Correction, Flow};
 use crate::app::setup::{compensator, lsb};
 use crate::compensator::of_nets;
 use crate::model::Nets;
@@ -95,13 +95,92 @@ impl Flow<'_> {
 
     /// Memory was found changed, and was mended.
     pub fn mended(&mut self) {
-        count(&mut self.counters.mended, 1);
+        self.counters.mended.add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::BoardLearner;
+    use super::*;
+    use crate::app::config::Config;
+    use crate::control::Mode;
+    use crate::link::NoLine;
+    use crate::link::cut::Behind;
+    use crate::wire::{Checked, Fields, ImuFormat};
+    use lrnn_nostd::{Net, Normalisation, Weights};
+
+    fn flow() -> Flow<'static> {
+        let mut weights = Weights::zero();
+        weights.layers[2].b = [1e-3; 3];
+        let net = Net::new(weights, Normalisation::identity());
+        let config = Config {
+            format: Some(ImuFormat::Stim300),
+            nets: Nets {
+                gyro: net,
+                accel: net,
+            },
+            mode: Mode::Frozen,
+            block: 0.01,
+            ..Config::default()
+        };
+        Flow::new(config, BoardLearner(None))
     }
 
-    /// Times memory was found changed.
-    pub fn times_mended(&self) -> u32 {
-        let state = self.correction.get().map(|c| &c.state);
-        let mended = state.map_or(0, |state| state.mended);
-        self.counters.mended.saturating_add(mended)
+    /// Two blocks of frames.
+    fn runs(flow: &mut Flow, n: &mut u32) {
+        for _ in 0..20 {
+            let fields = Fields {
+                index: *n,
+                gyro: [*n as i32 % 50, 7, 3],
+                ..Fields::default()
+            };
+            let mut buffer = [0; 256];
+            let emit = ImuFormat::Stim300.simulated()[1].emit;
+            let len = emit(&fields, &mut buffer).expect("a frame");
+            let frame = Checked::new(ImuFormat::Stim300, &mut buffer[..len]).expect("good");
+            flow.frame(frame, &mut Behind::nothing(&mut NoLine));
+            *n += 1;
+        }
+        flow.end_block();
+    }
+
+    /// Whatever flips is mended, a second and a third time as the first.
+    #[test]
+    fn every_upset_is_mended_not_only_the_first() {
+        type Upset = (fn(&mut Flow), bool);
+        let upsets: [Upset; 3] = [
+            (|flow| flow.correction.upset(), true),
+            (
+                |flow| flow.config.nets.gyro.weights.layers[0].b[1] = 2.0,
+                true,
+            ),
+            (
+                |flow| flow.correction.get_mut().expect("one").compensator.upset(),
+                false,
+            ),
+        ];
+        for (kind, (upset, scrubs)) in upsets.into_iter().enumerate() {
+            let (mut flow, mut other, mut n) = (flow(), flow(), 0);
+            runs(&mut flow, &mut n);
+            let mut of_other = 0;
+            runs(&mut other, &mut of_other);
+            for times in 1..4 {
+                upset(&mut flow);
+                if scrubs {
+                    flow.scrub();
+                }
+                runs(&mut flow, &mut n);
+                runs(&mut other, &mut of_other);
+                flow.scrub();
+                assert_eq!(flow.counted().mended.shown(), times, "{kind}");
+                assert_eq!(flow.estimate_in_force(), other.estimate_in_force());
+                assert!(
+                    flow.in_force() && flow.faults & fault::WEIGHTS == 0,
+                    "{kind}"
+                );
+                assert_eq!(flow.config.nets, other.config.nets, "{kind}");
+            }
+        }
     }
 }

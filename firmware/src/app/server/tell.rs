@@ -3,6 +3,7 @@
 use super::Server;
 use crate::app::blackbox::BlackBox;
 use crate::app::config::Config;
+use crate::app::counts::Counts;
 use crate::app::flow::Flow;
 use crate::app::phase::{Machine, Phase};
 use crate::configuration::SCHEMA;
@@ -121,7 +122,7 @@ pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {
         garbage: all.garbage,
         missed: all.missed,
         saturated: all.saturated,
-        bounded: flow.blocks().1,
+        bounded: flow.clipped().shown(),
         error_bound_m: flow.error_bound_m(),
         winner: report.winner,
         navigates: report.navigates,
@@ -163,12 +164,11 @@ pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
 }
 
 pub(in crate::app) fn counters(flow: &Flow, machine: &Machine) -> Counters {
-    Counters {
-        given_up: flow.blocks().0,
-        mended: flow.times_mended(),
+    let counters = Counts {
         entered: machine.entered(),
-        ..flow.counters
-    }
+        ..flow.counted()
+    };
+    counters.shown()
 }
 
 #[inline(never)]

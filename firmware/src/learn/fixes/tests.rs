@@ -258,3 +258,63 @@ fn memory_is_judged_by_what_the_next_drive_shows() {
     assert_eq!(judge(None, 1000), [1.0, 2.0, 3.0]);
     assert_eq!(judge(Some(&nothing), 599), [1.0, 2.0, 3.0]);
 }
+
+/// However often the learner begins in a drive, what one turn-on shows counts once. The next drive
+/// counts as a second one.
+#[test]
+fn a_drive_counts_once_however_often_the_learner_begins() {
+    use super::drive::{Drive, Receiver, Road};
+    let mut memory = memory();
+    let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
+    let told = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 5);
+    drive.seconds(1200);
+    assert!(drive.learner.remember() > 0);
+    let once = drive.learner.unit.head;
+    let stream = drive.learner.stream.expect("begun");
+    let again = |drive: &mut Drive| {
+        drive.learner.begin(&Nets::NONE, stream);
+        drive.seconds(1200);
+        assert!(drive.learner.remember() > 0);
+        drive.learner.unit.head
+    };
+    for _ in 0..2 {
+        let head = again(&mut drive);
+        assert_eq!((head.drives, head.count), (1, 3.0));
+        let [before, now] = [once, head].map(|head| head.turn_on(&told.sheet));
+        for (before, now) in before.into_iter().zip(now) {
+            assert!((now / before - 1.0).abs() < 0.05, "{now} {before}");
+        }
+    }
+    drive.learner.next_drive();
+    let head = again(&mut drive);
+    assert_eq!((head.drives, head.count), (2, 6.0));
+}
+
+/// A gap that is bridged makes every error of the navigator less certain, and one of twice the
+/// length so by more: attitude by twice the angle, the way by more than that.
+#[test]
+fn what_a_gap_hides_is_not_known() {
+    let after = |missing: u32| {
+        let mut memory = memory();
+        let mut drive = Drive::new(&mut memory);
+        (0..30).for_each(|_| drive.second(20));
+        drive.learner.finish();
+        let of = |learner: &FixLearner| {
+            core::array::from_fn::<f64, 9, _>(|i| {
+                let sigma = f64::from(learner.memory.bank.error_sigma(i));
+                sigma * sigma
+            })
+        };
+        let before = of(&drive.learner);
+        assert_eq!(drive.learner.bridge(missing), missing);
+        let after = of(&drive.learner);
+        core::array::from_fn::<f64, 9, _>(|i| after[i] - before[i])
+    };
+    let (short, long) = (after(20), after(40));
+    for (i, (short, long)) in short.into_iter().zip(long).enumerate() {
+        assert!(short > 0.0, "{i}: {short}");
+        let least = if i < 3 { 3.5 } else { 3.9 };
+        assert!(long > least * short, "{i}: {short} {long}");
+    }
+}

@@ -148,3 +148,26 @@ fn parts_are_the_whole() {
     );
     same(&whole, &parted);
 }
+
+/// A hypothesis that is not finite any more counts for nothing, however likely it was.
+#[test]
+fn what_is_not_healthy_has_no_evidence() {
+    let sheet = Settings::MEDIUM.sheet;
+    for sick in 0..HYPOTHESES {
+        let mut bank = Box::new(Bank::new(&sheet, 1.0, [1e-2; NAV], Gates::default()));
+        if !bank.takes_part(sick) {
+            continue;
+        }
+        assert!(bank.score(sick).is_finite(), "{sick}");
+        bank.hypotheses.each_of(1 << sick, |h| {
+            h.believe(1000.0);
+            h.inflate(&[f32::NAN; NAV]);
+            h.update(3, h.innovation(3, 0.1, 0.01));
+            h.finish_update();
+        });
+        assert!(!bank.is_healthy(sick), "{sick}");
+        assert_eq!(bank.score(sick), f64::NEG_INFINITY, "{sick}");
+        bank.choose();
+        assert_ne!(bank.leading(), sick.max(1), "{sick}");
+    }
+}

@@ -1,0 +1,86 @@
+//! Counters since power-on.
+//!
+//! A counter that is full stands still. What judges by movement would take that for a device that
+//! does nothing any more. So the counters have 64 bits, which nothing fills: bytes at 12 Mbit/s
+//! take 400 000 years. Only what is shown over the command link ends at 32 bits, and there a
+//! [`Count`] must be asked for it.
+
+use crate::wire::command::Counters;
+
+/// A counter that comes to no end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Count(u64);
+
+/// All counters of the application.
+pub(super) type Counts = Counters<Count>;
+
+impl Count {
+    /// So much has been counted.
+    pub const fn of(counted: u64) -> Count {
+        Count(counted)
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, by: u32) {
+        self.0 = self.0.wrapping_add(u64::from(by));
+    }
+
+    /// Whether nothing was counted.
+    pub fn is_zero(self) -> bool {
+        self.0 == 0
+    }
+
+    /// What was counted since then.
+    pub fn since(self, then: Count) -> u64 {
+        self.0.wrapping_sub(then.0)
+    }
+
+    /// Modulo 2^32, for who compares short differences.
+    pub fn low(self) -> u32 {
+        self.0 as u32
+    }
+
+    /// What the command link shows, which saturates.
+    pub fn shown(self) -> u32 {
+        u32::try_from(self.0).unwrap_or(u32::MAX)
+    }
+}
+
+impl Counts {
+    /// As if so much of everything had been counted.
+    pub fn all(counted: u64) -> Counts {
+        Counts::default().map(|_| Count::of(counted))
+    }
+
+    /// What the command link shows.
+    #[inline(never)]
+    pub fn shown(&self) -> Counters {
+        self.map(Count::shown)
+    }
+
+    fn map<T>(&self, of: impl Fn(Count) -> T) -> Counters<T> {
+        Counters {
+            frames: of(self.frames),
+            others: of(self.others),
+            bad_checksums: of(self.bad_checksums),
+            garbage: of(self.garbage),
+            lost: of(self.lost),
+            missed: of(self.missed),
+            duplicates: of(self.duplicates),
+            jumps: of(self.jumps),
+            silences: of(self.silences),
+            dropped: of(self.dropped),
+            raw: of(self.raw),
+            saturated: of(self.saturated),
+            blocks: of(self.blocks),
+            given_up: of(self.given_up),
+            requests: of(self.requests),
+            answered: of(self.answered),
+            fixes: of(self.fixes),
+            good_fixes: of(self.good_fixes),
+            entered: self.entered.map(&of),
+            restarts: of(self.restarts),
+            mended: of(self.mended),
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! A device that has run for months does what it did in its first minute: its counters, its clock
+//! and the numbers of its samples may be anywhere.
+
+use crate::adis::reply;
+use crate::channels::named;
+use crate::device::{Device, nets};
+use crate::frames::{Kind, kinds};
+use crate::record::{HARDWARE, told};
+use firmware::app::{App, Config, Phase};
+use firmware::configuration::{Configuration, Sensor};
+use firmware::control::Mode;
+use firmware::learn::WindowLearner;
+use firmware::wire::adis::{self, Burst, Form, Model};
+use firmware::wire::command::{Counters, Health, Request, Response};
+
+const DAY_S: u64 = 86_400;
+const TURN: u64 = 1 << 32;
+
+/// What has gone before.
+#[derive(Debug, Clone, Copy)]
+struct Past {
+    /// How much of everything was counted.
+    counted: u64,
+    /// What the clock shows when the sensor begins, s.
+    clock_s: u64,
+}
+
+/// A device that has just begun.
+const NEW: Past = Past {
+    counted: 0,
+    clock_s: 10,
+};
+
+/// What can be seen from outside after each step.
+#[derive(Debug, PartialEq)]
+struct Seen {
+    left: Vec<u8>,
+    faults: u32,
+    unwell: u8,
+    phase: Phase,
+}
+
+/// One run, and the numbers shown at its end.
+struct Run {
+    device: Device,
+    seen: Vec<Seen>,
+    /// An ADIS at the SPI sends.
+    form: Option<Form>,
+    n: u32,
+    random: u32,
+}
+
+impl Run {
+    fn new(config: Config, form: Option<Form>, past: Past) -> Run {
+        let learner: &'static mut WindowLearner = Box::leak(Box::default());
+        let mut device = Device::new(Config::default());
+        device.app = App::with_learner(config, Some(learner));
+        device.app.has_counted(past.counted);
+        // nothing is connected until then
+        let minutes = past.clock_s.saturating_sub(10) / 60;
+        for _ in 0..minutes {
+            device.pass_us(60_000_000);
+            device.settle();
+        }
+        while device.time.0.get() < past.clock_s * 1_000_000 {
+            device.pass_us(1_000_000);
+            device.settle();
+        }
+        Run {
+            device,
+            seen: Vec::new(),
+            form,
+            n: 0,
+            random: 1,
+        }
+    }
+
+    /// Time passes, and this comes.
+    fn step(&mut self, us: u64, bytes: &[u8]) {
+        self.device.pass_us(us);
+        match self.form {
+            Some(_) if !bytes.is_empty() => {
+                let Device {
+                    app, lines, time, ..
+                } = &mut self.device;
+                // what is wrong with it is the board's
+                let _ = app.burst(&mut bytes.to_vec(), &mut lines.navigation, time);
+                self.device.settle();
+            }
+            _ => self.device.feed(bytes),
+        }
+        let app = &mut self.device.app;
+        self.seen.push(Seen {
+            left: core::mem::take(&mut self.device.lines.navigation.sent).concat(),
+            faults: app.faults(),
+            unwell: app.unwell(self.device.time.0.get()),
+            phase: app.phase(),
+        });
+    }
+
+    fn random(&mut self) -> u32 {
+        self.random = self
+            .random
+            .wrapping_mul(1_664_525)
+            .wrapping_add(1_013_904_223);
+        self.random >> 8
+    }
+
+    /// Frames of this sensor for so long, at its rate or so many microseconds apart. Of `harm`
+    /// frames one is damaged, and one is missing.
+    fn frames(&mut self, kind: Kind, seconds: f64, apart: Option<f64>, harm: Option<u32>) {
+        let apart = apart.unwrap_or(1e6 / kind.rate());
+        for k in 0..(1e6 * seconds / apart) as u32 {
+            self.n += 1;
+            let mut frame = match self.form {
+                None => kind.stream(self.n, self.n + 1).remove(0),
+                Some(form) => {
+                    let burst = Burst {
+                        gyro: [self.n as i32 % 50 - 20, 7, 3],
+                        accel: [3, -(self.n as i32 % 13), 900],
+                        counter: self.n as u16,
+                        ..Burst::default()
+                    };
+                    reply(form, &burst)
+                }
+            };
+            if harm.is_some_and(|harm| self.n % harm == 1) {
+                let bit = self.random() as usize % (8 * frame.len());
+                frame[bit / 8] ^= 1 << (bit % 8);
+            }
+            if harm.is_some_and(|harm| self.n % harm == 2) {
+                frame.clear();
+            }
+            let [before, now] = [k, k + 1].map(|k| (f64::from(k) * apart) as u64);
+            self.step(now - before, &frame);
+        }
+    }
+
+    /// Bytes of no format.
+    fn noise(&mut self, seconds: u32) {
+        for _ in 0..50 * seconds {
+            let bytes: Vec<u8> = (0..16).flat_map(|_| self.random().to_le_bytes()).collect();
+            self.step(20_000, &bytes);
+        }
+    }
+
+    fn silence(&mut self, ms: u32) {
+        for _ in 0..ms {
+            self.step(1000, &[]);
+        }
+    }
+
+    /// All that may come.
+    fn all(&mut self, kind: Kind) {
+        self.frames(kind, 1.0, None, None);
+        self.frames(kind, 5.0, None, Some(4));
+        self.frames(kind, 70.0, Some(25_000.0), None);
+        self.silence(500);
+        self.frames(kind, 0.5, None, None);
+        self.noise(70);
+        self.silence(1500);
+        self.frames(kind, 12.0, None, None);
+    }
+
+    fn ends(mut self) -> (Vec<Seen>, Counters, Health) {
+        let health = self.device.ask(&Request::GetHealth, |answer| match answer {
+            Response::Health(health) => health,
+            other => panic!("{other:?}"),
+        });
+        (self.seen, self.device.counters(), health)
+    }
+}
+
+/// Counters as `since` this past.
+fn shown(past: Past, counters: Counters) -> String {
+    let words = postcard_words(&counters);
+    let after = |word: u64| (past.counted + word).min(u64::from(u32::MAX));
+    format!("{:?}", words.into_iter().map(after).collect::<Vec<_>>())
+}
+
+/// The counters in their order.
+fn postcard_words(counters: &Counters) -> Vec<u64> {
+    let text = format!("{counters:?}");
+    let words = text.split(|c: char| !c.is_ascii_digit());
+    words.filter_map(|word| word.parse().ok()).collect()
+}
+
+/// Runs the same twice, once as a new device, and compares.
+fn compare(what: &str, past: Past, run: impl Fn(Past) -> Run) {
+    let (new, fresh, of_new) = run(NEW).ends();
+    let (old, counters, of_old) = run(past).ends();
+    assert_eq!(new.len(), old.len());
+    for (k, (new, old)) in new.iter().zip(&old).enumerate() {
+        assert_eq!(new, old, "{what}, {past:?}, step {k}");
+    }
+    let words = format!("{:?}", postcard_words(&counters));
+    assert_eq!(words, shown(past, fresh), "{what}, {past:?}");
+    let frames = u64::from(of_new.frames) + past.counted;
+    assert_eq!(u64::from(of_old.frames), frames.min(u64::from(u32::MAX)));
+    assert_eq!(
+        (of_old.winner, of_old.navigates),
+        (of_new.winner, of_new.navigates)
+    );
+}
+
+/// So that everything comes to its end within the run: the counters early or late, the lower half
+/// of the clock, and a hundred days.
+fn pasts(rate: f64) -> [Past; 4] {
+    let days = |days: u64| days * DAY_S;
+    [
+        Past {
+            counted: TURN - 2000,
+            clock_s: TURN / 1_000_000 - 4,
+        },
+        Past {
+            counted: TURN - 20,
+            clock_s: 3 * TURN / 1_000_000 - 80,
+        },
+        Past {
+            counted: (days(100) as f64 * rate) as u64,
+            clock_s: days(100),
+        },
+        Past {
+            counted: 5 * TURN - 1000,
+            clock_s: 10,
+        },
+    ]
+}
+
+fn corrects(config: Config) -> Config {
+    Config {
+        mode: Mode::Frozen,
+        nets: nets([1e-4, -2e-4, 0.0], [3e-3, 0.0, -1e-2]),
+        ..config
+    }
+}
+
+/// Nothing but the numbers shown depends on how long a device has run, whatever its sensor sends.
+#[test]
+fn months_change_nothing_but_the_numbers_shown() {
+    for (k, kind) in kinds().into_iter().enumerate() {
+        let mut unit = told(kind);
+        unit.correction.silence_us = 100_000;
+        for past in [k, k + 1].map(|k| pasts(kind.rate())[k % 4]) {
+            compare(kind.sensor.name, past, |past| {
+                let mut run = Run::new(corrects(Config::of(&unit)), None, past);
+                run.all(kind);
+                run
+            });
+        }
+    }
+}
+
+/// The same of a device without a configuration, in which all is raw and nothing has a format.
+#[test]
+fn months_change_nothing_without_a_configuration() {
+    for past in pasts(1000.0) {
+        compare("no configuration", past, |past| {
+            let mut run = Run::new(Config::untold(HARDWARE), None, past);
+            run.noise(70);
+            run.all(Kind::KVH);
+            run.frames(Kind::STIM, 5.0, None, None);
+            run
+        });
+    }
+}
+
+/// The same with an ADIS at the SPI, and noise on the line that it does not use.
+#[test]
+fn months_change_nothing_at_the_spi() {
+    for (model, past) in [
+        Model::Adis16475(1),
+        Model::Adis16505(2),
+        Model::Adis16495(1),
+    ]
+    .into_iter()
+    .zip(pasts(1000.0))
+    {
+        let form = model.form();
+        let settings = adis::Settings {
+            form,
+            units: model.units(form != Form::Narrow).expect("a model"),
+            framed: false,
+        };
+        let unit = Configuration {
+            sensor: Some(Sensor::Spi(settings)),
+            rate: 1000.0,
+            ..Configuration::default()
+        };
+        compare("SPI", past, |past| {
+            let mut run = Run::new(corrects(Config::of(&unit)), Some(form), past);
+            run.all(Kind::STIM);
+            run
+        });
+    }
+}
+
+/// Two kinds of frames on one line: which one leads follows from what comes.
+#[test]
+fn months_do_not_change_which_kind_leads() {
+    let [short, data] = ["sbgecom IMU_SHORT", "sbgecom IMU_DATA"].map(named);
+    for past in pasts(1000.0) {
+        compare("two kinds", past, |past| {
+            let mut run = Run::new(corrects(short.config()), None, past);
+            // the one that comes first leads, until the faster one comes
+            for n in 0..4000u32 {
+                if n % 5 == 0 {
+                    run.step(0, &data.stream(n / 5, n / 5 + 1).concat());
+                }
+                if n > 50 {
+                    run.step(1000, &short.stream(n, n + 1).concat());
+                }
+            }
+            run
+        });
+    }
+}
