@@ -13,8 +13,11 @@ use proptest::prelude::*;
 use std::vec::Vec;
 
 mod append;
+mod damaged;
 mod memory;
 mod older;
+mod rank;
+mod renewal;
 mod rival;
 mod worn;
 
