@@ -19,6 +19,7 @@ mod older;
 mod rank;
 mod renewal;
 mod rival;
+mod room;
 mod worn;
 
 const ERASE: usize = 4096;
