@@ -102,7 +102,26 @@ fn a_record_may_end_with_its_slot() {
         for slot in [0, ERASE] {
             let mut flash: Flash = Flash::new(3 * ERASE);
             flash.bytes[slot + place..][..record.len()].copy_from_slice(&record);
-            assert_eq!(store(flash).load().unwrap().is_some(), is, "{slot} {more}");
+            let mut store = store(flash);
+            assert_eq!(store.load().unwrap().is_some(), is, "{slot} {more}");
+            assert_eq!(store.memory(&mut [0; MEMORY_MAX]), 0);
         }
     }
+}
+
+/// A damaged record between two good ones is reported with the older of them.
+#[test]
+fn damage_between_two_good_records_is_reported() {
+    let mut first = store(Wide::new(2 * WIDE));
+    with(1, |content| first.save(content)).unwrap();
+    for n in [2, 3] {
+        with(n, |content| first.begin(content)).unwrap();
+        while with(n, |content| first.go_on(content)).unwrap() == Progress::GoesOn {}
+    }
+    let mut flash = first.into_inner();
+    flash.bytes[framed(1, 1).len().next_multiple_of(PIECE) + 300] ^= 1;
+    let mut next = store(flash);
+    assert!(!next.load().unwrap().unwrap().damaged);
+    let older = next.load_older(1).unwrap().unwrap();
+    assert!(older.nets == nets(1) && older.damaged);
 }
