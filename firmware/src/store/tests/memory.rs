@@ -175,3 +175,15 @@ fn a_record_that_cannot_be_renewed_is_used() {
     let stored = store.load().unwrap().unwrap();
     assert!(stored.nets == nets(5) && stored.generation == 7);
 }
+
+/// Temperatures that were never seen stay unknown.
+#[test]
+fn unknown_temperatures_come_back_as_unknown() {
+    for temperatures in [None, Some([-3, 40])] {
+        let notes = Notes {
+            temperatures,
+            ..notes(7)
+        };
+        assert_eq!(Notes::of(&notes.bytes()), Some((notes, &[][..])));
+    }
+}
