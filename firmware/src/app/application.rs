@@ -9,6 +9,7 @@ mod power_on;
 mod sensor;
 mod service;
 mod sound;
+mod start_up;
 mod well;
 
 use super::config::Config;
@@ -229,14 +230,19 @@ impl<'m> App<'m> {
             minutes,
             key: self.server.guard.key,
         };
-        let done = match save(step, &content).into() {
-            Progress::GoesOn => {
+        let progress = save(step, &content).into();
+        let last = flow.keep.is_last_renewal();
+        let done = match (progress, step) {
+            (Progress::GoesOn, Step::Renew) => !last,
+            (Progress::GoesOn, _) => {
                 flow.keep.begun = true;
                 return;
             }
-            Progress::Done => true,
-            Progress::Failed => false,
+            (progress, _) => progress == Progress::Done,
         };
+        if step == Step::Renew && (last || !done) {
+            flow.config.other_key = !done;
+        }
         if flow.keep.commanded {
             self.server.stored = done && !record.is_empty();
             flow.keep.beside = self.server.stored;

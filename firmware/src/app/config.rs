@@ -43,6 +43,8 @@ pub struct Config {
     pub unread: bool,
     /// The store holds weights of another unit, which are not used.
     pub other_unit: bool,
+    /// The store holds a record with another key than the one in use.
+    pub other_key: bool,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
     pub mark: bool,
@@ -78,6 +80,7 @@ impl Config {
             newer: None,
             unread: false,
             other_unit: false,
+            other_key: false,
             mark: correction.mark,
             told: Some(told.clone()),
             configured: true,
@@ -189,6 +192,7 @@ impl Default for Config {
             newer: None,
             unread: false,
             other_unit: false,
+            other_key: false,
             mark: true,
             told: None,
             configured: true,

@@ -3,7 +3,7 @@
 use crate::configuration::{Parity, SerialLines};
 use crate::control::{Field, Reason};
 use crate::link::rates::Clock;
-use crate::wire::command::{ClockSource, Reset, fault};
+use crate::wire::command::{ClockSource, Crash, LoopPhase, Reset, cause, fault};
 
 /// Bit rate of the command link. It never changes, so that a device can always be reached (8 data
 /// bits, no parity, one stop bit).
@@ -88,6 +88,22 @@ impl Hardware {
         self.reset.is_some_and(|reset| reset.safe)
     }
 
+    /// Whether the run before this start ended with a failure.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        let failed = cause::WATCHDOG | cause::WINDOW;
+        self.reset
+            .is_some_and(|reset| reset.causes & failed != 0 || crashed(&reset).is_some())
+    }
+
+    /// Whether this safe start leaves the store alone: the run before it crashed before its first
+    /// pass.
+    #[must_use]
+    pub fn shuns_store(&self) -> bool {
+        let phase = |reset: &Reset| crashed(reset).map(|crash| crash.phase);
+        (self.reset).is_some_and(|reset| reset.safe && phase(&reset) == Some(LoopPhase::Starting))
+    }
+
     /// The bit rates that the lines have in fact, bit/s; 0: not known.
     #[must_use]
     pub fn bauds(&self, lines: &SerialLines) -> [u32; 3] {
@@ -100,6 +116,11 @@ impl Hardware {
         }
         bauds
     }
+}
+
+/// The crash that ended the run before.
+fn crashed(reset: &Reset) -> Option<Crash> {
+    reset.crash.filter(|crash| crash.starts == 1)
 }
 
 /// The bit rates told for the sensor's, the navigation computer's and the receiver's line.

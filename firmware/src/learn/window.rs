@@ -223,6 +223,7 @@ impl Learner for WindowLearner {
     /// It needs to know what drives the networks: the scales are those of the networks.
     fn configure(&mut self, settings: &Settings) {
         (self.inputs, self.told) = (settings.inputs, true);
+        self.taken = None; // the samples are counted anew
         self.restart();
     }
 

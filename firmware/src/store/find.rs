@@ -8,7 +8,7 @@ use super::{
 use crate::configuration::record::{MAX_LEN, Record};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::checksum::Zlib;
-use crate::wire::command::key::Key;
+use crate::wire::command::key::{KEY_LEN, Key};
 use crate::wire::field::{head, put, take};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -65,6 +65,20 @@ impl Header {
     }
 }
 
+/// What there is beside a record.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Beside {
+    /// The frame of a newer one whose checksum is wrong.
+    pub damaged: bool,
+    /// A good one that is not newer and has another key.
+    pub other_key: bool,
+    /// The greatest generation of all frames up to [`NEAR`] ahead, damaged ones included.
+    pub last: u32,
+}
+
+/// A damaged frame that is farther ahead has a damaged generation.
+const NEAR: u32 = 64;
+
 /// Newer by less than half the counter's range.
 fn newer(a: u32, b: u32) -> bool {
     (a.wrapping_sub(b) as i32) > 0
@@ -102,7 +116,8 @@ impl<F: NorFlash> Store<F> {
         Some((at + (HEADER_LEN + images + before) as u32, len))
     }
 
-    /// The good record with the greatest generation, of those older than `before`.
+    /// The good record with the greatest generation, of those older than `before`; of two that have
+    /// it, the one that stands behind.
     #[inline(never)]
     pub(super) fn newest_before(&mut self, before: Option<u32>) -> Option<(u32, Header)> {
         let mut newest: Option<(u32, Header)> = None;
@@ -113,7 +128,8 @@ impl<F: NorFlash> Store<F> {
                     continue;
                 };
                 let old = before.is_none_or(|before| newer(before, header.generation));
-                let best = newest.is_none_or(|(_, best)| newer(header.generation, best.generation));
+                let best =
+                    newest.is_none_or(|(_, best)| !newer(best.generation, header.generation));
                 if old && best {
                     newest = Some((at, header));
                 }
@@ -122,19 +138,47 @@ impl<F: NorFlash> Store<F> {
         newest
     }
 
-    /// Whether there is the frame of a newer record than this one, whose checksum is wrong.
+    /// What there is beside the record of this generation and key.
     #[inline(never)]
-    pub(super) fn is_damaged_after(&mut self, generation: u32) -> bool {
-        (0..2).any(|slot| {
+    pub(super) fn beside(&mut self, generation: u32, key: &Key) -> Beside {
+        let mut beside = Beside {
+            damaged: false,
+            other_key: false,
+            last: generation,
+        };
+        for slot in 0..2 {
             let start = self.start(slot);
-            (start..start + self.slot_len).step_by(PIECE).any(|at| {
+            for at in (start..start + self.slot_len).step_by(PIECE) {
                 let mut first = [0; PIECE];
                 let read = self.flash.read(at, &mut first).is_ok();
-                let frame = Header::of(&first).filter(|_| read);
-                frame.is_some_and(|frame| newer(frame.generation, generation))
-                    && self.header(at).is_none()
-            })
-        })
+                let Some(frame) = Header::of(&first).filter(|_| read) else {
+                    continue;
+                };
+                let ahead = frame.generation.wrapping_sub(generation);
+                if newer(frame.generation, generation) {
+                    beside.damaged |= self.header(at).is_none();
+                    if ahead <= NEAR && newer(frame.generation, beside.last) {
+                        beside.last = frame.generation;
+                    }
+                } else if !beside.other_key && self.key(at, &frame).is_some_and(|of| of != *key) {
+                    beside.other_key = self.header(at).is_some();
+                }
+            }
+        }
+        beside
+    }
+
+    /// The key of a record with this frame, which may be damaged; `None`: it has none that is used.
+    fn key(&mut self, at: u32, frame: &Header) -> Option<Key> {
+        match frame.version {
+            ..WITH_LIFE => Some(Key::Unprovisioned),
+            VERSION if self.fits(at, frame) => {
+                let mut key = [0; KEY_LEN];
+                self.read_bytes(at + (HEADER_LEN + IMAGES_LEN + KEY_AT) as u32, &mut key)?;
+                Key::from_bytes(&key)
+            }
+            _ => None,
+        }
     }
 
     /// Reads bytes from any place, at most [`PIECE`].
@@ -169,8 +213,7 @@ impl<F: NorFlash> Store<F> {
         self.flash.read(start, &mut piece).ok()?;
         let header = Header::of(&piece)?;
         let end = header.end();
-        let room = self.slot_len - start.checked_rem(self.slot_len)?;
-        if end + CRC_LEN > usize::try_from(room).ok()? {
+        if !self.fits(start, &header) {
             return None;
         }
         let (mut sum, mut stored) = (Zlib::new(), [0; CRC_LEN]);
@@ -186,6 +229,12 @@ impl<F: NorFlash> Store<F> {
             at += PIECE;
         }
         (u32::from_le_bytes(stored) == sum.value()).then_some(header)
+    }
+
+    /// Whether a record with this frame ends within its slot.
+    fn fits(&self, at: u32, frame: &Header) -> bool {
+        let before = at.checked_rem(self.slot_len).unwrap_or(0);
+        frame.end() + CRC_LEN <= (self.slot_len - before) as usize
     }
 
     /// Not inlined, here and above, so that the stack never holds two records.
@@ -236,6 +285,7 @@ impl<F: NorFlash> Store<F> {
             life: life.map(Life::of).unwrap_or_default(),
             key,
             damaged: false,
+            other_key: false,
             passed: 0,
             at,
         })

@@ -130,7 +130,8 @@ pub enum Step {
     /// As a whole. The processor may halt for long: where there is no room behind the newest
     /// record, the other slot is erased.
     Save,
-    /// The same, and the other slot is erased in any case: twice, and nothing older is left.
+    /// A changed key. The other slot is erased in any case: twice, and nothing older is left.
+    /// [`Progress::GoesOn`]: it is stored, and a record with another key is still there.
     Renew,
     /// Behind the newest record: the first piece.
     Begin,
@@ -149,7 +150,7 @@ pub struct Stored {
     pub nets: Nets,
     /// The configuration record; empty without one. Its own frame is not checked here.
     pub record: Record,
-    /// Counts the records stored.
+    /// Counts the records stored, and those that failed.
     pub generation: u32,
     /// The unit that all this is of; `None`: the record does not tell.
     pub unit: Option<u32>,
@@ -160,6 +161,8 @@ pub struct Stored {
     /// What was stored after this record cannot be read: it was damaged, or the power failed while
     /// it was written.
     pub damaged: bool,
+    /// An older record can still be read, and it has another key.
+    pub other_key: bool,
     /// Newer good records that were passed over: see [`Store::load_older`].
     pub passed: u8,
     /// Where it begins.
@@ -173,6 +176,9 @@ pub struct Store<F> {
     slot_len: u32,
     /// The newest good record, once it has been looked for: where it begins, and its header.
     newest: Option<(u32, Header)>,
+    /// Generation of the next record. No other has it, not even one that failed: it might read as a
+    /// good one later.
+    next: u32,
     /// The record in progress.
     written: Option<Written>,
     /// The device's life as the newest record found at start tells it, and since then.
@@ -197,6 +203,7 @@ impl<F: NorFlash> Store<F> {
                 flash,
                 slot_len: len,
                 newest: None,
+                next: 1,
                 written: None,
                 before: None,
                 since: Life::default(),
@@ -225,12 +232,15 @@ impl<F: NorFlash> Store<F> {
             if let Some(stored) = self.read(at)? {
                 if self.newest.is_none() {
                     self.newest = Some((at, header));
+                    self.next = header.generation.wrapping_add(1);
                     self.before.get_or_insert(stored.life);
                 }
                 if left == 0 {
-                    let damaged = self.is_damaged_after(header.generation);
+                    let beside = self.beside(header.generation, &stored.key);
+                    self.next = beside.last.wrapping_add(1);
                     return Ok(Some(Stored {
-                        damaged,
+                        damaged: beside.damaged,
+                        other_key: beside.other_key,
                         passed,
                         ..stored
                     }));

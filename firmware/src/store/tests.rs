@@ -13,9 +13,13 @@ use proptest::prelude::*;
 use std::vec::Vec;
 
 mod append;
+mod damaged;
 mod memory;
 mod older;
+mod rank;
+mod renewal;
 mod rival;
+mod room;
 mod worn;
 
 const ERASE: usize = 4096;

@@ -33,7 +33,7 @@ impl<F: NorFlash> Store<F> {
                 let appended = self.append(content).is_ok();
                 return (appended || self.save(content).is_ok()).into();
             }
-            Step::Renew => return self.save(content).is_ok().into(),
+            Step::Renew => return self.renew(content).unwrap_or(Progress::Failed),
             Step::Begin => self.begin(content).map(|()| Progress::GoesOn),
             Step::GoOn => self.go_on(content),
         };
@@ -48,32 +48,35 @@ impl<F: NorFlash> Store<F> {
     /// [`Error::Flash`], [`Error::Verify`] or [`Error::Newer`]; the newest good record is then
     /// still the previous one.
     pub fn save(&mut self, content: &Content) -> Result<u32, Error<F::Error>> {
-        let (from, generation) = self.next().map_err(Error::Newer)?;
+        let from = self.other_slot().map_err(Error::Newer)?;
         let erased = self.flash.erase(from, from + self.slot_len);
         let [first, second] = &mut self.since.erased;
         let times = if from == 0 { first } else { second };
         *times = times.saturating_add(1);
         let other = erased
             .map_err(Error::Flash)
-            .and_then(|()| self.write_from(from, generation, content));
+            .and_then(|()| self.write_from(from, content));
         match (other, self.newest) {
             (Err(error), Some((newest, header))) => {
                 let behind = newest + header.padded() as u32;
-                let beside = self.write_from(behind, generation, content);
-                beside.map_err(|_| error)?;
+                self.write_from(behind, content).map_err(|_| error)
             }
-            (other, _) => other?,
+            (other, _) => other,
         }
-        Ok(generation)
     }
 
-    /// Writes a record into the first place of a slot, from `from` on, that keeps it.
-    fn write_from(
-        &mut self,
-        from: u32,
-        generation: u32,
-        content: &Content,
-    ) -> Result<(), Error<F::Error>> {
+    /// Stores a content with a changed key: [`Step::Renew`].
+    fn renew(&mut self, content: &Content) -> Result<Progress, Error<F::Error>> {
+        let generation = self.save(content)?;
+        Ok(match self.beside(generation, &content.key).other_key {
+            true => Progress::GoesOn,
+            false => Progress::Done,
+        })
+    }
+
+    /// Writes a record into the first place of a slot, from `from` on, that keeps it. Gives the
+    /// generation.
+    fn write_from(&mut self, from: u32, content: &Content) -> Result<u32, Error<F::Error>> {
         let len = self.layout(content).padded();
         let (mut next, mut last) = (from, Error::Verify);
         for _ in 0..TRIES {
@@ -81,11 +84,11 @@ impl<F: NorFlash> Store<F> {
                 break;
             };
             next = at + len as u32; // even what still looks blank was written to
-            self.start_record(at, generation, content);
+            let generation = self.start_record(at, content);
             last = loop {
                 match self.go_on(content) {
                     Ok(Progress::GoesOn) => {}
-                    Ok(_) => return Ok(()),
+                    Ok(_) => return Ok(generation),
                     Err(error) => break error,
                 }
             };
@@ -100,8 +103,8 @@ impl<F: NorFlash> Store<F> {
     fn append(&mut self, content: &Content) -> Result<(), Error<F::Error>> {
         self.begin(content)?;
         // what is damaged goes when its slot is erased
-        let newest = self.newest.map(|(_, header)| header.generation);
-        if newest.is_none_or(|generation| self.is_damaged_after(generation)) {
+        let (_, newest) = self.newest.ok_or(Error::Full)?;
+        if self.beside(newest.generation, &content.key).damaged {
             return Err(Error::Full);
         }
         while self.go_on(content)? == Progress::GoesOn {}
@@ -122,7 +125,7 @@ impl<F: NorFlash> Store<F> {
         let padded = self.layout(content).padded();
         let behind = newest + header.padded() as u32;
         let at = self.room(newest, behind, padded).ok_or(Error::Full)?;
-        self.start_record(at, header.generation.wrapping_add(1), content);
+        self.start_record(at, content);
         Ok(())
     }
 
@@ -193,7 +196,9 @@ impl<F: NorFlash> Store<F> {
         Layout::of(content, same)
     }
 
-    fn start_record(&mut self, at: u32, generation: u32, content: &Content) {
+    fn start_record(&mut self, at: u32, content: &Content) -> u32 {
+        let generation = self.next;
+        self.next = generation.wrapping_add(1);
         let layout = self.layout(content);
         let since = Life {
             minutes: content.minutes,
@@ -211,6 +216,7 @@ impl<F: NorFlash> Store<F> {
             done: 0,
             sum: Zlib::new(),
         });
+        generation
     }
 
     /// Sees to it that there is room for [`Store::begin`], for a quarter of the records that a slot
@@ -244,21 +250,19 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Slot and generation of the next record that erases.
+    /// Where the slot begins that the next record erases.
     #[inline(never)]
-    fn next(&mut self) -> Result<(u32, u32), Newer> {
-        let (slot, generation) = self.load()?.map_or((0, 1), |newest| {
-            let of = usize::from(newest.at >= self.slot_len);
-            (1 - of, newest.generation.wrapping_add(1))
-        });
-        let start = self.start(slot);
+    fn other_slot(&mut self) -> Result<u32, Newer> {
+        let newest = self.load()?;
+        let first = newest.is_none_or(|newest| newest.at >= self.slot_len);
+        let start = self.start(usize::from(!first));
         for at in (start..start + self.slot_len).step_by(PIECE) {
             match self.header(at) {
                 Some(header) if header.version > VERSION => return Err(Newer(header.version)),
                 _ => {}
             }
         }
-        Ok((start, generation))
+        Ok(start)
     }
 
     /// Records of the greatest length that a slot has room for, at least 1.

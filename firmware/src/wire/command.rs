@@ -286,6 +286,9 @@ pub mod fault {
     pub const SAFE_START: u32 = 1 << 26;
     /// The supply is too low for writing flash.
     pub const SUPPLY: u32 = 1 << 27;
+    /// The last change of the key is not complete: it is not stored, or a record with the key
+    /// before, or without one, is still there.
+    pub const KEY: u32 = 1 << 28;
 }
 
 /// More counters since power-on. They saturate.

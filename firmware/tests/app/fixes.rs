@@ -228,7 +228,7 @@ fn same_whenever(config: &Config) {
         let mut bench = Bench::new(config.clone());
         bench.run(115, passes);
         bench.errs_north();
-        bench.run(600, passes);
+        bench.run(1500, passes);
         (bench.weights(), bench.health())
     };
     let at_once = run(None);
@@ -375,7 +375,7 @@ fn it_learns_by_the_configuration() {
         }
         bench.run(115, None);
         bench.errs_north();
-        bench.run(600, None);
+        bench.run(1500, None);
         (bench.weights(), bench.health().winner)
     };
     let untold = run(None, false);

@@ -3,6 +3,7 @@
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind};
+use crate::record::{HARDWARE, configure, record, told};
 use firmware::app::{Activation, Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
@@ -392,4 +393,30 @@ fn modes_and_alignment() {
 fn memory() {
     let size = size_of::<WindowLearner>();
     assert!(size <= 16_128, "{size} bytes");
+}
+
+/// Samples are counted anew with a configuration, so a window may have the numbers of one whose
+/// reference was taken before. Its reference is used all the same.
+#[test]
+fn a_window_of_a_new_configuration_is_a_new_one() {
+    let mut device = Device::learning(Config::untold(HARDWARE));
+    let mut ends = Vec::new();
+    for (used, name) in (1..).zip(["one", "two"]) {
+        let mut unit = told(STIM);
+        unit.correction.mode = Mode::Bypass;
+        unit.identity.name = name.try_into().expect("short");
+        assert_eq!(configure(&mut device, &record(&unit)), Ok(()));
+        device.feed(&frames(0, 10).concat());
+        device.order(&Request::SetMode(Mode::Learn));
+        device.feed(&frames(10, 12 * SAMPLES * 10).concat());
+        let window = estimate(&mut device).window.expect("a window is over");
+        device.order(&Request::Reference(reference(window)));
+        assert_eq!(estimate(&mut device).used, used, "{name}");
+        // once: it may come again
+        device.order(&Request::Reference(reference(window)));
+        assert_eq!(estimate(&mut device).used, used, "{name}");
+        ends.push(window);
+        device.order(&Request::SetMode(Mode::Bypass));
+    }
+    assert_eq!(ends[0], ends[1], "the case is none");
 }

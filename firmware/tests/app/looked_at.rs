@@ -167,7 +167,7 @@ fn the_learner_tells_its_solution_once_it_navigates() {
     assert!(tried.ended[0] >= tried.ended[5]);
     // an error of a gyro shows in the estimate and its evidence
     bench.errs_north();
-    bench.run(600, None);
+    bench.run(1500, None);
     let health = bench.health();
     let (later, tried) = (solution(&mut bench.device), trials(&mut bench.device));
     let (later, tried) = (

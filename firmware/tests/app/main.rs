@@ -31,6 +31,7 @@ mod record;
 mod reverse;
 mod sources;
 mod standstill;
+mod start_up;
 mod status;
 mod stored;
 mod sums;

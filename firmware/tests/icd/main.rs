@@ -249,6 +249,7 @@ fn fault_flags() {
         ("BIT_RATE", fault::BIT_RATE),
         ("SAFE_START", fault::SAFE_START),
         ("SUPPLY", fault::SUPPLY),
+        ("KEY", fault::KEY),
     ];
     let flags = flags.into_iter().enumerate();
     let of_the_board = (24..).zip(of_the_board);

@@ -4,7 +4,7 @@ use super::configure::record;
 use super::link::Link;
 use crate::error::Error;
 use firmware::app::blackbox::LEN;
-use firmware::control::recording::{Order, Recording};
+use firmware::control::recording::{Order, Recording, State};
 use firmware::wire::command::{Request, Response};
 
 /// What was fetched.
@@ -31,18 +31,21 @@ pub fn recording(link: &mut Link) -> Result<Recording, Error> {
     })
 }
 
-/// Has the black box hold what it has, and reads it. The stream goes on. `release`: it records
-/// again afterwards.
+/// Has the black box hold what it has, unless it does already, and reads it. The stream goes on.
+/// `release`: it records again afterwards.
 ///
 /// # Errors
 /// As [`Link::ask`]; the device has none, or another layout.
 pub fn fetch(link: &mut Link, release: bool) -> Result<Fetched, Error> {
     let version = link.version()?;
-    link.order(&Request::Record(Order::Hold))?;
-    let recording = recording(link)?;
+    let mut told = recording(link)?;
+    if told.state != State::Holds {
+        link.order(&Request::Record(Order::Hold))?;
+        told = recording(link)?;
+    }
     let read = |offset, length| Request::ReadRecording { offset, length };
     let memory = link.read(LEN, read)?;
-    if memory.len() != LEN || recording.len as usize != LEN {
+    if memory.len() != LEN || told.len as usize != LEN {
         let problem = format!("a black box of {} bytes came, not of {LEN}", memory.len());
         return Err(link.error(problem, "use the host-sim of the device's version"));
     }
@@ -52,7 +55,7 @@ pub fn fetch(link: &mut Link, release: bool) -> Result<Fetched, Error> {
     }
     Ok(Fetched {
         firmware: version.firmware,
-        recording,
+        recording: told,
         configuration,
         memory,
     })

@@ -147,6 +147,12 @@ pub const FAULTS: [Fault; 20] = [
         "the supply is below the 2.7 V that writing flash needs, so nothing is stored",
         "raise the supply to 3.0 to 3.6 V, then store again: host-sim device store",
     ),
+    row(
+        fault::KEY,
+        "KEY",
+        "the last change of the key is not complete: it is not stored, or a record with the key before, or without one, is still there",
+        "give the key again: host-sim device provision; if the fault stays, the flash is worn: replace the board",
+    ),
 ];
 
 /// The faults that are set in `bits`, lowest bit first. Bits without a meaning are left out.

@@ -7,7 +7,7 @@ use super::store::settled;
 use crate::error::Error;
 use firmware::control::Mode;
 use firmware::wire::command::key::Secret;
-use firmware::wire::command::{Protection, Provision, Request};
+use firmware::wire::command::{Protection, Provision, Request, fault};
 use std::path::Path;
 
 /// Gives the device the key of a file, which is made if it is not there. A device that has a key
@@ -69,6 +69,12 @@ fn give(link: &mut Link, secret: Option<Secret>) -> Result<(), Error> {
         Some(_) => Protection::Keyed,
         None => Protection::OpenByChoice,
     };
+    if link.health()?.faults & fault::KEY != 0 {
+        return Err(link.error(
+            "the key is in use, but the store still has a record with the key before, or without one",
+            "give it again; if that does not help, the flash is worn: replace the board",
+        ));
+    }
     if link.security()?.protection == wanted {
         return Ok(());
     }

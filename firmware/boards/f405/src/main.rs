@@ -89,7 +89,7 @@ async fn main(_spawner: Spawner) {
         // sectors 10 and 11
         flash: Region::<_, 0xC_0000, 0x4_0000, 0x2_0000>::new(Flash::new_blocking(chip.FLASH)),
         feed: || watchdog.pet(),
-        random: None,
+        random: layer::random::bytes(chip.RNG),
     };
     layer::run(board, Some(layer::small_learner())).await;
 }

@@ -98,7 +98,7 @@ async fn main(_spawner: Spawner) {
         // sectors 10 and 11 of 256 KiB
         flash: Region::<_, 0x18_0000, 0x8_0000, 0x4_0000>::new(Flash::new_blocking(chip.FLASH)),
         feed: || watchdog.pet(),
-        random: None,
+        random: layer::random::bytes(chip.RNG),
     };
     join(usb, layer::run(board, Some(layer::whole_learner()))).await;
 }

@@ -108,7 +108,7 @@ async fn main(_spawner: Spawner) {
         // the last two sectors of the second bank: the program in the first one goes on meanwhile
         flash: Region::<_, 0x1C_0000, 0x4_0000, 0x2_0000>::new(Flash::new_blocking(chip.FLASH)),
         feed: || watchdog.pet(),
-        random: None,
+        random: layer::random::bytes(chip.RNG),
     };
     join(usb, layer::run(board, Some(layer::whole_learner()))).await;
 }

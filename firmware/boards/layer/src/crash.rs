@@ -106,8 +106,9 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// At start: why, and what was kept. `clock`: of the UART that has the command link.
-    pub fn start(clock: &Clock) -> (Self, Option<Reset>) {
+    /// At start: why, what was kept, and whether the board was switched on. `clock`: of the UART
+    /// that has the command link.
+    pub fn start(clock: &Clock) -> (Self, Option<Reset>, bool) {
         let causes = causes();
         let (kept, safe) = Kept::started(&words(), causes);
         keep(&kept);
@@ -141,7 +142,7 @@ impl Guard {
             kept: Some(kept),
             begun: false,
         };
-        (guard, Some(reset))
+        (guard, Some(reset), causes & cause::POWER_ON != 0)
     }
 
     /// The loop has turned. `unwell`: why the watchdog is not fed; 0: all is well.

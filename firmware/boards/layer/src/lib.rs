@@ -35,6 +35,8 @@ pub mod line;
 pub mod pio;
 #[cfg(feature = "stm32")]
 pub mod pulse;
+#[cfg(feature = "rng")]
+pub mod random;
 mod run;
 #[cfg(feature = "stm32")]
 pub mod spi;

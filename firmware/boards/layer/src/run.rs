@@ -9,7 +9,7 @@ use firmware::app::{App, Hardware, Lines};
 use firmware::configuration::SerialLines;
 use firmware::learn::Learner;
 use firmware::link::{Clock, rates};
-use firmware::store::{MEMORY_MAX, Store};
+use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::command::LoopPhase;
 
@@ -61,7 +61,7 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
     learner: Option<&'static mut dyn Learner>,
 ) {
     let [_, command, _] = &board.clocks;
-    let (mut guard, reset) = crash::Guard::start(command);
+    let (mut guard, reset, switched_on) = crash::Guard::start(command);
     let hardware = Hardware {
         name: board.name,
         clocks: board.clocks,
@@ -70,7 +70,13 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
         reset,
     };
     let mut store = Store::new(board.flash).ok();
-    let mut app = application(hardware, &mut store, learner, board.random);
+    let mut app = App::start_up(hardware, &mut store, switched_on, learner);
+    if let Some(memory) = blackbox::memory() {
+        app.record_in(memory);
+    }
+    if let Some(random) = board.random {
+        app.seed(random);
+    }
     defmt::println!(
         "lrnn {=str} on {=str}",
         env!("CARGO_PKG_VERSION"),
@@ -154,37 +160,4 @@ fn open<S: Wire, N: Wire, C: Wire, G: Wire>(lines: &mut Lines<S, N, C, G>, told:
     lines.sensor.open(&frame);
     lines.navigation.open(&frame);
     lines.gnss.open(&Frame::plain(told.receiver_baud));
-}
-
-/// The application with what is stored.
-fn application<'m, F: NorFlash>(
-    hardware: Hardware,
-    store: &mut Option<Store<F>>,
-    learner: Option<&'m mut dyn Learner>,
-    random: Option<[u8; 32]>,
-) -> App<'m> {
-    if let Some(store) = store {
-        let _ = store.make_room(); // fault STORE tells when the next record finds none
-    }
-    let stored = store.as_mut().map(Store::load);
-    let safe = hardware.starts_safely();
-    let mut app = App::power_on(hardware, stored, learner);
-    if !safe {
-        recall(&mut app, store);
-    }
-    if let Some(memory) = blackbox::memory() {
-        app.record_in(memory);
-    }
-    if let Some(random) = random {
-        app.seed(random);
-    }
-    app
-}
-
-/// Apart, so that the stack is free again afterwards.
-#[inline(never)]
-fn recall<F: NorFlash>(app: &mut App, store: &mut Option<Store<F>>) {
-    let mut memory = [0; MEMORY_MAX];
-    let len = store.as_mut().map_or(0, |store| store.memory(&mut memory));
-    app.recall(memory.get(..len).unwrap_or_default());
 }

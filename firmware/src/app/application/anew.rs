@@ -66,6 +66,7 @@ impl App<'_> {
             store: old.store,
             newer: old.newer,
             unread: old.unread,
+            other_key: old.other_key,
             hardware: old.hardware,
             ..new
         };

@@ -22,7 +22,8 @@ impl<'m> App<'m> {
     /// fault STORE says that there is something that cannot be read. If it is of a newer firmware,
     /// it is not overwritten either. Weights of another unit than the configuration's are not used,
     /// and fault WEIGHTS says so. A record that was used because a newer one is damaged is told by
-    /// fault STORE, until something is stored again.
+    /// fault STORE, until something is stored again. An older record with another key is told by
+    /// fault KEY.
     ///
     /// A safe start uses the configuration for the lines and the format only. It stays in bypass
     /// with the built-in networks and neither reads nor writes the store any more.
@@ -41,7 +42,8 @@ impl<'m> App<'m> {
         };
         let stored = !record.is_empty();
         let mut wear = Wear::new();
-        if stored && !config.unread {
+        // a key that is given again is stored again while a record with another one is left
+        if stored && !config.unread && !config.other_key {
             wear.holds(Some(digest(&config.nets, &record, &key)));
         }
         let held = Held {
@@ -64,11 +66,12 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
     let mut nets = &Nets::NONE;
     let mut told = None;
     let mut unread = false;
-    let (mut kept, mut other_unit) = (Kept::default(), false);
+    let (mut kept, mut other_unit, mut other_key) = (Kept::default(), false, false);
     match stored {
         Some(Ok(Some(stored))) => {
             told = decode(&stored.record).ok();
             let life = stored.life;
+            other_key = stored.other_key;
             kept = Kept {
                 generation: Some(stored.generation),
                 starts: life.starts,
@@ -108,6 +111,7 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
         newer,
         unread,
         other_unit,
+        other_key,
         hardware,
         ..base
     };

@@ -62,6 +62,11 @@ impl Keep {
         self.waits || self.memo.waits()
     }
 
+    /// The next renewal, or the one in progress, is the last one.
+    pub fn is_last_renewal(&self) -> bool {
+        self.renewals <= 1
+    }
+
     /// How to go on with it.
     pub fn step(&self) -> Step {
         match (self.commanded, self.begun) {

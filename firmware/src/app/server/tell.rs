@@ -153,9 +153,11 @@ pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
     } else {
         fault::NOT_CONFIGURED
     };
+    let other_key = if flow.config.other_key { fault::KEY } else { 0 };
     flow.faults
         | flow.other_sensor
         | untold
+        | other_key
         | flow.config.hardware.faults(&flow.config.lines())
         | match machine.phase() {
             Phase::Fault(_) => fault::PASS_THROUGH,

@@ -3,7 +3,6 @@
 use firmware::app::App;
 use firmware::learn::Learner;
 use firmware::link::Clock as _;
-use firmware::store::{MEMORY_MAX, Store};
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause, fault};
 
@@ -23,7 +22,6 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
         cortex_m::peripheral::SCB::sys_reset()
     };
     let mut app = app(&mut board, learner);
-    recall(&mut app, &mut board);
     if let Some(memory) = blackbox::memory() {
         app.record_in(memory);
     }
@@ -95,32 +93,7 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
     // a reset of another kind one does, and without PLL the search alone takes too long.
     let at_ease = board.reset.causes & cause::POWER_ON != 0
         && board.clocks.source != ClockSource::InternalDirect;
-    if at_ease && let Some(store) = &mut board.store {
-        let _ = store.make_room(); // fault STORE tells when the next record finds none
-    }
-    let stored = board.store.as_mut().map(Store::load);
-    match &stored {
-        Some(Ok(Some(stored))) => {
-            defmt::println!("stored weights, number {=u32}", stored.generation);
-        }
-        Some(Err(newer)) => defmt::println!("stored by a newer version, {=u32}", newer.0),
-        _ => {}
-    }
-    App::power_on(board.hardware(), stored, learner)
-}
-
-/// Apart from [`app`], so that the stack does not hold both.
-#[inline(never)]
-fn recall(app: &mut App, board: &mut Board) {
-    if board.reset.safe {
-        return;
-    }
-    let mut memory = [0; MEMORY_MAX];
-    let len = board
-        .store
-        .as_mut()
-        .map_or(0, |store| store.memory(&mut memory));
-    app.recall(memory.get(..len).unwrap_or_default());
+    App::start_up(board.hardware(), &mut board.store, at_ease, learner)
 }
 
 #[inline(never)]

@@ -58,7 +58,8 @@ impl Mean {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rest {
     position: Position,
-    time_ms: u32,
+    /// Number of the sample before it: the receiver's time may jump.
+    number: u32,
 }
 
 impl Fresh {
@@ -228,15 +229,15 @@ impl FixLearner<'_> {
         let Fix {
             position,
             sigmas: [north, east, ..],
-            time_ms,
             ..
         } = *fix;
         let sure = SURE * core::f32::consts::SQRT_2 * north.max(east);
-        if !sure.is_finite() {
+        let Some(stream) = self.stream.filter(|_| sure.is_finite()) else {
             return false;
-        }
+        };
+        let number = self.number();
         let Some(rest) = self.rest else {
-            self.rest = Some(Rest { position, time_ms });
+            self.rest = Some(Rest { position, number });
             return false;
         };
         let [n, e, _] = position.ned_from(&rest.position);
@@ -247,7 +248,7 @@ impl FixLearner<'_> {
             }
             return false;
         }
-        let time = time_ms.wrapping_sub(rest.time_ms) as f32 / SECOND_MS;
+        let time = number.wrapping_sub(rest.number) as f32 * stream.period_s as f32;
         STANDS_MPS * time > sure
     }
 }

@@ -175,3 +175,28 @@ fn a_record_that_cannot_be_renewed_is_used() {
     let stored = store.load().unwrap().unwrap();
     assert!(stored.nets == nets(5) && stored.generation == 7);
 }
+
+/// Temperatures that were never seen stay unknown.
+#[test]
+fn unknown_temperatures_come_back_as_unknown() {
+    for temperatures in [None, Some([-3, 40])] {
+        let notes = Notes {
+            temperatures,
+            ..notes(7)
+        };
+        assert_eq!(Notes::of(&notes.bytes()), Some((notes, &[][..])));
+    }
+}
+
+/// The range of temperatures widens at either end, and by whole degrees, rounded.
+#[test]
+fn temperatures_widen_their_range() {
+    let mut notes = Notes::default();
+    let mut range = |celsius| {
+        notes.see(celsius);
+        notes.temperatures
+    };
+    let seen = [20.4, 20.6, -3.4, -3.6, 5.0].map(&mut range);
+    let expected = [[20, 20], [20, 21], [-3, 21], [-4, 21], [-4, 21]];
+    assert_eq!(seen, expected.map(Some));
+}

@@ -58,7 +58,11 @@ fn the_record_before_can_be_asked_for() {
         let stored = stored.map(|s| (s.nets, s.record, s.key, s.damaged));
         assert_eq!(stored, expected, "{passed}");
     }
+    // what is remembered, and the count, are the newest record's all the same
+    assert_eq!(first.load_older(9), Ok(None));
+    assert_eq!(first.next, 7);
     first.load_older(1).unwrap();
+    assert_eq!(memory(&mut first)[NOTES_LEN..], learnt(13));
     with(9, |content| {
         first.begin(content).unwrap();
         while first.go_on(content).unwrap() == Progress::GoesOn {}

@@ -2,7 +2,6 @@
 
 use super::Request;
 use super::key::{Key, Secret};
-use crate::control::recording::Order;
 use serde::{Deserialize, Serialize};
 
 /// What [`Request::Provision`] makes of the device.
@@ -53,7 +52,8 @@ pub struct Security {
 
 impl Request<'_> {
     /// Whether the request changes what leaves the device, what it learns, or what it stores. Such
-    /// a request needs the key where there is one.
+    /// a request needs the key where there is one. To hold the black box ends its recording, so who
+    /// may not release it may not hold it either.
     #[must_use]
     pub fn changes(&self) -> bool {
         match self {
@@ -67,7 +67,7 @@ impl Request<'_> {
             | Request::WriteConfiguration { .. }
             | Request::CommitConfiguration { .. }
             | Request::Heading(_)
-            | Request::Record(Order::Release)
+            | Request::Record(_)
             | Request::Provision(_) => true,
             Request::GetVersion
             | Request::GetHealth
@@ -83,7 +83,6 @@ impl Request<'_> {
             | Request::GetStore
             | Request::GetReset
             | Request::GetRecording
-            | Request::Record(Order::Hold)
             | Request::ReadRecording { .. }
             | Request::GetSecurity
             | Request::GetChallenge

@@ -304,12 +304,12 @@ fn one_together(own: f32, stated: f32, assumed: f32) -> f32 {
 
 /// The time is before that of the newest epoch, and by so little that it has not gone back.
 fn is_late(new: Time, newest: Time) -> bool {
-    match (new, newest) {
-        (Time::Week(new), Time::Week(newest)) | (Time::Day(new), Time::Day(newest)) => {
-            (1..=LATE_MS).contains(&newest.wrapping_sub(new))
-        }
-        _ => false,
-    }
+    let (new, newest, turn) = match (new, newest) {
+        (Time::Week(new), Time::Week(newest)) => (new, newest, WEEK_MS),
+        (Time::Day(new), Time::Day(newest)) => (new, newest, DAY_MS),
+        _ => return false,
+    };
+    (1..=LATE_MS).contains(&(newest.wrapping_add(turn).wrapping_sub(new) % turn))
 }
 
 /// The time of the day has gone back by more than half a day.

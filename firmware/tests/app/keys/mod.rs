@@ -10,6 +10,7 @@ use crate::device::Device;
 use crate::frames::Kind;
 use crate::record::{HARDWARE, told};
 use firmware::app::{App, Config, Phase};
+use firmware::control::recording::Order;
 use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::fix::Heading;
 use firmware::wire::cobs;
@@ -180,6 +181,8 @@ fn changes() -> Vec<Request<'static>> {
         },
         Request::CommitConfiguration { length: 1 },
         Request::Heading(Heading { angle, sigma }),
+        Request::Record(Order::Hold),
+        Request::Record(Order::Release),
         Request::Provision(Provision::OpenByChoice),
         Request::Provision(Provision::Secret(OTHER)),
     ]

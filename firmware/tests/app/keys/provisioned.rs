@@ -1,8 +1,9 @@
 //! How a device gets its key, another one, or none.
 
 use super::*;
-use firmware::store::{Step, Store};
-use firmware::wire::command::Protection;
+use firmware::model::Nets;
+use firmware::store::{Content, Progress, Step, Store};
+use firmware::wire::command::{Protection, fault};
 
 /// A board that can store and has no key.
 fn new() -> Device {
@@ -108,8 +109,60 @@ fn a_key_that_cannot_be_stored_is_refused_or_told() {
     device.order(&GIVE);
     device.app.store(|_, _| false);
     assert!(!device.app.wants_to_store());
-    let fault = firmware::wire::command::fault::STORE;
-    assert_ne!(device.app.faults() & fault, 0);
+    let both = fault::STORE | fault::KEY;
+    assert_eq!(device.app.faults() & both, both);
+    // what is stored afterwards has the new key, and does not show that no other one is left
+    let mut host = Host::at(&mut device, KEY);
+    host.order(&mut device, &Request::StoreImage);
+    device.app.store(|step, _| step == Step::Save);
+    assert_eq!(device.app.faults() & both, fault::KEY);
+}
+
+/// One slot is worn. The new key is in force, and that the old one can still be read is reported:
+/// after the change, after power-on, and until another change of the key is complete.
+#[test]
+fn an_old_key_that_can_still_be_read_is_reported() {
+    let bits = |device: &Device| device.app.faults() & (fault::STORE | fault::KEY);
+    let mut device = new();
+    device.order(&GIVE);
+    let steps = [Progress::GoesOn; 2].map(|progress| {
+        assert_eq!(bits(&device), 0, "it may still be");
+        let mut seen = None;
+        device.app.store(|step, _| {
+            seen = Some(step);
+            progress
+        });
+        seen
+    });
+    assert_eq!(steps, [Some(Step::Renew); 2]);
+    assert!(!device.app.wants_to_store());
+    assert_eq!(bits(&device), fault::STORE | fault::KEY);
+
+    let mut unit = told(STIM);
+    unit.correction.mode = Mode::Bypass;
+    let record = firmware::configuration::record::encode(&unit);
+    let mut store = Store::new(crate::stored::Flash::new()).expect("room");
+    for key in [Key::Unprovisioned, Key::Secret(KEY)] {
+        let content = Content::new(&Nets::NONE, &record);
+        store.save(&Content { key, ..content }).expect("room");
+    }
+    device.app = App::power_on(HARDWARE, Some(store.load()), None);
+    assert_eq!(bits(&device), fault::KEY);
+    device.feed(&STIM.stream(0, 10).concat());
+    assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
+    // the same key given again, though it is stored already
+    let mut host = Host::at(&mut device, KEY);
+    let veiled = KEY.veiled(&host.challenge, 1, &KEY);
+    host.order(&mut device, &Request::Provision(Provision::Secret(veiled)));
+    while device.app.wants_to_store() {
+        device
+            .app
+            .store(|step, content| store.carry_out(step, content));
+    }
+    assert_eq!(bits(&device), 0);
+    let mut device = new();
+    device.app = App::power_on(HARDWARE, Some(store.load()), None);
+    assert_eq!(bits(&device), 0);
 }
 
 /// The key comes back at power-on, from whichever record; none from before it is left in the flash.

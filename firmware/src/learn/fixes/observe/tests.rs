@@ -190,3 +190,52 @@ fn a_fix_beside_the_end_of_a_block_waits() {
         );
     }
 }
+
+/// A receiver that measures no velocity: the vehicle rests after a time at one place. The samples
+/// count that time, whether the receiver's time passes the week's end or jumps.
+#[test]
+fn rest_is_timed_by_the_samples() {
+    use crate::fix::Position;
+    use crate::learn::fixes::drive::HZ;
+    use crate::sample::RawSample;
+    const WEEK_MS: u32 = 604_800_000;
+    let none = NOT_MEASURED;
+    let at = |time_ms| Fix {
+        position: Position::default(),
+        velocity: [0.0; 3],
+        sigmas: [1.0, 1.0, 1.5, none, none, none],
+        time_ms,
+        arrived_us: 0,
+        waited: 0,
+        age: None,
+        heading: None,
+    };
+    for [first, second] in [
+        [1000, 2000],
+        [WEEK_MS - 500, 500],
+        [100_000, 50_000],
+        [100_000, 1_100_000],
+    ] {
+        let mut memory = memory();
+        let told = Settings::MEDIUM;
+        let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, PERFECT, 1);
+        let learner = &mut drive.learner;
+        let still = RawSample::Counts {
+            gyro: [0; 3],
+            accel: [0; 3],
+        };
+        let mut number = 0;
+        let mut stands = |seconds| {
+            for _ in 0..seconds * HZ {
+                number += 1;
+                learner.sample(number, &still);
+            }
+            learner.rests(&at(if number <= HZ { first } else { second }))
+        };
+        assert!(!stands(1), "the first");
+        assert!(!stands(1), "{first} {second}: after a second");
+        // 5 sqrt(2) m at 0.3 m/s are 23.6 s
+        assert!(!stands(22), "{first} {second}: after 23 s");
+        assert!(stands(1), "{first} {second}: after 24 s");
+    }
+}

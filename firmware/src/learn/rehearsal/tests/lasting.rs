@@ -201,7 +201,7 @@ fn gains_prove_by_their_size() {
     println!("{found:?}");
     assert_eq!(
         found,
-        [Some(2), Some(3), Some(8), Some(13), Some(28), Some(52)]
+        [Some(2), Some(3), Some(6), Some(13), Some(28), Some(52)]
     );
     assert_eq!(minutes(&[0.15]), None);
     assert_eq!(

@@ -347,3 +347,47 @@ fn a_receiver_whose_time_goes_back_by_a_second_goes_on() {
     wire.silent_until(wire.us + 500_000);
     assert_eq!(wire.found.len(), 6);
 }
+
+/// A message of the epoch before that comes behind the first one of the next, wherever the time
+/// begins anew between the two: it is late, and the day does not count twice.
+#[test]
+fn a_late_message_across_midnight_is_late() {
+    use crate::wire::receiver::epoch::{Arrival, Head, Joiner, Time};
+    const DAY_MS: u32 = 86_400_000;
+    let spans: [(fn(u32) -> Time, u32); 2] = [(Time::Day, DAY_MS), (Time::Week, 7 * DAY_MS)];
+    for (time, span) in spans {
+        let mut joiner = Joiner::new(1);
+        let mut seen = Vec::new();
+        for (number, ms) in [span - 1000, 0, span - 1000, 1000].into_iter().enumerate() {
+            let us = 1_000_000 + 10_000 * number as u64;
+            let head = Head {
+                kind: 0,
+                time: time(ms),
+            };
+            let place = joiner.place(head, Arrival { us, sample: 0 });
+            seen.push(place.is_some());
+            if let Some(values) = place {
+                (values.own, values.stated) = ([0.0; 6], [1.0; 6]);
+            }
+            if joiner.is_ready() {
+                joiner.take();
+            }
+        }
+        assert_eq!(seen, [true, true, false, true], "{span}");
+        let midnights = u32::from(span == DAY_MS);
+        let head = Head {
+            kind: 0,
+            time: time(2000),
+        };
+        let at = Arrival {
+            us: 5_000_000,
+            sample: 0,
+        };
+        let values = joiner.place(head, at).expect("a new epoch");
+        (values.own, values.stated) = ([0.0; 6], [1.0; 6]);
+        assert!(joiner.is_ready());
+        let fix = joiner.take().and_then(|solution| solution.fix);
+        let told = fix.map(|fix| fix.time_ms);
+        assert_eq!(told, Some(midnights * DAY_MS + 2000));
+    }
+}
