@@ -80,7 +80,7 @@ const WORKS: &[(&str, &str)] = &[
     ),
     (
         "fleet",
-        "fleet --units 2 --drives 1 --out f --output type.toml",
+        "fleet --units 10 --drives 2 --out f --output type.toml",
     ),
     ("fleet merge", "fleet merge f --output type.toml"),
     ("device info", "device --port DEVICE info"),
