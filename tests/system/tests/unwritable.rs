@@ -311,12 +311,12 @@ fn what_a_command_found_comes_first() {
     std::fs::write(dir.path().join("wrong.toml"), "name = 3\n").unwrap();
     let output = host_sim(dir.path(), "unit check wrong.toml --json", full());
     let said = String::from_utf8(output.stderr).unwrap();
-    let [found, printed] = said.lines().collect::<Vec<_>>()[..] else {
+    let [first, .., last] = said.lines().collect::<Vec<_>>()[..] else {
         panic!("{said}");
     };
-    assert!(found.contains("wrong.toml"), "{said}");
+    assert!(first.contains("wrong.toml"), "{said}");
     assert!(
-        printed.contains("standard output: cannot be written"),
+        last.contains("standard output: cannot be written"),
         "{said}"
     );
 }
