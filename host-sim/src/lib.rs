@@ -2,11 +2,8 @@
 //! ring laser gyros, the learning experiment, replay of recorded data, campaigns, hardware in the
 //! loop, and reports.
 
-// `host-sim campaign | head`: the reader may close the pipe. The standard library's macros would
-// panic. These drop what is printed then, and the work goes on until its files are written.
-#[cfg(all(feature = "tools", not(test)))]
-#[macro_use(print, println)]
-extern crate anstream;
+// The standard library's macros panic where nothing can be written. `cli::stdout` has others.
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 #[cfg(feature = "tools")]
 pub mod abuse;

@@ -1,15 +1,12 @@
 //! `host-sim-serve`: see `host-sim serve --help`.
 
-use clap::Parser;
-use std::io::{Write, stderr};
+use clap::CommandFactory;
+use host_sim::cli::stdout;
+use live::Options;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match live::serve(&live::Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            let _ = writeln!(stderr(), "host-sim serve: {error}"); // nobody may be reading
-            ExitCode::from(2)
-        }
-    }
+    let options: Option<Options> = stdout::given(Options::command());
+    let done = options.map_or(Ok(()), |options| live::serve(&options));
+    stdout::ended("host-sim serve", done)
 }

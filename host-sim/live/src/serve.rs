@@ -7,11 +7,12 @@ use crate::record::Record;
 use crate::simulated::{Simulated, Simulation, start};
 use crate::taps::{Side, Taps};
 use crate::web::Server;
+use host_sim::cli::stdout;
 use host_sim::device::{MODES, mode_name, read_key};
 use host_sim::error::Error;
 use host_sim::unit::Unit;
 use host_sim::unit::around::Mode;
-use std::io::{self, Write};
+use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -168,7 +169,7 @@ impl Web {
                 names: self.names,
                 ends,
             };
-            told(at, foxglove);
+            told(at, foxglove)?;
             let quit = async move {
                 interrupted().await;
                 let _ = end.send(true);
@@ -182,13 +183,15 @@ impl Web {
 }
 
 /// Says where the page is. Nobody may be reading.
-fn told(at: SocketAddr, foxglove: Option<u16>) {
-    let mut out = io::stdout().lock();
-    let _ = writeln!(out, "the page is at http://{at}/ (Ctrl-C ends it)");
+fn told(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
+    stdout::print(format_args!(
+        "the page is at http://{at}/ (Ctrl-C ends it)\n"
+    ));
     if let Some(port) = foxglove {
-        let _ = writeln!(out, "Foxglove and Lichtblick: ws://{}:{port}", at.ip());
+        let ip = at.ip();
+        stdout::print(format_args!("Foxglove and Lichtblick: ws://{ip}:{port}\n"));
     }
-    let _ = out.flush();
+    stdout::finish()
 }
 
 /// Ctrl-C, or the end that the system asks for.

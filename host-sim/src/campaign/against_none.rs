@@ -7,9 +7,6 @@ use std::collections::BTreeMap;
 
 /// The scheme that corrects nothing.
 pub const NONE: &str = "none";
-/// Runs below which nothing is decided: of five that all agree, chance alone gives one case in
-/// sixteen, which is more than 5 %.
-pub const FEWEST: usize = 6;
 
 /// How a scheme compares with [`NONE`] at the end of the judged drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,10 +27,10 @@ pub struct AgainstNone {
     pub better: usize,
     /// Greatest quotient of both errors in one comparison.
     pub worst: f64,
-    /// Geometric mean of the quotients.
+    /// Median of the quotients over runs, over all groups of a run's geometric mean.
     pub ratio: f64,
-    /// Its 95 % bootstrap interval over runs.
-    pub interval: (f64, f64),
+    /// Its 95 % interval; `None` with too few runs.
+    pub interval: Option<(f64, f64)>,
     /// Median error, m; `None` over all groups.
     pub median_m: Option<f64>,
 }
@@ -41,9 +38,9 @@ pub struct AgainstNone {
 /// What an interval decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decided {
-    /// The errors are larger.
+    /// The errors are larger in most runs.
     Worse,
-    /// They are smaller.
+    /// They are smaller in most runs.
     Better,
     /// They are the same in every run: nothing was corrected.
     Equal,
@@ -57,9 +54,8 @@ impl AgainstNone {
     pub fn decided(&self) -> Decided {
         match self.interval {
             _ if self.worse + self.better == 0 => Decided::Equal,
-            _ if self.runs < FEWEST => Decided::Nothing,
-            (low, _) if low > 1.0 => Decided::Worse,
-            (_, high) if high < 1.0 => Decided::Better,
+            Some((low, _)) if low > 1.0 => Decided::Worse,
+            Some((_, high)) if high < 1.0 => Decided::Better,
             _ => Decided::Nothing,
         }
     }
@@ -111,7 +107,7 @@ pub fn against_none(rows: &[Row], ratios: &[Ratio], summary: &[Summary]) -> Vec<
                 better: count(|q| *q < 1.0),
                 worst: quotients.iter().copied().fold(0.0, f64::max),
                 ratio: of.ratio,
-                interval: (of.lo95, of.hi95),
+                interval: of.interval(),
                 median_m: median(of),
             }
         })

@@ -29,14 +29,14 @@ mod turn_on;
 mod zupt;
 
 pub use self::parquet::{fingerprint, to_parquet};
-pub use against_none::{AgainstNone, Decided, FEWEST, NONE, against_none, missing};
+pub use against_none::{AgainstNone, Decided, NONE, against_none, missing};
 pub use group::{FixErrors, Group};
 pub use ratios::{Ratio, ratios};
 pub use results::results;
 pub use schemes::{
     Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, free as free_from, oracle, rnn_kalman,
 };
-pub use statistics::{Summary, median as median_of, summarise};
+pub use statistics::{FEWEST, Summary, between, median as median_of, summarise};
 pub use store::{Merged, Row, merge};
 pub use studies::{Study, Topic, studies};
 pub use tuning::{Setting, Simulated, Tuning};
@@ -404,6 +404,8 @@ pub enum Progress {
 
 #[cfg(test)]
 mod causes_tests;
+#[cfg(test)]
+mod coverage_tests;
 #[cfg(test)]
 mod oracle_tests;
 

@@ -1,11 +1,9 @@
 //! Ratios of the errors of two schemes, run by run.
 
-use super::statistics::{RESAMPLINGS, percentiles95};
+use super::statistics::{interval, median};
 use super::{Group, Row};
 use crate::experiment::run::TIMES_MIN;
 use crate::simulator::imu::world::StartName;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,16 +23,25 @@ pub struct Ratio {
     pub n: usize,
     /// Of them those with the smaller error.
     pub better: usize,
-    /// Geometric mean of (error of the scheme / error of the baseline).
+    /// Median over the runs of (error of the scheme / error of the baseline); over all groups, of a
+    /// run's geometric mean over them.
     pub ratio: f64,
-    /// Lower end of its 95 % bootstrap interval over runs.
-    pub lo95: f64,
+    /// Lower end of its 95 % interval; `None` with fewer than [`FEWEST`](super::FEWEST) runs.
+    pub lo95: Option<f64>,
     /// Upper end.
-    pub hi95: f64,
+    pub hi95: Option<f64>,
     /// Earlier drives of each unit, the same for both.
     pub drives: u32,
     /// How warm the units were at power-on: the campaign's setting.
     pub start: StartName,
+}
+
+impl Ratio {
+    /// The 95 % interval.
+    #[must_use]
+    pub fn interval(&self) -> Option<(f64, f64)> {
+        self.lo95.zip(self.hi95)
+    }
 }
 
 /// Logarithms of the errors: by group, scheme, run, at each of [`TIMES_MIN`].
@@ -62,11 +69,6 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
         }
     }
     let logs: Vec<Logs<'_>> = groups.iter().map(|g| logs_of(rows, *g)).collect();
-    let n = logs
-        .iter()
-        .flat_map(|l| l.values())
-        .map(BTreeMap::len)
-        .max();
     // each pair once: the other way round, all logarithms have the other sign
     let mut pairs = Vec::new();
     let mut cells = Vec::new();
@@ -84,7 +86,9 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
             }
         }
     }
-    let compared = compared(pairs, n.unwrap_or(0));
+    let each = pairs.into_par_iter();
+    let each = each.map(|(logs, scheme, baseline)| compared(&differences(logs, scheme, baseline)));
+    let compared: Vec<Option<[Compared; TIMES_MIN.len()]>> = each.collect();
     let count = schemes.len();
     let place = |g: usize, i: usize, j: usize| {
         let before = i * (2 * count - i - 1) / 2;
@@ -106,29 +110,13 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
             t_min,
             n: of.n,
             better: of.better,
-            ratio: of.mean.exp(),
-            lo95: of.interval.0.exp(),
-            hi95: of.interval.1.exp(),
+            ratio: of.median.exp(),
+            lo95: of.interval.map(|(low, _)| low.exp()),
+            hi95: of.interval.map(|(_, high)| high.exp()),
             drives,
             start,
         })
         .collect()
-}
-
-/// Compares pairs of schemes; `runs`: how many a pair usually has.
-fn compared(
-    pairs: Vec<(&[Logs<'_>], &str, &str)>,
-    runs: usize,
-) -> Vec<Option<[Compared; TIMES_MIN.len()]>> {
-    let picks = resamples(runs);
-    let each = pairs.into_par_iter().map(|(logs, scheme, baseline)| {
-        let x = differences(logs, scheme, baseline);
-        match x.len() == runs {
-            true => geometric(&x, &picks),
-            false => geometric(&x, &resamples(x.len())),
-        }
-    });
-    each.collect()
 }
 
 /// How two schemes compare at one time, in logarithms.
@@ -138,19 +126,18 @@ struct Compared {
     /// Runs with the smaller error, and with the larger one.
     better: usize,
     worse: usize,
-    mean: f64,
-    interval: (f64, f64),
+    median: f64,
+    interval: Option<(f64, f64)>,
 }
 
 impl Compared {
     /// The other way round.
     fn reversed(self) -> Self {
-        let (low, high) = self.interval;
         Self {
             better: self.worse,
             worse: self.better,
-            mean: -self.mean,
-            interval: (-high, -low),
+            median: -self.median,
+            interval: self.interval.map(|(low, high)| (-high, -low)),
             ..self
         }
     }
@@ -185,46 +172,19 @@ fn differences(logs: &[Logs<'_>], scheme: &str, baseline: &str) -> Vec<[f64; TIM
     runs.keys().filter_map(mean).collect()
 }
 
-/// Indices of the resamples of `n` runs: the same for every cell.
-fn resamples(n: usize) -> Vec<Vec<usize>> {
-    let mut rng = ChaCha8Rng::seed_from_u64(22);
-    (0..RESAMPLINGS)
-        .map(|_| (0..n).map(|_| rng.random_range(0..n)).collect())
-        .collect()
-}
-
-/// Means of logarithms and their 95 % percentile bootstrap intervals, at all times at once.
-fn geometric(
-    x: &[[f64; TIMES_MIN.len()]],
-    picks: &[Vec<usize>],
-) -> Option<[Compared; TIMES_MIN.len()]> {
-    if x.is_empty() {
-        return None;
-    }
-    let n = x.len() as f64;
-    let sum = |of: &mut dyn Iterator<Item = &[f64; TIMES_MIN.len()]>| {
-        // as the sum of an iterator begins
-        let mut sums = [-0.0; TIMES_MIN.len()];
-        for x in of {
-            sums.iter_mut().zip(x).for_each(|(sum, x)| *sum += x);
+/// Medians of logarithms and their intervals, at all times.
+fn compared(x: &[[f64; TIMES_MIN.len()]]) -> Option<[Compared; TIMES_MIN.len()]> {
+    let at = |i: usize| {
+        let mut of: Vec<f64> = x.iter().map(|d| d[i]).collect();
+        Compared {
+            n: of.len(),
+            better: of.iter().filter(|d| **d < 0.0).count(),
+            worse: of.iter().filter(|d| **d > 0.0).count(),
+            median: median(&mut of),
+            interval: interval(&of),
         }
-        sums.map(|sum| sum / n)
     };
-    let mut means: [Vec<f64>; TIMES_MIN.len()] = Default::default();
-    for pick in picks {
-        let resampled = sum(&mut pick.iter().map(|k| &x[*k]));
-        for (means, mean) in means.iter_mut().zip(resampled) {
-            means.push(mean);
-        }
-    }
-    let mean = sum(&mut x.iter());
-    Some(std::array::from_fn(|i| Compared {
-        n: x.len(),
-        better: x.iter().filter(|d| d[i] < 0.0).count(),
-        worse: x.iter().filter(|d| d[i] > 0.0).count(),
-        mean: mean[i],
-        interval: percentiles95(&mut means[i]),
-    }))
+    (!x.is_empty()).then(|| std::array::from_fn(at))
 }
 
 #[cfg(test)]
@@ -255,28 +215,33 @@ mod tests {
         };
         for (group, ratio) in groups {
             let r = find(Some(group));
-            assert!((r.ratio - ratio).abs() < 1e-12 && (r.lo95 - r.hi95).abs() < 1e-12);
+            let (low, high) = r.interval().unwrap();
+            assert!((r.ratio - ratio).abs() < 1e-12 && (low - high).abs() < 1e-12);
             assert_eq!((r.n, r.better), (20, if ratio < 1.0 { 20 } else { 0 }));
         }
         assert!((find(None).ratio - 1.0).abs() < 1e-12);
     }
 
-    /// Logarithms with a standard deviation of 1 over 100 runs: the interval is about 2 * 1.96 / 10
-    /// wide.
+    /// 100 different ratios: the interval is from the 40th to the 61st, by a table of the sign test.
+    /// The other way round it is mirrored.
     #[test]
-    fn the_interval_is_as_wide_as_the_theory_says() {
-        let rows: Vec<Row> = (0..100)
+    fn the_interval_has_the_ranks_of_the_sign_test() {
+        let rows: Vec<Row> = (1..=100)
             .flat_map(|k| {
-                let z = if k % 2 == 0 { 1.0_f64 } else { -1.0 };
+                let ratio = f64::from(k) / 50.5;
                 [
-                    Row::north(ErrorModelName::All, k, "a", z.exp()),
+                    Row::north(ErrorModelName::All, k, "a", ratio),
                     Row::north(ErrorModelName::All, k, "b", 1.0),
                 ]
             })
             .collect();
-        let r = &ratios(&rows, StartName::Cold)[0];
-        assert!((r.ratio - 1.0).abs() < 1e-12 && r.better == 50);
-        let width = (r.hi95 / r.lo95).ln();
-        assert!((width - 0.392).abs() < 0.04, "{width}");
+        let all = ratios(&rows, StartName::Cold);
+        let of = |scheme| all.iter().find(|r| r.scheme == scheme).unwrap();
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        let (low, high) = of("a").interval().unwrap();
+        assert!(near(low, 40.0 / 50.5) && near(high, 61.0 / 50.5));
+        assert!(near(of("a").ratio, (50.0_f64 * 51.0).sqrt() / 50.5) && of("a").better == 50);
+        let (low, high) = of("b").interval().unwrap();
+        assert!(near(low, 50.5 / 61.0) && near(high, 50.5 / 40.0));
     }
 }

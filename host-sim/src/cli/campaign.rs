@@ -2,7 +2,7 @@
 
 use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, shard};
 use super::output::{JsonOption, write_json};
-use super::progress::bar;
+use super::progress::{self, bar};
 use crate::campaign::{
     Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Topic, merge, missing, ratios,
     results, studies, summarise, to_parquet,
@@ -294,10 +294,10 @@ fn warn_of_gaps(merged: &Merged) {
         return;
     };
     let runs: Vec<String> = runs.iter().map(u32::to_string).collect();
-    eprintln!(
+    progress::say(&format!(
         "missing between run 0 and run {last}: {}; remedy: start their shards again with --resume",
         runs.join(", ")
-    );
+    ));
 }
 
 fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result<(), Error> {

@@ -3,6 +3,9 @@
 //! What the commands share is in `options`, `progress`, `output` and `source`. These import none of
 //! the commands.
 
+#[macro_use] // `print!` and `println!` of all commands
+pub mod stdout;
+
 mod abuse;
 mod allan;
 mod beside;
@@ -35,7 +38,7 @@ mod unit;
 mod user_recording;
 
 use crate::error::Error;
-use clap::{Command as Definition, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Command as Definition, CommandFactory, Parser, Subcommand};
 
 /// Ring-laser-gyro SINS simulation and the desktop tools of the IMU compensation co-processor.
 ///
@@ -99,11 +102,10 @@ impl Cli {
         examples::with_examples(Self::command())
     }
 
-    /// What the program was given. Wrong arguments, and questions for help, end it.
+    /// What the program was given; see [`stdout::given`].
     #[must_use]
-    pub fn given() -> Self {
-        let matches = Self::definition().get_matches();
-        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    pub fn given() -> Option<Self> {
+        stdout::given(Self::definition())
     }
 
     /// Runs the command.

@@ -7,6 +7,7 @@
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -39,7 +40,7 @@ fn eta(state: &ProgressState, text: &mut dyn Write) {
 
 /// Writes a line on standard error, above the bars.
 pub(super) fn say(line: &str) {
-    ALL.suspend(|| eprintln!("{line}"));
+    let _ = ALL.suspend(|| writeln!(io::stderr(), "{line}")); // nobody may be reading
 }
 
 /// The stages of a command in their order, and the seconds that each took where it was measured.

@@ -6,7 +6,6 @@ use crate::output::write_atomic;
 use clap::{Args as ClapArgs, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const NAME: &str = "host-sim";
@@ -23,7 +22,7 @@ impl Completions {
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut script = Vec::new();
         clap_complete::generate(self.shell, &mut Cli::definition(), NAME, &mut script);
-        let _ = anstream::stdout().write_all(&script); // the reader may have closed the pipe
+        print!("{}", String::from_utf8_lossy(&script));
         Ok(())
     }
 }

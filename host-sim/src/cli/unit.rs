@@ -1,6 +1,7 @@
 //! `host-sim unit`.
 
 use super::options::refused;
+use super::progress;
 use crate::error::Error;
 use crate::output::write_atomic;
 use crate::unit::{Finding, Unit, ask, examine, presets, schema};
@@ -112,7 +113,7 @@ fn new(from: Option<&str>, output: &Path, force: bool) -> Result<(), Error> {
     };
     let (unit, found) = examine(&text);
     if unit.is_none() {
-        eprintln!("nothing is written, because the answers do not fit together:");
+        progress::say("nothing is written, because the answers do not fit together:");
         let faults = found.into_iter().filter(|finding| !finding.doubt);
         return Err(Error::Several(faults.map(|f| f.error(output)).collect()));
     }

@@ -7,7 +7,7 @@ use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 #[must_use]
 pub fn tables(summaries: &[Summary]) -> String {
     let mut out = String::from(
-        "pairs: median / 95th percentile (median of what is claimed); 95 %: Wilson's interval of the share that started;\n\
+        "pairs: median / 95th percentile (median of what is claimed); 95 %: interval of the share that started (Clopper, Pearson);\n\
          silently wrong: off by more than 4 claimed standard deviations and 3 deg, at any second\n",
     );
     let titles = [

@@ -11,8 +11,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs::{self, OpenOptions};
-use std::io::Write;
+use std::io::{ErrorKind, Write, stderr, stdout};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 /// Chunks between two lines of the log.
 const BATCH: u64 = 20;
@@ -40,8 +41,27 @@ struct Done {
     figures: Figures,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let arguments = Arguments::parse();
+/// Prints a line. A reader may have closed the pipe.
+fn print(line: &str) -> Result<(), Box<dyn Error>> {
+    match writeln!(stdout(), "{line}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(format!("standard output: cannot be written ({error})").into())
+        }
+        _ => Ok(()),
+    }
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let _ = writeln!(stderr(), "damage: {error}"); // nobody may be reading
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let wanted = |protocol: &Protocol| {
         let name = arguments.protocol.as_deref();
         name.is_none_or(|name| name == protocol.name())
@@ -58,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ProgressStyle::with_template("{msg:12} {wide_bar} {pos}/{len} million bytes, {eta} left")?,
     );
     let mut broken = Vec::new();
-    println!("{}", head());
+    print(&head())?;
     for protocol in protocols {
         let name = protocol.name().to_owned();
         bar.set_message(name.clone());
@@ -91,7 +111,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Err(what) = figures.check(protocol) {
             broken.push(format!("{name}: {what}"));
         }
-        bar.suspend(|| println!("{}", row(protocol, &figures)));
+        bar.suspend(|| print(&row(protocol, &figures)))?;
     }
     bar.finish_and_clear();
     if broken.is_empty() {

@@ -1,9 +1,11 @@
 //! `cargo run --release -p upsets`: flips bits and prints how it ended.
 
 use anyhow::Result;
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use comfy_table::Table;
+use host_sim::cli::stdout;
 use indicatif::ProgressBar;
+use std::process::ExitCode;
 use upsets::child::{self, Trials};
 use upsets::device::Scenario;
 use upsets::judge::Verdict;
@@ -41,20 +43,32 @@ enum Task {
     },
 }
 
-fn main() -> Result<()> {
-    let arguments = Arguments::parse();
+fn main() -> ExitCode {
+    let Some(arguments) = stdout::given::<Arguments>(Arguments::command()) else {
+        return stdout::ended("upsets", Ok(()));
+    };
+    match run(&arguments) {
+        Ok(()) => stdout::ended("upsets", Ok(())),
+        Err(error) => {
+            eprintln!("Error: {error:?}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
     if let Some(Task::Child {
         scenario,
         seconds,
         from,
         every,
-    }) = arguments.task
+    }) = &arguments.task
     {
         return child::run(Trials {
-            scenario,
-            seconds,
-            from,
-            every,
+            scenario: *scenario,
+            seconds: *seconds,
+            from: *from,
+            every: *every,
         });
     }
     let scenarios = arguments
@@ -98,15 +112,14 @@ fn main() -> Result<()> {
             let name = format!("{verdict:?}").to_lowercase();
             if arguments.list.contains(&name) {
                 for (region, bit) in found.bits(verdict) {
-                    println!(
-                        "{scenario:?} {name}: {region}, byte {}, bit {}",
-                        bit / 8,
-                        bit % 8
-                    );
+                    let (byte, bit) = (bit / 8, bit % 8);
+                    stdout::print(format_args!(
+                        "{scenario:?} {name}: {region}, byte {byte}, bit {bit}\n"
+                    ));
                 }
             }
         }
     }
-    println!("{table}");
+    stdout::print(format_args!("{table}\n"));
     Ok(())
 }

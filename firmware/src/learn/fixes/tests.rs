@@ -268,13 +268,13 @@ fn a_drive_counts_once_however_often_the_learner_begins() {
     let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
     let told = Settings::MEDIUM;
     let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 5);
-    drive.seconds(1200);
+    drive.seconds(2400);
     assert!(drive.learner.remember() > 0);
     let once = drive.learner.unit.head;
     let stream = drive.learner.stream.expect("begun");
     let again = |drive: &mut Drive| {
         drive.learner.begin(&Nets::NONE, stream);
-        drive.seconds(1200);
+        drive.seconds(2400);
         assert!(drive.learner.remember() > 0);
         drive.learner.unit.head
     };

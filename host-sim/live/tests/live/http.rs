@@ -1,6 +1,6 @@
 //! What is served, and what is refused, without a browser.
 
-use super::server::{Server, ends};
+use super::server::{Server, ends, program};
 use std::net::TcpListener;
 
 const SIMULATED: [&str; 5] = ["--simulate", "--seconds", "100", "--unit", "medium"];
@@ -204,4 +204,22 @@ fn a_browser_that_does_not_read_costs_no_memory() {
         count == 40
     });
     assert_eq!(server.interrupt(), Some(0));
+}
+
+/// Who cannot be told where the page is does not get a server.
+#[cfg(target_os = "linux")]
+#[test]
+fn standard_output_that_cannot_be_written_ends_it() {
+    for args in [
+        &["--help"][..],
+        &["--version"],
+        &["--simulate", "--listen", "127.0.0.1:0"],
+    ] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full");
+        let output = program(args).stdout(full.unwrap()).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        let named = said.contains("host-sim serve: standard output: cannot be written (");
+        assert!(named, "{args:?}: {said}");
+    }
 }

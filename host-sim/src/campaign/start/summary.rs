@@ -4,7 +4,7 @@ use super::class::{Class, Goal};
 use super::trial::{Attitude, Trial};
 use crate::campaign::statistics::quantile;
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, Normal};
+use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
 /// A number out of a number, with an interval.
@@ -21,24 +21,21 @@ pub struct Share {
 }
 
 impl Share {
-    /// With the interval of Wilson (1927), which holds for few trials and near 0 and 1. Without
-    /// trials it is 0 to 1.
+    /// With the interval of Clopper and Pearson (1934), which holds for every number of trials and
+    /// every probability. Wilson's (1927) is narrower, but holds on the average of probabilities
+    /// only: of 20 trials with a probability of 0.992 it misses in 15 %. Without trials it is 0 to 1.
     #[must_use]
     pub fn of(k: usize, n: usize) -> Self {
-        let z = Normal::standard().inverse_cdf(0.975);
-        let (p, n_f) = if n == 0 {
-            (0.5, 0.0)
-        } else {
-            (k as f64 / n as f64, n as f64)
+        let quantile = |k: usize, p: f64| {
+            let law = Beta::new(k as f64, (n + 1 - k) as f64).ok();
+            law.map(|law| law.inverse_cdf(p))
         };
-        let z2 = z * z;
-        let middle = (p * n_f + 0.5 * z2) / (n_f + z2);
-        let half = z / (n_f + z2) * (p * (1.0 - p) * n_f + 0.25 * z2).sqrt();
+        // without a law: all or none
         Self {
             k,
             n,
-            lo95: (middle - half).max(0.0),
-            hi95: (middle + half).min(1.0),
+            lo95: quantile(k, 0.025).unwrap_or(0.0),
+            hi95: quantile(k + 1, 0.975).unwrap_or(1.0),
         }
     }
 }
@@ -155,14 +152,14 @@ mod tests {
     use super::super::trial::Started;
     use super::*;
 
-    /// Intervals from Newcombe, Statistics in Medicine 17 (1998), table I, method 3.
+    /// Intervals from Newcombe, Statistics in Medicine 17 (1998), table I, method 5.
     #[test]
-    fn wilsons_interval_is_that_of_the_literature() {
+    fn the_interval_is_that_of_the_literature() {
         for (k, n, lo, hi) in [
-            (81, 263, 0.2553, 0.3662),
-            (15, 148, 0.0624, 0.1605),
-            (0, 20, 0.0000, 0.1611),
-            (1, 29, 0.0061, 0.1718),
+            (81, 263, 0.2527, 0.3676),
+            (15, 148, 0.0578, 0.1617),
+            (0, 20, 0.0000, 0.1684),
+            (1, 29, 0.0009, 0.1776),
         ] {
             let share = Share::of(k, n);
             assert!((share.lo95 - lo).abs() < 6e-5, "{share:?}");
@@ -170,6 +167,29 @@ mod tests {
         }
         assert_eq!((Share::of(50, 50).hi95, Share::of(0, 0).lo95), (1.0, 0.0));
         assert_eq!(Share::of(0, 0).hi95, 1.0);
+    }
+
+    /// The chance of each number of successes, added up where the interval misses the probability.
+    #[test]
+    fn the_interval_of_a_share_misses_at_most_one_in_twenty() {
+        for n in [1, 2, 5, 10, 20, 50] {
+            let all: Vec<Share> = (0..=n).map(|k| Share::of(k, n)).collect();
+            for per_mille in 0..=1000 {
+                let p = f64::from(per_mille) / 1000.0;
+                let mut chances = vec![1.0];
+                for _ in 0..n {
+                    let mut next = vec![0.0; chances.len() + 1];
+                    for (k, chance) in chances.iter().enumerate() {
+                        next[k] += chance * (1.0 - p);
+                        next[k + 1] += chance * p;
+                    }
+                    chances = next;
+                }
+                let missed = all.iter().filter(|of| p < of.lo95 || p > of.hi95);
+                let missed: f64 = missed.map(|of| chances[of.k]).sum();
+                assert!(missed <= 0.05, "{n} trials, {p}: {missed}");
+            }
+        }
     }
 
     #[test]

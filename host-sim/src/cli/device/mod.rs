@@ -7,6 +7,7 @@ mod weights;
 
 use super::interrupt::asked;
 use super::options::refused;
+use super::stdout;
 use crate::device::{
     Link, MODES, Watch, info, mode_name, open_by_choice, provision, read_key, store, watch,
 };
@@ -17,7 +18,7 @@ use firmware::control::Mode;
 use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use serde::Serialize;
-use std::io::{IsTerminal, Write, stdout};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -247,7 +248,7 @@ impl Args {
 
     fn watch(&self, seconds: Option<u32>) -> Result<(), Error> {
         let stop = asked();
-        let in_place = stdout().is_terminal();
+        let in_place = io::stdout().is_terminal();
         watch(&mut Watch {
             open: &mut || self.open(),
             lasts: seconds.map(|seconds| Duration::from_secs(seconds.into())),
@@ -258,9 +259,7 @@ impl Args {
                 } else {
                     print::event(event, in_place)
                 };
-                let mut out = stdout().lock();
-                out.write_all(text.as_bytes())?;
-                out.flush()
+                stdout::print_now(&text)
             },
         })
     }

@@ -88,10 +88,13 @@ fn shown(ratio: f64) -> f64 {
 
 /// The axis over all intervals and 1.
 fn ratios(rows: &[AgainstNone]) -> Axis {
-    let ends = rows.iter().flat_map(|of| [of.interval.0, of.interval.1]);
+    let ends = rows.iter().flat_map(|of| {
+        let (low, high) = of.interval.unwrap_or((of.ratio, of.ratio));
+        [low, high]
+    });
     let (low, high) = extent(ends.map(shown).chain([0.8, 1.25])).unwrap_or((0.8, 1.25));
     Axis::log(
-        "error divided by that of none (geometric mean, 95 %)",
+        "error divided by that of none (median of the runs, 95 %)",
         (low / 1.08, high * 1.08),
     )
 }
@@ -102,7 +105,9 @@ fn marks(rows: &[AgainstNone]) -> Vec<Mark> {
     for (row, of) in rows.iter().enumerate() {
         let (y, look) = (Axis::row(row), look(of.decided()));
         let at = |ratio: f64| (shown(ratio), y);
-        marks.push(Mark::Line(vec![at(of.interval.0), at(of.interval.1)], look));
+        if let Some((low, high)) = of.interval {
+            marks.push(Mark::Line(vec![at(low), at(high)], look));
+        }
         marks.push(Mark::Signs(vec![at(of.ratio)], look));
     }
     marks
@@ -124,7 +129,7 @@ mod tests {
             better: 17,
             worst: 2.0,
             ratio,
-            interval: (ratio / width, ratio * width),
+            interval: Some((ratio / width, ratio * width)),
             median_m: None,
         }
     }

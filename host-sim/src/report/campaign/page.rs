@@ -2,7 +2,7 @@
 
 use super::{T_MIN, forest, groups, quotient, studies, verdict};
 use crate::campaign::{
-    AgainstNone, Decided, FEWEST, Group, Merged, Ratio, Row, Summary, Topic, against_none,
+    AgainstNone, Decided, FEWEST, Group, Merged, Ratio, Row, Summary, Topic, against_none, between,
     fingerprint, missing,
 };
 use crate::error::Error;
@@ -93,8 +93,8 @@ fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
     };
     let about = match group {
         Some(group) => groups::sentence(group),
-        None => "Each run counts once for each group of errors. The ratio is the geometric mean \
-                 over runs and groups."
+        None => "Each run counts once for each group of errors. Of each run the ratio is the \
+                 geometric mean over the groups."
             .into(),
     };
     Part {
@@ -128,10 +128,10 @@ fn harmed(rows: &[AgainstNone]) -> String {
         .map(|of| format!("{} in {} of {} runs", of.scheme, of.worse, of.compared))
         .collect();
     match worse.is_empty() {
-        true => "No scheme is shown to be worse than none here on average; single runs are: see \
+        true => "No scheme is shown to be worse than none here in most runs; single runs are: see \
                  the table."
             .into(),
-        false => format!("Worse than none on average: {}.", worse.join(", ")),
+        false => format!("Worse than none in most runs: {}.", worse.join(", ")),
     }
 }
 
@@ -147,12 +147,11 @@ pub(super) fn decided(of: &AgainstNone) -> &'static str {
 
 fn table(rows: &[AgainstNone]) -> Table {
     let row = |of: &AgainstNone| {
-        let (low, high) = of.interval;
         let mut cells = vec![
             of.scheme.clone(),
             decided(of).to_owned(),
             quotient(of.ratio),
-            format!("{} to {}", quotient(low), quotient(high)),
+            between(of.interval, quotient),
             format!("{} of {}", of.worse, of.compared),
             quotient(of.worst),
         ];
@@ -224,9 +223,12 @@ fn measured(campaign: &Merged, all: &[AgainstNone]) -> Part {
              twice as much: harm."
                 .into(),
             format!(
-                "The ratio is a geometric mean over the runs. Its interval is a bootstrap of the \
-                 runs. With fewer than {FEWEST} runs nothing counts as decided. Of 100 schemes \
-                 that make no difference about five have an interval beside 1."
+                "The ratio is the median over the runs. Its 95 % interval is that of the sign test, \
+                 which holds for every distribution of the ratios. So larger or smaller means: in \
+                 more than half of all runs that could be made. How large the harm in the others \
+                 is, the columns on the right show. With fewer than {FEWEST} runs there is no \
+                 interval, and nothing counts as decided. Of 100 schemes that make no difference \
+                 at most five are expected to have an interval beside 1."
             ),
         ],
         tables: vec![Table::of_pairs(pairs)],

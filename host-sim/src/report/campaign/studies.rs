@@ -2,7 +2,7 @@
 
 use super::page::decided;
 use super::{quotient, verdict};
-use crate::campaign::{AgainstNone, Decided, Row, Topic, against_none, ratios, summarise};
+use crate::campaign::{AgainstNone, Decided, Row, Topic, against_none, between, ratios, summarise};
 use crate::report::document::{Part, Table};
 use crate::report::verdict::DEVICE;
 use crate::simulator::imu::world::StartName;
@@ -42,13 +42,13 @@ pub(super) fn sentence(studies: &[Compared]) -> Option<String> {
         format!("in single runs it is worse than none in {worse} of {compared} comparisons");
     (!all.is_empty()).then(|| match harmed.is_empty() {
         true => format!(
-            "In the studies below the device does harm on average in none of {} groups of errors; \
-             {single}.",
+            "In none of {} groups of errors of the studies below is it shown that the device does \
+             harm in most runs; {single}.",
             all.len()
         ),
         false => format!(
-            "Harm in the studies below: in {} of {} groups of errors the device makes it worse on \
-             average, {}; {single}.",
+            "Harm in the studies below: in {} of {} groups of errors the device makes it worse in \
+             most runs, {}; {single}.",
             harmed.len(),
             all.len(),
             harmed.join(", ")
@@ -117,12 +117,11 @@ impl Compared {
                 true => format!("{}, after {} drives", named(of), of.drives),
                 false => named(of),
             };
-            let (low, high) = of.interval;
             vec![
                 name,
                 decided(of).to_owned(),
                 quotient(of.ratio),
-                format!("{} to {}", quotient(low), quotient(high)),
+                between(of.interval, quotient),
                 format!("{} of {}", of.worse, of.compared),
                 quotient(of.worst),
                 of.median_m.map_or_else(String::new, |m| format!("{m:.0}")),

@@ -1,7 +1,7 @@
 //! The tables that a campaign prints.
 
 use super::T_MIN;
-use crate::campaign::{Ratio, Summary};
+use crate::campaign::{Ratio, Summary, between};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
                 String::new()
             };
             format!(
-                "\n\npaired ratios over all groups of errors (row to column, geometric mean)\
+                "\n\npaired ratios over all groups of errors (row to column, median of the runs)\
                  {several}\n\n{}",
                 of_all_groups(ratios, after)
             )
@@ -29,8 +29,8 @@ pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
         .collect();
     format!(
         "horizontal error after {T_MIN} min free inertial, m\n\
-         95 %: bootstrap interval of the median; ratio: geometric mean of the errors divided by\n\
-         those of {BASELINE} in the same runs; better: in how many runs the ratio is below 1\n\n\
+         95 %: interval of the median; ratio: median of the errors divided by those of {BASELINE}\n\
+         in the same runs; better: in how many runs the ratio is below 1\n\n\
          {}{paired}",
         errors(summary, ratios),
     )
@@ -62,11 +62,11 @@ fn errors(summary: &[Summary], ratios: &[Ratio]) -> Table {
             s.scheme.clone(),
             s.n.to_string(),
             m(s.median_m),
-            format!("{} .. {}", m(s.lo95_m), m(s.hi95_m)),
+            between(s.lo95_m.zip(s.hi95_m), m),
             m(s.mean_m),
             m(s.max_m),
             of(&|r| format!("{:.2}", r.ratio)),
-            of(&|r| format!("{:.2} .. {:.2}", r.lo95, r.hi95)),
+            of(&|r| between(r.interval(), |x| format!("{x:.2}"))),
             of(&|r| r.better.to_string()),
         ];
         let drives = several.then(|| s.drives.to_string());

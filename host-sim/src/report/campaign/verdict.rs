@@ -18,15 +18,16 @@ pub(super) fn sentences(all: &[&AgainstNone]) -> Vec<String> {
         all.iter().filter(real).partition(|of| of.group.is_some());
     let of_device = groups.iter().copied().filter(|of| of.scheme == DEVICE);
     let device: Vec<&AgainstNone> = of_device.collect();
-    let mut out = match device.is_empty() {
-        true => vec![of_schemes(&groups)],
-        false => of_the_device(&device, whole.iter().find(|of| of.scheme == DEVICE)),
+    let mut out = match (runs < FEWEST, device.is_empty()) {
+        (true, _) => vec![format!(
+            "Verdict: none. With {runs} of at least {FEWEST} runs nothing can be decided."
+        )],
+        (_, true) => vec![of_schemes(&groups)],
+        (_, false) => vec![of_the_device(&device)],
     };
-    if runs < FEWEST {
-        out.push(format!(
-            "With {runs} of at least {FEWEST} runs nothing can be decided."
-        ));
-    }
+    out.extend(harm_by_the_device(&device));
+    let of_device = whole.iter().find(|of| of.scheme == DEVICE);
+    out.extend(of_device.map(|of| over_all(of)));
     let others = groups.iter().copied().filter(|of| of.scheme != DEVICE);
     out.extend(harm_by_others(&others.collect::<Vec<_>>()));
     out.extend(ranks(&whole));
@@ -51,7 +52,7 @@ fn decided<'a>(of: &[&'a AgainstNone], as_this: Decided) -> Vec<&'a AgainstNone>
 }
 
 /// What the device does.
-fn of_the_device(groups: &[&AgainstNone], whole: Option<&&AgainstNone>) -> Vec<String> {
+fn of_the_device(groups: &[&AgainstNone]) -> String {
     let [harmed, helped] = [Decided::Worse, Decided::Better].map(|d| decided(groups, d));
     let n = groups.len();
     let compared: usize = groups.iter().map(|of| of.compared).sum();
@@ -62,7 +63,7 @@ fn of_the_device(groups: &[&AgainstNone], whole: Option<&&AgainstNone>) -> Vec<S
             .map(|of| format!("{} ({} times)", named(of), times(of.ratio)));
         each.collect::<Vec<_>>().join(", ")
     };
-    let mut out = vec![match (harmed.is_empty(), helped.is_empty(), worse) {
+    match (harmed.is_empty(), helped.is_empty(), worse) {
         (false, ..) => format!(
             "Verdict: harm. In {} of {n} groups of errors the device ({DEVICE}) makes it worse \
              than no correction (none): {}.",
@@ -75,8 +76,8 @@ fn of_the_device(groups: &[&AgainstNone], whole: Option<&&AgainstNone>) -> Vec<S
             helped.len()
         ),
         (_, false, _) => format!(
-            "Verdict: the device ({DEVICE}) helps in {} of {n} groups of errors, and on the \
-             average of none it does harm. But it is worse than no correction (none) in {worse} \
+            "Verdict: the device ({DEVICE}) helps in {} of {n} groups of errors, and in none is it \
+             shown to do harm in most runs. But it is worse than no correction (none) in {worse} \
              of {compared} comparisons.",
             helped.len()
         ),
@@ -88,35 +89,31 @@ fn of_the_device(groups: &[&AgainstNone], whole: Option<&&AgainstNone>) -> Vec<S
             "Verdict: it is not shown that the device ({DEVICE}) helps, and it is worse than no \
              correction (none) in {worse} of {compared} comparisons."
         ),
-    }];
-    let harm: Vec<String> = groups
-        .iter()
-        .filter(|of| of.worse > 0)
-        .map(|of| {
-            let (group, worse, all) = (named(of), of.worse, of.compared);
-            format!(
-                "{group} {worse} of {all} runs (at worst {} times none)",
-                times(of.worst)
-            )
-        })
-        .collect();
-    if !harm.is_empty() {
-        out.push(format!(
-            "The device is worse than none in: {}.",
-            harm.join("; ")
-        ));
     }
-    if let Some(whole) = whole {
-        let (low, high) = whole.interval;
-        out.push(format!(
-            "Over all groups its error after {T_MIN} min without fixes is {} times that of none \
-             (95 % interval {} to {}).",
-            times(whole.ratio),
-            times(low),
-            times(high)
-        ));
-    }
-    out
+}
+
+/// The groups with runs in which the device is worse than none.
+fn harm_by_the_device(groups: &[&AgainstNone]) -> Option<String> {
+    let harm = groups.iter().filter(|of| of.worse > 0).map(|of| {
+        let (group, worse, all) = (named(of), of.worse, of.compared);
+        let worst = times(of.worst);
+        format!("{group} {worse} of {all} runs (at worst {worst} times none)")
+    });
+    let harm: Vec<String> = harm.collect();
+    (!harm.is_empty()).then(|| format!("The device is worse than none in: {}.", harm.join("; ")))
+}
+
+/// The device over all groups.
+fn over_all(whole: &AgainstNone) -> String {
+    let interval = match whole.interval {
+        Some((low, high)) => format!("95 % interval {} to {}", times(low), times(high)),
+        None => "no interval: too few runs".to_owned(),
+    };
+    format!(
+        "Over all groups its error after {T_MIN} min without fixes is {} times that of none in \
+         the median run ({interval}).",
+        times(whole.ratio)
+    )
 }
 
 /// What the schemes do where the device takes no part.
@@ -127,12 +124,12 @@ fn of_schemes(groups: &[&AgainstNone]) -> String {
     let counted = format!("worse than no correction (none) in {worse} of {compared} comparisons");
     match harmed.is_empty() {
         true => format!(
-            "Verdict: of no scheme it is shown that it does harm on average. Single runs are \
+            "Verdict: of no scheme it is shown that it does harm in most runs. Single runs are \
              {counted}."
         ),
         false => format!(
             "Verdict: harm. In {} of {} pairs of a scheme and a group of errors the scheme makes \
-             it worse on average, and single runs are {counted}.",
+             it worse in most runs, and single runs are {counted}.",
             harmed.len(),
             groups.len()
         ),
@@ -158,7 +155,7 @@ fn harm_by_others(others: &[&AgainstNone]) -> Option<String> {
     let each: Vec<String> = groups.filter_map(of_group).collect();
     (!each.is_empty()).then(|| {
         format!(
-            "Other schemes that make it worse on average, by group of errors: {}.",
+            "Other schemes that make it worse in most runs, by group of errors: {}.",
             each.join("; ")
         )
     })

@@ -10,7 +10,10 @@ use crate::report::terms;
 use crate::report::verdict::of_outcome;
 
 const TITLE: &str = "Navigation without fixes";
-const TWO_SIGMA: f64 = 1.96;
+/// The fixes that judge err in two directions, each by this standard deviation at most: in 95 % of
+/// cases by less than so many in the length of both. So no horizontal error is off by more. One
+/// direction (1.96) is enough only for errors that are much larger than those of the fixes.
+const TWO_DIRECTIONS: f64 = 2.448;
 
 pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
     let outcomes = match &contents.outcomes {
@@ -77,6 +80,12 @@ fn interval(outcomes: &[Outcome]) -> String {
     }
 }
 
+/// The 95 % interval of a horizontal error that was found with fixes of this standard deviation.
+fn around(metres: f64, sigma: f64) -> (f64, f64) {
+    let half = TWO_DIRECTIONS * sigma;
+    ((metres - half).max(0.0), metres + half)
+}
+
 /// Horizontal errors, one line a scheme, one column a time.
 fn table(outcome: &Outcome) -> Table {
     let sigma = outcome.bench.as_deref().and_then(|b| b.reference_sigma_m);
@@ -96,8 +105,7 @@ fn table(outcome: &Outcome) -> Table {
     let line = |scheme: &&str| {
         let at_end = last.and_then(|t| outcome.horizontal(scheme, t));
         let between = at_end.zip(sigma).map(|(metres, sigma)| {
-            let half = TWO_SIGMA * sigma;
-            let (low, high) = ((metres - half).max(0.0), metres + half);
+            let (low, high) = around(metres, sigma);
             format!("{} to {}", length(low, 0.0), length(high, 0.0))
         });
         let cells = times.iter().map(|t| cell(scheme, *t));
@@ -117,5 +125,30 @@ fn table(outcome: &Outcome) -> Table {
         rows: schemes.iter().map(line).collect(),
         text: 1,
         ..Table::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::around;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Errors of none to a hundred standard deviations of the fixes, seen through such fixes.
+    #[test]
+    fn the_interval_holds_for_small_and_large_errors() {
+        const TRIED: usize = 20_000;
+        let limit = 0.05 + 4.0 * (0.05 * 0.95 / TRIED as f64).sqrt();
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        for truth in [0.0, 0.5, 1.0, 2.0, 5.0, 100.0] {
+            let missed = (0..TRIED).filter(|_| {
+                let [north, east]: [f64; 2] = [0; 2].map(|_| StandardNormal.sample(&mut rng));
+                let (low, high) = around((truth + north).hypot(east), 1.0);
+                truth < low || truth > high
+            });
+            let missed = missed.count() as f64 / TRIED as f64;
+            assert!(missed <= limit, "{truth}: {missed}");
+        }
     }
 }

@@ -1,0 +1,111 @@
+//! Standard output. What the commands print with `print!` and `println!` goes through here.
+//!
+//! A reader may close the pipe (`host-sim campaign | head`): what is printed then is dropped. If
+//! standard output cannot be written for another reason, the rest is dropped too and the command
+//! goes on until its files are written, but the program ends with that error.
+
+use crate::error::Error;
+use clap::{Command, Parser};
+use std::fmt::Arguments;
+use std::io::{self, ErrorKind, Write, stderr};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The first failure.
+static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// In place of that of the standard library, which panics.
+macro_rules! print {
+    ($($text:tt)*) => { $crate::cli::stdout::print(format_args!($($text)*)) };
+}
+
+/// In place of that of the standard library, which panics.
+macro_rules! println {
+    () => { print!("\n") };
+    ($($text:tt)*) => { print!("{}\n", format_args!($($text)*)) };
+}
+
+fn failed() -> MutexGuard<'static, Option<io::Error>> {
+    FAILED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Keeps the first failure.
+fn keep(written: io::Result<()>) -> io::Result<()> {
+    written.map_err(|error| {
+        let kind = error.kind();
+        if kind != ErrorKind::BrokenPipe {
+            failed().get_or_insert(error);
+        }
+        kind.into()
+    })
+}
+
+/// Prints, unless that has failed before.
+pub fn print(text: Arguments<'_>) {
+    if failed().is_none() {
+        let _ = keep(anstream::stdout().write_fmt(text)); // kept
+    }
+}
+
+/// Prints at once and as it is.
+///
+/// # Errors
+/// Nobody reads, or it cannot be written: who prints until then may end.
+pub(super) fn print_now(text: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    keep(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
+}
+
+/// The standard library takes a descriptor that cannot be written for one that is not there, and
+/// drops what goes to it. This asks the system.
+#[cfg(unix)]
+fn open() -> io::Result<()> {
+    use std::os::fd::AsFd;
+    let own = io::stdout().as_fd().try_clone_to_owned()?;
+    std::fs::File::from(own).write(&[]).map(drop)
+}
+
+#[cfg(not(unix))]
+fn open() -> io::Result<()> {
+    Ok(())
+}
+
+/// Writes what was printed and is still held.
+///
+/// # Errors
+/// Something printed could not be written.
+pub fn finish() -> Result<(), Error> {
+    let _ = keep(io::stdout().flush().and_then(|()| open())); // kept
+    let failed = failed().take();
+    failed.map_or(Ok(()), |source| {
+        Err(Error::writing(Path::new("standard output"), source))
+    })
+}
+
+/// What a program was given. `None`: it was asked for help or its version, which is printed. Wrong
+/// arguments end the program.
+#[must_use]
+pub fn given<P: Parser>(definition: Command) -> Option<P> {
+    let matches = definition.try_get_matches();
+    match matches.and_then(|mut matches| P::from_arg_matches_mut(&mut matches)) {
+        Ok(given) => Some(given),
+        Err(wrong) if wrong.use_stderr() => wrong.exit(),
+        Err(asked) => {
+            let _ = keep(asked.print()); // kept
+            None
+        }
+    }
+}
+
+/// Ends the program of this name: what went wrong is written to standard error, one error a line.
+/// The first gives the exit code.
+#[must_use]
+pub fn ended(name: &str, done: Result<(), Error>) -> ExitCode {
+    let errors = [done.err(), finish().err()];
+    for error in errors.iter().flatten() {
+        let _ = writeln!(stderr(), "{name}: {error}"); // nobody may be reading
+    }
+    let first = errors.iter().flatten().next();
+    first.map_or(ExitCode::SUCCESS, |error| ExitCode::from(error.code()))
+}
