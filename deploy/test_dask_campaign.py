@@ -1,40 +1,83 @@
-"""A campaign on Dask workers whose processes are killed: the bytes of one undisturbed process.
+"""A campaign on Dask workers that are killed: the bytes of one undisturbed process.
 
-`cargo xtask scale` runs it.
+`cargo xtask scale` runs it. HOST_SIM names the program.
 """
 
-import signal
+import os
 import subprocess
-from collections.abc import Iterator
+import sys
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import psutil
 import pytest
 
-import dask_campaign
-from processes import FILES, PROGRAM, Client, Cluster, until, written
-
-RUNS, SHARDS = 12, 2
+PROGRAM = Path(os.environ.get("HOST_SIM", "target/release/host-sim")).resolve()
+RUNNER = Path(__file__).with_name("dask_campaign.py")
+FILES = ("json", "ratios", "csv")
+RUNS = 12
 ARGUMENTS = ["--models", "noise", "--schemes", "none,ekf6-tuned", "--tuning-units", "1"]
+# For what takes seconds on a quiet machine.
+AT_MOST_S = 300.0
+T = TypeVar("T")
 
 
-def client_of(folder: Path, where: list[str], arguments: list[str] = ARGUMENTS) -> Client:
-    """Start a campaign."""
-    own = ["--runs", str(RUNS), "--shards", str(SHARDS), *where]
-    return Client(folder, own, arguments)
+def until(condition: Callable[[], T | None]) -> T:
+    """Wait until something is true and give it."""
+    end = time.monotonic() + AT_MOST_S
+    while not (found := condition()):
+        assert time.monotonic() < end, f"not within {AT_MOST_S} s"
+        time.sleep(0.02)
+    return found
+
+
+def written(folder: Path) -> list[str]:
+    """Give the options that write the compared files."""
+    return [word for name in FILES for word in (f"--{name}", str(folder / name))]
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """Give what was written."""
+    return {name: (folder / name).read_bytes() for name in FILES}
+
+
+def runs(folder: Path) -> dict[str, int]:
+    """Give the finished runs and when they were written, ns."""
+    return {file.name: file.stat().st_mtime_ns for file in (folder / "out/runs").glob("*.json")}
+
+
+def campaign(folder: Path, where: list[str], more: list[str] = ARGUMENTS) -> subprocess.Popen[str]:
+    """Start the runner."""
+    own = ["--host-sim", str(PROGRAM), "--out", str(folder / "out"), "--runs", str(RUNS)]
+    words = [sys.executable, str(RUNNER), *own, *written(folder), *where, "--", *more]
+    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+
+def ended(client: subprocess.Popen[str]) -> tuple[int, str]:
+    """Wait for its end: exit code and what it said."""
+    _, said = client.communicate(timeout=AT_MOST_S)
+    return client.returncode, said
 
 
 @pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
-    """Two workers."""
-    (tmp_path / "cluster").mkdir()
-    cluster = Cluster(tmp_path / "cluster")
+def cluster(tmp_path: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """Give the address of a scheduler, and two workers."""
+    file = tmp_path / "scheduler.json"
+    dask, here = [sys.executable, "-m", "dask"], ["--host", "127.0.0.1", "--no-dashboard"]
+    own = ["--port", "0", "--scheduler-file", str(file)]
+    processes = [subprocess.Popen([*dask, "scheduler", *here, *own], cwd=tmp_path)]
     try:
-        cluster.worker()
-        cluster.worker()
-        yield cluster
+        said = until(lambda: file.exists() and file.read_text().split('"address": "')[1:])
+        address = said[0].split('"')[0]
+        worker = [*dask, "worker", address, "--nthreads", "1", "--no-nanny", *here]
+        processes += [subprocess.Popen(worker, cwd=tmp_path) for _ in range(2)]
+        yield address, processes[1:]
     finally:
-        cluster.stop()
+        for process in processes:
+            process.kill()
+            process.wait()
 
 
 @pytest.fixture(scope="session")
@@ -44,111 +87,65 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     own = ["--runs", str(RUNS), "--out", str(folder / "out"), *written(folder)]
     words = [str(PROGRAM), "campaign", *own, *ARGUMENTS]
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return {name: (folder / name).read_bytes() for name in FILES}
+    return files(folder)
 
 
-def computing(worker: subprocess.Popen[bytes]) -> tuple[psutil.Process, int] | None:
-    """Give the host-sim of a worker and the number of its shard, if it computes one."""
-    try:
-        for child in psutil.Process(worker.pid).children(recursive=True):
+def computing(worker: subprocess.Popen[bytes]) -> psutil.Process | None:
+    """Give the host-sim of a worker if it computes a shard, and hold it there."""
+    for child in psutil.Process(worker.pid).children():
+        try:
             words = child.cmdline()
-            if f"{RUNS}" in words and "--shard" in words:
-                return child, int(words[words.index("--shard") + 1].split("/")[0])
-    except psutil.NoSuchProcess:
-        pass
+            if words[words.index("--runs") + 1] == str(RUNS):
+                child.suspend()
+                return child
+        except (psutil.NoSuchProcess, ValueError):
+            pass
     return None
 
 
-def in_the_middle(
-    cluster: Cluster, client: Client, least: int
-) -> tuple[subprocess.Popen[bytes], psutil.Process, int]:
-    """Wait until a worker is in the middle of a shard, `least` of whose runs are finished.
-
-    Its host-sim is held there: it cannot end before it is killed.
-    """
-
-    def look() -> tuple[subprocess.Popen[bytes], psutil.Process, int] | None:
-        assert client.process.poll() is None, client.ended()
-        for worker in cluster.workers():
-            if found := computing(worker):
-                host_sim, shard = found
-                runs = sum(run % SHARDS == shard for run in client.runs())
-                if least <= runs <= RUNS // SHARDS // 2:
-                    host_sim.suspend()
-                    cluster.held.append(host_sim)
-                    return worker, host_sim, shard
-        return None
-
-    return until(look)
-
-
-@pytest.mark.parametrize("collect", [False, True])
-def test_a_killed_worker_leaves_its_shard_to_another_one(
-    cluster: Cluster, tmp_path: Path, expected: dict[str, bytes], collect: bool
+def test_what_a_killed_worker_and_a_killed_client_leave_is_done(
+    cluster: tuple[str, list[subprocess.Popen[bytes]]], tmp_path: Path, expected: dict[str, bytes]
 ) -> None:
-    """Its shard is computed by the other worker and a new one; the bytes do not change."""
-    more = ["--collect"] if collect else []
-    client = client_of(tmp_path, ["--scheduler", cluster.address, *more])
-    worker, host_sim, shard = in_the_middle(cluster, client, 0 if collect else 1)
-    worker.kill()
-    worker.wait()
-    gone = [run for run in range(RUNS) if run % SHARDS == shard and run not in client.runs()]
-    assert gone, "the shard was finished before its worker was killed"
-    # otherwise it would go on without its worker, beside the one that has its shard now
-    until(lambda: not host_sim.is_running())
-    cluster.worker()
-    code, said = client.ended()
+    """A worker dies in its shard, then the client; the same command ends with the same bytes."""
+    address, workers = cluster
+    client = campaign(tmp_path, ["--scheduler", address, "--shards", "2"])
+    held = until(lambda: computing(workers[0]))
+    workers[0].kill()
+    workers[0].wait()
+    held.kill()
+    until(lambda: runs(tmp_path))
+    client.kill()
+    ended(client)
+    kept = runs(tmp_path)
+    assert 0 < len(kept) < RUNS
+    code, said = ended(campaign(tmp_path, ["--scheduler", address, "--shards", "3"]))
     assert code == 0, said
-    assert set(gone) <= set(client.runs())
-    assert client.files() == expected
+    assert kept.keys() < runs(tmp_path).keys()
+    assert files(tmp_path) == expected
 
 
-def test_a_killed_client_goes_on_where_it_was(
-    cluster: Cluster, tmp_path: Path, expected: dict[str, bytes]
+def test_local_workers_write_the_files_of_one_process(
+    tmp_path: Path, expected: dict[str, bytes]
 ) -> None:
-    """Workers drop the work of a client that is gone; the next one keeps the finished runs."""
-    client = client_of(tmp_path, ["--scheduler", cluster.address])
-    _, host_sim, shard = in_the_middle(cluster, client, 1)
-    client.process.send_signal(signal.SIGKILL)
-    client.ended()
-    until(lambda: not host_sim.is_running())
-    until(lambda: not any(computing(worker) for worker in cluster.workers()))
-    kept = client.runs()
-    assert 0 < sum(run % SHARDS == shard for run in kept) < RUNS // SHARDS
-    again = client_of(tmp_path, ["--scheduler", cluster.address])
-    code, said = again.ended()
+    """Workers of its own do the same."""
+    code, said = ended(campaign(tmp_path, ["--local-workers", "2"]))
     assert code == 0, said
-    assert f"{len(kept)} runs are there already" in said
-    assert kept.items() <= again.runs().items()
-    assert again.files() == expected
+    assert files(tmp_path) == expected
 
 
-def test_what_is_wrong_is_said_with_a_remedy(tmp_path: Path) -> None:
-    """Bad arguments, no scheduler and another campaign's folder end with code 1 and a sentence."""
-    local = ["--local-workers", "1"]
-    nobody = ["--scheduler", "tcp://127.0.0.1:9", "--patience", "1"]
-    (tmp_path / "3/out/runs").mkdir(parents=True)
-    (tmp_path / "3/out/runs/000000.json").write_text("[]")
-    (tmp_path / "4/out/runs").mkdir(parents=True)
-    (tmp_path / f"4/out/runs/{RUNS:06}.json").write_text("[]")
-    cases: list[tuple[list[str], list[str], str]] = [
-        (local, ["--schemes", "foo"], "there is no scheme 'foo'; remedy: one of none"),
-        (local, ["--shard=0/2"], "--shard=0/2 behind --; remedy:"),
-        (nobody, ARGUMENTS, "no scheduler at tcp://127.0.0.1:9"),
-        (local, ARGUMENTS, "that is no campaign's and is not overwritten; remedy:"),
-        (local, ARGUMENTS, f"holds run {RUNS} of a longer campaign; remedy: --runs {RUNS + 1}"),
-    ]
-    for number, (where, words, reason) in enumerate(cases):
-        client = client_of(tmp_path / str(number), where, words)
-        code, said = client.ended()
-        assert code == 1
-        assert reason in said
-        assert "remedy" in said
-        assert "Traceback" not in said
-
-
-def test_runs_are_divided_without_loss_and_without_empty_shards() -> None:
-    """Only shards that miss a run become tasks."""
-    assert dask_campaign.divided({0, 3, 4, 9}, 3) == {0: 3, 1: 1}
-    assert dask_campaign.divided(set(range(10)), 4) == {0: 3, 1: 3, 2: 2, 3: 2}
-    assert dask_campaign.divided(set(), 4) == {}
+@pytest.mark.parametrize(
+    ("where", "more", "reason"),
+    [
+        (["--local-workers", "1"], ["--schemes", "foo"], "there is no scheme 'foo'"),
+        (["--local-workers", "1"], ["--shard=0/2"], "--shard=0/2 behind --"),
+        (["--scheduler", "tcp://127.0.0.1:9", "--patience", "1"], ARGUMENTS, "tcp://127.0.0.1:9"),
+    ],
+)
+def test_what_is_wrong_is_said_with_a_remedy(
+    tmp_path: Path, where: list[str], more: list[str], reason: str
+) -> None:
+    """Bad arguments and no scheduler end with code 1 and a sentence."""
+    code, said = ended(campaign(tmp_path, where, more))
+    assert code == 1
+    assert reason in said
+    assert "remedy" in said

@@ -1,88 +1,130 @@
-//! `cargo xtask boards`: builds the boards over other people's drivers (`firmware/boards`) and
-//! compares flash and RAM with `budgets.toml`.
+//! The boards over other people's drivers (`firmware/boards`, a workspace of its own): how they are
+//! built.
 
-use std::process::ExitCode;
+use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail, ensure};
-use qemu::boards::{FAMILIES, Family, build};
-use qemu::budget::Budgets;
-use qemu::chip::Driver;
-use qemu::images::{TARGET, target_directory, without_paths, workspace};
-use qemu::size::Size;
+use anyhow::{Context, Result, ensure};
 
-use crate::stage::{cargo_with, succeed};
-use crate::table::numbers;
+use crate::images::{TARGET, apart, target_directory};
+use crate::stage::succeed;
 
-/// Examples of a loop of one's own, which only have to build.
-const EXAMPLES: [&str; 2] = ["loop-embassy", "loop-rtic"];
+/// The target of a Cortex-M33 with FPU.
+pub const M33: &str = "thumbv8m.main-none-eabihf";
+
+/// A board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Family {
+    /// Its package, and its entry in `budgets.toml`.
+    pub name: &'static str,
+    /// Its name on the box.
+    pub board: &'static str,
+    /// The target triple.
+    pub target: &'static str,
+    /// The chip by the name that probe-rs uses.
+    pub chip: &'static str,
+    /// Bytes of memory for variables and stack.
+    pub memory: u64,
+}
+
+/// Every board.
+pub const FAMILIES: [Family; 6] = [
+    Family {
+        name: "f405",
+        board: "STM32F405 over embassy-stm32",
+        target: TARGET,
+        chip: "STM32F405RGTx",
+        memory: 128 * 1024,
+    },
+    Family {
+        name: "f446",
+        board: "Nucleo-F446RE",
+        target: TARGET,
+        chip: "STM32F446RETx",
+        memory: 128 * 1024,
+    },
+    Family {
+        name: "f767",
+        board: "Nucleo-F767ZI",
+        target: TARGET,
+        chip: "STM32F767ZITx",
+        memory: 512 * 1024,
+    },
+    Family {
+        name: "h743",
+        board: "Nucleo-H743ZI2",
+        target: TARGET,
+        chip: "STM32H743ZITx",
+        memory: (512 + 128) * 1024,
+    },
+    Family {
+        name: "pico2",
+        board: "Raspberry Pi Pico 2",
+        target: M33,
+        chip: "RP235x",
+        memory: 512 * 1024,
+    },
+    Family {
+        name: "nrf52840",
+        board: "nRF52840-DK",
+        target: TARGET,
+        chip: "nRF52840_xxAA",
+        memory: 256 * 1024,
+    },
+];
+
+impl Family {
+    /// The one of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        FAMILIES.into_iter().find(|family| family.name == name)
+    }
+
+    /// Builds its image and returns the path. All boards share a build directory.
+    ///
+    /// # Errors
+    /// cargo cannot be started, or the build fails; cargo has printed why.
+    pub fn build(self) -> Result<PathBuf> {
+        build(self.name, self.target)
+    }
+}
+
+/// Builds a package of the boards' workspace and returns the path of its image.
+///
+/// # Errors
+/// As [`Family::build`].
+pub fn build(package: &str, target: &str) -> Result<PathBuf> {
+    let mut build = apart("build", "firmware/boards", "boards", Some(target))?;
+    build.args(["--release", "--package", package]);
+    let status = build.status().context("cannot start cargo")?;
+    ensure!(status.success(), "building board {package} failed");
+    let directory = target_directory()?.join("boards");
+    Ok(directory.join(target).join("release").join(package))
+}
 
 /// The board of a name.
+///
+/// # Errors
+/// There is none; the error names those that there are.
 pub fn named(name: &str) -> Result<Family> {
     let names = FAMILIES.map(|family| family.name).join(", ");
     Family::named(name)
         .with_context(|| format!("no board `{name}`; remedy: stm32f405 or one of {names}"))
 }
 
-/// Builds all of them, or one, and measures. Exceeding a budget is an error.
-pub fn boards(only: Option<&str>) -> Result<ExitCode> {
-    let budgets = Budgets::read()?.board;
-    for name in budgets.keys() {
-        named(name).context("budgets.toml")?;
-    }
-    let wanted = match only {
-        Some(name) => vec![named(name)?],
-        None => FAMILIES.to_vec(),
-    };
-    let mut table = numbers([
-        "board",
-        "flash, B",
-        "budget",
-        "RAM, B",
-        "budget",
-        "left for the stack, B",
-        "functions that panic",
-    ]);
-    let mut exceeded = Vec::new();
-    for family in wanted {
-        let name = family.name;
-        let budget = budgets
-            .get(name)
-            .with_context(|| format!("budgets.toml: no [board.{name}]"))?;
-        let size = Size::of(&family.build()?)?;
-        table.add_row([
-            format!("{name}: {}", family.board),
-            size.flash.to_string(),
-            budget.flash.to_string(),
-            size.ram.to_string(),
-            budget.ram.to_string(),
-            family.memory.saturating_sub(size.ram).to_string(),
-            size.panics.len().to_string(),
-        ]);
-        let excess = [
-            ("flash", size.flash, budget.flash),
-            ("RAM", size.ram, budget.ram),
-        ];
-        let over = excess.into_iter().filter(|(_, is, most)| is > most);
-        exceeded.extend(
-            over.map(|(what, is, most)| format!("{name}: {is} bytes of {what}, budget {most}")),
-        );
-        ensure!(
-            size.ram < family.memory,
-            "{name}: {} bytes of RAM, the chip has {}",
-            size.ram,
-            family.memory
-        );
-    }
-    println!("{table}");
-    if !exceeded.is_empty() {
-        bail!("over budget (budgets.toml):\n  {}", exceeded.join("\n  "));
-    }
-    if only.is_none() {
-        for example in EXAMPLES {
-            build(example, TARGET)?;
-        }
-    }
-    Ok(ExitCode::SUCCESS)
+/// Examples of a loop of one's own, which only have to build.
+const EXAMPLES: [&str; 2] = ["loop-embassy", "loop-rtic"];
+
+/// Programs over other people's drivers for the chip model (`tests/chip`): feature and name.
+pub const DRIVERS: [(&str, &str); 2] = [("hal", "chip-hal"), ("embassy", "chip-embassy")];
+
+/// Builds the examples.
+///
+/// # Errors
+/// As [`build`].
+pub fn examples() -> Result<()> {
+    EXAMPLES
+        .iter()
+        .try_for_each(|name| build(name, TARGET).map(drop))
 }
 
 /// Clippy over what has a workspace of its own, in the folders of their builds: each board alone,
@@ -95,8 +137,8 @@ pub fn lints() -> Result<()> {
         let of = ["--release", "--package", package];
         clippy("firmware/boards", "boards", Some(target), &of)?;
     }
-    for driver in Driver::ALL {
-        let of = ["--features", driver.feature(), "--bin", driver.program()];
+    for (feature, program) in DRIVERS {
+        let of = ["--features", feature, "--bin", program];
         clippy("tests/chip", "chip", Some(TARGET), &of)?;
     }
     clippy("tests/rp2350", "rp2350", None, &[])?;
@@ -110,26 +152,15 @@ pub fn lints() -> Result<()> {
 
 /// Of a workspace, for a target or for this machine; `folder` of the target directory is its own.
 fn clippy(workspace_of: &str, folder: &str, target: Option<&str>, of: &[&str]) -> Result<()> {
-    let mut clippy = cargo_with("clippy --quiet --locked");
-    if let Some(target) = target {
-        clippy.args(["--target", target]);
-    }
-    clippy
-        .arg("--manifest-path")
-        .arg(workspace().join(workspace_of).join("Cargo.toml"))
-        .arg("--target-dir")
-        .arg(target_directory()?.join(folder))
-        .args(of)
-        .args(["--", "-D", "warnings"]);
-    without_paths(&mut clippy, &workspace());
-    succeed(&mut clippy)
+    let mut clippy = apart("clippy", workspace_of, folder, target)?;
+    succeed(clippy.args(of).args(["--", "-D", "warnings"]))
 }
 
 #[cfg(test)]
 mod tests {
     use std::fs;
 
-    use qemu::images::workspace;
+    use crate::images::workspace;
 
     /// Each line of the worked diff is in one of the two boards' files.
     #[test]

@@ -3,18 +3,17 @@
 //! folders of their own. The tests come last, so that the output ends with the closing lines of
 //! their runner.
 
-use std::env::consts::EXE_SUFFIX;
 use std::num::NonZero;
-use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::thread;
 
 use anyhow::{Context, Result};
-use qemu::chip::Driver;
-use qemu::images::{PROFILE, REQUIRE, TARGET, target_directory, without_paths, workspace};
+
+use crate::boards::{DRIVERS, FAMILIES};
+use crate::images::{PROFILE, REQUIRE, TARGET, apart, target_directory, without_paths, workspace};
 
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{boards, comments, fuzz, needs, package, reproduce, size, stack, supply, wheel};
+use crate::{boards, comments, fuzz, needs, package, reproduce, supply, wheel};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
 const TARGET_PACKAGES: [&str; 6] = [
@@ -59,9 +58,14 @@ pub fn test(fast: bool) -> Result<ExitCode> {
             let beside = scope.spawn(|| target(&stages));
             let ours = here(&stages)
                 .and_then(|()| stages.run("Python wheel: build, tests, notebooks", wheel::check))
-                .and_then(|()| stages.run("fuzz targets", || fuzz::targets(4, None, Some(1))));
+                .and_then(|()| stages.run("fuzz targets", || fuzz::targets(4, None, Some(1))))
+                .and_then(|()| stages.run("build of tests and of what measures", tests));
             let theirs = beside.join().expect("no panic in a stage");
             ours.and(theirs)
+        })?;
+        // all images are built by now
+        stages.run("flash, RAM and panic budgets", || {
+            ["size", "boards"].into_iter().try_for_each(measured)
         })?;
     }
     last(&stages, fast)
@@ -93,15 +97,16 @@ fn target(stages: &Stages) -> Result<()> {
         "lrnn-nostd alone: package, cores, oldest Rust",
         package::check,
     )?;
-    stages.run("flash, RAM and panic budgets", || size::size().map(drop))?;
-    stages.run("boards over other drivers: build, budgets", || {
-        boards::boards(None).map(drop)
+    stages.run("boards over other drivers: build", || {
+        FAMILIES
+            .into_iter()
+            .try_for_each(|family| family.build().map(drop))?;
+        boards::examples()
     })?;
     stages.run(
         "lints of boards, judges and lrnn-nostd alone",
         boards::lints,
     )?;
-    stages.run("stack: bound and room", || stack::stack(None).map(drop))?;
     stages.run("image is the same from another folder", || {
         reproduce::reproduce().map(drop)
     })
@@ -140,31 +145,28 @@ fn target_builds() -> Result<()> {
         without_paths(&mut build, &workspace());
         succeed(&mut build)
     })?;
-    Driver::ALL
-        .into_iter()
-        .try_for_each(|driver| driver.build().map(drop))?;
-    qemu::rp2350::build().map(drop)
+    for (feature, program) in DRIVERS {
+        let mut build = apart("build", "tests/chip", "chip", Some(TARGET))?;
+        succeed(build.args(["--features", feature, "--bin", program]))?;
+    }
+    succeed(&mut apart("build", "tests/rp2350", "rp2350", None)?)
 }
 
-/// With the lints' compiler and arguments, as `cargo clippy` sets them: what a page depends on is
-/// then there already, and no package is checked a second time.
+/// With the features that the tests have, so that nothing is compiled for the budgets alone.
+fn tests() -> Result<()> {
+    let words = "build --quiet --workspace --tests --bin measure";
+    succeed(&mut cargo_with(words))
+}
+
+/// A task of `tests/measure`, as [`tests`] has built it.
+fn measured(task: &str) -> Result<()> {
+    let program = target_directory()?.join("debug/measure");
+    succeed(Command::new(program).arg(task))
+}
+
 fn documentation() -> Result<()> {
     let mut doc = cargo_with("doc --quiet --workspace --no-deps");
-    doc.env("RUSTDOCFLAGS", "-D warnings");
-    let sysroot = Command::new("rustc")
-        .args(["--print", "sysroot"])
-        .current_dir(workspace())
-        .output();
-    let sysroot = sysroot.context("cannot start rustc")?.stdout;
-    let sysroot = String::from_utf8(sysroot)?;
-    let clippy = Path::new(sysroot.trim()).join(format!("bin/clippy-driver{EXE_SUFFIX}"));
-    if clippy.exists() {
-        let between = "__CLIPPY_HACKERY__";
-        let arguments = DENIED.map(|argument| argument.to_owned() + between);
-        doc.env("RUSTC_WORKSPACE_WRAPPER", clippy)
-            .env("CLIPPY_ARGS", arguments.concat());
-    }
-    succeed(&mut doc)
+    succeed(doc.env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 /// Unit, property and system tests, and the images in QEMU. Nothing is printed after the runner.

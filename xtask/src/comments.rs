@@ -1,8 +1,8 @@
 //! Comments fit on a screen: no line of Rust that carries a comment is longer than [`WIDTH`].
 //! rustfmt wraps code, but leaves comments as they are.
 
+use crate::images::workspace;
 use anyhow::{Context, Result, ensure};
-use qemu::images::workspace;
 use std::path::{Path, PathBuf};
 
 /// Longest line with a comment, in characters.

@@ -4,26 +4,24 @@
 use std::process::ExitCode;
 
 use anyhow::Result;
-use qemu::emulator::{ASKED_FOR, build};
-use qemu::images::{REQUIRE, target_directory, workspace};
 
+use crate::images::{REQUIRE, apart};
 use crate::needs;
 use crate::stage::{cargo_with, succeed};
 
 /// Builds the emulator, looks at its lints, and runs its tests.
 pub fn emulators() -> Result<ExitCode> {
     needs::targets()?;
-    build()?;
-    let mut clippy = cargo_with("clippy --quiet --locked --ignore-rust-version --all-targets");
-    clippy
-        .arg("--manifest-path")
-        .arg(workspace().join("tests/rigless/Cargo.toml"))
-        .arg("--target-dir")
-        .arg(target_directory()?.join("rigless"))
-        .args(["--", "-D", "warnings"]);
-    succeed(&mut clippy)?;
+    for command in ["build", "clippy"] {
+        let mut cargo = apart(command, "tests/rigless", "rigless", None)?;
+        cargo.arg("--ignore-rust-version"); // it names a younger compiler, and builds with ours
+        if command == "clippy" {
+            cargo.args(["--all-targets", "--", "-D", "warnings"]);
+        }
+        succeed(&mut cargo)?;
+    }
     let mut tests = cargo_with("test --package qemu --test rigless -- --nocapture");
-    tests.env(ASKED_FOR, "1").env(REQUIRE, "1");
+    tests.env("LRNN_EMULATORS", "1").env(REQUIRE, "1");
     succeed(&mut tests)?;
     Ok(ExitCode::SUCCESS)
 }

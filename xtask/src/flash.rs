@@ -4,12 +4,11 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-use anyhow::{Context, Result, bail, ensure};
-use qemu::boards::Family;
-use qemu::images::{BENCH, Image, STM32F405};
-
+use crate::boards::{Family, M33};
+use crate::images::{BENCH, Image, STM32F405};
 use crate::stage::succeed;
 use crate::{boards, load, needs};
+use anyhow::{Context, Result, bail, ensure};
 
 /// The default chip, by the name that probe-rs uses.
 pub const CHIP: &str = "STM32F405RGTx";
@@ -59,7 +58,7 @@ pub fn flash_board(name: &str, way: &Way) -> Result<ExitCode> {
     let family = boards::named(name)?;
     let chip = way.chip.as_deref().unwrap_or(family.chip);
     is_of(family, chip)?;
-    served_by(way, family.target == qemu::boards::M33)?;
+    served_by(way, family.target == M33)?;
     needs::targets()?;
     write(&family.build()?, chip, way)
 }
@@ -163,7 +162,7 @@ fn fits(image: Image, chip: &str) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use qemu::images::{STM32F405, STM32F405_WINDOW};
+    use crate::images::STM32F405_WINDOW;
 
     #[test]
     fn board_images_are_for_the_f405_and_its_sisters() {

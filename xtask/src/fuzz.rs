@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::Instant;
 
+use crate::images::{target_directory, workspace};
 use anyhow::{Context, Result, bail, ensure};
-use qemu::images::{target_directory, workspace};
 
 use crate::needs;
 use crate::stage::{cargo_with, succeed};

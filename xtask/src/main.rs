@@ -1,41 +1,27 @@
 //! The one front door, the same on a developer's machine and in CI: `cargo xtask <task>`.
 
-mod alone;
-mod bench;
-mod beside;
-mod boards;
 mod check;
-mod child;
 mod comments;
 mod emulators;
-mod figures;
 mod flash;
 mod fuzz;
-mod growth;
 mod load;
-mod markers;
-mod needs;
 mod package;
-mod pytorch;
-mod qemu;
 mod release;
 mod reproduce;
 mod scale;
-mod size;
-mod stack;
-mod stage;
 mod supply;
-mod table;
-mod times;
 mod vectors;
-mod venv;
 mod wheel;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
-use ::qemu::images::{BENCH, STM32F405_WINDOW};
-use clap::{Parser, Subcommand};
+use anyhow::{Context, Result};
+use clap::{Args, Parser, Subcommand};
+use xtask::images::{BENCH, STM32F405_WINDOW, cargo};
+use xtask::{boards, images, needs, stage, table, venv};
 
 /// The checks and measurements of this workspace.
 #[derive(Parser)]
@@ -55,37 +41,27 @@ enum Task {
         fast: bool,
     },
     /// Measures each piece of work: nanoseconds on this machine, instructions on a Cortex-M4F.
-    Bench {
-        /// Also writes the figures to this file.
-        #[arg(long, value_name = "FILE")]
-        json: Option<PathBuf>,
-    },
-    /// Measures `lrnn-nostd` in a crate of its own: on five cores, whose digests it compares with
-    /// the desktop's, and at every level of optimisation. Writes tables in lrnn-nostd/README.md.
-    Alone,
+    #[command(disable_help_flag = true)]
+    Bench(Handed),
+    /// Measures `lrnn-nostd` in a crate of its own, and writes tables in lrnn-nostd/README.md.
+    #[command(disable_help_flag = true)]
+    Alone(Handed),
     /// Whether `lrnn-nostd` could be published: packs it, builds what is packed, and checks it for
     /// each core without `std` and with the oldest Rust that it names.
     Package,
     /// Measures the desktop side beside what a user would pick instead, and a recording of 24 h.
-    /// Takes some minutes and 3 GB of disk. PYTHON names a Python with AllanTools, KFGINS the
-    /// program KF-GINS; what is missing is left out. Writes tables in docs/PERFORMANCE.md.
-    Beside,
-    /// Measures how cost grows with rate, networks, weights, runs and cores. Takes minutes. Writes
-    /// docs/growth-*.svg and tables in docs/PERFORMANCE.md.
-    Growth,
-    /// Runs every board in QEMU: serial lines, a drive of 22 minutes, instructions, stack. Compares
-    /// the target with the desktop, bit for bit.
-    Qemu {
-        /// Also writes the figures to this file.
-        #[arg(long, value_name = "FILE")]
-        json: Option<PathBuf>,
-    },
-    /// Builds the boards over other people's drivers (firmware/boards) and the examples of a loop
-    /// of one's own, and compares flash and RAM with budgets.toml.
-    Boards {
-        /// Only this board.
-        only: Option<String>,
-    },
+    #[command(disable_help_flag = true)]
+    Beside(Handed),
+    /// Measures how cost grows with rate, networks, weights, runs and cores.
+    #[command(disable_help_flag = true)]
+    Growth(Handed),
+    /// Runs every board in QEMU and compares it with the desktop, bit for bit.
+    #[command(disable_help_flag = true)]
+    Qemu(Handed),
+    /// Builds the boards over other people's drivers (firmware/boards), and compares flash and RAM
+    /// with budgets.toml.
+    #[command(disable_help_flag = true)]
+    Boards(Handed),
     /// Runs our STM32 images in an emulator that others wrote (tests/rigless), whose compilation
     /// takes minutes.
     Emulators,
@@ -115,7 +91,8 @@ enum Task {
         dfu: Option<PathBuf>,
     },
     /// Makes tables and pictures of the pages again: the cheap ones, those named, or all.
-    Figures(figures::Order),
+    #[command(disable_help_flag = true)]
+    Figures(Handed),
     /// Reads a million damaged bytes of every protocol and counts what is lost or wrongly accepted.
     Fuzz {
         /// A hundred million bytes of each, with a log; goes on where it was interrupted.
@@ -135,8 +112,7 @@ enum Task {
         #[arg(long, value_name = "NUMBER", requires = "targets")]
         seed: Option<u32>,
     },
-    /// Checks licences, sources and duplicates of all dependencies; and advisories, where
-    /// `cargo deny` is installed and can fetch them.
+    /// Checks licences, sources, duplicates and advisories of all dependencies with `cargo deny`.
     Supply,
     /// Writes a bill of materials (CycloneDX) for each package, with cargo-cyclonedx.
     Sbom,
@@ -147,20 +123,10 @@ enum Task {
     Reproduce,
     /// Campaigns on Dask workers that are killed in the middle: the bytes of one process. Installs
     /// Python's packages in target/scale.
-    Scale {
-        /// Instead: throughput against workers. Takes minutes. Writes docs/scale.svg and a table
-        /// in docs/PERFORMANCE.md.
-        #[arg(long)]
-        measure: bool,
-    },
+    Scale,
     /// Compares flash and RAM of each image with budgets.toml.
-    Size,
-    /// Bounds each board's stack from its call graph, and compares the bound with the room.
-    Stack {
-        /// Also writes the figures to this file.
-        #[arg(long, value_name = "FILE")]
-        json: Option<PathBuf>,
-    },
+    #[command(disable_help_flag = true)]
+    Size(Handed),
     /// Builds the Python wheel, installs it into a virtual environment below the target folder, and
     /// runs its tests, its notebooks and the check of its stub. PYTHON names another interpreter
     /// than `python3`.
@@ -174,16 +140,37 @@ enum Task {
     Vectors,
 }
 
+/// What is handed on to `tests/measure`, which measures; `--help` too.
+#[derive(Args)]
+struct Handed {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    words: Vec<OsString>,
+}
+
+/// The program of `tests/measure`, with a task.
+fn measure(task: &str) -> Command {
+    let mut run = cargo();
+    run.args(["run", "--quiet", "--package", "measure", "--", task]);
+    run
+}
+
+/// Runs it, and ends as it ends.
+fn hand(task: &str, handed: Handed) -> Result<ExitCode> {
+    let status = measure(task).args(handed.words).status();
+    let code = status.context("cannot start cargo")?.code();
+    Ok(code.map_or(ExitCode::FAILURE, |code| ExitCode::from(code as u8)))
+}
+
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Test { fast } => check::test(fast),
-        Task::Bench { json } => bench::bench(json.as_deref()),
-        Task::Alone => alone::alone(),
+        Task::Bench(handed) => hand("bench", handed),
+        Task::Alone(handed) => hand("alone", handed),
         Task::Package => package::package(),
-        Task::Beside => beside::beside(),
-        Task::Growth => growth::growth(),
-        Task::Qemu { json } => qemu::qemu(json.as_deref()),
-        Task::Boards { only } => needs::targets().and_then(|()| boards::boards(only.as_deref())),
+        Task::Beside(handed) => hand("beside", handed),
+        Task::Growth(handed) => hand("growth", handed),
+        Task::Qemu(handed) => hand("qemu", handed),
+        Task::Boards(handed) => hand("boards", handed),
         Task::Emulators => emulators::emulators(),
         Task::Flash {
             board,
@@ -200,7 +187,7 @@ fn main() -> ExitCode {
                 _ => flash::flash_board(&board, &way),
             }
         }
-        Task::Figures(order) => figures::figures(&order),
+        Task::Figures(handed) => hand("figures", handed),
         Task::Fuzz {
             targets: true,
             seconds,
@@ -213,9 +200,8 @@ fn main() -> ExitCode {
         Task::Sbom => supply::sbom(),
         Task::Release(order) => release::release(&order),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
-        Task::Scale { measure } => scale::scale(measure),
-        Task::Size => needs::target().and_then(|()| size::size()),
-        Task::Stack { json } => needs::target().and_then(|()| stack::stack(json.as_deref())),
+        Task::Scale => scale::scale(),
+        Task::Size(handed) => hand("size", handed),
         Task::Wheel { release } => wheel::wheel(release),
         Task::Vectors => vectors::regenerate(),
     };

@@ -5,13 +5,56 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
+use crate::boards::M33;
+use crate::images::{TARGET, installed, workspace};
+use crate::stage::{cargo_with, succeed};
 use anyhow::{Context, Result, bail};
-use qemu::alone;
-use qemu::boards::M33;
-use qemu::images::{TARGET, installed};
-use qemu::machine::{QEMU, QEMU_RISCV, REMEDY, available, can_start};
 
-use crate::stage::succeed;
+/// The emulator.
+pub const QEMU: &str = "qemu-system-arm";
+
+/// Environment variable with the path of another [`QEMU`] than that of `PATH`.
+pub const OTHER: &str = "QEMU_SYSTEM_ARM";
+
+/// The emulator of RISC-V; only `lrnn-nostd` alone runs there.
+pub const QEMU_RISCV: &str = "qemu-system-riscv32";
+
+/// The remedy when it is missing.
+pub const REMEDY: &str = "install QEMU for ARM (Debian: apt-get install qemu-system-arm; Fedora: dnf install qemu-system-arm; \
+                          macOS: brew install qemu)";
+
+/// The remedy when the emulator of RISC-V is missing.
+pub const REMEDY_RISCV: &str = "install QEMU for RISC-V (Debian: apt-get install qemu-system-misc; \
+     Fedora: dnf install qemu-system-riscv; macOS: brew install qemu)";
+
+/// The targets of `lrnn-nostd` alone.
+pub const ALONE: [&str; 4] = [
+    TARGET,
+    M33,
+    "thumbv6m-none-eabi",
+    "riscv32imac-unknown-none-elf",
+];
+
+/// Whether the emulator can be started.
+pub fn available() -> bool {
+    can_start(QEMU)
+}
+
+/// Whether this emulator can be started.
+pub fn can_start(emulator: &str) -> bool {
+    let version = start(emulator)
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    version.is_ok_and(|status| status.success())
+}
+
+/// The emulator of this name, or the one that [`OTHER`] tells in its place.
+pub fn start(emulator: &str) -> Command {
+    let other = std::env::var_os(OTHER).filter(|path| emulator == QEMU && !path.is_empty());
+    Command::new(other.unwrap_or_else(|| emulator.into()))
+}
 
 /// The core library of the boards' usual target, for the pinned toolchain.
 pub fn target() -> Result<()> {
@@ -25,12 +68,12 @@ pub fn targets() -> Result<()> {
 
 /// All that `lrnn-nostd` alone needs: the core libraries and both emulators.
 pub fn alone() -> Result<()> {
-    alone::TARGETS.into_iter().try_for_each(core_library)?;
+    ALONE.into_iter().try_for_each(core_library)?;
     emulator()?;
     if can_start(QEMU_RISCV) {
         return Ok(());
     }
-    let missing = format!("{QEMU_RISCV} is missing; remedy: {}", alone::REMEDY_RISCV);
+    let missing = format!("{QEMU_RISCV} is missing; remedy: {}", REMEDY_RISCV);
     install("qemu-system-misc", &missing)?;
     if !can_start(QEMU_RISCV) {
         bail!(missing);
@@ -49,7 +92,7 @@ fn core_library(target: &str) -> Result<()> {
     let mut rustup = Command::new("rustup");
     rustup
         .args(["target", "add", target])
-        .current_dir(qemu::images::workspace());
+        .current_dir(workspace());
     succeed(&mut rustup).context(remedy.clone())?;
     if !installed(target) {
         bail!(remedy);
@@ -162,7 +205,7 @@ fn root() -> bool {
 
 /// Whether `cargo nextest` is installed.
 pub fn nextest() -> bool {
-    let version = crate::stage::cargo_with("nextest --version")
+    let version = cargo_with("nextest --version")
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .status();

@@ -3,8 +3,8 @@
 use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, ensure};
-use qemu::alone::TARGETS;
-use qemu::images::target_directory;
+
+use crate::images::{target_directory, workspace};
 
 use crate::needs;
 use crate::stage::{cargo_with, succeed};
@@ -53,7 +53,7 @@ pub fn check() -> Result<()> {
     for file in ["LICENSE-MIT", "LICENSE-APACHE", "README.md", "src/lib.rs"] {
         ensure!(list.lines().any(|name| name == file), "{file} is missing");
     }
-    for target in TARGETS {
+    for target in needs::ALONE {
         succeed(
             cargo_with("check --quiet --lib --all-features --package")
                 .args([NAME, "--target", target, "--target-dir"])
@@ -72,7 +72,7 @@ fn oldest() -> Result<()> {
         let mut rustup = Command::new("rustup");
         rustup
             .args(arguments)
-            .current_dir(qemu::images::workspace())
+            .current_dir(workspace())
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null());

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
+use crate::images::{PROFILE, STM32F405, TARGET, cargo, workspace};
 use anyhow::{Context, Result, ensure};
-use qemu::images::{PROFILE, STM32F405, TARGET, cargo, workspace};
 use sha2::{Digest, Sha256};
 
 use crate::stage::succeed;
@@ -33,7 +33,7 @@ pub fn reproduce() -> Result<ExitCode> {
         .arg("--target-dir")
         .arg(&directory)
         .current_dir(&copy);
-    qemu::images::without_paths(&mut build, &copy);
+    crate::images::without_paths(&mut build, &copy);
     succeed(&mut build)?;
     let there = fs::read(directory.join(TARGET).join(PROFILE).join(STM32F405.name))?;
     let sums = [&here, &there].map(|image| hex(&Sha256::digest(image)));

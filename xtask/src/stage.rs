@@ -5,8 +5,8 @@ use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use crate::images::cargo;
 use anyhow::{Context, Result, bail};
-use qemu::images::cargo;
 
 /// Counts the stages of one run.
 pub struct Stages {

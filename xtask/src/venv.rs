@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::images::target_directory;
 use anyhow::{Context, Result};
-use qemu::images::target_directory;
 
 use crate::needs;
 use crate::stage::succeed;

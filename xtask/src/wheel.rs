@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use crate::images::{target_directory, workspace};
 use anyhow::{Context, Result, bail};
-use qemu::images::{target_directory, workspace};
 
 use crate::stage::{cargo_with, succeed};
 use crate::venv::Environment;
@@ -39,9 +39,10 @@ pub fn check() -> Result<()> {
 
 fn checked(venv: &Environment) -> Result<()> {
     let target = target_directory()?;
-    // the features of both packages are those of the workspace's tests
+    // with the features of the workspace's tests, as the wheel
     succeed(&mut cargo_with(
-        "build --quiet --package xtask --package host-sim --bin host-sim",
+        "build --quiet --package imu-compensation-python --package host-sim --bin host-sim \
+         --features imu-compensation-python/in-workspace",
     ))?;
     let wheel = build(
         venv,

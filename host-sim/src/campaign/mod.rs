@@ -15,7 +15,6 @@ mod laws;
 mod limit;
 mod measuring;
 mod memory;
-mod parquet;
 mod ratios;
 mod results;
 pub mod runs;
@@ -24,11 +23,11 @@ pub mod start;
 mod statistics;
 mod store;
 mod studies;
+mod table;
 mod tuning;
 mod turn_on;
 mod zupt;
 
-pub use self::parquet::{fingerprint, to_parquet};
 pub use against_none::{AgainstNone, Decided, NONE, against_none, missing};
 pub use group::{FixErrors, Group};
 pub use ratios::{Ratio, ratios};
@@ -39,6 +38,7 @@ pub use schemes::{
 pub use statistics::{FEWEST, Summary, between, median as median_of, summarise};
 pub use store::{Merged, Row, merge};
 pub use studies::{Study, Topic, studies};
+pub use table::{fingerprint, to_csv};
 pub use tuning::{Setting, Simulated, Tuning};
 
 use crate::error::Error;

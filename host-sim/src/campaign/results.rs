@@ -34,10 +34,7 @@ pub fn results(
         .replace("{command}", command)
         .replace("{runs}", &runs.to_string())
         .replace("{version}", env!("CARGO_PKG_VERSION"))
-        .replace(
-            "{fingerprint}",
-            &super::parquet::fingerprint(&campaign.fingerprint),
-        )
+        .replace("{fingerprint}", &super::fingerprint(&campaign.fingerprint))
         .replace("{medians}", &by_scheme(&last, |s| metres(s.median_m)))
         .replace("{goals}", &goals(&last))
         .replace("{spread}", &spread(&last))

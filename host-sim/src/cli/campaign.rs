@@ -1,11 +1,11 @@
 //! `host-sim campaign`.
 
-use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, shard};
+use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, renamed, shard};
 use super::output::{JsonOption, write_json};
 use super::progress::{self, bar};
 use crate::campaign::{
     Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Topic, merge, missing, ratios,
-    results, studies, summarise, to_parquet,
+    results, studies, summarise, to_csv,
 };
 use crate::error::Error;
 use crate::output::{check_writable, write_atomic};
@@ -94,9 +94,12 @@ struct Files {
     /// Write the paired ratios of every scheme to every other as JSON
     #[arg(long, value_name = "FILE")]
     ratios: Option<PathBuf>,
-    /// Write all runs as Parquet [default: DIR/campaign.parquet; none for a shard and for merge]
+    /// Write all runs as CSV [default: DIR/campaign.csv; none for a shard and for merge]
     #[arg(long, value_name = "FILE")]
-    parquet: Option<PathBuf>,
+    csv: Option<PathBuf>,
+    /// What `--csv` has replaced.
+    #[arg(long, hide = true, value_parser = renamed("give --csv FILE, or --json FILE"))]
+    parquet: Option<String>,
     /// Write the tables with explanations as Markdown
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
@@ -111,11 +114,19 @@ impl Files {
         let Self {
             json,
             ratios,
-            parquet,
+            csv,
             results,
             report,
+            ..
         } = self;
-        let all = [json.file(), ratios.as_deref(), parquet.as_deref()];
+        for file in [json.file(), csv.as_deref()].into_iter().flatten() {
+            if file.extension().is_some_and(|end| end == "parquet") {
+                let problem = format!("{}: Parquet is not written", file.display());
+                let remedy = "name a .csv file for --csv, or a .json file for --json";
+                return Err(refused("--csv", problem, remedy));
+            }
+        }
+        let all = [json.file(), ratios.as_deref(), csv.as_deref()];
         let all = all
             .into_iter()
             .chain([results.as_deref(), report.as_deref()]);
@@ -185,8 +196,8 @@ impl Args {
         }
         println!("vehicle: {}", campaign.scenario.vehicle_name);
         let mut files = self.files.clone();
-        if campaign.shard.1 == 1 && files.parquet.is_none() {
-            files.parquet = Some(self.out.join("campaign.parquet"));
+        if campaign.shard.1 == 1 && files.csv.is_none() {
+            files.csv = Some(self.out.join("campaign.csv"));
         }
         finish(&done, &further, &files)
     }
@@ -247,7 +258,7 @@ impl Args {
 /// The text around the tables of `--results` tells of one judged drive with fixes.
 fn not_for_results() -> Error {
     let problem = "its text is for drives with fixes and without earlier drives";
-    let remedy = "take --json or --parquet, or leave --drives and --no-fixes out";
+    let remedy = "take --json or --csv, or leave --drives and --no-fixes out";
     refused("--results", problem, remedy)
 }
 
@@ -311,8 +322,8 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
     if let Some(file) = &files.ratios {
         write_json(file, &ratios)?;
     }
-    if let Some(file) = &files.parquet {
-        let bytes = to_parquet(done).map_err(|e| Error::writing(file, std::io::Error::other(e)))?;
+    if let Some(file) = &files.csv {
+        let bytes = to_csv(done).map_err(|error| Error::writing(file, error))?;
         write_atomic(file, &bytes)?;
     }
     if let Some(file) = &files.results {

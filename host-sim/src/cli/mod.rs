@@ -74,8 +74,7 @@ enum Command {
     Convert(convert::Args),
     /// Configure and watch a device over its command link
     Device(device::Args),
-    /// Write the report of one unit from a recording or a device: a page and a PDF that can be
-    /// filed
+    /// Write the report of one unit from a recording or a device: a page that can be printed
     Report(report::Args),
     /// Send a drive to a board and compare its output with software in the loop
     Hil(hil::Args),

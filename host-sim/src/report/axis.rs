@@ -68,24 +68,6 @@ impl Axis {
         self.room
     }
 
-    /// The same with at most `most` numbers, evenly spaced among those that it has.
-    pub fn with_numbers(mut self, most: usize) -> Self {
-        let every = self.ticks.len().div_ceil(most.max(1)).max(1);
-        // zero and whole numbers rather than what lies between
-        let short = |k: usize| {
-            let kept = self.ticks.iter().skip(k).step_by(every);
-            kept.map(|(_, text)| text.len()).sum::<usize>()
-        };
-        let zero = self.ticks.iter().position(|(value, _)| *value == 0.0);
-        let first = zero.map(|at| at % every);
-        let first = first
-            .or_else(|| (0..every).min_by_key(|k| short(*k)))
-            .unwrap_or(0);
-        let kept = self.ticks.into_iter().skip(first).step_by(every);
-        self.ticks = kept.collect();
-        self
-    }
-
     /// Logarithmic over positive values, with a tick at every power of ten.
     ///
     /// Where there are few powers of ten, round values between them get ticks as well.
@@ -305,15 +287,6 @@ mod tests {
         assert_eq!(snapped((0.01, 29.99), 5), (0.0, 30.0));
         assert_eq!(snapped((0.0, 22.0), 5), (0.0, 22.0));
         assert_eq!(snapped((0.0, 399.0), 10), (0.0, 400.0));
-    }
-
-    #[test]
-    fn fewer_numbers_are_evenly_spaced_and_keep_zero() {
-        let axis = |low: f64| Axis::linear("", (low, 12.0), 12).with_numbers(4);
-        assert_eq!(texts(&axis(0.0)), ["0", "4", "8", "12"]);
-        assert_eq!(texts(&axis(-1.0)), ["0", "4", "8", "12"]);
-        let few = Axis::linear("", (0.0, 2.0), 2).with_numbers(6);
-        assert_eq!(texts(&few), ["0", "1", "2"]);
     }
 
     #[test]

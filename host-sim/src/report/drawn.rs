@@ -12,8 +12,6 @@ pub(super) struct Drawn {
     pub caption: String,
     /// An `<svg>` element.
     pub svg: String,
-    /// The same for a narrow screen.
-    pub narrow: String,
     /// A PNG file.
     pub png: Vec<u8>,
 }
@@ -29,16 +27,14 @@ pub(super) fn draw(curves: &Curves) -> Result<Vec<Drawn>, Error> {
 
 fn one(figure: Figure, curves: &Curves) -> Result<Drawn, Error> {
     let picture = figure.picture(curves);
-    let (svgs, png) = rayon::join(
-        || picture.svg_both(&figure.narrow(curves), figure.file(), figure.heading()),
+    let (svg, png) = rayon::join(
+        || picture.svg(figure.file(), figure.heading()),
         || picture.png(figure.file()),
     );
-    let (svg, narrow) = svgs?;
     Ok(Drawn {
         figure,
         caption: caption(figure, curves),
-        svg,
-        narrow,
+        svg: svg?,
         png: png?,
     })
 }

@@ -1,7 +1,7 @@
 //! The four pictures of a run or a replay: what each shows. [`super::chart`] draws them.
 
 use super::axis::{Axis, extent, grouped, snapped, widened};
-use super::chart::{self, Legend, MOST_POINTS, Mark, NARROW, Panel, Picture, WIDTH};
+use super::chart::{Legend, MOST_POINTS, Mark, Panel, Picture, WIDTH};
 use super::palette::{self, Look};
 use super::sensor_errors::sensor_errors;
 use crate::experiment::results::{Curve, Curves};
@@ -46,39 +46,16 @@ impl Figure {
     /// What it shows.
     pub fn picture(self, curves: &Curves) -> Picture {
         match self {
-            Self::Track => track(&curves.track, &BROAD_PLAN),
+            Self::Track => track(&curves.track),
             Self::Error => error_over_time(&curves.error_over_time),
             Self::Learning => learning(&curves.learning),
             Self::Errors => sensor_errors(&curves.traces),
-        }
-    }
-
-    /// The same for a narrow screen.
-    pub fn narrow(self, curves: &Curves) -> Picture {
-        match self {
-            Self::Track => narrow_track(&curves.track),
-            _ => self.picture(curves).narrow(),
         }
     }
 }
 
 /// Left end of the axes of a picture with one panel.
 const LEFT: f64 = 76.0;
-
-/// The sheet of a plan view, and the places of its axes.
-struct Plan {
-    size: (f64, f64),
-    /// Left and upper end of the axes, and the room at the right and below.
-    ends: [f64; 4],
-    /// Intervals between numbers, at most.
-    numbers: [usize; 2],
-}
-
-const BROAD_PLAN: Plan = Plan {
-    size: (WIDTH, 620.0),
-    ends: [LEFT, 44.0, 24.0, 52.0],
-    numbers: [12, 8],
-};
 
 /// Metres or kilometres: factor and unit for a length of about `span` metres.
 fn length_unit(span: f64) -> (f64, &'static str) {
@@ -126,23 +103,8 @@ fn range(curves: &[Curve], part: fn(&Curve) -> &Vec<f64>) -> Option<(f64, f64)> 
     extent(curves.iter().flat_map(|curve| part(curve).iter().copied()))
 }
 
-/// The plan view for a narrow screen, below a legend of several rows.
-fn narrow_track(curves: &[Curve]) -> Picture {
-    let plan = |top: f64| Plan {
-        size: (NARROW, top + 300.0 + 52.0),
-        ends: [chart::LEFT, top, chart::RIGHT, 52.0],
-        numbers: [5, 6],
-    };
-    let mut picture = track(curves, &plan(20.0));
-    if let Some(legend) = picture.one_legend() {
-        picture = track(curves, &plan(20.0 + 18.0 * legend.rows() as f64));
-        picture.legends = vec![legend];
-    }
-    picture
-}
-
-fn track(curves: &[Curve], plan: &Plan) -> Picture {
-    let (size, [left, top, right, below]) = (plan.size, plan.ends);
+fn track(curves: &[Curve]) -> Picture {
+    let (size, [left, top, right, below]) = ((WIDTH, 620.0), [LEFT, 44.0, 24.0, 52.0]);
     let (Some(east), Some(north)) = (range(curves, |c| &c.x), range(curves, |c| &c.y)) else {
         return Picture::without_data(size, "this run has no track");
     };
@@ -181,16 +143,8 @@ fn track(curves: &[Curve], plan: &Plan) -> Picture {
         at: (left, top),
         size: (width, height),
         title: Default::default(),
-        x: Axis::linear(
-            format!("east, {unit}"),
-            around(east, width),
-            plan.numbers[0],
-        ),
-        y: Axis::linear(
-            format!("north, {unit}"),
-            around(north, height),
-            plan.numbers[1],
-        ),
+        x: Axis::linear(format!("east, {unit}"), around(east, width), 12),
+        y: Axis::linear(format!("north, {unit}"), around(north, height), 8),
         marks,
     };
     single(size, schemes(curves), panel)

@@ -68,20 +68,12 @@ pub(super) fn frame(title: &str, body: &Markup) -> Markup {
 pub(super) fn picture(drawn: &Drawn, number: Option<usize>, file: &str) -> Markup {
     html! {
         figure {
-            (both(&drawn.svg, &drawn.narrow))
+            div.wide { (PreEscaped(&drawn.svg)) }
             figcaption {
                 @if let Some(number) = number { b { "Figure " (number) ". " } }
                 (unbroken(&drawn.caption)) " " a href=(file) { (file) }
             }
         }
-    }
-}
-
-/// A picture as a wide and as a narrow screen have it.
-pub(super) fn both(svg: &str, narrow: &str) -> Markup {
-    html! {
-        div.broad { (PreEscaped(svg)) }
-        div.narrow { (PreEscaped(narrow)) }
     }
 }
 
@@ -232,13 +224,12 @@ mod tests {
         {
             assert!(text.contains(part.as_str()), "{part}");
         }
-        // each picture for a wide and for a narrow screen
-        assert_eq!(text.matches("<svg").count(), 8);
+        assert_eq!(text.matches("<svg").count(), 4);
         let outside = ["<script", "<link", "<img", "url(", "@import", "src="];
         assert!(outside.iter().all(|tag| !text.contains(tag)));
         assert_eq!(
             text.matches("http").count(),
-            8,
+            4,
             "the names of the SVG name space only"
         );
         assert!(text.len() < 1_000_000, "{} bytes", text.len());

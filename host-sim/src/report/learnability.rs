@@ -12,7 +12,7 @@ use crate::analysis::learnability::{Answer, SCHEMES, quantity};
 use crate::error::Error;
 use crate::inertial::units::MIN;
 use comfy_table::{Table, presets};
-use maud::{Markup, html};
+use maud::{PreEscaped, html};
 use std::path::{Path, PathBuf};
 
 /// Title and quantities of each panel, gyros at the left, accelerometers at the right.
@@ -37,13 +37,13 @@ pub fn write(dir: &Path, head: &Head, answer: &Answer, table: &str) -> Result<Pa
     page::place(dir, || {
         let picture = picture(answer);
         let png = picture.png(PICTURE)?;
-        let (svg, narrow) = picture.svg_both(&picture.narrow(), PICTURE, &head.title)?;
-        let page = markup(head, &html::both(&svg, &narrow), table);
+        let svg = picture.svg(PICTURE, &head.title)?;
+        let page = markup(head, &svg, table);
         Ok(vec![(page::PAGE, page.into_bytes()), (PICTURE, png)])
     })
 }
 
-fn markup(head: &Head, pictures: &Markup, table: &str) -> String {
+fn markup(head: &Head, svg: &str, table: &str) -> String {
     let body = html! {
         p {
             "How well can each error of the sensors be known after some time of driving? The "
@@ -54,7 +54,7 @@ fn markup(head: &Head, pictures: &Markup, table: &str) -> String {
         }
         (schemes(SCHEMES.iter().map(|(name, _)| *name)))
         figure {
-            (pictures)
+            div.wide { (PreEscaped(svg)) }
             figcaption {
                 "Thin lines: the bound of each axis. Thick line: its root mean square over the "
                 "axes. Coloured lines: the root mean square of the errors that each scheme left, "

@@ -7,9 +7,10 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 
 use crate::count::{self, Counts};
-use crate::images::{cargo, installed, target_directory, without_paths, workspace};
+use crate::images::{apart, installed, target_directory};
 use crate::machine::{self, Clock, Machine, QEMU_RISCV, Run};
 use crate::size::Size;
+pub use xtask::needs::{ALONE as TARGETS, REMEDY_RISCV};
 
 /// Profiles of `tests/alone`: opt-level 3 first, and those of small images with link-time
 /// optimisation.
@@ -73,14 +74,6 @@ pub const CORES: [Core; 5] = [
     },
 ];
 
-/// The targets of [`CORES`].
-pub const TARGETS: [&str; 4] = [
-    M4F.target,
-    CORES[2].target,
-    CORES[3].target,
-    CORES[4].target,
-];
-
 /// Bytes of flash that a network takes, without start and end of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flash {
@@ -95,18 +88,13 @@ pub struct Flash {
 /// # Errors
 /// As [`Core::build`].
 pub fn example() -> Result<PathBuf> {
-    let directory = target_directory()?.join("alone");
-    let mut build = cargo();
-    build
-        .args(["build", "--quiet", "--locked", "--release"])
-        .args(["--target", M4F.target, "--manifest-path"])
-        .arg(workspace().join("lrnn-nostd/examples/cortex-m/Cargo.toml"))
-        .arg("--target-dir")
-        .arg(&directory);
-    without_paths(&mut build, &workspace());
+    let target = Some(M4F.target);
+    let mut build = apart("build", "lrnn-nostd/examples/cortex-m", "alone", target)?;
+    build.arg("--release");
     let status = build.status().context("cannot start cargo")?;
     ensure!(status.success(), "building the example failed");
-    Ok(directory
+    Ok(target_directory()?
+        .join("alone")
         .join(M4F.target)
         .join("release/lrnn-nostd-example"))
 }
@@ -124,19 +112,14 @@ impl Core {
     /// # Errors
     /// cargo cannot be started, or the build fails; cargo has printed why.
     pub fn build(self, level: &str) -> Result<Built> {
-        let directory = target_directory()?.join("alone");
-        let mut build = cargo();
-        build
-            .args(["build", "--quiet", "--locked", "--bins"])
-            .args(["--target", self.target, "--profile", level])
-            .arg("--manifest-path")
-            .arg(workspace().join("tests/alone/Cargo.toml"))
-            .arg("--target-dir")
-            .arg(&directory);
-        without_paths(&mut build, &workspace());
+        let mut build = apart("build", "tests/alone", "alone", Some(self.target))?;
+        build.args(["--bins", "--profile", level]);
         let status = build.status().context("cannot start cargo")?;
         ensure!(status.success(), "building for {} failed", self.target);
-        let folder = directory.join(self.target).join(level);
+        let folder = target_directory()?
+            .join("alone")
+            .join(self.target)
+            .join(level);
         Ok(Built { core: self, folder })
     }
 }
@@ -205,7 +188,3 @@ pub fn missing() -> Option<String> {
         format!("{name} is not installed; remedy: {remedy}")
     })
 }
-
-/// The remedy when the emulator of RISC-V is missing.
-pub const REMEDY_RISCV: &str = "install QEMU for RISC-V (Debian: apt-get install qemu-system-misc; \
-     Fedora: dnf install qemu-system-riscv; macOS: brew install qemu)";

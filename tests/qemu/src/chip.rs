@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
-use crate::images::{TARGET, cargo, target_directory, without_paths, workspace};
+use crate::images::{TARGET, apart, target_directory};
 use crate::judges::ask;
 
 /// A crate of drivers that many chips have judged.
@@ -45,20 +45,16 @@ impl Driver {
     /// # Errors
     /// cargo cannot be started, or the build fails; cargo has printed why.
     pub fn build(self) -> Result<PathBuf> {
-        let directory = target_directory()?.join("chip");
         let name = self.program();
-        let mut build = cargo();
-        build
-            .args(["build", "--quiet", "--locked", "--target", TARGET])
-            .args(["--features", self.feature(), "--bin", name])
-            .arg("--manifest-path")
-            .arg(workspace().join("tests/chip/Cargo.toml"))
-            .arg("--target-dir")
-            .arg(&directory);
-        without_paths(&mut build, &workspace());
+        let mut build = apart("build", "tests/chip", "chip", Some(TARGET))?;
+        build.args(["--features", self.feature(), "--bin", name]);
         let status = build.status().context("cannot start cargo")?;
         ensure!(status.success(), "building {name} failed");
-        Ok(directory.join(TARGET).join("debug").join(name))
+        Ok(target_directory()?
+            .join("chip")
+            .join(TARGET)
+            .join("debug")
+            .join(name))
     }
 }
 

@@ -10,7 +10,7 @@ use std::thread;
 use anyhow::{Context, Result, ensure};
 use serde::Serialize;
 
-use crate::images::{cargo, here_or_skip, target_directory, workspace};
+use crate::images::{apart, here_or_skip, target_directory};
 
 /// Environment variable with which the tests build the emulator and run.
 pub const ASKED_FOR: &str = "LRNN_EMULATORS";
@@ -131,18 +131,12 @@ pub fn build_or_skip() -> Option<PathBuf> {
 /// # Errors
 /// cargo cannot be started, or the build fails; cargo has printed why.
 pub fn build() -> Result<PathBuf> {
-    let directory = target_directory()?.join("rigless");
-    let status = cargo()
-        // it names a younger compiler, and builds with ours
-        .args(["build", "--quiet", "--locked", "--ignore-rust-version"])
-        .arg("--manifest-path")
-        .arg(workspace().join("tests/rigless/Cargo.toml"))
-        .arg("--target-dir")
-        .arg(&directory)
-        .status()
-        .context("cannot start cargo")?;
+    let mut build = apart("build", "tests/rigless", "rigless", None)?;
+    // it names a younger compiler, and builds with ours
+    let status = build.arg("--ignore-rust-version").status();
+    let status = status.context("cannot start cargo")?;
     ensure!(status.success(), "building the emulator failed");
-    Ok(directory.join("debug/rigless-judge"))
+    Ok(target_directory()?.join("rigless/debug/rigless-judge"))
 }
 
 /// Runs an image.

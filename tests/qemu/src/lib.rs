@@ -1,5 +1,5 @@
 //! Board images in QEMU. On the desktop this library builds the images ([`images`]), runs them
-//! ([`machine`]), measures them ([`size`], [`stack`], [`count`]) and knows what they may cost
+//! ([`machine`]), measures them ([`size`], [`count`]) and knows what they may cost
 //! ([`budget`]) and what they cost last ([`committed`]); on the target it is the start-up and exit
 //! of the programs in `src/bin`.
 //!
@@ -14,7 +14,7 @@ pub mod target;
 #[cfg(not(target_os = "none"))]
 pub mod alone;
 #[cfg(not(target_os = "none"))]
-pub mod boards;
+pub use xtask::boards;
 #[cfg(not(target_os = "none"))]
 pub mod budget;
 #[cfg(not(target_os = "none"))]
@@ -55,8 +55,6 @@ pub mod rp2350;
 pub mod size;
 #[cfg(not(target_os = "none"))]
 pub mod software;
-#[cfg(not(target_os = "none"))]
-pub mod stack;
 
 /// `main` of a target program built for the desktop, as `cargo build --workspace` does.
 #[cfg(not(target_os = "none"))]

@@ -1,6 +1,5 @@
 //! Runs one image in QEMU and collects its output and exit code.
 
-use std::env;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -8,19 +7,8 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-
-/// The emulator.
-pub const QEMU: &str = "qemu-system-arm";
-
-/// Environment variable with the path of another [`QEMU`] than that of `PATH`.
-pub const OTHER: &str = "QEMU_SYSTEM_ARM";
-
-/// The emulator of RISC-V; only `lrnn-nostd` alone runs there.
-pub const QEMU_RISCV: &str = "qemu-system-riscv32";
-
-/// The remedy when it is missing.
-pub const REMEDY: &str = "install QEMU for ARM (Debian: apt-get install qemu-system-arm; Fedora: dnf install qemu-system-arm; \
-                          macOS: brew install qemu)";
+use xtask::needs::start;
+pub use xtask::needs::{OTHER, QEMU, QEMU_RISCV, REMEDY, available, can_start};
 
 /// A machine of the emulator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -87,27 +75,6 @@ pub struct Run {
     pub code: Option<i32>,
     /// The output of the image and QEMU's own messages.
     pub output: String,
-}
-
-/// Whether the emulator can be started.
-pub fn available() -> bool {
-    can_start(QEMU)
-}
-
-/// Whether this emulator can be started.
-pub fn can_start(emulator: &str) -> bool {
-    let version = start(emulator)
-        .arg("--version")
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    version.is_ok_and(|status| status.success())
-}
-
-/// The emulator of this name, or the one that [`OTHER`] tells in its place.
-fn start(emulator: &str) -> Command {
-    let other = env::var_os(OTHER).filter(|path| emulator == QEMU && !path.is_empty());
-    Command::new(other.unwrap_or_else(|| emulator.into()))
 }
 
 impl Machine {

@@ -9,24 +9,17 @@ use std::thread;
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-use crate::images::{cargo, target_directory, without_paths, workspace};
+use crate::images::{apart, target_directory};
 
 /// Builds the program and returns its path.
 ///
 /// # Errors
 /// cargo cannot be started, or the build fails; cargo has printed why.
 pub fn build() -> Result<PathBuf> {
-    let directory = target_directory()?.join("rp2350");
-    let mut build = cargo();
-    build
-        .args(["build", "--quiet", "--locked", "--manifest-path"])
-        .arg(workspace().join("tests/rp2350/Cargo.toml"))
-        .arg("--target-dir")
-        .arg(&directory);
-    without_paths(&mut build, &workspace());
+    let mut build = apart("build", "tests/rp2350", "rp2350", None)?;
     let status = build.status().context("cannot start cargo")?;
     ensure!(status.success(), "building rp2350 failed");
-    Ok(directory.join("debug").join("rp2350"))
+    Ok(target_directory()?.join("rp2350/debug/rp2350"))
 }
 
 /// What it tells of a run. Times are in cycles of 150 MHz from the first frame on.

@@ -60,7 +60,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     for (a, b) in [
         ("one.json", "two.json"),
         ("one-ratios.json", "two-ratios.json"),
-        ("one/campaign.parquet", "two/campaign.parquet"),
+        ("one/campaign.csv", "two/campaign.csv"),
     ] {
         assert!(read(d, a) == read(d, b), "{b}");
     }
@@ -95,8 +95,8 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         let files = [
             "--json",
             "merged.json",
-            "--parquet",
-            "merged.parquet",
+            "--csv",
+            "merged.csv",
             "--report",
             "m.html",
         ];
@@ -109,7 +109,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         campaign(d, &args).success();
         assert!(read(d, "one.json") == read(d, "merged.json"), "{dirs:?}");
         assert!(
-            read(d, "one/campaign.parquet") == read(d, "merged.parquet"),
+            read(d, "one/campaign.csv") == read(d, "merged.csv"),
             "{dirs:?}"
         );
         assert!(text(d, "m.html").starts_with(head), "{dirs:?}");
@@ -121,18 +121,40 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         "{output}"
     );
 
-    // The columns of the Parquet file, found by the magic at both ends and the names in its footer.
-    let parquet = read(d, "one/campaign.parquet");
-    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
-    for name in [
-        "horizontal_22min_m",
-        "north_5min_m",
-        "seed_turn_on",
-        "tuned_walk_per_h",
-        "fingerprint",
+    // The table has its columns, and a line with the figures for each row of each run.
+    let table = text(d, "one/campaign.csv");
+    let mut lines = table
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    let column = |name: &str| head.iter().position(|column| *column == name).unwrap();
+    for name in ["seed_turn_on", "tuned_walk_per_h", "fingerprint"] {
+        column(name);
+    }
+    for run in ["000000", "000001"] {
+        let rows = text(d, &format!("one/runs/{run}.json"));
+        for row in serde_json::from_str::<Vec<serde_json::Value>>(&rows).unwrap() {
+            let line = lines.find(|line| line[column("scheme")] == row["scheme"]);
+            let line = line.unwrap_or_else(|| panic!("{row}"));
+            assert_eq!(line.len(), head.len());
+            let number = |name: &str| line[column(name)].parse::<f64>().unwrap();
+            assert_eq!(
+                row["horizontal_m"].as_array().unwrap().last().unwrap(),
+                number("horizontal_22min_m")
+            );
+            assert_eq!(row["north_m"][0], number("north_5min_m"));
+            assert_eq!(row["run"], number("run") as u64);
+        }
+    }
+    assert!(lines.next().is_none());
+    for [option, file] in [
+        ["--parquet", "x"],
+        ["--csv", "x.parquet"],
+        ["--json", "x.parquet"],
     ] {
-        let found = parquet.windows(name.len()).any(|w| w == name.as_bytes());
-        assert!(found, "{name}");
+        let refused = campaign(d, &["--runs", "1", "--out", "none", option, file]).code(2);
+        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(said.contains("--csv") && said.contains("--json"), "{said}");
     }
 
     // Results of another campaign are never mixed in or removed.
@@ -201,10 +223,10 @@ fn earlier_drives_can_be_interrupted_and_divided() {
     for shard in ["0/2", "1/2"] {
         run(&["--shard", shard, "--out", "shared"]).success();
     }
-    let files = ["--json", "merged.json", "--parquet", "merged.parquet"];
+    let files = ["--json", "merged.json", "--csv", "merged.csv"];
     campaign(d, &[&["merge", "shared"][..], &files].concat()).success();
     assert!(read(d, "whole.json") == read(d, "merged.json"));
-    assert!(read(d, "whole/campaign.parquet") == read(d, "merged.parquet"));
+    assert!(read(d, "whole/campaign.csv") == read(d, "merged.csv"));
 
     let json =
         |name: &str| -> Vec<serde_json::Value> { serde_json::from_slice(&read(d, name)).unwrap() };

@@ -256,7 +256,6 @@ fn fault(path: &Path) -> Option<&'static str> {
         "png" => (!ends(b"IEND\xaeB`\x82")).then_some("does not end"),
         "svg" => (!ends(b"</svg>")).then_some("does not end"),
         "pdf" => (!ends(b"%%EOF")).then_some("does not end"),
-        "parquet" => (!ends(b"PAR1")).then_some("does not end"),
         "bin" => (bytes.len() != 608).then_some("is no weights"),
         "txt" if !(path.ends_with("imu.txt") || path.ends_with("gnss.txt")) => {
             bytes.is_empty().then_some("is empty")

@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
+use crate::images::workspace;
 use anyhow::{Context, Result, ensure};
-use qemu::images::workspace;
 
 /// The commit that is checked out.
 pub struct Source {

@@ -1,22 +1,20 @@
 //! `cargo xtask release`: all that a release hands out, in one folder that appears whole or not at
 //! all. docs/RELEASES.md says what the version numbers mean.
 
-mod bom;
 mod changelog;
 mod git;
 mod page;
 mod parts;
 mod sums;
-pub mod versions;
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 
+use crate::images::{target_directory, workspace};
 use anyhow::{Context, Result, bail, ensure};
-use qemu::images::{target_directory, workspace};
 
-use crate::needs;
+use crate::{measure, needs, supply};
 use git::Source;
 use page::Page;
 
@@ -114,6 +112,9 @@ pub fn release(order: &Order) -> Result<ExitCode> {
 /// Builds all parts into the folder; returns what was left out.
 fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
     let mut left_out = Vec::new();
+    if !supply::has_cyclonedx() {
+        left_out.push(format!("bills of materials; remedy: {}", supply::CYCLONEDX));
+    }
     let mut firmware = parts::own_images(release)?;
     if order.skip_boards {
         left_out.push("boards over other drivers: --skip-boards".into());
@@ -138,9 +139,10 @@ fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
         let bytes = fs::metadata(release.folder.join(&name))?.len();
         files.push((name, bytes));
     }
+    let formats = facts(&mut firmware)?;
     let page = Page {
         release,
-        formats: &versions::formats(),
+        formats: &formats,
         firmware: &firmware,
         files: &files,
         left_out: &left_out,
@@ -153,6 +155,25 @@ fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
     fs::write(release.folder.join("RELEASE.md"), page.text())?;
     sums::write(&release.folder)?;
     Ok(left_out)
+}
+
+/// The versions of formats from `tests/measure`, which also says how large each image is.
+fn facts(firmware: &mut [parts::Firmware]) -> Result<Vec<(String, String)>> {
+    let output = measure("facts")
+        .args(firmware.iter().map(|image| &image.built))
+        .output()
+        .context("cannot start cargo")?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "measure facts: {said}");
+    let text = String::from_utf8(output.stdout)?;
+    let lines = text.lines().filter_map(|line| line.rsplit_once(' '));
+    let mut lines: Vec<_> = lines.map(|(a, b)| (a.to_owned(), b.to_owned())).collect();
+    let formats = lines.len().checked_sub(firmware.len());
+    let sizes = lines.split_off(formats.context("measure facts: lines are missing")?);
+    for (image, (flash, ram)) in firmware.iter_mut().zip(sizes) {
+        image.bytes = [flash, ram];
+    }
+    Ok(lines)
 }
 
 /// The version of what is no release.

@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 
 use super::parts::Firmware;
-use super::versions::Format;
 use super::{Release, sums};
 use crate::table::markdown;
 
 /// All that the page tells.
 pub struct Page<'a> {
     pub release: &'a Release,
-    pub formats: &'a [Format],
+    /// Name and version of each format.
+    pub formats: &'a [(String, String)],
     pub firmware: &'a [Firmware],
     /// Each file and its bytes.
     pub files: &'a [(String, u64)],
@@ -38,10 +38,7 @@ impl Page<'_> {
         let row = |cells: &[&str]| cells.iter().map(|cell| (*cell).to_owned()).collect();
         let header: Vec<String> = row(&["format", "version"]);
         let rows = self.formats.iter();
-        out += &markdown(
-            &header,
-            rows.map(|format| row(&[format.name, &format.version.to_string()])),
-        );
+        out += &markdown(&header, rows.map(|(name, version)| row(&[name, version])));
         out += "\n`docs/RELEASES.md` says what a change of each means.\n\n## Files\n\n";
         let rows = self.files.iter();
         let header = row(&["file", "bytes"]);
@@ -88,7 +85,7 @@ impl Page<'_> {
             let start = image
                 .start
                 .map_or_else(String::new, |at| format!("{at:#010x}"));
-            let (flash, ram) = (image.flash.to_string(), image.ram.to_string());
+            let [flash, ram] = image.bytes.clone();
             [image.name.into(), image.board.into(), flash, ram, start].to_vec()
         });
         *out += &markdown(&header.map(str::to_owned), rows);
@@ -125,7 +122,6 @@ impl Page<'_> {
 mod tests {
     use super::*;
     use crate::release::git::Source;
-    use crate::release::versions::formats;
 
     #[test]
     fn the_page_names_all_that_is_there_and_all_that_is_not() {
@@ -145,8 +141,8 @@ mod tests {
             name: "pico2",
             board: "a Pico",
             chip: "RP235x",
-            flash: 614_400,
-            ram: 118_784,
+            built: "pico2".into(),
+            bytes: ["614400", "118784"].map(str::to_owned),
             start: Some(0x1000_0000),
             loader: Some("uf2"),
         }];
@@ -155,7 +151,7 @@ mod tests {
         let page = |release: &Release| {
             let page = Page {
                 release,
-                formats: &formats(),
+                formats: &[("command link".to_owned(), "10".to_owned())],
                 firmware: &firmware,
                 files: &files,
                 left_out: &left_out,

@@ -1,22 +1,20 @@
 //! What is built for a release.
 
 use std::fs;
-use std::path::Path;
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use anyhow::{Context, Result};
-use qemu::boards::{FAMILIES, M33};
-use qemu::images::{
+use crate::boards::{FAMILIES, M33};
+use crate::images::{
     Image, STM32F405, STM32F405_WINDOW, TARGET, cargo, installed, target_directory, without_paths,
     workspace,
 };
-use qemu::size::Size;
+use anyhow::{Context, Result};
 
-use super::bom::{Product, Tree};
 use super::{Release, sums};
 use crate::flash::CHIP;
 use crate::stage::succeed;
-use crate::{load, wheel};
+use crate::{load, supply, wheel};
 
 /// Our own images, and what they are.
 const OWN: [(Image, &str); 2] = [
@@ -37,8 +35,10 @@ pub struct Firmware {
     pub board: &'static str,
     /// Its chip as probe-rs calls it.
     pub chip: &'static str,
-    pub flash: u64,
-    pub ram: u64,
+    /// The image as it was built.
+    pub built: PathBuf,
+    /// Bytes of flash and of memory, as `tests/measure` finds them.
+    pub bytes: [String; 2],
     /// Address of the first byte of the `.bin` file, where there is one.
     pub start: Option<u32>,
     /// Ending of the file for the chip's boot loader, where it has one.
@@ -47,11 +47,10 @@ pub struct Firmware {
 
 /// Builds our own board's images into the folder.
 pub fn own_images(release: &Release) -> Result<Vec<Firmware>> {
-    let tree = Tree::of(&workspace(), TARGET)?;
     let built = OWN.into_iter().map(|(image, board)| {
         eprintln!("image {}", image.name);
         let (what, from) = ((image.name, board, CHIP), ("firmware", TARGET));
-        hand_out(release, what, &image.build()?, &tree, from)
+        hand_out(release, what, image.build()?, from)
     });
     built.collect()
 }
@@ -72,9 +71,16 @@ pub fn board_images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec
             continue;
         }
         eprintln!("image {name}");
-        let tree = Tree::of(&workspace().join("firmware/boards"), target)?;
-        let (what, from) = ((name, family.board, family.chip), (name, target));
-        all.push(hand_out(release, what, &family.build()?, &tree, from)?);
+        let (what, package) = (
+            (name, family.board, family.chip),
+            format!("firmware/boards/{name}"),
+        );
+        all.push(hand_out(
+            release,
+            what,
+            family.build()?,
+            (&package, target),
+        )?);
     }
     Ok(all)
 }
@@ -83,67 +89,44 @@ pub fn board_images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec
 fn hand_out(
     release: &Release,
     (name, board, chip): (&'static str, &'static str, &'static str),
-    built: &Path,
-    tree: &Tree,
+    built: PathBuf,
     (package, target): (&str, &str),
 ) -> Result<Firmware> {
     let path = |ending: &str| release.folder.join(format!("{name}.{ending}"));
-    let elf = fs::read(built).with_context(|| built.display().to_string())?;
-    fs::write(path("elf"), &elf)?;
-    let start = load::bin(built, &path("bin"))?;
+    fs::copy(&built, path("elf")).with_context(|| built.display().to_string())?;
+    let start = load::bin(&built, &path("bin"))?;
     let loader = if target == M33 {
-        load::uf2(built, &path("uf2"))?;
+        load::uf2(&built, &path("uf2"))?;
         Some("uf2")
     } else if chip.starts_with("STM32") {
-        load::dfu(built, &path("dfu"))?;
+        load::dfu(&built, &path("dfu"))?;
         Some("dfu")
     } else {
         None
     };
-    let size = Size::of(built)?;
-    let file = format!("{name}.elf");
-    bill(release, tree, (package, target), ("firmware", &file), &elf)?;
+    supply::bill(package, target, &path("cdx.json"))?;
     Ok(Firmware {
         name,
         board,
         chip,
-        flash: size.flash,
-        ram: size.ram,
+        built,
+        bytes: Default::default(),
         start,
         loader,
     })
 }
 
-fn bill(
-    release: &Release,
-    tree: &Tree,
-    (package, target): (&str, &str),
-    (kind, file): (&'static str, &str),
-    bytes: &[u8],
-) -> Result<()> {
-    let bill = tree.bill(&Product {
-        package,
-        file,
-        bytes,
-        kind,
-        target,
-        version: &release.version,
-        commit: &release.source.commit,
-    })?;
-    let name = format!("{}.cdx.json", file.trim_end_matches(".elf"));
-    let text = serde_json::to_string_pretty(&bill)? + "\n";
-    fs::write(release.folder.join(&name), text).context(name)
-}
-
-/// The programs of the desktop: package and name.
-const PROGRAMS: [(&str, &str); 2] = [("host-sim", "host-sim"), ("live", "host-sim-serve")];
+/// The programs of the desktop: package, its folder, and name.
+const PROGRAMS: [(&str, &str, &str); 2] = [
+    ("host-sim", "host-sim", "host-sim"),
+    ("live", "host-sim/live", "host-sim-serve"),
+];
 
 /// Builds the desktop's programs for this machine, without its folders in them.
 pub fn programs(release: &Release) -> Result<()> {
     let directory = target_directory()?.join("dist");
-    let tree = Tree::of(&workspace(), &release.host)?;
     let ending = std::env::consts::EXE_SUFFIX;
-    for (package, program) in PROGRAMS {
+    for (package, folder, program) in PROGRAMS {
         eprintln!("{program}");
         let mut build = cargo();
         build
@@ -156,9 +139,8 @@ pub fn programs(release: &Release) -> Result<()> {
         let built = directory.join(format!("release/{program}{ending}"));
         let name = format!("{program}-{}{ending}", release.host);
         fs::copy(&built, release.folder.join(&name)).with_context(|| name.clone())?;
-        let what = (package, release.host.as_str());
-        let bytes = fs::read(built)?;
-        bill(release, &tree, what, ("application", &name), &bytes)?;
+        let bill = release.folder.join(format!("{name}.cdx.json"));
+        supply::bill(folder, &release.host, &bill)?;
     }
     Ok(())
 }
@@ -185,11 +167,7 @@ pub fn python(release: &Release) -> Result<Option<String>> {
     let names = sums::names(&release.folder)?;
     let built = names.iter().find(|name| name.ends_with(".whl"));
     let built = built.context("maturin has written no wheel")?;
-    let manifest: toml::Table = toml::from_str(&fs::read_to_string(package.join("Cargo.toml"))?)?;
-    let name = manifest["package"]["name"].as_str().unwrap_or_default();
-    let tree = Tree::of(&workspace(), &release.host)?;
-    let bytes = fs::read(release.folder.join(built))?;
-    let from = (name, release.host.as_str());
-    bill(release, &tree, from, ("library", built), &bytes)?;
+    let bill = release.folder.join(format!("{built}.cdx.json"));
+    supply::bill(wheel::PACKAGE, &release.host, &bill)?;
     Ok(None)
 }

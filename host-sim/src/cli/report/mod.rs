@@ -4,6 +4,7 @@ mod device;
 mod files;
 pub(super) mod form;
 pub(super) mod given;
+mod print;
 mod rest;
 
 use super::options::{arguments, refused};
@@ -13,6 +14,7 @@ use super::user_recording::STAGES;
 use crate::analysis::allan::findings::Findings;
 use crate::analysis::learnability::{Answer, Question, answer};
 use crate::error::Error;
+use crate::output::check_writable;
 use crate::report::unit::{Contents, Found, Report};
 use crate::simulator::gnss::GnssSpec;
 use crate::unit::Unit;
@@ -52,9 +54,12 @@ pub struct Args {
     date: Option<String>,
     #[command(flatten)]
     json: JsonOption,
-    /// Directory of the page, the PDF and the weights
+    /// Directory of the page and the weights
     #[arg(long, value_name = "DIR", default_value = "out/report")]
     out: PathBuf,
+    /// Also print the page into this file, with Chromium, which must be installed
+    #[arg(long, value_name = "FILE")]
+    pdf: Option<PathBuf>,
     /// Options of `replay` for this form of recording, after --
     #[arg(last = true, value_name = "OPTIONS OF REPLAY")]
     options: Vec<String>,
@@ -67,6 +72,7 @@ impl Args {
             let problem = format!("has {} characters", text.chars().count());
             return Err(refused("--date", problem, "give at most 200"));
         }
+        self.pdf.as_deref().map_or(Ok(()), check_writable)?;
         let unit = self.unit.as_deref().map(Unit::load).transpose()?;
         let last = [(NOISE, 0.2), (LEARNABLE, 0.2)];
         let shown =
@@ -84,11 +90,11 @@ impl Args {
         for sentence in document.verdict() {
             println!("{sentence}");
         }
-        println!(
-            "\nreport: {} and {}",
-            page.display(),
-            page.with_file_name("report.pdf").display()
-        );
+        println!("\nreport: {}", page.display());
+        if let Some(pdf) = &self.pdf {
+            print::print(&page, pdf)?;
+            println!("printed: {}", pdf.display());
+        }
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use crate::campaign::{AgainstNone, Decided};
 use crate::report::axis::{Axis, extent};
-use crate::report::chart::{Legend, Mark, NARROW, Panel, Picture, WIDTH};
+use crate::report::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::report::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
 
 /// Room for the longest name of a scheme.
@@ -22,8 +22,8 @@ fn look(decided: Decided) -> Look {
     }
 }
 
-/// The picture for a wide screen and for paper: names at the left.
-pub(super) fn wide(rows: &[AgainstNone]) -> Picture {
+/// The picture, with the names at the left.
+pub(super) fn forest(rows: &[AgainstNone]) -> Picture {
     const LEGEND: f64 = 20.0;
     let names = rows.iter().map(|of| of.scheme.clone()).collect();
     let left = NAMES + 8.0;
@@ -35,30 +35,10 @@ pub(super) fn wide(rows: &[AgainstNone]) -> Picture {
         y: Axis::names(names, NAMES),
         marks: marks(rows),
     };
-    picture(panel, WIDTH, (left, LEGEND))
+    picture(panel, (left, LEGEND))
 }
 
-/// The picture for a narrow screen: each name above its interval.
-pub(super) fn narrow(rows: &[AgainstNone]) -> Picture {
-    const LEFT: f64 = 8.0;
-    let x = ratios(rows);
-    let (low, _) = x.ends();
-    let names = rows.iter().enumerate().map(|(row, of)| {
-        let words = format!("{}: worse in {} of {}", of.scheme, of.worse, of.compared);
-        Mark::Label((low, Axis::row(row)), format!(" {words}"))
-    });
-    let panel = Panel {
-        at: (LEFT, 98.0),
-        size: (NARROW - LEFT - 14.0, 38.0 * rows.len() as f64),
-        title: sides(),
-        y: Axis::names(vec![String::new(); rows.len()], LEFT),
-        marks: marks(rows).into_iter().chain(names).collect(),
-        x,
-    };
-    picture(panel, NARROW, (LEFT, 20.0))
-}
-
-fn picture(panel: Panel, width: f64, legend: (f64, f64)) -> Picture {
+fn picture(panel: Panel, legend: (f64, f64)) -> Picture {
     let entry = |(words, look): (&str, Look)| (words.to_owned(), look);
     let entries = [
         ("better than none", BETTER),
@@ -66,10 +46,10 @@ fn picture(panel: Panel, width: f64, legend: (f64, f64)) -> Picture {
         ("equal, or not decided", UNDECIDED),
     ];
     Picture {
-        size: (width, panel.at.1 + panel.size.1 + 48.0),
+        size: (WIDTH, panel.at.1 + panel.size.1 + 48.0),
         legends: vec![Legend {
             at: legend,
-            width: width - legend.0,
+            width: WIDTH - legend.0,
             entries: entries.map(entry).to_vec(),
         }],
         panels: vec![panel],
@@ -143,7 +123,7 @@ mod tests {
             row("c", 1.0, 1.2),
             row("d", 0.2, 1.3),
         ];
-        let svg = wide(&rows).svg("", "").unwrap();
+        let svg = forest(&rows).svg("", "").unwrap();
         // one in the legend, two rows
         let disc = format!("r=\"18\" opacity=\"1\" fill=\"{}\"", RNN.light);
         assert_eq!(svg.matches(&disc).count(), 3, "{svg}");
@@ -157,24 +137,23 @@ mod tests {
     fn nothing_lies_beyond_the_axes_and_long_names_fit() {
         let name = "ekf-inputs-memory-frozen";
         let rows = [row(name, 1e-9, 10.0), row("b", 1e9, 1.0)];
-        for picture in [wide(&rows), narrow(&rows)] {
-            let axis = &picture.panels[0].x;
-            assert!(
-                [LEAST, 1.0, GREATEST]
-                    .iter()
-                    .all(|ratio| axis.holds(*ratio))
-            );
-            let signs = picture.panels[0].marks.iter();
-            let signs = signs.filter_map(|mark| match mark {
-                Mark::Signs(at, _) => Some(at),
-                _ => None,
-            });
-            for (x, y) in signs.flatten() {
-                assert!(axis.holds(*x) && picture.panels[0].y.holds(*y));
-            }
-            let svg = picture.svg("", "").unwrap();
-            assert!(svg.contains(name) && !picture.has_scales());
+        let picture = forest(&rows);
+        let axis = &picture.panels[0].x;
+        assert!(
+            [LEAST, 1.0, GREATEST]
+                .iter()
+                .all(|ratio| axis.holds(*ratio))
+        );
+        let signs = picture.panels[0].marks.iter();
+        let signs = signs.filter_map(|mark| match mark {
+            Mark::Signs(at, _) => Some(at),
+            _ => None,
+        });
+        for (x, y) in signs.flatten() {
+            assert!(axis.holds(*x) && picture.panels[0].y.holds(*y));
         }
+        let svg = picture.svg("", "").unwrap();
+        assert!(svg.contains(name) && !picture.has_scales());
         // 7 pixels a letter of 12 pixels at most
         assert!(7.2 * name.len() as f64 <= NAMES);
     }

@@ -65,7 +65,6 @@ pub fn document(
     let runs = all.iter().map(|of| of.runs).max().unwrap_or(0);
     Ok(Document {
         title: format!("Campaign of {runs} runs: each scheme against no correction"),
-        subject: "Result of a campaign",
         verdict,
         parts,
         ..Document::default()
@@ -109,8 +108,7 @@ fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
                  begins above 1. Grey with a ring: equal in every run, or \
                  not decided. What lies beyond an end of the axis stands at that end."
             ),
-            picture: forest::wide(rows),
-            narrow: Some(forest::narrow(rows)),
+            picture: forest::forest(rows),
         }],
         tables: vec![table(rows)],
         ..Part::new(format!("{id}-{drives}"), &title)

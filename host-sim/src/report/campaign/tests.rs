@@ -84,14 +84,13 @@ fn the_verdict_comes_first_and_counts_the_harm() {
     let at = |part: &str| page.find(part).unwrap_or_else(|| panic!("no {part}"));
     assert!(at("<b>Verdict: ") < at("Errors: noise") && at("Errors: noise") < at("Errors: all"));
     assert!(page.contains("1 of 9") && page.contains("host-sim campaign</pre>"));
-    // a wide and a narrow picture of both groups and of all
-    assert_eq!(page.matches("<svg").count(), 2 * 3);
+    // a picture of both groups and of all
+    assert_eq!(page.matches("<svg").count(), 3);
     for outside in ["<script", "<link", "<img", "url(", "@import", "src="] {
         assert!(!page.contains(outside), "{outside}");
     }
     assert!(!page.contains("memory-frozen"), "before the first drive");
     assert!(page.len() < 1_000_000, "{}", page.len());
-    assert!(document.pdf().unwrap().starts_with(b"%PDF"));
 }
 
 #[test]

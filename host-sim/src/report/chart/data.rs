@@ -28,7 +28,7 @@ impl Picture {
                 "radius": radius,
                 "points": rounded(points),
             })),
-            Mark::Signs(..) | Mark::Label(..) | Mark::Text(..) | Mark::Ends(_) => None,
+            Mark::Signs(..) | Mark::Text(..) | Mark::Ends(_) => None,
         });
         json!({
             "at": [panel.at.0, panel.at.1],

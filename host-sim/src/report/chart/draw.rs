@@ -182,10 +182,6 @@ impl Panel {
                 let mut shown = points.iter().filter(|at| self.holds(**at));
                 shown.try_for_each(|at| sheet.sign(chart.backend_coord(at), sign, look.colour))
             }
-            Mark::Label(at, words) => {
-                let (x, y) = chart.backend_coord(at);
-                sheet.text(words, &text(INK, HPos::Left), (x, y - units(12.0)))
-            }
             Mark::Text(at, below, words) => {
                 if !self.holds(*at) {
                     return Ok(());

@@ -6,14 +6,12 @@
 
 mod data;
 mod draw;
-mod narrow;
 
 use super::axis::{Axis, thinned};
 use super::palette::{self, Colour, Look};
 use crate::error::Error;
 use draw::{BackEnd, units};
-pub(super) use narrow::{LEFT, NARROW, RIGHT};
-use plotters::prelude::{BitMapBackend, DrawingBackend, IntoDrawingArea, SVGBackend};
+use plotters::prelude::{BitMapBackend, IntoDrawingArea, SVGBackend};
 use std::fmt::Write;
 
 /// Drawing units a pixel of the PNG, so that it has two pixels a CSS pixel.
@@ -68,8 +66,6 @@ pub(super) enum Mark {
     Dots(Vec<(f64, f64)>, f64, Colour),
     /// The signs of a look.
     Signs(Vec<(f64, f64)>, Look),
-    /// A text whose lower left end is at a point.
-    Label((f64, f64), String),
     /// A dot with a text so far below it.
     Text((f64, f64), f64, String),
     /// The last points of curves, each with a text at its right, moved apart where they are close.
@@ -107,19 +103,6 @@ impl Picture {
     /// [`Error::Drawing`].
     pub fn svg(&self, name: &'static str, title: &str) -> Result<String, Error> {
         self.svg_element(name, title, "", "")
-    }
-
-    /// [`Picture::svg`] of it and of the one that takes its place on a narrow screen.
-    ///
-    /// # Errors
-    /// [`Error::Drawing`].
-    pub fn svg_both(
-        &self,
-        narrow: &Self,
-        name: &'static str,
-        title: &str,
-    ) -> Result<(String, String), Error> {
-        Ok((self.svg(name, title)?, narrow.svg(name, title)?))
     }
 
     /// The same as a file that stands alone: with its size, and with colours for a dark screen.
@@ -162,20 +145,6 @@ impl Picture {
             "<svg role=\"img\"{attributes} viewBox=\"0 0 {width} {height}\" \
              xmlns=\"http://www.w3.org/2000/svg\">{title}{style}\n{content}"
         ))
-    }
-
-    /// Width and height in drawing units.
-    pub fn units(&self) -> (u32, u32) {
-        (units(self.size.0) as u32, units(self.size.1) as u32)
-    }
-
-    /// Draws on another back end that takes lines and text as the SVG does. `name` is for messages.
-    ///
-    /// # Errors
-    /// [`Error::Drawing`].
-    pub fn draw_on(&self, name: &'static str, sheet: impl DrawingBackend) -> Result<(), Error> {
-        self.draw(&sheet.into_drawing_area(), BackEnd::Svg)
-            .map_err(|problem| failed(name, &problem))
     }
 
     /// A PNG file of two pixels a CSS pixel. `name` is for messages.

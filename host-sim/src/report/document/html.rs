@@ -104,16 +104,13 @@ fn figure(figure: &Figure) -> Result<Markup, Error> {
         name,
         title,
         picture,
-        narrow,
         ..
     } = figure;
-    let narrow = narrow.clone().unwrap_or_else(|| picture.narrow());
-    let (svg, narrow_svg) = picture.svg_both(&narrow, name, title)?;
+    let svg = picture.svg(name, title)?;
     Ok(html! {
         section {
             figure.plot {
-                div.sheet.broad { (PreEscaped(svg)) (data(picture)) }
-                div.sheet.narrow { (PreEscaped(narrow_svg)) (data(&narrow)) }
+                div.sheet { div.wide { (PreEscaped(svg)) } (data(picture)) }
                 figcaption { b { (title) ". " } (unbroken(&figure.caption)) }
             }
         }

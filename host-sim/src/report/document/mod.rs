@@ -1,11 +1,10 @@
-//! A report in words, tables and pictures, and the files that are made from it: a page, a PDF and
-//! JSON of the same contents.
+//! A report in words, tables and pictures, and the files that are made from it: a page and JSON of
+//! the same contents.
 //!
 //! Who knows what a report is about fills a [`Document`]: the report of a unit, and that of a
 //! campaign. The same document gives the same bytes.
 
 mod html;
-mod pdf;
 
 use super::chart::Picture;
 use crate::error::Error;
@@ -15,8 +14,6 @@ use serde_json::{Value, json};
 #[derive(Debug, Default)]
 pub struct Document {
     pub(super) title: String,
-    /// What it is about, for the properties of the PDF.
-    pub(super) subject: &'static str,
     pub(super) date: Option<String>,
     /// The shortest answer first.
     pub(super) verdict: Vec<String>,
@@ -60,8 +57,6 @@ pub(super) struct Figure {
     pub title: String,
     pub caption: String,
     pub picture: Picture,
-    /// The same for a narrow screen, where [`Picture::narrow`] does not do.
-    pub narrow: Option<Picture>,
 }
 
 impl Table {
@@ -148,13 +143,5 @@ impl Document {
     /// [`Error::Drawing`].
     pub fn page(&self) -> Result<String, Error> {
         html::page(self)
-    }
-
-    /// The PDF.
-    ///
-    /// # Errors
-    /// [`Error::Drawing`].
-    pub fn pdf(&self) -> Result<Vec<u8>, Error> {
-        pdf::pdf(self)
     }
 }

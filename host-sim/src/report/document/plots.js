@@ -1,7 +1,6 @@
 "use strict";
 // Zooms the pictures and reads values from them. Each picture stands beside its data: panels with
-// places in CSS pixels, axes and curves. The drawing has four units a pixel. A picture for a narrow
-// screen has data of its own.
+// places in CSS pixels, axes and curves. The drawing has four units a pixel.
 (() => {
   const UNITS = 4, NS = "http://www.w3.org/2000/svg", KEPT = 5;
   let clips = 0;

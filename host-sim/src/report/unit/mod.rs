@@ -1,4 +1,4 @@
-//! The report of one unit, to be filed: a page, a PDF and JSON of the same contents.
+//! The report of one unit, to be filed: a page and JSON of the same contents.
 //!
 //! [`Contents`] holds what the commands `allan`, `learnability` and `replay` compute, or what a
 //! device tells. [`Report`] puts it in words, tables and pictures. The same contents give the same
@@ -20,8 +20,6 @@ use sha2::{Digest, Sha256};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-/// Name of the PDF beside the page.
-const PDF: &str = "report.pdf";
 /// Name of the weights beside the page.
 const WEIGHTS: &str = "weights.bin";
 
@@ -77,14 +75,12 @@ impl Report {
             serial => format!("serial number {serial}"),
         };
         let weights = parts::weights::image(contents);
-        let mut beside = vec![(PDF, "the same as PDF")];
-        beside.extend(weights.as_ref().map(|_| (WEIGHTS, "weights")));
+        let beside = weights.as_ref().map(|_| (WEIGHTS, "weights"));
         let document = Document {
             title: format!("Report of unit {}, {serial}", unit.name),
-            subject: "Report of an inertial measurement unit",
             date: contents.date.clone(),
             verdict: verdict::sentences(contents),
-            beside,
+            beside: beside.into_iter().collect(),
             parts: parts::all(contents)?,
         };
         Ok(Self { document, weights })
@@ -96,16 +92,13 @@ impl Report {
         &self.document
     }
 
-    /// Writes the page, the PDF and the weights into `dir`, all or nothing. Gives the page's path.
+    /// Writes the page and the weights into `dir`, all or nothing. Gives the page's path.
     ///
     /// # Errors
     /// As [`page::write`].
     pub fn write(&self, dir: &Path) -> Result<PathBuf, Error> {
         page::place(dir, || {
-            let mut files = vec![
-                (page::PAGE, self.document.page()?.into_bytes()),
-                (PDF, self.document.pdf()?),
-            ];
+            let mut files = vec![(page::PAGE, self.document.page()?.into_bytes())];
             files.extend(self.weights.clone().map(|image| (WEIGHTS, image)));
             Ok(files)
         })

@@ -1,4 +1,4 @@
-//! `host-sim report`: the page, the PDF and the JSON of one unit, held against the commands that
+//! `host-sim report`: the page, its print and the JSON of one unit, held against the commands that
 //! give its parts alone, against errors that the test itself put into the samples, and against
 //! what a recording lacks.
 
@@ -11,7 +11,7 @@ mod lacks;
 mod looks;
 
 use assert_cmd::Command;
-use looks::looks_right;
+use looks::{can_print, looks_right, prints_well};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -88,8 +88,8 @@ fn cut(file: &Path, keep: impl Fn(usize) -> bool) {
     std::fs::write(file, kept.join("\n") + "\n").unwrap();
 }
 
-/// Every number of the report is that of the command that it names, and page, PDF and JSON have
-/// the same sentences.
+/// Every number of the report is that of the command that it names, and page and JSON have the
+/// same sentences.
 #[test]
 fn a_drive_is_reported_with_the_figures_of_the_single_commands() {
     let dir = tempfile::tempdir().unwrap();
@@ -162,7 +162,41 @@ fn a_drive_is_reported_with_the_figures_of_the_single_commands() {
     ] {
         assert!(files.contains(name), "{name}: {files}");
     }
-    looks_right(&report_, &page, &dir.join("r/report.pdf"));
+    looks_right(&report_, &page);
+}
+
+/// `--pdf` prints the page with a browser; without one it says what to install, and the page is there.
+#[test]
+fn the_page_is_printed_or_the_browser_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    drive(dir, 300, &[]);
+    let args = [
+        "report", "--from", "d", "--json", "r.json", "--out", "r", "--pdf", "r.pdf",
+    ];
+    let without = Command::new(host_sim_binary())
+        .current_dir(dir)
+        .args(args)
+        .env("PATH", dir)
+        .assert();
+    let text = String::from_utf8_lossy(&without.code(2).get_output().stderr).into_owned();
+    for part in [
+        "--pdf",
+        "Chromium",
+        "r/index.html",
+        "apt-get install chromium",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let page = std::fs::read_to_string(dir.join("r/index.html")).unwrap();
+    looks_right(&json(&dir.join("r.json")), &page);
+    assert!(!dir.join("r.pdf").exists());
+    if !can_print() {
+        return println!("skipped: printing, because Chromium is missing");
+    }
+    let said = run(dir, &args);
+    assert!(said.contains("printed: r.pdf"), "{said}");
+    prints_well(&json(&dir.join("r.json")), &dir.join("r.pdf"));
 }
 
 /// An error that the test adds to the samples is what is learnt more, and the same recording gives
@@ -182,7 +216,7 @@ fn an_added_error_is_found_and_the_same_recording_gives_the_same_bytes() {
             .unwrap()
     };
     let before = z(&report(dir, "d/header.toml"));
-    let files = ["index.html", "report.pdf", "weights.bin"];
+    let files = ["index.html", "weights.bin"];
     let bytes = || files.map(|name| std::fs::read(dir.join("r").join(name)).unwrap());
     let once = bytes();
     report(dir, "d/header.toml");

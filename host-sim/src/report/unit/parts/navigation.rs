@@ -48,7 +48,6 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                 title: format!("{}: {}", figure.heading(), case(outcome)),
                 caption: caption(figure, &outcome.curves),
                 picture: figure.picture(&outcome.curves),
-                narrow: Some(figure.narrow(&outcome.curves)),
             });
         }
     }

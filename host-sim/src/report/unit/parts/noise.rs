@@ -36,7 +36,6 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                           sum of the fitted noises. Dashes: the datasheet."
                     .to_owned(),
                 picture: picture(&of, findings.configured.as_ref()),
-                narrow: None,
             });
         }
     }

@@ -46,7 +46,6 @@ pub(super) fn part(contents: &Contents) -> Part {
                           it has proved itself."
                     .into(),
                 picture: picture(diary),
-                narrow: None,
             });
         }
         part.sentences.extend(outcome.notes.iter().cloned());

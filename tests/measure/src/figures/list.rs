@@ -3,7 +3,7 @@
 use anyhow::Result;
 
 use super::{drive, measured};
-use crate::{alone, beside, growth, scale};
+use crate::{alone, beside, growth};
 
 /// A generated part of the pages.
 pub struct Figure {
@@ -98,14 +98,6 @@ pub const FIGURES: &[Figure] = &[
         what: "beside AllanTools and KF-GINS, and a day at 200 Hz (`cargo xtask beside`)",
         how: How::Here(|| beside::beside().map(drop)),
         takes: "minutes, 3 GB of disk; not measured",
-        cheap: false,
-    },
-    Figure {
-        name: "scale",
-        files: &["docs/PERFORMANCE.md", "docs/scale.svg"],
-        what: "a campaign against Dask workers (`cargo xtask scale`)",
-        how: How::Here(|| scale::scale(true).map(drop)),
-        takes: "10 minutes and more, on a quiet machine",
         cheap: false,
     },
     Figure {

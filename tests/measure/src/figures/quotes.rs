@@ -12,7 +12,7 @@
 //! | `docs/figures/NAME.csv; ROW; COLUMN` | a cell of a committed file (`qemu::committed`) |
 //! | `budgets.toml; KEY` | of a budget, as `image.mps2.flash` |
 //! | `budgets.toml; KEY; wanted` | of the goal in the comment behind it: `wanted: 3 800` |
-//! | `code; KEY` | version of a format (`release::versions`) |
+//! | `code; KEY` | version of a format (`facts`) |
 //!
 //! Row and column of a page are named by how they begin. At the end of a source `; /1000` divides
 //! by 1000, and `; ~10` rounds to tens, `; ~0.1` to tenths; without it a quotient is rounded to 1.
@@ -23,7 +23,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 use qemu::committed::Committed;
 
-use crate::release::versions::formats;
+use crate::facts::formats;
 
 const BEGIN: &str = "<!-- figures: ";
 const END: &str = " -->";

@@ -1,4 +1,23 @@
-//! The version numbers of what devices and programs exchange and keep (docs/RELEASES.md).
+//! What a release says of itself: the version numbers of what devices and programs exchange and
+//! keep (docs/RELEASES.md), and the sizes of its images.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use qemu::size::Size;
+
+/// Prints a line for each format, `NAME VERSION`, and for each image, `FLASH RAM` in bytes.
+pub fn facts(images: &[PathBuf]) -> Result<ExitCode> {
+    for format in formats() {
+        println!("{} {}", format.name, format.version);
+    }
+    for image in images {
+        let size = Size::of(image)?;
+        println!("{} {}", size.flash, size.ram);
+    }
+    Ok(ExitCode::SUCCESS)
+}
 
 /// A format and its version.
 pub struct Format {

@@ -12,10 +12,8 @@ use qemu::protocol::drives;
 use qemu::replay::Pace;
 use qemu::report::counted;
 use qemu::size::Size;
-use qemu::stack::Bound;
 
 use crate::needs;
-use crate::stack::IMAGES;
 use crate::table::markdown;
 
 /// The frames of the table of the path, as docs/ICD.md calls them, in its order.
@@ -91,39 +89,26 @@ pub fn path() -> Result<()> {
     committed("path", "path", &header, rows).write()
 }
 
-/// Flash, variables and the bound of the stack of each image with a budget.
+/// Flash and variables of each image with a budget.
 pub fn images() -> Result<()> {
     needs::targets()?;
     let budgets = Budgets::read()?;
-    let header = [
-        "image",
-        "flash, B",
-        "variables, B",
-        "core-coupled, B",
-        "stack at most, B",
-        "room, B",
-    ];
+    let header = ["image", "flash, B", "variables, B", "core-coupled, B"];
     let mut rows = Vec::new();
     for name in budgets.image.keys() {
         let image = ALL.iter().find(|image| image.name == name);
         let image = image.with_context(|| format!("budgets.toml: no image `{name}`"))?;
-        let built = image.build()?;
-        let mut stack = [String::new(), String::new()];
-        if IMAGES.contains(image) {
-            let bound = Bound::of(&built).with_context(|| name.clone())?;
-            stack = [bound.bytes, bound.room].map(|bytes| bytes.to_string());
-        }
-        let size = Size::of(&built)?;
+        let size = Size::of(&image.build()?)?;
         let bytes = [size.flash, size.ram, size.coupled].map(|bytes| bytes.to_string());
         let mut row = vec![name.clone()];
-        row.extend(bytes.into_iter().chain(stack));
+        row.extend(bytes);
         rows.push(row);
     }
     for family in FAMILIES {
         let size = Size::of(&family.build()?)?;
         let mut row = vec![family.name.to_owned()];
         row.extend([size.flash, size.ram].map(|bytes| bytes.to_string()));
-        row.extend([const { String::new() }; 3]);
+        row.push(String::new());
         rows.push(row);
     }
     committed("images", "images", &header, rows).write()
