@@ -131,11 +131,14 @@ export function errors(place, first) {
   });
 }
 
-/** Wealth of the candidates; the line at 100 is the proof. */
+/** Capital that proves, in stakes: `firmware::learn::rehearsal::PROVED`. */
+const PROVED = 150;
+
+/** Wealth of the candidates; the line at PROVED is the proof. */
 export function wealth(place) {
   const names = Array.from({ length: 8 }, (_, k) => k);
   const proved = (u) => {
-    const y = u.valToPos(100, "y", true);
+    const y = u.valToPos(PROVED, "y", true);
     if (y < u.bbox.top || y > u.bbox.top + u.bbox.height) return;
     u.ctx.save();
     u.ctx.strokeStyle = colour("ink");

@@ -9,12 +9,11 @@ use crate::report::axis::Axis;
 use crate::report::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::report::palette::{INK, Look, numbered};
 use firmware::learn::bank::{HYPOTHESES, NAMES, STORED, ZERO_CORRECTION};
-use firmware::learn::rehearsal::HORIZONS_S;
+use firmware::learn::rehearsal::{self, HORIZONS_S};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Rehearsals and gates";
-/// Capital that proves: see `firmware::learn::rehearsal`.
-const PROVED: f64 = 100.0;
+const PROVED: f64 = rehearsal::PROVED as f64;
 const PROOF: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
 
 pub(super) fn part(contents: &Contents) -> Part {
@@ -23,13 +22,12 @@ pub(super) fn part(contents: &Contents) -> Part {
         Err(why) => return Part::without("rehearsals", TITLE, why),
     };
     let mut part = Part::new("rehearsals", TITLE);
-    part.sentences.push(
+    part.sentences.push(format!(
         "In a rehearsal the device navigates for some time as if it had no fixes, with each \
          candidate's correction and without any, and compares both with the next fix. A candidate \
-         that wins bets on itself 100 times its stake has proved itself and comes into force. One \
-         that loses them does harm and does not."
-            .into(),
-    );
+         that wins bets on itself {PROVED} times its stake has proved itself and comes into force. \
+         One that loses them does harm and does not."
+    ));
     let mut all = vec![];
     for (outcome, bench) in benches {
         let diary = &bench.diary;
