@@ -32,6 +32,17 @@ impl Position {
     }
 }
 
+/// A GPS week, ms.
+pub const WEEK_MS: u32 = 604_800_000;
+
+/// From one time of the week to a later one, ms: less than a week, whether one ends in between or
+/// not.
+#[must_use]
+pub fn ms_since(then_ms: u32, now_ms: u32) -> u32 {
+    let [then, now] = [then_ms, now_ms].map(|ms| ms % WEEK_MS);
+    (WEEK_MS - then + now) % WEEK_MS
+}
+
 /// Standard deviation of a value that a receiver does not measure, or whose accuracy it does not
 /// give.
 pub const NOT_MEASURED: f32 = f32::INFINITY;

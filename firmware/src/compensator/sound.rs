@@ -124,7 +124,7 @@ impl Compensator {
     }
 
     /// The estimate in force is no longer what was put there. What the first outlet subtracts still
-    /// tells it.
+    /// shows it. The caller moves it and takes its sum.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_estimate(&self, state: &mut State) {
@@ -135,7 +135,6 @@ impl Compensator {
             *estimate = due.map(|counts| -counts / per_error);
         }
         state.estimate = self.within_limit(state.estimate);
-        state.estimate_sum = floats(state.estimate.as_flattened());
         state.mended = state.mended.saturating_add(1);
     }
 

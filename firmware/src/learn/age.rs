@@ -20,7 +20,7 @@
 //! With a time pulse the age comes with the fix ([`Fix::age`]) and is exact. The least age then
 //! follows from it, so that ages go on without a step when the pulse stays away.
 
-use crate::fix::Fix;
+use crate::fix::{self, Fix, ms_since};
 
 /// Share of the time by which the earliest arrival is forgotten: 100 ppm, twice what two crystals
 /// differ by. A fix that is late after an hour of late fixes seems 0.36 s less late.
@@ -37,7 +37,7 @@ const JUMP: u8 = 10;
 const SECOND_MS: u32 = 900;
 
 /// A GPS week, ms.
-const WEEK_MS: i64 = 604_800_000;
+const WEEK_MS: i64 = fix::WEEK_MS as i64; // lossless
 
 /// Measures by how much fixes are later than the earliest.
 #[derive(Debug, Clone, Copy, Default)]
@@ -103,7 +103,7 @@ impl FixAge {
         }
         let mut age = least_s + self.excess_us as f32 * 1e-6;
         if age > MAX_AGE_S {
-            let since = time_ms.wrapping_sub(self.too_late_ms);
+            let since = ms_since(self.too_late_ms, time_ms);
             if self.too_late == 0 || since >= SECOND_MS {
                 self.too_late = self.too_late.saturating_add(1);
                 self.too_late_ms = time_ms;

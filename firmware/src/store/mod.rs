@@ -195,9 +195,7 @@ impl<F: NorFlash> Store<F> {
         let erase = F::ERASE_SIZE.max(1);
         let slot_len = PADDED_LEN.next_multiple_of(erase);
         let units = [F::WRITE_SIZE, F::READ_SIZE];
-        let fits = units
-            .iter()
-            .all(|&unit| unit > 0 && PIECE.is_multiple_of(unit));
+        let fits = units.iter().all(|&unit| PIECE.is_multiple_of(unit));
         match u32::try_from(slot_len) {
             Ok(len) if fits && flash.capacity() / 2 >= slot_len => Ok(Store {
                 flash,

@@ -14,6 +14,7 @@ use std::vec::Vec;
 
 mod append;
 mod damaged;
+mod limits;
 mod memory;
 mod older;
 mod rank;

@@ -61,6 +61,10 @@ pub struct Bench {
     pub device: Device,
     samples: AtRest,
     number: u32,
+    /// Receiver's time at the start, ms of the week.
+    pub week_ms: u32,
+    /// What has left since it was last asked for.
+    pub left: Vec<u8>,
 }
 
 impl Bench {
@@ -69,6 +73,8 @@ impl Bench {
             device: device(config),
             samples: AtRest::new(&lsb()),
             number: 0,
+            week_ms: 0,
+            left: Vec::new(),
         }
     }
 
@@ -102,8 +108,9 @@ impl Bench {
                     }
                 }
                 if n == RATE / 10 {
-                    let bytes = fix(self.number / RATE).emit();
-                    self.device.lines.gnss.input.extend(bytes);
+                    let mut fix = fix(self.number / RATE);
+                    fix.time_of_week = (self.week_ms + fix.time_of_week) % 604_800_000;
+                    self.device.lines.gnss.input.extend(fix.emit());
                     // it takes more than one pass; it must arrive after the same sample in any case
                     for _ in 0..2 {
                         self.device
@@ -113,7 +120,8 @@ impl Bench {
                 }
                 self.device.pass_us(10_000);
             }
-            self.device.lines.navigation.sent.clear();
+            let sent = self.device.lines.navigation.sent.drain(..);
+            self.left.extend(sent.flatten());
         }
     }
 
@@ -129,7 +137,7 @@ impl Bench {
         self.samples.rate[0] += 1e-5 / (f64::from(RATE) * lsb().rad);
     }
 
-    fn weights(&mut self) -> Nets {
+    pub fn weights(&mut self) -> Nets {
         self.device.app.learnt().expect("it was begun")
     }
 }

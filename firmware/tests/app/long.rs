@@ -1,12 +1,14 @@
 //! A device that has run for months does what it did in its first minute: its counters, its clock
 //! and the numbers of its samples may be anywhere.
 
+use crate::activation::RATE;
 use crate::adis::reply;
 use crate::channels::named;
 use crate::device::{Device, nets};
+use crate::fixes;
 use crate::frames::{Kind, kinds};
 use crate::record::{HARDWARE, told};
-use firmware::app::{App, Config, Phase};
+use firmware::app::{Activation, App, Config, Phase};
 use firmware::configuration::{Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::learn::WindowLearner;
@@ -50,22 +52,25 @@ struct Run {
     random: u32,
 }
 
+/// Nothing is connected until then.
+fn idle_until(device: &mut Device, clock_s: u64) {
+    for _ in 0..clock_s.saturating_sub(10) / 60 {
+        device.pass_us(60_000_000);
+        device.settle();
+    }
+    while device.time.0.get() < clock_s * 1_000_000 {
+        device.pass_us(1_000_000);
+        device.settle();
+    }
+}
+
 impl Run {
     fn new(config: Config, form: Option<Form>, past: Past) -> Run {
         let learner: &'static mut WindowLearner = Box::leak(Box::default());
         let mut device = Device::new(Config::default());
         device.app = App::with_learner(config, Some(learner));
         device.app.has_counted(past.counted);
-        // nothing is connected until then
-        let minutes = past.clock_s.saturating_sub(10) / 60;
-        for _ in 0..minutes {
-            device.pass_us(60_000_000);
-            device.settle();
-        }
-        while device.time.0.get() < past.clock_s * 1_000_000 {
-            device.pass_us(1_000_000);
-            device.settle();
-        }
+        idle_until(&mut device, past.clock_s);
         Run {
             device,
             seen: Vec::new(),
@@ -313,5 +318,52 @@ fn months_do_not_change_which_kind_leads() {
             }
             run
         });
+    }
+}
+
+/// What the learner from fixes makes of a drive at rest does not depend on how long the device has
+/// run: the numbers of its samples and the lower half of its clock end while it aligns itself, while
+/// it navigates, and while what it has learnt is in force; so does the receiver's week.
+#[test]
+fn months_do_not_change_what_is_learnt() {
+    let learns = |end_s: Option<u64>| {
+        let mut bench = fixes::Bench::new(Config {
+            activation: Activation::Faded,
+            ..fixes::config()
+        });
+        let clock_s = match end_s {
+            None => NEW.clock_s,
+            Some(end_s) => {
+                let counted = TURN - end_s * u64::from(RATE);
+                bench.device.app.has_counted(counted);
+                bench.week_ms = 604_800_000 - 1000 * end_s as u32;
+                TURN / 1_000_000 - end_s
+            }
+        };
+        idle_until(&mut bench.device, clock_s);
+        bench.run(115, None);
+        bench.errs_north();
+        bench.run(2400, None);
+        let health = bench.health();
+        assert!(health.navigates && health.winner > 0, "{health:?}");
+        let estimate = (bench.device).ask(&Request::GetEstimate, |answer| match answer {
+            Response::Estimate(estimate) => estimate.in_force,
+            other => panic!("{other:?}"),
+        });
+        assert_ne!(estimate, [[0.0; 3]; 2], "it acts");
+        let known = (
+            (health.winner, health.promotions, health.way),
+            (health.used_fixes, health.refused_fixes),
+            (health.heading_sigma, estimate),
+        );
+        (bench.left.clone(), bench.weights(), known)
+    };
+    let new = learns(None);
+    for end_s in [20, 130, 2300] {
+        let old = learns(Some(end_s));
+        let differs = new.0.iter().zip(&old.0).position(|(new, old)| new != old);
+        assert_eq!((new.0.len(), differs), (old.0.len(), None), "{end_s}");
+        assert!(new.1 == old.1, "{end_s}: other weights");
+        assert_eq!(new.2, old.2, "{end_s}");
     }
 }

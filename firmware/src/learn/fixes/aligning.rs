@@ -9,7 +9,7 @@ use super::start::Starting;
 use crate::align::Align;
 use crate::align::motion::{self, Found, InMotion, MAX_HEADING};
 use crate::configuration::VehicleKind;
-use crate::fix::{Fix, Position};
+use crate::fix::{Fix, Position, ms_since};
 use crate::learn::quantise::divisor;
 use crate::nav;
 use crate::nav::vector::scale as times;
@@ -55,7 +55,7 @@ impl Seen {
     /// Position and mean velocity halfway between this and a fix, with its age. The fix has a
     /// position.
     fn halfway(&self, fix: &Fix, age: f32) -> Option<(Fix, f32)> {
-        let time = fix.time_ms.wrapping_sub(self.time_ms) as f32 * 1e-3;
+        let time = ms_since(self.time_ms, fix.time_ms) as f32 * 1e-3;
         let age = age + 0.5 * time;
         if !(time > 0.0 && time <= BETWEEN_S && age <= OLDEST_S) {
             return None;

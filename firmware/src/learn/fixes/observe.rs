@@ -3,7 +3,7 @@
 
 use super::FixLearner;
 use super::events::{Compared, Fresh, Looked};
-use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position};
+use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position, ms_since};
 use crate::nav;
 
 /// Fixes closer to each other than this share a weight, ms: errors of receivers last for seconds,
@@ -90,7 +90,7 @@ impl FixLearner<'_> {
         let keeps = self.memory.antenna.age_sigma() == 0.0;
         let age = self.age.of(number, fix, stream.period_s, least, keeps);
         self.memory.antenna.jumps(self.age.sooner_s());
-        let since = self.last_fix_ms.map(|last| fix.time_ms.wrapping_sub(last));
+        let since = self.last_fix_ms.map(|last| ms_since(last, fix.time_ms));
         let enough = if self.course.navigates() {
             LEAST_MS
         } else {
@@ -168,7 +168,7 @@ impl FixLearner<'_> {
 
     /// Refusals count once in a second, however many fixes it has.
     fn count(&mut self, fix: &Fix) {
-        let since = self.counted_ms.map(|last| fix.time_ms.wrapping_sub(last));
+        let since = self.counted_ms.map(|last| ms_since(last, fix.time_ms));
         let counts = since.is_none_or(|ms| ms >= FIX_MS);
         if counts {
             self.counted_ms = Some(fix.time_ms);

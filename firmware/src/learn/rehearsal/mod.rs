@@ -112,7 +112,6 @@ pub struct Rehearsal {
     /// Coasts that ran when the interval ended, one bit each.
     moving: u16,
     proved: [bool; HYPOTHESES],
-    chosen: usize,
     /// Time since a coast has ended, s.
     since_s: f32,
 }
@@ -132,7 +131,6 @@ impl Rehearsal {
         next: 0,
         moving: 0,
         proved: [false; HYPOTHESES],
-        chosen: ZERO_CORRECTION,
         since_s: 0.0,
     };
 
@@ -141,8 +139,7 @@ impl Rehearsal {
         self.horizons.fill(Horizon::NONE);
         self.drop_coasts();
         self.proved = [false; HYPOTHESES];
-        (self.chosen, self.since_s) = (ZERO_CORRECTION, 0.0);
-        self.moving = 0;
+        (self.moving, self.since_s) = (0, 0.0);
     }
 
     fn streams(&mut self) -> impl Iterator<Item = &mut Stream> {
@@ -165,7 +162,6 @@ impl Rehearsal {
             horizon.bets.limit(ANEW);
         }
         self.proved = [false; HYPOTHESES];
-        self.chosen = ZERO_CORRECTION;
     }
 
     /// The navigator has passed an interval with the estimate `applied` subtracted. The coasts
@@ -307,8 +303,7 @@ impl Rehearsal {
                 chosen = (hypothesis, evidence);
             }
         }
-        self.chosen = chosen.0;
-        self.chosen
+        chosen.0
     }
 
     /// Whether a hypothesis has proved itself, by the last choice.

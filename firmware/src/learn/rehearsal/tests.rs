@@ -1,8 +1,11 @@
 //! What rehearsals prove, by chance and by drives.
 
+mod bets;
+mod coasts;
 mod lasting;
 mod rules;
 
+use super::bets::MOST;
 use super::coast::Coast;
 use super::*;
 use crate::learn::fixes::Memory;
@@ -26,10 +29,10 @@ fn what_is_not_finite_loses() {
     let scores = coast.scores(&seen([3.0, 4.0]));
     assert!(scores.iter().all(|score| *score == 0.0));
     let lost = coast.scores(&seen([f32::NAN, 4.0]));
-    assert!(lost.iter().all(|score| *score == -bets::MOST));
+    assert!(lost.iter().all(|score| *score == -MOST));
     coast.feed_back(&[f32::NAN; NAV]);
     let lost = coast.scores(&seen([3.0, 4.0]));
-    assert!(lost.iter().all(|score| *score == -bets::MOST));
+    assert!(lost.iter().all(|score| *score == -MOST));
 }
 
 /// Largest difference of a shadow's horizontal position to that of a second navigator which

@@ -17,6 +17,8 @@ struct Trip<'m> {
     number: u32,
     /// What becomes of a fix.
     spoil: fn(&mut Fix),
+    /// Receiver's time at the start, ms of the week.
+    week_ms: u32,
     /// Two antennas measure the heading with this constant error.
     antenna: Option<f64>,
     /// One part of the work after every so many samples; 0: none, so that it is done where it must
@@ -59,6 +61,7 @@ impl<'m> Trip<'m> {
             world: World::new(motion, 0.8, errors, seed),
             number: u32::MAX,
             spoil: |_| {},
+            week_ms: 0,
             antenna: None,
             work_every: None,
         }
@@ -98,6 +101,7 @@ impl<'m> Trip<'m> {
             }
             let mut fix = self.world.fix();
             (self.spoil)(&mut fix);
+            fix.time_ms = (fix.time_ms + self.week_ms) % 604_800_000;
             fix.heading = self.antenna.map(|off| Heading {
                 angle: (self.world.heading() + off) as f32,
                 sigma: 0.03,
@@ -371,5 +375,26 @@ fn a_given_heading_is_believed_as_far_as_it_says() {
             assert!(started.sigmas[2] > 0.025, "its error may stay the same");
             assert_eq!(trip.learner.heading(heading(0.0)), Err(Reason::Alignment));
         }
+    }
+}
+
+/// A week of the receiver that ends during the alignment changes no bit, with positions alone either.
+#[test]
+fn the_end_of_a_week_does_not_change_the_start() {
+    let mut memory = memory();
+    let mut outcome = |spoil, week_ms| {
+        let mut errors = STIM300;
+        let [.., position] = &mut errors.receiver;
+        *position = 0.1;
+        let mut trip = Trip::new(&mut memory, world::car, errors, VehicleKind::Land, 2);
+        (trip.spoil, trip.week_ms) = (spoil, week_ms);
+        trip.run(80, false);
+        let started = *trip.learner.started().expect("it navigates");
+        assert!(started.time_s > 22.0, "{started:?}");
+        (started, trip.learner.nav(), trip.learner.report())
+    };
+    let all: [fn(&mut Fix); 2] = [|_| {}, |fix| fix.sigmas[3..].fill(f32::INFINITY)];
+    for spoil in all {
+        assert_eq!(outcome(spoil, 0), outcome(spoil, 604_778_000));
     }
 }

@@ -65,6 +65,18 @@ fn the_richest_horizon_proves() {
     }
 }
 
+/// A horizon counts as tried after three coasts.
+#[test]
+fn three_coasts_are_a_trial() {
+    for (count, longest) in [(2, 0.0), (3, PROVED)] {
+        let mut rehearsal = good();
+        for horizon in &mut rehearsal.horizons {
+            horizon.bets.count = count;
+        }
+        assert_eq!(rehearsal.standing(H).longest, longest, "{count}");
+    }
+}
+
 /// The longest horizon that was tried has a veto, a longer one that was not has none.
 #[test]
 fn the_longest_horizon_has_a_veto() {
@@ -114,8 +126,10 @@ fn a_proof_is_kept_for_a_while() {
     every(&mut rehearsal, |of| of.capital = [149.0; 2]);
     assert_eq!(chosen(&mut rehearsal), ZERO_CORRECTION, "never proved");
     assert!(!rehearsal.harms(H));
-    change(&mut rehearsal, 4, |of| of.check = 0.24);
-    assert!(rehearsal.harms(H));
+    for (check, harms) in [(0.4, false), (0.25, false), (0.24, true)] {
+        change(&mut rehearsal, 4, |of| of.check = check);
+        assert_eq!(rehearsal.harms(H), harms, "{check}");
+    }
 }
 
 /// After a new start of the navigator a proof is none, and past capital counts ten stakes.
@@ -153,7 +167,7 @@ fn a_proof_gets_stale() {
     assert_eq!(chosen(&mut rehearsal), H);
 }
 
-fn second() -> Transition {
+pub(super) fn second() -> Transition {
     let mut second = Transition::ZEROED;
     for (i, row) in second.phi.iter_mut().enumerate() {
         row[i] = 1.0;
@@ -166,7 +180,7 @@ fn second() -> Transition {
 #[test]
 fn late_coasts_do_not_count() {
     for (time, counts, runs) in [
-        (8.9, false, true),
+        (9.6, false, true),
         (9.7, true, false),
         (17.0, true, false),
         (17.1, false, false),
@@ -195,13 +209,15 @@ fn late_coasts_do_not_count() {
 /// Of the proved ones that are about as good as the best, the one with the greatest evidence.
 #[test]
 fn scores_come_before_evidence() {
-    for (mean, choice) in [(0.69, H), (0.71, OTHER)] {
+    for (mean, choice) in [(0.69, H), (GOOD.mean - ALIKE, OTHER), (0.71, OTHER)] {
         let mut rehearsal = good();
         for horizon in &mut rehearsal.horizons {
             horizon.bets.wealth[OTHER] = Wealth { mean, ..GOOD };
         }
         let evidence = |h| if h == OTHER { 50.0 } else { 1.0 };
         assert_eq!(rehearsal.choose(evidence), choice, "{mean}");
+        assert_eq!(rehearsal.choose(|h| -evidence(h)), H, "{mean}");
+        assert_eq!(chosen(&mut rehearsal), H, "the first of equals");
     }
 }
 

@@ -1,0 +1,205 @@
+//! Coasts: when they start, pass and end, and what their scores are.
+
+use super::rules::second;
+use super::*;
+
+const H: usize = 3;
+
+/// All coasts of the first horizon, of 5 s, run since `time` s.
+fn under_way(time: f32) -> Box<Rehearsal> {
+    let mut rehearsal = Box::new(Rehearsal::ZEROED);
+    rehearsal.begin();
+    for Stream { coast } in &mut rehearsal.horizons[0].streams {
+        (coast.runs, coast.time) = (true, time);
+    }
+    rehearsal
+}
+
+fn pass(rehearsal: &mut Rehearsal, fix: bool) {
+    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    if fix {
+        rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
+    }
+    while rehearsal.work(&second()) {}
+}
+
+/// Whether the coasts of the first horizon run, and their time.
+fn times(rehearsal: &Rehearsal) -> [(bool, f32); STREAMS] {
+    let streams = &rehearsal.horizons[0].streams;
+    streams.each_ref().map(|of| (of.coast.runs, of.coast.time))
+}
+
+/// One of the two coasts may start when the other does not run, or since 0.4 of the horizon.
+#[test]
+fn coasts_start_apart() {
+    for (runs, time, starts) in [
+        ([false, false], [0.0, 0.0], Some(0)),
+        ([true, false], [3.9, 9.0], None),
+        ([true, false], [4.0, 9.0], Some(1)),
+        ([false, true], [9.0, 3.9], None),
+        ([false, true], [9.0, 4.0], Some(0)),
+        ([true, true], [9.0, 9.0], None),
+    ] {
+        let mut horizon = Horizon::NONE;
+        for (k, Stream { coast }) in horizon.streams.iter_mut().enumerate() {
+            (coast.runs, coast.time) = (runs[k], time[k]);
+        }
+        if let Some(Stream { coast }) = horizon.free(10.0) {
+            coast.time = -1.0;
+        }
+        let started = (horizon.streams.iter()).position(|of| of.coast.time < 0.0);
+        assert_eq!(started, starts, "{runs:?} {time:?}");
+    }
+}
+
+/// A coast starts at what each hypothesis believes of vehicle and sensors.
+#[test]
+fn a_coast_starts_from_what_is_believed() {
+    let mut memory = Box::new(Memory::ZEROED);
+    let told = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, BIASED, 5);
+    drive.seconds(20);
+    drive.learner.finish();
+    let mut coast = Coast::NONE;
+    coast.time = 9.0;
+    let bank = drive.learner.bank();
+    coast.start(bank);
+    assert_eq!((coast.time, coast.runs), (0.0, true));
+    let mut believed = [0.0_f32; 2];
+    for (h, shadow) in coast.shadows.iter().enumerate() {
+        for (off, error) in shadow.off.iter().zip(bank.error_state_of(h)) {
+            assert_eq!(*off, -error, "{h}");
+            believed[0] += off.abs();
+        }
+        assert_eq!(shadow.correction, *bank.estimate_of(h), "{h}");
+        believed[1] += shadow.correction.map(f32::abs).iter().sum::<f32>();
+    }
+    assert!(believed.iter().all(|sum| *sum > 0.0), "{believed:?}");
+}
+
+/// A shadow moves by what it subtracts more than the navigator.
+#[test]
+fn what_moves_a_shadow_is_the_difference_of_corrections() {
+    let mut coast = Coast::NONE;
+    coast.shadows[H].correction = [3.0; OUTPUTS];
+    let mut block = second();
+    block.gamma[6][0] = 10.0;
+    coast.moves(&block, &[1.0; OUTPUTS]);
+    assert_eq!(coast.shadows[H].off[6], 20.0);
+    assert_eq!(coast.time, 1.0);
+}
+
+/// The scores are half the logarithm of the ratio of the squares, no error less than the fix's, and
+/// none beyond 4.
+#[test]
+fn a_score_is_the_logarithm_of_the_gain() {
+    let scores = |without: [f32; 2], with: [f32; 2], off: [f32; 2]| {
+        let mut coast = Coast::NONE;
+        for (h, shadow) in coast.shadows.iter_mut().enumerate() {
+            let at = if h == ZERO_CORRECTION { without } else { with };
+            shadow.off[6..8].copy_from_slice(&at);
+        }
+        coast.scores(&Seen {
+            first: 6,
+            off,
+            sigma: 5.0,
+        })[H]
+    };
+    let near = |found: f32, right: f64| {
+        assert!((f64::from(found) - right).abs() < 1e-5, "{found}, {right}");
+    };
+    // (30^2 + 40^2 + 5^2) / 5^2 and back
+    near(scores([30.0, 40.0], [0.0; 2], [0.0; 2]), 2.307_560_25);
+    near(scores([0.0; 2], [30.0, 40.0], [0.0; 2]), -2.307_560_25);
+    // estimate minus fix is what the navigator is off, and the shadow is off by `off` more
+    near(scores([30.0, 40.0], [-1.0, 2.0], [1.0, -2.0]), 2.288_385_36);
+    near(scores([3e5, 4e5], [0.0; 2], [0.0; 2]), 4.0);
+    near(scores([0.0; 2], [3e5, 4e5], [0.0; 2]), -4.0);
+}
+
+/// The worse one of the position's two components counts; without a position, that of the velocity.
+#[test]
+fn a_fix_shows_position_or_velocity() {
+    const NONE: f32 = f32::INFINITY;
+    for (variance, shows) in [
+        ([4.0, 9.0, 1.0, 1.0, 1.0, 1.0], Some((6, [1.0, 2.0], 3.0))),
+        ([9.0, 4.0, 1.0, 1.0, 1.0, 1.0], Some((6, [1.0, 2.0], 3.0))),
+        ([4.0, NONE, 1.0, 4.0, 9.0, 1.0], Some((3, [4.0, 5.0], 3.0))),
+        ([NONE, 4.0, 1.0, 9.0, 4.0, 1.0], Some((3, [4.0, 5.0], 3.0))),
+        ([NONE, 4.0, 1.0, NONE, 4.0, 1.0], None),
+        ([NONE, 4.0, 1.0, 9.0, NONE, 1.0], None),
+    ] {
+        let mut rehearsal = under_way(0.0);
+        rehearsal.fix(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &variance);
+        let seen = rehearsal.passed.seen;
+        let seen = seen.map(|seen| (seen.first, seen.off, seen.sigma));
+        assert_eq!(seen, shows, "{variance:?}");
+    }
+}
+
+/// A fix ends the coasts that are due, once, whether it comes before or after they have passed the
+/// interval, and no later interval knows of it.
+#[test]
+fn a_fix_ends_coasts_once() {
+    let mut rehearsal = under_way(3.0);
+    pass(&mut rehearsal, true);
+    assert_eq!(times(&rehearsal), [(true, 4.0); 2]);
+    pass(&mut rehearsal, false);
+    assert_eq!(times(&rehearsal), [(true, 5.0); 2], "no fix is left");
+    assert_eq!(rehearsal.counts()[0], 0);
+    rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
+    assert!(!rehearsal.is_done());
+    while rehearsal.work(&second()) {}
+    assert_eq!(times(&rehearsal), [(false, 5.0); 2], "no time has passed");
+    assert_eq!(rehearsal.counts()[0], 2);
+    assert!((0..20).all(|_| !rehearsal.work(&second())), "all is done");
+}
+
+/// A coast that starts after an interval has not passed it.
+#[test]
+fn a_new_coast_does_not_pass_what_was_before_it() {
+    let mut rehearsal = under_way(0.0);
+    let [first, _] = &mut rehearsal.horizons[0].streams;
+    first.coast.runs = false;
+    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    let [first, _] = &mut rehearsal.horizons[0].streams;
+    first.coast.runs = true;
+    while rehearsal.work(&second()) {}
+    assert_eq!(times(&rehearsal), [(true, 0.0), (true, 1.0)]);
+}
+
+/// Where the navigator is lost, no coast goes on and no fix of before counts.
+#[test]
+fn an_interruption_ends_coasts_without_a_result() {
+    let mut rehearsal = under_way(4.0);
+    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
+    rehearsal.interrupted();
+    assert!(rehearsal.is_done() && !rehearsal.work(&second()));
+    pass(&mut rehearsal, true);
+    assert_eq!(rehearsal.counts()[0], 0);
+    assert_eq!(times(&rehearsal), [(false, 4.0); 2]);
+}
+
+/// What corrects the navigator after an interval moves the shadows apart from it by as much, once,
+/// and after the interval's own motion.
+#[test]
+fn shadows_do_not_follow_what_corrects_the_navigator() {
+    let mut twice = second();
+    for (i, row) in twice.phi.iter_mut().enumerate() {
+        row[i] = 2.0;
+    }
+    let mut rehearsal = under_way(0.0);
+    let off = |rehearsal: &Rehearsal| {
+        let [Stream { coast }, _] = &rehearsal.horizons[0].streams;
+        coast.shadows[H].off
+    };
+    rehearsal.feed_back(&[1.0; NAV]);
+    assert_eq!(off(&rehearsal), [1.0; NAV], "there was no work left");
+    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    rehearsal.feed_back(&[3.0; NAV]);
+    while rehearsal.work(&twice) {}
+    assert_eq!(off(&rehearsal), [5.0; NAV]);
+    pass(&mut rehearsal, false);
+    assert_eq!(off(&rehearsal), [5.0; NAV], "once");
+}
