@@ -1,18 +1,19 @@
-//! `cargo xtask test`: cheap and general checks come first. Then what is compiled for the target is
-//! looked at beside what is compiled for this machine: images are linked on one core, and both have
-//! folders of their own. The tests come last, so that the output ends with the closing lines of
-//! their runner.
+//! `cargo xtask test` and `cargo xtask check`. In each, what is compiled for the target is looked at
+//! beside what is compiled for this machine: images are linked on one core, and both have folders
+//! of their own. The tests come last, so that the output ends with the closing lines of their
+//! runner.
 
-use std::num::NonZero;
 use std::process::{Command, ExitCode};
 use std::thread;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::boards::{DRIVERS, FAMILIES};
-use crate::images::{PROFILE, REQUIRE, TARGET, apart, target_directory, without_paths, workspace};
-
+use crate::images::{
+    AGREEMENT, DIFFERENT, PROFILE, TARGET, apart, target_directory, without_paths, workspace,
+};
 use crate::stage::{Stages, cargo_with, succeed};
+use crate::tests::{self, Part};
 use crate::{boards, comments, fuzz, needs, package, reproduce, supply, wheel};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
@@ -25,67 +26,92 @@ const TARGET_PACKAGES: [&str; 6] = [
     "silicon",
 ];
 
-/// What Clippy is told.
+/// The workspaces whose format is looked at.
+const FORMATTED: [&str; 6] = [
+    "fmt --all --check",
+    "fmt --check --manifest-path tests/chip/Cargo.toml",
+    "fmt --check --manifest-path tests/rigless/Cargo.toml",
+    "fmt --check --manifest-path tests/rp2350/Cargo.toml",
+    "fmt --all --check --manifest-path firmware/boards/Cargo.toml",
+    "fmt --check --manifest-path tests/alone/Cargo.toml",
+];
+
+/// What Clippy denies.
 const DENIED: [&str; 2] = ["-D", "warnings"];
 
-/// Runs every stage; the exit code is the last one's.
+/// `cargo xtask test`: what a change must pass before it is shown to others; `fast` leaves out what
+/// needs the target or QEMU. The exit code is the test runner's.
 pub fn test(fast: bool) -> Result<ExitCode> {
-    let stages = Stages::new(if fast { 6 } else { 17 });
+    let stages = Stages::new(if fast { 5 } else { 7 });
+    let part = Part::Quick { qemu: !fast };
     stages.run("format, length of comments", || {
-        succeed(&mut cargo_with("fmt --all --check"))?;
-        succeed(&mut cargo_with(
-            "fmt --check --manifest-path tests/chip/Cargo.toml",
-        ))?;
-        succeed(&mut cargo_with(
-            "fmt --check --manifest-path tests/rigless/Cargo.toml",
-        ))?;
-        succeed(&mut cargo_with(
-            "fmt --check --manifest-path tests/rp2350/Cargo.toml",
-        ))?;
-        succeed(&mut cargo_with(
-            "fmt --all --check --manifest-path firmware/boards/Cargo.toml",
-        ))?;
-        succeed(&mut cargo_with(
-            "fmt --check --manifest-path tests/alone/Cargo.toml",
-        ))?;
+        FORMATTED
+            .iter()
+            .try_for_each(|options| succeed(&mut cargo_with(options)))?;
         comments::check()
     })?;
-    stages.run("dependencies: licences, sources, duplicates", supply::check)?;
-    if fast {
-        here(&stages)?;
-    } else {
-        thread::scope(|scope| {
-            let beside = scope.spawn(|| target(&stages));
-            let ours = here(&stages)
-                .and_then(|()| stages.run("Python wheel: build, tests, notebooks", wheel::check))
-                .and_then(|()| stages.run("fuzz targets", || fuzz::targets(4, None, Some(1))))
-                .and_then(|()| stages.run("build of tests and of what measures", tests));
-            let theirs = beside.join().expect("no panic in a stage");
-            ours.and(theirs)
+    let here = || {
+        stages.run("lints", || {
+            succeed(cargo_with("clippy --quiet --workspace --all-targets --").args(DENIED))
         })?;
-        // all images are built by now
-        stages.run("flash, RAM and panic budgets", || {
-            ["size", "boards"].into_iter().try_for_each(measured)
+        stages.run("build of tests", || part.build())?;
+        stages.run("documentation tests", || {
+            succeed(&mut cargo_with("test --quiet --workspace --doc"))
+        })
+    };
+    if fast {
+        here()?;
+    } else {
+        beside(here, || {
+            stages.run("prepare: target, QEMU", || {
+                needs::target().and_then(|()| needs::emulator())
+            })?;
+            stages.run("target builds: boards, agreement", || {
+                build_alone("firmware")?;
+                [AGREEMENT, DIFFERENT]
+                    .into_iter()
+                    .try_for_each(|image| image.build().map(drop))
+            })
         })?;
     }
-    last(&stages, fast)
+    part.run(&stages)
 }
 
-/// What is compiled for this machine.
-fn here(stages: &Stages) -> Result<()> {
-    stages.run("lints", || {
-        succeed(cargo_with("clippy --quiet --workspace --all-targets --").args(DENIED))
+/// `cargo xtask check`: all other checks. The exit code is the test runner's.
+pub fn check() -> Result<ExitCode> {
+    let stages = Stages::new(14);
+    stages.run("dependencies: licences, sources, duplicates", supply::check)?;
+    let here = || {
+        stages.run("documentation", documentation)?;
+        stages.run("Python wheel: build, tests, notebooks", wheel::check)?;
+        stages.run("fuzz targets", || fuzz::targets(4, None, Some(1)))?;
+        stages.run("build of tests and of what measures", all_tests)
+    };
+    beside(here, || target(&stages))?;
+    // all images are built by now
+    stages.run("flash, RAM and panic budgets", || {
+        ["size", "boards"].into_iter().try_for_each(measured)
     })?;
-    stages.run("documentation", documentation)?;
-    stages.run("documentation tests", || {
-        succeed(&mut cargo_with("test --quiet --workspace --doc"))
+    stages.run("no test is left out", tests::none_is_lost)?;
+    Part::Slow.run(&stages)
+}
+
+/// Does both at the same time.
+fn beside(
+    here: impl FnOnce() -> Result<()>,
+    target: impl FnOnce() -> Result<()> + Send,
+) -> Result<()> {
+    thread::scope(|scope| {
+        let theirs = scope.spawn(target);
+        let ours = here();
+        ours.and(theirs.join().expect("no panic in a stage"))
     })
 }
 
 /// What is compiled for the target, all in the folder of the images. What the machine lacks is
 /// fetched before, while the other thread computes.
 fn target(stages: &Stages) -> Result<()> {
-    stages.run("prepare: target, QEMU, browser, reader of PDF", || {
+    stages.run("prepare: targets, QEMU, browser, reader of PDF", || {
         needs::targets()?;
         needs::alone()?;
         needs::pdf_reader();
@@ -126,25 +152,8 @@ fn target_lints() -> Result<()> {
     })
 }
 
-/// Builds into the directory of the images, with their profile. So the size stage and the tests
-/// find the images built.
 fn target_builds() -> Result<()> {
-    let directory = target_directory()?.join("images");
-    TARGET_PACKAGES.iter().try_for_each(|package| {
-        let mut build = cargo_with("build --quiet --target");
-        build
-            .args([
-                TARGET,
-                "--profile",
-                PROFILE,
-                "--package",
-                package,
-                "--target-dir",
-            ])
-            .arg(&directory);
-        without_paths(&mut build, &workspace());
-        succeed(&mut build)
-    })?;
+    TARGET_PACKAGES.into_iter().try_for_each(build_alone)?;
     for (feature, program) in DRIVERS {
         let mut build = apart("build", "tests/chip", "chip", Some(TARGET))?;
         succeed(build.args(["--features", feature, "--bin", program]))?;
@@ -152,8 +161,20 @@ fn target_builds() -> Result<()> {
     succeed(&mut apart("build", "tests/rp2350", "rp2350", None)?)
 }
 
+/// Builds a package into the directory of the images, with their profile. So the size stage and the
+/// tests find the images built.
+fn build_alone(package: &str) -> Result<()> {
+    let mut build = cargo_with("build --quiet --target");
+    build
+        .args([TARGET, "--profile", PROFILE, "--package", package])
+        .arg("--target-dir")
+        .arg(target_directory()?.join("images"));
+    without_paths(&mut build, &workspace());
+    succeed(&mut build)
+}
+
 /// With the features that the tests have, so that nothing is compiled for the budgets alone.
-fn tests() -> Result<()> {
+fn all_tests() -> Result<()> {
     let words = "build --quiet --workspace --tests --bin measure";
     succeed(&mut cargo_with(words))
 }
@@ -167,30 +188,4 @@ fn measured(task: &str) -> Result<()> {
 fn documentation() -> Result<()> {
     let mut doc = cargo_with("doc --quiet --workspace --no-deps");
     succeed(doc.env("RUSTDOCFLAGS", "-D warnings"))
-}
-
-/// Unit, property and system tests, and the images in QEMU. Nothing is printed after the runner.
-fn last(stages: &Stages, fast: bool) -> Result<ExitCode> {
-    let mut runner = if needs::nextest() {
-        stages.begin("tests (nextest)");
-        let mut runner = cargo_with("nextest run --workspace --no-fail-fast");
-        // some tests wait for a silence or for QEMU most of their time, so one more than cores
-        let cores = thread::available_parallelism().map_or(1, NonZero::get);
-        runner.args(["--test-threads", &(cores + 1).to_string()]);
-        runner
-    } else {
-        stages.begin("tests");
-        cargo_with("test --workspace --lib --bins --tests --no-fail-fast")
-    };
-    if fast {
-        runner.args(["--exclude", "qemu"]);
-    } else {
-        runner.env(REQUIRE, "1").env("LRNN_REQUIRE_BROWSER", "1");
-    }
-    let status = runner.status().context("cannot start the test runner")?;
-    Ok(if status.success() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(status.code().map_or(1, |code| code as u8))
-    })
 }

@@ -1,5 +1,5 @@
 //! `cargo xtask emulators`: our STM32 images in an emulator that others wrote (`tests/rigless`). It
-//! is not in `cargo xtask test`, since compiling its code generator takes minutes of a processor.
+//! is not in `cargo xtask check`, since compiling its code generator takes minutes of a processor.
 
 use std::process::ExitCode;
 

@@ -1,6 +1,6 @@
 //! Builds the images with a nested cargo, in a build directory of their own, so that it never waits
-//! for the lock of the cargo that runs the tests. `cargo xtask test` builds them before, so the
-//! nested build then has nothing to do.
+//! for the lock of the cargo that runs the tests. `cargo xtask test` and `cargo xtask check` build
+//! them before, so the nested build then has nothing to do.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -213,21 +213,28 @@ pub fn cargo() -> Command {
 /// Where cargo builds by default: `CARGO_TARGET_DIR`, the configuration file, or `target`.
 ///
 /// # Errors
-/// `cargo metadata` fails.
+/// As [`metadata`].
 pub fn target_directory() -> Result<PathBuf> {
-    let output = cargo()
-        .args(["metadata", "--no-deps", "--format-version", "1"])
-        .output()
-        .context("cannot start cargo")?;
-    let metadata: serde_json::Value =
-        serde_json::from_slice(&output.stdout).with_context(|| {
-            format!(
-                "cargo metadata: {}",
-                String::from_utf8_lossy(&output.stderr)
-            )
-        })?;
+    let metadata = metadata()?;
     let directory = metadata["target_directory"]
         .as_str()
         .context("cargo metadata names no target directory")?;
     Ok(directory.into())
+}
+
+/// What cargo says of the workspace's packages.
+///
+/// # Errors
+/// `cargo metadata` fails.
+pub fn metadata() -> Result<serde_json::Value> {
+    let output = cargo()
+        .args(["metadata", "--no-deps", "--format-version", "1"])
+        .output()
+        .context("cannot start cargo")?;
+    serde_json::from_slice(&output.stdout).with_context(|| {
+        format!(
+            "cargo metadata: {}",
+            String::from_utf8_lossy(&output.stderr)
+        )
+    })
 }

@@ -11,6 +11,7 @@ mod release;
 mod reproduce;
 mod scale;
 mod supply;
+mod tests;
 mod vectors;
 mod wheel;
 
@@ -33,13 +34,16 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Every check: format, lints, target builds, size and panic budgets, documentation, all tests,
-    /// those in QEMU too.
+    /// What a change must pass: format, lints, the boards' images, the quick tests, and equal bits of
+    /// desktop and target in QEMU.
     Test {
         /// Leaves out what needs the target or QEMU.
         #[arg(long)]
         fast: bool,
     },
+    /// All other checks: boards, wheel, fuzz targets, budgets, dependencies, oldest Rust, target lints,
+    /// documentation, and the slow tests, in QEMU and a browser too.
+    Check,
     /// Measures each piece of work: nanoseconds on this machine, instructions on a Cortex-M4F.
     #[command(disable_help_flag = true)]
     Bench(Handed),
@@ -164,6 +168,7 @@ fn hand(task: &str, handed: Handed) -> Result<ExitCode> {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Test { fast } => check::test(fast),
+        Task::Check => check::check(),
         Task::Bench(handed) => hand("bench", handed),
         Task::Alone(handed) => hand("alone", handed),
         Task::Package => package::package(),

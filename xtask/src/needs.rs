@@ -89,6 +89,7 @@ fn core_library(target: &str) -> Result<()> {
         "target {target} is missing and rustup could not add it; remedy: rustup target add {target}"
     );
     // rustup runs in the workspace and so adds to the toolchain that rust-toolchain.toml pins.
+    eprintln!("        installs target {target}: rustup target add {target}");
     let mut rustup = Command::new("rustup");
     rustup
         .args(["target", "add", target])
@@ -121,8 +122,7 @@ pub fn browser() -> Result<()> {
     if found() {
         return Ok(());
     }
-    let missing = "Chromium is missing; remedy: Debian: apt-get install chromium; or leave it out: \
-                   cargo xtask test --fast";
+    let missing = "Chromium is missing; remedy: Debian: apt-get install chromium";
     install("chromium", missing)?;
     if !found() {
         bail!(missing);
@@ -140,8 +140,7 @@ pub fn cpp() -> Result<()> {
     if found() {
         return Ok(());
     }
-    let missing = "a compiler of C++ is missing; remedy: install g++; or leave the fuzz targets \
-                   out: cargo xtask test --fast";
+    let missing = "a compiler of C++ is missing; remedy: install g++";
     install("g++", missing)?;
     if !found() {
         bail!(missing);
@@ -162,7 +161,7 @@ pub fn python() -> Result<std::ffi::OsString> {
         return Ok(python);
     }
     let missing = "a Python from 3.11 on with venv is missing; remedy: install python3-venv, or \
-                   name one: PYTHON=...; or leave the wheel out: cargo xtask test --fast";
+                   name one: PYTHON=...";
     install("python3-venv", missing)?;
     if !found() {
         bail!(missing);
@@ -187,6 +186,7 @@ fn install(package: &str, missing: &str) -> Result<()> {
     if !(root() && Path::new("/etc/debian_version").exists()) {
         bail!(missing.to_owned());
     }
+    eprintln!("        installs {package}: apt-get install {package}");
     let install = format!("install -qq --yes --no-install-recommends {package}");
     for arguments in ["update -qq", &install] {
         let mut apt = Command::new("apt-get");

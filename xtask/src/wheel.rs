@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use crate::images::{target_directory, workspace};
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 
 use crate::stage::{cargo_with, succeed};
 use crate::venv::Environment;
@@ -32,7 +32,7 @@ pub fn wheel(release: bool) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The stage of `cargo xtask test`.
+/// The stage of `cargo xtask check`.
 pub fn check() -> Result<()> {
     checked(&environment()?)
 }
@@ -62,7 +62,6 @@ fn checked(venv: &Environment) -> Result<()> {
 pub fn environment() -> Result<Environment> {
     let wanted = workspace().join(PACKAGE).join("requirements.txt");
     Environment::of("wheel/venv", &wanted)
-        .context("the wheel can be left out: cargo xtask test --fast")
 }
 
 /// The environment's interpreter, in the folder of the package.

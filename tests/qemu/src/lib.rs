@@ -59,5 +59,5 @@ pub mod software;
 /// `main` of a target program built for the desktop, as `cargo build --workspace` does.
 #[cfg(not(target_os = "none"))]
 pub fn only_in_qemu() {
-    println!("this is a program for QEMU; `cargo xtask test` runs it");
+    println!("this is a program for QEMU; `cargo xtask check` runs it");
 }
