@@ -9,8 +9,8 @@ use qemu::size::Size;
 
 /// Prints a line for each format, `NAME VERSION`, and for each image, `FLASH RAM` in bytes.
 pub fn facts(images: &[PathBuf]) -> Result<ExitCode> {
-    for format in formats() {
-        println!("{} {}", format.name, format.version);
+    for (name, version) in formats() {
+        println!("{name} {version}");
     }
     for image in images {
         let size = Size::of(image)?;
@@ -19,40 +19,17 @@ pub fn facts(images: &[PathBuf]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A format and its version.
-pub struct Format {
-    /// Its name in a quote (`figures`).
-    pub key: &'static str,
-    /// Its name for a reader.
-    pub name: &'static str,
-    pub version: u32,
-}
-
-/// All of them, as the code has them.
-pub fn formats() -> [Format; 6] {
-    let format = |key, name, version| Format { key, name, version };
+/// All formats with their versions, as the code has them.
+fn formats() -> [(&'static str, u32); 6] {
     [
-        format(
-            "wire",
-            "command link",
-            firmware::wire::command::WIRE_VERSION.into(),
-        ),
-        format("image", "weight image", lrnn_nostd::image::VERSION.into()),
-        format("store", "store", firmware::store::VERSION),
-        format(
-            "configuration",
+        ("command link", firmware::wire::command::WIRE_VERSION.into()),
+        ("weight image", lrnn_nostd::image::VERSION.into()),
+        ("store", firmware::store::VERSION),
+        (
             "configuration record",
             firmware::configuration::SCHEMA.into(),
         ),
-        format(
-            "memory",
-            "memory of the unit",
-            firmware::learn::unit::VERSION.into(),
-        ),
-        format(
-            "blackbox",
-            "black box",
-            firmware::app::blackbox::VERSION.into(),
-        ),
+        ("memory of the unit", firmware::learn::unit::VERSION.into()),
+        ("black box", firmware::app::blackbox::VERSION.into()),
     ]
 }

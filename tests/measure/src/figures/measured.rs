@@ -14,7 +14,7 @@ use qemu::report::counted;
 use qemu::size::Size;
 
 use crate::needs;
-use crate::table::markdown;
+use crate::table::{markdown, thousands};
 
 /// The frames of the table of the path, as docs/ICD.md calls them, in its order.
 const FRAMES: [(&str, &str); 10] = [
@@ -135,9 +135,58 @@ pub fn path_table(of: &Committed) -> Result<String> {
     Ok(markdown(&header.map(str::to_owned), rows.into_iter()))
 }
 
+/// What a network is asked for, and the forms of its code: works are named `STEP_FORM`.
+const STEPS: [&str; 5] = ["activation", "step", "gradient", "descent", "learn"];
+const FORMS: [&str; 6] = ["rational", "cubic", "tanh", "micromath", "m4", "m7"];
+
+/// The tables of docs/PERFORMANCE.md: networks by their forms, and the rest in a list.
+pub fn works_table(of: &Committed) -> Result<String> {
+    let cell = |work: &str| -> Result<String> {
+        let count: f64 = of.cell(work, "instructions")?.parse()?;
+        Ok(thousands(count))
+    };
+    let is_network = |work: &str| {
+        let parts = work.split_once('_');
+        parts.is_some_and(|(step, form)| STEPS.contains(&step) && FORMS.contains(&form))
+    };
+    let mut header = vec!["form".to_owned()];
+    header.extend(STEPS.map(|step| format!("`{step}`")));
+    let forms = FORMS.iter().map(|form| {
+        let mut row = vec![format!("`{form}`")];
+        row.extend(STEPS.map(|step| cell(&format!("{step}_{form}")).unwrap_or_default()));
+        row
+    });
+    let mut rest = Vec::new();
+    for work in of.rows.iter().filter_map(|row| row.first()) {
+        if !is_network(work) {
+            rest.push(vec![format!("`{work}`"), cell(work)?]);
+        }
+    }
+    let header_of_rest = ["work", "instructions"].map(str::to_owned);
+    let networks = markdown(&header, forms);
+    Ok(format!(
+        "{networks}\n{}",
+        markdown(&header_of_rest, rest.into_iter())
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Every piece of work stands in one of the two tables.
+    #[test]
+    fn no_piece_of_work_is_left_out() {
+        let works = Committed::read("works").expect("works");
+        let tables = works_table(&works).expect("tables");
+        let cells = tables.lines().flat_map(|line| line.split('|').skip(2));
+        let counts = cells.filter(|cell| cell.trim().starts_with(|c: char| c.is_ascii_digit()));
+        assert_eq!(counts.count(), works.rows.len());
+        assert!(
+            tables.contains("| `m7` |  | 193 | 2290 | 2555 |  |"),
+            "{tables}"
+        );
+    }
 
     /// Each budget has a figure, and none is above its budget.
     #[test]

@@ -4,14 +4,13 @@
 mod drive;
 mod list;
 mod measured;
-mod quotes;
 mod tables;
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use qemu::committed::{Committed, file};
 use qemu::images::{target_directory, workspace};
 
@@ -66,10 +65,7 @@ fn listed() -> Result<String> {
     let header = ["name", "files", "what", "made by", "takes", "by default"];
     let rows = FIGURES.iter().map(|figure| {
         let usual = if figure.cheap { "yes" } else { "" };
-        let files = match figure.files {
-            [] => "README.md, docs/*.md".to_owned(),
-            files => files.join(", "),
-        };
+        let files = figure.files.join(", ");
         let command = figure.how.command(figure.name);
         [
             figure.name,
@@ -123,7 +119,7 @@ fn make(figure: &Figure) -> Result<()> {
     }
 }
 
-/// The pages in which numbers are quoted.
+/// The pages that may hold generated tables.
 fn pages() -> Result<Vec<PathBuf>> {
     let top = workspace();
     let mut pages = ["README.md", "firmware/README.md", "lrnn-nostd/README.md"]
@@ -139,56 +135,11 @@ fn pages() -> Result<Vec<PathBuf>> {
     Ok(pages)
 }
 
-/// Writes the numbers of their sources into all pages. A source that holds a quote itself may have
-/// changed, so it is done until nothing changes.
-fn put_quotes() -> Result<()> {
-    for _ in 0..4 {
-        let mut changed = false;
-        for page in pages()? {
-            let name = || page.display().to_string();
-            let old = fs::read_to_string(&page).with_context(name)?;
-            let (_, new) = quotes::of(&old, &workspace()).with_context(name)?;
-            if new != old {
-                fs::write(&page, new).with_context(name)?;
-                println!("{}", name());
-                changed = true;
-            }
-        }
-        if !changed {
-            return Ok(());
-        }
-    }
-    bail!("two quotes are each other's source")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const REMEDY: &str = "remedy: cargo xtask figures";
-
-    /// The committed pages say what their sources say.
-    #[test]
-    fn numbers_quoted_are_those_of_their_sources() {
-        let (mut wrong, mut seen) = (Vec::new(), 0);
-        for page in pages().expect("pages") {
-            let text = fs::read_to_string(&page).expect("a page");
-            let name = page.strip_prefix(workspace()).expect("ours").display();
-            let (quotes, _) = match quotes::of(&text, &workspace()) {
-                Ok(found) => found,
-                Err(error) => panic!("{name}: {error:#}"),
-            };
-            seen += quotes.len();
-            for quote in quotes.iter().filter(|quote| quote.written != quote.right) {
-                wrong.push(format!(
-                    "{name}:{}: {}, but {} has {}",
-                    quote.line, quote.written, quote.source, quote.right
-                ));
-            }
-        }
-        assert!(wrong.is_empty(), "{}\n{REMEDY}", wrong.join("\n"));
-        assert!(seen > 150, "{seen} quotes");
-    }
 
     /// The tables of committed files are in the pages as they are in the files.
     #[test]
@@ -207,10 +158,10 @@ mod tests {
             }
             assert_eq!(text, right, "{name}; {REMEDY}");
         }
-        assert!(seen >= 8, "{seen} tables");
+        assert!(seen >= 11, "{seen} tables");
     }
 
-    /// Each committed file is quoted somewhere, and says what made it.
+    /// Each committed file is a table of a page, and says what made it.
     #[test]
     fn every_committed_file_is_used() {
         let all: String = pages()
@@ -223,8 +174,7 @@ mod tests {
             let name = name.to_string_lossy();
             let name = name.strip_suffix(".csv").expect("a CSV file");
             let table = format!("<!-- figures table {name}: written");
-            let quote = format!("<!-- figures: {};", file(name));
-            assert!(all.contains(&table) || all.contains(&quote), "{name}");
+            assert!(all.contains(&table), "{name}");
         }
         for table in copied().expect("they can be read") {
             assert!(table.made_by.starts_with("Copied from `"), "{}", table.name);
@@ -291,14 +241,14 @@ mod tests {
             let chosen = chosen(&order).expect("known");
             chosen.iter().map(|figure| figure.name).collect()
         };
-        assert_eq!(names(order(&[], false)), ["tables", "quotes"]);
+        assert_eq!(names(order(&[], false)), ["tables"]);
         assert_eq!(
-            names(order(&["quotes", "alone"], false)),
-            ["alone", "tables", "quotes"]
+            names(order(&["tables", "alone"], false)),
+            ["alone", "tables"]
         );
         assert_eq!(names(order(&[], true)).len(), FIGURES.len());
         let error = chosen(&order(&["drives"], false)).err().expect("unknown");
-        assert!(error.to_string().contains("tables, quotes"), "{error}");
+        assert!(error.to_string().contains("images, tables"), "{error}");
         let listed = listed().expect("a list");
         assert!(listed.contains("docs/architecture.svg, docs/rehearsal.svg"));
     }

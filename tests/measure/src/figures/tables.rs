@@ -21,6 +21,7 @@ pub fn table(name: &str) -> Result<String> {
     match name {
         "drive" => drive::drive_table(&of),
         "path" => measured::path_table(&of),
+        "works" => measured::works_table(&of),
         _ => Ok(markdown(&of.header, of.rows.iter().cloned())),
     }
     .with_context(|| file(name))
