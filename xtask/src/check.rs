@@ -12,8 +12,8 @@ use crate::boards::{DRIVERS, FAMILIES};
 use crate::images::{
     AGREEMENT, DIFFERENT, PROFILE, TARGET, apart, target_directory, without_paths, workspace,
 };
+use crate::runner::{self, Part};
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::tests::{self, Part};
 use crate::{boards, comments, fuzz, needs, package, reproduce, supply, wheel};
 
 /// What is compiled for the target: each alone, so that no other package's features help it.
@@ -92,7 +92,7 @@ pub fn check() -> Result<ExitCode> {
     stages.run("flash, RAM and panic budgets", || {
         ["size", "boards"].into_iter().try_for_each(measured)
     })?;
-    stages.run("no test is left out", tests::none_is_lost)?;
+    stages.run("no test is left out", runner::none_is_lost)?;
     Part::Slow.run(&stages)
 }
 

@@ -9,9 +9,9 @@ mod load;
 mod package;
 mod release;
 mod reproduce;
+mod runner;
 mod scale;
 mod supply;
-mod tests;
 mod vectors;
 mod wheel;
 
