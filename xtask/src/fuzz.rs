@@ -19,7 +19,7 @@ use crate::stage::{cargo_with, succeed};
 
 /// Calls the compiler so that it counts branches and comparisons.
 const COUNTING: &str = "tests/fuzz/rustc-counting";
-/// From so many seconds on, the drive is one of 400 s, in which what is learnt is promoted.
+/// From so many seconds on, the drive is one of 1200 s, in which what is learnt is promoted.
 const LONG_S: u32 = 120;
 /// Targets that run at a time.
 const AT_A_TIME: usize = 2;

@@ -88,7 +88,7 @@ fn the_first_page_shows_the_first_replay() {
         String::from_utf8_lossy(&done.get_output().stdout).into_owned()
     };
     run("simulate --learning --out data");
-    let printed = run("replay csv --header data/header.toml");
+    let printed = run("replay csv --header data/header.toml --learn-s 1600");
     let page = include_str!("../../../docs/five-minutes.md");
     let block = page.split("```text\n").nth(2).unwrap();
     let (block, _) = block.split_once("```").unwrap();
@@ -96,11 +96,11 @@ fn the_first_page_shows_the_first_replay() {
     for line in block.lines() {
         assert!(printed.contains(line), "{line} is not in:\n{printed}");
     }
-    assert!(printed.contains("its candidate \"biases\" had proved itself"));
+    assert!(printed.contains("its candidate \"output weights, by time\" had proved itself"));
     run("unit new --from stim300 --output my.toml");
-    let printed = run("replay csv --header data/header.toml --unit my.toml");
+    let printed = run("replay csv --header data/header.toml --learn-s 1600 --unit my.toml");
     assert!(printed.contains("nothing had proved itself, so it corrects nothing"));
-    assert!(printed.contains("rnn 1553 m (3.3 times)"), "{printed}");
+    assert!(printed.contains("(raw) end 417 m off"), "{printed}");
 }
 
 #[test]

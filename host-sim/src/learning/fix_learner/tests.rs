@@ -78,7 +78,7 @@ fn real_biases_are_promoted() {
     // the evidence comes first, the proof by rehearsals later
     assert_eq!(learnt.running, ZERO_CORRECTION);
     assert!(learnt.evidence[1] > 100.0);
-    let learnt = learn(&session, &assumptions, Gates::default(), None, 1000).unwrap();
+    let learnt = learn(&session, &assumptions, Gates::default(), None, 1600).unwrap();
     assert_ne!(learnt.running, ZERO_CORRECTION);
 }
 

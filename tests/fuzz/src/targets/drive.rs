@@ -1,7 +1,7 @@
 //! The application over a drive of 75 s, at rest for 48 s: it aligns itself, navigates and learns
 //! from fixes, with stored networks in force, while the fuzzer disturbs samples, fixes, lines,
 //! requests and time. Nothing panics or hangs, corrections stay within their limit, and what the
-//! device tells is finite. With `FUZZ_LONG` the drive is one of 400 s, in which what is learnt is
+//! device tells is finite. With `FUZZ_LONG` the drive is one of 1200 s, in which what is learnt is
 //! promoted.
 
 use arbitrary::Arbitrary;
@@ -19,7 +19,7 @@ use std::sync::OnceLock;
 
 const FORMAT: ImuFormat = ImuFormat::Novatel;
 /// How long it lasts, and how long when what is learnt is to be promoted.
-const SECONDS: [u32; 2] = [75, 400];
+const SECONDS: [u32; 2] = [75, 1200];
 /// Of these at rest.
 const STANDSTILL_S: u32 = 48;
 /// When the alignment is told to begin and to end, microseconds.
