@@ -1,10 +1,10 @@
 //! The part of a chip's flash that the store has.
 
+#[cfg(feature = "h7")]
+use embassy_stm32::pac::FLASH;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
-#[cfg(feature = "h7")]
-use embassy_stm32::pac::FLASH;
 use firmware::store::RECORD_LEN;
 
 /// `LEN` bytes from `START` on, counted from the flash's beginning. `ERASE` is erased at once: a
@@ -58,7 +58,11 @@ impl<F: NorFlash, const START: u32, const LEN: usize, const ERASE: usize> ReadNo
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
         check_read(self, offset, bytes.len()).map_err(Error::Request)?;
         forget(START + offset, bytes.len());
-        sound(|| self.0.read(START + offset, bytes).map_err(|_| Error::Driver))
+        sound(|| {
+            self.0
+                .read(START + offset, bytes)
+                .map_err(|_| Error::Driver)
+        })
     }
 
     fn capacity(&self) -> usize {

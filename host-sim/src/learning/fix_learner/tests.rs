@@ -22,6 +22,11 @@ fn session_and_truth(model: ErrorModelName, seed: u64) -> (Session, Truth) {
 
 /// The same with another receiver.
 fn with_receiver(gnss: &GnssSpec, model: ErrorModelName, seed: u64) -> (Session, Truth) {
+    driven(gnss, model, seed, 850.0)
+}
+
+/// The same with a drive of so many seconds.
+fn driven(gnss: &GnssSpec, model: ErrorModelName, seed: u64, drive_s: f64) -> (Session, Truth) {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
     let spec = imu.error_model(model);
@@ -35,7 +40,7 @@ fn with_receiver(gnss: &GnssSpec, model: ErrorModelName, seed: u64) -> (Session,
         },
         heading: 1.0,
         standstill_s: 150.0,
-        drive_s: 850.0,
+        drive_s,
         segments: None,
         vibration: 1.0,
         unit: seed,
@@ -73,12 +78,14 @@ fn noise_alone_promotes_nothing() {
 
 #[test]
 fn real_biases_are_promoted() {
-    let (session, assumptions) = session(ErrorModelName::Linear, 5);
+    let gnss = GnssSpec::default();
+    let (session, _) = driven(&gnss, ErrorModelName::Linear, 5, 2250.0);
+    let assumptions = Assumptions::of_simulated(&ImuSpec::preset("medium").unwrap());
     let learnt = learn(&session, &assumptions, Gates::default(), None, 400).unwrap();
     // the evidence comes first, the proof by rehearsals later
     assert_eq!(learnt.running, ZERO_CORRECTION);
     assert!(learnt.evidence[1] > 100.0);
-    let learnt = learn(&session, &assumptions, Gates::default(), None, 1600).unwrap();
+    let learnt = learn(&session, &assumptions, Gates::default(), None, 2400).unwrap();
     assert_ne!(learnt.running, ZERO_CORRECTION);
 }
 
