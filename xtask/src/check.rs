@@ -1,7 +1,7 @@
-//! `cargo xtask test` and `cargo xtask check`. In each, what is compiled for the target is looked at
-//! beside what is compiled for this machine: images are linked on one core, and both have folders
-//! of their own. The tests come last, so that the output ends with the closing lines of their
-//! runner.
+//! `cargo xtask test` and `cargo xtask check`. In each, what is compiled for the target is looked
+//! at beside what is compiled for this machine: images are linked on one core, and both have
+//! folders of their own. The tests come last, so that the output ends with the closing lines of
+//! their runner.
 
 use std::process::{Command, ExitCode};
 use std::thread;

@@ -34,15 +34,15 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// What a change must pass: format, lints, the boards' images, the quick tests, and equal bits of
-    /// desktop and target in QEMU.
+    /// What a change must pass: format, lints, the boards' images, the quick tests, and equal bits
+    /// of desktop and target in QEMU.
     Test {
         /// Leaves out what needs the target or QEMU.
         #[arg(long)]
         fast: bool,
     },
-    /// All other checks: boards, wheel, fuzz targets, budgets, dependencies, oldest Rust, target lints,
-    /// documentation, and the slow tests, in QEMU and a browser too.
+    /// All other checks: boards, wheel, fuzz targets, budgets, dependencies, oldest Rust, target
+    /// lints, documentation, and the slow tests, in QEMU and a browser too.
     Check,
     /// Measures each piece of work: nanoseconds on this machine, instructions on a Cortex-M4F.
     #[command(disable_help_flag = true)]

@@ -322,8 +322,8 @@ fn months_do_not_change_which_kind_leads() {
 }
 
 /// What the learner from fixes makes of a drive at rest does not depend on how long the device has
-/// run: the numbers of its samples and the lower half of its clock end while it aligns itself, while
-/// it navigates, and while what it has learnt is in force; so does the receiver's week.
+/// run: the numbers of its samples and the lower half of its clock end while it aligns itself,
+/// while it navigates, and while what it has learnt is in force; so does the receiver's week.
 #[test]
 fn months_do_not_change_what_is_learnt() {
     let learns = |end_s: Option<u64>| {

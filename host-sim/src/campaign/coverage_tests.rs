@@ -42,8 +42,8 @@ fn chance(p: f64, rng: &mut ChaCha8Rng) -> u8 {
     Bernoulli::new(p).unwrap().sample(rng).into()
 }
 
-/// A campaign whose ratios vary by this shape around 1 and whose errors do so around 100 m: how many
-/// of the ratios are decided, and how many intervals of the errors are beside 100 m.
+/// A campaign whose ratios vary by this shape around 1 and whose errors do so around 100 m: how
+/// many of the ratios are decided, and how many intervals of the errors are beside 100 m.
 fn missed(shape: Shape, runs: u32, rng: &mut ChaCha8Rng) -> [usize; 2] {
     let mut rows = vec![];
     for run in 0..runs {
@@ -72,8 +72,8 @@ fn missed(shape: Shape, runs: u32, rng: &mut ChaCha8Rng) -> [usize; 2] {
     ]
 }
 
-/// The share of false decisions is at most 5 %, but for the chance of the test itself: four standard
-/// deviations of the share of so many campaigns.
+/// The share of false decisions is at most 5 %, but for the chance of the test itself: four
+/// standard deviations of the share of so many campaigns.
 #[test]
 fn at_most_one_in_twenty_is_decided_where_there_is_no_difference() {
     let tried = (CAMPAIGNS * TIMES_MIN.len()) as f64;
@@ -105,7 +105,8 @@ fn the_interval_is_the_narrowest_that_the_sign_test_allows() {
     for n in 1..=120_usize {
         let next = row.windows(2).map(|of| of[0] + of[1]);
         row = [1].into_iter().chain(next).chain([1]).collect();
-        // so many of all cases have at most `k` values below the median, in twentieths of both tails
+        // so many of all cases have at most `k` values below the median, in twentieths of both
+        // tails
         let outside = |k: usize| 40 * row[..=k].iter().sum::<u128>();
         let all = 1_u128 << n;
         let values: Vec<f64> = (0..n).map(|k| k as f64).collect();

@@ -222,8 +222,8 @@ mod tests {
         assert!((find(None).ratio - 1.0).abs() < 1e-12);
     }
 
-    /// 100 different ratios: the interval is from the 40th to the 61st, by a table of the sign test.
-    /// The other way round it is mirrored.
+    /// 100 different ratios: the interval is from the 40th to the 61st, by a table of the sign
+    /// test. The other way round it is mirrored.
     #[test]
     fn the_interval_has_the_ranks_of_the_sign_test() {
         let rows: Vec<Row> = (1..=100)

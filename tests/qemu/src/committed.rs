@@ -1,5 +1,5 @@
-//! Measured figures that are committed and that stand in the pages: `docs/figures/NAME.csv`. The first
-//! line, a comment, names the command that made it. A row is named by its first cells.
+//! Measured figures that are committed and that stand in the pages: `docs/figures/NAME.csv`. The
+//! first line, a comment, names the command that made it. A row is named by its first cells.
 
 use std::fs;
 

@@ -58,7 +58,8 @@ impl<'m> Drive<'m> {
         }
     }
 
-    /// A second; the fix of its beginning, and of each further part, arrives after this many samples.
+    /// A second; the fix of its beginning, and of each further part, arrives after this many
+    /// samples.
     fn second(&mut self, delay: u32) {
         for n in 0..RATE {
             if n.is_multiple_of(RATE / self.hz) {

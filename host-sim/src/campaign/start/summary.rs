@@ -23,7 +23,8 @@ pub struct Share {
 impl Share {
     /// With the interval of Clopper and Pearson (1934), which holds for every number of trials and
     /// every probability. Wilson's (1927) is narrower, but holds on the average of probabilities
-    /// only: of 20 trials with a probability of 0.992 it misses in 15 %. Without trials it is 0 to 1.
+    /// only: of 20 trials with a probability of 0.992 it misses in 15 %. Without trials it is 0 to
+    /// 1.
     #[must_use]
     pub fn of(k: usize, n: usize) -> Self {
         let quantile = |k: usize, p: f64| {

@@ -40,8 +40,9 @@ fn page_with(
     document(&merged, &summary, &paired, studied, &made)
 }
 
-/// Nine runs of two groups, of which the sign test decides what eight agree on. The device halves the errors of one group but for a run, and
-/// changes nothing in the other; each classical filter is three times worse than none there.
+/// Nine runs of two groups, of which the sign test decides what eight agree on. The device halves
+/// the errors of one group but for a run, and changes nothing in the other; each classical filter
+/// is three times worse than none there.
 fn rows(drives: u32) -> Vec<Row> {
     let mut rows = vec![];
     for run in 0..9_u32 {

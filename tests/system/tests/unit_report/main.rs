@@ -165,7 +165,8 @@ fn a_drive_is_reported_with_the_figures_of_the_single_commands() {
     looks_right(&report_, &page);
 }
 
-/// `--pdf` prints the page with a browser; without one it says what to install, and the page is there.
+/// `--pdf` prints the page with a browser; without one it says what to install, and the page is
+/// there.
 #[test]
 fn the_page_is_printed_or_the_browser_is_named() {
     let dir = tempfile::tempdir().unwrap();

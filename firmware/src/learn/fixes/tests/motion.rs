@@ -378,7 +378,8 @@ fn a_given_heading_is_believed_as_far_as_it_says() {
     }
 }
 
-/// A week of the receiver that ends during the alignment changes no bit, with positions alone either.
+/// A week of the receiver that ends during the alignment changes no bit, with positions alone
+/// either.
 #[test]
 fn the_end_of_a_week_does_not_change_the_start() {
     let mut memory = memory();

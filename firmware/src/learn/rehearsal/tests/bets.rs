@@ -1,4 +1,5 @@
-//! The bets by themselves, against numbers worked out from what [`super::super::bets`] says of them.
+//! The bets by themselves, against numbers worked out from what [`super::super::bets`] says of
+//! them.
 
 use super::super::bets::{Bets, Wealth};
 use super::super::*;
