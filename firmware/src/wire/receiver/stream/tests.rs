@@ -354,7 +354,8 @@ fn a_receiver_whose_time_goes_back_by_a_second_goes_on() {
 fn a_late_message_across_midnight_is_late() {
     use crate::wire::receiver::epoch::{Arrival, Head, Joiner, Time};
     const DAY_MS: u32 = 86_400_000;
-    let spans: [(fn(u32) -> Time, u32); 2] = [(Time::Day, DAY_MS), (Time::Week, 7 * DAY_MS)];
+    type Span = (fn(u32) -> Time, u32);
+    let spans: [Span; 2] = [(Time::Day, DAY_MS), (Time::Week, 7 * DAY_MS)];
     for (time, span) in spans {
         let mut joiner = Joiner::new(1);
         let mut seen = Vec::new();
