@@ -167,8 +167,7 @@ impl Bets {
         }
     }
 
-    /// A coast of `horizon` s has ended with these scores of the hypotheses, each from -[`MOST`] to
-    /// [`MOST`].
+    /// A coast of `horizon` s has ended with these scores of the hypotheses, each from -4 to 4.
     pub fn takes(&mut self, scores: &[f32; HYPOTHESES], horizon: f32) {
         for (wealth, score) in self.wealth.iter_mut().zip(scores) {
             wealth.takes(*score, self.count);
