@@ -33,6 +33,13 @@ impl<'m> App<'m> {
         app
     }
 
+    /// Number of the record that was found at power-on; `None`: none was, or not one that this
+    /// firmware understands.
+    #[must_use]
+    pub fn stored_number(&self) -> Option<u32> {
+        self.server.kept.generation
+    }
+
     /// Apart, like [`recall`], so that the stack does not hold both.
     #[inline(never)]
     fn read<F: NorFlash>(

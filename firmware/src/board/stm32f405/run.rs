@@ -22,6 +22,9 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
         cortex_m::peripheral::SCB::sys_reset()
     };
     let mut app = app(&mut board, learner);
+    if let Some(number) = app.stored_number() {
+        defmt::println!("stored weights, number {=u32}", number);
+    }
     if let Some(memory) = blackbox::memory() {
         app.record_in(memory);
     }
