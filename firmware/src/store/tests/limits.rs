@@ -87,28 +87,10 @@ fn starts_saturate() {
 /// A learner that remembers more than there is room for is cut off there.
 #[test]
 fn too_long_a_memory_is_cut_off() {
-    struct Long;
-    impl Learner for Long {
-        fn begin(&mut self, _: &Nets, _: StreamScale) {}
-        fn restart(&mut self) {}
-        fn block(&mut self, _: u32, _: &Block) {}
-        fn gap(&mut self) {}
-        fn learnt(&mut self) -> (Nets, [lrnn_nostd::State; 2]) {
-            (Nets::NONE, Default::default())
-        }
-        fn report(&self) -> Report {
-            Report::default()
-        }
-        fn write_memory(&self, start: usize, piece: &mut [u8]) {
-            for (place, at) in piece.iter_mut().zip(start..) {
-                *place = at as u8;
-            }
-        }
-    }
     let (nets, record) = (nets(1), told(1));
     let mut store = store(<Flash>::new(4 * ERASE));
     let content = Content {
-        memory: Memory::New(notes(1), &Long, MEMORY_LEN + 1000),
+        memory: Memory::New(notes(1), &Most, MEMORY_LEN + 1000),
         ..Content::new(&nets, &record)
     };
     store.save(&content).unwrap();

@@ -6,27 +6,6 @@ type Slots<const PLACES: usize> = Flash<PLACES>;
 const TWO: usize = 2 * PADDED_LEN;
 const EIGHT: usize = 8 * PADDED_LEN;
 
-/// A learner that remembers as much as there is room for.
-struct Most;
-
-impl Learner for Most {
-    fn begin(&mut self, _: &Nets, _: StreamScale) {}
-    fn restart(&mut self) {}
-    fn block(&mut self, _: u32, _: &Block) {}
-    fn gap(&mut self) {}
-    fn learnt(&mut self) -> (Nets, [lrnn_nostd::State; 2]) {
-        (Nets::NONE, Default::default())
-    }
-    fn report(&self) -> Report {
-        Report::default()
-    }
-    fn write_memory(&self, start: usize, piece: &mut [u8]) {
-        for (place, at) in piece.iter_mut().zip(start..) {
-            *place = at as u8;
-        }
-    }
-}
-
 /// Does something with the longest content.
 fn longest<T>(work: impl FnOnce(&Content) -> T) -> T {
     let record: Record = (0..MAX_LEN).map(|at| at as u8).collect();
