@@ -281,6 +281,7 @@ impl Align {
             q_bn: None,
             by: [[0.0; 6]; 3],
         });
+        while self.sweep() {}
     }
 
     /// Computes a part of the solution. True: there is more.
@@ -299,7 +300,7 @@ impl Align {
 
     /// A solution is in progress.
     #[must_use]
-    pub fn is_solving(&self) -> bool {
+    pub fn is_solved(&self) -> bool {
         self.solving.is_some()
     }
 

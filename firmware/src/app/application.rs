@@ -14,7 +14,8 @@ mod well;
 
 use super::config::Config;
 use super::counts::Count;
-use super::flow::{BoardLearner, Flow, configure};
+use super::flow::{Flow, configure};
+use super::job::Job;
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
@@ -25,6 +26,7 @@ use crate::compensator::Block;
 use crate::configuration::SerialLines;
 use crate::configuration::record;
 use crate::fix::Fix;
+use crate::learn::exchange::{Answer, Background, Exchange, Port};
 use crate::learn::{Learner, Report};
 use crate::link::cut::Behind;
 use crate::link::{Clock, Line};
@@ -91,10 +93,8 @@ pub struct App<'m> {
     well: Well,
     /// The look once a second is due.
     scrubs: bool,
-    /// The last of these passes served the command link.
-    served: bool,
-    /// The last pass left nothing to do: see [`App::rests`].
-    quiet: bool,
+    /// The board stores what [`App::job`] gave.
+    storing: bool,
 }
 
 impl<'m> App<'m> {
@@ -111,10 +111,8 @@ impl<'m> App<'m> {
     }
 
     fn of(config: Config, held: Held, learner: Option<&'m mut dyn Learner>) -> App<'m> {
-        let mut learner = BoardLearner(learner);
-        if let Some(learner) = &mut learner.0 {
-            configure(*learner, &config);
-        }
+        let mut learner = Port::here(learner);
+        configure(&mut learner, &config);
         let (lines, receiver) = (config.lines(), config.receiver());
         let as_told = App::agree(&config, &held.record);
         // built where it will be: it is too large to be on the stack twice
@@ -144,8 +142,7 @@ impl<'m> App<'m> {
             service: None,
             well: Well::default(),
             scrubs: false,
-            served: false,
-            quiet: false,
+            storing: false,
         }
     }
 
@@ -184,9 +181,21 @@ impl<'m> App<'m> {
         self.flow.report()
     }
 
-    /// The weights learnt; deferred work is done first.
-    pub fn learnt(&mut self) -> Option<Nets> {
-        self.flow.learnt().map(|(nets, _)| nets)
+    /// The learner's answer to the block before the last one; `None` before the first one.
+    pub fn answer(&self) -> Option<&Answer> {
+        self.flow.answer()
+    }
+
+    /// The weights learnt, by [`App::answer`].
+    pub fn learnt(&self) -> Option<Nets> {
+        self.answer().map(|answer| answer.learnt.0)
+    }
+
+    /// From now on the learner is not run within [`App::poll`], but by [`Background::turn`], at a
+    /// lower priority than that of [`App::poll`]. `None`: there is no learner, or this has been
+    /// done.
+    pub fn split(&mut self, exchange: &'m mut Exchange) -> Option<Background<'m>> {
+        self.flow.learner.split(exchange)
     }
 
     /// The networks in use.
@@ -194,9 +203,9 @@ impl<'m> App<'m> {
         &self.flow.config.nets
     }
 
-    /// Whether [`App::store`] has something to do.
+    /// Whether [`App::job`] has something to do.
     pub fn wants_to_store(&self) -> bool {
-        self.flow.keep.commanded || self.flow.keep.waits()
+        self.flow.keep.is_due() && !self.storing
     }
 
     /// Whether the record may be stored in a way that halts the processor for long, as erasing
@@ -206,31 +215,44 @@ impl<'m> App<'m> {
     }
 
     /// Hands what is to be stored to `save` and a step of how ([`crate::store::Store::carry_out`]),
-    /// which tells how far it is: the weights for the next power-on, the configuration record in
-    /// use, and what the learner remembers. To be called in every pass while
-    /// [`App::wants_to_store`]. The weights are those in use, or what was learnt for the next
-    /// power-on and has proved itself.
+    /// which gives how far it is. To be called in every pass while [`App::wants_to_store`], where
+    /// the learner runs within [`App::poll`].
     pub fn store<P: Into<Progress>>(&mut self, save: impl FnOnce(Step, &Content) -> P) {
-        if !self.wants_to_store() {
-            return;
+        if let Some(job) = self.job() {
+            let content = job.content(self.flow.learner.learner());
+            let progress = save(job.step, &content).into();
+            self.stored(job.step, job.edition, progress);
         }
-        self.quiet = false;
-        let record = &self.server.record;
-        let flow = &mut self.flow;
-        let step = flow.keep.step();
-        let nets = *flow.keep.nets(&flow.config.nets);
-        let unit = flow.config.told.as_ref().map_or(0, store::unit);
-        let minutes = (self.served_us / MINUTE_US) as u32; // 8000 years
-        let memory = flow.memory_to_store();
-        let content = Content {
-            nets: &nets,
-            record,
-            memory,
-            unit,
-            minutes,
+    }
+
+    /// What is to be stored: the weights for the next power-on, the configuration record in use,
+    /// and what the learner remembers. The weights are those in use, or what was learnt for the
+    /// next power-on and has proved itself. [`App::stored`] must follow, before there is another.
+    pub fn job(&mut self) -> Option<Job> {
+        if !self.wants_to_store() {
+            return None;
+        }
+        self.storing = true;
+        let flow = &self.flow;
+        Some(Job {
+            step: flow.keep.step(),
+            nets: *flow.keep.nets(&flow.config.nets),
+            record: self.server.record.clone(),
+            remembers: flow.memory_to_store(),
+            unit: flow.config.told.as_ref().map_or(0, store::unit),
+            minutes: (self.served_us / MINUTE_US) as u32, // 8000 years
             key: self.server.guard.key,
-        };
-        let progress = save(step, &content).into();
+            edition: flow.keep.edition,
+        })
+    }
+
+    /// How far the job of this step and edition is.
+    pub fn stored(&mut self, step: Step, edition: u8, progress: Progress) {
+        self.storing = false;
+        let flow = &mut self.flow;
+        if edition != flow.keep.edition && !flow.keep.commanded {
+            return; // something else is to be stored by now, from the beginning
+        }
         let last = flow.keep.is_last_renewal();
         let done = match (progress, step) {
             (Progress::GoesOn, Step::Renew) => !last,
@@ -243,13 +265,15 @@ impl<'m> App<'m> {
         if step == Step::Renew && (last || !done) {
             flow.config.other_key = !done;
         }
+        let record = &self.server.record;
         if flow.keep.commanded {
             self.server.stored = done && !record.is_empty();
             flow.keep.beside = self.server.stored;
         }
         let known = done && flow.keep.commanded;
         let key = &self.server.guard.key;
-        let held = known.then(|| digest(&nets, record, key));
+        let nets = flow.keep.nets(&flow.config.nets);
+        let held = known.then(|| digest(nets, record, key));
         self.server.wear.holds(held);
         flow.keep.stored(done);
         self.flow.config.unread &= !done;
@@ -300,7 +324,6 @@ impl<'m> App<'m> {
     ) -> Result<(), Error> {
         let told = self.flow.config.sensor.adis.ok_or(Error::Content)?;
         let now = clock.now_us();
-        self.quiet = false;
         self.flow.blackbox.burst(now, reply);
         self.heard(now);
         if self.machine.phase() == Phase::Start {
@@ -358,154 +381,63 @@ impl<'m> App<'m> {
         let now = clock.now_us();
         self.flow.blackbox.pass(now);
         if self.flow.load.look(now, clock) {
-            return self.a_second(lines, now);
+            self.look_for_frames(now);
+            self.scrubs = true;
         }
-        let silent = lines.sensor.is_idle();
-        if self.quiet && silent && self.rests(now) && self.links_rest(lines, now) {
-            (self.served_us, self.well.rested_us) = (now, now);
-            lines.navigation.poll();
-            lines.sensor.poll();
-            lines.command.poll();
-            return false;
-        }
-        self.turn(lines, now, silent)
-    }
-
-    /// A pass after which a second is over.
-    #[cold]
-    #[inline(never)]
-    fn a_second<S: Line, N: Line, C: Line, G: Line>(
-        &mut self,
-        lines: &mut Lines<S, N, C, G>,
-        now: u64,
-    ) -> bool {
-        let silent = lines.sensor.is_idle();
-        self.look_for_frames(now);
-        self.scrubs = true;
-        self.turn(lines, now, silent)
-    }
-
-    /// A pass in which there may be something to do. `silent`: the sensor's line is idle.
-    #[inline(never)]
-    fn turn<S: Line, N: Line, C: Line, G: Line>(
-        &mut self,
-        lines: &mut Lines<S, N, C, G>,
-        now: u64,
-        silent: bool,
-    ) -> bool {
         if !self.framer.is_sound() {
             self.framer_anew();
         }
         if self.machine.phase() == Phase::Start {
             self.start(&mut lines.navigation, now);
         }
-        let (mut busy, spent) = if silent {
+        let before = self.taken;
+        let more = if lines.sensor.is_idle() {
             self.watch_silence(now, &mut lines.navigation);
-            let part = self.flow.end_block_part();
-            (part, part)
+            false
         } else {
-            self.flow.end_block_before_frames();
-            let before = self.taken;
-            let more = self.receive(&mut lines.sensor, &mut lines.navigation, now);
-            // a line that cannot tell that it is idle may have had nothing
-            (more, self.taken != before)
+            self.receive(&mut lines.sensor, &mut lines.navigation, now)
         };
-        self.flow
-            .watch_rate(now, matches!(self.machine.phase(), Phase::Run(_)));
+        (self.flow).watch_rate(now, matches!(self.machine.phase(), Phase::Run(_)));
         lines.navigation.poll();
         lines.sensor.poll();
         lines.command.poll();
-        // lower halves of the time do, here and in `rests`: there are passes more often
-        let waited = (now as u32).wrapping_sub(self.served_us as u32) >= PATIENCE_US as u32;
-        let between = self.framer.pending() == 0 && !is_within(&mut lines.navigation);
-        if waited || between && !spent {
+        // frames go first, but the other links do not wait for ever
+        let took = self.taken != before; // a line that cannot tell that it is idle may have had none
+        let pause = self.framer.pending() == 0 && !is_within(&mut lines.navigation) && !took;
+        let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
+        let busy = if pause || waited {
             self.served_us = now;
-            busy |= self.piece(lines, now);
-        } else if between {
-            busy |= self.waits(lines, now);
-        }
+            self.serve_links(lines, now)
+        } else {
+            took
+        };
         self.note_pass(now);
-        self.quiet = !busy;
-        busy
+        more || busy
     }
 
-    /// Whether nothing has come or is due but on the sensor's line.
-    #[inline(always)]
-    fn links_rest<S: Line, N: Line, C: Line, G: Line>(
-        &self,
-        lines: &Lines<S, N, C, G>,
-        now: u64,
-    ) -> bool {
-        self.asked.is_empty()
-            && self.server.renewal == Renewal::None
-            && self.reverse.rests(&self.flow)
-            && !self.receiver.is_due(now)
-            && lines.navigation.is_idle()
-            && lines.command.is_idle()
-            && lines.gnss.is_idle()
-    }
-
-    /// Whether there is work for another pass, after one that had frames.
-    #[inline(always)]
-    fn waits<S: Line, N: Line, C: Line, G: Line>(
-        &mut self,
-        lines: &Lines<S, N, C, G>,
-        now: u64,
-    ) -> bool {
-        let waits = !self.links_rest(lines, now) || self.scrubs || self.flow.is_busy();
-        if !waits {
-            (self.served_us, self.well.rested_us) = (now, now);
-        }
-        waits
-    }
-
-    /// What is not urgent: bytes back to the sensor, and then one of the other links' turns, the
-    /// look once a second, and a part of the learner's work. Each of them is enough for one pass.
-    /// True: there may be more.
+    /// Bytes back to the sensor, and one turn of what else is not urgent: a configuration that was
+    /// taken, the receiver, the look once a second, a request. True: there may be more.
     #[inline(never)]
-    fn piece<S: Line, N: Line, C: Line, G: Line>(
+    fn serve_links<S: Line, N: Line, C: Line, G: Line>(
         &mut self,
         lines: &mut Lines<S, N, C, G>,
         now: u64,
     ) -> bool {
-        let mut back = !self.links_rest(lines, now);
-        let served = core::mem::take(&mut self.served);
-        if back {
-            self.flow.end_block(); // a request sees all that came before it
-            back = self.back(&mut lines.navigation, &mut lines.sensor, now);
-            if self.server.renewal != Renewal::None {
-                self.renew(&mut lines.navigation, &mut lines.command, now);
-                return true;
-            }
-            let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
-            if gnss && self.gnss(&mut lines.gnss, now) {
-                return true;
-            }
-            let asked = !self.asked.is_empty() || !lines.command.is_idle();
-            // however many requests come, every other of these passes is for the rest
-            let turn = !served || !(self.scrubs || self.flow.is_busy());
-            if asked && turn && self.command(&mut lines.command, now) {
-                self.served = true;
-                return true;
-            }
-            back |= asked && !turn;
+        self.flow.take_reply();
+        let back = self.back(&mut lines.navigation, &mut lines.sensor, now);
+        if self.server.renewal != Renewal::None {
+            self.renew(&mut lines.navigation, &mut lines.command, now);
+            return true;
+        }
+        let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
+        if gnss && self.gnss(&mut lines.gnss, now) {
+            return true;
         }
         if core::mem::take(&mut self.scrubs) {
             self.scrub(&mut lines.navigation, now);
             return true;
         }
-        self.work(now) || back
-    }
-
-    /// After a pass that left nothing to do, and while nothing comes: whether this pass would do
-    /// nothing either. Most of a board's passes are such, since the millisecond of its clock wakes
-    /// it.
-    #[inline(always)]
-    fn rests(&self, now: u64) -> bool {
-        let heard = (now as u32).wrapping_sub(self.heard_us as u32) < self.flow.config.silence_us;
-        (heard || self.flow.faults & fault::SILENT != 0)
-            && self.framer.pending() == 0
-            && !self.flow.is_rate_due(now)
+        self.command(&mut lines.command, now) || back
     }
 }
 

@@ -19,8 +19,9 @@ use super::config::Config;
 use super::counts::{Count, Counts};
 use super::load::Load;
 use crate::compensator::{Block, Compensator, Limit, State, of_nets};
-use crate::control::{Alignment, Mode};
-use crate::learn::{Learner, Settings};
+use crate::control::{Alignment, Mode, Reason};
+use crate::learn::Settings;
+use crate::learn::exchange::{Anew, Port};
 use crate::link::Line;
 use crate::link::cut::Behind;
 use crate::plausibility::{self, Plausibility};
@@ -33,7 +34,6 @@ pub(super) use boxed::FOLLOWS;
 use channels::Channels;
 use guarded::Guarded;
 use keep::Keep;
-pub(super) use learning::BoardLearner;
 pub(super) use memory::through_configuration;
 use still::Still;
 
@@ -107,13 +107,13 @@ pub(super) struct Flow<'m> {
     pub heard: Heard,
     /// The last block.
     pub block: Option<Block>,
-    /// What its end leads to is not done yet: see [`Flow::end_block`].
-    ended: bool,
     /// Blocks in which a correction was clipped, before the present state.
     clipped: Count,
     /// Number of the last sample, modulo 2^64; the first is 0.
     sample: u64,
-    pub learner: BoardLearner<'m>,
+    pub learner: Port<'m>,
+    /// What the learner has said to a reference or a heading.
+    verdict: Option<Result<(), Reason>>,
     /// The stream that the learner was begun for; `None`: it must begin anew.
     begun: Option<StreamScale>,
     /// In mode learn: a promoted hypothesis corrects the samples.
@@ -135,7 +135,7 @@ pub(super) struct Flow<'m> {
 
 impl<'m> Flow<'m> {
     /// The learner has been told of the unit ([`configure`]).
-    pub fn new(config: Config, learner: BoardLearner<'m>) -> Flow<'m> {
+    pub fn new(config: Config, learner: Port<'m>) -> Flow<'m> {
         let unread = if config.unread { fault::STORE } else { 0 };
         let faults = unread | if config.other_unit { fault::WEIGHTS } else { 0 };
         let keep = Keep::new(config.store && config.told.is_some());
@@ -173,10 +173,10 @@ impl<'m> Flow<'m> {
             failures: 0,
             heard: Heard::default(),
             block: None,
-            ended: false,
             clipped: Count::default(),
             sample: u64::MAX,
             learner,
+            verdict: None,
             begun: None,
             promoted: false,
             learner_nets: false,
@@ -192,7 +192,7 @@ impl<'m> Flow<'m> {
     /// sensor itself has told is believed rather than the configuration.
     #[inline(never)]
     pub fn begin_anew(&mut self, config: Config) {
-        let learner = BoardLearner(self.learner.0.take());
+        let learner = core::mem::replace(&mut self.learner, Port::NONE);
         let alignment = self.alignment;
         let (told, stim300) = (self.told, self.config.sensor.stim300.config);
         let (fresh, keep) = (self.fresh, core::mem::take(&mut self.keep));
@@ -242,9 +242,6 @@ impl<'m> Flow<'m> {
     /// `KNOWN`: reading and changing the frame are worth to be here, since most of them falls away.
     #[inline(always)]
     fn through<const KNOWN: bool>(&mut self, mut frame: Checked, out: &mut Behind<impl Line>) {
-        if self.ended {
-            self.end_block();
-        }
         let reading = if KNOWN {
             frame.reading()
         } else {
@@ -343,9 +340,9 @@ impl<'m> Flow<'m> {
 /// Tells the learner of the unit, which then begins from its datasheet. Not within [`Flow::new`],
 /// so that the stack does not hold both.
 #[inline(never)]
-pub(super) fn configure(learner: &mut dyn Learner, config: &Config) {
+pub(super) fn configure(learner: &mut Port, config: &Config) {
     if let Some(told) = &config.told {
-        learner.configure(&Settings::of(told));
+        learner.begin_anew(Anew::Configured(Settings::of(told)));
     }
 }
 

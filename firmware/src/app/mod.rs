@@ -13,7 +13,7 @@
 //! the next whole block.
 //!
 //! Imports point from the bottom up: `counts`, `guard`, `hardware`, `config`, `phase`, `load`,
-//! `lines`, `pulse`, `blackbox`; `setup`; `flow`; `server` and `reverse`; `application`.
+//! `job`, `lines`, `pulse`, `blackbox`; `setup`; `flow`; `server` and `reverse`; `application`.
 
 mod application;
 pub mod blackbox;
@@ -22,6 +22,7 @@ mod counts;
 mod flow;
 pub mod guard;
 mod hardware;
+mod job;
 mod lines;
 mod load;
 pub mod phase;
@@ -33,5 +34,6 @@ mod setup;
 pub use application::{App, PATIENCE_US};
 pub use config::{Activation, Config};
 pub use hardware::{COMMAND_BAUD, Hardware};
+pub use job::{Job, Remembers};
 pub use lines::Lines;
 pub use phase::Phase;

@@ -36,6 +36,7 @@ pub(super) struct Server {
     received: Vec<u8, IMAGES_LEN>,
     answer: [u8; MAX_PACKET],
     waiting: Waiting,
+    asked: Option<Asked>,
     /// The configuration record in use; empty without one.
     pub record: Record,
     /// That record is the stored one.
@@ -67,6 +68,13 @@ pub(super) enum Renewal {
     Taken,
     /// The application has begun anew, and the board opens its lines. Then the answer may leave.
     Begun,
+}
+
+/// A request that waits for the learner's verdict.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    number: u8,
+    ticket: Option<Ticket>,
 }
 
 /// What the server begins with.
@@ -102,6 +110,7 @@ impl Server {
             received: Vec::new(),
             answer: [0; MAX_PACKET],
             waiting: Waiting::None,
+            asked: None,
             record: held.record,
             stored: held.stored,
             kept: held.kept,
@@ -140,12 +149,36 @@ impl Server {
         let mut image = [0; MAX_CHUNK];
         let by = ticket.as_ref();
         let response = self.carry_out(&message, by, flow, machine, now_us, &mut image);
-        match by {
-            None => self.answer_plainly(number, &response),
+        let of_learner = matches!(message, Request::Reference(_) | Request::Heading(_));
+        if of_learner && response == Response::Done {
+            self.asked = Some(Asked { number, ticket });
+            return self.take_verdict(flow);
+        }
+        self.respond(number, by, &response);
+    }
+
+    fn respond(&mut self, number: u8, ticket: Option<&Ticket>, response: &Response) {
+        match ticket {
+            None => self.answer_plainly(number, response),
             Some(ticket) => {
-                self.guard.seal(ticket, number, &response);
+                self.guard.seal(ticket, number, response);
                 self.waiting = Waiting::Sealed;
             }
+        }
+    }
+
+    /// A request waits for the learner's verdict, and others wait behind it.
+    pub fn is_waiting(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Answers the request that waits for the learner's verdict, if that is there.
+    pub fn take_verdict(&mut self, flow: &mut Flow<'_>) {
+        let Some(verdict) = self.asked.and_then(|_| flow.verdict()) else {
+            return;
+        };
+        if let Some(Asked { number, ticket }) = self.asked.take() {
+            self.respond(number, ticket.as_ref(), &done(verdict));
         }
     }
 
@@ -232,11 +265,6 @@ impl Server {
             Request::ReadRecording { offset, length } => {
                 return tell::read_recording(&flow.blackbox, offset, length, buffer);
             }
-            Request::ReadLearnt { .. } | Request::CommitLearnt | Request::Alignment(_)
-                if flow.is_busy() =>
-            {
-                Err(Reason::Busy)
-            }
             Request::ReadLearnt { offset, length } => {
                 return tell::read_learnt(flow, offset, length, buffer);
             }
@@ -254,10 +282,7 @@ impl Server {
                 Ok(())
             }
         };
-        match done {
-            Ok(()) => Response::Done,
-            Err(reason) => Response::Refused(reason),
-        }
+        self::done(done)
     }
 
     /// Takes another key, which the board stores at once with what is in use. No record from before
@@ -275,5 +300,12 @@ impl Server {
         self.store(flow, now_us)?;
         flow.keep.renewals = if flow.keep.commanded { SLOTS } else { 0 };
         Ok(())
+    }
+}
+
+fn done(result: Result<(), Reason>) -> Response<'static> {
+    match result {
+        Ok(()) => Response::Done,
+        Err(reason) => Response::Refused(reason),
     }
 }

@@ -23,10 +23,9 @@
 
 mod equations;
 mod known;
-mod work;
+mod update;
 
 pub use known::Known;
-use work::{COVARIANCE, END};
 
 use super::age::MAX_AGE_S;
 use super::bank::{self, Refusals};
@@ -60,7 +59,7 @@ pub struct Antenna {
     arm: [f32; 3],
     age: f32,
     mounting: [f32; 4],
-    /// M of the mean, and of the covariance, which follows in the deferred work.
+    /// M of the mean, and of the covariance, which follows in [`Antenna::update`].
     effect: Effect,
     before: Effect,
     /// The fix: estimate minus fix, and its variance.
@@ -70,7 +69,6 @@ pub struct Antenna {
     /// An interval has passed, and a fix is at its end.
     moved: bool,
     fixed: bool,
-    next: usize,
     refused: [Refusals; OBSERVATIONS],
     counts: bool,
     measured: Option<f32>,
@@ -95,7 +93,6 @@ impl Antenna {
         jump: 0.0,
         moved: false,
         fixed: false,
-        next: 0,
         refused: [Refusals::NONE; OBSERVATIONS],
         counts: false,
         measured: None,
@@ -113,7 +110,7 @@ impl Antenna {
     pub fn begin_nothing(&mut self) {
         *self = Antenna::ZEROED;
         self.mounting = [1.0, 0.0, 0.0, 0.0];
-        (self.next, self.counts) = (END, true);
+        self.counts = true;
         self.known = Known::NONE;
     }
 
@@ -191,11 +188,6 @@ impl Antenna {
         }
     }
 
-    /// All parts are done.
-    pub fn is_done(&self) -> bool {
-        self.next >= END
-    }
-
     /// The age has changed at once by something like this, s: fixes come sooner than any before.
     pub fn jumps(&mut self, by: f32) {
         self.jump += by * by;
@@ -212,7 +204,6 @@ impl Antenna {
         seen: Option<&Seen>,
     ) {
         self.take();
-        self.next = END;
         self.moved = false;
         self.effect = seen.map_or([[0.0; ANTENNA]; OBSERVATIONS], |seen| seen.by);
         self.before = self.effect;
@@ -262,12 +253,12 @@ impl Antenna {
     }
 
     /// The navigator has passed an interval with the estimate `applied` subtracted. The covariance
-    /// follows in [`Antenna::work`], which gets the same interval.
+    /// follows in [`Antenna::update`], which gets the same interval.
     pub fn interval(&mut self, block: &Transition<NAV>, applied: &[f32; OUTPUTS]) {
         if self.estimates() {
             self.filter
                 .propagate_mean(&self.moves(Some(block)), applied);
-            (self.next, self.moved) = (COVARIANCE, true);
+            self.moved = true;
         }
     }
 
@@ -287,7 +278,7 @@ impl Antenna {
         for (variance, bent) in self.fix.1.iter_mut().zip(seen.bent) {
             *variance += bent;
         }
-        (self.next, self.fixed) = (COVARIANCE, true);
+        self.fixed = true;
     }
 
     /// The least age as a time pulse has measured it, s, with the last fix.
@@ -307,11 +298,10 @@ impl Antenna {
         }
     }
 
-    /// Drops a fix that is not computed yet, and all other work.
+    /// Drops the last interval and fix.
     pub fn clear(&mut self) {
         (self.moved, self.fixed) = (false, false);
         self.measured = None;
-        self.next = END;
     }
 
     /// The navigator has been corrected by `error`, and is then to use [`Antenna::arm`].

@@ -13,16 +13,16 @@
 
 mod gates;
 mod hypothesis;
-mod parts;
 mod table;
+mod update;
 
 pub use gates::Gates;
 pub(super) use gates::Refusals;
-pub use parts::Work;
 pub use table::{
     ALL, CURVED, DRIVEN, HYPOTHESES, KEYS, LARGEST, NAMES, REMEMBERED, REMEMBERING, SIX_BIASES,
     STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
+pub use update::Scratch;
 
 use super::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes};
 use crate::fix::OBSERVATIONS;
@@ -31,7 +31,6 @@ use crate::inputs::{Inputs, OWN};
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State, Weights};
-pub use table::Half;
 use table::Hypotheses;
 
 /// The hypotheses over one navigator.
@@ -100,14 +99,10 @@ impl<T: Real> Bank<T> {
         gates: Gates<T>,
     ) {
         self.begins((sheet, inputs), gates);
-        for half in [Half::Networks, Half::Prior] {
-            self.begin_some((ALL, half), sheet, shapes, block_s, error_sigma);
-        }
-        self.begin_covariances(ALL);
+        self.begin_some(ALL, sheet, shapes, block_s, error_sigma);
     }
 
-    /// The first part of [`Bank::begin`]. [`Bank::begin_some`] and then
-    /// [`Bank::begin_covariances`] must follow for each hypothesis.
+    /// The first part of [`Bank::begin`]. [`Bank::begin_some`] must follow for each hypothesis.
     pub fn begins(&mut self, (sheet, inputs): (&Datasheet<T>, &Inputs), gates: Gates<T>) {
         let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
         self.unmodelled = [g, g, g, a, a, a];
@@ -124,11 +119,11 @@ impl<T: Real> Bank<T> {
         self.fresh = table::SETTLING;
     }
 
-    /// One half of the beginning of the hypotheses in the bits `which`; first the networks.
+    /// The hypotheses in the bits `which` begin.
     #[inline(never)]
     pub fn begin_some(
         &mut self,
-        which: (u8, Half),
+        which: u8,
         sheet: &Datasheet<T>,
         shapes: &Shapes<T>,
         block_s: f64,
@@ -137,11 +132,6 @@ impl<T: Real> Bank<T> {
         let all = (sheet, shapes, block_s);
         self.hypotheses
             .begin(which, all, error_sigma, error_floor());
-    }
-
-    /// The covariances of the hypotheses in the bits `which`.
-    pub fn begin_covariances(&mut self, which: u8) {
-        self.hypotheses.each_of(which, |h| h.begin_covariance());
     }
 
     /// Whether this is [`STORED`], and takes part: [`Bank::begin_stored`] has begun it.
@@ -166,8 +156,7 @@ impl<T: Real> Bank<T> {
         taken
     }
 
-    /// Gives what [`REMEMBERING`] know of the unit: [`REMEMBERED`] values each. Deferred work must
-    /// be done.
+    /// Gives what [`REMEMBERING`] know of the unit: [`REMEMBERED`] values each.
     pub fn remember(&mut self, put: &mut dyn FnMut(T)) {
         self.hypotheses.each_of(
             REMEMBERING.iter().fold(0, |bits, index| bits | 1 << index),
@@ -378,15 +367,6 @@ impl<T: Real> Bank<T> {
     pub fn reset_networks(&mut self) {
         self.each(|h| h.reset_networks());
         self.fresh = table::SETTLING;
-    }
-
-    /// The networks' step, of the hypotheses in the bits `which`.
-    fn step(&mut self, which: u8, inputs: [[T; 3]; TRIADS]) {
-        if self.settles {
-            self.some(which & self.fresh, |h| h.settle(inputs));
-        }
-        self.fresh &= !which;
-        self.some(which, |h| h.step(inputs));
     }
 
     /// The covariance `rest` for [`ZERO_CORRECTION`], which has no parameters for the part `by`.

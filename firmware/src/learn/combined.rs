@@ -1,6 +1,6 @@
 //! Two learners side by side: from references and from fixes.
 
-use super::{Known, Learner, Report, Settings, Solution, Trials, Winner};
+use super::{Learner, Report, Settings, Solution, Trials, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
@@ -71,18 +71,6 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
         self.fixes.fix(number, fix);
     }
 
-    fn settle(&mut self) -> bool {
-        self.references.settle() || self.fixes.settle()
-    }
-
-    fn work(&mut self) -> bool {
-        self.references.work() || self.fixes.work()
-    }
-
-    fn is_busy(&self) -> bool {
-        self.references.is_busy() || self.fixes.is_busy()
-    }
-
     fn winner(&mut self) -> Option<Winner> {
         self.fixes.winner()
     }
@@ -121,14 +109,6 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
 
     fn trials(&self) -> Option<Trials> {
         self.fixes.trials()
-    }
-
-    fn antenna(&self) -> Known {
-        self.fixes.antenna()
-    }
-
-    fn still_s(&self) -> u32 {
-        self.fixes.still_s()
     }
 
     fn report(&self) -> Report {

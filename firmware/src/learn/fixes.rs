@@ -12,13 +12,6 @@
 //!   after the navigator was lost, and waits while the vehicle stands and the other one can do it.
 //! - From a known state: [`FixLearner::navigate_from`].
 //!
-//! **What is computed when.** Nothing is computed where it arises: samples, blocks and fixes wait
-//! ([`events`]), and [`Learner::work`] takes them in their order, a short stage in each call. What
-//! a block or a fix leads to (covariances, networks with their gradients) is deferred further, in
-//! parts, and done at the latest before the next block or fix is taken. So no result depends on
-//! when stages and parts are computed. To run the learner at once, as on the desktop, call
-//! [`FixLearner::finish`]: it computes the same ones.
-//!
 //! At the end of a block the navigator is corrected by what the last fix showed. From then on it
 //! subtracts from the samples what the running hypothesis estimated one block earlier. All
 //! hypotheses know the difference to their present estimates, so that this costs no accuracy.
@@ -28,7 +21,6 @@ mod chosen;
 mod course;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
-mod events;
 mod gaps;
 mod held;
 mod judged;
@@ -37,11 +29,11 @@ mod proportional;
 mod settled;
 mod shown;
 mod start;
-mod waiting;
+mod take;
 
 use super::age::FixAge;
-use super::antenna::{Antenna, Known};
-use super::bank::{Bank, Half, STORED, Work, ZERO_CORRECTION};
+use super::antenna::Antenna;
+use super::bank::{Bank, HYPOTHESES, STORED, Scratch, ZERO_CORRECTION};
 use super::prior::{NAV, Shapes};
 use super::quantise::{Scale, flat, split};
 use super::rehearsal::Rehearsal;
@@ -108,22 +100,20 @@ struct Tally {
 
 pub use start::Started;
 
-use aligning::{Asked, Seen};
+use aligning::Seen;
 use course::Course;
-use events::{Event, Events, Stage, Then};
 use gaps::Recent;
 use held::Held;
 use judged::Judged;
 use proportional::{Proportional, Ratios};
 use settled::Settled;
-use start::{Probation, Starting};
-use waiting::Waiting;
+use start::Probation;
 
 /// Learns both networks from the receiver's fixes.
 #[derive(Debug)]
 pub struct FixLearner<'m> {
     memory: &'m mut Memory,
-    work: Work,
+    scratch: Scratch,
     settings: Settings,
     /// `None` until the learner has begun.
     stream: Option<StreamScale>,
@@ -131,10 +121,6 @@ pub struct FixLearner<'m> {
     scale: Option<Scale>,
     align: Option<Align>,
     course: Course,
-    /// The fix that it computes, samples that wait meanwhile, and the start that follows.
-    asked: Option<Asked>,
-    waiting: Waiting,
-    starting: Option<Starting>,
     /// The last position, while the receiver gives no velocity and nothing navigates.
     seen: Option<Seen>,
     /// How the navigator was started last.
@@ -158,11 +144,7 @@ pub struct FixLearner<'m> {
     rest: Option<Rest>,
     /// How it moves by a receiver that does, while the sensors are still.
     mean: Mean,
-    /// What has come and is not taken yet.
-    events: Events,
-    /// The deferred work contains a fix.
-    fixing: bool,
-    /// The hypothesis in force after the last finished fix.
+    /// The hypothesis in force after the last fix.
     running: usize,
     /// Whether its estimate has settled.
     settled: Settled,
@@ -192,15 +174,12 @@ impl<'m> FixLearner<'m> {
         memory.antenna.begin_nothing();
         FixLearner {
             memory,
-            work: Work::ZEROED,
+            scratch: Scratch::ZEROED,
             settings,
             stream: None,
             scale: None,
             align: None,
             course: Course::Waits,
-            asked: None,
-            waiting: Waiting::default(),
-            starting: None,
             seen: None,
             started: None,
             recent: Recent::default(),
@@ -213,8 +192,6 @@ impl<'m> FixLearner<'m> {
             held: Held::default(),
             rest: None,
             mean: Mean::default(),
-            events: Events::NONE,
-            fixing: false,
             running: ZERO_CORRECTION,
             settled: Settled::default(),
             knows_best: ZERO_CORRECTION,
@@ -230,62 +207,10 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// Takes all that has come and does all deferred work. Afterwards it is known what the last fix
-    /// led to.
-    #[inline(never)]
-    pub fn finish(&mut self) {
-        self.take_all();
-        while self.align_part() {}
-        self.finish_fix();
-    }
-
-    /// The same but for what only the navigator knows.
-    #[inline(never)]
-    fn finish_known(&mut self) {
-        self.take_known();
-        while self.align_part() {}
-        self.finish_fix();
-    }
-
     /// No sample follows: a fix that waits is used at once.
     pub fn end(&mut self) {
-        self.take_all();
         if let Some((number, fix)) = self.held.take() {
-            self.events.stage = Stage::Settle(Then::Fix(number, fix));
-        }
-        self.finish();
-    }
-
-    /// The same as [`Self::finish`] without the alignment.
-    pub(super) fn finish_fix(&mut self) {
-        while self.part() {}
-        self.conclude();
-    }
-
-    /// One part of the deferred work. False: there was none.
-    fn part(&mut self) -> bool {
-        let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        if !self.memory.antenna.is_done() {
-            self.memory.antenna.work(work);
-        } else if !work.is_done() {
-            bank.work(work);
-        } else if !self.memory.rehearsal.is_done() {
-            self.memory.rehearsal.work(work.block());
-        } else {
-            return false;
-        }
-        true
-    }
-
-    /// What the last fix has led to, once.
-    #[inline(never)]
-    fn conclude(&mut self) {
-        if core::mem::take(&mut self.fixing) {
-            let refused = u32::from(self.work.refused != 0);
-            self.tally.refused = self.tally.refused.saturating_add(refused);
-            self.probation.fix(refused != 0);
-            self.memory.rehearsal.start(&self.memory.bank);
-            self.choose();
+            self.take_fix(number, &fix);
         }
     }
 
@@ -307,25 +232,18 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// A hypothesis begins, one of those of [`Learner::begin`]: its networks, its prior, and then
-    /// its covariance (`None`).
+    /// The hypotheses begin but for [`STORED`], one by one, so that the stack holds one prior.
     #[inline(never)]
-    fn begin_hypothesis(&mut self, hypothesis: usize, half: Option<Half>) {
+    fn begin_hypotheses(&mut self, stream: &StreamScale) {
         let bank = &mut self.memory.bank;
-        let Some(stream) = self
-            .stream
-            .filter(|_| !bank.takes_part_as_stored(hypothesis))
-        else {
-            return;
-        };
-        let Some(half) = half else {
-            return bank.begin_covariances(1 << hypothesis);
-        };
         let mut of_unit = self.settings.sheet;
         of_unit.turn_on = self.base.turn_on(&self.settings.sheet);
         let block_s = f64::from(stream.block_s());
-        let (shapes, which) = (&self.shapes, (1 << hypothesis, half));
-        bank.begin_some(which, &of_unit, shapes, block_s, UNALIGNED);
+        for hypothesis in 0..HYPOTHESES {
+            if !bank.takes_part_as_stored(hypothesis) {
+                bank.begin_some(1 << hypothesis, &of_unit, &self.shapes, block_s, UNALIGNED);
+            }
+        }
     }
 
     fn begin_antenna(&mut self) {
@@ -366,21 +284,17 @@ impl<'m> FixLearner<'m> {
     /// The stream begins anew.
     fn anew(&mut self) {
         self.running = ZERO_CORRECTION;
-        self.fixing = false;
-        self.events = Events::NONE;
         self.scale = None;
         self.forget_stream();
     }
 
-    /// All that the samples and fixes so far have led to, but for the events that wait.
+    /// All that the samples and fixes so far have led to.
     fn forget_stream(&mut self) {
-        self.work.clear();
         self.memory.antenna.clear();
         self.settled = Settled::default();
         self.unit_settled = Settled::default();
         self.align = None;
-        (self.course, self.asked, self.starting) = (Course::Waits, None, None);
-        self.waiting = Waiting::default();
+        self.course = Course::Waits;
         self.seen = None;
         self.started = None;
         self.recent = Recent::default();
@@ -411,25 +325,24 @@ impl<'m> FixLearner<'m> {
         self.put_in_force(ZERO_CORRECTION);
     }
 
-    /// A sample comes to the alignment at standstill. True: that has parts to do.
-    fn gather(&mut self, number: u32, counts: &Counts) -> bool {
+    /// A sample comes to the alignment at standstill.
+    fn gather(&mut self, number: u32, counts: &Counts) {
         if self.last.is_none() && self.align.is_none() {
             self.first = number;
         }
         self.last = Some((number, *counts));
         let (Some(scale), Some(stream)) = (&self.scale, &self.stream) else {
-            return false;
+            return;
         };
         let sensors = self.settings.sensors();
         let align = self
             .align
             .get_or_insert_with(|| Align::new(sensors, scale.lsb, stream.period_s));
-        align.gather(counts)
+        align.sample(counts);
     }
 
-    /// The interval in progress is over; no work is left. False: nothing navigates.
+    /// The interval in progress is over. False: nothing navigates.
     fn interval_is_over(&mut self) -> bool {
-        self.work.clear();
         self.memory.antenna.clear();
         let fails = self.probation.fails();
         let lost = (self.course.navigator()).is_some_and(|navigator| navigator.faults().lost);
@@ -438,15 +351,12 @@ impl<'m> FixLearner<'m> {
             self.lose();
             return false;
         }
-        let navigates = self.course.navigates();
-        if navigates {
-            self.course.end_piece();
-        }
-        navigates
+        let navigator = self.course.navigator_mut();
+        navigator.map(|navigator| navigator.end_piece()).is_some()
     }
 
-    /// How the errors have moved in it; the covariances become work. False: not at all, by a fix
-    /// that arrived after the block's last sample.
+    /// How the errors have moved in it. False: not at all, by a fix that arrived after the block's
+    /// last sample.
     fn take_transition(&mut self) -> bool {
         let Some(navigator) = self.course.navigator_mut() else {
             return false;
@@ -465,7 +375,7 @@ impl<'m> FixLearner<'m> {
         for (i, variance) in grown.as_flattened().iter().enumerate() {
             block.q[i][i] += variance;
         }
-        self.work.interval(&block);
+        self.scratch.block = block;
         true
     }
 
@@ -475,23 +385,18 @@ impl<'m> FixLearner<'m> {
         navigator.map_or([0.0; OUTPUTS], |navigator| flat(navigator.estimate()))
     }
 
-    /// The means of all hypotheses move with the navigator.
+    /// All means move with the navigator, and so do the shadows of the rehearsals.
     fn move_means(&mut self) {
         let applied = self.applied();
-        let (bank, block) = (&mut self.memory.bank, self.work.block());
-        bank.propagate_mean(block, &applied);
-    }
-
-    fn move_others(&mut self) {
-        let applied = self.applied();
-        let block = self.work.block();
+        let block = &self.scratch.block;
+        self.memory.bank.propagate_mean(block, &applied);
         self.memory.antenna.interval(block, &applied);
-        self.memory.rehearsal.interval(block.time, &applied);
+        self.memory.rehearsal.interval(block, &applied);
         self.settled.passes(block.time);
         self.unit_settled.passes(block.time);
     }
 
-    /// What is in force, after [`FixLearner::finish`].
+    /// What is in force.
     #[inline(never)]
     fn in_force(&self) -> Option<Winner> {
         if self.running == ZERO_CORRECTION {
@@ -530,12 +435,9 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// What a block says to the networks, which then step.
-    fn take_inputs(&mut self, sources: &Sources) {
+    /// What a block says to the networks: their inputs.
+    fn take_inputs(&mut self, sources: &Sources) -> [[f32; 3]; 2] {
         self.recent.block(sources, self.settings.sheet.range);
-        let [gyro, accel] = &self.settings.inputs;
-        self.work
-            .step([sources.select(gyro), sources.select(accel)]);
         if let (true, Some(stream)) = (self.course.navigates(), &self.stream) {
             (self.judged).block(&self.memory.bank, &self.shapes, &self.settings.sheet);
             let (seconds, [low, high]) = &mut self.covered;
@@ -543,9 +445,10 @@ impl<'m> FixLearner<'m> {
             *low = low.min(sources.temperature);
             *high = high.max(sources.temperature);
         }
+        let [gyro, accel] = &self.settings.inputs;
+        [sources.select(gyro), sources.select(accel)]
     }
 
-    /// After all that came before has been taken.
     fn falls_silent(&mut self) {
         self.lose();
         self.held = Held::default();
@@ -555,15 +458,13 @@ impl<'m> FixLearner<'m> {
     /// The navigator's solution, less the error that the last fix has shown; `None` while it does
     /// not navigate. Where a block ends it is that of the last sample; within a block it is up to
     /// 50 ms older.
-    pub fn nav(&mut self) -> Option<nav::State> {
-        self.finish();
+    pub fn nav(&self) -> Option<nav::State> {
         self.less(*self.memory.bank.error_state())
     }
 
     /// The same as the hypothesis in force sees it: where free-inertial navigation with its
     /// correction begins.
-    pub fn nav_in_force(&mut self) -> Option<nav::State> {
-        self.finish();
+    pub fn nav_in_force(&self) -> Option<nav::State> {
         self.less(*self.memory.bank.error_state_of(self.running))
     }
 
@@ -583,8 +484,7 @@ impl<'m> FixLearner<'m> {
         self.running
     }
 
-    /// The hypotheses, for reading. Call [`FixLearner::finish`] first; until then some of their
-    /// deferred work may be missing.
+    /// The hypotheses, for reading.
     pub fn bank(&self) -> &Bank {
         &self.memory.bank
     }
@@ -593,7 +493,6 @@ impl<'m> FixLearner<'m> {
 impl Learner for FixLearner<'_> {
     fn configure(&mut self, settings: &Settings) {
         self.settings = *settings;
-        self.events = Events::NONE;
         self.memory.antenna.configure(settings);
         self.stream = None;
         self.running = ZERO_CORRECTION;
@@ -605,19 +504,22 @@ impl Learner for FixLearner<'_> {
     /// networks of their own. One of them believes `nets`, which correct this drive, and shows
     /// whether they should. Hidden layers of `nets` that pass their inputs on are the shape of the
     /// networks that are driven by inputs.
-    ///
-    /// The hypotheses begin one by one; samples wait meanwhile.
     fn begin(&mut self, nets: &Nets, stream: StreamScale) {
-        self.shapes.driven = [nets.gyro, nets.accel]; // until the first parts
+        self.shapes.driven = [nets.gyro, nets.accel];
         self.stream = Some(stream);
         self.running = ZERO_CORRECTION;
-        (self.scale, self.fixing) = (None, false);
-        self.events = Events::NONE;
-        self.events.stage = Stage::Begin(0);
+        self.scale = None;
+        self.begin_bank();
+        self.memory.rehearsal.begin();
+        self.begin_stored();
+        self.begin_shapes();
+        (0..Shapes::<f32>::REACHES).for_each(|reach| self.shapes.reach(reach));
+        self.begin_hypotheses(&stream);
+        self.begin_antenna();
+        self.begin_known();
     }
 
     fn restart(&mut self) {
-        self.take_all();
         self.memory.rehearsal.interrupted();
         self.anew();
         self.memory.bank.reset_networks();
@@ -629,38 +531,36 @@ impl Learner for FixLearner<'_> {
             .scale
             .get_or_insert_with(|| Scale::of(sample, &stream.lsb));
         let counts = scale.counts(sample);
-        if self.events.is_empty() && !self.is_aligning() && self.missing(number) == 0 {
-            self.take_sample(number, &counts); // no dearer than to have it wait
-        } else {
-            self.comes(Event::Sample(number, counts));
+        let missing = self.missing(number);
+        if missing > 0 {
+            self.go_across(missing, &counts);
         }
+        self.take_sample(number, &counts);
     }
 
     fn block(&mut self, _: u32, block: &Block) {
         if self.stream.is_some() {
-            self.block_comes(block);
+            self.end_block(&block.sources);
         }
     }
 
     /// The numbers of the samples show what is missing. The next one begins a block.
     fn gap(&mut self) {
-        self.comes(Event::Gap);
+        self.held.gap();
     }
 
     fn silence(&mut self) {
-        self.comes(Event::Silence);
+        self.falls_silent();
     }
 
     fn fix(&mut self, number: u32, fix: &Fix) {
-        self.fix_comes(number, fix);
-    }
-
-    fn settle(&mut self) -> bool {
-        !self.events.is_known() && self.advance()
+        let navigates = self.course.navigates().then_some(self.stream).flatten();
+        if !navigates.is_some_and(|stream| self.held.takes(number, fix, &stream)) {
+            self.take_fix(number, fix);
+        }
     }
 
     fn align(&mut self, alignment: Alignment) {
-        self.finish();
         let navigates = self.course.navigates();
         match (&mut self.align, alignment) {
             (Some(align), Alignment::Started) if !navigates => align.restart(true),
@@ -673,44 +573,15 @@ impl Learner for FixLearner<'_> {
         self.take_heading(heading)
     }
 
-    fn work(&mut self) -> bool {
-        if self.advance() || self.align_part() || self.align.as_mut().is_some_and(Align::sweep) {
-            return true;
-        }
-        if self.stream.is_none() {
-            return false;
-        }
-        if !self.part() {
-            self.conclude();
-        }
-        self.is_busy()
-    }
-
-    fn is_busy(&self) -> bool {
-        self.is_aligning()
-            || !self.events.is_empty()
-            || !self.memory.antenna.is_done()
-            || !self.work.is_done()
-            || !self.memory.rehearsal.is_done()
-            || self.fixing
-    }
-
-    fn antenna(&self) -> Known {
-        self.memory.antenna.known()
-    }
-
     fn winner(&mut self) -> Option<Winner> {
-        self.finish_known();
         self.in_force()
     }
 
     fn for_next_power_on(&mut self) -> Option<Winner> {
-        self.finish_known();
         self.of_unit()
     }
 
     fn remember(&mut self) -> usize {
-        self.finish_known();
         self.take_down()
     }
 
@@ -730,7 +601,6 @@ impl Learner for FixLearner<'_> {
     }
 
     fn learnt(&mut self) -> (Nets, [State; 2]) {
-        self.finish_known();
         let (bank, running) = (&self.memory.bank, self.running);
         let [gyro, accel] = bank.nets_of(running);
         (Nets { gyro, accel }, bank.states_of(running))
@@ -744,10 +614,6 @@ impl Learner for FixLearner<'_> {
         Some(self.tried())
     }
 
-    fn still_s(&self) -> u32 {
-        self.align.as_ref().map_or(0, Align::still)
-    }
-
     fn report(&self) -> Report {
         Report {
             estimate: split(self.memory.bank.estimate_of(self.running)),
@@ -758,7 +624,7 @@ impl Learner for FixLearner<'_> {
             promotions: self.tally.promotions,
             rollbacks: self.tally.rollbacks,
             navigates: self.course.navigates(),
-            still_s: self.still_s(),
+            still_s: self.align.as_ref().map_or(0, Align::still),
             antenna: self.memory.antenna.known(),
             stored_harms: self.memory.bank.takes_part(STORED)
                 && self.memory.rehearsal.harms(STORED),

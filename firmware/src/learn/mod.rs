@@ -2,14 +2,15 @@
 //! the mode allows it or by command.
 //!
 //! A [`Learner`] receives what there is to learn from: samples, blocks (the networks' input), the
-//! navigation computer's references, the receiver's fixes. It defers expensive work to
-//! [`Learner::work`], which the application calls between frames, a part at a time. The board
-//! provides its memory: a board without that has no mode `learn`.
+//! navigation computer's references, the receiver's fixes. It is plain sequential code with a
+//! priority of its own, which the frame path interrupts ([`exchange`]). The board provides its
+//! memory: a board without that has no mode `learn`.
 
 pub mod age;
 mod antenna;
 pub mod bank;
 mod combined;
+pub mod exchange;
 mod fixes;
 mod learnt_weights;
 pub mod prior;
@@ -104,8 +105,7 @@ pub struct Winner {
     pub settled: bool,
 }
 
-/// What the learner's navigator knows, to be looked at. While deferred work is left it may be of
-/// both sides of the last fix.
+/// What the learner's navigator knows, to be looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
     /// Its state.
@@ -143,9 +143,9 @@ pub struct Trial {
 /// Bytes of what a learner remembers over power-off, at most.
 pub const MEMORY_LEN: usize = 2816;
 
-/// A way to learn. No result may depend on when a function is called between two samples, so that
-/// the same input gives the same bits on every machine.
-pub trait Learner {
+/// A way to learn. Results depend on the order of the calls alone, so that the same input gives the
+/// same bits on every machine. A call may take as long as it needs.
+pub trait Learner: Send {
     /// What it must know of the unit. What was learnt before is forgotten: it waits for
     /// [`Learner::begin`].
     fn configure(&mut self, _settings: &Settings) {}
@@ -192,37 +192,21 @@ pub trait Learner {
     /// A fix of the receiver, which arrived after sample `number`.
     fn fix(&mut self, _number: u32, _fix: &Fix) {}
 
-    /// Takes a part of what has come, as far as the end of a block depends on it
-    /// ([`Learner::still_s`], [`Learner::winner`]). False: there is none.
-    fn settle(&mut self) -> bool {
-        false
-    }
-
-    /// One part of the deferred work, some ten thousand instructions at most. True: there is more.
-    fn work(&mut self) -> bool {
-        false
-    }
-
-    /// Deferred work is left. What does it first takes long until then.
-    fn is_busy(&self) -> bool {
-        false
-    }
-
     /// The networks that have proved themselves and may correct the samples; `None`: no correction
-    /// may. Deferred work is done first.
+    /// may.
     fn winner(&mut self) -> Option<Winner> {
         None
     }
 
     /// The networks that shall act from the next power-on: as [`Learner::winner`], but without what
-    /// is new at every turn-on. Deferred work is done first.
+    /// is new at every turn-on.
     fn for_next_power_on(&mut self) -> Option<Winner> {
         self.winner()
     }
 
     /// Takes down what is known of the unit, for [`Learner::write_memory`]; at most [`MEMORY_LEN`]
     /// bytes. The next [`Learner::begin`] begins from it. 0: there is nothing to be stored, and
-    /// what was known stays. Deferred work is done first.
+    /// what was known stays.
     fn remember(&mut self) -> usize {
         0
     }
@@ -242,7 +226,7 @@ pub trait Learner {
     /// another layout are ignored. Empty: nothing is known.
     fn recall(&mut self, _memory: &[u8]) {}
 
-    /// What was learnt, and the networks' states now. Deferred work is done first.
+    /// What was learnt, and the networks' states now.
     fn learnt(&mut self) -> (Nets, [State; 2]);
 
     /// Counters and state, for reading only.
@@ -256,15 +240,5 @@ pub trait Learner {
     /// How its hypotheses stand; `None` where it has none.
     fn trials(&self) -> Option<Trials> {
         None
-    }
-
-    /// [`Report::antenna`] alone, which costs less.
-    fn antenna(&self) -> Known {
-        self.report().antenna
-    }
-
-    /// [`Report::still_s`] alone, which costs less: it is needed at each block.
-    fn still_s(&self) -> u32 {
-        self.report().still_s
     }
 }

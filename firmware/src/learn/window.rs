@@ -59,15 +59,11 @@ struct Span {
     step: f32,
 }
 
-/// A reference in use, axis by axis: 0 to 2 of the gyros, 3 to 5 of the accelerometers.
+/// A reference: what A should be, in output units times s, and its variance.
 #[derive(Debug, Clone, Copy)]
-struct Job {
-    axis: usize,
-    /// What A should be, in output units times s, and its variance.
+struct Measured {
     sum: [[f32; 3]; 2],
     variance: [[f32; 3]; 2],
-    /// Number of axes refused as outliers.
-    doubted: u32,
 }
 
 /// Learns both networks from the navigation computer's references.
@@ -81,7 +77,6 @@ pub struct WindowLearner {
     open: Span,
     closed: Option<Span>,
     taken: Option<(u32, u32)>,
-    job: Option<Job>,
     used: u32,
     doubted: u32,
 }
@@ -196,7 +191,6 @@ impl WindowLearner {
             open: Span::EMPTY,
             closed: None,
             taken: None,
-            job: None,
             used: 0,
             doubted: 0,
         }
@@ -208,8 +202,17 @@ impl WindowLearner {
         self.sides.iter_mut().for_each(|side| side.open.reset());
     }
 
-    fn finish(&mut self) {
-        while self.work() {}
+    /// Learns from a reference, axis by axis.
+    fn learn(&mut self, measured: &Measured) {
+        let mut doubted = false;
+        let values = measured.sum.iter().zip(&measured.variance);
+        for (network, (sums, variances)) in self.sides.iter_mut().zip(values) {
+            for (axis, (sum, variance)) in sums.iter().zip(variances).enumerate() {
+                doubted |= !network.learn(axis, *sum, *variance);
+            }
+        }
+        self.used = self.used.saturating_add(1);
+        self.doubted = self.doubted.saturating_add(u32::from(doubted));
     }
 }
 
@@ -236,7 +239,6 @@ impl Learner for WindowLearner {
     }
 
     fn restart(&mut self) {
-        self.job = None;
         self.closed = None;
         self.drop_open();
         self.sides.iter_mut().for_each(Side::restart);
@@ -264,7 +266,6 @@ impl Learner for WindowLearner {
             return self.drop_open();
         }
         if open.blocks >= BLOCKS {
-            self.finish();
             self.closed = Some(self.open);
             self.open = Span::EMPTY;
             self.sides.iter_mut().for_each(Side::close);
@@ -297,11 +298,9 @@ impl Learner for WindowLearner {
         let lsb = [self.stream.lsb.rad, self.stream.lsb.mps];
         let truth = [window.angle, window.velocity];
         let sigma = [window.angle_sigma, window.velocity_sigma];
-        let mut job = Job {
-            axis: 0,
+        let mut measured = Measured {
             sum: [[0.0; 3]; 2],
             variance: [[0.0; 3]; 2],
-            doubted: 0,
         };
         for (side, network) in self.sides.iter().enumerate() {
             let scale = network.net.normalisation.output_scale;
@@ -310,44 +309,17 @@ impl Learner for WindowLearner {
                 let unit = lsb.get(side).copied().unwrap_or(0.0) * f64::from(span.step);
                 let error = (is.unwrap_or(0) as f64 * unit - should.unwrap_or(0.0)) as f32;
                 let noise = sigma.get(side).copied().unwrap_or(0.0) / scale;
-                set(&mut job.sum, side, axis, error / scale);
-                set(&mut job.variance, side, axis, noise * noise);
+                set(&mut measured.sum, side, axis, error / scale);
+                set(&mut measured.variance, side, axis, noise * noise);
             }
         }
         self.closed = None;
         self.taken = Some(ends);
-        self.job = Some(job);
+        self.learn(&measured);
         Ok(())
     }
 
-    fn work(&mut self) -> bool {
-        let Some(job) = &mut self.job else {
-            return false;
-        };
-        let (side, axis) = (job.axis / 3, job.axis % 3);
-        if let (Some(network), Some(sum), Some(variance)) = (
-            self.sides.get_mut(side),
-            at(&job.sum, side, axis),
-            at(&job.variance, side, axis),
-        ) {
-            job.doubted += u32::from(!network.learn(axis, sum, variance));
-        }
-        job.axis += 1;
-        if job.axis < 6 {
-            return true;
-        }
-        self.used = self.used.saturating_add(1);
-        self.doubted = self.doubted.saturating_add(job.doubted.min(1));
-        self.job = None;
-        false
-    }
-
-    fn is_busy(&self) -> bool {
-        self.job.is_some()
-    }
-
     fn learnt(&mut self) -> (Nets, [State; 2]) {
-        self.finish();
         let [gyro, accel] = &self.sides;
         let nets = Nets {
             gyro: gyro.best(),

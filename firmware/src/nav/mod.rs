@@ -214,19 +214,16 @@ impl Navigator {
         self.gather.is_full()
     }
 
-    /// Goes on for `samples` missing samples as in the last one, `counts`, but no further than to
-    /// the end of a piece. Gives how many are left.
-    pub fn coast(&mut self, counts: &Counts, samples: u32) -> u32 {
+    /// Goes on for `samples` missing samples as in the last one, `counts`.
+    pub fn coast(&mut self, counts: &Counts, samples: u32) {
         let mut left = samples;
         while left > 0 {
             let taken = self.gather.repeat(counts, left);
             left = left.saturating_sub(taken.max(1));
             if self.gather.is_full() {
                 self.end_piece();
-                break;
             }
         }
-        left
     }
 
     /// Solution at the end of the last piece. [`Self::take_transition`] ends the one in progress.

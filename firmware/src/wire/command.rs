@@ -276,6 +276,9 @@ pub mod fault {
     /// The weights in use were of a sensor with another serial number. They are no longer used: the
     /// device has the built-in ones, until others are uploaded or it has learnt anew.
     pub const WEIGHTS: u32 = 1 << 15;
+    /// The learner fell behind and was stopped. What is in force stays, and nothing is learnt until
+    /// it begins again: with another mode, configuration, or start of the sensor.
+    pub const LEARNER: u32 = 1 << 16;
     /// The board does not run on the crystal that it was built for: its clock is the internal
     /// oscillator's, or the crystal has another value.
     pub const CLOCK: u32 = 1 << 24;

@@ -284,6 +284,7 @@ fn aside_no_alignment_brings_a_correction() {
         };
         run(&mut bench);
         bench.says.winner.set(Some(0.04));
+        run(&mut bench); // a block, and the next one brings the learner's answer to it
         bench.device.order(&Request::Alignment(Alignment::Started));
         run(&mut bench);
         bench.device.order(&Request::Alignment(Alignment::Finished));

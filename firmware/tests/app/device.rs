@@ -8,6 +8,28 @@ use firmware::wire::command::{Counters, MAX_PACKET, Packets, Request, Response, 
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;
 use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard};
+
+/// What a test and its learner share.
+#[derive(Debug, Default)]
+pub struct Shared<T>(Mutex<T>);
+
+impl<T> Shared<T> {
+    pub fn borrow(&self) -> MutexGuard<'_, T> {
+        self.0.lock().expect("not poisoned")
+    }
+
+    pub fn set(&self, value: T) {
+        *self.borrow() = value;
+    }
+
+    pub fn get(&self) -> T
+    where
+        T: Copy,
+    {
+        *self.borrow()
+    }
+}
 
 /// A line that keeps what is sent over it.
 #[derive(Debug)]

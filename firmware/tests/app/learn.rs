@@ -204,6 +204,7 @@ fn when_a_reference_comes_does_not_matter() {
         let mut device = Device::learning(config());
         device.order(&Request::SetMode(Mode::Learn));
         teach(&mut device, 0..5, late);
+        device.feed(&frames(5 * SAMPLES + late, 6 * SAMPLES + 20).concat());
         learnt(&mut device)
     });
     assert_eq!(weights[0], weights[1]);
@@ -262,23 +263,27 @@ fn references_that_cannot_be_used() {
         refused(&mut device, &Request::Reference(wrong), Reason::Range);
     }
     device.order(&Request::Reference(good));
+    // the weights learnt are those before the last block
+    device.feed(&frames(SAMPLES, SAMPLES + 20).concat());
     let once = learnt(&mut device);
     device.order(&Request::Reference(good)); // its answer was lost
-    assert_eq!(learnt(&mut device), once);
     assert_eq!(estimate(&mut device).used, 1);
+    device.feed(&frames(SAMPLES + 20, SAMPLES + 40).concat());
+    assert_eq!(learnt(&mut device), once);
     // an outlier is counted and refused
-    device.feed(&frames(SAMPLES, 2 * SAMPLES).concat());
+    device.feed(&frames(SAMPLES + 40, 2 * SAMPLES).concat());
     let far = Window {
         angle: [1.0; 3],
         velocity: [9.0; 3],
         ..reference((SAMPLES, 2 * SAMPLES - 1))
     };
     device.order(&Request::Reference(far));
-    assert_eq!(learnt(&mut device), once);
     let report = estimate(&mut device);
     assert_eq!((report.used, report.doubted), (2, 1));
+    device.feed(&frames(2 * SAMPLES, 2 * SAMPLES + 20).concat());
+    assert_eq!(learnt(&mut device), once);
     // too late
-    device.feed(&frames(2 * SAMPLES, 4 * SAMPLES).concat());
+    device.feed(&frames(2 * SAMPLES + 20, 4 * SAMPLES).concat());
     let late = reference((2 * SAMPLES, 3 * SAMPLES - 1));
     refused(&mut device, &Request::Reference(late), Reason::Window);
 }

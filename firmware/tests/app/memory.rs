@@ -90,7 +90,7 @@ fn remembered(bench: &mut Bench) -> Remembered {
 /// A bench whose learner navigates and remembers this.
 fn learns(bench: &Bench, memory: &[u8]) {
     bench.says.navigates.set(true);
-    bench.says.learns.replace(memory.to_vec());
+    bench.says.learns.set(memory.to_vec());
 }
 
 #[test]
@@ -230,7 +230,7 @@ fn flash_is_spared() {
     }
     // and nothing at all where nothing is learnt
     let mut bench = board.power_on();
-    bench.says.learns.replace(b"known".to_vec());
+    bench.says.learns.set(b"known".to_vec());
     bench.says.still_s.set(10);
     assert_eq!(board.run(&mut bench, 400), 0);
     assert_eq!(bench.says.took.get(), 0);

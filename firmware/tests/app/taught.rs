@@ -2,7 +2,7 @@
 //! the bytes that come out.
 
 use crate::activation::fix;
-use crate::device::{Device, nets};
+use crate::device::{Device, Shared, nets};
 use crate::frames::{Fields, Kind, values};
 use firmware::app::{App, Config};
 use firmware::compensator::Block;
@@ -10,35 +10,34 @@ use firmware::learn::{Learner, Report, Winner};
 use firmware::model::Nets;
 use firmware::sample::StreamScale;
 use lrnn_nostd::State;
-use std::cell::{Cell, RefCell};
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// What the learner says, and what it was told.
 #[derive(Debug, Default)]
 pub struct Says {
     /// Error of the accelerometer x that it has proved, m/s2.
-    pub winner: Cell<Option<f32>>,
+    pub winner: Shared<Option<f32>>,
     /// Its standard deviation.
-    pub sigma: Cell<f32>,
-    pub unsettled: Cell<bool>,
-    pub stored_harms: Cell<bool>,
-    pub still_s: Cell<u32>,
+    pub sigma: Shared<f32>,
+    pub unsettled: Shared<bool>,
+    pub stored_harms: Shared<bool>,
+    pub still_s: Shared<u32>,
     /// What it has learnt of the unit.
-    pub learns: RefCell<Vec<u8>>,
+    pub learns: Shared<Vec<u8>>,
     /// What it took down of that last, or was given back.
-    pub knows: RefCell<Vec<u8>>,
+    pub knows: Shared<Vec<u8>>,
     /// What it knew when it began.
-    pub knew: RefCell<Vec<u8>>,
+    pub knew: Shared<Vec<u8>>,
     /// How often it has taken down something, and a drive has begun.
-    pub took: Cell<u32>,
-    pub drives: Cell<u32>,
-    pub navigates: Cell<bool>,
+    pub took: Shared<u32>,
+    pub drives: Shared<u32>,
+    pub navigates: Shared<bool>,
     /// The networks that it last began with.
-    pub begun: RefCell<Option<Nets>>,
+    pub begun: Shared<Option<Nets>>,
 }
 
 #[derive(Debug)]
-pub struct Taught(pub Rc<Says>);
+pub struct Taught(pub Arc<Says>);
 
 /// Networks with this error of the accelerometer x.
 pub fn with(error: f32) -> Nets {
@@ -47,8 +46,8 @@ pub fn with(error: f32) -> Nets {
 
 impl Learner for Taught {
     fn begin(&mut self, nets: &Nets, _: StreamScale) {
-        self.0.begun.replace(Some(*nets));
-        self.0.knew.replace(self.0.knows.borrow().clone());
+        self.0.begun.set(Some(*nets));
+        self.0.knew.set(self.0.knows.borrow().clone());
     }
     fn restart(&mut self) {}
     fn remember(&mut self) -> usize {
@@ -56,7 +55,7 @@ impl Learner for Taught {
         if learnt.is_empty() {
             return 0;
         }
-        self.0.knows.replace(learnt.clone());
+        self.0.knows.set(learnt.clone());
         self.0.took.set(self.0.took.get() + 1);
         learnt.len()
     }
@@ -72,7 +71,7 @@ impl Learner for Taught {
         }
     }
     fn recall(&mut self, memory: &[u8]) {
-        self.0.knows.replace(memory.to_vec());
+        self.0.knows.set(memory.to_vec());
     }
     fn block(&mut self, _: u32, _: &Block) {}
     fn gap(&mut self) {}
@@ -103,7 +102,7 @@ impl Learner for Taught {
 pub struct Bench {
     pub kind: Kind,
     pub device: Device,
-    pub says: Rc<Says>,
+    pub says: Arc<Says>,
     pub n: u32,
     /// A receiver sends a fix a second.
     pub fixes: bool,
@@ -114,7 +113,7 @@ pub struct Bench {
 impl Bench {
     /// `make` gives the application with this learner.
     pub fn of(kind: Kind, make: impl FnOnce(&'static mut Taught) -> App<'static>) -> Bench {
-        let says = Rc::new(Says::default());
+        let says = Arc::new(Says::default());
         let mut device = Device::new(Config::default());
         device.app = make(Box::leak(Box::new(Taught(says.clone()))));
         Bench {

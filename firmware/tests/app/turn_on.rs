@@ -1,7 +1,7 @@
 //! A sensor that is started anew has other errors: nothing that was learnt before is applied. And a
 //! sensor that stands still is told.
 
-use crate::device::{Device, nets};
+use crate::device::{Device, Shared, nets};
 use crate::frames::{Fields, Kind, kinds, values};
 use firmware::app::{Activation, App, Config};
 use firmware::compensator::{Block, Limit};
@@ -14,21 +14,20 @@ use firmware::wire::command::{Request, fault};
 use firmware::wire::hg4930;
 use firmware::wire::stim300::{self, Contents, status};
 use lrnn_nostd::State;
-use std::cell::Cell;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// What a learner has been told.
 #[derive(Debug, Default)]
 struct Heard {
-    begun: Cell<u32>,
-    samples: Cell<u32>,
-    blocks: Cell<u32>,
-    silences: Cell<u32>,
+    begun: Shared<u32>,
+    samples: Shared<u32>,
+    blocks: Shared<u32>,
+    silences: Shared<u32>,
 }
 
 /// A learner that has learnt an error once it was begun, until it is begun anew.
 #[derive(Debug)]
-struct Knows(Rc<Heard>);
+struct Knows(Arc<Heard>);
 
 impl Learner for Knows {
     fn begin(&mut self, _: &Nets, _: StreamScale) {
@@ -69,13 +68,13 @@ impl Learner for Knows {
 struct Bench {
     kind: Kind,
     device: Device,
-    heard: Rc<Heard>,
+    heard: Arc<Heard>,
     n: u32,
 }
 
 impl Bench {
     fn new(kind: Kind) -> Bench {
-        let heard = Rc::new(Heard::default());
+        let heard = Arc::new(Heard::default());
         let mut device = Device::new(Config::default());
         let config = Config {
             mode: Mode::Learn,

@@ -90,8 +90,6 @@ fn an_application_without_its_turn_is_not_well() {
     // nobody noticed the silence, and nobody served the links
     let bits = device.app.unwell(now + 1_200_000);
     assert_eq!(bits, unwell::WORDS | unwell::LINKS);
-    let bits = device.app.unwell(now + 31_000_000);
-    assert_eq!(bits, unwell::WORDS | unwell::LINKS | unwell::LEARNER);
     assert_eq!(turns(&mut device, 200), 0, "well again");
 }
 

@@ -32,9 +32,7 @@ use crate::fix::{Fix, Heading};
 use crate::nav::earth::{Local, OMEGA_IE};
 use crate::nav::vector::{Q, V, add, dot, narrow, rotated, scale};
 use crate::nav::{self, Innovation, Navigator};
-use lrnn_nostd::learn::kalman::{
-    Biases, COVARIANCE_PARTS, Kalman, OUTPUTS, Prior, Transition, Workspace,
-};
+use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Workspace};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 /// Number of errors.
@@ -230,10 +228,7 @@ impl Filter {
     /// The covariance over the time since the last fix.
     pub fn propagate_covariance(&mut self, block: &Transition<ERRORS>) {
         let mut workspace = Workspace::ZEROED;
-        for part in 0..COVARIANCE_PARTS {
-            self.kalman
-                .propagate_covariance(part, block, &mut workspace);
-        }
+        (self.kalman).propagate_covariance(block, &mut workspace);
     }
 
     /// The end of a fix, with the mean of its normalised innovations squared. False: a number is

@@ -40,7 +40,7 @@ use crate::fix::{Fix, Heading};
 use crate::nav::vector::{Q, V, rotated};
 use crate::nav::{self, Navigator};
 use crate::sample::Counts;
-use filter::Filter;
+use filter::{ERRORS, Filter};
 use level::Level;
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 use work::Pending;
@@ -240,12 +240,16 @@ impl InMotion {
 
     /// [`InMotion::put`], and all the work at once. Returns the attitude when it is known well
     /// enough.
-    pub fn fix(&mut self, fix: &Fix, age: [f32; 2], still: bool) -> Option<Start> {
-        let mut scratch = Transition::ZEROED;
+    pub fn fix(
+        &mut self,
+        fix: &Fix,
+        age: [f32; 2],
+        still: bool,
+        scratch: &mut Transition<ERRORS>,
+    ) -> Option<Found> {
         self.put(fix, age, still);
-        while self.work(&mut scratch) {}
-        let found = self.take_found()?;
-        Some(found.start(&scratch))
+        while self.work(scratch) {}
+        self.take_found()
     }
 
     /// Takes a fix that was valid `age` before the last sample: seconds and their standard

@@ -81,7 +81,9 @@ impl Case {
                 fix.sigmas[3..].fill(0.01);
             }
             spoil(&mut fix, world.time);
-            if let Some(start) = align.fix(&fix, [0.0; 2], stands) {
+            let mut scratch = Transition::ZEROED;
+            if let Some(found) = align.fix(&fix, [0.0; 2], stands, &mut scratch) {
+                let start = found.start(&scratch);
                 return (Some(outcome(&start, &world)), align.progress());
             }
         }

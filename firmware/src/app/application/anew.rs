@@ -2,7 +2,7 @@
 
 use super::App;
 use crate::app::config::Config;
-use crate::app::flow::{configure, through_configuration};
+use crate::app::flow::through_configuration;
 use crate::app::phase::Machine;
 use crate::app::pulse::TimePulse;
 use crate::configuration::record::decode;
@@ -29,9 +29,7 @@ impl App<'_> {
         if !same {
             self.flow.keep.memo.exchange_unit();
         }
-        through_configuration(&mut self.flow.learner, same, |learner| {
-            configure(learner, &config);
-        });
+        through_configuration(&mut self.flow.learner, same, &config);
         self.flow.begin_anew(config);
         self.flow.flag(fault::WEIGHTS, other_weights);
         self.machine = Machine::new();

@@ -62,8 +62,16 @@ impl App<'_> {
     ///
     /// The answer to a configuration that was taken is sent in the next pass. Between the two the
     /// board opens the lines anew. So who has the answer may send on them.
+    /// None is taken while one waits for the learner's verdict.
     #[inline(never)]
     pub(super) fn command(&mut self, line: &mut impl Line, now: u64) -> bool {
+        if self.server.is_waiting() {
+            self.server.take_verdict(&mut self.flow);
+            send(self.server.answer(), line, &mut self.flow);
+        }
+        if self.server.is_waiting() || self.asked.is_empty() && line.is_idle() {
+            return false;
+        }
         if self.asked.is_empty() {
             let len = line.receive(&mut self.asked.bytes).unwrap_or(0);
             (self.asked.next, self.asked.end) = (0, len);

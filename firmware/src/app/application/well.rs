@@ -11,10 +11,6 @@ const KNOWN_US: u64 = 1_000_000;
 const LEAVES_US: u64 = 60_000_000;
 /// The command link and the receiver have their turn within this time, microseconds.
 const SERVED_US: u64 = 1_000_000;
-/// The learner's deferred work ends within this time, microseconds. At 168 MHz it takes some 10 ms
-/// of every second.
-const RESTS_US: u64 = 30_000_000;
-
 /// What a look at the application finds.
 #[derive(Debug, Default)]
 pub(super) struct Well {
@@ -22,8 +18,6 @@ pub(super) struct Well {
     left: u64,
     /// When that changed last, or nothing came, microseconds.
     left_us: u64,
-    /// When the learner last had no deferred work, microseconds.
-    pub(super) rested_us: u64,
 }
 
 impl App<'_> {
@@ -31,7 +25,8 @@ impl App<'_> {
     /// turn of the main loop, after [`App::poll`], with the board's time.
     ///
     /// A sensor that is silent, sends nothing that is understood, or was never connected is known
-    /// and handled, and no reason to start anew.
+    /// and handled, and no reason to start anew. Neither is a learner that was stopped: the stream
+    /// goes on.
     pub fn unwell(&mut self, now_us: u64) -> u8 {
         let since = |then: u64| now_us.saturating_sub(then);
         let counters = &self.flow.counters;
@@ -55,7 +50,6 @@ impl App<'_> {
         [
             (words, unwell::WORDS),
             (since(self.served_us) > SERVED_US, unwell::LINKS),
-            (since(self.well.rested_us) > RESTS_US, unwell::LEARNER),
         ]
         .into_iter()
         .fold(0, |bits, (is, bit)| if is { bits | bit } else { bits })
@@ -67,14 +61,5 @@ impl App<'_> {
         if let Some(reset) = &mut self.flow.config.hardware.reset {
             (reset.supply_low, reset.reopened) = (supply_low, reopened);
         }
-    }
-
-    /// One part of the learner's deferred work. True: there is more.
-    pub(super) fn work(&mut self, now: u64) -> bool {
-        let more = self.flow.work();
-        if !more {
-            self.well.rested_us = now;
-        }
-        more
     }
 }

@@ -45,7 +45,6 @@ impl Flow<'_> {
 
     /// Offers the plan of the frames from this place of the stream on, with what is now in force.
     fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
-        self.end_block(); // its correction is in force from the next frame on
         let floats = plan.word == Word::F32;
         let outlet = self.channels.current();
         let mut correction = self.correction.get_mut();

@@ -6,6 +6,7 @@ use super::{Correction, Flow, Told};
 use crate::app::blackbox::What;
 use crate::compensator::Block;
 use crate::control::Mode;
+use crate::learn::exchange::{Anew, Order};
 use crate::plausibility::holes::Hole;
 use crate::wire::command::fault;
 use crate::wire::sequence::{Gap, Last};
@@ -69,10 +70,9 @@ impl Flow<'_> {
         let Some(Correction { compensator, state }) = self.correction.get_mut() else {
             return;
         };
-        if let Some(learner) = &mut self.learner.0
-            && self.begun.is_some()
-        {
-            learner.sample(self.sample as u32, &reading.sample);
+        if self.begun.is_some() {
+            let number = self.sample as u32;
+            (self.learner).hand_over(&Order::Sample(number, reading.sample));
         }
         if bad != 0 {
             return;
@@ -95,49 +95,15 @@ impl Flow<'_> {
         self.count_failure(failed);
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
         self.block = Some(*block);
-        self.ended = true;
-        if self.mode == Mode::Bypass && zero {
-            self.end_block();
-            self.correction.clear(); // faded out
-        }
-        self.note_correction();
-    }
-
-    /// One part of what the end of a block leads to, which comes at the latest before the next
-    /// frame. False: there is none.
-    #[inline(always)]
-    pub fn end_block_part(&mut self) -> bool {
-        if !self.ended {
-            return false;
-        }
-        let learner = self.learner.0.as_mut();
-        if !learner.is_some_and(|learner| learner.settle()) {
-            self.end_block();
-        }
-        true
-    }
-
-    /// All of it, before frames are read; most passes have nothing of it.
-    #[inline(always)]
-    pub fn end_block_before_frames(&mut self) {
-        if self.ended {
-            self.end_block();
-        }
-    }
-
-    /// All of it.
-    #[inline(never)]
-    pub fn end_block(&mut self) {
-        let Some(block) = &self.block.filter(|_| core::mem::take(&mut self.ended)) else {
-            return;
-        };
-        if let Some(learner) = &mut self.learner.0 {
-            while learner.settle() {}
-        }
+        self.learner.end_block();
+        self.flag(fault::LEARNER, self.learner.is_stopped());
         self.judge(block);
         self.promote(block);
-        if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
-            learner.block(self.sample as u32, block);
+        if self.begun.is_some() {
+            self.learner.hand_over_block(self.sample as u32, block);
+        }
+        if self.mode == Mode::Bypass && zero {
+            self.correction.clear(); // faded out
         }
         self.note_correction();
     }
@@ -147,9 +113,7 @@ impl Flow<'_> {
         self.plausibility.holes.interrupt();
         self.gap();
         self.begin_checks();
-        if let Some(learner) = &mut self.learner.0 {
-            learner.silence();
-        }
+        self.learner.begin_anew(Anew::Silence);
     }
 
     /// So many samples are missing. It also lasts for the thermometer.
@@ -162,22 +126,17 @@ impl Flow<'_> {
 
     /// The stream has a gap: damage, silence, lost bytes.
     pub fn gap(&mut self) {
-        self.end_block();
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.give_up_block(state);
         }
-        if let Some(learner) = &mut self.learner.0 {
-            learner.gap();
-        }
+        self.learner.hand_over(&Order::Gap);
     }
 
     /// Time or counter have jumped: how many samples are missing will not be known.
     #[cold]
     fn jump(&mut self) {
         self.gap();
-        if let Some(learner) = &mut self.learner.0 {
-            learner.silence();
-        }
+        self.learner.begin_anew(Anew::Silence);
     }
 
     /// Bytes that belong to no frame have gone by. Where the frames are counted or timed, the next

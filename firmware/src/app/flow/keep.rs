@@ -35,6 +35,8 @@ pub(in crate::app) struct Keep {
     pub memo: Memo,
     /// A record is being written, a piece at a time.
     pub begun: bool,
+    /// Changes with what is to be stored: what was begun before is not gone on with.
+    pub edition: u8,
     /// Networks for the next power-on, if they are not those in use.
     next: Option<Nets>,
     /// They are still to be stored.
@@ -60,6 +62,11 @@ impl Keep {
     /// Networks that the learner has proved, or what it remembers, are to be stored.
     pub fn waits(&self) -> bool {
         self.waits || self.memo.waits()
+    }
+
+    /// Something is to be stored, and all of it is there.
+    pub fn is_due(&self) -> bool {
+        (self.commanded || self.waits()) && !self.memo.is_asked()
     }
 
     /// The next renewal, or the one in progress, is the last one.
@@ -99,7 +106,7 @@ impl Keep {
     /// The sensor is powered on: what the store holds comes into use.
     pub fn take_next(&mut self) -> Option<Nets> {
         let held = !core::mem::take(&mut self.waits);
-        self.begun = false;
+        self.drop_begun();
         (self.settled_s, self.pause_s) = (0.0, 0.0);
         self.next.take().filter(|_| held)
     }
@@ -114,8 +121,14 @@ impl Keep {
 
     /// Other networks have come into use by command. They are stored by command too.
     pub fn forget_next(&mut self) {
-        (self.next, self.waits, self.begun) = (None, false, false);
+        (self.next, self.waits) = (None, false);
+        self.drop_begun();
         self.memo.give_up();
+    }
+
+    fn drop_begun(&mut self) {
+        self.begun = false;
+        self.edition = self.edition.wrapping_add(1);
     }
 
     fn offer(&mut self, nets: Nets, output: [[f32; 3]; 2]) {
@@ -141,8 +154,8 @@ impl Flow<'_> {
             self.count_learnt(block, LOOK_S);
             // with a live activation only what is remembered is stored
             let nets = self.acts_from_power_on() && self.look_for_winner(block);
-            let stands = (self.learner.0.as_ref())
-                .is_some_and(|learner| learner.still_s() >= super::learning::STANDS_S);
+            let still_s = self.learner.answer().map_or(0, |answer| answer.still_s);
+            let stands = still_s >= super::learning::STANDS_S;
             self.take_down(stands, nets);
         }
     }
@@ -150,21 +163,21 @@ impl Flow<'_> {
     /// Whether networks are to be stored.
     #[inline(never)]
     fn look_for_winner(&mut self, block: &Block) -> bool {
-        let Some(learner) = &mut self.learner.0 else {
+        let Some(answer) = self.learner.answer() else {
             return false;
         };
         let keep = &mut self.keep;
-        let harms = learner.report().stored_harms;
+        let harms = answer.stored_harms;
         if harms && keep.next.is_none() && !self.config.nets.same_images(&Nets::NONE) {
             keep.offer(Nets::NONE, [[0.0; 3]; 2]);
             return true;
         }
-        let Some(winner) = learner.for_next_power_on().filter(|winner| winner.settled) else {
+        let Some(winner) = answer.next.filter(|winner| winner.settled) else {
             keep.settled_s = 0.0;
             return false;
         };
         keep.settled_s += LOOK_S;
-        let stands = learner.still_s() >= super::learning::STANDS_S;
+        let stands = answer.still_s >= super::learning::STANDS_S;
         // of what is in use it is known what its networks say now
         let held = match keep.next {
             Some(_) => keep.output,

@@ -6,8 +6,8 @@ use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::{Fix, Heading};
-use crate::learn::{Known, Learner, Report, Solution, Trials};
-use crate::model::Nets;
+use crate::learn::exchange::{Anew, Answer, Order, Reply};
+use crate::learn::{Known, Report, Solution, Trials};
 use crate::wire::command::{Estimate, fault};
 
 /// Standstill that counts as an alignment where none is reported, s.
@@ -20,22 +20,13 @@ const FIX_LASTS_S: f64 = 2.0;
 /// Fixes come when the newest one is no older than this, s.
 const FIXES_COME_S: f64 = 5.0;
 
-/// The board's learner, if it has one. `Debug` leaves out the learner's numbers, which would bring
-/// the formatting of floats into every image.
-pub(in crate::app) struct BoardLearner<'m>(pub Option<&'m mut dyn Learner>);
-
-impl core::fmt::Debug for BoardLearner<'_> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(if self.0.is_some() { "Learner" } else { "None" })
-    }
-}
-
 impl Flow<'_> {
     /// In mode learn: what was learnt comes into force where an alignment allows it and goes when
     /// it is given up; or it is kept for the next power-on.
     pub(super) fn promote(&mut self, block: &Block) {
         let live = self.mode == Mode::Learn && self.config.activation == Activation::Faded;
-        let hold = live && self.promoted && !self.disagrees && !self.fixes_come();
+        let follows = self.fixes_come() && !self.learner.is_stopped();
+        let hold = live && self.promoted && !self.disagrees && !follows;
         if let Some(correction) = self.correction.get_mut() {
             correction.state.hold = hold;
         }
@@ -48,7 +39,9 @@ impl Flow<'_> {
         if self.config.activation == Activation::NextPowerOn {
             return;
         }
-        let still_s = (self.learner.0.as_ref()).map_or(0, |learner| learner.still_s());
+        let answer = self.learner.answer();
+        let still_s = answer.map_or(0, |answer| answer.still_s);
+        let given_up = answer.is_some_and(|answer| answer.winner.is_none());
         if still_s < STANDS_S {
             self.stood = false;
         }
@@ -60,12 +53,12 @@ impl Flow<'_> {
             // where alignments are reported, a standstill is none
             (Activation::Standstill, Some(true)) if stands => {
                 self.stood = true;
-                self.activate(self.alignment.is_none(), Some(block));
+                self.activate(self.alignment.is_none());
             }
             // even samples alone may be a smooth ride: nothing may jump then
-            (Activation::Standstill, None) if stands => self.activate(false, Some(block)),
-            (Activation::Faded, _) if self.fixes_come() => self.activate(false, Some(block)),
-            _ if self.promoted && self.report().winner == 0 => self.activate(false, None),
+            (Activation::Standstill, None) if stands => self.activate(false),
+            (Activation::Faded, _) if self.fixes_come() => self.activate(false),
+            _ if self.promoted && given_up => self.activate(false),
             _ => {}
         }
     }
@@ -91,23 +84,21 @@ impl Flow<'_> {
 
     /// Takes the networks of the promoted hypothesis instead of those in use, or the zero
     /// correction when there is none; at once, or no faster than the slew limit. What has not
-    /// settled does not come into force, and what is in force stays then. `block` is the one that
-    /// the learner has not seen yet.
-    pub(super) fn activate(&mut self, at_once: bool, block: Option<&Block>) {
-        if self.disagrees {
-            return;
-        }
-        let (Some(learner), Some(Correction { compensator, state })) =
-            (&mut self.learner.0, self.correction.get_mut())
+    /// settled does not come into force, and what is in force stays then.
+    pub(super) fn activate(&mut self, at_once: bool) {
+        let answer = self.learner.answer().filter(|_| !self.disagrees);
+        let (Some(answer), Some(Correction { compensator, state })) =
+            (answer, self.correction.get_mut())
         else {
-            return;
+            return; // where the learner has not answered yet, what is in force stays
         };
-        match learner.winner() {
+        match answer.winner {
             Some(winner) if winner.settled => {
                 (self.promoted, self.learner_nets) = (true, true);
                 state.off = false;
                 compensator.exchange(state, winner.nets, winner.states);
-                let output = match block {
+                // the block that they have not seen
+                let output = match &self.block {
                     Some(block) => compensator.step_again(state, block),
                     None => winner.estimate,
                 };
@@ -134,13 +125,13 @@ impl Flow<'_> {
 
     /// Whether there is a learner.
     pub fn can_learn(&self) -> bool {
-        self.learner.0.is_some()
+        self.learner.exists()
     }
 
     /// In modes learn and shadow the learner begins when the stream or the networks are new to it.
     /// From then on it follows in every mode.
     pub(super) fn teach(&mut self) {
-        let (Some(learner), Some(correction)) = (&mut self.learner.0, self.correction.get()) else {
+        let Some(correction) = self.correction.get().filter(|_| self.learner.exists()) else {
             return;
         };
         let stream = Some(correction.compensator.scale());
@@ -149,32 +140,59 @@ impl Flow<'_> {
             self.begun = stream.filter(|_| learns);
             if let Some(stream) = self.begun {
                 self.keep.memo.drop_new();
-                learner.begin(&self.config.nets, stream);
+                (self.learner).begin_anew(Anew::Begin(self.config.nets, stream));
             }
         }
     }
 
-    /// A reference of the navigation computer.
+    /// A reference of the navigation computer. [`Flow::verdict`] follows.
     pub fn reference(&mut self, window: &Window) -> Result<(), Reason> {
-        let learner = self.learner.0.as_mut().ok_or(Reason::NotAvailable)?;
+        if !self.can_learn() {
+            return Err(Reason::NotAvailable);
+        }
         if self.mode != Mode::Learn {
             return Err(Reason::Mode);
         }
-        if self.disagrees {
+        self.ask(&Order::Reference(*window))
+    }
+
+    /// A heading that somebody knows, for the learner's alignment in progress. [`Flow::verdict`]
+    /// follows.
+    pub fn heading(&mut self, heading: Heading) -> Result<(), Reason> {
+        self.ask(&Order::Heading(heading))
+    }
+
+    fn ask(&mut self, order: &Order) -> Result<(), Reason> {
+        if self.disagrees || self.begun.is_none() {
             return Err(Reason::NotAvailable);
         }
-        learner.reference(window)
+        self.learner.hand_over(order);
+        Ok(())
+    }
+
+    /// What the learner says to a reference or a heading, once it has: `None` before.
+    pub fn verdict(&mut self) -> Option<Result<(), Reason>> {
+        self.take_reply();
+        if self.learner.is_stopped() {
+            return Some(Err(Reason::NotAvailable));
+        }
+        self.verdict.take()
+    }
+
+    /// Takes what the learner has replied.
+    pub fn take_reply(&mut self) {
+        self.learner.look();
+        match self.learner.reply() {
+            Some(Reply::Verdict(verdict)) => self.verdict = Some(verdict),
+            Some(Reply::Remembered(len)) => self.remembers(len),
+            None if self.learner.is_stopped() => self.keep.memo.give_up(),
+            None => {}
+        }
     }
 
     /// Number of the last sample, modulo 2^32.
     pub fn sample(&self) -> u32 {
         self.sample as u32
-    }
-
-    /// A heading that somebody knows, for the learner's alignment in progress.
-    pub fn heading(&mut self, heading: Heading) -> Result<(), Reason> {
-        let learner = self.learner.0.as_mut().filter(|_| self.begun.is_some());
-        learner.ok_or(Reason::NotAvailable)?.heading(heading)
     }
 
     /// A good fix of the receiver.
@@ -188,35 +206,21 @@ impl Flow<'_> {
             let stands = speed < (FIX_SIGMAS * sigma).min(FIX_SPEED);
             self.stands = Some((stands, self.sample));
         }
-        if let (Some(learner), Some(_)) = (&mut self.learner.0, self.begun) {
-            learner.fix(self.sample as u32, fix);
+        if self.begun.is_some() {
+            (self.learner).hand_over(&Order::Fix(self.sample as u32, *fix));
         }
     }
 
-    /// One part of the learner's deferred work. True: there is more.
-    pub fn work(&mut self) -> bool {
-        self.learner
-            .0
-            .as_mut()
-            .is_some_and(|learner| learner.work())
+    /// The learner's answer to the block before the last one, once it has had one.
+    pub fn answer(&self) -> Option<&Answer> {
+        self.learner.answer().filter(|_| self.begun.is_some())
     }
 
-    /// The learner has work left, and a request must not make it be done at once.
-    pub fn is_busy(&self) -> bool {
-        self.ended || (self.learner.0.as_ref()).is_some_and(|learner| learner.is_busy())
-    }
-
-    /// The weights learnt and the networks' states.
-    pub fn learnt(&mut self) -> Option<(Nets, [lrnn_nostd::State; 2])> {
-        self.begun?;
-        self.learner.0.as_mut().map(|learner| learner.learnt())
-    }
-
-    /// Uses the weights learnt. Their networks have seen the same blocks, so that no state is
-    /// reset.
+    /// Uses the weights learnt. Their networks have seen the same blocks but the last one, so that no
+    /// state is reset.
     #[inline(never)]
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
-        let (nets, states) = self.learnt().ok_or(Reason::NotAvailable)?;
+        let (nets, states) = self.answer().ok_or(Reason::NotAvailable)?.learnt;
         self.take_nets(nets);
         self.note_nets();
         self.keep.forget_next();
@@ -226,6 +230,9 @@ impl Flow<'_> {
         let off = self.is_off();
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             compensator.exchange(state, nets, states);
+            if let Some(block) = &self.block {
+                compensator.step_again(state, block);
+            }
             state.off = off;
         }
         Ok(())
@@ -233,24 +240,25 @@ impl Flow<'_> {
 
     /// The learner's report.
     pub fn report(&self) -> Report {
-        let report = self.learner.0.as_ref().map(|learner| learner.report());
-        report.unwrap_or_default()
+        self.learner
+            .view()
+            .map(|view| view.report)
+            .unwrap_or_default()
     }
 
     /// [`Report::antenna`] alone.
     pub fn antenna(&self) -> Known {
-        let known = self.learner.0.as_ref().map(|learner| learner.antenna());
-        known.unwrap_or_default()
+        self.report().antenna
     }
 
     /// What the learner's navigator knows.
     pub fn solution(&self) -> Option<Solution> {
-        self.learner.0.as_ref()?.solution()
+        self.learner.view()?.solution
     }
 
     /// How the learner's hypotheses stand.
     pub fn trials(&self) -> Option<Trials> {
-        self.learner.0.as_ref()?.trials()
+        self.learner.view()?.trials
     }
 
     /// The estimates of the networks in use and of the learner.

@@ -9,6 +9,7 @@ use crate::app::phase::FAILURES;
 use crate::app::setup::{lsb, renew};
 use crate::compensator::{Limit, State};
 use crate::control::{Alignment, Mode};
+use crate::learn::exchange::{Anew, Order};
 use crate::model::Nets;
 use crate::sample::Axes;
 use crate::wire::command::fault;
@@ -97,11 +98,8 @@ impl Flow<'_> {
             let begun = self.begun;
             self.teach();
             // one that has begun is new already
-            if begun.is_some()
-                && begun == self.begun
-                && let Some(learner) = &mut self.learner.0
-            {
-                learner.restart();
+            if begun.is_some() && begun == self.begun {
+                self.learner.begin_anew(Anew::Stream);
             }
         }
     }
@@ -250,9 +248,7 @@ impl Flow<'_> {
         if self.alignment.replace(alignment) == Some(alignment) {
             return; // asked again, since the answer was lost
         }
-        if let Some(learner) = &mut self.learner.0 {
-            learner.align(alignment);
-        }
+        self.learner.hand_over(&Order::Align(alignment));
         if alignment == Alignment::Started {
             self.arrive();
         }
@@ -264,7 +260,7 @@ impl Flow<'_> {
     /// A correction that moves arrives at once.
     fn arrive(&mut self) {
         if self.mode == Mode::Learn && !self.acts_from_power_on() {
-            return self.activate(true, None);
+            return self.activate(true);
         }
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
             let output = match &self.block {

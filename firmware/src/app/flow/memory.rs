@@ -5,13 +5,15 @@
 //! standstill, as the networks do ([`super::keep`]). It comes back at the next power-on of the
 //! board or of the sensor, before the learner begins.
 
-use super::{BoardLearner, Flow};
+use super::{Flow, configure};
+use crate::app::config::Config;
+use crate::app::job::Remembers;
 use crate::compensator::Block;
-use crate::configuration::Configuration;
 use crate::control::Mode;
 use crate::inputs::REFERENCE_DEGC;
-use crate::learn::{Learner, MEMORY_LEN};
-use crate::store::{Memory, Notes, unit};
+use crate::learn::MEMORY_LEN;
+use crate::learn::exchange::{Anew, Order, Port};
+use crate::store::{Notes, unit};
 use crate::wire::command::Remembered;
 
 /// So much must have been learnt since the last record, s.
@@ -29,6 +31,8 @@ pub(in crate::app) struct Memo {
     pub held: Option<Notes>,
     /// What the store holds is of another unit.
     pub of_another: bool,
+    /// The learner was asked to take down what it knows, to which these notes belong.
+    asked: Option<Notes>,
     /// Notes and length of what the learner has taken down to be stored.
     waits: Option<(Notes, usize)>,
     /// Of this drive: time learnt in all and since it was last taken down, s; temperatures.
@@ -53,6 +57,11 @@ impl Memo {
         self.waits.is_some()
     }
 
+    /// The learner has not replied yet.
+    pub fn is_asked(&self) -> bool {
+        self.asked.is_some()
+    }
+
     /// What was taken down has been stored, or could not be.
     pub fn stored(&mut self, done: bool) {
         if let Some((notes, _)) = self.waits.take()
@@ -65,7 +74,7 @@ impl Memo {
 
     /// What waits is given up. It is taken down again later.
     pub fn give_up(&mut self) {
-        self.waits = None;
+        (self.asked, self.waits) = (None, None);
     }
 
     /// The learner begins anew within a drive: what it has not taken down is lost.
@@ -114,13 +123,6 @@ impl Memo {
         }
         notes
     }
-
-    /// The learner takes down what it knows. False: nothing.
-    fn take_down(&mut self, learner: &mut dyn Learner, told: &Configuration) -> bool {
-        let len = learner.remember().min(MEMORY_LEN);
-        self.waits = (len > 0).then(|| (self.notes(unit(told)), len));
-        self.waits()
-    }
 }
 
 impl Flow<'_> {
@@ -136,19 +138,14 @@ impl Flow<'_> {
         }
         memo.held = Some(notes);
         memo.before = notes;
-        if let Some(learner) = &mut self.learner.0 {
-            learner.recall(learnt);
-        }
+        self.learner.recall(learnt);
     }
 
     /// Every [`super::keep::LOOK_S`] in mode learn: what was learnt meanwhile counts.
     pub(super) fn count_learnt(&mut self, block: &Block, seconds: f32) {
         let memo = &mut self.keep.memo;
         memo.pause_s = (memo.pause_s - seconds).max(0.0);
-        let Some(learner) = &self.learner.0 else {
-            return;
-        };
-        if learner.report().navigates {
+        if self.learner.answer().is_some_and(|answer| answer.navigates) {
             let celsius = block.sources.temperature;
             let told = self.config.told.as_ref();
             let tells = told.is_some_and(|told| told.has_thermometer() != Some(false));
@@ -159,36 +156,52 @@ impl Flow<'_> {
         }
     }
 
-    /// Whether the learner has taken down something to be stored. `with_nets`: networks are stored
+    /// Has the learner take down what it knows, if that is due. `with_nets`: networks are stored
     /// anyway.
-    pub(super) fn take_down(&mut self, stands: bool, with_nets: bool) -> bool {
-        let memo = &mut self.keep.memo;
+    pub(super) fn take_down(&mut self, stands: bool, with_nets: bool) {
+        let memo = &self.keep.memo;
         let enough = if stands { LEAST_S } else { LATEST_S };
-        let due = memo.pause_s <= 0.0 && memo.new_s >= enough;
-        let (Some(learner), Some(told)) = (&mut self.learner.0, &self.config.told) else {
-            return false;
-        };
-        if !(due || with_nets) || !memo.take_down(*learner, told) {
-            return false;
+        if memo.pause_s <= 0.0 && memo.new_s >= enough || with_nets {
+            self.ask_to_remember();
         }
-        memo.pause = (1.5 * memo.pause).clamp(PAUSE_S, LONGEST_PAUSE_S);
-        memo.pause_s = memo.pause;
-        true
     }
 
-    /// The memory that goes with what is stored now. By command it is taken down at once.
-    pub fn memory_to_store(&mut self) -> Memory<'_> {
-        let memo = &mut self.keep.memo;
-        if self.keep.commanded
-            && memo.new_s > 0.0
-            && let (Some(learner), Some(told)) = (&mut self.learner.0, &self.config.told)
-        {
-            memo.take_down(*learner, told);
+    /// By command what is new is taken down at once.
+    pub fn take_down_now(&mut self) {
+        if self.keep.memo.new_s > 0.0 {
+            self.ask_to_remember();
         }
-        match (&self.learner.0, memo.waits) {
-            (Some(learner), Some((notes, len))) => Memory::New(notes, &**learner, len),
-            _ if memo.held.is_some() => Memory::Same,
-            _ => Memory::None,
+    }
+
+    fn ask_to_remember(&mut self) {
+        if let Some(told) = self.config.told.as_ref().filter(|_| self.can_learn()) {
+            let memo = &mut self.keep.memo;
+            memo.asked = Some(memo.notes(unit(told)));
+            self.learner.hand_over(&Order::Remember);
+            self.take_reply();
+        }
+    }
+
+    /// The learner has taken down so many bytes.
+    pub(super) fn remembers(&mut self, len: usize) {
+        let memo = &mut self.keep.memo;
+        let notes = memo.asked.take();
+        memo.waits = notes
+            .map(|notes| (notes, len.min(MEMORY_LEN)))
+            .filter(|_| len > 0);
+        if memo.waits.is_some() && !self.keep.commanded {
+            memo.pause = (1.5 * memo.pause).clamp(PAUSE_S, LONGEST_PAUSE_S);
+            memo.pause_s = memo.pause;
+        }
+    }
+
+    /// The memory that goes with what is stored now.
+    pub fn memory_to_store(&self) -> Remembers {
+        let memo = &self.keep.memo;
+        match memo.waits {
+            Some((notes, len)) => Remembers::New(notes, len),
+            None if memo.held.is_some() => Remembers::Same,
+            None => Remembers::Nothing,
         }
     }
 
@@ -209,25 +222,16 @@ impl Flow<'_> {
     /// The sensor was powered on: what was learnt until then is the prior of the next drive.
     pub(super) fn next_drive(&mut self) {
         self.keep.memo.begin_drive();
-        if let Some(learner) = &mut self.learner.0 {
-            learner.next_drive();
-        }
+        self.learner.begin_anew(Anew::Drive);
     }
 }
 
 /// Another configuration has come. What the learner knew of the unit stays if it is the same unit.
 /// What it has learnt since is dropped and not remembered: the drive goes on, and what one turn-on
 /// shows would count twice.
-pub(in crate::app) fn through_configuration(
-    learner: &mut BoardLearner,
-    same: bool,
-    configure: impl FnOnce(&mut dyn Learner),
-) {
-    let Some(learner) = &mut learner.0 else {
-        return;
-    };
+pub(in crate::app) fn through_configuration(learner: &mut Port, same: bool, config: &Config) {
     if !same {
-        learner.recall(&[]);
+        learner.hand_over(&Order::ForgetUnit);
     }
-    configure(*learner);
+    configure(learner, config);
 }

@@ -4,6 +4,7 @@
 use super::{Correction, Flow};
 use crate::app::counts::Count;
 use crate::compensator::Block;
+use crate::learn::exchange::Anew;
 use crate::plausibility::ASIDE;
 use crate::plausibility::rate::Seen;
 use crate::wire::command::fault;
@@ -105,9 +106,7 @@ impl Flow<'_> {
                 compensator.force(state, &[[0.0; 3]; 2]);
             }
         }
-        if let Some(learner) = &mut self.learner.0 {
-            learner.restart();
-        }
+        self.learner.begin_anew(Anew::Stream);
         self.begun = None;
         self.teach();
     }

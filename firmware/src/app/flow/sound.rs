@@ -64,7 +64,7 @@ impl Flow<'_> {
             _ => self.correction.clear(),
         }
         if learner_nets {
-            self.activate(false, None);
+            self.activate(false);
         }
         self.mended();
         let correction = self.correction.get_mut();
@@ -101,10 +101,10 @@ impl Flow<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::BoardLearner;
     use super::*;
     use crate::app::config::Config;
     use crate::control::Mode;
+    use crate::learn::exchange::Port;
     use crate::link::NoLine;
     use crate::link::cut::Behind;
     use crate::wire::{Checked, Fields, ImuFormat};
@@ -124,7 +124,7 @@ mod tests {
             block: 0.01,
             ..Config::default()
         };
-        Flow::new(config, BoardLearner(None))
+        Flow::new(config, Port::NONE)
     }
 
     /// Two blocks of frames.
@@ -142,7 +142,6 @@ mod tests {
             flow.frame(frame, &mut Behind::nothing(&mut NoLine));
             *n += 1;
         }
-        flow.end_block();
     }
 
     /// Whatever flips is mended, a second and a third time as the first.

@@ -175,13 +175,13 @@ pub(in crate::app) fn counters(flow: &Flow, machine: &Machine) -> Counters {
 
 #[inline(never)]
 pub(super) fn read_learnt<'b>(
-    flow: &mut Flow,
+    flow: &Flow,
     offset: u32,
     length: u16,
     buffer: &'b mut [u8; MAX_CHUNK],
 ) -> Response<'b> {
-    match flow.learnt() {
-        Some((nets, _)) => read_image(&nets, offset, length, buffer),
+    match flow.answer() {
+        Some(answer) => read_image(&answer.learnt.0, offset, length, buffer),
         None => Response::Refused(Reason::NotAvailable),
     }
 }

@@ -112,6 +112,7 @@ impl Server {
         }
         self.wear.records.take(now_us).map_err(Reason::Wait)?;
         flow.keep.commanded = true;
+        flow.take_down_now();
         Ok(())
     }
 }

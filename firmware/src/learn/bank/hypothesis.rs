@@ -8,12 +8,10 @@ use lrnn_nostd::{Rational, Real, State};
 
 /// What a bank needs of any hypothesis.
 pub trait Hypothesis<T: Real> {
-    fn begin_covariance(&mut self);
     fn step(&mut self, inputs: [[T; 3]; TRIADS]);
     fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
     fn propagate_covariance(
         &mut self,
-        part: usize,
         block: &Transition<NAV, T>,
         workspace: &mut Workspace<NAV, OUTPUTS, T>,
     );
@@ -23,13 +21,11 @@ pub trait Hypothesis<T: Real> {
     fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T>;
     fn score(&mut self, innovation: Innovation<T>, cap: T);
     fn update(&mut self, i: usize, innovation: Innovation<T>);
-    fn apply_deferred(&mut self) -> bool;
     fn finish_update(&mut self);
     fn feedback(&mut self, e: &[T; NAV]);
     fn align_mean(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
     fn align_covariance(
         &mut self,
-        part: usize,
         by: &[[T; OUTPUTS]; NAV],
         rest: &[[T; NAV]; NAV],
         workspace: &mut Workspace<NAV, OUTPUTS, T>,
@@ -55,9 +51,6 @@ where
     L: ParameterSet,
     T: Real,
 {
-    fn begin_covariance(&mut self) {
-        Kalman::begin_covariance(self);
-    }
     fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
         Kalman::step(self, inputs);
     }
@@ -66,11 +59,10 @@ where
     }
     fn propagate_covariance(
         &mut self,
-        part: usize,
         block: &Transition<NAV, T>,
         workspace: &mut Workspace<NAV, OUTPUTS, T>,
     ) {
-        Kalman::propagate_covariance(self, part, block, workspace);
+        Kalman::propagate_covariance(self, block, workspace);
     }
     fn inflate(&mut self, variance: &[T; NAV]) {
         Kalman::inflate(self, variance);
@@ -90,9 +82,6 @@ where
     fn update(&mut self, i: usize, innovation: Innovation<T>) {
         Kalman::update(self, i, innovation);
     }
-    fn apply_deferred(&mut self) -> bool {
-        Kalman::apply_deferred(self)
-    }
     fn finish_update(&mut self) {
         Kalman::finish_update(self);
     }
@@ -104,12 +93,11 @@ where
     }
     fn align_covariance(
         &mut self,
-        part: usize,
         by: &[[T; OUTPUTS]; NAV],
         rest: &[[T; NAV]; NAV],
         workspace: &mut Workspace<NAV, OUTPUTS, T>,
     ) {
-        Kalman::align_covariance(self, part, by, rest, workspace);
+        Kalman::align_covariance(self, by, rest, workspace);
     }
     fn error_state(&self) -> &[T; NAV] {
         Kalman::error_state(self)

@@ -10,15 +10,6 @@ use lrnn_nostd::learn::kalman::{
 use lrnn_nostd::{Net, Rational, Real};
 
 /// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
-/// A part of the beginning of a hypothesis.
-#[derive(Clone, Copy, Debug)]
-pub enum Half {
-    /// Its networks.
-    Networks,
-    /// What is believed of its parameters.
-    Prior,
-}
-
 type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKED, Rational, T>;
 
 /// Which networks a hypothesis begins with: see [`Layers`].
@@ -57,7 +48,7 @@ macro_rules! hypotheses {
             /// stack.
             pub fn begin(
                 &mut self,
-                (which, half): (u8, Half),
+                which: u8,
                 (sheet, shapes, block_s): (&Datasheet<T>, &Shapes<T>, f64),
                 error_sigma: [T; NAV],
                 error_floor: [T; NAV],
@@ -74,7 +65,7 @@ macro_rules! hypotheses {
                             Shape::Driven => (driven, Layers::Driven(driven, of_driven)),
                             Shape::Curved => (curved, Layers::Driven(curved, of_curved)),
                         };
-                        begin(&mut self.$slot, half, nets, || {
+                        begin(&mut self.$slot, nets, || {
                             sheet.prior::<$learnt, $parameters>(
                                 layers,
                                 $output,
@@ -109,9 +100,7 @@ macro_rules! hypotheses {
                 nets: &[LearnerNet<T>; TRIADS],
                 prior: impl FnOnce() -> Prior<NAV, 0, T>,
             ) {
-                self.stored.begin(nets);
-                self.stored.begin_prior(&prior());
-                self.stored.begin_covariance();
+                self.stored.init(nets, &prior());
             }
 
             /// One of them; the zero correction for a number that is none.
@@ -135,7 +124,7 @@ macro_rules! hypotheses {
 
 // Slot; what is learnt, and the number of its parameters (biases and weights); what the hidden
 // layers are; greatest contribution of the networks, in units of the bias; key; name. The first
-// believes the sensors; the last is the largest, and its work is done in smaller parts.
+// believes the sensors; the last is the largest.
 hypotheses! {
     zero_correction: NoParameters, 0, Time 0.0, "zero-correction", "zero correction";
     biases: UnitBiases, 12, Driven 0.0, "biases", "biases";
@@ -157,14 +146,10 @@ pub const REMEMBERED: [usize; 3] = {
 #[inline(never)]
 fn begin<L: ParameterSet, const N: usize, const PACKED: usize, T: Real>(
     filter: &mut Filter<L, N, PACKED, T>,
-    half: Half,
     nets: &[LearnerNet<T>; TRIADS],
     prior: impl FnOnce() -> Prior<NAV, N, T>,
 ) {
-    match half {
-        Half::Networks => filter.begin(nets),
-        Half::Prior => filter.begin_prior(&prior()),
-    }
+    filter.init(nets, &prior());
 }
 
 /// One bit for each value above zero.
@@ -207,5 +192,5 @@ pub const STORED: usize = LARGEST - 1;
 /// All hypotheses, one bit each.
 pub const ALL: u8 = u8::MAX >> (u8::BITS as usize - HYPOTHESES);
 
-/// The hypothesis whose work is done in smaller parts.
+/// The hypothesis with the most parameters.
 pub const LARGEST: usize = HYPOTHESES - 1;

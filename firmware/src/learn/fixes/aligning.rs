@@ -1,7 +1,4 @@
 //! The alignment in motion, fed with the learner's fixes, and how the navigator starts from it.
-//!
-//! Its parts are deferred work. Samples that come meanwhile wait in the alignment, and go to the
-//! navigator that it starts.
 
 use super::FixLearner;
 use super::course::Course;
@@ -16,19 +13,6 @@ use crate::nav::vector::scale as times;
 
 /// A standstill of this length may become one that shows north, s.
 const STANDS_S: f64 = 3.0;
-/// A fix that the alignment in motion computes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Asked {
-    fix: Fix,
-    age: f32,
-    /// The vehicle stands, and this will show north.
-    waits: bool,
-    /// Number of the sample before.
-    number: u32,
-}
-
-/// So many samples that waited go on at once: some 4000 instructions.
-const AT_ONCE: usize = 8;
 /// The longest time between two positions that give a velocity, s.
 const BETWEEN_S: f32 = 1.5;
 /// The largest age of a velocity, s: that of the navigator.
@@ -117,84 +101,19 @@ impl FixLearner<'_> {
         } else {
             self.memory.antenna.age_sigma()
         };
-        motion.put(fix, [age, sigma], still);
-        self.asked = Some(Asked {
-            fix: *fix,
-            age,
-            waits: self.waits(fix),
-            number: self.number(),
-        });
-        Some(())
-    }
-
-    /// A fix is not computed yet, or what it has led to, or samples that have come since.
-    pub(super) fn is_aligning(&self) -> bool {
-        self.starting.is_some()
-            || !self.waiting.is_empty()
-            || self.course.motion().is_some_and(InMotion::is_pending)
-    }
-
-    /// One part of the alignment in motion, of the navigator's start, or of the samples that have
-    /// come meanwhile. False: there was none.
-    pub(super) fn align_part(&mut self) -> bool {
-        if self.starting.is_some() {
-            self.start_part();
-        } else if self.course.motion().is_some_and(InMotion::has_found) {
-            if !self.part() {
-                self.conclude();
-                self.start_in_motion();
-            }
-        } else if let Some(motion) = self.course.motion_mut().filter(|m| m.is_pending()) {
-            motion.work(self.work.scratch());
-        } else {
-            return self.catch_up();
-        }
-        true
-    }
-
-    /// Some of the samples that wait, no further than to the end of a piece, or that end. False:
-    /// there are none.
-    #[inline(never)]
-    fn catch_up(&mut self) -> bool {
-        if self.waiting.is_empty() {
-            return false;
-        }
-        if core::mem::take(&mut self.waiting.ends) {
-            self.course.end_piece();
-            return true;
-        }
-        for _ in 0..AT_ONCE {
-            let Some(counts) = self.waiting.pop() else {
-                break;
-            };
-            if self.course.gather(&counts) {
-                self.waiting.ends = true;
-                break;
-            }
-        }
-        true
-    }
-
-    /// The alignment in motion has found the attitude: the navigator starts, and takes the samples
-    /// that have come since.
-    #[inline(never)]
-    fn start_in_motion(&mut self) -> Option<()> {
-        let found = self.course.motion_mut()?.take_found()?;
-        let asked = self.asked.take()?;
-        if asked.waits {
+        let found = motion.fix(fix, [age, sigma], still, &mut self.scratch.block)?;
+        if self.waits(fix) {
             return None;
         }
-        let variance = Found::sigmas(self.work.scratch()).map(|sigma| sigma * sigma);
-        self.starting = Some(Starting {
-            number: asked.number,
+        let variance = Found::sigmas(&self.scratch.block).map(|sigma| sigma * sigma);
+        self.navigate_since(&Starting {
+            number: self.number(),
             way: found.way,
             residual: found.residual,
-            heading_sigma: found.heading_sigma,
-            at: Some((asked.fix, asked.age)),
+            at: Some((*fix, age)),
             known: Some((found.applied, found.shown)),
             ..Starting::new(found.state, variance)
-        });
-        Some(())
+        })
     }
 
     /// The vehicle stands, and this will show north.
@@ -204,7 +123,7 @@ impl FixLearner<'_> {
         };
         let sensors = self.settings.sensors();
         let latitude = fix.position.latitude;
-        (align.gathered() >= STANDS_S || align.is_solving())
+        (align.gathered() >= STANDS_S || align.is_solved())
             && Align::predicted_heading(&sensors, latitude, self.settings.align_s) <= MAX_HEADING
     }
 }

@@ -2,7 +2,7 @@
 //! there at a time, so that they share their memory.
 
 use crate::align::motion::InMotion;
-use crate::nav::{self, Beginning, Navigator};
+use crate::nav::{self, Navigator};
 use crate::sample::Counts;
 
 /// See the module.
@@ -52,22 +52,12 @@ impl Course {
         }
     }
 
-    /// Only adds the sample to its piece. True: [`Self::end_piece`] must follow before anything
-    /// else.
+    /// Takes a sample.
     #[inline]
-    pub fn gather(&mut self, counts: &Counts) -> bool {
+    pub fn sample(&mut self, counts: &Counts) {
         match self {
-            Course::Navigates(navigator) => navigator.gather(counts),
-            Course::Aligns(motion) => motion.gather(counts),
-            Course::Waits => false,
-        }
-    }
-
-    /// Ends the piece in progress.
-    pub fn end_piece(&mut self) {
-        match self {
-            Course::Navigates(navigator) => navigator.end_piece(),
-            Course::Aligns(motion) => motion.end_piece(),
+            Course::Navigates(navigator) => navigator.sample(counts),
+            Course::Aligns(motion) => motion.sample(counts),
             Course::Waits => {}
         }
     }
@@ -75,8 +65,8 @@ impl Course {
     /// A new navigator takes over, if it can begin. By itself, so that the copy on the stack is
     /// gone afterwards.
     #[inline(never)]
-    pub fn navigate(&mut self, config: &nav::Config, state: &Beginning) -> Option<()> {
-        *self = Course::Navigates(Navigator::begin(config, state).ok()?);
+    pub fn navigate(&mut self, config: &nav::Config, state: nav::State) -> Option<()> {
+        *self = Course::Navigates(Navigator::new(*config, state).ok()?);
         Some(())
     }
 }

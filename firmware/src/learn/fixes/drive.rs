@@ -293,7 +293,6 @@ impl<'m> Drive<'m> {
             *number != now
         });
         self.under_way = under_way;
-        self.learner.work();
     }
 
     /// Increments of the sample that begins at `t`, errors included.

@@ -2,7 +2,7 @@
 //! observation that the hypotheses get.
 
 use super::FixLearner;
-use super::events::{Compared, Fresh, Looked};
+use super::take::{Compared, Fresh, Looked};
 use crate::fix::{Fix, NOT_MEASURED, OBSERVATIONS, Position, ms_since};
 use crate::nav;
 
@@ -76,7 +76,7 @@ impl Fresh {
 }
 
 impl FixLearner<'_> {
-    /// A fix that arrived after sample `number`; no work is left.
+    /// A fix that arrived after sample `number`.
     #[inline(never)]
     pub(super) fn look_at(&mut self, number: u32, fix: &Fix) -> Looked {
         self.looked_at(number, fix).unwrap_or(Looked::Unused)
@@ -124,9 +124,9 @@ impl FixLearner<'_> {
         Some(Looked::Compare(Compared { fix, age, variance }))
     }
 
-    /// Compares the navigator with the fix; the rest is deferred.
+    /// Compares the navigator with the fix: estimate minus fix, and whether its refusals count.
     #[inline(never)]
-    pub(super) fn compare(&mut self, compared: &Compared) {
+    pub(super) fn compare(&mut self, compared: &Compared) -> Option<([f32; OBSERVATIONS], bool)> {
         let &Compared {
             ref fix,
             age,
@@ -135,9 +135,7 @@ impl FixLearner<'_> {
         if let Some(stream) = &self.stream {
             self.held.observed(stream);
         }
-        let Some(navigator) = self.course.navigator() else {
-            return;
-        };
+        let navigator = self.course.navigator()?;
         let z = if self.memory.antenna.estimates() {
             let sigma = if fix.age.is_some() {
                 0.0
@@ -158,23 +156,19 @@ impl FixLearner<'_> {
             let ([a, b, c], [d, e, f]) = (position, velocity);
             [a, b, c, d, e, f]
         };
-        let work = &mut self.work;
-        work.fix(z, variance);
-        self.memory.rehearsal.fix(&z, &variance);
-        self.fixing = true;
         self.tally.used = self.tally.used.saturating_add(1);
-        self.count(fix);
+        Some((z, self.counts_refusals(fix)))
     }
 
     /// Refusals count once in a second, however many fixes it has.
-    fn count(&mut self, fix: &Fix) {
+    fn counts_refusals(&mut self, fix: &Fix) -> bool {
         let since = self.counted_ms.map(|last| ms_since(last, fix.time_ms));
         let counts = since.is_none_or(|ms| ms >= FIX_MS);
         if counts {
             self.counted_ms = Some(fix.time_ms);
         }
-        self.work.counts_refusals(counts);
         self.memory.antenna.counts_refusals(counts);
+        counts
     }
 
     /// Whether the vehicle stands, by receiver and sensors together: the standard deviation of its

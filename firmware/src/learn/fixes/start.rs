@@ -1,9 +1,9 @@
 //! How the navigator starts, and how it goes on across missing samples.
 
 use super::FixLearner;
-use super::events::{Fresh, Part};
 use super::observe::STANDS_MPS;
 use super::proportional::Proportional;
+use super::take::Fresh;
 use crate::align::motion::{InMotion, MAX_HEADING, Shown};
 use crate::control::{Reason, Way};
 use crate::fix::{Fix, Heading};
@@ -12,7 +12,6 @@ use crate::learn::prior::NAV;
 use crate::learn::quantise::{Scale, divisor};
 use crate::nav;
 use crate::nav::vector::rotated;
-use crate::nav::{Around, Beginning};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// Largest standard deviation of a heading that somebody gives, rad.
@@ -37,17 +36,15 @@ pub struct Started {
     pub time_s: f64,
 }
 
-/// A navigator that is about to start. Its errors are in [`super::Work::scratch`].
+/// A navigator that is about to start. Its errors are in [`super::Scratch::block`].
 #[derive(Debug, Clone)]
 pub(super) struct Starting {
-    pub step: Step,
     /// State at the end of sample `number`, and standard deviations of its errors.
     pub state: nav::State,
     pub sigmas: [f32; NAV],
     pub number: u32,
-    /// What gave the heading, its standard deviation, rad, and the residual.
+    /// What gave the heading, and the residual.
     pub way: Way,
-    pub heading_sigma: f32,
     pub residual: f32,
     /// The fix, and its age, that the state is from.
     pub at: Option<(Fix, f32)>,
@@ -59,31 +56,15 @@ impl Starting {
     /// From a known state with these variances.
     pub fn new(state: nav::State, variance: [f32; NAV]) -> Starting {
         Starting {
-            step: Step::Check,
             state,
             sigmas: variance.map(|v| libm::sqrtf(v.max(0.0))),
             number: 0,
             way: Way::None,
-            heading_sigma: f32::INFINITY,
             residual: 0.0,
             at: None,
             known: None,
         }
     }
-}
-
-/// What comes next of a start.
-#[derive(Debug, Clone)]
-pub(super) enum Step {
-    Check,
-    Navigator(Beginning),
-    /// What the fix shows of the antenna.
-    Around,
-    See(Around),
-    Antenna(Option<nav::Seen>),
-    Hypotheses,
-    End,
-    Done,
 }
 
 /// The first fixes after an alignment in motion: they show what it could not see, such as a
@@ -136,55 +117,29 @@ impl Fresh {
 }
 
 impl FixLearner<'_> {
-    /// A part of what a fix leads to while nothing navigates. Gives the next one.
-    pub(super) fn start_at(&mut self, part: Part, fresh: &Fresh) -> Option<Part> {
+    /// What a fix leads to while nothing navigates. An alignment at standstill is solved for its
+    /// place, and the next fix starts the navigator.
+    pub(super) fn start_from(&mut self, fresh: &Fresh) {
         let Some(align) = &mut self.align else {
-            return None; // nothing navigates without a stream
+            return; // nothing navigates without a stream
         };
-        match part {
-            Part::Look => {
-                let long = align.gathered() >= self.settings.align_s || align.is_over();
-                if !(fresh.fix.has(0..3) && long) {
-                    return self.start_at(Part::Motion, fresh);
-                }
-                if align.is_solving() {
-                    return Some(Part::Sweep);
-                }
-                // in parts, until the next fix
+        let long = align.gathered() >= self.settings.align_s || align.is_over();
+        if fresh.fix.has(0..3) && long {
+            if !align.is_solved() {
                 let place = &fresh.fix.position;
                 align.solve(place.latitude, place.height);
-                Some(Part::Motion)
-            }
-            Part::Sweep if align.sweep() => Some(Part::Sweep),
-            Part::Sweep => Some(Part::End),
-            Part::End => {
-                align.end_piece();
-                Some(Part::Carry)
-            }
-            Part::Carry => {
-                align.carry();
-                Some(Part::Judge)
-            }
-            Part::Judge => {
-                align.judge();
-                Some(Part::Start)
-            }
-            Part::Start => match self.start(&fresh.standing(), fresh.age) {
-                Some(()) => None,
-                None => Some(Part::Motion),
-            },
-            Part::Motion => {
-                self.align_in_motion(&fresh.at_rest(), fresh.age, fresh.stands.is_some());
-                None
+            } else if self.start(&fresh.standing(), fresh.age).is_some() {
+                return;
             }
         }
+        self.align_in_motion(&fresh.at_rest(), fresh.age, fresh.stands.is_some());
     }
 
     /// Starts the navigator at a fix after a standstill if that alignment is good enough.
     #[inline(never)]
     fn start(&mut self, fix: &Fix, age: f32) -> Option<()> {
         let align = self.align.as_mut()?;
-        let aligned = align.carried()?;
+        let aligned = align.aligned()?;
         let bias = [
             self.settings.sheet.gyro_bias,
             self.settings.sheet.accel_bias,
@@ -210,7 +165,7 @@ impl FixLearner<'_> {
         };
         let Transition {
             gamma: by, q: rest, ..
-        } = self.work.scratch();
+        } = &mut self.scratch.block;
         (*by, *rest) = ([[0.0; OUTPUTS]; NAV], [[0.0; NAV]; NAV]);
         for i in 0..3 {
             by[i] = aligned.by[i];
@@ -225,10 +180,9 @@ impl FixLearner<'_> {
             }
         }
         let variance = core::array::from_fn(|i| if i < 3 { tilt[i][i] } else { rest[i][i] });
-        self.starting = Some(Starting {
+        self.navigate_since(&Starting {
             number: self.number(),
             way: Way::Gyrocompass,
-            heading_sigma: libm::sqrtf(heading),
             at: Some((*fix, age)),
             ..Starting::new(state, variance)
         });
@@ -262,7 +216,6 @@ impl FixLearner<'_> {
         if !(angle.abs() <= core::f32::consts::TAU && sigma > 0.0 && sigma <= MAX_GIVEN) {
             return Err(Reason::Range);
         }
-        while self.align_part() {}
         if self.course.navigates() {
             return Err(Reason::Alignment);
         }
@@ -287,15 +240,6 @@ impl FixLearner<'_> {
     /// The part of the report that tells of the alignment.
     pub(super) fn aligned(&self) -> Report {
         let before = self.tally.alignments;
-        if let Some(starting) = &self.starting {
-            return Report {
-                way: starting.way,
-                heading_sigma: self.of_the_vehicle(starting.heading_sigma),
-                residual: starting.residual,
-                refused_alignments: before,
-                ..Report::default()
-            };
-        }
         if self.course.navigates() {
             let started = self.started.as_ref();
             return Report {
@@ -318,67 +262,25 @@ impl FixLearner<'_> {
         }
     }
 
-    /// One part of the navigator's start. No other work may be left. The start is given up without
-    /// a stream, or when the state is outside the range of the equations.
-    ///
-    /// False: it is given up.
+    /// Starts the navigator. `None`: there is no stream, or the state is outside the range of the
+    /// equations.
     #[inline(never)]
-    pub(super) fn start_part(&mut self) -> bool {
-        let Some(mut starting) = self.starting.take() else {
-            return false;
-        };
-        match self.start_step(&starting) {
-            Some(Step::Done) => true,
-            Some(step) => {
-                starting.step = step;
-                self.starting = Some(starting);
-                true
-            }
-            None => false,
-        }
+    pub(super) fn navigate_since(&mut self, starting: &Starting) -> Option<()> {
+        self.navigate(starting.state)?;
+        let navigator = self.course.navigator()?;
+        let antenna = &self.memory.antenna;
+        let seen = (starting.at.as_ref())
+            .filter(|_| antenna.estimates())
+            .map(|(fix, age)| navigator.seen(fix, *age, antenna.age_sigma()));
+        self.start_antenna(starting, seen.as_ref());
+        self.start_hypotheses(starting);
+        self.proportional = Proportional::default();
+        self.proportional.set(&self.course.navigator()?.state());
+        self.note(starting);
+        Some(())
     }
 
-    fn start_step(&mut self, starting: &Starting) -> Option<Step> {
-        match &starting.step {
-            Step::Check => Beginning::new(starting.state).ok().map(Step::Navigator),
-            Step::Navigator(state) => {
-                self.navigate(state)?;
-                Some(Step::Around)
-            }
-            Step::Around => match &starting.at {
-                Some((_, age)) if self.memory.antenna.estimates() => {
-                    let sigma = self.memory.antenna.age_sigma();
-                    Some(Step::See(self.course.navigator()?.around(*age, sigma)))
-                }
-                _ => Some(Step::Antenna(None)),
-            },
-            Step::See(around) => {
-                let (fix, age) = starting.at.as_ref()?;
-                let seen = (*age, self.memory.antenna.age_sigma());
-                let navigator = self.course.navigator()?;
-                Some(Step::Antenna(Some(
-                    navigator.seen_between(fix, seen, around),
-                )))
-            }
-            Step::Antenna(seen) => {
-                self.start_antenna(starting, seen.as_ref());
-                Some(Step::Hypotheses)
-            }
-            Step::Hypotheses => {
-                self.start_hypotheses(starting);
-                Some(Step::End)
-            }
-            Step::End => {
-                self.proportional = Proportional::default();
-                self.proportional.set(&self.course.navigator()?.state());
-                self.note(starting);
-                Some(Step::Done)
-            }
-            Step::Done => None,
-        }
-    }
-
-    fn navigate(&mut self, state: &Beginning) -> Option<()> {
+    fn navigate(&mut self, state: nav::State) -> Option<()> {
         let (stream, scale) = (self.stream?, self.scale?);
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
         config.lever_arm = self.memory.antenna.arm();
@@ -395,7 +297,7 @@ impl FixLearner<'_> {
         let applied = starting
             .known
             .map_or([0.0; OUTPUTS], |(applied, _)| applied);
-        let scratch = self.work.scratch();
+        let scratch = &mut self.scratch.block;
         (self.memory.antenna).navigates(&scratch.gamma, &scratch.q, &applied, seen);
         for (k, variance) in self.memory.antenna.unknown().into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
@@ -407,17 +309,13 @@ impl FixLearner<'_> {
         }
     }
 
-    /// The hypotheses' means, of which the covariances follow as deferred work.
     #[inline(never)]
     fn start_hypotheses(&mut self, starting: &Starting) {
-        let (bank, work) = (&mut self.memory.bank, &mut self.work);
-        work.clear();
+        let (bank, scratch) = (&mut self.memory.bank, &mut self.scratch);
         self.memory.rehearsal.interrupted();
-        if let Some((applied, shown)) = &starting.known {
-            bank.start(work, applied, shown);
-        } else {
-            bank.align_means(&work.block().gamma, &[0.0; OUTPUTS]);
-            work.alignment();
+        match &starting.known {
+            Some((applied, shown)) => bank.start(scratch, applied, shown),
+            None => bank.align(scratch),
         }
     }
 
@@ -436,8 +334,7 @@ impl FixLearner<'_> {
         let stream = self.stream.ok_or(Reason::NotAvailable)?;
         self.scale
             .get_or_insert_with(|| Scale::counts_of(stream.lsb));
-        self.finish();
-        let scratch = self.work.scratch();
+        let scratch = &mut self.scratch.block;
         scratch.gamma = [[0.0; OUTPUTS]; NAV];
         scratch.q = [[0.0; NAV]; NAV];
         for (i, (row, sigma)) in scratch.q.iter_mut().zip(sigmas).enumerate() {
@@ -446,16 +343,11 @@ impl FixLearner<'_> {
             }
         }
         let variance = sigmas.map(|sigma| sigma * sigma);
-        self.starting = Some(Starting {
+        let starting = Starting {
             number: self.number(),
             way: Way::Known,
             ..Starting::new(state, variance)
-        });
-        while self.starting.is_some() {
-            if !self.start_part() {
-                return Err(Reason::Range);
-            }
-        }
-        Ok(())
+        };
+        self.navigate_since(&starting).ok_or(Reason::Range)
     }
 }

@@ -323,7 +323,6 @@ fn what_a_gap_hides_is_not_known() {
         let mut memory = memory();
         let mut drive = Drive::new(&mut memory);
         (0..30).for_each(|_| drive.second(20));
-        drive.learner.finish();
         let of = |learner: &FixLearner| {
             core::array::from_fn::<f64, 9, _>(|i| {
                 let sigma = f64::from(learner.memory.bank.error_sigma(i));

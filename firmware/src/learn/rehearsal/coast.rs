@@ -1,6 +1,8 @@
 //! One coast: navigation without fixes, once with each hypothesis' correction.
 
 use super::bets::MOST;
+use super::{EARLY, LATE};
+use crate::fix::OBSERVATIONS;
 use crate::learn::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
 use crate::learn::prior::NAV;
 use crate::nav::Transition;
@@ -50,16 +52,39 @@ pub struct Seen {
     pub sigma: f32,
 }
 
+impl Seen {
+    /// Of estimate minus fix and its variance. The position counts; where it is not measured, the
+    /// velocity.
+    pub fn of(z: &[f32; OBSERVATIONS], variance: &[f32; OBSERVATIONS]) -> Option<Seen> {
+        let [n, e, _, vn, ve, _] = *z;
+        let [of_n, of_e, _, of_vn, of_ve, _] = *variance;
+        let (position, velocity) = (of_n.max(of_e), of_vn.max(of_ve));
+        let (first, off, variance) = if position.is_finite() {
+            (6, [n, e], position)
+        } else if velocity.is_finite() {
+            (3, [vn, ve], velocity)
+        } else {
+            return None;
+        };
+        Some(Seen {
+            first,
+            off,
+            sigma: libm::sqrtf(variance.max(0.0)),
+        })
+    }
+}
+
 /// See the module.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Coast {
-    pub shadows: [Shadow; HYPOTHESES],
+pub struct Coast {
+    pub(super) shadows: [Shadow; HYPOTHESES],
     /// Time since its start, s.
-    pub time: f32,
-    pub runs: bool,
+    pub(super) time: f32,
+    pub(super) runs: bool,
 }
 
 impl Coast {
+    /// None runs.
     pub const NONE: Coast = Coast {
         shadows: [Shadow::NONE; HYPOTHESES],
         time: 0.0,
@@ -84,6 +109,16 @@ impl Coast {
         }
     }
 
+    /// A fix ends a coast of `length` s. Gives the score of each hypothesis when it has ended in
+    /// time.
+    pub fn ends(&mut self, seen: &Seen, length: f32) -> Option<[f32; HYPOTHESES]> {
+        if !self.runs || self.time < length - EARLY {
+            return None;
+        }
+        self.runs = false;
+        (self.time <= length + LATE[0] * length + LATE[1]).then(|| self.scores(seen))
+    }
+
     /// The navigator has been corrected by `error`; the shadows have not.
     pub fn feed_back(&mut self, error: &[f32; NAV]) {
         for shadow in &mut self.shadows {
@@ -97,7 +132,7 @@ impl Coast {
     /// without correction, as the natural logarithm of the ratio, from -[`MOST`] to [`MOST`]. An
     /// error below the fix's standard deviation counts as that one. What is not finite is the
     /// worst.
-    pub fn scores(&self, seen: &Seen) -> [f32; HYPOTHESES] {
+    pub(super) fn scores(&self, seen: &Seen) -> [f32; HYPOTHESES] {
         let floor = seen.sigma * seen.sigma;
         let squares = self.shadows.each_ref().map(|shadow| {
             let off = shadow.off.iter().skip(seen.first).zip(seen.off);

@@ -18,11 +18,9 @@
 
 mod bets;
 mod coast;
-mod stream;
 
 pub use bets::Bets;
-pub use coast::Seen;
-pub use stream::{Passed, Stream};
+pub use coast::{Coast, Seen};
 
 use super::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
 use super::prior::NAV;
@@ -34,7 +32,7 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 pub const HORIZONS_S: [f32; HORIZONS] = [5.0, 10.0, 30.0, 60.0, 120.0, 300.0];
 const HORIZONS: usize = 6;
 /// Coasts of each horizon.
-const STREAMS: usize = 2;
+const COASTS: usize = 2;
 /// The second coast starts so much after the first, as a share of the horizon: about a half, with
 /// room for fixes a second apart.
 const APART: f32 = 0.4;
@@ -62,25 +60,25 @@ const TRUST_S: f32 = 3600.0;
 /// The rehearsals of one length.
 #[derive(Debug, Clone, Copy)]
 struct Horizon {
-    streams: [Stream; STREAMS],
+    coasts: [Coast; COASTS],
     bets: Bets,
 }
 
 impl Horizon {
     const ZEROED: Horizon = Horizon {
-        streams: [Stream::NONE; STREAMS],
+        coasts: [Coast::NONE; COASTS],
         bets: Bets::ZEROED,
     };
     const NONE: Horizon = Horizon {
-        streams: [Stream::NONE; STREAMS],
+        coasts: [Coast::NONE; COASTS],
         bets: Bets::NONE,
     };
 
     /// Which coast may start now: one that does not run, some time after the other.
-    fn free(&mut self, horizon: f32) -> Option<&mut Stream> {
-        let [a, b] = &mut self.streams;
-        let waits = |stream: &Stream| stream.coast.time < APART * horizon;
-        match (a.coast.runs, b.coast.runs) {
+    fn free(&mut self, horizon: f32) -> Option<&mut Coast> {
+        let [a, b] = &mut self.coasts;
+        let waits = |coast: &Coast| coast.time < APART * horizon;
+        match (a.runs, b.runs) {
             (false, runs) if !runs || !waits(b) => Some(a),
             (true, false) if !waits(a) => Some(b),
             _ => None,
@@ -105,31 +103,15 @@ pub struct Standing {
 #[derive(Debug, Clone)]
 pub struct Rehearsal {
     horizons: [Horizon; HORIZONS],
-    /// The interval that the running coasts are to pass.
-    passed: Passed,
-    /// The coast that is to pass it next; from this number on they are done.
-    next: usize,
-    /// Coasts that ran when the interval ended, one bit each.
-    moving: u16,
     proved: [bool; HYPOTHESES],
     /// Time since a coast has ended, s.
     since_s: f32,
 }
 
-const COASTS: usize = HORIZONS * STREAMS;
-
 impl Rehearsal {
     /// All zeros. Call [`Rehearsal::begin`] before use.
     pub const ZEROED: Rehearsal = Rehearsal {
         horizons: [Horizon::ZEROED; HORIZONS],
-        passed: Passed {
-            applied: [0.0; OUTPUTS],
-            fed_back: [0.0; NAV],
-            seen: None,
-            at_once: false,
-        },
-        next: 0,
-        moving: 0,
         proved: [false; HYPOTHESES],
         since_s: 0.0,
     };
@@ -139,19 +121,15 @@ impl Rehearsal {
         self.horizons.fill(Horizon::NONE);
         self.drop_coasts();
         self.proved = [false; HYPOTHESES];
-        (self.moving, self.since_s) = (0, 0.0);
+        self.since_s = 0.0;
     }
 
-    fn streams(&mut self) -> impl Iterator<Item = &mut Stream> {
-        self.horizons.iter_mut().flat_map(|of| &mut of.streams)
+    fn coasts(&mut self) -> impl Iterator<Item = &mut Coast> {
+        self.horizons.iter_mut().flat_map(|of| &mut of.coasts)
     }
 
     fn drop_coasts(&mut self) {
-        for stream in self.streams() {
-            stream.coast.runs = false;
-        }
-        self.passed.seen = None;
-        self.next = COASTS;
+        self.coasts().for_each(|coast| coast.runs = false);
     }
 
     /// The navigator was lost, or starts anew: the coasts in progress end without a result, and
@@ -164,90 +142,45 @@ impl Rehearsal {
         self.proved = [false; HYPOTHESES];
     }
 
-    /// The navigator has passed an interval with the estimate `applied` subtracted. The coasts
-    /// follow in [`Self::work`].
-    pub fn interval(&mut self, time: f32, applied: &[f32; OUTPUTS]) {
-        self.since_s += time;
+    /// The navigator has passed an interval with the estimate `applied` subtracted.
+    pub fn interval(&mut self, block: &Transition, applied: &[f32; OUTPUTS]) {
+        self.since_s += block.time;
         for horizon in &mut self.horizons {
-            horizon.bets.passes(time);
+            horizon.bets.passes(block.time);
         }
-        self.passed.applied = *applied;
-        self.passed.seen = None;
-        self.goes_on(false);
+        for coast in self.coasts().filter(|coast| coast.runs) {
+            coast.moves(block, applied);
+        }
     }
 
-    fn goes_on(&mut self, at_once: bool) {
-        self.passed.at_once = at_once;
-        self.passed.fed_back = [0.0; NAV];
-        self.next = 0;
-        let streams = self.streams().enumerate();
-        self.moving = streams.fold(0, |bits, (k, of)| bits | u16::from(of.coast.runs) << k);
-    }
-
-    /// A fix at the end of the interval: estimate minus fix, and its variance. The position counts;
-    /// where it is not measured, the velocity.
+    /// A fix at the end of the interval: estimate minus fix, and its variance. It ends the coasts
+    /// that are long enough.
     pub fn fix(&mut self, z: &[f32; OBSERVATIONS], variance: &[f32; OBSERVATIONS]) {
-        let [n, e, _, vn, ve, _] = *z;
-        let [of_n, of_e, _, of_vn, of_ve, _] = *variance;
-        let (position, velocity) = (of_n.max(of_e), of_vn.max(of_ve));
-        self.passed.seen = if position.is_finite() {
-            Some((6, [n, e], position))
-        } else if velocity.is_finite() {
-            Some((3, [vn, ve], velocity))
-        } else {
-            None
-        }
-        .map(|(first, off, variance)| Seen {
-            first,
-            off,
-            sigma: libm::sqrtf(variance.max(0.0)),
-        });
-        if self.is_done() {
-            self.goes_on(true);
+        let Some(seen) = Seen::of(z, variance) else {
+            return;
+        };
+        for (Horizon { coasts, bets }, length) in self.horizons.iter_mut().zip(HORIZONS_S) {
+            for coast in coasts {
+                if let Some(scores) = coast.ends(&seen, length) {
+                    bets.takes(&scores, length);
+                    self.since_s = 0.0;
+                }
+            }
         }
     }
 
     /// The navigator has been corrected by `error` after the interval.
     pub fn feed_back(&mut self, error: &[f32; NAV]) {
-        if self.is_done() {
-            self.streams().for_each(|of| of.coast.feed_back(error));
-        } else {
-            self.passed.fed_back = *error;
-        }
+        self.coasts().for_each(|coast| coast.feed_back(error));
     }
 
     /// The hypotheses have learnt from a fix: coasts may start.
     pub fn start(&mut self, bank: &Bank) {
         for (horizon, length) in self.horizons.iter_mut().zip(HORIZONS_S) {
-            if let Some(stream) = horizon.free(length) {
-                stream.start(bank);
+            if let Some(coast) = horizon.free(length) {
+                coast.start(bank);
             }
         }
-    }
-
-    /// Whether all coasts have passed the interval.
-    pub fn is_done(&self) -> bool {
-        self.next >= COASTS
-    }
-
-    /// One coast passes the interval, some thousand instructions. True: there is more.
-    pub fn work(&mut self, block: &Transition) -> bool {
-        if self.is_done() {
-            return false;
-        }
-        let (k, stream) = (self.next / STREAMS, self.next % STREAMS);
-        let moves = self.moving >> self.next & 1 == 1;
-        self.next += 1;
-        let length = HORIZONS_S.get(k).copied().unwrap_or(f32::INFINITY);
-        let horizon = self.horizons.get_mut(k).filter(|_| moves);
-        if let Some(Horizon { streams, bets }) = horizon
-            && let Some(stream) = streams.get_mut(stream)
-            && let Some(scores) = stream.passes(&self.passed, block, length)
-        {
-            bets.takes(&scores, length);
-            self.since_s = 0.0;
-        }
-        !self.is_done()
     }
 
     /// How a hypothesis stands.

@@ -103,7 +103,6 @@ fn real_errors_are_proved_and_given_up_with_the_navigator() {
         let report = drive.learner.report();
         assert!(report.winner > 0 && report.promotions > 0, "{report:?}");
         drive.learner.silence();
-        drive.learner.finish();
         let report = drive.learner.report();
         assert_eq!((report.winner, report.rollbacks > 0), (0, true));
         assert!(drive.learner.winner().is_none());

@@ -4,7 +4,7 @@ use super::blocks::{
     align_errors, at_least, cross_products, finite, propagate_errors, update_errors,
 };
 use super::deferred::Deferred;
-use super::packed::{diagonal, packed, place, strips, times};
+use super::packed::{diagonal, packed, place, times};
 use super::row::{Rows, axpy, axpy_rows, axpy_three, transform};
 use crate::real::Real;
 
@@ -13,8 +13,8 @@ use crate::real::Real;
 /// so `PACKED` = N (N + 1) / 2 values.
 ///
 /// An observation of a navigation error changes P_tt, but no later observation of a navigation
-/// error needs that change. It is therefore deferred and applied for several observations at once
-/// ([`Self::apply_deferred`]), so that the largest block is read and written only once.
+/// error needs that change. It is therefore deferred and applied for several observations at once,
+/// so that the largest block is read and written only once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f32> {
     xx: [[T; X]; X],
@@ -23,13 +23,10 @@ pub struct Covariance<const X: usize, const N: usize, const PACKED: usize, T = f
     deferred: Deferred<N, T>,
 }
 
-/// Number of parts in which P_xt passes the transition.
-pub(super) const CROSS_PARTS: usize = 2;
 /// Outputs whose effects are computed together: those of a triad.
 pub(super) const GROUP: usize = 3;
 
-/// What a time update keeps from one of its parts to the next: P_xt J' before the update, and J
-/// P_tt J'.
+/// Memory of a time update: P_xt J' before the update, and J P_tt J'.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Workspace<const X: usize, const E: usize, T = f32> {
     pub(super) c: [[T; E]; X],
@@ -105,21 +102,17 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// ```text
     /// P_xt = -by J P_tt,   P_xx = by (J P_tt J') by' + rest
     /// ```
-    ///
-    /// This is the first part. The E parts [`Self::propagate_output`] with -`by` follow, then
-    /// [`Self::finish_alignment`].
-    pub fn begin_alignment(&mut self) {
-        self.apply_all_deferred();
-        self.xt = [[T::ZERO; N]; X];
-    }
-
-    /// The last part of [`Self::begin_alignment`].
-    pub fn finish_alignment<const E: usize>(
+    pub fn align<const E: usize, const G: usize>(
         &mut self,
+        jacobian: &[Rows<'_, T>; G],
         by: &[[T; E]; X],
         rest: &[[T; X]; X],
-        workspace: &Workspace<X, E, T>,
+        workspace: &mut Workspace<X, E, T>,
     ) {
+        self.apply_deferred();
+        self.xt = [[T::ZERO; N]; X];
+        let against = by.map(|row| row.map(|value| -value));
+        self.propagate_outputs(&against, jacobian, workspace);
         align_errors(&mut self.xx, by, rest, &workspace.s);
     }
 
@@ -130,8 +123,8 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// First part of the time update, for parameters that act through the E outputs of a model, e =
-    /// J theta. The rows `jacobian[k]` are 0 outside a range.
+    /// Time update, for parameters that act through the E outputs of a model, e = J theta. The rows
+    /// `jacobian[k]` are 0 outside a range. `walk`: variances.
     ///
     /// ```text
     /// x+ = Phi x + Gamma e + noise(Q),   theta+ = theta + noise(walk)
@@ -140,88 +133,59 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     /// P_tt+ = P_tt + walk
     /// ```
     ///
-    /// The whole update takes about E N^2 / 2 + X (X + E) N multiply-adds. This part computes C =
-    /// P_xt J'. [`Self::propagate_cross`] follows in its parts, then the E parts
-    /// [`Self::propagate_output`], then [`Self::finish_propagation`], which takes the variances
-    /// `walk`.
-    pub fn begin_propagation<const E: usize, const G: usize>(
+    /// It takes about E N^2 / 2 + X (X + E) N multiply-adds.
+    pub fn propagate<const E: usize, const G: usize>(
         &mut self,
         jacobian: &[Rows<'_, T>; G],
-    ) -> Workspace<X, E, T> {
-        const { assert!(E == GROUP * G) };
-        self.apply_all_deferred();
-        let mut workspace = Workspace::ZEROED;
+        (phi, gamma, q): (&[[T; X]; X], &[[T; E]; X], &[[T; X]; X]),
+        walk: &[T; N],
+        workspace: &mut Workspace<X, E, T>,
+    ) {
+        self.apply_deferred();
+        *workspace = Workspace::ZEROED;
         for (g, rows) in jacobian.iter().enumerate() {
             cross_products(self.xt.as_flattened(), N, rows, g, &mut workspace.c);
         }
-        workspace
-    }
-
-    /// P_xt <- Phi P_xt for one of `CROSS_PARTS` parts of its columns.
-    pub fn propagate_cross(&mut self, part: usize, phi: &[[T; X]; X]) {
-        let [begin, end] = [part, part + 1].map(|part| match part {
-            CROSS_PARTS.. => N,
-            part => N * part / CROSS_PARTS / 3 * 3,
+        transform(self.xt.as_flattened_mut(), N, phi);
+        self.propagate_outputs(gamma, jacobian, workspace);
+        propagate_errors(&mut self.xx, phi, gamma, workspace, q);
+        diagonal(&mut self.tt, N, |i, variance| {
+            *variance += walk.get(i).copied().unwrap_or(T::ZERO);
         });
-        transform(self.xt.as_flattened_mut(), N, begin..end, phi);
     }
 
-    /// One of the E middle parts of a time update: a third of the effect of a group of outputs. An
-    /// index beyond E has no effect. The products of P_tt with the three rows of J add up where
-    /// deferred changes are, none of which is left now.
+    /// The effect of the outputs, one triad after the other: P_xt += Gamma J P_tt, and J P_tt J'.
+    /// The products of P_tt with the three rows of J add up where deferred changes are, none of
+    /// which is left now.
     #[inline(never)]
-    pub fn propagate_output<const E: usize, const G: usize>(
+    fn propagate_outputs<const E: usize, const G: usize>(
         &mut self,
-        k: usize,
         gamma: &[[T; E]; X],
         jacobian: &[Rows<'_, T>; G],
         workspace: &mut Workspace<X, E, T>,
     ) {
         const { assert!(E == GROUP * G) };
-        let (group, part) = (k / GROUP, k % GROUP);
-        let Some(rows) = jacobian.get(group) else {
-            return;
-        };
-        let products = self.deferred.scratch();
-        if part == 0 {
+        for (group, rows) in jacobian.iter().enumerate() {
+            let products = self.deferred.scratch();
             *products = [[T::ZERO; GROUP]; N];
-        }
-        let mut wide = [[T::ZERO; GROUP]; N];
-        let used = rows.widen(&mut wide);
-        let strips = strips(N, &used, part, GROUP, (X + E) * N / 16);
-        times(&self.tt, &wide, used, strips, products);
-        if part + 1 < GROUP {
-            return;
-        }
-        let first = group * GROUP;
-        for (l, rows) in jacobian.iter().enumerate() {
-            let of_group = rows.times_three(products);
-            for (s, values) in workspace.s.iter_mut().skip(first).zip(of_group) {
-                if let Some(s) = s.as_chunks_mut().0.get_mut(l) {
-                    *s = values;
+            let mut wide = [[T::ZERO; GROUP]; N];
+            let used = rows.widen(&mut wide);
+            times(&self.tt, &wide, used, products);
+            let first = group * GROUP;
+            for (l, rows) in jacobian.iter().enumerate() {
+                let of_group = rows.times_three(products);
+                for (s, values) in workspace.s.iter_mut().skip(first).zip(of_group) {
+                    if let Some(s) = s.as_chunks_mut().0.get_mut(l) {
+                        *s = values;
+                    }
                 }
             }
+            let of_group = |row: &[T; E]| row.as_chunks::<GROUP>().0.get(group).copied();
+            let factors = gamma
+                .each_ref()
+                .map(|row| of_group(row).unwrap_or([T::ZERO; GROUP]));
+            axpy_three(self.xt.as_flattened_mut(), &factors, products);
         }
-        let of_group = |row: &[T; E]| row.as_chunks::<GROUP>().0.get(group).copied();
-        let factors = gamma
-            .each_ref()
-            .map(|row| of_group(row).unwrap_or([T::ZERO; GROUP]));
-        axpy_three(self.xt.as_flattened_mut(), &factors, products);
-    }
-
-    /// Last part of the time update that [`Self::begin_propagation`] started: P_xx and P_tt.
-    pub fn finish_propagation<const E: usize>(
-        &mut self,
-        phi: &[[T; X]; X],
-        gamma: &[[T; E]; X],
-        q: &[[T; X]; X],
-        walk: &[T; N],
-        workspace: &Workspace<X, E, T>,
-    ) {
-        propagate_errors(&mut self.xx, phi, gamma, workspace, q);
-        diagonal(&mut self.tt, N, |i, variance| {
-            *variance += walk.get(i).copied().unwrap_or(T::ZERO);
-        });
     }
 
     /// Variance of navigation error `i`; 0 beyond X.
@@ -261,7 +225,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     }
 
     /// Measurement update with an observation of navigation error `i`. Adds gain times innovation
-    /// to the means. An index beyond X has no effect. P_tt follows in [`Self::apply_deferred`].
+    /// to the means. An index beyond X has no effect. P_tt follows when it is needed.
     ///
     /// ```text
     /// means += c v / s,  P -= c c' / s
@@ -275,7 +239,7 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         theta: &mut [T; N],
     ) {
         if self.deferred.is_closed() {
-            self.apply_all_deferred();
+            self.apply_deferred();
         }
         let weight = T::ONE / innovation.variance;
         let (Some(&cx), Some(&ct)) = (self.xx.get(i), self.xt.get(i)) else {
@@ -298,21 +262,15 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// Applies the next of [`DEFERRED_PARTS`](super::DEFERRED_PARTS) parts of the deferred changes
-    /// to P_tt. Returns whether more parts remain. Every method that needs P_tt applies all of them
-    /// first.
-    pub fn apply_deferred(&mut self) -> bool {
-        self.deferred.apply(&mut self.tt)
-    }
-
-    pub(super) fn apply_all_deferred(&mut self) {
-        while self.apply_deferred() {}
+    /// Applies the deferred changes to P_tt. Every method that needs P_tt does so first.
+    pub(super) fn apply_deferred(&mut self) {
+        self.deferred.apply(&mut self.tt);
     }
 
     /// Raises each variance to at least these values. P stays positive, and what was learnt stays
     /// open to change over days.
     pub fn floor(&mut self, error: &[T; X], parameters: &[T; N]) {
-        self.apply_all_deferred();
+        self.apply_deferred();
         for i in 0..X {
             self.xx[i][i] = at_least(self.xx[i][i], error[i]);
         }

@@ -1,12 +1,10 @@
 //! Changes of a packed covariance that are collected and applied together.
 
-use super::packed::{Squares, first_row, packed};
+use super::packed::Squares;
 use crate::real::Real;
 
 /// Number of deferred updates that are applied together: those of a position, or of a velocity.
 pub const MAX_DEFERRED: usize = 3;
-/// Number of parts in which the deferred updates are applied.
-pub const DEFERRED_PARTS: usize = 3;
 
 /// Deferred changes P -= c c' / s of a packed matrix, for columns c of N values, in the order in
 /// which they will be applied. The columns are side by side; those that are not there are 0.
@@ -16,8 +14,6 @@ pub(super) struct Deferred<const N: usize, T> {
     /// -1 / s.
     weights: [T; MAX_DEFERRED],
     count: usize,
-    /// Parts already applied: 0 .. [`DEFERRED_PARTS`].
-    applied_parts: usize,
 }
 
 /// Equal when the same changes remain to be applied. Unused columns are not compared.
@@ -25,7 +21,7 @@ impl<const N: usize, T: PartialEq> PartialEq for Deferred<N, T> {
     fn eq(&self, other: &Self) -> bool {
         let count = self.count;
         let mut columns = self.columns.iter().zip(&other.columns);
-        (count, self.applied_parts) == (other.count, other.applied_parts)
+        count == other.count
             && self.weights.get(..count) == other.weights.get(..count)
             && columns.all(|(own, others)| own.get(..count) == others.get(..count))
     }
@@ -37,18 +33,17 @@ impl<const N: usize, T: Real> Deferred<N, T> {
         columns: [[T::ZERO; MAX_DEFERRED]; N],
         weights: [T::ZERO; MAX_DEFERRED],
         count: 0,
-        applied_parts: 0,
     };
 
     /// Whether these changes must be applied before another one can be added.
     #[inline]
     pub fn is_closed(&self) -> bool {
-        self.count >= MAX_DEFERRED || self.applied_parts > 0
+        self.count >= MAX_DEFERRED
     }
 
     /// Drops all changes.
     pub fn clear(&mut self) {
-        (self.count, self.applied_parts) = (0, 0);
+        self.count = 0;
     }
 
     /// Adds a change; `weight` is 1 / s. False when no other can be added.
@@ -82,16 +77,8 @@ impl<const N: usize, T: Real> Deferred<N, T> {
         &mut self.columns
     }
 
-    /// The row with which so many parts end, the first of a strip.
-    fn end(parts: usize) -> usize {
-        first_row(N, packed(N) * parts / DEFERRED_PARTS)
-    }
-
     /// The value `i` of the diagonal after the deferred changes.
     pub fn of_diagonal(&self, i: usize, value: T) -> T {
-        if i < Self::end(self.applied_parts) {
-            return value;
-        }
         let Some(column) = self.columns.get(i) else {
             return value;
         };
@@ -99,22 +86,15 @@ impl<const N: usize, T: Real> Deferred<N, T> {
         changes.fold(value, |sum, (&c, &weight)| sum + weight * c * c)
     }
 
-    /// Applies the next of [`DEFERRED_PARTS`] parts of the changes to a packed matrix; the last
-    /// part drops them. Returns whether more parts remain.
-    pub fn apply(&mut self, matrix: &mut [T]) -> bool {
+    /// Applies the changes to a packed matrix and drops them.
+    pub fn apply(&mut self, matrix: &mut [T]) {
         if self.count > 0 {
-            let [begin, end] = [self.applied_parts, self.applied_parts + 1].map(Self::end);
-            let rows = matrix.get_mut(packed(begin)..packed(end));
             let squares = Squares {
                 columns: &self.columns,
                 weights: self.weights,
             };
-            squares.add_to(rows.unwrap_or_default(), begin);
-            self.applied_parts += 1;
+            squares.add_to(matrix);
         }
-        if self.applied_parts >= DEFERRED_PARTS {
-            self.clear();
-        }
-        self.count > 0
+        self.clear();
     }
 }

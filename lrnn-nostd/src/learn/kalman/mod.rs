@@ -35,7 +35,7 @@ mod remember;
 mod row;
 
 pub use covariance::{Covariance, Innovation, Workspace};
-pub use deferred::{DEFERRED_PARTS, MAX_DEFERRED};
+pub use deferred::MAX_DEFERRED;
 pub use model::ErrorModel;
 pub use parameters::{
     AllWeights, Biases, DiagonalWeights, FixedWeights, NoParameters, OutputWeights, ParameterSet,
@@ -52,12 +52,6 @@ use crate::shape::{Full, NEURONS};
 pub const TRIADS: usize = 2;
 /// Outputs of the two networks together.
 pub const OUTPUTS: usize = TRIADS * NEURONS;
-/// Number of parts into which [`Kalman::propagate_covariance`] divides its work.
-pub const COVARIANCE_PARTS: usize = LAST_PART + 1;
-// The first part of those for outputs, and the one after them.
-const OUTPUT_PARTS: usize = 1 + covariance::CROSS_PARTS;
-const LAST_PART: usize = OUTPUT_PARTS + OUTPUTS;
-
 /// The navigation equations over one block of time, linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition<const X: usize, T = f32> {
@@ -196,7 +190,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     pub fn propagate(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
         self.propagate_mean(block, applied);
         let mut workspace = Workspace::ZEROED;
-        (0..COVARIANCE_PARTS).for_each(|k| self.propagate_covariance(k, block, &mut workspace));
+        self.propagate_covariance(block, &mut workspace);
     }
 
     /// The mean only of [`Self::propagate`]; the covariance must follow.
@@ -211,41 +205,23 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         }
     }
 
-    /// The covariance of [`Self::propagate`] in parts 0 .. [`COVARIANCE_PARTS`], to be called in
-    /// order. Each part is a fraction of the work.
+    /// The covariance only of [`Self::propagate`].
     pub fn propagate_covariance(
         &mut self,
-        part: usize,
         block: &Transition<X, T>,
         workspace: &mut Workspace<X, OUTPUTS, T>,
     ) {
-        let model = &self.model;
-        let jacobian = &model.jacobian();
-        match part {
-            0 => *workspace = self.covariance.begin_propagation(jacobian),
-            1..OUTPUT_PARTS => self.covariance.propagate_cross(part - 1, &block.phi),
-            OUTPUT_PARTS..LAST_PART => {
-                let (k, covariance) = (part - OUTPUT_PARTS, &mut self.covariance);
-                covariance.propagate_output(k, &block.gamma, jacobian, workspace);
-            }
-            _ => {
-                let mut walk = [T::ZERO; N];
-                let of_triad = N / TRIADS;
-                for (output, &of_bias) in self.prior.walk.iter().enumerate() {
-                    let at = output / NEURONS * of_triad + output % NEURONS;
-                    if let (true, Some(walk)) = (L::BIASES, walk.get_mut(at)) {
-                        *walk = square(of_bias) * block.time;
-                    }
-                }
-                self.covariance.finish_propagation(
-                    &block.phi,
-                    &block.gamma,
-                    &block.q,
-                    &walk,
-                    workspace,
-                );
+        let mut walk = [T::ZERO; N];
+        let of_triad = N / TRIADS;
+        for (output, &of_bias) in self.prior.walk.iter().enumerate() {
+            let at = output / NEURONS * of_triad + output % NEURONS;
+            if let (true, Some(walk)) = (L::BIASES, walk.get_mut(at)) {
+                *walk = square(of_bias) * block.time;
             }
         }
+        let jacobian = &self.model.jacobian();
+        let Transition { phi, gamma, q, .. } = block;
+        (self.covariance).propagate(jacobian, (phi, gamma, q), &walk, workspace);
     }
 
     /// The innovation of an observation `z` of the navigator's error `i`.
@@ -259,19 +235,12 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
 
     /// Measurement update with an observation of the navigator's error `i`. The change of the
     /// parameters' own covariance is deferred until [`MAX_DEFERRED`] observations have been
-    /// collected and the next one arrives, until [`Self::apply_deferred`] is called, or until the
-    /// covariance is needed.
+    /// collected and the next one arrives, or until the covariance is needed.
     pub fn update(&mut self, i: usize, innovation: Innovation<T>) {
         let mut theta = [T::ZERO; N];
         self.covariance
             .update_error(i, innovation, &mut self.x, &mut theta);
         self.model.subtract(&theta);
-    }
-
-    /// Applies the next of the [`DEFERRED_PARTS`] parts of the deferred updates. Returns whether
-    /// more parts remain.
-    pub fn apply_deferred(&mut self) -> bool {
-        self.covariance.apply_deferred()
     }
 
     /// Adds the log-density that this hypothesis gave to an observation to its log-likelihood. A
@@ -340,7 +309,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     pub fn align(&mut self, by: &[[T; OUTPUTS]; X], rest: &[[T; X]; X], applied: &[T; OUTPUTS]) {
         self.align_mean(by, applied);
         let mut workspace = Workspace::ZEROED;
-        (0..COVARIANCE_PARTS).for_each(|k| self.align_covariance(k, by, rest, &mut workspace));
+        self.align_covariance(by, rest, &mut workspace);
     }
 
     /// The mean only of [`Self::align`]; the covariance must follow.
@@ -354,26 +323,14 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         }
     }
 
-    /// The covariance of [`Self::align`] in parts 0 .. [`COVARIANCE_PARTS`], to be called in order.
-    /// Each part is a fraction of the work.
+    /// The covariance only of [`Self::align`].
     pub fn align_covariance(
         &mut self,
-        part: usize,
         by: &[[T; OUTPUTS]; X],
         rest: &[[T; X]; X],
         workspace: &mut Workspace<X, OUTPUTS, T>,
     ) {
-        let model = &self.model;
-        match part {
-            0 => self.covariance.begin_alignment(),
-            1..OUTPUT_PARTS => {}
-            OUTPUT_PARTS..LAST_PART => {
-                let against = by.map(|row| row.map(|value| -value));
-                let (k, covariance) = (part - OUTPUT_PARTS, &mut self.covariance);
-                covariance.propagate_output(k, &against, &model.jacobian(), workspace);
-            }
-            _ => self.covariance.finish_alignment(by, rest, workspace),
-        }
+        (self.covariance).align(&self.model.jacobian(), by, rest, workspace);
     }
 
     /// Adds variance to the navigator's errors, when less is known about them than the filter

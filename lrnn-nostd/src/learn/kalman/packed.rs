@@ -36,61 +36,21 @@ pub(super) const fn place(n: usize, i: usize, j: usize) -> Option<usize> {
     Some(packed(4 * strip) + within + column)
 }
 
-/// The first row of the first strip that begins at `offset` or later; `n` when there is none.
-pub(super) fn first_row(n: usize, offset: usize) -> usize {
-    let strip = (0..=n / 4).find(|&m| packed(4 * m) >= offset);
-    strip.map_or(n, |m| 4 * m)
-}
-
-/// The strips of part `part` of `parts` of [`times`], of a matrix of `n` rows and vectors that are
-/// 0 outside the fours `used`; the rows that are left count as one more strip. `rest`: so many
-/// tiles cost as much as what follows the last part.
-pub(super) fn strips(
-    n: usize,
-    used: &Range<usize>,
-    part: usize,
-    parts: usize,
-    rest: usize,
-) -> Range<usize> {
-    // tiles that a strip reads for its rows and for its columns
-    let cost = |m: usize| {
-        let of_columns = if used.contains(&m) { m } else { 0 };
-        used.end.min(m).saturating_sub(used.start) + of_columns + 1
-    };
-    let whole = (0..n / 4).map(cost).sum::<usize>() + rest;
-    let end = |part: usize| {
-        let mut done = 0;
-        let before = (0..n / 4).take_while(|&m| {
-            let middle = done + cost(m) / 2;
-            done += cost(m);
-            middle * parts < whole * part
-        });
-        before.count()
-    };
-    end(part)..if part + 1 < parts {
-        end(part + 1)
-    } else {
-        n / 4 + 1
-    }
-}
-
-/// `out` += the given strips of a matrix times three vectors, all side by side, which are 0 outside
-/// the fours `used`. The value in row i at column j < i also counts for row j.
+/// `out` += a matrix times three vectors, all side by side, which are 0 outside the fours `used`.
+/// The value in row i at column j < i also counts for row j.
 ///
-/// Each value of `out` adds up in the order of the columns, as it would row by row, if the strips
-/// come in their order.
+/// Each value of `out` adds up in the order of the columns, as it would row by row.
 #[inline(never)]
 pub(super) fn times<T: Real>(
     matrix: &[T],
     vectors: &[[T; 3]],
     used: Range<usize>,
-    strips: Range<usize>,
     out: &mut [[T; 3]],
 ) {
     let (v, v_rest) = vectors.as_chunks::<4>();
     let (out, out_rest) = out.as_chunks_mut::<4>();
-    let mut rest = matrix.get(packed(4 * strips.start)..).unwrap_or_default();
-    for m in strips.start..strips.end.min(v.len()) {
+    let mut rest = matrix;
+    for m in 0..v.len() {
         let (Some(of_strip), Some((tiles, corner))) = (v.get(m), rest.split_at_checked(16 * m))
         else {
             return;
@@ -111,9 +71,6 @@ pub(super) fn times<T: Real>(
             by_columns(tiles, of_strip, above);
             by_corner(corner, of_strip, own);
         }
-    }
-    if !strips.contains(&v.len()) {
-        return;
     }
     let rows = v_rest.len();
     let (tiles, mut corner) = rest
@@ -219,15 +176,14 @@ pub(super) struct Squares<'a, T> {
 }
 
 impl<T: Real> Squares<'_, T> {
-    /// P += w c c' for each column in turn, in the rows from `from` on, of which `part` is what is
-    /// stored. Both begin and end with a strip.
+    /// P += w c c' for each column in turn.
     #[inline(never)]
-    pub fn add_to(&self, mut part: &mut [T], from: usize) {
+    pub fn add_to(&self, mut matrix: &mut [T]) {
         let (fours, rest) = self.columns.as_chunks::<4>();
-        let mut m = from / 4;
+        let mut m = 0;
         while let Some((before, [own, ..])) = fours.split_at_checked(m)
-            && let Some(tiles) = part.split_off_mut(..16 * m)
-            && let Some(corner) = part.split_off_mut(..CORNER)
+            && let Some(tiles) = matrix.split_off_mut(..16 * m)
+            && let Some(corner) = matrix.split_off_mut(..CORNER)
         {
             let own = *own;
             let factors = own.map(|c| self.factors(c));
@@ -250,11 +206,11 @@ impl<T: Real> Squares<'_, T> {
         }
         // What is left are the rows of the last strip.
         let rows = rest.len();
-        let Some(tiles) = part.split_off_mut(..4 * rows * m) else {
+        let Some(tiles) = matrix.split_off_mut(..4 * rows * m) else {
             return;
         };
         for (i, &own) in rest.iter().enumerate() {
-            let values = part.split_off_mut(..i + 1).unwrap_or_default();
+            let values = matrix.split_off_mut(..i + 1).unwrap_or_default();
             let factors = self.factors(own);
             let of_row = tiles.as_chunks_mut::<4>().0.iter_mut().skip(i);
             for (values, c) in of_row.step_by(rows).zip(fours) {

@@ -24,7 +24,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     /// Gives what is known of the unit: the weights in parameter order, then the lower triangle of
     /// their covariance, row by row.
     pub fn remember(&mut self, mut put: impl FnMut(T)) {
-        self.covariance.apply_all_deferred();
+        self.covariance.apply_deferred();
         self.model.weights().for_each(&mut put);
         let weights = || (0..N).filter(|&i| ErrorModel::<L, N, H, T>::weight_of(i).is_some());
         for i in weights() {

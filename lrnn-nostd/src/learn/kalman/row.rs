@@ -137,17 +137,11 @@ fn change_rows<T, F: Copy, V: Copy>(
     }
 }
 
-/// `y` <- `by` `y` in a range of the columns, for rows of `n` values. The range begins a multiple
-/// of three columns before its end, or ends with the rows.
+/// `y` <- `by` `y`, for rows of `n` values.
 #[inline(never)]
-pub(super) fn transform<T: Real, const X: usize>(
-    y: &mut [T],
-    n: usize,
-    range: Range<usize>,
-    by: &[[T; X]; X],
-) {
+pub(super) fn transform<T: Real, const X: usize>(y: &mut [T], n: usize, by: &[[T; X]; X]) {
     let length = n.max(1);
-    for j in range.step_by(3) {
+    for j in (0..n).step_by(3) {
         let mut rows = y.chunks_exact(length);
         let columns: [[T; 3]; X] = core::array::from_fn(|_| {
             let row = tail(rows.next().unwrap_or_default(), j);

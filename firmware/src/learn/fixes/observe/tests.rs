@@ -166,12 +166,10 @@ fn a_fix_beside_the_end_of_a_block_waits() {
         let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, PERFECT, 11);
         drive.pulse = true;
         drive.seconds(5);
-        drive.learner.finish();
         let mut used = drive.learner.tally.used;
         let first = used;
         for sample in 0..20 * 100 {
             drive.sample();
-            drive.learner.finish();
             let now = drive.learner.tally.used;
             if now == used {
                 continue;

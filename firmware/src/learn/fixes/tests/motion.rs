@@ -21,9 +21,6 @@ struct Trip<'m> {
     week_ms: u32,
     /// Two antennas measure the heading with this constant error.
     antenna: Option<f64>,
-    /// One part of the work after every so many samples; 0: none, so that it is done where it must
-    /// be. `None`: all of it at once.
-    work_every: Option<u32>,
 }
 
 impl<'m> Trip<'m> {
@@ -63,18 +60,6 @@ impl<'m> Trip<'m> {
             spoil: |_| {},
             week_ms: 0,
             antenna: None,
-            work_every: None,
-        }
-    }
-
-    /// Deferred work, all of it or what is due after a sample.
-    fn work(&mut self, sample: bool) {
-        match self.work_every {
-            None => while self.learner.work() {},
-            Some(every) if sample && every > 0 && self.number.is_multiple_of(every) => {
-                self.learner.work();
-            }
-            Some(_) => {}
         }
     }
 
@@ -95,9 +80,7 @@ impl<'m> Trip<'m> {
                 let (compensator, state) = &mut self.compensator;
                 if let Some(block) = compensator.accumulate(state, &sample) {
                     self.learner.block(self.number, &block);
-                    self.work(false);
                 }
-                self.work(true);
             }
             let mut fix = self.world.fix();
             (self.spoil)(&mut fix);
@@ -108,7 +91,6 @@ impl<'m> Trip<'m> {
             });
             if !lost {
                 self.learner.fix(self.number, &fix);
-                self.work(false);
             }
         }
     }
@@ -185,29 +167,6 @@ fn it_starts_in_motion_and_stays_there() {
     }
 }
 
-/// No bit of the start, and of the minute after it, depends on when the work is done.
-#[test]
-fn the_start_does_not_depend_on_when_its_work_is_done() {
-    let mut memory = memory();
-    let mut outcome = |work_every| {
-        let mut trip = Trip::new(&mut memory, world::car, STIM300, VehicleKind::Land, 3);
-        trip.work_every = work_every;
-        // some samples are missing
-        trip.run(3, false);
-        trip.number = trip.number.wrapping_add(4);
-        trip.run(90, false);
-        trip.learner.finish();
-        let report = trip.learner.report();
-        assert!(report.navigates, "{work_every:?}: {report:?}");
-        let nav = trip.learner.nav();
-        (*trip.learner.started().expect("it navigates"), nav, report)
-    };
-    let at_once = outcome(None);
-    for work_every in [1, 2, 13, 50, 0] {
-        assert_eq!(outcome(Some(work_every)), at_once, "{work_every}");
-    }
-}
-
 /// A standstill that will show north is waited for, as before; the car only drives off after it.
 #[test]
 fn a_sensor_that_finds_north_waits_for_it() {
@@ -238,7 +197,6 @@ fn it_comes_back_in_motion_after_a_silence() {
             let leads = trip.learner.bank().leading();
             let learnt = *trip.learner.bank().estimate();
             trip.learner.silence();
-            trip.learner.finish();
             assert!(!trip.learner.report().navigates);
             assert_eq!(trip.learner.bank().leading(), leads);
             assert_eq!(*trip.learner.bank().estimate(), learnt);

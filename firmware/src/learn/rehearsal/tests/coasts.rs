@@ -9,24 +9,23 @@ const H: usize = 3;
 fn under_way(time: f32) -> Box<Rehearsal> {
     let mut rehearsal = Box::new(Rehearsal::ZEROED);
     rehearsal.begin();
-    for Stream { coast } in &mut rehearsal.horizons[0].streams {
+    for coast in &mut rehearsal.horizons[0].coasts {
         (coast.runs, coast.time) = (true, time);
     }
     rehearsal
 }
 
 fn pass(rehearsal: &mut Rehearsal, fix: bool) {
-    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
     if fix {
         rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
     }
-    while rehearsal.work(&second()) {}
 }
 
 /// Whether the coasts of the first horizon run, and their time.
-fn times(rehearsal: &Rehearsal) -> [(bool, f32); STREAMS] {
-    let streams = &rehearsal.horizons[0].streams;
-    streams.each_ref().map(|of| (of.coast.runs, of.coast.time))
+fn times(rehearsal: &Rehearsal) -> [(bool, f32); COASTS] {
+    let coasts = &rehearsal.horizons[0].coasts;
+    coasts.each_ref().map(|coast| (coast.runs, coast.time))
 }
 
 /// One of the two coasts may start when the other does not run, or since 0.4 of the horizon.
@@ -41,13 +40,13 @@ fn coasts_start_apart() {
         ([true, true], [9.0, 9.0], None),
     ] {
         let mut horizon = Horizon::NONE;
-        for (k, Stream { coast }) in horizon.streams.iter_mut().enumerate() {
+        for (k, coast) in horizon.coasts.iter_mut().enumerate() {
             (coast.runs, coast.time) = (runs[k], time[k]);
         }
-        if let Some(Stream { coast }) = horizon.free(10.0) {
+        if let Some(coast) = horizon.free(10.0) {
             coast.time = -1.0;
         }
-        let started = (horizon.streams.iter()).position(|of| of.coast.time < 0.0);
+        let started = (horizon.coasts.iter()).position(|coast| coast.time < 0.0);
         assert_eq!(started, starts, "{runs:?} {time:?}");
     }
 }
@@ -59,7 +58,6 @@ fn a_coast_starts_from_what_is_believed() {
     let told = Settings::MEDIUM;
     let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, BIASED, 5);
     drive.seconds(20);
-    drive.learner.finish();
     let mut coast = Coast::NONE;
     coast.time = 9.0;
     let bank = drive.learner.bank();
@@ -129,16 +127,13 @@ fn a_fix_shows_position_or_velocity() {
         ([NONE, 4.0, 1.0, NONE, 4.0, 1.0], None),
         ([NONE, 4.0, 1.0, 9.0, NONE, 1.0], None),
     ] {
-        let mut rehearsal = under_way(0.0);
-        rehearsal.fix(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &variance);
-        let seen = rehearsal.passed.seen;
+        let seen = Seen::of(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &variance);
         let seen = seen.map(|seen| (seen.first, seen.off, seen.sigma));
         assert_eq!(seen, shows, "{variance:?}");
     }
 }
 
-/// A fix ends the coasts that are due, once, whether it comes before or after they have passed the
-/// interval, and no later interval knows of it.
+/// A fix ends the coasts that are due, once, and no later interval knows of it.
 #[test]
 fn a_fix_ends_coasts_once() {
     let mut rehearsal = under_way(3.0);
@@ -148,37 +143,32 @@ fn a_fix_ends_coasts_once() {
     assert_eq!(times(&rehearsal), [(true, 5.0); 2], "no fix is left");
     assert_eq!(rehearsal.counts()[0], 0);
     rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
-    assert!(!rehearsal.is_done());
-    while rehearsal.work(&second()) {}
     assert_eq!(times(&rehearsal), [(false, 5.0); 2], "no time has passed");
     assert_eq!(rehearsal.counts()[0], 2);
-    assert!((0..20).all(|_| !rehearsal.work(&second())), "all is done");
+    rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
+    assert_eq!(rehearsal.counts()[0], 2);
 }
 
-/// A coast that starts after an interval has not passed it.
+/// A coast that does not run passes no interval.
 #[test]
-fn a_new_coast_does_not_pass_what_was_before_it() {
+fn a_coast_that_does_not_run_passes_nothing() {
     let mut rehearsal = under_way(0.0);
-    let [first, _] = &mut rehearsal.horizons[0].streams;
-    first.coast.runs = false;
-    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
-    let [first, _] = &mut rehearsal.horizons[0].streams;
-    first.coast.runs = true;
-    while rehearsal.work(&second()) {}
-    assert_eq!(times(&rehearsal), [(true, 0.0), (true, 1.0)]);
+    let [first, _] = &mut rehearsal.horizons[0].coasts;
+    first.runs = false;
+    pass(&mut rehearsal, false);
+    assert_eq!(times(&rehearsal), [(false, 0.0), (true, 1.0)]);
 }
 
 /// Where the navigator is lost, no coast goes on and no fix of before counts.
 #[test]
 fn an_interruption_ends_coasts_without_a_result() {
     let mut rehearsal = under_way(4.0);
-    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
-    rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
+    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
     rehearsal.interrupted();
-    assert!(rehearsal.is_done() && !rehearsal.work(&second()));
+    rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
     pass(&mut rehearsal, true);
     assert_eq!(rehearsal.counts()[0], 0);
-    assert_eq!(times(&rehearsal), [(false, 4.0); 2]);
+    assert_eq!(times(&rehearsal), [(false, 5.0); 2]);
 }
 
 /// What corrects the navigator after an interval moves the shadows apart from it by as much, once,
@@ -191,14 +181,13 @@ fn shadows_do_not_follow_what_corrects_the_navigator() {
     }
     let mut rehearsal = under_way(0.0);
     let off = |rehearsal: &Rehearsal| {
-        let [Stream { coast }, _] = &rehearsal.horizons[0].streams;
+        let [coast, _] = &rehearsal.horizons[0].coasts;
         coast.shadows[H].off
     };
     rehearsal.feed_back(&[1.0; NAV]);
-    assert_eq!(off(&rehearsal), [1.0; NAV], "there was no work left");
-    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    assert_eq!(off(&rehearsal), [1.0; NAV]);
+    rehearsal.interval(&twice, &[0.0; OUTPUTS]);
     rehearsal.feed_back(&[3.0; NAV]);
-    while rehearsal.work(&twice) {}
     assert_eq!(off(&rehearsal), [5.0; NAV]);
     pass(&mut rehearsal, false);
     assert_eq!(off(&rehearsal), [5.0; NAV], "once");

@@ -112,7 +112,7 @@ fn proofs(mut errors: impl FnMut(usize) -> [[f32; 2]; HYPOTHESES]) -> [Option<us
         rehearsal.since_s += 1.0;
         for (horizon, length) in rehearsal.horizons.iter_mut().zip(HORIZONS_S) {
             horizon.bets.passes(1.0);
-            for Stream { coast } in &mut horizon.streams {
+            for coast in &mut horizon.coasts {
                 coast.time += 1.0;
                 if !coast.runs || coast.time < length {
                     continue;
@@ -130,7 +130,7 @@ fn proofs(mut errors: impl FnMut(usize) -> [[f32; 2]; HYPOTHESES]) -> [Option<us
                 horizon.bets.takes(&scores, length);
                 news = true;
             }
-            if let Some(Stream { coast }) = horizon.free(length) {
+            if let Some(coast) = horizon.free(length) {
                 (coast.time, coast.runs) = (0.0, true);
             }
         }

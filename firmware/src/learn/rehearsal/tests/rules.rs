@@ -150,19 +150,18 @@ fn a_proof_gets_stale() {
     let mut rehearsal = good();
     assert_eq!(chosen(&mut rehearsal), H);
     for _ in 0..3600 {
-        rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+        rehearsal.interval(&second(), &[0.0; OUTPUTS]);
     }
     assert_eq!(chosen(&mut rehearsal), H, "just not yet");
-    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
     assert_eq!(chosen(&mut rehearsal), ZERO_CORRECTION);
     assert!(!rehearsal.has_proved(H));
     // a block that is due would change the capital
     rehearsal.horizons[0].bets = good().horizons[0].bets;
-    let [first, ..] = &mut rehearsal.horizons[0].streams;
-    (first.coast.runs, first.coast.time) = (true, 4.0);
-    rehearsal.interval(1.0, &[0.0; OUTPUTS]);
+    let [first, ..] = &mut rehearsal.horizons[0].coasts;
+    (first.runs, first.time) = (true, 4.0);
+    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
     rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
-    while rehearsal.work(&second()) {}
     assert_eq!(rehearsal.counts()[0], TRIED + 1);
     assert_eq!(chosen(&mut rehearsal), H);
 }
@@ -185,24 +184,16 @@ fn late_coasts_do_not_count() {
         (17.0, true, false),
         (17.1, false, false),
     ] {
-        let mut stream = Stream::NONE;
-        (stream.coast.runs, stream.coast.time) = (true, time - 1.0);
-        let passed = Passed {
-            applied: [0.0; OUTPUTS],
-            fed_back: [0.0; NAV],
-            seen: Some(Seen {
-                first: 6,
-                off: [1.0; 2],
-                sigma: 1.0,
-            }),
-            at_once: false,
+        let mut coast = Coast::NONE;
+        (coast.runs, coast.time) = (true, time - 1.0);
+        let seen = Seen {
+            first: 6,
+            off: [1.0; 2],
+            sigma: 1.0,
         };
-        let scores = stream.passes(&passed, &second(), 10.0);
-        assert_eq!(
-            (scores.is_some(), stream.coast.runs),
-            (counts, runs),
-            "{time}"
-        );
+        coast.moves(&second(), &[0.0; OUTPUTS]);
+        let scores = coast.ends(&seen, 10.0);
+        assert_eq!((scores.is_some(), coast.runs), (counts, runs), "{time}");
     }
 }
 

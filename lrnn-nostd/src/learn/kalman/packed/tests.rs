@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::learn::kalman::Rows;
-use crate::learn::kalman::deferred::{DEFERRED_PARTS, Deferred, MAX_DEFERRED};
+use crate::learn::kalman::deferred::{Deferred, MAX_DEFERRED};
 use crate::real::all_finite;
 
 const N: usize = 23; // five fours and three more
@@ -39,7 +39,7 @@ fn each_value_has_its_place() {
 }
 
 /// Equal, bit for bit, to the sum over the columns in their order, for every range of nonzero
-/// values and any number of parts.
+/// values.
 #[test]
 fn times_is_the_dense_product() {
     let matrix: [f32; SIZE] = numbers(1);
@@ -50,49 +50,15 @@ fn times_is_the_dense_product() {
             let values = &side_by_side[start..end];
             let mut wide = [[f32::NAN; 3]; N];
             let used = Rows { start, values }.widen(&mut wide);
-            for parts in 1..=4 {
-                let mut products = [[0.0; 3]; N];
-                let mut next = 0;
-                for part in 0..parts {
-                    let strips = strips(N, &used, part, parts, 7);
-                    assert_eq!(strips.start, next);
-                    next = strips.end;
-                    times(&matrix, &wide, used.clone(), strips, &mut products);
-                }
-                assert_eq!(next, N / 4 + 1);
-                for (i, &values) in products.iter().enumerate() {
-                    let dense = vectors.map(|vector| {
-                        let columns = (start..end).map(|j| at(&matrix, i, j) * vector[j]);
-                        columns.fold(0.0, |sum, product| sum + product)
-                    });
-                    assert_eq!(values, dense, "{start}..{end}, row {i}, {parts} parts");
-                }
+            let mut products = [[0.0; 3]; N];
+            times(&matrix, &wide, used, &mut products);
+            for (i, &values) in products.iter().enumerate() {
+                let dense = vectors.map(|vector| {
+                    let columns = (start..end).map(|j| at(&matrix, i, j) * vector[j]);
+                    columns.fold(0.0, |sum, product| sum + product)
+                });
+                assert_eq!(values, dense, "{start}..{end}, row {i}");
             }
-        }
-    }
-}
-
-/// No part is much longer than its share, with what follows the last one.
-#[test]
-fn parts_are_alike() {
-    let tiles = |used: &Range<usize>, strips: Range<usize>| -> usize {
-        let of_rows = |m: usize| used.end.min(m).saturating_sub(used.start);
-        let of_columns = |m: usize| if used.contains(&m) { m } else { 0 };
-        strips
-            .filter(|&m| m < 33)
-            .map(|m| of_rows(m) + of_columns(m))
-            .sum()
-    };
-    for used in [0..17, 16..33] {
-        let rest = 124;
-        let share = (tiles(&used, 0..33) + rest) / 3;
-        for part in 0..3 {
-            let strips = strips(132, &used, part, 3, rest);
-            let cost = tiles(&used, strips) + if part == 2 { rest } else { 0 };
-            assert!(
-                cost.abs_diff(share) < 25,
-                "{used:?}, {part}: {cost} of {share}"
-            );
         }
     }
 }
@@ -118,18 +84,11 @@ fn deferred_changes_are_applied_in_order() {
             }
         }
         assert_eq!(deferred.is_closed(), count == MAX_DEFERRED);
-        for part in 1..=DEFERRED_PARTS {
-            for i in 0..N {
-                let soon = deferred.of_diagonal(i, at(&matrix, i, i));
-                assert_eq!(soon, at(&one_by_one, i, i), "{count} deferred, {i}");
-            }
-            let before = matrix;
-            let more = deferred.apply(&mut matrix);
-            assert_eq!(before != matrix, count > 0, "{count} deferred, part {part}");
-            assert_eq!(more, count > 0 && part < DEFERRED_PARTS);
-            // A column added now would be missing in the part that is already applied.
-            assert!(!more || !deferred.hold(&columns[0], 1.0));
+        for i in 0..N {
+            let soon = deferred.of_diagonal(i, at(&matrix, i, i));
+            assert_eq!(soon, at(&one_by_one, i, i), "{count} deferred, {i}");
         }
+        deferred.apply(&mut matrix);
         assert_eq!(matrix, one_by_one, "{count} deferred");
         assert_eq!(deferred, Deferred::ZEROED);
     }
@@ -138,14 +97,14 @@ fn deferred_changes_are_applied_in_order() {
     assert!(!deferred.hold(&columns[0], 1.0));
 }
 
-/// Every row is in exactly one part, whatever the size.
+/// Every row is changed once, whatever the size.
 #[test]
-fn parts_cover_small_matrices() {
+fn changes_cover_small_matrices() {
     fn check<const N: usize, const SIZE: usize>() {
         let mut matrix = [1.0; SIZE];
         let mut deferred: Deferred<N, f32> = Deferred::ZEROED;
         assert!(deferred.hold(&[1.0; N], 0.25));
-        while deferred.apply(&mut matrix) {}
+        deferred.apply(&mut matrix);
         assert_eq!(matrix, [0.75; SIZE]);
     }
     check::<0, 0>();

@@ -1,0 +1,520 @@
+//! Between the frame path and the learner, which has a priority of its own.
+//!
+//! The frame path hands [`Order`]s over in the order in which their causes come, and reads an
+//! [`Answer`] at the end of each block. The learner carries the orders out one after the other,
+//! however long that takes, and answers each block once.
+//!
+//! ```text
+//! samples of block n, fixes | end of block n |     block n + 1     | end of block n + 1
+//!                             order Block(n)   the learner works     answer(n) in force
+//! ```
+//!
+//! **The answer to block n comes into force at the end of block n + 1**, so it acts on the samples
+//! of block n + 2: as late whether the learner took a microsecond or nearly a block. So the same
+//! input gives the same bits whoever runs the learner: the caller itself ([`Here`]: desktop, tests),
+//! or another priority behind queues ([`Ends`]: boards). A learner whose answer is not there in
+//! time, or whose queue is full, is stopped and reported; the stream goes on.
+//!
+//! What can be looked at ([`View`]) is newer: it comes with each answer, and changes nothing.
+
+use super::{Learner, Report, Settings, Solution, Trials, Winner};
+use crate::compensator::Block;
+use crate::control::{Alignment, Reason, Window};
+use crate::fix::{Fix, Heading};
+use crate::model::Nets;
+use crate::sample::{RawSample, StreamScale};
+use heapless::spsc::{Consumer, Producer, Queue};
+use lrnn_nostd::State;
+
+/// The answer to block n comes into force at the end of block n + `DELAY_BLOCKS`.
+pub const DELAY_BLOCKS: u32 = 1;
+
+/// Samples that can wait: 64 ms at 2000 Hz.
+pub const SAMPLES: usize = 128;
+/// Other orders that can wait.
+pub const OTHERS: usize = 8;
+
+/// What the frame path hands over.
+#[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "samples have a queue of their own"
+)]
+pub enum Order {
+    /// An uncorrected sample and its number: [`Learner::sample`].
+    Sample(u32, RawSample),
+    /// [`Learner::gap`].
+    Gap,
+    /// Nothing is known of the unit any more: [`Learner::recall`].
+    ForgetUnit,
+    /// The learner begins anew. [`View`] follows.
+    Anew(Anew),
+    /// [`Learner::block`], with its own number and that of its last sample. [`Answer`] and [`View`]
+    /// follow.
+    Block(u32, u32, Block),
+    /// [`Learner::fix`].
+    Fix(u32, Fix),
+    /// [`Learner::align`].
+    Align(Alignment),
+    /// [`Learner::heading`]. [`Reply::Verdict`] and [`View`] follow.
+    Heading(Heading),
+    /// [`Learner::reference`]. [`Reply::Verdict`] and [`View`] follow.
+    Reference(Window),
+    /// [`Learner::remember`]. [`Reply::Remembered`] follows.
+    Remember,
+}
+
+/// Why the learner begins anew.
+#[derive(Debug, Clone, Copy)]
+#[expect(clippy::large_enum_variant, reason = "there is no heap")]
+pub enum Anew {
+    /// The configuration is another one: [`Learner::configure`].
+    Configured(Settings),
+    /// [`Learner::begin`].
+    Begin(Nets, StreamScale),
+    /// [`Learner::restart`].
+    Stream,
+    /// [`Learner::silence`].
+    Silence,
+    /// [`Learner::next_drive`].
+    Drive,
+}
+
+/// What the learner knows after a block, for the correction and the store.
+#[derive(Debug, Clone, Copy)]
+pub struct Answer {
+    /// The block's number.
+    pub number: u32,
+    /// [`Learner::winner`].
+    pub winner: Option<Winner>,
+    /// [`Learner::for_next_power_on`].
+    pub next: Option<Winner>,
+    /// [`Learner::learnt`].
+    pub learnt: (Nets, [State; 2]),
+    /// [`Report::still_s`].
+    pub still_s: u32,
+    /// [`Report::navigates`].
+    pub navigates: bool,
+    /// [`Report::stored_harms`].
+    pub stored_harms: bool,
+}
+
+/// What can be looked at.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct View {
+    /// [`Learner::report`].
+    pub report: Report,
+    /// [`Learner::solution`].
+    pub solution: Option<Solution>,
+    /// [`Learner::trials`].
+    pub trials: Option<Trials>,
+}
+
+impl View {
+    fn of(learner: &dyn Learner) -> View {
+        View {
+            report: learner.report(),
+            solution: learner.solution(),
+            trials: learner.trials(),
+        }
+    }
+}
+
+impl Answer {
+    fn of(learner: &mut dyn Learner, number: u32) -> Answer {
+        let report = learner.report();
+        Answer {
+            number,
+            winner: learner.winner(),
+            next: learner.for_next_power_on(),
+            learnt: learner.learnt(),
+            still_s: report.still_s,
+            navigates: report.navigates,
+            stored_harms: report.stored_harms,
+        }
+    }
+}
+
+/// What an order other than a block leads to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reply {
+    /// Why a heading or a reference was not used.
+    Verdict(Result<(), Reason>),
+    /// So many bytes were taken down; 0: nothing is to be stored.
+    Remembered(usize),
+}
+
+/// What an order leads to.
+enum Outcome {
+    Nothing,
+    View,
+    Answer(Answer),
+    Reply(Reply),
+}
+
+/// Carries an order out.
+fn carry_out(order: &Order, learner: &mut dyn Learner) -> Outcome {
+    match order {
+        Order::Sample(number, sample) => learner.sample(*number, sample),
+        Order::Gap => learner.gap(),
+        Order::ForgetUnit => learner.recall(&[]),
+        Order::Fix(number, fix) => learner.fix(*number, fix),
+        Order::Align(alignment) => learner.align(*alignment),
+        Order::Block(number, last, block) => {
+            learner.block(*last, block);
+            return Outcome::Answer(Answer::of(learner, *number));
+        }
+        Order::Anew(anew) => {
+            match anew {
+                Anew::Configured(settings) => learner.configure(settings),
+                Anew::Begin(nets, stream) => learner.begin(nets, *stream),
+                Anew::Stream => learner.restart(),
+                Anew::Silence => learner.silence(),
+                Anew::Drive => learner.next_drive(),
+            }
+            return Outcome::View;
+        }
+        Order::Heading(heading) => {
+            return Outcome::Reply(Reply::Verdict(learner.heading(*heading)));
+        }
+        Order::Reference(window) => {
+            return Outcome::Reply(Reply::Verdict(learner.reference(window)));
+        }
+        Order::Remember => return Outcome::Reply(Reply::Remembered(learner.remember())),
+    }
+    Outcome::Nothing
+}
+
+/// A learner that the caller itself runs, within the call that hands an order over.
+pub struct Here<'m> {
+    learner: &'m mut dyn Learner,
+    answer: Option<Answer>,
+    view: View,
+    reply: Option<Reply>,
+}
+
+impl<'m> Here<'m> {
+    /// With this learner.
+    pub fn new(learner: &'m mut dyn Learner) -> Here<'m> {
+        Here {
+            view: View::of(learner),
+            learner,
+            answer: None,
+            reply: None,
+        }
+    }
+
+    /// The learner.
+    pub fn learner(&self) -> &dyn Learner {
+        self.learner
+    }
+
+    /// Before the first order: what is known of the unit.
+    pub fn recall(&mut self, memory: &[u8]) {
+        self.learner.recall(memory);
+    }
+
+    fn hand_over(&mut self, order: &Order) {
+        match carry_out(order, self.learner) {
+            Outcome::Nothing => return,
+            Outcome::View => {}
+            Outcome::Answer(answer) => self.answer = Some(answer),
+            Outcome::Reply(reply) => self.reply = Some(reply),
+        }
+        self.view = View::of(self.learner);
+    }
+}
+
+/// A sample that waits, or the next of the other orders.
+#[derive(Debug, Clone, Copy)]
+enum Next {
+    Sample(u32, RawSample),
+    Other,
+}
+
+/// The queues between two priorities, to be static.
+#[derive(Debug)]
+pub struct Exchange {
+    next: Queue<Next, SAMPLES>,
+    others: Queue<Order, OTHERS>,
+    answers: Queue<Answer, 2>,
+    views: Queue<View, 2>,
+    replies: Queue<Reply, 4>,
+}
+
+impl Exchange {
+    /// Empty.
+    #[expect(clippy::new_without_default, reason = "it is for statics")]
+    pub const fn new() -> Exchange {
+        Exchange {
+            next: Queue::new(),
+            others: Queue::new(),
+            answers: Queue::new(),
+            views: Queue::new(),
+            replies: Queue::new(),
+        }
+    }
+
+    /// Both sides: of the frame path, and of the priority that runs `here`'s learner.
+    pub fn split<'m>(&'m mut self, here: Here<'m>) -> (Ends<'m>, Background<'m>) {
+        let (next_in, next_out) = self.next.split();
+        let (others_in, others_out) = self.others.split();
+        let (answers_in, answers_out) = self.answers.split();
+        let (views_in, views_out) = self.views.split();
+        let (replies_in, replies_out) = self.replies.split();
+        let ends = Ends {
+            next: next_in,
+            others: others_in,
+            answers: answers_out,
+            views: views_out,
+            view: here.view,
+            replies: replies_out,
+        };
+        let background = Background {
+            learner: here.learner,
+            next: next_out,
+            others: others_out,
+            answers: answers_in,
+            views: views_in,
+            replies: replies_in,
+        };
+        (ends, background)
+    }
+}
+
+/// The frame path's side of an [`Exchange`].
+pub struct Ends<'m> {
+    next: Producer<'m, Next>,
+    others: Producer<'m, Order>,
+    answers: Consumer<'m, Answer>,
+    views: Consumer<'m, View>,
+    view: View,
+    replies: Consumer<'m, Reply>,
+}
+
+impl Ends<'_> {
+    /// False: there is no room.
+    fn hand_over(&mut self, order: &Order) -> bool {
+        if let Order::Sample(number, sample) = order {
+            return self.next.enqueue(Next::Sample(*number, *sample)).is_ok();
+        }
+        self.next.ready()
+            && self.others.enqueue(*order).is_ok()
+            && self.next.enqueue(Next::Other).is_ok()
+    }
+}
+
+/// The learner's side of an [`Exchange`].
+pub struct Background<'m> {
+    learner: &'m mut dyn Learner,
+    next: Consumer<'m, Next>,
+    others: Consumer<'m, Order>,
+    answers: Producer<'m, Answer>,
+    views: Producer<'m, View>,
+    replies: Producer<'m, Reply>,
+}
+
+impl Background<'_> {
+    /// Carries out the next order. False: none waits.
+    pub fn turn(&mut self) -> bool {
+        let order = match self.next.dequeue() {
+            None => return false,
+            Some(Next::Sample(number, sample)) => Some(Order::Sample(number, sample)),
+            Some(Next::Other) => self.others.dequeue(),
+        };
+        let Some(order) = order else {
+            return true;
+        };
+        // an answer that finds no room is missed, and so the learner is stopped
+        match carry_out(&order, self.learner) {
+            Outcome::Nothing => return true,
+            Outcome::View => {}
+            Outcome::Answer(answer) => _ = self.answers.enqueue(answer),
+            Outcome::Reply(reply) => _ = self.replies.enqueue(reply),
+        }
+        let _ = self.views.enqueue(View::of(self.learner)); // one that is not taken is old anyway
+        true
+    }
+
+    /// The learner, for what it has taken down.
+    pub fn learner(&self) -> &dyn Learner {
+        self.learner
+    }
+}
+
+/// Who runs the learner.
+enum Runs<'m> {
+    Nobody,
+    Here(Here<'m>),
+    Apart(Ends<'m>),
+}
+
+/// The frame path's view of the learner.
+pub struct Port<'m> {
+    runs: Runs<'m>,
+    /// Number of the last block that was handed over, and whether its answer is awaited.
+    number: u32,
+    awaits: bool,
+    /// The answer in force.
+    answer: Option<Answer>,
+    /// The learner fell behind.
+    stopped: bool,
+}
+
+impl core::fmt::Debug for Port<'_> {
+    /// Without the learner's numbers, which would bring the formatting of floats into every image.
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self.runs {
+            Runs::Nobody => "None",
+            Runs::Here(_) => "Here",
+            Runs::Apart(_) => "Apart",
+        })
+    }
+}
+
+impl<'m> Port<'m> {
+    /// Without a learner.
+    pub const NONE: Port<'m> = Port {
+        runs: Runs::Nobody,
+        number: 0,
+        awaits: false,
+        answer: None,
+        stopped: false,
+    };
+
+    /// With a learner that is run at once.
+    pub fn here(learner: Option<&'m mut dyn Learner>) -> Port<'m> {
+        Port {
+            runs: learner.map_or(Runs::Nobody, |learner| Runs::Here(Here::new(learner))),
+            ..Port::NONE
+        }
+    }
+
+    /// From now on the learner is run by whoever has the [`Background`]. `None`: there is no
+    /// learner, or it is apart already.
+    pub fn split(&mut self, exchange: &'m mut Exchange) -> Option<Background<'m>> {
+        match core::mem::replace(&mut self.runs, Runs::Nobody) {
+            Runs::Here(here) => {
+                let (ends, background) = exchange.split(here);
+                self.runs = Runs::Apart(ends);
+                Some(background)
+            }
+            runs => {
+                self.runs = runs;
+                None
+            }
+        }
+    }
+
+    /// There is a learner.
+    pub fn exists(&self) -> bool {
+        !matches!(self.runs, Runs::Nobody)
+    }
+
+    /// The learner fell behind and has no part in what goes on.
+    pub fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// Hands an order over; not to a learner that was stopped.
+    pub fn hand_over(&mut self, order: &Order) {
+        if self.stopped {
+            return;
+        }
+        match &mut self.runs {
+            Runs::Nobody => {}
+            Runs::Here(here) => here.hand_over(order),
+            Runs::Apart(ends) => self.stopped = !ends.hand_over(order),
+        }
+    }
+
+    /// The learner begins anew. What it knew does not count any more.
+    pub fn begin_anew(&mut self, anew: Anew) {
+        (self.answer, self.awaits) = (None, false);
+        self.stopped &= !self.has_caught_up();
+        self.hand_over(&Order::Anew(anew));
+    }
+
+    /// Takes what can be looked at. To be called in every pass.
+    pub fn look(&mut self) {
+        if let Runs::Apart(ends) = &mut self.runs {
+            while let Some(view) = ends.views.dequeue() {
+                ends.view = view;
+            }
+        }
+    }
+
+    /// A block has ended: the answer to the one before comes into force.
+    /// [`Port::hand_over_block`] follows.
+    pub fn end_block(&mut self) {
+        let (mut answer, number) = (None, self.number);
+        while let Some(next) = self.next_answer() {
+            answer = Some(next).filter(|next| next.number == number);
+        }
+        if core::mem::take(&mut self.awaits) && !self.stopped {
+            self.stopped = answer.is_none();
+            self.answer = answer.or(self.answer);
+        }
+    }
+
+    fn next_answer(&mut self) -> Option<Answer> {
+        match &mut self.runs {
+            Runs::Nobody => None,
+            Runs::Here(here) => here.answer.take(),
+            Runs::Apart(ends) => ends.answers.dequeue(),
+        }
+    }
+
+    /// The block that has ended, and the number of its last sample.
+    pub fn hand_over_block(&mut self, last: u32, block: &Block) {
+        self.number = self.number.wrapping_add(1);
+        self.awaits = true;
+        self.hand_over(&Order::Block(self.number, last, *block));
+    }
+
+    /// What an order has led to, once.
+    pub fn reply(&mut self) -> Option<Reply> {
+        match &mut self.runs {
+            Runs::Nobody => None,
+            Runs::Here(here) => here.reply.take(),
+            Runs::Apart(ends) => ends.replies.dequeue(),
+        }
+    }
+
+    /// The answer in force.
+    pub fn answer(&self) -> Option<&Answer> {
+        self.answer.as_ref()
+    }
+
+    /// What can be looked at; `None` without a learner.
+    pub fn view(&self) -> Option<&View> {
+        match &self.runs {
+            Runs::Nobody => None,
+            Runs::Here(here) => Some(&here.view),
+            Runs::Apart(ends) => Some(&ends.view),
+        }
+    }
+
+    /// The learner of [`Port::here`].
+    pub fn learner(&self) -> Option<&dyn Learner> {
+        match &self.runs {
+            Runs::Here(here) => Some(here.learner()),
+            Runs::Nobody | Runs::Apart(_) => None,
+        }
+    }
+
+    /// Before the first order, by [`Port::here`]: what is known of the unit.
+    pub fn recall(&mut self, memory: &[u8]) {
+        if let Runs::Here(here) = &mut self.runs {
+            here.recall(memory);
+        }
+    }
+
+    /// All that was handed over is carried out.
+    fn has_caught_up(&self) -> bool {
+        match &self.runs {
+            Runs::Nobody | Runs::Here(_) => true,
+            Runs::Apart(ends) => ends.next.is_empty(),
+        }
+    }
+}
