@@ -11,11 +11,11 @@ use crate::inertial::sins::Sins;
 use crate::learning::fix_learner::{arrival, firmware_fix, nav_state};
 use crate::learning::teacher::Assumptions;
 use crate::unit::around::Kind;
-use firmware::align::motion::{Config, InMotion, Progress, Start as Found};
+use firmware::align::motion::{Config, Found, InMotion, Progress};
 use firmware::align::{Align, Sensors};
 use firmware::control::Way;
 use firmware::fix::Heading;
-use firmware::nav;
+use firmware::nav::{self, Transition};
 use std::ops::Range;
 
 /// As for the device's learner: a vehicle that is faster by the receiver does not stand, m/s;
@@ -66,6 +66,7 @@ pub fn align(
     };
     let mut standing = Align::new(sensors, session.lsb, session.dt);
     let mut heading = told.heading;
+    let mut scratch = Transition::ZEROED;
     let n = session.samples_per_epoch();
     let due = |epoch: usize| {
         let fix = with_velocity(session, epoch)?;
@@ -77,7 +78,6 @@ pub fn align(
     for (k, counts) in samples.zip(counts.each()) {
         motion.sample(&counts);
         standing.sample(&counts);
-        while standing.sweep() {}
         let Some((_, epoch, fix)) = fixes.next_if(|(after, ..)| *after <= k + 1) else {
             continue;
         };
@@ -91,7 +91,8 @@ pub fn align(
         } else {
             fix
         };
-        let found = motion.fix(&firmware_fix(&used, epoch), [0.0; 2], still);
+        let fix = firmware_fix(&used, epoch);
+        let found = motion.fix(&fix, [0.0; 2], still, &mut scratch);
         if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
             motion.heading(Heading {
                 angle: angle as f32,
@@ -100,7 +101,12 @@ pub fn align(
             heading = None;
         }
         if let Some(found) = found {
-            let found = aligned(session, k + 1, &found, motion.progress().refused);
+            let found = aligned(
+                session,
+                k + 1,
+                (&found, &scratch),
+                motion.progress().refused,
+            );
             if found.epoch <= epochs.end {
                 return Ok(found);
             }
@@ -110,7 +116,12 @@ pub fn align(
 }
 
 /// What was found after sample `after`, at the end of its epoch.
-fn aligned(session: &Session, after: usize, found: &Found, refused: u32) -> Aligned {
+fn aligned(
+    session: &Session,
+    after: usize,
+    (found, scratch): (&Found, &Transition),
+    refused: u32,
+) -> Aligned {
     let n = session.samples_per_epoch();
     let epoch = after.div_ceil(n);
     let mut sins = Sins::new(nav_state(&found.state)).with_samples(session.samples());
@@ -118,7 +129,7 @@ fn aligned(session: &Session, after: usize, found: &Found, refused: u32) -> Alig
     for increment in session.navigable(rest.iter().copied()) {
         sins.step(&increment, session.step_s());
     }
-    let sigmas = found.sigmas().map(f64::from);
+    let sigmas = Found::sigmas(scratch).map(f64::from);
     let largest = |range: Range<usize>| sigmas[range].iter().copied().fold(0.0, f64::max);
     Aligned {
         epoch,

@@ -4,9 +4,9 @@ use core::hint::black_box;
 
 use firmware::fix::{Fix, OBSERVATIONS};
 use firmware::inputs::OWN;
-use firmware::learn::bank::{Bank, Gates, Work};
+use firmware::learn::bank::{Bank, Gates, Scratch};
 use firmware::learn::prior::{All, Layers, NAV, Shapes, amplitudes};
-use firmware::learn::rehearsal::{Bets, Passed, Seen, Stream};
+use firmware::learn::rehearsal::{Bets, Coast, Seen};
 use firmware::learn::{Antenna, Settings};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
@@ -30,12 +30,11 @@ pub struct FixWork<L: ParameterSet, const N: usize, const PACKED: usize> {
 /// [`FixWork`] of the largest hypothesis.
 pub type LearnerFixWork = FixWork<AllWeights, 132, 8778>;
 
-/// A second of all hypotheses in parts: covariances, fix, step of the networks.
+/// A second of all hypotheses: covariances, fix, step of the networks.
 #[derive(Clone, Debug)]
 pub struct LearnerSecondWork {
     bank: Bank,
-    work: Work,
-    block: Transition<NAV>,
+    scratch: Scratch,
 }
 
 /// A second of K more coasts of the rehearsals, each of eight shadow navigators: their start from
@@ -44,7 +43,7 @@ pub struct LearnerSecondWork {
 #[derive(Clone, Debug)]
 pub struct ShadowSecondWork<const K: usize> {
     bank: Bank,
-    streams: [Stream; K],
+    coasts: [Coast; K],
     bets: Bets,
     block: Transition<NAV>,
 }
@@ -54,7 +53,6 @@ pub struct ShadowSecondWork<const K: usize> {
 pub struct AntennaSecondWork {
     antenna: Antenna,
     navigator: Navigator,
-    work: Work,
     block: Transition<NAV>,
 }
 
@@ -158,8 +156,7 @@ impl LearnerSecondWork {
     /// All zeros, to be initialised in place, because it is too large to move.
     pub const ZEROED: Self = Self {
         bank: Bank::ZEROED,
-        work: Work::ZEROED,
-        block: Transition::ZEROED,
+        scratch: Scratch::ZEROED,
     };
 
     /// Initialises at rest.
@@ -168,21 +165,20 @@ impl LearnerSecondWork {
         let of = (&sheet, &OWN);
         self.bank
             .begin(of, &shapes(), 1.0, ERROR_SIGMA, Gates::USUAL);
-        self.work.clear();
-        self.block = second();
+        self.scratch.block = second();
     }
 
     /// One repetition.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> Found {
-        self.bank.propagate_mean(&self.block, &[0.0; OUTPUTS]);
-        self.work.interval(&self.block);
+        self.bank
+            .propagate_mean(&self.scratch.block, &[0.0; OUTPUTS]);
+        self.bank.propagate_covariance(&mut self.scratch);
         let [x, y, z] = input.map(|x| x * 1e-3);
-        self.work.fix([x, y, z, x, y, z], VARIANCE);
-        self.work.step(inputs(input));
-        while self.bank.work(&mut self.work) {}
+        let refused = self.bank.fix(&[x, y, z, x, y, z], &VARIANCE, true);
+        self.bank.step(inputs(input));
         let [x, y, z, ..] = *self.bank.estimate_of(5);
-        let good = (0..6).all(|h| self.bank.is_healthy(h)) && self.work.refused == 0;
+        let good = (0..6).all(|h| self.bank.is_healthy(h)) && refused == 0;
         ([x, y, z], good)
     }
 }
@@ -191,7 +187,7 @@ impl<const K: usize> ShadowSecondWork<K> {
     /// All zeros, to be initialised in place, because it is too large to move.
     pub const ZEROED: Self = Self {
         bank: Bank::ZEROED,
-        streams: [Stream::NONE; K],
+        coasts: [Coast::NONE; K],
         bets: Bets::ZEROED,
         block: Transition::ZEROED,
     };
@@ -209,21 +205,18 @@ impl<const K: usize> ShadowSecondWork<K> {
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> Found {
         let [x, y, _] = input;
-        let passed = Passed {
-            applied: [x * 1e-6; OUTPUTS],
-            fed_back: [y * 1e-3; NAV],
-            seen: Some(Seen {
-                first: 6,
-                off: [x, y],
-                sigma: 1.0,
-            }),
-            at_once: false,
+        let seen = Seen {
+            first: 6,
+            off: [x, y],
+            sigma: 1.0,
         };
         let mut good = true;
         self.bets.passes(1.0);
-        for stream in &mut self.streams {
-            stream.start(&self.bank);
-            let scores = stream.passes(&passed, &self.block, 1.0);
+        for coast in &mut self.coasts {
+            coast.start(&self.bank);
+            coast.moves(&self.block, &[x * 1e-6; OUTPUTS]);
+            let scores = coast.ends(&seen, 1.0);
+            coast.feed_back(&[y * 1e-3; NAV]);
             good &= scores.is_some();
             if let Some(scores) = scores {
                 self.bets.takes(&scores, 1.0);
@@ -254,7 +247,6 @@ impl AntennaSecondWork {
         Some(Self {
             antenna,
             navigator,
-            work: Work::ZEROED,
             block: second(),
         })
     }
@@ -263,7 +255,6 @@ impl AntennaSecondWork {
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> Found {
         self.antenna.interval(&self.block, &[0.0; OUTPUTS]);
-        self.work.interval(&self.block);
         let fix = Fix {
             position: self.navigator.state().position,
             velocity: input.map(|x| f64::from(x * 1e-3)),
@@ -272,9 +263,8 @@ impl AntennaSecondWork {
         let sigma = self.antenna.age_sigma();
         let seen = self.navigator.seen(&fix, self.antenna.age(), sigma);
         self.antenna.fix(&seen, &VARIANCE);
-        self.work.fix(seen.z, VARIANCE);
-        while self.antenna.work(&mut self.work) {}
+        let good = self.antenna.update(&self.block).is_some();
         self.antenna.feed_back(&[0.0; NAV]);
-        (self.antenna.arm(), self.antenna.estimates())
+        (self.antenna.arm(), good && self.antenna.estimates())
     }
 }

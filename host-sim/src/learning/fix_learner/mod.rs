@@ -88,13 +88,12 @@ impl<'m> Device<'m> {
         }
     }
 
-    /// The next sample, and the block that it completes. Deferred work is run to its end.
+    /// The next sample, and the block that it completes.
     pub fn sample(&mut self, sample: &RawSample) {
         self.number = self.number.wrapping_add(1);
         self.learner.sample(self.number, sample);
         if let Some(block) = self.compensator.accumulate(&mut self.state, sample) {
             self.learner.block(self.number, &block);
-            while self.learner.work() {}
         }
     }
 
@@ -112,10 +111,9 @@ impl<'m> Device<'m> {
         }
     }
 
-    /// A fix that has arrived after the last sample. Deferred work is run to its end.
+    /// A fix that has arrived after the last sample.
     pub fn fix(&mut self, fix: &Fix) {
         self.learner.fix(self.number, fix);
-        while self.learner.work() {}
     }
 
     /// What the learner tells of itself.

@@ -1,7 +1,7 @@
 //! The hypotheses in f64 over the desktop's f64 navigator: what the device does in f32 is held
 //! against it.
 
-use firmware::learn::bank::{Bank, Gates, Work};
+use firmware::learn::bank::{Bank, Gates, Scratch};
 use host_sim::inertial::ekf::{Block, Linearised, NAV, displaced};
 use host_sim::inertial::gnss::Fix;
 use host_sim::inertial::session::{EPOCH_S, Session};
@@ -9,14 +9,14 @@ use host_sim::inertial::sins::{Increment, NavState, Sins};
 use host_sim::learning::aiding::fix_at;
 use host_sim::learning::fix_learner::datasheet;
 use host_sim::learning::teacher::{Assumptions, Start, aligned};
-use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
+use lrnn_nostd::learn::kalman::Transition;
 use nalgebra::{DVector, SMatrix, Vector3};
 
 /// A learner on its way through a session.
 pub struct F64Learner {
     /// The hypotheses.
     pub bank: Bank<f64>,
-    work: Work<f64>,
+    scratch: Scratch<f64>,
     sins: Sins,
     linearised: Linearised,
     /// Taken out of the increments of the present epoch: rad/s and m/s2.
@@ -39,7 +39,7 @@ impl F64Learner {
         let sheet = datasheet(assumptions).cast();
         let mut learner = Self {
             bank: Bank::new(&sheet, EPOCH_S, error_sigma, Gates::default()),
-            work: Work::ZEROED,
+            scratch: Scratch::ZEROED,
             sins: Sins::new(nav).with_samples(session.samples()),
             linearised: Linearised::new(&assumptions.prior, assumptions.noise),
             applied: [0.0; 6],
@@ -49,13 +49,9 @@ impl F64Learner {
             learner.step(epoch);
         }
         let (by, rest) = aligned.errors(assumptions);
-        let by = rows(&by);
-        learner.bank.align_means(&by, &[0.0; OUTPUTS]);
-        learner.work.clear();
-        let errors = learner.work.scratch();
-        (errors.gamma, errors.q) = (by, rows(&rest));
-        learner.work.alignment();
-        learner.finish();
+        let errors = &mut learner.scratch.block;
+        (errors.gamma, errors.q) = (rows(&by), rows(&rest));
+        learner.bank.align(&mut learner.scratch);
         for k in aligned.first..until {
             let fix = fix_at(session, k + 1)?;
             let epoch = &increments[k * n..(k + 1) * n];
@@ -82,19 +78,18 @@ impl F64Learner {
             self.linearised.accumulate(&self.sins.nav, &corrected, dt);
         }
         let nav = self.sins.nav;
-        let block = transition(&self.linearised.take(&nav));
+        self.scratch.block = transition(&self.linearised.take(&nav));
         let dp = nav.position.ned_from(&fix.position);
         let dv = nav.velocity - fix.velocity;
         let innovation = [dp.x, dp.y, dp.z, dv.x, dv.y, dv.z];
-        self.bank.propagate_mean(&block, &self.applied);
-        self.work.clear();
-        self.work.interval(&block);
-        self.work.fix(innovation, fix.sigmas.map(|s| s * s));
-        self.finish();
+        self.bank.propagate_mean(&self.scratch.block, &self.applied);
+        self.bank.propagate_covariance(&mut self.scratch);
+        let variance = fix.sigmas.map(|s| s * s);
+        let refused = self.bank.fix(&innovation, &variance, true);
         let error = self.bank.feed_back();
         self.sins.nav = displaced(&nav, &DVector::from_row_slice(&error));
         self.step(epoch);
-        self.work.refused
+        refused
     }
 
     /// The networks take an epoch's increments; their output holds for the next.
@@ -104,14 +99,8 @@ impl F64Learner {
             dv: sum.dv + w.dv,
         });
         let mean = |v: Vector3<f64>| <[f64; 3]>::from(v / EPOCH_S);
-        self.work.clear();
-        self.work.step([mean(sum.dtheta), mean(sum.dv)]);
-        self.finish();
+        self.bank.step([mean(sum.dtheta), mean(sum.dv)]);
         self.applied = *self.bank.estimate();
-    }
-
-    fn finish(&mut self) {
-        while self.bank.work(&mut self.work) {}
     }
 }
 
