@@ -15,7 +15,7 @@ mod well;
 use super::config::Config;
 use super::counts::Count;
 use super::flow::{Flow, configure};
-use super::job::Job;
+use super::job::{Done, Job};
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::pulse::TimePulse;
@@ -221,8 +221,13 @@ impl<'m> App<'m> {
         if let Some(job) = self.job() {
             let content = job.content(self.flow.learner.learner());
             let progress = save(job.step, &content).into();
-            self.stored(job.step, job.edition, progress);
+            self.stored(&job.done(progress));
         }
+    }
+
+    /// A job was given, and [`App::stored`] has not followed.
+    pub fn is_storing(&self) -> bool {
+        self.storing
     }
 
     /// What is to be stored: the weights for the next power-on, the configuration record in use,
@@ -246,8 +251,13 @@ impl<'m> App<'m> {
         })
     }
 
-    /// How far the job of this step and edition is.
-    pub fn stored(&mut self, step: Step, edition: u8, progress: Progress) {
+    /// How far the job is.
+    pub fn stored(&mut self, done: &Done) {
+        let &Done {
+            step,
+            edition,
+            progress,
+        } = done;
         self.storing = false;
         let flow = &mut self.flow;
         if edition != flow.keep.edition && !flow.keep.commanded {

@@ -3,11 +3,13 @@
 use crate::configuration::record::Record;
 use crate::learn::Learner;
 use crate::model::Nets;
-use crate::store::{Content, Memory, Notes, Step};
+use super::App;
+use crate::store::{Content, Memory, Notes, Progress, Step};
 use crate::wire::command::key::Key;
+use heapless::spsc::{Consumer, Producer, Queue};
 
 /// What is to be stored now, and how. The board carries it out with
-/// [`Store::carry_out`](crate::store::Store::carry_out) and reports to [`App::stored`](super::App).
+/// [`Store::carry_out`](crate::store::Store::carry_out) and reports to [`App::stored`].
 #[derive(Debug, Clone)]
 pub struct Job {
     /// How.
@@ -54,5 +56,94 @@ impl Job {
             minutes: self.minutes,
             key: self.key,
         }
+    }
+
+    /// This is how far it is.
+    pub fn done(&self, progress: Progress) -> Done {
+        Done {
+            step: self.step,
+            edition: self.edition,
+            progress,
+        }
+    }
+}
+
+/// How far a job is.
+#[derive(Debug, Clone, Copy)]
+pub struct Done {
+    pub(super) step: Step,
+    pub(super) edition: u8,
+    pub(super) progress: Progress,
+}
+
+/// The queues between the frame path and the priority that stores, to be static.
+#[derive(Debug)]
+pub struct Jobs {
+    jobs: Queue<Job, 2>,
+    done: Queue<Done, 2>,
+}
+
+impl Jobs {
+    /// Empty.
+    #[expect(clippy::new_without_default, reason = "it is for statics")]
+    pub const fn new() -> Jobs {
+        Jobs {
+            jobs: Queue::new(),
+            done: Queue::new(),
+        }
+    }
+
+    /// Both sides.
+    pub fn split(&mut self) -> (Gives<'_>, Stores<'_>) {
+        let (jobs_in, jobs_out) = self.jobs.split();
+        let (done_in, done_out) = self.done.split();
+        let gives = Gives {
+            jobs: jobs_in,
+            done: done_out,
+        };
+        let stores = Stores {
+            jobs: jobs_out,
+            done: done_in,
+        };
+        (gives, stores)
+    }
+}
+
+/// The frame path's side of [`Jobs`].
+pub struct Gives<'m> {
+    jobs: Producer<'m, Job>,
+    done: Consumer<'m, Done>,
+}
+
+impl Gives<'_> {
+    /// To be called in every pass. True: a job was given.
+    pub fn turn(&mut self, app: &mut App) -> bool {
+        if let Some(done) = self.done.dequeue() {
+            app.stored(&done);
+        }
+        app.job().is_some_and(|job| self.jobs.enqueue(job).is_ok())
+    }
+}
+
+/// The side of [`Jobs`] that stores.
+pub struct Stores<'m> {
+    jobs: Consumer<'m, Job>,
+    done: Producer<'m, Done>,
+}
+
+impl Stores<'_> {
+    /// Carries out a job. False: there is none.
+    pub fn turn(&mut self, carry_out: impl FnOnce(&Job) -> Progress) -> bool {
+        let Some(job) = self.jobs.dequeue() else {
+            return false;
+        };
+        let done = job.done(carry_out(&job));
+        let _ = self.done.enqueue(done); // there is one job at a time
+        true
+    }
+
+    /// A job waits.
+    pub fn waits(&self) -> bool {
+        self.jobs.ready()
     }
 }

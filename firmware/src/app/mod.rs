@@ -34,6 +34,6 @@ mod setup;
 pub use application::{App, PATIENCE_US};
 pub use config::{Activation, Config};
 pub use hardware::{COMMAND_BAUD, Hardware};
-pub use job::{Job, Remembers};
+pub use job::{Done, Gives, Job, Jobs, Remembers, Stores};
 pub use lines::Lines;
 pub use phase::Phase;

@@ -11,11 +11,14 @@ mod shared;
 
 #[cfg(target_os = "none")]
 mod target {
+    use cortex_m::peripheral::SCB;
     use firmware::app::App;
+    use firmware::learn::exchange::Background;
     use firmware::learn::{FixMemory, Learner};
     use static_cell::ConstStaticCell;
 
     use crate::board::Board;
+    use crate::shared::wake::{self, Frame};
     use crate::shared::{blackbox, learners};
 
     /// Of the learner from fixes. This board has one kind of memory.
@@ -25,23 +28,51 @@ mod target {
         FIXES.try_take()
     }
 
+    /// The frame path.
+    struct Path {
+        app: App<'static>,
+        board: Board,
+    }
+
+    static FRAME: Frame<Path> = Frame::new();
+
+    #[cortex_m_rt::exception]
+    fn PendSV() {
+        FRAME.turn(|Path { app, board }| {
+            while {
+                let busy = app.poll(&mut board.lines, &board.time);
+                if let Some(lines) = app.to_open() {
+                    board.open(&lines);
+                }
+                busy || !board.lines.sensor.want(app.needs())
+            } {}
+        });
+    }
+
     #[cortex_m_rt::entry]
     fn main() -> ! {
-        let Some(mut board) = Board::start() else {
+        let Some((mut scb, board)) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
+        let mut background = start(&mut scb, board);
+        loop {
+            if !background.as_mut().is_some_and(Background::turn) {
+                wake::sleep(|| !background.as_ref().is_some_and(Background::waits));
+            }
+        }
+    }
+
+    /// By itself, so that the stack is free again afterwards.
+    #[inline(never)]
+    fn start(scb: &mut SCB, board: Board) -> Option<Background<'static>> {
         let learner = learners::combined(memory).map(|learner| learner as &mut dyn Learner);
         let mut app = App::power_on(Board::hardware(), None, learner);
         if let Some(memory) = blackbox::memory() {
             app.record_in(memory);
         }
-        loop {
-            let busy = app.poll(&mut board.lines, &board.time);
-            if let Some(lines) = app.to_open() {
-                board.open(&lines);
-            }
-            board.turned(busy, app.needs());
-        }
+        let background = learners::apart(&mut app);
+        FRAME.start(scb, Path { app, board });
+        background
     }
 
     #[panic_handler]

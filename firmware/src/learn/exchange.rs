@@ -336,6 +336,11 @@ impl Background<'_> {
         true
     }
 
+    /// An order waits.
+    pub fn waits(&self) -> bool {
+        self.next.ready()
+    }
+
     /// The learner, for what it has taken down.
     pub fn learner(&self) -> &dyn Learner {
         self.learner

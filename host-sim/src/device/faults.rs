@@ -124,6 +124,12 @@ pub const FAULTS: [Fault; 21] = [
         "let the device learn anew, or upload the weights of this sensor: device weights put FILE",
     ),
     row(
+        fault::LEARNER,
+        "LEARNER",
+        "the learner fell behind and was stopped; what is in force stays",
+        "lower the sensor's rate or the receiver's, then set the mode bypass and learn again",
+    ),
+    row(
         fault::CLOCK,
         "CLOCK",
         "the board does not run on the crystal that it was built for, so its times may be wrong",

@@ -168,6 +168,7 @@ fn crash(crash: &Crash) -> String {
         LoopPhase::Store => "storing",
         LoopPhase::Look => "looking for an ADIS",
         LoopPhase::Sleep => "asleep",
+        LoopPhase::Learn => "learning",
     };
     let mut text = format!(
         "number {}, {} start(s) ago, {:.1} s after the start before, {phase}: {kind}",

@@ -20,7 +20,7 @@ const KINDS: [CrashKind; 5] = [
     CrashKind::Panic,
     CrashKind::NotFed,
 ];
-const PHASES: [LoopPhase; 7] = [
+const PHASES: [LoopPhase; 8] = [
     LoopPhase::Starting,
     LoopPhase::Burst,
     LoopPhase::Poll,
@@ -28,6 +28,7 @@ const PHASES: [LoopPhase; 7] = [
     LoopPhase::Store,
     LoopPhase::Look,
     LoopPhase::Sleep,
+    LoopPhase::Learn,
 ];
 
 /// What survives a reset.

@@ -11,13 +11,12 @@
 
 mod uart;
 
-use cortex_m::peripheral::NVIC;
+use cortex_m::peripheral::{NVIC, SCB};
 use firmware::app::{Hardware, Lines};
 use firmware::configuration::SerialLines;
 
 use self::uart::{COMMAND, GNSS, Interrupt, NAVIGATION, SENSOR};
 use crate::shared::time::Time;
-use crate::shared::wake;
 use firmware::link::rates;
 use firmware::link::uart::Port;
 
@@ -35,8 +34,9 @@ pub struct Board {
 }
 
 impl Board {
-    /// Starts everything. `None` when called a second time.
-    pub fn start() -> Option<Self> {
+    /// Starts everything, and gives what sets the priority of PendSV. `None` when called a second
+    /// time.
+    pub fn start() -> Option<(SCB, Self)> {
         let core = cortex_m::Peripherals::take()?;
         let SerialLines {
             sensor_baud,
@@ -50,11 +50,12 @@ impl Board {
             command: COMMAND.open(divider(921_600), || NVIC::pend(Interrupt(19))),
         };
         uart::unmask();
-        Some(Self {
+        let board = Self {
             lines,
             open: SerialLines::DEFAULT,
             time: Time::start(core.SYST, CLOCK, None),
-        })
+        };
+        Some((core.SCB, board))
     }
 
     /// What the application must know. A CMSDK UART has neither parity nor a second stop bit.
@@ -77,15 +78,6 @@ impl Board {
         }
         if old.receiver_baud != lines.receiver_baud {
             GNSS.reopen(divider(lines.receiver_baud), [4, 5]);
-        }
-    }
-
-    /// To be called in every turn of the main loop. With nothing left to do, the board sleeps until
-    /// the sensor has sent `needs` bytes more, another line has received something, or a
-    /// millisecond is over.
-    pub fn turned(&mut self, busy: bool, needs: usize) {
-        if !busy && self.lines.sensor.want(needs) {
-            self.time.slept(wake::sleep());
         }
     }
 }

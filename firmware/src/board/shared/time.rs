@@ -1,5 +1,5 @@
-//! Time since start: a counter of microseconds that the board has, else SysTick. SysTick wakes the
-//! main loop once a millisecond in both cases.
+//! Time since start: a counter of microseconds that the board has, else SysTick. SysTick gives the
+//! frame path its turn once a millisecond in both cases.
 //!
 //! SysTick loses time when the core stands still for more than a millisecond, as it does while
 //! flash is erased: it can be pending only once. A free counter goes on, so that the gap is seen.
@@ -51,13 +51,12 @@ impl Free {
     }
 }
 
-/// The board's clock. It also wakes the main loop at least once a millisecond.
+/// The board's clock. It also gives the frame path its turn once a millisecond.
 #[derive(Clone, Copy, Debug)]
 pub struct Time {
     /// The time by a counter of the board; `None`: by SysTick.
     free: Option<fn() -> u64>,
     ticks_per_ms: NonZeroU32,
-    asleep_ticks: u64,
 }
 
 impl Time {
@@ -72,13 +71,7 @@ impl Time {
         Self {
             free,
             ticks_per_ms,
-            asleep_ticks: 0,
         }
-    }
-
-    /// The main loop has slept for so many ticks.
-    pub fn slept(&mut self, ticks: u32) {
-        self.asleep_ticks = self.asleep_ticks.wrapping_add(ticks.into());
     }
 
     fn by_systick(&self) -> u64 {
@@ -104,6 +97,7 @@ impl Clock for Time {
     }
 
     fn asleep_us(&self) -> Option<u64> {
-        Some(self.asleep_ticks.wrapping_mul(1000) / NonZeroU64::from(self.ticks_per_ms))
+        let ticks = super::wake::asleep();
+        Some(ticks.wrapping_mul(1000) / NonZeroU64::from(self.ticks_per_ms))
     }
 }

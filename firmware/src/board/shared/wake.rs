@@ -1,40 +1,79 @@
-//! When the main loop sleeps, and what wakes it.
+//! Two priorities. The frame path has its turn in PendSV, the lowest of the interrupts, which the
+//! others trigger. The main thread runs the learner and stores, and sleeps when it has nothing to
+//! do.
+#![allow(
+    unsafe_code,
+    reason = "what the main thread makes and PendSV uses; each block says why it is sound"
+)]
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::cell::{Cell, UnsafeCell};
 
-use cortex_m::interrupt;
-use cortex_m::peripheral::SYST;
+use cortex_m::interrupt::{self, Mutex};
+use cortex_m::peripheral::scb::SystemHandler;
+use cortex_m::peripheral::{SCB, SYST};
 
-/// Since the last sleep something happened that the main loop must handle.
-static AWAKE: AtomicBool = AtomicBool::new(true);
+/// Below every other interrupt, however many bits a priority has.
+const LOWEST: u8 = 0xFF;
 
-/// For interrupts: wakes the main loop.
+/// Ticks of SysTick that the main thread has slept.
+static ASLEEP: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
+
+/// For interrupts: the frame path has its turn when they are served.
 #[inline(always)]
 pub fn wake() {
-    AWAKE.store(true, Ordering::Relaxed);
+    SCB::set_pendsv();
 }
 
-/// For the main loop: sleeps until [`wake`]. Interrupts that do not call it only cost their own
-/// time.
-///
-/// The test of the flag and the sleep are one step: an interrupt in between stays pending, ends the
-/// sleep and is served after it. Returns the ticks of SysTick asleep, interrupts not counted.
-pub fn sleep() -> u32 {
-    let mut ticks = 0u32;
-    loop {
-        let awake = interrupt::free(|_| {
-            let awake = AWAKE.load(Ordering::Relaxed);
-            if !awake {
-                ticks = ticks.saturating_add(ticks_of(cortex_m::asm::wfi));
-            }
-            awake
-        });
-        if awake {
-            break;
+/// What the frame path has, for PendSV alone.
+pub struct Frame<T>(UnsafeCell<Option<T>>);
+
+// SAFETY: `start` writes it with interrupts masked. After that only PendSV uses it, which does not
+// interrupt itself.
+unsafe impl<T> Sync for Frame<T> {}
+
+impl<T> Frame<T> {
+    /// Nothing: PendSV does nothing.
+    pub const fn new() -> Self {
+        Self(UnsafeCell::new(None))
+    }
+
+    /// PendSV has its turns from now on. Called once.
+    #[inline(never)]
+    pub fn start(&self, scb: &mut SCB, frame: T) {
+        // SAFETY: no critical section relies on its priority, and all of them mask it.
+        unsafe { scb.set_priority(SystemHandler::PendSV, LOWEST) };
+        // SAFETY: PendSV does not come meanwhile.
+        interrupt::free(|_| unsafe { *self.0.get() = Some(frame) });
+        wake();
+    }
+
+    /// For PendSV alone.
+    #[inline(always)]
+    pub fn turn(&self, turn: impl FnOnce(&mut T)) {
+        // SAFETY: PendSV does not interrupt itself, and nobody else is here after `start`.
+        if let Some(frame) = unsafe { &mut *self.0.get() } {
+            turn(frame);
         }
     }
-    AWAKE.store(false, Ordering::Relaxed);
-    ticks
+}
+
+/// For the main thread: sleeps until the next interrupt, if there is still nothing to do.
+///
+/// The question and the sleep are one step: an interrupt in between stays pending, ends the sleep
+/// and is served after it.
+pub fn sleep(nothing_to_do: impl Fn() -> bool) {
+    interrupt::free(|cs| {
+        if nothing_to_do() {
+            let asleep = ASLEEP.borrow(cs);
+            let ticks = ticks_of(cortex_m::asm::wfi);
+            asleep.set(asleep.get().wrapping_add(ticks.into()));
+        }
+    });
+}
+
+/// Ticks of SysTick asleep, interrupts not counted.
+pub fn asleep() -> u64 {
+    interrupt::free(|cs| ASLEEP.borrow(cs).get())
 }
 
 /// Ticks that `asleep` takes, less than the millisecond after which SysTick ends every sleep.

@@ -30,6 +30,16 @@ pub fn during(phase: LoopPhase) {
     PHASE.store(phase as u8, Ordering::Relaxed);
 }
 
+/// What the main thread does at this moment, for [`resume`].
+pub fn interrupted() -> u8 {
+    PHASE.load(Ordering::Relaxed)
+}
+
+/// The main thread goes on with that.
+pub fn resume(phase: u8) {
+    PHASE.store(phase, Ordering::Relaxed);
+}
+
 /// What is kept.
 pub fn words() -> [u32; WORDS] {
     let place = (&raw const KEPT).cast::<[u32; WORDS]>();

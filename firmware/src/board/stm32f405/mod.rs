@@ -38,6 +38,7 @@ use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::adis::{Found, Rate};
 use firmware::wire::command::{Reset, unwell};
+use cortex_m::peripheral::SCB;
 use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
@@ -47,7 +48,6 @@ use self::serial::{Port, Ports};
 use self::spi::Spi;
 use self::watchdog::Watchdog;
 use crate::shared::time::Time;
-use crate::shared::wake;
 
 /// Between two looks for an ADIS, which takes up to 0.3 s to start.
 const LOOK_US: u64 = 100_000;
@@ -75,8 +75,6 @@ pub struct Board {
     looked_us: Option<u64>,
     /// Whether DMA moves the lines' bytes.
     pub dma: bool,
-    /// What is stored; `None` if the store does not fit the flash.
-    pub store: Option<Store<Sectors>>,
     /// Why and how it started.
     pub reset: Reset,
     /// What survives the next reset; `None`: the run is no longer an early one.
@@ -90,8 +88,9 @@ pub struct Board {
 }
 
 impl Board {
-    /// Starts everything. `None` when called a second time.
-    pub fn start() -> Option<Self> {
+    /// Starts everything, and gives what sets the priority of PendSV, and the store; `None` of that
+    /// if it does not fit the flash. `None` of all when called a second time.
+    pub fn start() -> Option<(SCB, Option<Store<Sectors>>, Self)> {
         let mut core = cortex_m::Peripherals::take()?;
         let peripherals = Peripherals::take()?;
         let causes = crash::causes(&peripherals.RCC);
@@ -111,7 +110,7 @@ impl Board {
         } = ports;
         let spi = Spi::open(&peripherals, clocks);
         let pulse = Pulse::open(&peripherals, clocks);
-        Some(Self {
+        let board = Self {
             spi,
             pulse,
             has_adis: false,
@@ -142,7 +141,6 @@ impl Board {
             kept: Some(kept),
             output: output::Watch::default(),
             reopened: 0,
-            store: Store::new(Sectors::new(peripherals.FLASH)).ok(),
             random: random::bytes(&peripherals.RCC, &peripherals.RNG),
             watchdog: Watchdog::start(
                 peripherals.IWDG,
@@ -150,7 +148,9 @@ impl Board {
                 &peripherals.DBGMCU,
                 clocks.apb1,
             ),
-        })
+        };
+        let store = Store::new(Sectors::new(peripherals.FLASH)).ok();
+        Some((core.SCB, store, board))
     }
 
     /// What the application must know.
@@ -251,15 +251,6 @@ impl Board {
             && let Some(kept) = self.kept.take()
         {
             crash::keep(&Kept { early: 0, ..kept });
-        }
-    }
-
-    /// To be called at the end of every turn. With nothing left to do, the board sleeps until the
-    /// sensor has sent `needs` bytes more, another line has received something, or a millisecond is
-    /// over.
-    pub fn turned(&mut self, busy: bool, needs: usize) {
-        if !busy && self.lines.sensor.want(needs) {
-            self.time.slept(wake::sleep());
         }
     }
 }

@@ -1,12 +1,18 @@
-//! The main loop, with any learner.
+//! The frame path in PendSV, and the learner and the store in the main thread.
 
-use firmware::app::App;
+use cortex_m::peripheral::SCB;
+use firmware::app::{App, Gives, Job, Jobs, Stores};
 use firmware::learn::Learner;
+use firmware::learn::exchange::Background;
 use firmware::link::Clock as _;
+use firmware::store::{Progress, Store};
 use firmware::wire::adis::spi::LONGEST;
-use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause, fault};
+use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause};
+use static_cell::ConstStaticCell;
 
-use super::{Board, ccm, crash};
+use super::flash::Sectors;
+use super::{Board, ccm, crash, supply};
+use crate::shared::wake::{self, Frame};
 use crate::shared::{blackbox, learners};
 
 /// With the learner from references and fixes.
@@ -16,12 +22,59 @@ pub fn learning_from_fixes() -> ! {
     run::<true>(learner.map(|learner| learner as _))
 }
 
-/// Starts the board and the application with a learner. `ADIS`: look for one at the SPI.
-pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
-    let Some(mut board) = Board::start() else {
-        cortex_m::peripheral::SCB::sys_reset()
+/// The frame path.
+struct Path {
+    app: App<'static>,
+    board: Board,
+    gives: Gives<'static>,
+    /// Look for an ADIS at the SPI.
+    adis: bool,
+    frame: [u8; LONGEST],
+}
+
+static FRAME: Frame<Path> = Frame::new();
+static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
+
+#[cortex_m_rt::exception]
+fn PendSV() {
+    FRAME.turn(|path| {
+        let before = crash::interrupted();
+        while path.turn() {}
+        crash::resume(before);
+    });
+}
+
+/// Starts the board and the application with a learner, which has the main thread from then on, as
+/// the store has. `ADIS`: look for one at the SPI.
+pub fn run<const ADIS: bool>(learner: Option<&'static mut dyn Learner>) -> ! {
+    let Some((mut background, mut stores, mut store)) = start::<ADIS>(learner) else {
+        SCB::sys_reset()
     };
-    let mut app = app(&mut board, learner);
+    loop {
+        crash::during(LoopPhase::Learn);
+        let learned = background.as_mut().is_some_and(Background::turn);
+        crash::during(LoopPhase::Store);
+        let stored = stores.turn(|job| carry_out(job, &mut store, background.as_ref()));
+        crash::during(LoopPhase::Sleep);
+        if !(learned || stored) {
+            let waits = || background.as_ref().is_some_and(Background::waits) || stores.waits();
+            wake::sleep(|| !waits());
+        }
+    }
+}
+
+/// What the main thread has.
+type Thread = (
+    Option<Background<'static>>,
+    Stores<'static>,
+    Option<Store<Sectors>>,
+);
+
+/// By itself, so that the stack is free again afterwards. `None` when called a second time.
+#[inline(never)]
+fn start<const ADIS: bool>(learner: Option<&'static mut dyn Learner>) -> Option<Thread> {
+    let (mut scb, mut store, mut board) = Board::start()?;
+    let mut app = app(&board, &mut store, learner);
     if let Some(number) = app.stored_number() {
         defmt::println!("stored weights, number {=u32}", number);
     }
@@ -31,11 +84,26 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
     if let Some(random) = board.random.take() {
         app.seed(random);
     }
-    let mut frame = [0; LONGEST];
-    loop {
-        crash::during(LoopPhase::Burst);
-        if ADIS {
-            match board.burst(&mut frame) {
+    let background = learners::apart(&mut app);
+    let (gives, stores) = JOBS.try_take()?.split();
+    let path = Path {
+        app,
+        board,
+        gives,
+        adis: ADIS,
+        frame: [0; LONGEST],
+    };
+    FRAME.start(&mut scb, path);
+    Some((background, stores, store))
+}
+
+impl Path {
+    /// One turn. True: there may be more to do.
+    fn turn(&mut self) -> bool {
+        let Path { app, board, .. } = self;
+        if self.adis {
+            crash::during(LoopPhase::Burst);
+            match board.burst(&mut self.frame) {
                 // an error has been counted
                 Ok(Some(reply)) => {
                     let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
@@ -53,19 +121,21 @@ pub fn run<const ADIS: bool>(learner: Option<&mut dyn Learner>) -> ! {
             crash::during(LoopPhase::Open);
             board.open(&lines);
         }
-        if app.wants_to_store() {
-            crash::during(LoopPhase::Store);
-            store(&mut app, &mut board);
-        }
         crash::during(LoopPhase::Look);
-        if ADIS {
-            look_for_adis(&mut app, &mut board);
+        let halts = app.may_halt();
+        if self.gives.turn(app) && halts {
+            board.long_work();
         }
-        crash::during(LoopPhase::Sleep);
+        if self.adis {
+            look_for_adis(app, board);
+        }
         let (supply_low, reopened) = board.state();
         app.board_is(supply_low, reopened);
-        board.guard(app.unwell(board.time.now_us()));
-        board.turned(busy, app.needs());
+        // while the flash is erased, no turn comes in time
+        if !(halts && app.is_storing()) {
+            board.guard(app.unwell(board.time.now_us()));
+        }
+        busy || !board.lines.sensor.want(app.needs())
     }
 }
 
@@ -80,10 +150,14 @@ fn look_for_adis(app: &mut App, board: &mut Board) {
     }
 }
 
-/// The application with what is stored. It is not inlined, nor is [`store`], so that their stack is
-/// free again afterwards.
+/// The application with what is stored. It is not inlined, nor is [`carry_out`], so that their
+/// stack is free again afterwards.
 #[inline(never)]
-fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
+fn app(
+    board: &Board,
+    store: &mut Option<Store<Sectors>>,
+    learner: Option<&'static mut dyn Learner>,
+) -> App<'static> {
     defmt::println!(
         "lrnn {=str}, {=str}, {=u32} Hz, DMA {=bool}",
         env!("CARGO_PKG_VERSION"),
@@ -96,21 +170,24 @@ fn app<'m>(board: &mut Board, learner: Option<&'m mut dyn Learner>) -> App<'m> {
     // a reset of another kind one does, and without PLL the search alone takes too long.
     let at_ease = board.reset.causes & cause::POWER_ON != 0
         && board.clocks.source != ClockSource::InternalDirect;
-    App::start_up(board.hardware(), &mut board.store, at_ease, learner)
+    App::start_up(board.hardware(), store, at_ease, learner)
 }
 
 #[inline(never)]
-fn store(app: &mut App, board: &mut Board) {
-    if app.may_halt() {
-        board.long_work();
-    }
-    let before = app.faults() & fault::STORE;
-    if let Some(store) = &mut board.store {
-        app.store(|step, content| store.carry_out(step, content));
-    }
-    if app.faults() & fault::STORE > before && board.state().0 {
+fn carry_out(
+    job: &Job,
+    store: &mut Option<Store<Sectors>>,
+    background: Option<&Background>,
+) -> Progress {
+    let content = job.content(background.map(Background::learner));
+    let progress = match store {
+        Some(store) => store.carry_out(job.step, &content),
+        None => Progress::Failed,
+    };
+    if progress == Progress::Failed && supply::is_low() {
         defmt::println!("not stored: the supply is below 2.7 V");
     }
+    progress
 }
 
 /// Where the clock comes from, in words.

@@ -27,7 +27,7 @@ pub mod unwell {
     pub const WORDS: u8 = 1 << 0;
     /// The command link and the receiver have not had their turn.
     pub const LINKS: u8 = 1 << 1;
-    /// The learner's deferred work does not end.
+    /// The learner's work does not end: of older firmware, a newer one goes on without it.
     pub const LEARNER: u8 = 1 << 2;
     /// The navigation line does not send, although it was opened anew.
     pub const OUTPUT: u8 = 1 << 3;
@@ -91,6 +91,8 @@ pub enum LoopPhase {
     Look,
     /// Watchdogs and sleep.
     Sleep,
+    /// The learner.
+    Learn,
 }
 
 /// The record of a crash. It survives the reset, in RAM.
