@@ -1,9 +1,9 @@
 //! What the application has the board store.
 
+use super::App;
 use crate::configuration::record::Record;
 use crate::learn::Learner;
 use crate::model::Nets;
-use super::App;
 use crate::store::{Content, Memory, Notes, Progress, Step};
 use crate::wire::command::key::Key;
 use heapless::spsc::{Consumer, Producer, Queue};

@@ -314,6 +314,12 @@ pub struct Background<'m> {
     replies: Producer<'m, Reply>,
 }
 
+impl core::fmt::Debug for Background<'_> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Background")
+    }
+}
+
 impl Background<'_> {
     /// Carries out the next order. False: none waits.
     pub fn turn(&mut self) -> bool {

@@ -3,6 +3,7 @@
 mod activation;
 mod adis;
 mod adis_rate;
+mod apart;
 mod aside;
 mod blackbox;
 mod bound;

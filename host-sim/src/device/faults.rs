@@ -26,7 +26,7 @@ const fn row(mask: u32, name: &'static str, says: &'static str, remedy: &'static
 }
 
 /// All faults.
-pub const FAULTS: [Fault; 21] = [
+pub const FAULTS: [Fault; 22] = [
     row(
         fault::SILENT,
         "SILENT",

@@ -14,6 +14,7 @@ use firmware::app::{Activation, App, Config, Lines};
 use firmware::configuration::{Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::learn::Learner;
+use firmware::learn::exchange::{Background, Exchange};
 use firmware::link::progress::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
 use firmware::model::Nets;
@@ -190,6 +191,8 @@ pub struct Learnt {
 #[derive(Debug)]
 pub struct Replay<'u, S = NoStream> {
     app: App<'static>,
+    /// The learner, where it has a priority of its own.
+    background: Option<Background<'static>>,
     lines: Lines<Port<'u, S>, Tap<'u, S>, Feed, Feed>,
     now: Now,
     pace: Pace,
@@ -217,6 +220,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         let ([stream, other], [sync, other_sync, wake]) = (wires.streams, wires.pend);
         let mut replay = Self {
             app: App::with_learner(config, learner),
+            background: None,
             lines: Lines {
                 sensor: wires.sensor.port_over(stream, sync, || ()),
                 navigation: Tap {
@@ -244,6 +248,12 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
             replay.awake(); // a board's loop begins before its sensor does
         }
         replay
+    }
+
+    /// The learner is run behind this exchange, as on a board: whenever no frame needs the
+    /// processor.
+    pub fn learn_apart(&mut self, exchange: &'static mut Exchange) {
+        self.background = self.app.split(exchange);
     }
 
     /// Records in this memory, as a board does.
@@ -287,7 +297,15 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         &self.sent
     }
 
+    /// The frame path, and the learner when that has nothing to do.
     fn passes(&mut self) {
+        self.frame_path();
+        while self.background.as_mut().is_some_and(Background::turn) {
+            self.frame_path();
+        }
+    }
+
+    fn frame_path(&mut self) {
         if self.pace != Pace::Record {
             // There are so many that counting each would itself cost time.
             while self.app.poll(&mut self.lines, &self.now) {}

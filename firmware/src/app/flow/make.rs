@@ -228,6 +228,9 @@ impl Flow<'_> {
             }
         }
         self.failures = 0;
+        if self.learner.is_stopped() {
+            self.begun = None; // it may begin again
+        }
         self.teach();
     }
 

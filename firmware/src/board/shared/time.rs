@@ -68,10 +68,7 @@ impl Time {
         syst.clear_current();
         syst.enable_counter();
         syst.enable_interrupt();
-        Self {
-            free,
-            ticks_per_ms,
-        }
+        Self { free, ticks_per_ms }
     }
 
     fn by_systick(&self) -> u64 {

@@ -7,6 +7,8 @@
 )]
 
 use core::cell::{Cell, UnsafeCell};
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::interrupt::{self, Mutex};
 use cortex_m::peripheral::scb::SystemHandler;
@@ -24,8 +26,8 @@ pub fn wake() {
     SCB::set_pendsv();
 }
 
-/// What the frame path has, for PendSV alone.
-pub struct Frame<T>(UnsafeCell<Option<T>>);
+/// What the frame path has, for PendSV alone, and whether it is there. All zeros before.
+pub struct Frame<T>(UnsafeCell<MaybeUninit<T>>, AtomicBool);
 
 // SAFETY: `start` writes it with interrupts masked. After that only PendSV uses it, which does not
 // interrupt itself.
@@ -34,7 +36,10 @@ unsafe impl<T> Sync for Frame<T> {}
 impl<T> Frame<T> {
     /// Nothing: PendSV does nothing.
     pub const fn new() -> Self {
-        Self(UnsafeCell::new(None))
+        Self(
+            UnsafeCell::new(MaybeUninit::uninit()),
+            AtomicBool::new(false),
+        )
     }
 
     /// PendSV has its turns from now on. Called once.
@@ -42,17 +47,21 @@ impl<T> Frame<T> {
     pub fn start(&self, scb: &mut SCB, frame: T) {
         // SAFETY: no critical section relies on its priority, and all of them mask it.
         unsafe { scb.set_priority(SystemHandler::PendSV, LOWEST) };
-        // SAFETY: PendSV does not come meanwhile.
-        interrupt::free(|_| unsafe { *self.0.get() = Some(frame) });
+        interrupt::free(|_| {
+            // SAFETY: PendSV does not come meanwhile.
+            unsafe { (*self.0.get()).write(frame) };
+            self.1.store(true, Ordering::Relaxed);
+        });
         wake();
     }
 
     /// For PendSV alone.
     #[inline(always)]
     pub fn turn(&self, turn: impl FnOnce(&mut T)) {
-        // SAFETY: PendSV does not interrupt itself, and nobody else is here after `start`.
-        if let Some(frame) = unsafe { &mut *self.0.get() } {
-            turn(frame);
+        if self.1.load(Ordering::Relaxed) {
+            // SAFETY: `start` has written it. PendSV does not interrupt itself, and nobody else is
+            // here after `start`.
+            turn(unsafe { (*self.0.get()).assume_init_mut() });
         }
     }
 }

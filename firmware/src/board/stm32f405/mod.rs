@@ -28,6 +28,7 @@ mod stream;
 mod supply;
 mod watchdog;
 
+use cortex_m::peripheral::SCB;
 use firmware::app::guard::kept::{EARLY_US, Kept};
 use firmware::app::guard::output::{self, Verdict};
 use firmware::app::{COMMAND_BAUD, Hardware, Lines};
@@ -38,7 +39,6 @@ use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::adis::{Found, Rate};
 use firmware::wire::command::{Reset, unwell};
-use cortex_m::peripheral::SCB;
 use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;

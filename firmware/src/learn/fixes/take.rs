@@ -47,6 +47,7 @@ impl FixLearner<'_> {
     }
 
     /// So many samples are missing before the one that comes next, which is `counts`.
+    #[inline(never)]
     pub(super) fn go_across(&mut self, missing: u32, counts: &Counts) {
         let of = self.last.map_or(*counts, |(_, counts)| counts);
         let missing = self.bridge(missing);
@@ -56,6 +57,7 @@ impl FixLearner<'_> {
     }
 
     /// A block has ended.
+    #[inline(never)]
     pub(super) fn end_block(&mut self, sources: &Sources) {
         self.held.block();
         let navigates = self.interval_is_over();
@@ -76,6 +78,7 @@ impl FixLearner<'_> {
     }
 
     /// A fix that arrived after sample `number`.
+    #[inline(never)]
     pub(super) fn take_fix(&mut self, number: u32, fix: &Fix) {
         match self.look_at(number, fix) {
             Looked::Unused => {}

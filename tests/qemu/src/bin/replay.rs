@@ -9,6 +9,7 @@ mod target {
 
     use firmware::app::Config;
     use firmware::app::blackbox::Memory;
+    use firmware::learn::exchange::Exchange;
     use firmware::link::progress::Progress;
     use firmware::wire::ImuFormat;
     use qemu::replay::{
@@ -130,6 +131,7 @@ mod target {
             };
             Replay::with_learner(config, pace, wires, learner)
         };
+        replay.learn_apart(cortex_m::singleton!(: Exchange = Exchange::new())?);
         replay.record_in(cortex_m::singleton!(: Memory = Memory::ZEROED)?);
         while let Some(input) = reader.byte() {
             let input = Input::from_number(input)?;

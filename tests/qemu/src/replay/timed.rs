@@ -1,12 +1,14 @@
 //! Records that come when they come, and a processor that needs time for what it does.
 //!
 //! The clock of the application goes on by what its passes cost. Bytes that arrive during a pass
-//! are seen by the next one. So work that falls together delays frames here as on a board.
+//! are seen by the next one. So work that falls together delays frames here as on a board. A
+//! learner of its own priority has the time that the passes leave.
 
 use firmware::link::progress::Progress;
 use heapless::Deque;
 
 use super::{FIRST, Input, Replay};
+use firmware::learn::exchange::Background;
 
 /// Cycles that an instruction is taken to need. On a Cortex-M4F most need one, loads and branches
 /// up to three, flash with an accelerator little more; measured on no chip.
@@ -21,6 +23,8 @@ const MHZ: u64 = 168;
 pub(super) struct Timed {
     now_ns: u64,
     busy: bool,
+    /// When the learner has done what it does, if no pass interrupts it, ns.
+    learns_until_ns: u64,
     /// When the frames came that have not left, ns, and their lengths.
     waiting: Deque<(u64, usize), 64>,
     /// Bytes that have left of the oldest one.
@@ -35,8 +39,12 @@ impl<S: Progress + Copy> Replay<'_, S> {
     /// Works until the record's time, then takes it.
     pub(super) fn in_time(&mut self, input: Input, at_us: u32, bytes: &[u8]) {
         let at_ns = u64::from(at_us) * 1000;
-        while self.timed.busy && self.timed.now_ns < at_ns {
-            self.timed_pass();
+        loop {
+            if self.timed.busy && self.timed.now_ns < at_ns {
+                self.timed_pass();
+            } else if self.timed.learns_until_ns >= at_ns || !self.timed_learning() {
+                break;
+            }
         }
         self.timed.now_ns = self.timed.now_ns.max(at_ns);
         self.timed.busy = true;
@@ -53,6 +61,18 @@ impl<S: Progress + Copy> Replay<'_, S> {
         }
     }
 
+    /// The learner carries out an order. False: none waits.
+    fn timed_learning(&mut self) -> bool {
+        let ticks = self.wires.ticks;
+        let begun = ticks();
+        let turned = self.background.as_mut().is_some_and(Background::turn);
+        let ns = ns_of(ticks().wrapping_sub(begun) & 0x00ff_ffff);
+        let timed = &mut self.timed;
+        timed.learns_until_ns = timed.learns_until_ns.max(timed.now_ns) + ns;
+        timed.busy |= turned; // it may have answered
+        turned
+    }
+
     fn timed_pass(&mut self) {
         let ticks = self.wires.ticks;
         let since = |begun: u32, then: u32| then.wrapping_sub(begun) & 0x00ff_ffff;
@@ -64,6 +84,9 @@ impl<S: Progress + Copy> Replay<'_, S> {
             (self.cost.pass, self.cost.pass_at) = (pass, self.cost.records);
         }
         let last_ns = self.timed.now_ns + ns_of(since(begun, self.lines.navigation.last));
+        if self.timed.learns_until_ns > self.timed.now_ns {
+            self.timed.learns_until_ns += ns_of(pass); // it was interrupted
+        }
         self.timed.now_ns += ns_of(pass);
         while let Some(byte) = (self.wires.left)(self.wires.navigation) {
             let _ = self.sent.push(byte);
@@ -85,7 +108,7 @@ impl<S: Progress + Copy> Replay<'_, S> {
     /// Does what is left when the recording is over.
     pub fn end(&mut self) -> &[u8] {
         self.sent.clear();
-        while self.timed.busy {
+        while self.timed.busy || self.timed_learning() {
             self.timed_pass();
         }
         &self.sent
