@@ -1,4 +1,4 @@
-//! The application: what runs in one pass of the main loop.
+//! The application: what runs in one pass of the frame path.
 
 mod aged;
 mod anew;

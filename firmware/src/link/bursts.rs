@@ -2,14 +2,14 @@
 //!
 //! An interrupt comes when the sensor has a new sample ([`Bursts::ready`]), and one when the
 //! transfer has ended ([`Bursts::ended`]). Between them the core has nothing to do. The two do not
-//! interrupt each other. The main loop takes what has come ([`Bursts::take`]), each burst once and
+//! interrupt each other. The frame path takes what has come ([`Bursts::take`]), each burst once and
 //! in order; some wait for it while it is busy.
 //!
 //! Nothing waits here, so nothing hangs. What goes wrong costs bursts, and each is told:
 //! - A transfer that has not ended when the next sample is ready is given up. That sample is left
 //!   as well: the sensor wants a pause first.
 //! - A sample that is ready within the pause behind a transfer is left.
-//! - So is one without a place, because the main loop was busy for too long.
+//! - So is one without a place, because the frame path was busy for too long.
 //!
 //! A data-ready that never comes is seen in the sensor's counter, or as silence.
 
@@ -30,7 +30,7 @@ pub trait Exchange<'m> {
     fn now_us(&self) -> u32;
 }
 
-/// Bursts on their way from the interrupts to the main loop. `N`: how many may wait, a power of
+/// Bursts on their way from the interrupts to the frame path. `N`: how many may wait, a power of
 /// two; `LONGEST`: bytes of the longest exchange; `STALL_US`: the pause between two exchanges, us.
 #[derive(Debug)]
 pub struct Bursts<const N: usize, const LONGEST: usize, const STALL_US: u32> {
@@ -72,7 +72,7 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         self.length.store(length.min(LONGEST), Ordering::Relaxed);
     }
 
-    /// For the interrupt: the sensor has a new sample. Returns whether to wake the main loop.
+    /// For the interrupt: the sensor has a new sample. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn ready<'b>(&'b self, bus: &impl Exchange<'b>) -> bool {
         let length = self.length.load(Ordering::Relaxed);
@@ -100,7 +100,7 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         false
     }
 
-    /// For the interrupt: the transfer has ended or failed. Returns whether to wake the main loop.
+    /// For the interrupt: the transfer has ended or failed. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn ended<'b>(&'b self, bus: &impl Exchange<'b>) -> bool {
         if self.running.load(Ordering::Relaxed) == 0 {
@@ -136,7 +136,7 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         true
     }
 
-    /// For the main loop: the oldest reply that was not taken, copied by `copy` to `reply`.
+    /// For the frame path: the oldest reply that was not taken, copied by `copy` to `reply`.
     ///
     /// # Errors
     /// [`Lost`], once for each burst that was lost, before what is still there.

@@ -19,7 +19,7 @@
 //! at i disagrees with what left, and the frame is as damaged as it was. The bytes behind i leave
 //! as they come, since one that was lost makes them the next frame's.
 //!
-//! **Who decides.** The main loop tells the [`Plan`] ([`Cut::arm`]) and from which byte of the
+//! **Who decides.** The frame path tells the [`Plan`] ([`Cut::arm`]) and from which byte of the
 //! stream on it holds. From there every frame is cut that looks as planned, has followed the last
 //! one without a byte between, and finds room. The first that does not ends it. What has left is
 //! counted in bytes of the stream; the loop sends all that is behind ([`Cut::claim`]) as it would

@@ -1,18 +1,18 @@
 //! A serial line whose bytes a DMA controller moves: the decisions about its transfers, without
 //! registers.
 //!
-//! **Receiving.** The main loop says how many bytes it needs before there is work
+//! **Receiving.** The frame path says how many bytes it needs before there is work
 //! ([`Port::want`](super::uart::Port::want)). A transfer writes straight into the ring and ends
 //! with the byte that is wanted, or at the ring's end, where the next one continues. So the
 //! interrupt comes with the last byte of a frame, neither earlier nor after a silence of the line,
 //! and once a frame. It begins the next transfer at once, of the length that was wanted last.
-//! Meanwhile the line's receiver holds one byte. The main loop finds bytes that came without an
+//! Meanwhile the line's receiver holds one byte. The frame path finds bytes that came without an
 //! interrupt by reading how far the transfer is.
 //!
 //! **Sending.** One transfer sends what is in one piece in the ring. Its end begins the next.
 //!
 //! **Who touches what.** Only interrupts begin and stop transfers, and they do not interrupt each
-//! other. When the main loop wants something else, it makes the interrupt pending (`sync`), which
+//! other. When the frame path wants something else, it makes the interrupt pending (`sync`), which
 //! is served before the loop continues. By itself it only reads how much is left. So between the
 //! stop of a transfer and the begin of the next only bytes can come, and these wait in the
 //! receiver.
@@ -36,9 +36,9 @@ pub trait Stream<'m>: Progress {
 }
 
 impl Uart {
-    /// For the interrupt of the receiving stream, whether a transfer ended or the main loop made it
+    /// For the interrupt of the receiving stream, whether a transfer ended or the frame path made it
     /// pending. It reports the bytes that have come and begins the next transfer, as long as the
-    /// main loop wants. Returns whether to wake the main loop.
+    /// frame path wants. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn received_by<'u>(&'u self, stream: &impl Stream<'u>) -> bool {
         let left = stream.stop();
@@ -63,7 +63,7 @@ impl Uart {
         missing <= 0
     }
 
-    /// For the interrupt of the sending stream, whether a transfer ended or the main loop made it
+    /// For the interrupt of the sending stream, whether a transfer ended or the frame path made it
     /// pending. When a transfer has ended, it begins the next. A transfer that failed is not
     /// repeated: it would fail again.
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Bytes between an interrupt and the loop.
 //!
 //! There is one ring for each direction. For received bytes the interrupt calls [`Inlet::push`] and
-//! the main loop reads the [`Outlet`]. For sent bytes the main loop writes the [`Inlet`] and the
+//! the frame path reads the [`Outlet`]. For sent bytes the frame path writes the [`Inlet`] and the
 //! interrupt calls [`Outlet::pop`]. A ring has one producer and one consumer, and no lock.
 //!
 //! It is written with atomics. The ends of `heapless::spsc` divide by a length that they only know

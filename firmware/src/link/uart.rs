@@ -1,10 +1,10 @@
-//! A serial line between the main loop and its interrupts: what boards share, without their
+//! A serial line between the frame path and its interrupts: what boards share, without their
 //! registers.
 //!
 //! Either an interrupt moves single bytes and calls [`Uart::came`] and [`Uart::next`]. Or a DMA
 //! controller moves them, and its interrupts call the functions of [`super::dma`]. In both cases
-//! the main loop has the [`Port`]. There is no lock, since the two sides share only the
-//! [`super::ring`]s and a few atomics. A main loop that states how many bytes it needs before there
+//! the frame path has the [`Port`]. There is no lock, since the two sides share only the
+//! [`super::ring`]s and a few atomics. A frame path that states how many bytes it needs before there
 //! is work ([`Port::want`]) is not woken earlier.
 
 use super::cut::Cut;
@@ -25,11 +25,11 @@ pub const TO_SEND: usize = 512;
 pub struct Uart {
     pub(super) received: Ring<RECEIVED>,
     pub(super) to_send: Ring<TO_SEND>,
-    /// Wake the main loop when so many bytes have come since start, modulo 2^32. Written by the
-    /// main loop.
+    /// Wake the frame path when so many bytes have come since start, modulo 2^32. Written by the
+    /// frame path.
     pub(super) wanted: AtomicUsize,
     /// Bytes that it wanted last: how far a DMA transfer reaches until it wants more. 0: as far as
-    /// there is room. Written by the main loop.
+    /// there is room. Written by the frame path.
     pub(super) ahead: AtomicUsize,
     /// Bytes of the receiving DMA transfer; 0: there is none. Written by the interrupt.
     pub(super) arriving: AtomicUsize,
@@ -50,7 +50,7 @@ impl Uart {
         }
     }
 
-    /// For the interrupt: a byte came. Returns whether to wake the main loop.
+    /// For the interrupt: a byte came. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn came(&self, byte: u8) -> bool {
         let pushed = self.received.push(byte);
@@ -59,7 +59,7 @@ impl Uart {
     }
 
     /// The same for the sensor's line, whose frames may be cut: what leaves goes to `out`. Returns
-    /// whether to wake the main loop, and whether `out` has something to send.
+    /// whether to wake the frame path, and whether `out` has something to send.
     #[inline(always)]
     pub fn came_through(&self, byte: u8, cut: &mut Cut, out: &Uart) -> (bool, bool) {
         let place = self.received.pushed();
@@ -79,7 +79,7 @@ impl Uart {
     }
 
     /// For the interrupt: bytes were lost before they came here (overrun, framing, parity). Wake
-    /// the main loop.
+    /// the frame path.
     pub fn lost(&self) {
         self.received.inlet().mark_lost();
     }
@@ -113,12 +113,12 @@ impl Uart {
         self.to_send.pop()
     }
 
-    /// The main loop's end. `wake` makes the line's interrupt pending, which then sends.
+    /// The frame path's end. `wake` makes the line's interrupt pending, which then sends.
     pub fn port(&self, wake: fn()) -> Port<'_> {
         self.port_over(NoStream, || (), wake)
     }
 
-    /// The main loop's end of a line that DMA may serve. `stream` tells how far the receiving
+    /// The frame path's end of a line that DMA may serve. `stream` tells how far the receiving
     /// transfer is. `sync` makes the interrupt pending that calls [`Uart::received_by`], `wake` the
     /// one that sends.
     pub fn port_over<S: Progress>(&self, stream: S, sync: fn(), wake: fn()) -> Port<'_, S> {
@@ -138,7 +138,7 @@ impl Uart {
 /// Lets work have a line's [`Cut`] with interrupts masked.
 pub type Masked = fn(&mut dyn FnMut(&mut Cut));
 
-/// The main loop's end of a line.
+/// The frame path's end of a line.
 #[derive(Debug)]
 pub struct Port<'u, S = NoStream> {
     uart: &'u Uart,
@@ -162,7 +162,7 @@ impl<S: Progress> Port<'_, S> {
     }
 
     /// States that there is no work before `bytes` more have come than were taken. Returns false
-    /// when they are here already; else an interrupt will wake the main loop. This holds until the
+    /// when they are here already; else an interrupt will wake the frame path. This holds until the
     /// next [`Line::receive`], after which every byte that an interrupt reports wakes it.
     pub fn want(&self, bytes: usize) -> bool {
         let taken = self.received.popped();

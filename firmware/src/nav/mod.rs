@@ -22,7 +22,7 @@
 //! - The **Earth's quantities** are computed in f64 every 320 m north or 100 m up, and follow their
 //!   slopes between (`place`).
 //! - The **error dynamics** take a step every two pieces (`transition`). A piece in which the Earth
-//!   is computed has none, so that no pass of the main loop has both.
+//!   is computed has none, so that no pass of the frame path has both.
 //! - The **matrices** are f32: they weight errors and need three digits.
 //!
 //! No function here panics. Implausible samples, and estimates and corrections that are not finite,
@@ -359,7 +359,7 @@ impl Navigator {
             time,
         };
         self.interval.piece(&motion);
-        // two long computations in one pass of the main loop are put off for some pieces at most
+        // two long computations in one pass of the frame path are put off for some pieces at most
         if self.interval.is_due(step.anew) {
             let here = self.solution.place().coarse();
             self.interval.step(here, self.config.noise);

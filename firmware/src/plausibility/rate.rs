@@ -1,6 +1,6 @@
 //! The sample rate against the board's clock.
 //!
-//! Samples come in bursts: an adapter for USB delays them, and the main loop may wake late. So the
+//! Samples come in bursts: an adapter for USB delays them, and the frame path may wake late. So the
 //! samples are counted over windows, and several windows in a row must disagree in the same sense.
 //! A burst that a window misses is too much in the next one.
 //!

@@ -14,6 +14,7 @@ use firmware::sample::{RawSample, StreamScale};
 use firmware::store::Progress;
 use firmware::wire::command::{Request, Response, fault};
 use lrnn_nostd::State;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Samples of a block.
 const BLOCK: u32 = 20;
@@ -158,6 +159,43 @@ fn whenever_the_learner_runs_the_same_bytes_leave() {
         assert_eq!(there.app.faults() & fault::LEARNER, 0, "{most}");
         assert!(sent(&there) == sent(&here), "{most}");
     }
+}
+
+/// The two in threads of their own, on a desktop's two cores. The frames wait at the end of a block
+/// only, for a learner that would be late by the wall clock.
+#[test]
+fn in_two_threads_the_same_bytes_leave() {
+    let frames = 0..40 * BLOCK;
+    let mut here = device();
+    frames.clone().for_each(|n| frame(&mut here, n));
+    let mut there = device();
+    let mut background = apart(&mut there);
+    let answered = AtomicU32::new(0);
+    std::thread::scope(|scope| {
+        let answered = &answered;
+        let learner = scope.spawn(move || {
+            let mut blocks = 0;
+            while blocks < 39 {
+                if background.turn() {
+                    blocks = background.learner().report().used;
+                    answered.store(blocks, Ordering::Release);
+                } else {
+                    std::thread::yield_now();
+                }
+            }
+        });
+        for n in frames {
+            frame(&mut there, n);
+            // the first frame only begins the stream
+            let ended = (n + 1) / BLOCK;
+            while n % BLOCK == BLOCK - 1 && answered.load(Ordering::Acquire) < ended.min(39) {
+                std::thread::yield_now();
+            }
+        }
+        learner.join().expect("it ends");
+    });
+    assert_eq!(there.app.faults() & fault::LEARNER, 0);
+    assert!(sent(&there) == sent(&here));
 }
 
 /// A learner that gets no time at all: its answer is missed at the end of the next block. The

@@ -3,7 +3,6 @@
 #![no_std]
 #![no_main]
 
-use embassy_executor::Spawner;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::rcc::{
     APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
@@ -63,8 +62,9 @@ fn clocks() -> Config {
     config
 }
 
-#[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+layer::main!(frame_path, embassy_stm32, CAN1_SCE, P15);
+
+async fn frame_path() {
     let chip = embassy_stm32::init(clocks());
     let told = SerialLines::DEFAULT;
     let [sensor, receiver, command] = [

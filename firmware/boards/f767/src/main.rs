@@ -5,7 +5,6 @@
 #![no_std]
 #![no_main]
 
-use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_stm32::flash::Flash;
 use embassy_stm32::rcc::{
@@ -66,8 +65,9 @@ fn clocks() -> Config {
     config
 }
 
-#[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+layer::main!(frame_path, embassy_stm32, CAN1_SCE, P15);
+
+async fn frame_path() {
     layer::turn_caches_on();
     let chip = embassy_stm32::init(clocks());
     let told = SerialLines::DEFAULT;

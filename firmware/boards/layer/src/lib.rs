@@ -1,7 +1,8 @@
 //! What the boards over other people's drivers share: the loop around [`firmware::app::App::poll`],
 //! serial lines, flash, USB, an ADIS, memory.
 //!
-//! A board is a manifest, a memory map and a `main` that opens its peripherals and calls [`run`].
+//! A board is a manifest, a memory map and a function that opens its peripherals and calls [`run`],
+//! which [`main!`] runs above the main thread.
 //! docs/add-a-board.md goes through one.
 //!
 //! What these boards do not have, and the board `stm32f405` has: cut-through, an interrupt with a
@@ -40,11 +41,18 @@ pub mod random;
 mod run;
 #[cfg(feature = "stm32")]
 pub mod spi;
+#[allow(
+    unsafe_code,
+    reason = "what the frame path hands to the main thread; each block says why it is sound"
+)]
+pub mod thread;
 #[cfg(any(feature = "rp", feature = "usb"))]
 pub mod through;
 #[cfg(feature = "usb")]
 pub mod usb;
 
+pub use cortex_m_rt;
+pub use embassy_executor;
 pub use firmware;
 
 pub use adis::{Adis, NoAdis, Source};
@@ -59,6 +67,45 @@ use static_cell::ConstStaticCell;
 /// The watchdog bites when it was not fed for so long, ms: longer than erasing a part of the store
 /// takes, which halts most of these chips.
 pub const WATCHDOG_MS: u32 = 8000;
+
+/// `main` of a board: runs the async function `$path` in an executor of the interrupt `$irq`, which
+/// the chip does not use and which gets the lowest priority, and the learner and the store in the
+/// main thread. `$hal` is the crate of drivers, `$lowest` its name of that priority.
+#[macro_export]
+macro_rules! main {
+    ($path:ident, $hal:ident, $irq:ident, $lowest:ident) => {
+        static EXECUTOR: $crate::embassy_executor::InterruptExecutor =
+            $crate::embassy_executor::InterruptExecutor::new();
+
+        // SAFETY: the interrupt table has a weak entry of this name, and nothing else defines it.
+        #[unsafe(no_mangle)]
+        extern "C" fn $irq() {
+            // SAFETY: this is the interrupt's handler, and it comes only after `start`.
+            unsafe { EXECUTOR.on_interrupt() }
+        }
+
+        #[embassy_executor::task]
+        async fn path() {
+            $path().await;
+        }
+
+        #[embassy_executor::task]
+        async fn begin() {
+            // SAFETY: the executor's own context.
+            let spawner = unsafe { embassy_executor::Spawner::for_current_executor() }.await;
+            spawner.spawn(path().expect("one such task"));
+        }
+
+        #[$crate::cortex_m_rt::entry]
+        fn main() -> ! {
+            use $hal::interrupt::{InterruptExt, Priority};
+            $hal::interrupt::$irq.set_priority(Priority::$lowest);
+            let spawner = EXECUTOR.start($hal::interrupt::$irq);
+            spawner.spawn(begin().expect("one such task"));
+            $crate::thread::run()
+        }
+    };
+}
 
 /// Memory that is handed out once, of so many bytes.
 #[macro_export]

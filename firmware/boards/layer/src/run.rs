@@ -1,21 +1,22 @@
-//! The loop around the application.
+//! The frame path: the loop around the application.
 
 use embassy_futures::join::join;
 use embassy_futures::select::{Either3, select3, select4};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_storage::nor_flash::NorFlash;
-use firmware::app::{App, Hardware, Lines};
+use firmware::app::{App, Hardware, Jobs, Lines};
 use firmware::configuration::SerialLines;
 use firmware::learn::Learner;
 use firmware::link::{Clock, rates};
 use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::command::LoopPhase;
+use static_cell::ConstStaticCell;
 
 use crate::adis::{Fetch, New, Source};
 use crate::line::{Frame, Wire};
-use crate::{blackbox, crash};
+use crate::{blackbox, crash, learners, thread};
 
 /// The application has its turn at least so often, as it asks.
 const TURN: Duration = Duration::from_millis(1);
@@ -41,9 +42,7 @@ pub struct Board<S, N, C, G, A, F, W> {
 }
 
 /// Time by the chip's counter.
-struct Time {
-    asleep_us: u64,
-}
+struct Time;
 
 impl Clock for Time {
     fn now_us(&self) -> u64 {
@@ -51,11 +50,21 @@ impl Clock for Time {
     }
 
     fn asleep_us(&self) -> Option<u64> {
-        Some(self.asleep_us)
+        Some(thread::asleep_us())
     }
 }
 
-/// Runs the application with a learner, for ever.
+static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
+
+/// Runs the application with a learner, for ever. The learner and the store are the main thread's
+/// from then on.
+///
+/// # Panics
+/// It is called a second time.
+#[allow(
+    unsafe_code,
+    reason = "the store is the main thread's; says why that is sound"
+)]
 pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: FnMut()>(
     mut board: Board<S, N, C, G, A, F, W>,
     learner: Option<&'static mut dyn Learner>,
@@ -84,8 +93,12 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
     );
     static NEW: New = New::new();
     let (mut adis, edges) = board.adis.split(&NEW);
+    let background = learners::apart(&mut app);
+    let (mut gives, stores) = JOBS.take().split();
+    // SAFETY: this future is a task's, which is pinned in a static and never ends.
+    unsafe { thread::hand_over(background, stores, &mut store) };
     let lines = &mut board.lines;
-    let mut time = Time { asleep_us: 0 };
+    let time = Time;
     let (mut frame, mut new) = ([0; LONGEST], false);
     // an ADIS was found, and something has come on the sensor's line
     let (mut has_adis, mut heard) = (false, false);
@@ -112,10 +125,7 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
             if let Some(told) = app.to_open() {
                 open(lines, &told);
             }
-            crash::during(LoopPhase::Store);
-            if let (true, Some(store)) = (app.wants_to_store(), &mut store) {
-                app.store(|step, content| store.carry_out(step, content));
-            }
+            gives.turn(&mut app);
             crash::during(LoopPhase::Look);
             if app.finds_anew() {
                 adis.forget();
@@ -139,7 +149,6 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
                 yield_now().await; // other tasks have their turn
                 continue;
             }
-            let before = time.now_us();
             let arrived = select4(
                 lines.sensor.arrived(),
                 lines.navigation.arrived(),
@@ -148,7 +157,6 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
             );
             let woken = select3(arrived, NEW.wait(), Timer::after(TURN)).await;
             new = matches!(woken, Either3::Second(()));
-            time.asleep_us += time.now_us().saturating_sub(before);
         }
     };
     join(edges, turns).await;

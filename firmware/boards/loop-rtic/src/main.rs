@@ -1,6 +1,6 @@
-//! A loop of one's own: the application in the idle task of an RTIC program. The interrupts of the
-//! two UARTs move bytes between `stm32f4xx-hal` and the rings of `firmware::link::uart`, and the
-//! loop sleeps until there is work. It corrects with the networks that it is built with, has
+//! A loop of one's own: the frame path in a task of an RTIC program, and the learner in its idle
+//! task. The interrupts of the two UARTs move bytes between `stm32f4xx-hal` and the rings of
+//! `firmware::link::uart`, and trigger the frame path. It corrects with the networks that it is built with, has
 //! neither store nor receiver, and is commanded over no line. STM32F405 on its internal oscillator;
 //! the sensor is at PA9 and PA10, the navigation computer at PA2 and PA3.
 #![no_std]
@@ -22,6 +22,8 @@ mod program {
     use cortex_m::peripheral::NVIC;
     use cortex_m::peripheral::syst::SystClkSource;
     use firmware::app::{App, Config, Lines};
+    use firmware::learn::WindowLearner;
+    use firmware::learn::exchange::{Background, Exchange};
     use firmware::link::uart::{Port, Uart};
     use firmware::link::{Clock, NoLine};
     use stm32f4xx_hal::pac::{Interrupt, TIM5, USART1, USART2};
@@ -55,14 +57,18 @@ mod program {
 
     #[local]
     struct Local {
+        app: App<'static>,
+        background: Option<Background<'static>>,
         sensor: Serial<USART1>,
         navigation: Serial<USART2>,
         lines: Lines<Port<'static>, Port<'static>, NoLine, NoLine>,
         time: Time,
     }
 
-    #[init]
+    #[init(local = [learner: WindowLearner = WindowLearner::new(), exchange: Exchange = Exchange::new()])]
     fn init(mut context: init::Context) -> (Shared, Local) {
+        let mut app = App::with_learner(Config::default(), Some(context.local.learner));
+        let background = app.split(context.local.exchange);
         let chip = context.device;
         let mut rcc = chip.RCC.freeze(rcc::Config::hsi());
         let pins = chip.GPIOA.split(&mut rcc);
@@ -97,6 +103,8 @@ mod program {
             seen: Cell::new((0, 0)),
         };
         let local = Local {
+            app,
+            background,
             sensor,
             navigation,
             lines,
@@ -105,24 +113,34 @@ mod program {
         (Shared {}, local)
     }
 
-    /// The co-processor.
-    #[idle(local = [lines, time])]
+    /// The frame path. The interrupt is one that this program does not use otherwise.
+    #[task(binds = CAN1_SCE, priority = 1, local = [app, lines, time])]
+    fn correct(context: correct::Context) {
+        let correct::LocalResources {
+            app, lines, time, ..
+        } = context.local;
+        while app.poll(lines, time) || !lines.sensor.want(app.needs()) {}
+    }
+
+    /// The learner.
+    #[idle(local = [background])]
     fn idle(context: idle::Context) -> ! {
-        let idle::LocalResources { lines, time, .. } = context.local;
-        let mut app = App::new(Config::default());
+        let background = context.local.background;
         loop {
-            let busy = app.poll(lines, time);
+            while background.as_mut().is_some_and(Background::turn) {}
             // masked, so that nothing comes between the question and the sleep; it still wakes
             cortex_m::interrupt::free(|_| {
-                if !busy && lines.sensor.want(app.needs()) {
+                if !background.as_ref().is_some_and(Background::waits) {
                     cortex_m::asm::wfi();
                 }
             });
         }
     }
 
-    #[task(binds = SysTick, priority = 1)]
-    fn tick(_: tick::Context) {}
+    #[task(binds = SysTick, priority = 2)]
+    fn tick(_: tick::Context) {
+        NVIC::pend(Interrupt::CAN1_SCE);
+    }
 
     /// Both interrupts have one priority, so that none interrupts the other.
     #[task(binds = USART1, priority = 2, local = [sensor])]
@@ -140,10 +158,15 @@ mod program {
         use stm32f4xx_hal::nb;
         match serial.read() {
             Ok(byte) => {
-                line.came(byte);
+                if line.came(byte) {
+                    NVIC::pend(Interrupt::CAN1_SCE);
+                }
             }
             Err(nb::Error::WouldBlock) => {}
-            Err(nb::Error::Other(_)) => line.lost(),
+            Err(nb::Error::Other(_)) => {
+                line.lost();
+                NVIC::pend(Interrupt::CAN1_SCE);
+            }
         }
         if !serial.is_tx_empty() {
             return;

@@ -5,7 +5,6 @@
 #![no_std]
 #![no_main]
 
-use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_nrf::buffered_uarte::{self, BufferedUarte};
 use embassy_nrf::config::{Config, HfclkSource};
@@ -41,8 +40,9 @@ const UART: Clock = Clock {
     most: 13_333,
 };
 
-#[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+layer::main!(frame_path, embassy_nrf, EGU0_SWI0, P7);
+
+async fn frame_path() {
     let mut clocks = Config::default();
     clocks.hfclk_source = HfclkSource::ExternalXtal;
     let chip = embassy_nrf::init(clocks);

@@ -4,7 +4,6 @@
 #![no_std]
 #![no_main]
 
-use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_rp::flash::{Blocking, Flash};
 use embassy_rp::gpio::{Input, Level, Output, Pull};
@@ -36,8 +35,9 @@ const UART: Clock = Clock {
     least: 64,
     most: 64 * 65_535,
 };
-#[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+layer::main!(frame_path, embassy_rp, SWI_IRQ_0, P3);
+
+async fn frame_path() {
     let chip = embassy_rp::init(embassy_rp::config::Config::default());
     let told = SerialLines::DEFAULT;
     let mut config = Config::default();

@@ -22,7 +22,7 @@ pub(super) struct Well {
 
 impl App<'_> {
     /// Why the watchdogs must not be fed: bits of [`unwell`]; 0: all is well. To be called in every
-    /// turn of the main loop, after [`App::poll`], with the board's time.
+    /// turn of the frame path, after [`App::poll`], with the board's time.
     ///
     /// A sensor that is silent, sends nothing that is understood, or was never connected is known
     /// and handled, and no reason to start anew. Neither is a learner that was stopped: the stream

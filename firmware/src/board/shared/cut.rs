@@ -1,4 +1,4 @@
-//! What cuts frames through, for the sensor's interrupt and the main loop.
+//! What cuts frames through, for the sensor's interrupt and the frame path.
 #![allow(
     unsafe_code,
     reason = "what interrupt and loop share; each block says why it is sound"
@@ -24,7 +24,7 @@ pub fn masked_cut<R>(work: impl FnOnce(&mut Cut) -> R) -> R {
     interrupt::free(|_| work(unsafe { &mut *CUT.0.get() }))
 }
 
-/// The same for the main loop's end of the line.
+/// The same for the frame path's end of the line.
 pub fn masked(work: &mut dyn FnMut(&mut Cut)) {
     masked_cut(work);
 }

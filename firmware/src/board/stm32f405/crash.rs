@@ -22,10 +22,10 @@ use super::{counter, watchdog};
 #[unsafe(link_section = ".uninit.kept")]
 static mut KEPT: MaybeUninit<[u32; WORDS]> = MaybeUninit::uninit();
 
-/// What the main loop is doing.
+/// What the frame path is doing.
 static PHASE: AtomicU8 = AtomicU8::new(LoopPhase::Starting as u8);
 
-/// The main loop begins with this.
+/// The frame path begins with this.
 pub fn during(phase: LoopPhase) {
     PHASE.store(phase as u8, Ordering::Relaxed);
 }
@@ -44,7 +44,7 @@ pub fn resume(phase: u8) {
 pub fn words() -> [u32; WORDS] {
     let place = (&raw const KEPT).cast::<[u32; WORDS]>();
     // SAFETY: aligned and in RAM, and any bits are good words. Volatile, since they come from
-    // before the start. Only the main loop and the entries below use it, which do not return.
+    // before the start. Only the frame path and the entries below use it, which do not return.
     unsafe { place.read_volatile() }
 }
 

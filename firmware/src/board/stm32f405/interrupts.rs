@@ -22,7 +22,7 @@ const INTERRUPTS: usize = 82;
 const CUT: u8 = 0x10;
 
 /// Priority of the rest, which do not interrupt each other either. They share nothing with those
-/// above but the mark that wakes the main loop.
+/// above but the mark that wakes the frame path.
 const USUAL: u8 = 0x20;
 
 /// Gives all but the window watchdog's their priority, before any is let through.

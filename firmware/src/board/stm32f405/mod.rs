@@ -230,7 +230,7 @@ impl Board {
         (supply::is_low(), self.reopened)
     }
 
-    /// To be called in every turn of the main loop: feeds the watchdogs if the application is well
+    /// To be called in every turn of the frame path: feeds the watchdogs if the application is well
     /// and the navigation line sends. In a safe start the line is no reason to start anew any more.
     pub fn guard(&mut self, application: u8) {
         let now = self.time.now_us();

@@ -1,7 +1,7 @@
 //! The receiver's time pulse at PB8: timer 4 captures the rising edge (RM0090 section 18.3.5).
 //!
 //! The timer counts microseconds and stores its count at the edge, so it does not matter when the
-//! main loop looks, as long as it does within 65 ms. No interrupt is needed. An edge counts when
+//! frame path looks, as long as it does within 65 ms. No interrupt is needed. An edge counts when
 //! the line has been high for 3 us, so that a glitch is none. **Not tested on hardware**, only in a
 //! model (`tests/qemu/judges/stm32f405.py`). QEMU's timer captures nothing.
 

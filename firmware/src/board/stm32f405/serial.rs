@@ -2,7 +2,7 @@
 //!
 //! DMA moves the bytes, and an interrupt comes with the last byte of a frame
 //! (`firmware::link::dma`). Where there is no controller (QEMU), an interrupt of some forty
-//! instructions moves each byte. In both cases the main loop sleeps until the frame may be
+//! instructions moves each byte. In both cases the frame path sleeps until the frame may be
 //! complete. **The DMA path has not run on a chip yet**, only in a model written from the same
 //! manual (`tests/qemu/judges/stm32f405.py`).
 //!
@@ -27,14 +27,14 @@ use super::stream::{Left, Stream, reaches};
 use crate::shared::cut::{masked, masked_cut};
 use crate::shared::wake::wake;
 
-/// The main loop's end of a line.
+/// The frame path's end of a line.
 pub type Port = uart::Port<'static, Left>;
 
 /// Rounds of waiting until what is to be sent has left, of some twenty cycles each: 20 ms, the time
 /// of a full ring at 250 000 bit/s. At a lower rate the rest is lost when the line is opened anew.
 const PATIENCE: u32 = 170_000;
 
-/// The main loop's ends.
+/// The frame path's ends.
 pub struct Ports {
     /// USART1.
     pub usart1: Port,
@@ -328,7 +328,7 @@ streams!(uart4_in, uart4_out, DMA1, 2, 4);
 /// is lost, and that is reported.
 ///
 /// Without DMA, the interrupt takes the byte that came, then gives the transmitter what it has room
-/// for. The main loop makes the interrupt pending when it has written something. From then on the
+/// for. The frame path makes the interrupt pending when it has written something. From then on the
 /// empty transmitter interrupts by itself.
 macro_rules! handlers {
     (
@@ -405,7 +405,7 @@ fn give(uart: &RegisterBlock, line: &Uart) {
     }
 }
 
-/// A byte of the sensor, whose frames may be cut through. Whether to wake the main loop.
+/// A byte of the sensor, whose frames may be cut through. Whether to wake the frame path.
 #[inline(always)]
 fn sensor_came(byte: u8) -> bool {
     let (woken, sends) = masked_cut(|cut| SENSOR.came_through(byte, cut, &NAVIGATION));

@@ -46,7 +46,7 @@ const BURST_US: u32 = 600;
 /// clock of 0.5 MHz takes 168 cycles.
 const HALF_A_CLOCK: u32 = 100;
 
-/// Bursts that may wait for the main loop: 1 ms of an ADIS1649x at its fastest.
+/// Bursts that may wait for the frame path: 1 ms of an ADIS1649x at its fastest.
 static BURSTS: Bursts<4, LONGEST, STALL_US> = Bursts::new();
 
 /// What is sent in a burst, in SRAM, which every stream reaches.
@@ -188,7 +188,7 @@ impl Exchange<'static> for ByDma {
 #[cold]
 fn anew() {
     let (cr1, cr2) = (spi().cr1().read().bits(), spi().cr2().read().bits());
-    // SAFETY: no other interrupt uses this register, and the main loop does so only at start.
+    // SAFETY: no other interrupt uses this register, and the frame path does so only at start.
     let reset = unsafe { RCC::steal() };
     reset.apb2rstr().modify(|_, w| w.spi1rst().set_bit());
     reset.apb2rstr().modify(|_, w| w.spi1rst().clear_bit());
@@ -205,7 +205,7 @@ struct Controller {
 }
 
 fn spi() -> SPI1 {
-    // SAFETY: after `Board::start` only this file uses SPI1: the main loop until bursts begin, then
+    // SAFETY: after `Board::start` only this file uses SPI1: the frame path until bursts begin, then
     // the handlers.
     unsafe { SPI1::steal() }
 }
@@ -326,7 +326,7 @@ fn data_ready(peripherals: &Peripherals) {
 #[inline(always)]
 fn data_ready_seen() {
     // SAFETY: the register clears the flags whose ones are written. Only the handler of data-ready
-    // does, and the main loop while that is masked.
+    // does, and the frame path while that is masked.
     unsafe { EXTI::steal() }.pr().write(|w| w.pr4().clear());
 }
 

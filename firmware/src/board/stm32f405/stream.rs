@@ -44,7 +44,7 @@ const PATIENCE: u32 = 1000;
 /// All five flags of a stream, at the lowest one's place (RM0090 10.5.3).
 const FLAGS: u32 = 0b11_1101;
 
-/// Where the main loop sees how far a stream is.
+/// Where the frame path sees how far a stream is.
 #[derive(Clone, Copy, Debug)]
 pub struct Left(&'static ST);
 
@@ -102,7 +102,7 @@ impl<const N: usize, const OUT: bool, const CHANNEL: u8> Stream<N, OUT, CHANNEL>
         self.0.st(N)
     }
 
-    /// For the main loop.
+    /// For the frame path.
     pub fn progress(&self) -> Left {
         Left(self.stream())
     }

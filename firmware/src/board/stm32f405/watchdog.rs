@@ -108,7 +108,7 @@ impl Watchdog {
 }
 
 fn rcc() -> RCC {
-    // SAFETY: only the main loop, at priority 0 of its own, changes these registers after start,
+    // SAFETY: only the frame path, at priority 0 of its own, changes these registers after start,
     // and no interrupt touches them.
     unsafe { RCC::steal() }
 }

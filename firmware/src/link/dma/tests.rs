@@ -59,7 +59,7 @@ struct Board {
     held: Cell<Option<u8>>,
     /// Error flags of the receiver are set.
     overrun: Cell<bool>,
-    /// Interrupts made pending by the main loop: receiving, sending.
+    /// Interrupts made pending by the frame path: receiving, sending.
     pending: [Cell<bool>; 2],
     /// In an interrupt, or interrupts are held off.
     masked: Cell<bool>,
@@ -226,7 +226,7 @@ fn pend(which: usize) {
     board.interrupt();
 }
 
-/// The main loop's view of the board under test.
+/// The frame path's view of the board under test.
 struct Peek(Rc<Board>);
 
 impl Progress for Peek {
@@ -263,7 +263,7 @@ enum Step {
     /// The same while interrupts are held off: after the end of a transfer two bytes are one too
     /// many.
     Late(usize),
-    /// The main loop asks for so many.
+    /// The frame path asks for so many.
     Want(usize),
     /// ... takes at most so many.
     Receive(usize),
@@ -386,7 +386,7 @@ fn one_interrupt_a_frame() {
     assert_eq!(got.len(), FRAME * FRAMES);
 }
 
-/// A short message between frames is found by a main loop that the clock has woken twice.
+/// A short message between frames is found by a frame path that the clock has woken twice.
 #[test]
 fn bytes_without_an_interrupt_are_found() {
     let (board, mut port) = start(Vec::new());

@@ -14,7 +14,7 @@ struct Stream {
     jitter: f64,
     /// Bytes of a frame, and bytes that a burst of DMA waits for.
     bytes: [u32; 2],
-    /// A main loop that is busy for so long once in ten seconds, s.
+    /// A frame path that is busy for so long once in ten seconds, s.
     stall: f64,
 }
 
@@ -75,7 +75,7 @@ fn frames(hole: &Hole) -> u32 {
     }
 }
 
-/// An hour of jitter, bursts, clocks that differ, and a busy main loop: nothing is missing.
+/// An hour of jitter, bursts, clocks that differ, and a busy frame path: nothing is missing.
 #[test]
 fn delays_are_no_holes() {
     let streams = [

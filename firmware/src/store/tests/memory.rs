@@ -38,7 +38,7 @@ fn the_same_memory_stays_through_other_records() {
     assert_eq!(memory(&mut store), []);
 }
 
-/// A pass of the main loop writes no more than 64 bytes.
+/// A pass of the frame path writes no more than 64 bytes.
 #[test]
 fn a_pass_writes_one_piece() {
     let mut store = store(<Flash>::new(8 * ERASE));

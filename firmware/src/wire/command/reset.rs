@@ -69,12 +69,12 @@ pub enum CrashKind {
     ClockStopped,
     /// A panic.
     Panic,
-    /// The window watchdog was about to bite: `unwell` says why it was not fed; 0: the main loop
+    /// The window watchdog was about to bite: `unwell` says why it was not fed; 0: the frame path
     /// did not turn.
     NotFed,
 }
 
-/// What the main loop was doing.
+/// What the frame path was doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LoopPhase {
     /// It had not begun.
@@ -100,7 +100,7 @@ pub enum LoopPhase {
 pub struct Crash {
     /// What it was.
     pub kind: CrashKind,
-    /// What the main loop was doing.
+    /// What the frame path was doing.
     pub phase: LoopPhase,
     /// Bits of [`unwell`].
     pub unwell: u8,
