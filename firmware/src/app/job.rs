@@ -3,10 +3,10 @@
 use super::App;
 use crate::configuration::record::Record;
 use crate::learn::Learner;
+use crate::link::spsc::{Consumer, Producer, Queue};
 use crate::model::Nets;
 use crate::store::{Content, Memory, Notes, Progress, Step};
 use crate::wire::command::key::Key;
-use heapless::spsc::{Consumer, Producer, Queue};
 
 /// What is to be stored now, and how. The board carries it out with
 /// [`Store::carry_out`](crate::store::Store::carry_out) and reports to [`App::stored`].
@@ -79,8 +79,8 @@ pub struct Done {
 /// The queues between the frame path and the priority that stores, to be static.
 #[derive(Debug)]
 pub struct Jobs {
-    jobs: Queue<Job, 2>,
-    done: Queue<Done, 2>,
+    jobs: Queue<Job, 1>,
+    done: Queue<Done, 1>,
 }
 
 impl Jobs {
@@ -111,39 +111,39 @@ impl Jobs {
 
 /// The frame path's side of [`Jobs`].
 pub struct Gives<'m> {
-    jobs: Producer<'m, Job>,
-    done: Consumer<'m, Done>,
+    jobs: Producer<'m, Job, 1>,
+    done: Consumer<'m, Done, 1>,
 }
 
 impl Gives<'_> {
     /// To be called in every pass. True: a job was given.
     pub fn turn(&mut self, app: &mut App) -> bool {
-        if let Some(done) = self.done.dequeue() {
+        if let Some(done) = self.done.take() {
             app.stored(&done);
         }
-        app.job().is_some_and(|job| self.jobs.enqueue(job).is_ok())
+        app.job().is_some_and(|job| self.jobs.put(job))
     }
 }
 
 /// The side of [`Jobs`] that stores.
 pub struct Stores<'m> {
-    jobs: Consumer<'m, Job>,
-    done: Producer<'m, Done>,
+    jobs: Consumer<'m, Job, 1>,
+    done: Producer<'m, Done, 1>,
 }
 
 impl Stores<'_> {
     /// Carries out a job. False: there is none.
     pub fn turn(&mut self, carry_out: impl FnOnce(&Job) -> Progress) -> bool {
-        let Some(job) = self.jobs.dequeue() else {
+        let Some(job) = self.jobs.take() else {
             return false;
         };
         let done = job.done(carry_out(&job));
-        let _ = self.done.enqueue(done); // there is one job at a time
+        let _ = self.done.put(done); // there is one job at a time
         true
     }
 
     /// A job waits.
     pub fn waits(&self) -> bool {
-        self.jobs.ready()
+        self.jobs.waits()
     }
 }

@@ -21,18 +21,19 @@ use super::{Learner, Report, Settings, Solution, Trials, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
+use crate::link::spsc::{Consumer, Producer, Queue};
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
-use heapless::spsc::{Consumer, Producer, Queue};
 use lrnn_nostd::State;
 
 /// The answer to block n comes into force at the end of block n + `DELAY_BLOCKS`.
 pub const DELAY_BLOCKS: u32 = 1;
 
-/// Samples that can wait: 64 ms at 2000 Hz.
+/// Samples and gaps that can wait: 64 ms at 2000 Hz.
 pub const SAMPLES: usize = 128;
 /// Other orders that can wait.
-pub const OTHERS: usize = 8;
+const OTHERS: usize = 8;
+const REPLIES: usize = 2;
 
 /// What the frame path hands over.
 #[derive(Debug, Clone, Copy)]
@@ -225,10 +226,11 @@ impl<'m> Here<'m> {
     }
 }
 
-/// A sample that waits, or the next of the other orders.
+/// What comes often, or the next of the other orders.
 #[derive(Debug, Clone, Copy)]
 enum Next {
     Sample(u32, RawSample),
+    Gap,
     Other,
 }
 
@@ -237,9 +239,9 @@ enum Next {
 pub struct Exchange {
     next: Queue<Next, SAMPLES>,
     others: Queue<Order, OTHERS>,
-    answers: Queue<Answer, 2>,
-    views: Queue<View, 2>,
-    replies: Queue<Reply, 4>,
+    answers: Queue<Answer, 1>,
+    views: Queue<View, 1>,
+    replies: Queue<Reply, REPLIES>,
 }
 
 impl Exchange {
@@ -284,34 +286,33 @@ impl Exchange {
 
 /// The frame path's side of an [`Exchange`].
 pub struct Ends<'m> {
-    next: Producer<'m, Next>,
-    others: Producer<'m, Order>,
-    answers: Consumer<'m, Answer>,
-    views: Consumer<'m, View>,
+    next: Producer<'m, Next, SAMPLES>,
+    others: Producer<'m, Order, OTHERS>,
+    answers: Consumer<'m, Answer, 1>,
+    views: Consumer<'m, View, 1>,
     view: View,
-    replies: Consumer<'m, Reply>,
+    replies: Consumer<'m, Reply, REPLIES>,
 }
 
 impl Ends<'_> {
     /// False: there is no room.
     fn hand_over(&mut self, order: &Order) -> bool {
-        if let Order::Sample(number, sample) = order {
-            return self.next.enqueue(Next::Sample(*number, *sample)).is_ok();
+        match order {
+            Order::Sample(number, sample) => self.next.put(Next::Sample(*number, *sample)),
+            Order::Gap => self.next.put(Next::Gap),
+            other => self.next.has_room() && self.others.put(*other) && self.next.put(Next::Other),
         }
-        self.next.ready()
-            && self.others.enqueue(*order).is_ok()
-            && self.next.enqueue(Next::Other).is_ok()
     }
 }
 
 /// The learner's side of an [`Exchange`].
 pub struct Background<'m> {
     learner: &'m mut dyn Learner,
-    next: Consumer<'m, Next>,
-    others: Consumer<'m, Order>,
-    answers: Producer<'m, Answer>,
-    views: Producer<'m, View>,
-    replies: Producer<'m, Reply>,
+    next: Consumer<'m, Next, SAMPLES>,
+    others: Consumer<'m, Order, OTHERS>,
+    answers: Producer<'m, Answer, 1>,
+    views: Producer<'m, View, 1>,
+    replies: Producer<'m, Reply, REPLIES>,
 }
 
 impl core::fmt::Debug for Background<'_> {
@@ -323,10 +324,11 @@ impl core::fmt::Debug for Background<'_> {
 impl Background<'_> {
     /// Carries out the next order. False: none waits.
     pub fn turn(&mut self) -> bool {
-        let order = match self.next.dequeue() {
+        let order = match self.next.take() {
             None => return false,
             Some(Next::Sample(number, sample)) => Some(Order::Sample(number, sample)),
-            Some(Next::Other) => self.others.dequeue(),
+            Some(Next::Gap) => Some(Order::Gap),
+            Some(Next::Other) => self.others.take(),
         };
         let Some(order) = order else {
             return true;
@@ -335,16 +337,16 @@ impl Background<'_> {
         match carry_out(&order, self.learner) {
             Outcome::Nothing => return true,
             Outcome::View => {}
-            Outcome::Answer(answer) => _ = self.answers.enqueue(answer),
-            Outcome::Reply(reply) => _ = self.replies.enqueue(reply),
+            Outcome::Answer(answer) => _ = self.answers.put(answer),
+            Outcome::Reply(reply) => _ = self.replies.put(reply),
         }
-        let _ = self.views.enqueue(View::of(self.learner)); // one that is not taken is old anyway
+        let _ = self.views.put(View::of(self.learner)); // one that is not taken is old anyway
         true
     }
 
     /// An order waits.
     pub fn waits(&self) -> bool {
-        self.next.ready()
+        self.next.waits()
     }
 
     /// The learner, for what it has taken down.
@@ -449,7 +451,7 @@ impl<'m> Port<'m> {
     /// Takes what can be looked at. To be called in every pass.
     pub fn look(&mut self) {
         if let Runs::Apart(ends) = &mut self.runs {
-            while let Some(view) = ends.views.dequeue() {
+            while let Some(view) = ends.views.take() {
                 ends.view = view;
             }
         }
@@ -472,7 +474,7 @@ impl<'m> Port<'m> {
         match &mut self.runs {
             Runs::Nobody => None,
             Runs::Here(here) => here.answer.take(),
-            Runs::Apart(ends) => ends.answers.dequeue(),
+            Runs::Apart(ends) => ends.answers.take(),
         }
     }
 
@@ -488,7 +490,7 @@ impl<'m> Port<'m> {
         match &mut self.runs {
             Runs::Nobody => None,
             Runs::Here(here) => here.reply.take(),
-            Runs::Apart(ends) => ends.replies.dequeue(),
+            Runs::Apart(ends) => ends.replies.take(),
         }
     }
 

@@ -7,6 +7,8 @@
 //!
 //! Messages leave whole or not at all, so a receiver never sees half a frame because a buffer was
 //! full.
+//!
+//! [`spsc`] is the queue between two priorities.
 
 /// The processor's; `tests/orders` has others in their place.
 mod atomics {
@@ -20,7 +22,9 @@ pub mod progress;
 pub mod rates;
 pub mod ring;
 mod serial;
+mod slot;
 pub mod spi;
+pub mod spsc;
 pub mod uart;
 
 pub use serial::Serial;

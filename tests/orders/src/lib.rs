@@ -1,4 +1,5 @@
-//! The ring of the lines, from its own source, with loom's atomics in place of the processor's.
+//! The ring of the lines and the queue between two priorities, from their own source, with loom's
+//! atomics and cells in place of the processor's.
 //! Loom runs a test in every order in which the two ends can take their steps, and with every value
 //! that a load may see.
 
@@ -42,5 +43,49 @@ pub mod atomics {
     atomic!(AtomicUsize, AtomicUsize, usize);
 }
 
+/// A place whose use loom watches, in place of that of `firmware`.
+mod slot {
+    use loom::cell::UnsafeCell;
+    use std::sync::OnceLock;
+
+    /// It is made when it is used first: loom's cells cannot be made in a constant.
+    #[derive(Debug)]
+    pub struct Slot<T>(OnceLock<UnsafeCell<Option<T>>>);
+
+    impl<T> Slot<T> {
+        /// Without a value.
+        pub const fn new() -> Slot<T> {
+            Slot(OnceLock::new())
+        }
+
+        fn get(&self) -> &UnsafeCell<Option<T>> {
+            self.0.get_or_init(|| UnsafeCell::new(None))
+        }
+
+        /// Loom fails if the other end uses it at the same time.
+        pub fn write(&self, value: T) {
+            let before = self.with(|place| place.replace(value));
+            assert!(before.is_none(), "a value that was not taken");
+        }
+
+        /// The same.
+        pub fn read(&self) -> T {
+            self.with(Option::take).expect("a value")
+        }
+
+        #[allow(unsafe_code, reason = "loom's cells have no other access")]
+        fn with<R>(&self, act: impl FnOnce(&mut Option<T>) -> R) -> R {
+            // SAFETY: loom panics when anybody else has it.
+            self.get().with_mut(|place| act(unsafe { &mut *place }))
+        }
+    }
+
+    // SAFETY: loom looks whether two threads use it at once; that is the test.
+    #[allow(unsafe_code, reason = "as in `firmware`")]
+    unsafe impl<T: Send> Sync for Slot<T> {}
+}
+
 #[path = "../../../firmware/src/link/ring.rs"]
 pub mod ring;
+#[path = "../../../firmware/src/link/spsc.rs"]
+pub mod spsc;

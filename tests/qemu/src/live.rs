@@ -12,7 +12,9 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::debugger::Debugger;
 use crate::images::Board;
 use crate::memory::{Memory, RAM_START};
-use crate::size::RAM;
+
+/// Bytes of RAM that are looked at: the most that a board has.
+const SAVED: u64 = 192 * 1024;
 
 /// How long QEMU may take to start or to answer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -137,7 +139,7 @@ impl Live {
     pub fn memory(&mut self) -> Result<Memory> {
         let directory = tempfile::tempdir()?;
         let file = directory.path().join("ram");
-        let save = format!("pmemsave {RAM_START:#x} {RAM} \"{}\"", file.display());
+        let save = format!("pmemsave {RAM_START:#x} {SAVED} \"{}\"", file.display());
         let output = self.monitor(&save)?;
         let ram = std::fs::read(&file).with_context(|| output)?;
         ensure!(ram.len() as u64 == RAM, "half a copy of RAM");
