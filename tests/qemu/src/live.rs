@@ -142,7 +142,7 @@ impl Live {
         let save = format!("pmemsave {RAM_START:#x} {SAVED} \"{}\"", file.display());
         let output = self.monitor(&save)?;
         let ram = std::fs::read(&file).with_context(|| output)?;
-        ensure!(ram.len() as u64 == RAM, "half a copy of RAM");
+        ensure!(ram.len() as u64 == SAVED, "half a copy of RAM");
         Memory::new(&self.image, ram)
     }
 }
