@@ -30,7 +30,6 @@ use crate::nav::vector::{
     Q, V, V32, add, cross, dot, from_rotvec, narrow, product, renormalised, rotated, scale,
 };
 use crate::sample::{Counts, Lsb};
-use wahba::Wahba;
 
 /// Time over which gravity's direction is one vector, s: long against sway, short against the
 /// Earth's rotation.
@@ -99,21 +98,16 @@ pub struct Align {
     /// Sums of velocities times the change of each function of time.
     sums: [V; 3],
     gathered: f64,
-    /// A solution in progress, of the sums when it was asked for.
-    solving: Option<Solving>,
+    /// A solution, of the sums when it was asked for.
+    solved: Option<Solved>,
 }
 
-/// Place, time gathered, and the decomposition.
+/// Place, time gathered, and the rotation from the standstill's beginning.
 #[derive(Debug, Clone)]
-struct Solving {
+struct Solved {
     here: Local,
     gathered: f64,
-    wahba: Wahba,
-    /// After the last sweep.
     rotation: Option<Q>,
-    /// The attitude now, which follows from it, and what the sensors' errors do to it.
-    q_bn: Option<Q>,
-    by: [[f32; 6]; 3],
 }
 
 impl Align {
@@ -138,7 +132,7 @@ impl Align {
             force: [0.0; 3],
             sums: [[0.0; 3]; 3],
             gathered: 0.0,
-            solving: None,
+            solved: None,
         }
     }
 
@@ -167,7 +161,7 @@ impl Align {
         self.time = 0.0;
         self.sums = [[0.0; 3]; 3];
         self.gathered = 0.0;
-        self.solving = None;
+        self.solved = None;
         self.begin_second();
     }
 
@@ -192,30 +186,14 @@ impl Align {
 
     /// Takes a sample.
     pub fn sample(&mut self, counts: &Counts) {
-        if self.gather(counts) {
-            while self.part() {}
-        }
-    }
-
-    /// Only adds the sample to its piece. True: [`Self::part`] must follow until it is false,
-    /// before anything else.
-    pub fn gather(&mut self, counts: &Counts) -> bool {
         self.gather.sample(counts);
         self.left = self.left.saturating_sub(1);
-        self.gather.is_full() || self.left == 0
-    }
-
-    /// Ends the piece that is full, then the second that is over. True: one of them was.
-    pub fn part(&mut self) -> bool {
-        if self.gather.is_full() || (self.left == 0 && !self.gather.is_empty()) {
+        if self.gather.is_full() || self.left == 0 {
             self.end_piece();
-            return true;
         }
-        let over = self.left == 0;
-        if over {
+        if self.left == 0 {
             self.end_second();
         }
-        over
     }
 
     /// Another source shows that the vehicle moves. No effect on a commanded alignment.
@@ -262,98 +240,50 @@ impl Align {
     /// example).
     pub fn finish(&mut self, latitude: f64, height: f64) -> Option<Aligned> {
         self.solve(latitude, height);
-        while self.sweep() {}
         self.aligned()
     }
 
-    /// Begins to solve for the attitude. Call [`Self::sweep`] next until it is false, then
-    /// [`Self::aligned`].
+    /// Solves for the attitude at the standstill's beginning. [`Self::aligned`] gives the attitude
+    /// then, now or later.
     pub fn solve(&mut self, latitude: f64, height: f64) {
         if self.gathered < LEAST_S - 0.5 * SECOND {
             return;
         }
         let here = Local::at(latitude, height);
-        self.solving = Some(Solving {
+        self.solved = Some(Solved {
             here,
             gathered: self.gathered,
-            wahba: Wahba::new(&expected(&here, &self.sums)),
-            rotation: None,
-            q_bn: None,
-            by: [[0.0; 6]; 3],
+            rotation: wahba::rotation(&expected(&here, &self.sums)),
         });
-        while self.sweep() {}
     }
 
-    /// Computes a part of the solution. True: there is more.
-    pub fn sweep(&mut self) -> bool {
-        let Some(solving) = &mut self.solving else {
-            return false;
-        };
-        if solving.wahba.part() {
-            return true;
-        }
-        if solving.rotation.is_none() {
-            solving.rotation = solving.wahba.rotation();
-        }
-        false
-    }
-
-    /// A solution is in progress.
+    /// There is a solution, which [`Self::aligned`] has not taken.
     #[must_use]
     pub fn is_solved(&self) -> bool {
-        self.solving.is_some()
+        self.solved.is_some()
     }
 
-    /// The attitude now, from the standstill up to the call of [`Self::solve`].
+    /// The attitude now, from the standstill up to the call of [`Self::solve`]: the gyros have
+    /// carried it on since.
     pub fn aligned(&mut self) -> Option<Aligned> {
         self.end_piece();
-        self.carry();
-        self.judge();
-        self.carried()
-    }
-
-    /// The first part of [`Self::aligned`], after [`Self::end_piece`]: the gyros carry the attitude
-    /// on to now.
-    pub fn carry(&mut self) {
-        let (time, q_b0b) = (self.time, self.q_b0b);
-        let Some(solving) = &mut self.solving else {
-            return;
-        };
-        solving.q_bn = solving.rotation.map(|q_n0b0| {
-            let q_nn0 = from_rotvec(scale(solving.here.omega_ie(), -time));
-            renormalised(product(product(q_nn0, q_n0b0), q_b0b))
-        });
-    }
-
-    /// The second part: what the sensors' errors do to it.
-    pub fn judge(&mut self) {
-        let time = self.time;
-        if let Some(solving) = &mut self.solving
-            && let Some(q_bn) = solving.q_bn
-        {
-            solving.by = by(time, &solving.here, q_bn);
-        }
-    }
-
-    /// The last part: the attitude with its errors.
-    pub fn carried(&mut self) -> Option<Aligned> {
-        let Solving {
+        let Solved {
             here,
             gathered,
-            q_bn,
-            by,
-            ..
-        } = self.solving.take()?;
+            rotation,
+        } = self.solved.take()?;
+        let q_nn0 = from_rotvec(scale(here.omega_ie(), -self.time));
+        let q_bn = renormalised(product(product(q_nn0, rotation?), self.q_b0b));
         Some(Aligned {
-            q_bn: q_bn?,
-            by,
+            q_bn,
+            by: by(self.time, &here, q_bn),
             rest: self.rest(&here, gathered),
             time_s: gathered,
         })
     }
 
     /// Ends the piece in progress, so that the attitude is that of the last sample.
-    pub fn end_piece(&mut self) {
+    fn end_piece(&mut self) {
         if self.gather.is_empty() {
             return;
         }

@@ -8,57 +8,35 @@ const SWEEPS: usize = 30;
 /// Least ratio of the second singular value to the first. Below it no rotation is determined.
 const LEAST: f64 = 1e-12;
 
-/// A decomposition `b V = U S` in progress.
+/// The rotation that best turns the right vectors into the left ones, of `b = sum left right'`, rows
+/// first. `None` when the vectors do not determine one.
+pub fn rotation(b: &[V; 3]) -> Option<Q> {
+    let mut svd = Svd {
+        a: transposed(b),
+        v: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    };
+    let turned = |_: &usize| svd.turn::<0, 1>() | svd.turn::<0, 2>() | svd.turn::<1, 2>();
+    (0..SWEEPS).take_while(turned).for_each(drop);
+    svd.rotation()
+}
+
+/// The decomposition `b V = U S`.
 ///
 /// One-sided Jacobi rotations are exact to the last digits even for the small singular values,
 /// which hold the heading. The Cortex-M4F computes f64 in software: a pair of columns takes some
 /// seven thousand instructions.
 #[derive(Debug, Clone, Copy)]
-pub struct Wahba {
+struct Svd {
     /// Columns of b, which become those of U S.
     a: [V; 3],
     /// Columns of V.
     v: [V; 3],
-    sweeps: usize,
-    /// The next pair of columns in the sweep, and whether one has been turned in it.
-    pair: u8,
-    turned: bool,
 }
 
-impl Wahba {
-    /// Of `b = sum left right'`, rows first.
-    pub fn new(b: &[V; 3]) -> Self {
-        Self {
-            a: transposed(b),
-            v: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            sweeps: 0,
-            pair: 0,
-            turned: false,
-        }
-    }
-
-    /// One pair of columns of a sweep. True: there is more to do.
-    pub fn part(&mut self) -> bool {
-        if self.sweeps >= SWEEPS {
-            return false;
-        }
-        self.turned |= match self.pair {
-            0 => self.turn::<0, 1>(),
-            1 => self.turn::<0, 2>(),
-            _ => self.turn::<1, 2>(),
-        };
-        self.pair += 1;
-        if self.pair < 3 {
-            return true;
-        }
-        self.pair = 0;
-        self.sweeps = if self.turned { self.sweeps + 1 } else { SWEEPS };
-        core::mem::take(&mut self.turned)
-    }
-
+impl Svd {
     /// Makes two columns orthogonal. False: they were orthogonal already.
     fn turn<const I: usize, const J: usize>(&mut self) -> bool {
-        let Self { a, v, .. } = self;
+        let Self { a, v } = self;
         let (alpha, beta, gamma) = (dot(a[I], a[I]), dot(a[J], a[J]), dot(a[I], a[J]));
         if gamma.abs() <= f64::EPSILON * libm::sqrt(alpha * beta) {
             return false;
@@ -71,10 +49,8 @@ impl Wahba {
         true
     }
 
-    /// The rotation that best turns the right vectors into the left ones, after the last sweep.
-    /// `None` when the vectors do not determine one.
-    pub fn rotation(&self) -> Option<Q> {
-        let Self { a, v, .. } = self;
+    fn rotation(&self) -> Option<Q> {
+        let Self { a, v } = self;
         let size = a.map(|column| libm::sqrt(dot(column, column)));
         if !size.iter().all(|s| s.is_finite()) {
             return None;

@@ -16,10 +16,6 @@
 //! The attitude is handed over ([`Start`]) when tilt and heading are known well enough, the norm is
 //! 1 within its standard deviation, and the innovations are as large as predicted, all for several
 //! fixes in a row. An alignment whose innovations stay too large begins anew and is counted.
-//!
-//! A fix is much work. [`InMotion::put`] notes it, [`InMotion::work`] computes it in parts, and
-//! samples must wait meanwhile. So no result depends on when the parts are computed. On the desktop
-//! [`InMotion::fix`] does all of it at once.
 
 mod begin;
 mod filter;
@@ -28,22 +24,21 @@ mod known;
 mod level;
 mod observe;
 mod start;
+mod take;
 mod transition;
 mod watch;
-mod work;
 
 pub use start::{Shown, Start};
-pub use work::Found;
+pub use take::Found;
 
 use crate::control::Way;
 use crate::fix::{Fix, Heading};
 use crate::nav::vector::{Q, V, rotated};
 use crate::nav::{self, Navigator};
 use crate::sample::Counts;
-use filter::{ERRORS, Filter};
+use filter::Filter;
 use level::Level;
-use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
-use work::Pending;
+use lrnn_nostd::learn::kalman::OUTPUTS;
 
 /// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
 pub const MAX_HEADING: f32 = 0.1;
@@ -130,10 +125,6 @@ pub struct InMotion {
     given: Option<Given>,
     /// Attitude and receiver's velocity at the last fix.
     last: (Q, V),
-    /// A fix that is being computed.
-    pending: Option<Pending>,
-    /// What the last fix has led to.
-    found: Option<Found>,
     /// Since the beginning, s.
     time: f64,
     passes: u8,
@@ -156,8 +147,6 @@ impl InMotion {
             known,
             given: None,
             last: ([1.0, 0.0, 0.0, 0.0], [0.0; 3]),
-            pending: None,
-            found: None,
             time: 0.0,
             passes: 0,
             norm_fails: 0,
@@ -166,35 +155,18 @@ impl InMotion {
         }
     }
 
-    /// Takes one uncorrected sample. No work may be left from the last fix.
+    /// Takes one uncorrected sample.
     #[inline]
     pub fn sample(&mut self, counts: &Counts) {
-        if self.gather(counts) {
-            self.end_piece();
-        }
-    }
-
-    /// Only adds the sample to its piece. True: [`Self::end_piece`] must follow before anything
-    /// else.
-    #[inline]
-    pub fn gather(&mut self, counts: &Counts) -> bool {
-        let navigator = self.navigator.as_mut();
-        navigator.is_some_and(|navigator| navigator.gather(counts))
-    }
-
-    /// Ends the piece of its navigator.
-    pub fn end_piece(&mut self) {
         if let Some(navigator) = &mut self.navigator {
-            navigator.end_piece();
+            navigator.sample(counts);
         }
     }
 
-    /// The samples are interrupted: begins anew. What was refused stays counted. A fix that is not
-    /// computed yet is dropped.
+    /// The samples are interrupted: begins anew. What was refused stays counted.
     pub fn gap(&mut self) {
         // in place, and not by `new`, which would be built on the stack first
         (self.navigator, self.filter, self.given) = (None, None, None);
-        (self.pending, self.found) = (None, None);
         self.level = Level::default();
         self.last = ([1.0, 0.0, 0.0, 0.0], [0.0; 3]);
         self.time = 0.0;
@@ -236,37 +208,6 @@ impl InMotion {
                 refused,
             },
         }
-    }
-
-    /// [`InMotion::put`], and all the work at once. Returns the attitude when it is known well
-    /// enough.
-    pub fn fix(
-        &mut self,
-        fix: &Fix,
-        age: [f32; 2],
-        still: bool,
-        scratch: &mut Transition<ERRORS>,
-    ) -> Option<Found> {
-        self.put(fix, age, still);
-        while self.work(scratch) {}
-        self.take_found()
-    }
-
-    /// Takes a fix that was valid `age` before the last sample: seconds and their standard
-    /// deviation. `still`: the vehicle stands, and the fix says so. A fix without a horizontal
-    /// velocity is not used, nor is one without a place before the first with one.
-    ///
-    /// The work is for [`InMotion::work`]. None may be left from the last fix.
-    pub fn put(&mut self, fix: &Fix, age: [f32; 2], still: bool) {
-        if !fix.has(3..5) {
-            return;
-        }
-        let begins = self.navigator.is_none();
-        if begins && !fix.has(0..2) {
-            return;
-        }
-        let stands = still && self.config.stands;
-        self.pending = Some(Pending::new(&measured(fix), age, stands, begins));
     }
 
     /// Levelling begins with this fix, in the frame that the navigator has.

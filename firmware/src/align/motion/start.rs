@@ -4,7 +4,7 @@ use super::filter::{ERRORS, Filter, Match, unit};
 pub use super::given::Shown;
 use super::given::{Given, Matrix, given_biases, shown};
 use super::known::azimuth_row;
-use super::work::Found;
+use super::take::Found;
 use crate::control::Way;
 use crate::fix::Fix;
 use crate::nav::vector::{Q, V, add, product, rotated, scale};

@@ -4,6 +4,7 @@ pub(crate) mod world;
 
 use super::*;
 use crate::nav::Noise;
+use crate::nav::Transition;
 use std::vec::Vec;
 use world::{CONSUMER, Errors, LASER, Motion, SAMPLE_S, STIM300, World};
 
