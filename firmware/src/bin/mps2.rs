@@ -15,7 +15,7 @@ mod target {
     use firmware::app::App;
     use firmware::learn::exchange::Background;
     use firmware::learn::{FixMemory, Learner};
-    use static_cell::ConstStaticCell;
+    use static_cell::{ConstStaticCell, StaticCell};
 
     use crate::board::Board;
     use crate::shared::wake::{self, Frame};
@@ -30,11 +30,13 @@ mod target {
 
     /// The frame path.
     struct Path {
-        app: App<'static>,
+        app: &'static mut App<'static>,
         board: Board,
     }
 
     static FRAME: Frame<Path> = Frame::new();
+    /// It is too large to be moved over the stack.
+    static APP: StaticCell<App<'static>> = StaticCell::new();
 
     #[cortex_m_rt::exception]
     fn PendSV() {
@@ -66,11 +68,11 @@ mod target {
     #[inline(never)]
     fn start(scb: &mut SCB, board: Board) -> Option<Background<'static>> {
         let learner = learners::combined(memory).map(|learner| learner as &mut dyn Learner);
-        let mut app = App::power_on(Board::hardware(), None, learner);
+        let app = APP.try_init_with(|| App::power_on(Board::hardware(), None, learner))?;
         if let Some(memory) = blackbox::memory() {
             app.record_in(memory);
         }
-        let background = learners::apart(&mut app);
+        let background = learners::apart(app);
         FRAME.start(scb, Path { app, board });
         background
     }

@@ -8,7 +8,7 @@ use firmware::link::Clock as _;
 use firmware::store::{Progress, Store};
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause};
-use static_cell::ConstStaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 use super::flash::Sectors;
 use super::{Board, ccm, crash, supply};
@@ -24,7 +24,7 @@ pub fn learning_from_fixes() -> ! {
 
 /// The frame path.
 struct Path {
-    app: App<'static>,
+    app: &'static mut App<'static>,
     board: Board,
     gives: Gives<'static>,
     /// Look for an ADIS at the SPI.
@@ -33,6 +33,8 @@ struct Path {
 }
 
 static FRAME: Frame<Path> = Frame::new();
+/// It is too large to be moved over the stack.
+static APP: StaticCell<App<'static>> = StaticCell::new();
 static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
 
 #[cortex_m_rt::exception]
@@ -74,7 +76,7 @@ type Thread = (
 #[inline(never)]
 fn start<const ADIS: bool>(learner: Option<&'static mut dyn Learner>) -> Option<Thread> {
     let (mut scb, mut store, mut board) = Board::start()?;
-    let mut app = app(&board, &mut store, learner);
+    let app = app(&board, &mut store, learner)?;
     if let Some(number) = app.stored_number() {
         defmt::println!("stored weights, number {=u32}", number);
     }
@@ -84,7 +86,7 @@ fn start<const ADIS: bool>(learner: Option<&'static mut dyn Learner>) -> Option<
     if let Some(random) = board.random.take() {
         app.seed(random);
     }
-    let background = learners::apart(&mut app);
+    let background = learners::apart(app);
     let (gives, stores) = JOBS.try_take()?.split();
     let path = Path {
         app,
@@ -157,7 +159,7 @@ fn app(
     board: &Board,
     store: &mut Option<Store<Sectors>>,
     learner: Option<&'static mut dyn Learner>,
-) -> App<'static> {
+) -> Option<&'static mut App<'static>> {
     defmt::println!(
         "lrnn {=str}, {=str}, {=u32} Hz, DMA {=bool}",
         env!("CARGO_PKG_VERSION"),
@@ -170,7 +172,7 @@ fn app(
     // a reset of another kind one does, and without PLL the search alone takes too long.
     let at_ease = board.reset.causes & cause::POWER_ON != 0
         && board.clocks.source != ClockSource::InternalDirect;
-    App::start_up(board.hardware(), store, at_ease, learner)
+    APP.try_init_with(|| App::start_up(board.hardware(), store, at_ease, learner))
 }
 
 #[inline(never)]
