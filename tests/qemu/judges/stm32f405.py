@@ -28,6 +28,7 @@ from stm32timer import Tim5
 
 SLICE = 100  # most instructions between two looks at the world: a byte takes 1823
 FINE = 16  # the same in an interrupt, and while one waits that is masked
+PENDSV = -2  # number of its exception less 16
 ENTRY, EXIT = 12, 10  # cycles for the registers that an exception saves (Cortex-M4 TRM, 3.9.1; ARM DDI 0439)
 FLASH, CCM, SYSTEM = (0x0800_0000, 0x10_0000), (0x1000_0000, 0x1_0000), (0x1FFF_0000, 0x8000)
 GARBAGE = 0xA5  # what core-coupled memory holds at start
@@ -283,7 +284,7 @@ class Chip:
         }
         self.timed = (*self.uarts.values(), self.spi, self.tim5, self.iwdg, self.wwdg)
         self.reload, self.systick_at, self.systick, self.systick_ended = 0, None, 0, False
-        self.enabled, self.pending, self.systick_pending = set(), set(), False
+        self.enabled, self.pending, self.systick_pending = {PENDSV}, set(), False
         self.active, self.high = set(), set()  # handlers begun and not ended; lines that were high at the last look
         self.priorities, self.running = collections.defaultdict(int), 256
         self.returned = self.asleep = self.waits_for_event = self.event = False
@@ -407,7 +408,7 @@ class Chip:
             ended, self.systick_ended = self.systick_ended, False
             return self.systick | ended << 16
         if offset == 0xED04:
-            return self.systick_pending << 26
+            return self.systick_pending << 26 | (PENDSV in self.pending) << 28
         return self.core.read(offset) or 0
 
     def core_write(self, _, offset, size, value, __):
@@ -420,9 +421,9 @@ class Chip:
             if value & 1 and not self.systick & 1:
                 self.systick_at = self.cycles + (self.reload + 1) * self.rcc.cost
             self.systick_at, self.systick = self.systick_at if value & 1 else None, value & 7
-        elif 0xE400 <= offset < 0xE4F0 or offset == 0xED23:  # IPR, and SHPR3 for SysTick
+        elif 0xE400 <= offset < 0xE4F0 or offset in (0xED22, 0xED23):  # IPR, and SHPR3 for PendSV and SysTick
             for n in range(size):
-                number = -1 if offset == 0xED23 else offset - 0xE400 + n
+                number = offset - 0xED24 if offset >= 0xED00 else offset - 0xE400 + n
                 self.priorities[number] = value >> 8 * n & 0xF0
         elif 0xE100 <= offset < 0xE120:
             self.enabled |= {8 * (offset - 0xE100) + n for n in range(32) if value >> n & 1}
@@ -433,6 +434,8 @@ class Chip:
             self.settle()
         elif 0xE200 <= offset < 0xE220:
             self.pending |= {8 * (offset - 0xE200) + n for n in range(32) if value >> n & 1}
+        elif offset == 0xED04 and value >> 28 & 1:  # ICSR.PENDSVSET (Armv7-M B3.2.4)
+            self.pending.add(PENDSV)
         elif offset == 0xEF00:  # STIR (Armv7-M B3.4.11)
             self.pending.add(value & 0x1FF)
         elif offset == 0xED0C:
