@@ -587,7 +587,7 @@ class Chip:
         """Runs to a cycle."""
         self.changed = True  # bytes of the other ends
         while self.cycles < until:
-            storm = self.cycles + CORE // 50  # a pass in PendSV takes up to a tenth
+            storm = self.cycles + CORE // 4  # a board over embassy starts in one interrupt
             while self.waits() and self.interrupt():
                 if self.cycles > storm:
                     raise Forbidden(f"interrupts without end: {self.served}")

@@ -19,6 +19,7 @@ use layer::firmware::learn::exchange::Background;
 use layer::firmware::link::{Clock, NoLine};
 use layer::line::{Frame, Wire};
 use layer::{learners, line};
+use static_cell::StaticCell;
 
 bind_interrupts!(struct Interrupts {
     USART1 => Handler<peripherals::USART1>;
@@ -40,7 +41,7 @@ impl Clock for Now {
 
 /// The frame path, in the executor of an interrupt: nothing in the main thread delays a frame.
 #[embassy_executor::task]
-async fn correct(mut app: App<'static>, sensor: Port, navigation: Port) {
+async fn correct(app: &'static mut App<'static>, sensor: Port, navigation: Port) {
     let mut lines = Lines {
         sensor,
         navigation,
@@ -71,6 +72,8 @@ async fn learn(mut background: Background<'static>) {
 }
 
 static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+/// Made where it stays: a task would hold each copy that it passes on.
+static APP: StaticCell<App<'static>> = StaticCell::new();
 
 /// An interrupt that this program does not use otherwise.
 #[interrupt]
@@ -98,7 +101,7 @@ struct Parts {
 /// Opens the lines where they are used: they cannot be sent to another executor.
 #[embassy_executor::task]
 #[allow(unsafe_code, reason = "the executor asks for it")]
-async fn begin(app: App<'static>, chip: Parts) {
+async fn begin(app: &'static mut App<'static>, chip: Parts) {
     // SAFETY: the executor's own context.
     let spawner = unsafe { Spawner::for_current_executor() }.await;
     let frame = Frame::plain(460_800);
@@ -122,8 +125,9 @@ async fn main(spawner: Spawner) {
         DMA1_CH5: chip.DMA1_CH5,
         DMA1_CH6: chip.DMA1_CH6,
     };
-    let mut app = App::with_learner(Config::default(), Some(layer::small_learner()));
-    if let Some(background) = learners::apart(&mut app) {
+    let learner = layer::small_learner();
+    let app = APP.init_with(|| App::with_learner(Config::default(), Some(learner)));
+    if let Some(background) = learners::apart(app) {
         spawner.spawn(learn(background).expect("one such task"));
     }
     // below all others, above the main thread

@@ -1,8 +1,8 @@
 //! A loop of one's own: the frame path in a task of an RTIC program, and the learner in its idle
 //! task. The interrupts of the two UARTs move bytes between `stm32f4xx-hal` and the rings of
-//! `firmware::link::uart`, and trigger the frame path. It corrects with the networks that it is built with, has
-//! neither store nor receiver, and is commanded over no line. STM32F405 on its internal oscillator;
-//! the sensor is at PA9 and PA10, the navigation computer at PA2 and PA3.
+//! `firmware::link::uart`, and trigger the frame path. It corrects with the networks that it is
+//! built with, has neither store nor receiver, and is commanded over no line. STM32F405 on its
+//! internal oscillator; the sensor is at PA9 and PA10, the navigation computer at PA2 and PA3.
 #![no_std]
 #![no_main]
 
@@ -26,6 +26,7 @@ mod program {
     use firmware::learn::exchange::{Background, Exchange};
     use firmware::link::uart::{Port, Uart};
     use firmware::link::{Clock, NoLine};
+    use static_cell::StaticCell;
     use stm32f4xx_hal::pac::{Interrupt, TIM5, USART1, USART2};
     use stm32f4xx_hal::prelude::*;
     use stm32f4xx_hal::rcc;
@@ -57,7 +58,7 @@ mod program {
 
     #[local]
     struct Local {
-        app: App<'static>,
+        app: &'static mut App<'static>,
         background: Option<Background<'static>>,
         sensor: Serial<USART1>,
         navigation: Serial<USART2>,
@@ -65,10 +66,21 @@ mod program {
         time: Time,
     }
 
-    #[init(local = [learner: WindowLearner = WindowLearner::new(), exchange: Exchange = Exchange::new()])]
+    #[init(local = [
+        application: StaticCell<App<'static>> = StaticCell::new(),
+        learner: WindowLearner = WindowLearner::new(),
+        exchange: Exchange = Exchange::new(),
+    ])]
     fn init(mut context: init::Context) -> (Shared, Local) {
-        let mut app = App::with_learner(Config::default(), Some(context.local.learner));
-        let background = app.split(context.local.exchange);
+        let init::LocalResources {
+            application,
+            learner,
+            exchange,
+            ..
+        } = context.local;
+        // made where it stays: it is too large to be on the stack twice
+        let app = application.init_with(|| App::with_learner(Config::default(), Some(learner)));
+        let background = app.split(exchange);
         let chip = context.device;
         let mut rcc = chip.RCC.freeze(rcc::Config::hsi());
         let pins = chip.GPIOA.split(&mut rcc);

@@ -35,7 +35,7 @@ const UART: Clock = Clock {
     least: 64,
     most: 64 * 65_535,
 };
-layer::main!(frame_path, embassy_rp, SWI_IRQ_0, P3);
+layer::main!(frame_path, embassy_rp, SWI_IRQ_1, P3);
 
 async fn frame_path() {
     let chip = embassy_rp::init(embassy_rp::config::Config::default());

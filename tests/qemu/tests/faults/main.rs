@@ -17,6 +17,8 @@ use serde_json::{Value, json};
 
 /// Bytes pass so soon after each reset, ms.
 const SOON: f64 = 50.0;
+/// The frame path's exception, less 16.
+const PENDSV: i32 = -2;
 
 /// A start of the board.
 #[derive(Debug)]
@@ -230,13 +232,13 @@ fn a_crystal_that_stops_is_given_up() {
     assert!(crash.pc >> 24 == 8, "{crash:?}");
 }
 
-/// A loop that does not turn, with and without interrupts; an interrupt whose cause stays; a jump
+/// A frame path that does not end; interrupts masked for ever; an interrupt whose cause stays; a jump
 /// to nowhere; a stack that overflows. Each ends in a reset within 60 ms and leaves its record.
 #[test]
 fn whatever_stops_the_loop_ends_in_a_reset_with_a_record() {
     let Some(tools) = tools() else { return };
     for (name, argument, by, kind) in [
-        ("hang", 0, cause::SOFTWARE, Some(CrashKind::NotFed)),
+        ("endless", PENDSV, cause::SOFTWARE, Some(CrashKind::NotFed)),
         ("hang", 1, cause::WINDOW, None), // interrupts masked: the early one cannot come
         ("storm", 16, cause::SOFTWARE, Some(CrashKind::NotFed)),
         ("storm", 37, cause::SOFTWARE, Some(CrashKind::NotFed)),
@@ -281,6 +283,17 @@ fn whatever_stops_the_loop_ends_in_a_reset_with_a_record() {
             }
         }
     }
+}
+
+/// The learner and the store may hang: the frame path interrupts them and loses no byte.
+#[test]
+fn a_main_thread_that_hangs_does_not_stop_the_stream() {
+    let Some(tools) = tools() else { return };
+    let fault = json!([[60, "hang", 0]]);
+    let done = run(&tools, json!({"ms": 240, "faults": fault}), &[220]);
+    done.passes();
+    assert_eq!(done.starts.len(), 1, "{:?}", done.starts);
+    assert!(done.starts[0].bytes > 14 * 205, "{:?}", done.starts);
 }
 
 /// Clocks that disagree are found by the window: fed too early, or never.
@@ -351,7 +364,7 @@ fn repeated_resets_lead_to_a_safe_start() {
     let Some(tools) = tools() else { return };
     let faults = json!([
         [60, "wild", 0x6000_0000],
-        [120, "hang", 0],
+        [120, "endless", PENDSV],
         [220, "hang", 1]
     ]);
     let done = run(&tools, json!({"ms": 400, "faults": faults}), &[380]);
