@@ -29,6 +29,9 @@ const GARBAGE: u8 = 0xA5;
 /// Vector table, and the request of a reset in AIRCR with its key.
 const VTOR: u32 = 0xE000_ED08;
 const RESET_ASKED: u32 = 1 << 2;
+/// FPCCR.LSPEN: registers of the FPU are saved when a handler first uses it. The emulator takes the
+/// end of an interrupt within such a handler for a fault, so here they are saved at once.
+const LAZY: u32 = 1 << 30;
 
 /// The chip.
 pub struct Chip {
@@ -98,6 +101,7 @@ impl Chip {
         }
         self.emulator.core_mut(1).halt();
         self.emulator.mmio_write32(VTOR, VECTORS);
+        self.emulator.cores.expect_arm_mut()[0].ppb.fpccr &= !LAZY;
         self.own = Own {
             now: begun,
             theirs,
@@ -220,6 +224,10 @@ impl Chip {
         if !bus.pending_cache_invalidations.is_empty() {
             core.invalidate_decode_cache_entries(&bus.pending_cache_invalidations);
             bus.pending_cache_invalidations.clear();
+        }
+        if let Some((number, priority)) = self.own.priority.take() {
+            let (word, at) = (&mut core.ppb.nvic_ipr[number / 4], number % 4 * 8);
+            *word = *word & !(0xFF << at) | u32::from(priority) << at;
         }
         let after = core.regs.xpsr & 0x1FF;
         if before == after {

@@ -1,5 +1,6 @@
 //! The bus that the core sees: the emulator's, but for the peripherals of this program.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rp2350_emu::Bus;
@@ -23,6 +24,8 @@ const SPI_CONTROL: u32 = 0x4008_0004;
 const LOOP_BACK: u32 = 1;
 /// STIR: the interrupt of this number is to be served. The emulator does not know it.
 const TRIGGER: u32 = 0xE000_EF00;
+/// NVIC_IPR, a byte for each interrupt. The emulator knows words only.
+const PRIORITIES: Range<u32> = 0xE000_E400..0xE000_E434;
 /// "Go back".
 const RETURN: u32 = 0x4770_4770;
 const TICKS: u32 = 0x4010_8000;
@@ -44,6 +47,8 @@ pub struct Own {
     pub now: u64,
     /// The next cycle at which a UART does something.
     pub next: u64,
+    /// An interrupt and its priority, written by the last instruction.
+    pub priority: Option<(usize, u8)>,
     /// Interrupts that the lines told last.
     pub told: [bool; 3],
     /// Something of them has changed.
@@ -240,9 +245,13 @@ impl CoreBus for Fabric<'_> {
         true
     }
 
-    fn emit_mmio_trace(&mut self, rw: char, _: u32, address: u32, value: u32, _: u8) {
+    fn emit_mmio_trace(&mut self, rw: char, bytes: u32, address: u32, value: u32, _: u8) {
         if rw == 'W' && address == TRIGGER {
             self.bus.atomics.assert_irq(0, value & 0x1FF);
+        }
+        if rw == 'W' && bytes == 1 && PRIORITIES.contains(&address) {
+            let number = (address - PRIORITIES.start) as usize;
+            self.own.priority = Some((number, value as u8));
         }
     }
 
