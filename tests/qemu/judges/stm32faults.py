@@ -251,7 +251,7 @@ class Faulty(Chip):
 def run(chip, until):
     while chip.cycles < until:
         try:
-            while chip.waits() and chip.interrupt():
+            while chip.cycles < until and chip.waits() and chip.interrupt():
                 pass
             chip.execute(SLICE)
             if chip.asleep:
