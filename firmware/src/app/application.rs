@@ -419,10 +419,28 @@ impl<'m> App<'m> {
             self.served_us = now;
             self.serve_links(lines, now)
         } else {
-            took
+            took && self.links_wait(lines, now)
         };
         self.note_pass(now);
         more || busy
+    }
+
+    /// Whether the other links need a pass of their own before the next frame: [`Self::serve_links`].
+    #[inline(always)]
+    fn links_wait<S: Line, N: Line, C: Line, G: Line>(
+        &self,
+        lines: &Lines<S, N, C, G>,
+        now: u64,
+    ) -> bool {
+        self.scrubs
+            || self.server.renewal != Renewal::None
+            || self.server.is_waiting()
+            || !self.asked.is_empty()
+            || !self.reverse.rests(&self.flow)
+            || self.receiver.is_due(now)
+            || !lines.navigation.is_idle()
+            || !lines.command.is_idle()
+            || !lines.gnss.is_idle()
     }
 
     /// Bytes back to the sensor, and one turn of what else is not urgent: a configuration that was
