@@ -13,8 +13,8 @@
 //! learnt, and by P for each frame that is missing. Delays come and go, a hole stays. Where delays
 //! are so long and so rare that m itself is restless, only holes beyond that are found.
 
-/// Shortest window, microseconds, and fewest frames in it. Longer than a delay that a busy main
-/// loop causes; 16 frames of 44 bytes take up every phase of bursts of 64 bytes, twice.
+/// Shortest window, microseconds, and fewest frames in it. Longer than a pass of the frame path
+/// delays a byte; 16 frames of 44 bytes take up every phase of bursts of 64 bytes, twice.
 const WINDOW_US: u64 = 500_000;
 const FRAMES: u32 = 32;
 /// After a pause of so many periods, and at least so long, microseconds, the window begins anew:

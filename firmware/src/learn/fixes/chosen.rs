@@ -77,8 +77,7 @@ impl FixLearner<'_> {
         }
     }
 
-    /// What shall act from the next power-on, as [`crate::learn::Learner::for_next_power_on`]; all
-    /// deferred work is done.
+    /// What shall act from the next power-on, as [`crate::learn::Learner::for_next_power_on`].
     #[inline(never)]
     pub(super) fn of_unit(&self) -> Option<Winner> {
         let best = self.best_of_unit()?;

@@ -1,16 +1,15 @@
 //! When a fix is used: never close to the end of a block or to another fix.
 //!
-//! A fix and the end of a block each leave much deferred work, and each must find that of the other
-//! done. Were they close together, it would all have to be done at once, and samples would wait for
-//! it. So a fix waits until there is time before and after it. It is as old then as it is, and the
-//! navigator knows its past. When it waits depends on the numbers of the samples alone, so the same
+//! A fix and the end of a block each take the learner several hundred thousand instructions. Apart
+//! they never add up, and the answer to a block is ready well before it comes into force. So a fix
+//! waits until there is time before and after it; the navigator retains its past and uses the fix
+//! as of its own time. How long it waits depends on the numbers of the samples alone, so the same
 //! recording gives the same bits on every machine.
 
 use crate::fix::Fix;
 use crate::sample::StreamScale;
 
-/// Time for the deferred work of a fix or of a block's end, s: some 900 000 instructions, a tenth
-/// of a 168 MHz processor's time.
+/// Time that a fix or the end of a block has for itself, s: ten times what it takes at 168 MHz.
 const WORK_S: f64 = 0.05;
 /// But no more than this share of a block.
 const SHARE: u32 = 4;
