@@ -144,9 +144,12 @@ pub const FIGURES: &[Figure] = &[
         name: "tables",
         files: &[
             "README.md",
+            "docs/BOARDS.md",
             "docs/ICD.md",
+            "docs/LEARNING.md",
             "docs/MEMORY.md",
             "docs/PERFORMANCE.md",
+            "docs/PYTHON.md",
             "docs/RELIABILITY.md",
             "docs/USING.md",
             "docs/paper.md",
@@ -170,16 +173,11 @@ pub const BY_HAND: &[(&str, &str)] = &[
         "what `host-sim run` prints; tests/system/tests/run.rs compares it with a run",
     ),
     (
-        "docs/PERFORMANCE.md",
-        "times of the desktop, from `cargo xtask bench` on a quiet machine; what a measure saved, when \
-         it was taken; the campaign's times",
-    ),
-    (
         "docs/BOARDS.md",
         "what has judged what: tests/qemu/tests/chip, dma and pico.rs assert it",
     ),
     (
-        "docs/LEARNING.md, docs/MEMORY.md, docs/RELIABILITY.md",
+        "docs/LEARNING.md, docs/MEMORY.md",
         "figures in the text that name a command or a test beside them",
     ),
 ];
