@@ -1,6 +1,6 @@
 //! WGS-84: radii of curvature, normal gravity, Earth rate and transport rate in north-east-down.
 
-use crate::inertial::series;
+use crate::inertial::lane::{Lane, V3};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 
@@ -13,11 +13,11 @@ pub const F: f64 = 1.0 / 298.257_223_563;
 /// First eccentricity squared.
 pub const E2: f64 = F * (2.0 - F);
 /// Normal gravity at the equator, m/s2 (Somigliana).
-pub(in crate::inertial) const GAMMA_E: f64 = 9.780_325_335_9;
+const GAMMA_E: f64 = 9.780_325_335_9;
 /// Somigliana's constant.
-pub(in crate::inertial) const K: f64 = 0.001_931_852_652_41;
+const K: f64 = 0.001_931_852_652_41;
 /// omega^2 a^2 b / GM.
-pub(in crate::inertial) const M_RATIO: f64 = 0.003_449_786_506_84;
+const M_RATIO: f64 = 0.003_449_786_506_84;
 
 /// Geodetic position.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -71,36 +71,38 @@ pub(in crate::inertial) fn wrapped(angle: f64) -> f64 {
 
 /// The properties of the Earth at one latitude and height that the navigation equations need.
 #[derive(Debug, Clone, Copy)]
-pub struct Local {
+pub struct Local<L = f64> {
     /// Sine of the latitude.
-    pub sin_lat: f64,
+    pub sin_lat: L,
     /// Cosine of the latitude.
-    pub cos_lat: f64,
+    pub cos_lat: L,
     /// Meridian radius of curvature plus height, m.
-    pub m_h: f64,
+    pub m_h: L,
     /// Prime-vertical radius of curvature plus height, m.
-    pub n_h: f64,
+    pub n_h: L,
     /// Latitude of a metre to the north, rad/m.
-    pub lat_per_m: f64,
+    pub lat_per_m: L,
     /// Longitude of a metre to the east, rad/m.
-    pub lon_per_m: f64,
+    pub lon_per_m: L,
     /// Normal gravity at that height, m/s2, along +down.
-    pub g: f64,
+    pub g: L,
 }
 
-impl Local {
+impl<L: Lane> Local<L> {
     /// Latitude in rad, height in m.
     #[must_use]
-    pub fn at(lat: f64, h: f64) -> Self {
-        let (sin_lat, cos_lat) = series::sin_cos(lat);
+    #[inline(always)]
+    pub fn at(lat: L, h: L) -> Self {
+        let one = L::all(lat.kind(), 1.0);
+        let (sin_lat, cos_lat) = lat.sin_cos();
         let s2 = sin_lat * sin_lat;
-        let w2 = 1.0 - E2 * s2;
-        let per_w = 1.0 / w2.sqrt();
-        let n = A * per_w;
-        let surface = GAMMA_E * (1.0 + K * s2) * per_w;
+        let w2 = one - s2 * E2;
+        let per_w = one / w2.root();
+        let n = per_w * A;
+        let surface = (s2 * K + 1.0) * GAMMA_E * per_w;
         // second-order free-air term, Groves (2013) eq. 2.139
-        let g = surface
-            * (1.0 - 2.0 / A * (1.0 + F + M_RATIO - 2.0 * F * s2) * h + 3.0 / (A * A) * h * h);
+        let slope = (one * (1.0 + F + M_RATIO) - s2 * (2.0 * F)) * (2.0 / A);
+        let g = surface * (one - slope * h + h * (3.0 / (A * A)) * h);
         let m_h = n * (1.0 - E2) * (per_w * per_w) + h;
         let n_h = n + h;
         Self {
@@ -108,27 +110,42 @@ impl Local {
             cos_lat,
             m_h,
             n_h,
-            lat_per_m: 1.0 / m_h,
-            lon_per_m: 1.0 / (n_h * cos_lat),
+            lat_per_m: one / m_h,
+            lon_per_m: one / (n_h * cos_lat),
             g,
         }
     }
 
     /// Earth rate in NED, rad/s.
+    #[inline(always)]
+    pub(in crate::inertial) fn earth_rate(&self) -> V3<L> {
+        let zero = L::all(self.g.kind(), 0.0);
+        [self.cos_lat * OMEGA_IE, zero, self.sin_lat * -OMEGA_IE]
+    }
+
+    /// Transport rate in NED, rad/s, for a velocity in m/s.
+    #[inline(always)]
+    pub(in crate::inertial) fn transport_rate(&self, v: &V3<L>) -> V3<L> {
+        let lon_rate = v[1] * self.lon_per_m;
+        [
+            lon_rate * self.cos_lat,
+            -v[0] * self.lat_per_m,
+            -lon_rate * self.sin_lat,
+        ]
+    }
+}
+
+impl Local {
+    /// Earth rate in NED, rad/s.
     #[must_use]
     pub fn omega_ie(&self) -> Vector3<f64> {
-        Vector3::new(OMEGA_IE * self.cos_lat, 0.0, -OMEGA_IE * self.sin_lat)
+        self.earth_rate().into()
     }
 
     /// Transport rate in NED, rad/s, for a velocity in m/s.
     #[must_use]
     pub fn omega_en(&self, v: &Vector3<f64>) -> Vector3<f64> {
-        let lon_rate = v.y * self.lon_per_m;
-        Vector3::new(
-            lon_rate * self.cos_lat,
-            -v.x * self.lat_per_m,
-            -lon_rate * self.sin_lat,
-        )
+        self.transport_rate(&[v.x, v.y, v.z]).into()
     }
 
     /// Gravity vector in NED, m/s2.

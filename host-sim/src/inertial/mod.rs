@@ -9,7 +9,6 @@ pub mod earth;
 pub mod ekf;
 pub mod free_inertial;
 pub mod gnss;
-#[cfg(feature = "tools")]
 mod lane;
 pub mod motion;
 pub mod rotation;

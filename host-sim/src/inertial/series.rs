@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 use std::ops::{Add, Mul, Sub};
 
 /// A number, or several side by side.
-pub(in crate::inertial) trait Number:
+pub trait Number:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>

@@ -1,11 +1,12 @@
-//! Linear error dynamics of the strapdown equations in NED (phi-angle form; Titterton & Weston
-//! 2004, ch. 12; Groves 2013, ch. 14).
+//! Transition of navigation errors and parameters over the time since the last fix, increment by
+//! increment.
 
-use super::{ErrorModel, Inputs, Known, NAV, Noise, Triad};
-use crate::inertial::earth::{Local, OMEGA_IE};
-use crate::inertial::rotation::{from_rotvec, skew};
-use crate::inertial::sins::{Increment, NavState};
-use nalgebra::{Dyn, Matrix3, OMatrix, SMatrix, U9, Vector3};
+use super::transition::{Sums, Transition, integrate, nothing};
+use super::{ErrorModel, Inputs, Known, NAV, Noise};
+use crate::inertial::lane::scaled;
+use crate::inertial::rotation::from_rotvec;
+use crate::inertial::sins::{Increment, NavState, States};
+use nalgebra::{Dyn, OMatrix, SMatrix, U9, Vector3};
 
 /// Increments are combined to pieces of about this length before attitude and regressors are
 /// evaluated, s. It is short compared with the motion of a vehicle's attitude.
@@ -35,37 +36,31 @@ pub(super) struct Interval {
 struct Stretch {
     time: f64,
     /// Specific force in NED: integral, m/s, and integral of the integral, m.
-    force: [Vector3<f64>; 2],
+    force: Sums<f64>,
     /// The same for each body axis in NED, s and s2. Multiplied by what a slow parameter adds along
     /// the axis, it is the effect of that parameter.
-    axes: [[Vector3<f64>; 2]; 3],
+    axes: [Sums<f64>; 3],
     /// For each other parameter, which adds `c` to rate or force in NED: the integrals of `c` and
     /// of `(T - t) c`.
-    effects: Vec<[Vector3<f64>; 2]>,
+    effects: Vec<Sums<f64>>,
 }
 
 impl Stretch {
     fn new(n: usize) -> Self {
         Self {
             time: 0.0,
-            force: [Vector3::zeros(); 2],
-            axes: [[Vector3::zeros(); 2]; 3],
-            effects: vec![[Vector3::zeros(); 2]; n],
+            force: nothing(()),
+            axes: [nothing(()); 3],
+            effects: vec![nothing(()); n],
         }
     }
 
     fn reset(&mut self) {
         self.time = 0.0;
-        self.force = [Vector3::zeros(); 2];
-        self.axes = [[Vector3::zeros(); 2]; 3];
-        self.effects.fill([Vector3::zeros(); 2]);
+        self.force = nothing(());
+        self.axes = [nothing(()); 3];
+        self.effects.fill(nothing(()));
     }
-}
-
-/// Continues both integrals over `tau` with the constant integrand `c`: `[int c, int int c]`.
-fn integrate(sums: &mut [Vector3<f64>; 2], c: &Vector3<f64>, tau: f64) {
-    sums[1] += (sums[0] + c * (0.5 * tau)) * tau;
-    sums[0] += c * tau;
 }
 
 impl Interval {
@@ -139,15 +134,15 @@ impl Interval {
         // the attitude in the middle of the piece
         let q_mid = nav.q_bn * from_rotvec(&(self.piece.dtheta * -0.5));
         let c = q_mid.to_rotation_matrix().into_inner();
-        integrate(&mut self.stretch.force, &(c * now.force), tau);
+        integrate(&mut self.stretch.force, &(c * now.force).into(), tau);
         for (sums, axis) in self.stretch.axes.iter_mut().zip(c.column_iter()) {
-            integrate(sums, &axis.into_owned(), tau);
+            integrate(sums, &axis.into_owned().into(), tau);
         }
         let known = Known::default();
         for (sums, p) in self.stretch.effects.iter_mut().zip(&model.parameters) {
             if !p.regressor.is_slow() {
                 let effect = c.column(p.axis) * p.value(&now, &known);
-                integrate(sums, &effect, tau);
+                integrate(sums, &effect.into(), tau);
             }
         }
         self.stretch.time += tau;
@@ -157,16 +152,13 @@ impl Interval {
 
     fn end_stretch(&mut self, nav: &NavState, noise: Noise, model: &ErrorModel) {
         let t = self.stretch.time;
-        let [s1, s2] = self.stretch.force;
-        let f_n = s1 * (1.0 / t);
-        let f = matrix(nav, &f_n);
-        let mut step = SMatrix::<f64, NAV, NAV>::identity() + f * t + f * f * (0.5 * t * t);
-        // the part of the position error by tilt that the mean force does not give
-        let mut tilt = step.fixed_view_mut::<3, 3>(6, 0);
-        tilt += skew(&(s2 - s1 * (0.5 * t)));
+        let states = States::<f64>::of((), |_| nav);
+        let noise = [noise.gyro, noise.accel];
+        let over = Transition::over(&states, &self.stretch.force, &noise, t);
+        let [step, q] =
+            [&over.phi, &over.q].map(|by| SMatrix::<f64, NAV, NAV>::from_fn(|r, c| by[c][r]));
         let fresh = self.time - t < 1e-9;
         self.phi = if fresh { step } else { step * self.phi };
-        let q = white(&f_n, noise, t);
         self.q = if fresh {
             q
         } else {
@@ -186,115 +178,19 @@ impl Interval {
             .zip(&self.stretch.effects)
             .zip(&model.parameters)
         {
-            let [c1, c2] = if p.regressor.is_slow() {
+            let integrals = if p.regressor.is_slow() {
                 let value = p.value(&middle, &known);
-                self.stretch.axes[p.axis].map(|c| c * value)
+                self.stretch.axes[p.axis].map(|c| scaled(&c, value))
             } else {
                 *effect
             };
-            // the remaining sensor errors are -J e, so phi' = +C J_g e and dv' = -C J_a e
-            let [phi, v, r] = match p.triad {
-                Triad::Gyro => {
-                    let v = f_n.cross(&c2);
-                    [c1, v, v * (t / 3.0)]
-                }
-                Triad::Accel => [Vector3::zeros(), -c1, -c2],
-            };
-            for (row, add) in [(0, phi), (3, v), (6, r)] {
-                let mut rows = column.fixed_rows_mut::<3>(row);
-                rows += add;
+            let effect = over.effect(p.triad, &integrals, t);
+            for (cell, add) in column.iter_mut().zip(effect) {
+                *cell += add;
             }
         }
         self.stretch.reset();
     }
-}
-
-/// Covariance from white noise after `t` seconds of constant specific force `f_n`: the integral of
-/// `Phi G G' Phi'` along the chain from tilt to velocity to position.
-fn white(f_n: &Vector3<f64>, noise: Noise, t: f64) -> SMatrix<f64, NAV, NAV> {
-    let (g, a) = (noise.gyro * noise.gyro, noise.accel * noise.accel);
-    let one = Matrix3::identity();
-    let k = skew(f_n);
-    let kk = k * k.transpose();
-    let (t2, t3) = (t * t, t * t * t);
-    let mut q = SMatrix::<f64, NAV, NAV>::zeros();
-    let mut put = |row: usize, col: usize, block: Matrix3<f64>| {
-        q.fixed_view_mut::<3, 3>(row, col).copy_from(&block);
-        q.fixed_view_mut::<3, 3>(col, row)
-            .copy_from(&block.transpose());
-    };
-    put(0, 0, one * (g * t));
-    put(3, 0, k * (g * t2 / 2.0));
-    put(6, 0, k * (g * t3 / 6.0));
-    put(3, 3, kk * (g * t3 / 3.0) + one * (a * t));
-    put(6, 3, kk * (g * t2 * t2 / 8.0) + one * (a * t2 / 2.0));
-    put(6, 6, kk * (g * t2 * t3 / 20.0) + one * (a * t3 / 3.0));
-    q
-}
-
-/// The 9 x 9 system matrix at `nav` with specific force `f_n` in NED.
-fn matrix(nav: &NavState, f_n: &Vector3<f64>) -> SMatrix<f64, NAV, NAV> {
-    let v = &nav.velocity;
-    let here = Local::at(nav.position.lat, nav.position.h);
-    // one over the radii of curvature, and the tangent of the latitude over the second
-    let (per_m, per_n) = (here.lat_per_m, here.cos_lat * here.lon_per_m);
-    let tan_per_n = here.sin_lat * here.lon_per_m;
-    let tan = tan_per_n * here.n_h;
-    let (omega_ie, omega_en) = (here.omega_ie(), here.omega_en(v));
-    let omega_in = omega_ie + omega_en;
-    // derivatives of the rates by position (metres north, east, down) and velocity
-    let ie_r = Matrix3::new(
-        -here.sin_lat,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        -here.cos_lat,
-        0.0,
-        0.0,
-    ) * (OMEGA_IE * per_m);
-    let en_v = Matrix3::new(0.0, per_n, 0.0, -per_m, 0.0, 0.0, 0.0, -tan_per_n, 0.0);
-    let en_r = Matrix3::new(
-        0.0,
-        0.0,
-        v.y * (per_n * per_n),
-        0.0,
-        0.0,
-        -v.x * (per_m * per_m),
-        -v.y * (per_m * here.lon_per_m * here.lon_per_m * here.n_h),
-        0.0,
-        -v.y * (tan_per_n * per_n),
-    );
-    let mut f = SMatrix::<f64, NAV, NAV>::zeros();
-    let mut put = |row: usize, col: usize, block: Matrix3<f64>| {
-        f.fixed_view_mut::<3, 3>(row, col).copy_from(&block);
-    };
-    put(0, 0, -skew(&omega_in));
-    put(0, 3, en_v);
-    put(0, 6, ie_r + en_r);
-    put(3, 0, skew(f_n));
-    put(3, 3, skew(v) * en_v - skew(&(omega_ie * 2.0 + omega_en)));
-    let mut by_r = skew(v) * (ie_r * 2.0 + en_r);
-    by_r[(2, 2)] += 2.0 * here.g * (per_m * per_n).sqrt(); // gravity falls with height
-    put(3, 6, by_r);
-    put(6, 3, Matrix3::identity());
-    put(
-        6,
-        6,
-        Matrix3::new(
-            -v.z * per_m,
-            0.0,
-            v.x * per_m,
-            v.y * (tan * per_m),
-            -v.x * (tan * per_m) - v.z * per_n,
-            v.y * per_n,
-            0.0,
-            0.0,
-            0.0,
-        ),
-    );
-    f
 }
 
 #[cfg(test)]

@@ -16,6 +16,7 @@ mod dynamics;
 mod linearised;
 mod model;
 mod smoother;
+mod transition;
 
 #[cfg(feature = "tools")]
 pub use abreast::{Beside, Flight, alike, flies, free_abreast, pass};
@@ -28,11 +29,10 @@ pub use model::{
 pub use smoother::{Record, Smoothed, smooth};
 
 use crate::inertial::gnss::Fix;
-use crate::inertial::rotation::from_rotvec;
-use crate::inertial::sins::{Increment, NavState, Samples, Sins};
+use crate::inertial::sins::{Increment, NavState, Samples, Sins, States};
 use covariance::Evidence;
 use dynamics::Interval;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 
 /// Number of navigation errors.
 pub const NAV: usize = 9;
@@ -283,12 +283,7 @@ impl Aided {
 /// The state `nav` without the error `e` (its first nine elements).
 #[must_use]
 pub fn displaced(nav: &NavState, e: &DVector<f64>) -> NavState {
-    let v = |i: usize| Vector3::new(e[i], e[i + 1], e[i + 2]);
-    let mut q_bn = from_rotvec(&v(0)) * nav.q_bn;
-    q_bn.renormalize_fast();
-    NavState {
-        position: nav.position.displaced(&-v(6)),
-        velocity: nav.velocity - v(3),
-        q_bn,
-    }
+    let mut states = States::<f64>::of((), |_| nav);
+    states.displace(e.as_slice());
+    states.state(0)
 }

@@ -2,10 +2,14 @@
 //! parts 1 and 2). The fast part, body rotation with coning and velocity with sculling, is computed
 //! once at the rate of the samples. Navigators then take the longer steps.
 
-use super::samples::in_start_axes;
 use super::{Increment, Samples};
-use crate::inertial::rotation::from_rotvec;
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::inertial::lane::{
+    Lane, Q, V3, add, after, at, cross, in_start_axes, norm_squared, rotation, scaled, sub, times,
+    turned, zeros,
+};
+use nalgebra::{Quaternion, UnitQuaternion};
+#[cfg(feature = "tools")]
+use {crate::inertial::vectors::widest, fearless_simd::f64x8};
 
 /// Combines every `count` increments into one. A navigator with [`Samples::One`] makes of the
 /// result what it would have made of the single increments. Fewer than `count` increments at the
@@ -36,155 +40,105 @@ pub fn gather(
 
 /// Adds the pieces of a block, one after the other.
 fn one_by_one(block: &[Increment], count: usize, samples: Samples, out: &mut Vec<Increment>) {
-    let mut past = [block[1], block[0]];
-    for piece in block[2..].chunks_exact(count) {
-        let (mut q, mut v) = (UnitQuaternion::identity(), Vector3::zeros());
-        for increment in piece {
-            let (phi, eta) = samples.combine(&past, increment);
-            v += q * in_start_axes(&phi, &eta);
-            q *= from_rotvec(&phi);
-            past = [*increment, past[0]];
-        }
-        let phi = rotvec(&q);
-        out.push(Increment {
-            dtheta: phi,
-            dv: from_start_axes(&phi, &v),
-        });
+    for piece in 0..(block.len() - 2) / count {
+        pieces::<f64>((), &block[piece * count..], count, samples, out);
     }
+}
+
+/// Adds the [`BESIDE`] pieces of a block, each with the bits that it has alone.
+#[cfg(feature = "tools")]
+fn combine(block: &[Increment], count: usize, samples: Samples, out: &mut Vec<Increment>) {
+    widest!(simd => pieces::<f64x8<_>>(simd, block, count, samples, out));
 }
 
 #[cfg(not(feature = "tools"))]
 use one_by_one as combine;
-#[cfg(feature = "tools")]
-use {crate::inertial::lane::PLACES as BESIDE, beside::combine};
+
 /// Pieces of a block.
-#[cfg(not(feature = "tools"))]
 const BESIDE: usize = 8;
 
-/// Pieces side by side, each with the bits that it has alone.
-#[cfg(feature = "tools")]
-mod beside {
-    use super::{Increment, Samples, one_by_one};
-    use crate::inertial::lane::{
-        Lane, PLACES, Q, V3, add, after, all, at, cross, gathered, in_start_axes, norm_squared,
-        rotation, scaled, sub, times, turned, zeros,
+/// Adds as many pieces of a block as a lane has places.
+#[inline(always)]
+fn pieces<L: Lane>(
+    kind: L::Kind,
+    block: &[Increment],
+    count: usize,
+    samples: Samples,
+    out: &mut Vec<Increment>,
+) {
+    let increment = |i: usize| {
+        [
+            L::gathered(kind, |l| block[l * count + i].dtheta),
+            L::gathered(kind, |l| block[l * count + i].dv),
+        ]
     };
-    use crate::inertial::vectors::widest;
-    use fearless_simd::{Simd, SimdBase};
-    use nalgebra::{Quaternion, UnitQuaternion};
-
-    /// Adds the [`PLACES`] pieces of a block.
-    pub(super) fn combine(
-        block: &[Increment],
-        count: usize,
-        samples: Samples,
-        out: &mut Vec<Increment>,
-    ) {
-        if samples != Samples::Three {
-            return one_by_one(block, count, samples, out);
-        }
-        widest!(simd => run(simd, block, count, out));
+    let (zero, one) = (L::all(kind, 0.0), L::all(kind, 1.0));
+    let (mut q, mut v) = ([zero, zero, zero, one], zeros(kind));
+    let mut past = [increment(1), increment(0)];
+    for i in 2..2 + count {
+        let last = increment(i);
+        let (phi, eta) = samples.combine(&past, &last);
+        v = add(&v, &turned(&q, &in_start_axes(&phi, &eta)));
+        q = after(&q, &rotation(&phi));
+        past = [last, past[0]];
     }
-
-    #[inline(always)]
-    fn run<S: Simd>(simd: S, block: &[Increment], count: usize, out: &mut Vec<Increment>) {
-        let increment = |i: usize| {
-            [
-                gathered(simd, |l| block[l * count + i].dtheta),
-                gathered(simd, |l| block[l * count + i].dv),
-            ]
-        };
-        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
-        let (mut q, mut v) = ([zero, zero, zero, one], zeros(simd));
-        let (mut a, mut b) = (increment(0), increment(1));
-        for i in 2..2 + count {
-            let c = increment(i);
-            let earlier = [earlier(&a[0], &b[0]), earlier(&a[1], &b[1])];
-            let (coning, sculling) = products(&earlier, &c);
-            let (coning_ab, sculling_ab) = products(&a, &b);
-            let phi = add(&c[0], &sub(&coning, &scaled(&coning_ab, 1.0 / 40.0)));
-            let eta = add(&c[1], &sub(&sculling, &scaled(&sculling_ab, 1.0 / 40.0)));
-            v = add(&v, &turned(&q, &in_start_axes(&phi, &eta)));
-            q = after(&q, &rotation(&phi));
-            (a, b) = (b, c);
-        }
-        let phi = rotvec(&q);
-        let dv = from_start_axes(&phi, &v);
-        for l in 0..PLACES {
-            out.push(Increment {
-                dtheta: at(&phi, l),
-                dv: at(&dv, l),
-            });
-        }
-    }
-
-    /// `17/120 b - 1/60 a`.
-    #[inline(always)]
-    fn earlier<S: Simd>(a: &V3<S>, b: &V3<S>) -> V3<S> {
-        sub(&scaled(b, 17.0 / 120.0), &scaled(a, 1.0 / 60.0))
-    }
-
-    /// For coning and for sculling.
-    #[inline(always)]
-    fn products<S: Simd>(x: &[V3<S>; 2], y: &[V3<S>; 2]) -> (V3<S>, V3<S>) {
-        let sculling = add(&cross(&x[0], &y[1]), &cross(&x[1], &y[0]));
-        (cross(&x[0], &y[0]), sculling)
-    }
-
-    #[inline(always)]
-    fn rotvec<S: Simd>(q: &Q<S>) -> V3<S> {
-        let v = [q[0], q[1], q[2]];
-        let mut sign: Lane<S> = q[3];
-        for l in 0..PLACES {
-            sign[l] = sign[l].signum();
-        }
-        let v = times(&v, sign);
-        let s2 = norm_squared(&v);
-        if s2.as_slice().iter().all(|s2| *s2 <= 1e-3) {
-            let series = 2.0 + s2 * (1.0 / 3.0 + s2 * (3.0 / 20.0 + s2 * (5.0 / 56.0)));
-            return times(&v, series);
-        }
-        gathered(s2.simd, |l| {
-            let one = Quaternion::new(q[3][l], q[0][l], q[1][l], q[2][l]);
-            super::rotvec(&UnitQuaternion::new_unchecked(one))
-        })
-    }
-
-    #[inline(always)]
-    fn from_start_axes<S: Simd>(phi: &V3<S>, v: &V3<S>) -> V3<S> {
-        let once = cross(phi, v);
-        let twice = cross(phi, &once);
-        let first = sub(v, &scaled(&once, 0.5));
-        add(
-            &first,
-            &times(&twice, 1.0 / 12.0 + norm_squared(phi) * (1.0 / 720.0)),
-        )
+    let phi = rotvec(&q);
+    let dv = from_start_axes(&phi, &v);
+    for l in 0..L::PLACES {
+        out.push(Increment {
+            dtheta: at(&phi, l),
+            dv: at(&dv, l),
+        });
     }
 }
 
 /// Rotation vector of a small rotation: `2 asin(s) / s` times the vector part of length `s`, by
 /// series (relative error `s^8/10`).
-fn rotvec(q: &UnitQuaternion<f64>) -> Vector3<f64> {
-    let v = q.imag() * q.scalar().signum();
-    let s2 = v.norm_squared();
-    if s2 > 1e-3 {
-        return q.scaled_axis();
+#[inline(always)]
+fn rotvec<L: Lane>(q: &Q<L>) -> V3<L> {
+    let v = [q[0], q[1], q[2]];
+    let mut sign = q[3];
+    for l in 0..L::PLACES {
+        sign.put(l, sign.at(l).signum());
     }
-    v * (2.0 + s2 * (1.0 / 3.0 + s2 * (3.0 / 20.0 + s2 * (5.0 / 56.0))))
+    let v = times(&v, sign);
+    let s2 = norm_squared(&v);
+    if s2.all_below(LARGEST.next_up()) {
+        let series = s2 * (s2 * (s2 * (5.0 / 56.0) + 3.0 / 20.0) + 1.0 / 3.0) + 2.0;
+        return times(&v, series);
+    }
+    L::gathered(s2.kind(), |l| {
+        let v = at(&v, l);
+        if s2.at(l) <= LARGEST {
+            let s2 = s2.at(l);
+            return v * (2.0 + s2 * (1.0 / 3.0 + s2 * (3.0 / 20.0 + s2 * (5.0 / 56.0))));
+        }
+        let one = Quaternion::new(q[3].at(l), q[0].at(l), q[1].at(l), q[2].at(l));
+        UnitQuaternion::new_unchecked(one).scaled_axis()
+    })
 }
+
+/// Squared sine of half the largest rotation that the series serves.
+const LARGEST: f64 = 1e-3;
 
 /// Inverse of [`in_start_axes`]: the inverse left Jacobian of the rotation group, by series
 /// (relative error below `n^4/15000`).
-fn from_start_axes(phi: &Vector3<f64>, v: &Vector3<f64>) -> Vector3<f64> {
-    let once = phi.cross(v);
-    v - once * 0.5 + phi.cross(&once) * (1.0 / 12.0 + phi.norm_squared() * (1.0 / 720.0))
+#[inline(always)]
+fn from_start_axes<L: Lane>(phi: &V3<L>, v: &V3<L>) -> V3<L> {
+    let once = cross(phi, v);
+    let twice = cross(phi, &once);
+    let first = sub(v, &scaled(&once, 0.5));
+    let by = norm_squared(phi) * (1.0 / 720.0) + 1.0 / 12.0;
+    add(&first, &times(&twice, by))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::inertial::earth::Geodetic;
+    use crate::inertial::rotation::from_rotvec;
     use crate::inertial::sins::{NavState, Sins};
+    use nalgebra::Vector3;
 
     /// Pieces side by side have the bits that each has alone, at the end of a list and in large
     /// rotations, too.

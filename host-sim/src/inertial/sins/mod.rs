@@ -7,14 +7,14 @@
 
 mod gather;
 mod samples;
+mod strapdown;
 
 pub use gather::gather;
 pub use samples::{Increment, Samples};
+pub(in crate::inertial) use strapdown::{States, Strapdown};
 
 use crate::inertial::earth::{Geodetic, Local};
-use crate::inertial::rotation::from_rotvec;
 use nalgebra::{UnitQuaternion, Vector3};
-use samples::in_start_axes;
 
 /// Position, velocity, attitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,10 +44,10 @@ pub struct Sins {
     pub(in crate::inertial) samples: Samples,
     pub(in crate::inertial) past: [Increment; 2],
     // half the change of velocity over the last increment
-    pub(in crate::inertial) half_change: Vector3<f64>,
+    half_change: Vector3<f64>,
     // the Earth at the middle of the next increment
-    pub(in crate::inertial) earth: Local,
-    pub(in crate::inertial) polar: bool,
+    earth: Local,
+    polar: bool,
 }
 
 /// Latitude beyond which [`Sins::near_pole`] is raised: 89.99 deg, 1.1 km from a pole, in rad.
@@ -81,47 +81,12 @@ impl Sins {
 
     /// Advances by one increment of `dt` seconds.
     pub fn step(&mut self, increment: &Increment, dt: f64) {
-        let NavState {
-            position,
-            velocity,
-            q_bn,
-        } = self.nav;
-        // Earth and velocity at the middle of the increment. The Earth is computed one increment
-        // ahead, for a place that is wrong by acceleration times dt^2, some micrometres to
-        // millimetres. So the value is ready when needed, and its computation overlaps with the
-        // rest of the step.
-        let mid = self.earth;
-        self.earth = Local::at(
-            position.lat + 1.5 * dt * velocity.x * mid.lat_per_m,
-            position.h - 1.5 * dt * velocity.z,
-        );
-        let v_mid = velocity + self.half_change;
-        let omega_ie = mid.omega_ie();
-        let omega_en = mid.omega_en(&v_mid);
-        let zeta = (omega_ie + omega_en) * dt;
-
-        let (phi, eta) = self.samples.combine(&self.past, increment);
-        let dv_sf = in_start_axes(&phi, &eta);
-
-        let dv_n = q_bn * dv_sf;
-        let dv_n = dv_n - zeta.cross(&dv_n) * 0.5;
-        let gravity_coriolis = mid.gravity() - (omega_ie * 2.0 + omega_en).cross(&v_mid);
-        let change = dv_n + gravity_coriolis * dt;
-        let v_new = velocity + change;
-        let v_mean = velocity + change * 0.5;
-
-        self.nav.position = Geodetic {
-            lat: position.lat + v_mean.x * dt * mid.lat_per_m,
-            lon: position.lon + v_mean.y * dt * mid.lon_per_m,
-            h: position.h - v_mean.z * dt,
-        };
-        self.nav.velocity = v_new;
-        let mut q = from_rotvec(&-zeta) * q_bn * from_rotvec(&phi);
-        q.renormalize_fast();
-        self.nav.q_bn = q;
-        self.half_change = change * 0.5;
-        self.polar |= outside(self.nav.position.lat);
-        self.past = [*increment, self.past[0]];
+        let past = self.past.map(|past| past.parts());
+        let (phi, eta) = self.samples.combine(&past, &increment.parts());
+        let here: &Self = self;
+        let mut one = Strapdown::<f64>::of((), |_| here);
+        one.step(&phi, &eta, dt);
+        one.give(0, self, [*increment, self.past[0]]);
     }
 
     /// True once the track has come closer to a pole than [`MAX_LATITUDE`]. North and east lose
@@ -135,12 +100,12 @@ impl Sins {
     /// Corrects the height loop by a barometric height `baro_h` in m, `dt` seconds after the last
     /// correction.
     pub fn damp_height(&mut self, loop_: &HeightLoop, baro_h: f64, dt: f64) {
-        let error = self.nav.position.h - baro_h;
-        self.nav.position.h -= 2.0 / loop_.time_s * error * dt;
-        self.nav.velocity.z += error * dt / (loop_.time_s * loop_.time_s);
+        let mut one = States::<f64>::of((), |_| &self.nav);
+        one.damp_height(loop_, baro_h, dt);
+        self.nav = one.state(0);
     }
 }
 
-pub(in crate::inertial) fn outside(lat: f64) -> bool {
+fn outside(lat: f64) -> bool {
     lat.is_nan() || lat.abs() > MAX_LATITUDE
 }

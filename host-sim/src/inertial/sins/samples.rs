@@ -23,7 +23,7 @@
 //! cone per sample and its half-angle `a`, the mean error per sample falls from `l^5/60 sin^2 a` to
 //! the order of `l^7`. The plain polynomial solution, 121/720, -31/720, 1/720, would stay at `l^5`.
 
-use crate::inertial::series::turned_force;
+use crate::inertial::lane::{Lane, V3, add, cross, scaled, sub};
 use crate::list::{Item, numbers, put_all};
 use nalgebra::Vector3;
 
@@ -35,6 +35,14 @@ pub struct Increment {
     pub dtheta: Vector3<f64>,
     /// Delta-v, m/s.
     pub dv: Vector3<f64>,
+}
+
+impl Increment {
+    /// Delta-theta and delta-v.
+    #[inline(always)]
+    pub(crate) fn parts(&self) -> [V3<f64>; 2] {
+        [self.dtheta.into(), self.dv.into()]
+    }
 }
 
 impl Item for Increment {
@@ -68,48 +76,50 @@ pub enum Samples {
 }
 
 impl Samples {
-    /// Rotation vector in rad of the newest increment, and its velocity counterpart in m/s. `past`
-    /// holds the last increment and the one before it.
-    pub(crate) fn combine(
+    /// Rotation vector in rad of the newest increment, and its velocity counterpart in m/s. An
+    /// increment here is delta-theta and delta-v; `past` holds the last one and the one before it.
+    #[inline(always)]
+    pub(crate) fn combine<L: Lane>(
         self,
-        past: &[Increment; 2],
-        increment: &Increment,
-    ) -> (Vector3<f64>, Vector3<f64>) {
+        past: &[[V3<L>; 2]; 2],
+        increment: &[V3<L>; 2],
+    ) -> (V3<L>, V3<L>) {
         let [b, a] = past;
         let (coning, sculling) = match self {
-            Self::One => return (increment.dtheta, increment.dv),
+            Self::One => return (increment[0], increment[1]),
             Self::Two => {
-                let (coning, sculling) = cross(b, increment);
-                (coning / 12.0, sculling / 12.0)
+                let (coning, sculling) = products(b, increment);
+                (over(&coning, 12.0), over(&sculling, 12.0))
             }
             Self::Three => {
-                let earlier = Increment {
-                    dtheta: b.dtheta * (17.0 / 120.0) - a.dtheta * (1.0 / 60.0),
-                    dv: b.dv * (17.0 / 120.0) - a.dv * (1.0 / 60.0),
-                };
-                let (coning, sculling) = cross(&earlier, increment);
-                let (coning_ab, sculling_ab) = cross(a, b);
+                let earlier = [earlier(&a[0], &b[0]), earlier(&a[1], &b[1])];
+                let (coning, sculling) = products(&earlier, increment);
+                let (coning_ab, sculling_ab) = products(a, b);
                 let last = 1.0 / 40.0;
-                (coning - coning_ab * last, sculling - sculling_ab * last)
+                (
+                    sub(&coning, &scaled(&coning_ab, last)),
+                    sub(&sculling, &scaled(&sculling_ab, last)),
+                )
             }
         };
-        (increment.dtheta + coning, increment.dv + sculling)
+        (add(&increment[0], &coning), add(&increment[1], &sculling))
     }
 }
 
 /// The product of two increments for coning, and its counterpart for sculling.
-fn cross(x: &Increment, y: &Increment) -> (Vector3<f64>, Vector3<f64>) {
-    (
-        x.dtheta.cross(&y.dtheta),
-        x.dtheta.cross(&y.dv) + x.dv.cross(&y.dtheta),
-    )
+#[inline(always)]
+fn products<L: Lane>(x: &[V3<L>; 2], y: &[V3<L>; 2]) -> (V3<L>, V3<L>) {
+    let sculling = add(&cross(&x[0], &y[1]), &cross(&x[1], &y[0]));
+    (cross(&x[0], &y[0]), sculling)
 }
 
-/// Specific force integrated in the body axes of the start of the increment, m/s: `(I + (1 - cos
-/// n)/n^2 [phi x] + (n - sin n)/n^3 [phi x]^2) eta` with `n = |phi|` (Savage 1998, part 2), by
-/// the series of [`turned_force`].
-pub(super) fn in_start_axes(phi: &Vector3<f64>, eta: &Vector3<f64>) -> Vector3<f64> {
-    let (one, two) = turned_force(phi.norm_squared());
-    let once = phi.cross(eta);
-    eta + once * one + phi.cross(&once) * two
+/// `17/120 b - 1/60 a`.
+#[inline(always)]
+fn earlier<L: Lane>(a: &V3<L>, b: &V3<L>) -> V3<L> {
+    sub(&scaled(b, 17.0 / 120.0), &scaled(a, 1.0 / 60.0))
+}
+
+#[inline(always)]
+fn over<L: Lane>(a: &V3<L>, by: f64) -> V3<L> {
+    [a[0] / by, a[1] / by, a[2] / by]
 }

@@ -1,56 +1,53 @@
 //! Covariance of several filters side by side: [`super::super::covariance`] for parameters that do
 //! not fade. Only the lower triangle is kept, column by column.
 
+use super::super::transition::Column;
 use super::super::{NAV, Triad};
 use super::parts::Source;
-use crate::inertial::lane::{Lane, PLACES, all, of};
-use fearless_simd::Simd;
-
-/// Nine rows of a column.
-pub(super) type Column<S> = [Lane<S>; NAV];
+use crate::inertial::lane::Lane;
 
 /// Covariances, and what their updates need beside them.
-pub(super) struct Covariance<S: Simd> {
+pub(super) struct Covariance<L: Lane> {
     size: usize,
     /// The lower triangle by columns.
-    cells: Vec<Lane<S>>,
+    cells: Vec<L>,
     /// Where each column begins.
     begins: Vec<usize>,
     /// The columns of `P` that columns of `[Phi Psi]` are multiplied by, one after the other.
-    factors: Vec<Lane<S>>,
+    factors: Vec<L>,
     /// The first nine rows of `[Phi Psi] P`.
-    top: Vec<Column<S>>,
+    top: Vec<Column<L>>,
     /// For each source the sum of the columns of `top` that belong to its parameters.
-    sums: Vec<Column<S>>,
+    sums: Vec<Column<L>>,
     /// The values of all measurements' columns, row by row.
-    rows: Vec<[Lane<S>; MOST]>,
-    weights: [Lane<S>; MOST],
+    rows: Vec<[L; MOST]>,
+    weights: [L; MOST],
     /// The estimated errors.
-    pub(super) errors: Vec<Lane<S>>,
+    pub(super) errors: Vec<L>,
 }
 
 /// `[Phi Psi]` by columns. Parameters that are slow act along the six axes of the two triads: their
 /// columns of `Psi` are those of the axes times a number, so products with them need one column
 /// for each axis.
-pub(super) struct Transitions<S: Simd> {
+pub(super) struct Transitions<L: Lane> {
     /// Of the nine navigation errors, then of each source.
-    pub(super) columns: Vec<Column<S>>,
+    pub(super) columns: Vec<Column<L>>,
     /// What has a column of `Psi`.
     pub(super) sources: Vec<Source>,
     /// Of each parameter: the number that its source's column is multiplied by.
-    pub(super) numbers: Vec<Lane<S>>,
+    pub(super) numbers: Vec<L>,
 }
 
 /// One measurement: error state, value, standard deviation.
-pub(super) type Scalar<S> = (usize, Lane<S>, f64);
+pub(super) type Scalar<L> = (usize, L, f64);
 /// Values of a fix.
 pub(super) const MOST: usize = 6;
 
-impl<S: Simd> Covariance<S> {
+impl<L: Lane> Covariance<L> {
     /// `cell(l, i, j)` is a cell of filter `l`.
     #[inline(always)]
     pub(super) fn of(
-        simd: S,
+        kind: L::Kind,
         (size, sources): (usize, usize),
         cell: impl Fn(usize, usize, usize) -> f64,
     ) -> Self {
@@ -59,10 +56,10 @@ impl<S: Simd> Covariance<S> {
         for j in 0..size {
             begins.push(cells.len());
             for i in j..size {
-                cells.push(of(simd, |l| cell(l, i, j)));
+                cells.push(L::of(kind, |l| cell(l, i, j)));
             }
         }
-        let zero = all(simd, 0.0);
+        let zero = L::all(kind, 0.0);
         Self {
             size,
             cells,
@@ -79,7 +76,7 @@ impl<S: Simd> Covariance<S> {
     /// The cell of filter `l`.
     pub(super) fn cell(&self, l: usize, i: usize, j: usize) -> f64 {
         let (i, j) = (i.max(j), i.min(j));
-        self.cells[self.begins[j] + i - j][l]
+        self.cells[self.begins[j] + i - j].at(l)
     }
 
     /// `P <- [Phi Psi; 0 I] P [Phi Psi; 0 I]' + Q`. `by`: `[Phi Psi]`; `walks`: the variance that
@@ -87,9 +84,9 @@ impl<S: Simd> Covariance<S> {
     #[inline(always)]
     pub(super) fn propagate(
         &mut self,
-        by: &Transitions<S>,
-        q: &[Column<S>; NAV],
-        walks: &[Lane<S>],
+        by: &Transitions<L>,
+        q: &[Column<L>; NAV],
+        walks: &[L],
         time: f64,
     ) {
         self.find_factors(by);
@@ -117,9 +114,9 @@ impl<S: Simd> Covariance<S> {
     }
 
     #[inline(always)]
-    fn find_factors(&mut self, by: &Transitions<S>) {
+    fn find_factors(&mut self, by: &Transitions<L>) {
         for k in 0..NAV {
-            self.factor::<false>(k, k, all(by.columns[0][0].simd, 1.0));
+            self.factor::<false>(k, k, L::all(by.columns[0][0].kind(), 1.0));
         }
         for (place, source) in by.sources.iter().enumerate() {
             for (n, &k) in source.parameters.iter().enumerate() {
@@ -133,7 +130,7 @@ impl<S: Simd> Covariance<S> {
 
     /// Writes a column of `P` times a number to a place among the factors, or adds it there.
     #[inline(always)]
-    fn factor<const ADD: bool>(&mut self, place: usize, column: usize, number: Lane<S>) {
+    fn factor<const ADD: bool>(&mut self, place: usize, column: usize, number: L) {
         let to = &mut self.factors[place * self.size..][..self.size];
         let (left, below) = to.split_at_mut(column);
         for ((j, to), begin) in left.iter_mut().enumerate().zip(&self.begins) {
@@ -150,21 +147,21 @@ impl<S: Simd> Covariance<S> {
     /// is read once for both. Accelerometers do not turn the attitude: three rows of their columns
     /// are zero.
     #[inline(always)]
-    fn transform(&mut self, by: &Transitions<S>) {
+    fn transform(&mut self, by: &Transitions<L>) {
         let size = self.size;
-        let zero = all(by.columns[0][0].simd, 0.0);
+        let zero = L::all(by.columns[0][0].kind(), 0.0);
         let (navigation, sources) = by.columns.split_at(NAV);
         for j in (0..size).step_by(2) {
             let other = (j + 1).min(size - 1);
             let mut two = [[zero; NAV]; 2];
             let mut factors = self.factors.chunks_exact(size);
             for (column, x) in navigation.iter().zip(&mut factors) {
-                accumulate::<S, 2, 0>(&mut two, column, [x[j], x[other]]);
+                accumulate::<L, 2, 0>(&mut two, column, [x[j], x[other]]);
             }
             for ((column, source), x) in sources.iter().zip(&by.sources).zip(factors) {
                 match source.triad {
-                    Triad::Gyro => accumulate::<S, 2, 0>(&mut two, column, [x[j], x[other]]),
-                    Triad::Accel => accumulate::<S, 2, 3>(&mut two, column, [x[j], x[other]]),
+                    Triad::Gyro => accumulate::<L, 2, 0>(&mut two, column, [x[j], x[other]]),
+                    Triad::Accel => accumulate::<L, 2, 3>(&mut two, column, [x[j], x[other]]),
                 }
             }
             self.top[j] = two[0];
@@ -173,12 +170,12 @@ impl<S: Simd> Covariance<S> {
     }
 
     #[inline(always)]
-    fn find_sums(&mut self, by: &Transitions<S>) {
-        let zero = all(by.columns[0][0].simd, 0.0);
+    fn find_sums(&mut self, by: &Transitions<L>) {
+        let zero = L::all(by.columns[0][0].kind(), 0.0);
         for (sum, source) in self.sums.iter_mut().zip(&by.sources) {
             let mut one = [[zero; NAV]];
             for &k in &source.parameters {
-                accumulate::<S, 1, 0>(&mut one, &self.top[NAV + k], [by.numbers[k]]);
+                accumulate::<L, 1, 0>(&mut one, &self.top[NAV + k], [by.numbers[k]]);
             }
             *sum = one[0];
         }
@@ -188,8 +185,8 @@ impl<S: Simd> Covariance<S> {
     #[inline(always)]
     fn block<const N: usize, const C: usize>(
         &self,
-        nav: &mut [Column<S>; NAV],
-        by: &Transitions<S>,
+        nav: &mut [Column<L>; NAV],
+        by: &Transitions<L>,
     ) {
         let mut sums = [nav[C]; N];
         let mut factors = [nav[C][C]; N];
@@ -199,14 +196,14 @@ impl<S: Simd> Covariance<S> {
         let (navigation, sources) = by.columns.split_at(NAV);
         for (top, by) in self.top.iter().zip(navigation) {
             factors.copy_from_slice(&by[C..C + N]);
-            accumulate::<S, N, C>(&mut sums, top, factors);
+            accumulate::<L, N, C>(&mut sums, top, factors);
         }
         for ((sum, by), source) in self.sums.iter().zip(sources).zip(&by.sources) {
             if C + N <= 3 && source.triad == Triad::Accel {
                 continue;
             }
             factors.copy_from_slice(&by[C..C + N]);
-            accumulate::<S, N, C>(&mut sums, sum, factors);
+            accumulate::<L, N, C>(&mut sums, sum, factors);
         }
         nav[C..C + N].copy_from_slice(&sums);
     }
@@ -214,29 +211,30 @@ impl<S: Simd> Covariance<S> {
     /// Measurements one after the other, at most [`MOST`]. The logarithm of their density is added
     /// to `score`.
     #[inline(always)]
-    pub(super) fn update(&mut self, scalars: &[Scalar<S>], score: &mut Lane<S>) {
-        let zero = all(score.simd, 0.0);
+    pub(super) fn update(&mut self, scalars: &[Scalar<L>], score: &mut L) {
+        let zero = L::all(score.kind(), 0.0);
         self.errors.fill(zero);
         self.weights = [zero; MOST];
-        let (mut squares, mut variances) = (zero, all(zero.simd, 1.0));
+        let one = L::all(zero.kind(), 1.0);
+        let (mut squares, mut variances) = (zero, one);
         for (m, &(i, z, sigma)) in scalars.iter().enumerate() {
             self.measured(m, i);
             let s = self.rows[i][m] + sigma * sigma;
-            let weight = 1.0 / s;
+            let weight = one / s;
             let innovation = z - self.errors[i];
             let gain = innovation * weight;
             for (e, row) in self.errors.iter_mut().zip(&self.rows) {
                 *e += row[m] * gain;
             }
             squares += innovation * gain;
-            variances *= std::f64::consts::TAU * s;
+            variances *= s * std::f64::consts::TAU;
             self.weights[m] = weight;
         }
         let mut log = variances;
-        for l in 0..PLACES {
-            log[l] = log[l].ln();
+        for l in 0..L::PLACES {
+            log.put(l, log.at(l).ln());
         }
-        *score += -0.5 * (squares + log);
+        *score += (squares + log) * -0.5;
         self.subtract();
     }
 
@@ -280,10 +278,10 @@ impl<S: Simd> Covariance<S> {
 
 /// Each sum and the column times its number, from row `FROM` on.
 #[inline(always)]
-fn accumulate<S: Simd, const N: usize, const FROM: usize>(
-    sums: &mut [Column<S>; N],
-    column: &Column<S>,
-    x: [Lane<S>; N],
+fn accumulate<L: Lane, const N: usize, const FROM: usize>(
+    sums: &mut [Column<L>; N],
+    column: &Column<L>,
+    x: [L; N],
 ) {
     for (r, c) in column.iter().enumerate().skip(FROM) {
         for (sum, x) in sums.iter_mut().zip(&x) {

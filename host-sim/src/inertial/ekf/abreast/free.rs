@@ -3,15 +3,14 @@
 //!
 //! [`free_inertial`]: crate::inertial::free_inertial::free_inertial
 
-use super::navigate::Navigators;
 use crate::inertial::earth::Local;
 use crate::inertial::ekf::{Aided, Regressor};
 use crate::inertial::free_inertial::{FreeInertial, HEIGHT_LOOP};
-use crate::inertial::lane::{M3, PLACES, V3, divided, gathered, of, scaled, sub, turned};
+use crate::inertial::lane::{Lane, M3, PLACES, V3, divided, scaled, sub, turned};
 use crate::inertial::session::{EPOCH_S, Session};
-use crate::inertial::sins::{Increment, Samples, Sins};
+use crate::inertial::sins::{Increment, Samples, Sins, Strapdown};
 use crate::inertial::vectors::widest;
-use fearless_simd::Simd;
+use fearless_simd::f64x8;
 
 /// A filter that navigates without fixes from the end of epoch `until` on.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +43,7 @@ pub fn free_abreast(flights: &[Flight<'_>]) -> Vec<FreeInertial> {
     if flights.is_empty() {
         return Vec::new();
     }
-    widest!(simd => run(simd, flights))
+    widest!(simd => run::<f64x8<_>>(simd, flights))
 }
 
 /// The parts of a filter's errors that follow the inputs: the matrix of each triad.
@@ -60,14 +59,14 @@ fn matrices(filter: &Aided) -> [[[f64; 3]; 3]; 2] {
 
 /// The matrix of a triad for each filter.
 #[inline(always)]
-fn lanes_of<S: Simd>(simd: S, all: &[[[[f64; 3]; 3]; 2]; PLACES], triad: usize) -> M3<S> {
-    let row = |r: usize| gathered(simd, |l| all[l][triad][r].into());
+fn lanes_of<L: Lane>(kind: L::Kind, all: &[[[[f64; 3]; 3]; 2]; PLACES], triad: usize) -> M3<L> {
+    let row = |r: usize| L::gathered(kind, |l| all[l][triad][r].into());
     [row(0), row(1), row(2)]
 }
 
 /// Errors that follow the inputs, on top of the slow ones.
 #[inline(always)]
-fn with_inputs<S: Simd>(slow: &V3<S>, by: &M3<S>, input: &V3<S>) -> V3<S> {
+fn with_inputs<L: Lane>(slow: &V3<L>, by: &M3<L>, input: &V3<L>) -> V3<L> {
     let mut out = *slow;
     for (out, row) in out.iter_mut().zip(by) {
         *out = *out + row[0] * input[0] + row[1] * input[1] + row[2] * input[2];
@@ -76,7 +75,7 @@ fn with_inputs<S: Simd>(slow: &V3<S>, by: &M3<S>, input: &V3<S>) -> V3<S> {
 }
 
 #[inline(always)]
-fn run<S: Simd>(simd: S, flights: &[Flight<'_>]) -> Vec<FreeInertial> {
+fn run<L: Lane>(kind: L::Kind, flights: &[Flight<'_>]) -> Vec<FreeInertial> {
     let flight = |l: usize| flights.get(l).unwrap_or(&flights[0]);
     let (session, from) = (flights[0].session, flights[0].until);
     let (n, dt) = (session.steps_per_epoch(), session.step_s());
@@ -85,12 +84,12 @@ fn run<S: Simd>(simd: S, flights: &[Flight<'_>]) -> Vec<FreeInertial> {
         sins.with_samples(flight.session.samples())
     };
     let sins: Vec<Sins> = flights.iter().map(begin).collect();
-    let mut nav = Navigators::of(simd, |l| sins.get(l).unwrap_or(&sins[0]));
-    let arm = gathered(simd, |l| flight(l).session.reference_arm);
+    let mut nav = Strapdown::of(kind, |l| sins.get(l).unwrap_or(&sins[0]));
+    let arm = L::gathered(kind, |l| flight(l).session.reference_arm);
     let by: [_; PLACES] = std::array::from_fn(|l| matrices(flight(l).filter));
     let moves = by.as_flattened().as_flattened().as_flattened();
     let moves = moves.iter().any(|x| *x != 0.0);
-    let by = [lanes_of(simd, &by, 0), lanes_of(simd, &by, 1)];
+    let by = [lanes_of::<L>(kind, &by, 0), lanes_of::<L>(kind, &by, 1)];
     let mut notes = Notes::of(flights);
     notes.add(flights, &nav, from);
     for k in from..session.epochs() {
@@ -100,12 +99,12 @@ fn run<S: Simd>(simd: S, flights: &[Flight<'_>]) -> Vec<FreeInertial> {
             filter.model.slow_errors(&filter.theta, second)
         });
         let slow = [
-            gathered(simd, |l| slow[l][0]),
-            gathered(simd, |l| slow[l][1]),
+            L::gathered(kind, |l| slow[l][0]),
+            L::gathered(kind, |l| slow[l][1]),
         ];
         for i in k * n..(k + 1) * n {
-            let dtheta = gathered(simd, |l| flight(l).increments[i].dtheta);
-            let dv = gathered(simd, |l| flight(l).increments[i].dv);
+            let dtheta = L::gathered(kind, |l| flight(l).increments[i].dtheta);
+            let dv = L::gathered(kind, |l| flight(l).increments[i].dv);
             let mut error = slow;
             if moves {
                 error = [
@@ -116,9 +115,9 @@ fn run<S: Simd>(simd: S, flights: &[Flight<'_>]) -> Vec<FreeInertial> {
             let dtheta = sub(&dtheta, &scaled(&error[0], dt));
             nav.step(&dtheta, &sub(&dv, &scaled(&error[1], dt)), dt);
         }
-        let below = turned(&nav.q_bn, &arm)[2];
-        let truth = of(simd, |l| flight(l).session.reference[k + 1].position.h);
-        nav.damp_height(&HEIGHT_LOOP, truth + below, EPOCH_S);
+        let below = turned(&nav.nav.q_bn, &arm)[2];
+        let truth = L::of(kind, |l| flight(l).session.reference[k + 1].position.h);
+        nav.nav.damp_height(&HEIGHT_LOOP, truth + below, EPOCH_S);
         notes.add(flights, &nav, k + 1);
     }
     notes.out
@@ -147,7 +146,7 @@ impl Notes {
     }
 
     /// Adds the errors at an epoch.
-    fn add<S: Simd>(&mut self, flights: &[Flight<'_>], nav: &Navigators<S>, epoch: usize) {
+    fn add<L: Lane>(&mut self, flights: &[Flight<'_>], nav: &Strapdown<L>, epoch: usize) {
         let mut last: Option<(usize, Local)> = None;
         let each = self.out.iter_mut().zip(&self.origins).zip(flights);
         for (l, ((out, origin), flight)) in each.enumerate() {
@@ -157,7 +156,7 @@ impl Notes {
                 _ => Local::at(at(l).lat, at(l).h),
             };
             last = Some((l, here));
-            let state = nav.state(l);
+            let state = nav.nav.state(l);
             out.note_by(
                 flight.session,
                 &state,

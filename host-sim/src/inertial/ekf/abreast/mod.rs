@@ -5,27 +5,24 @@
 //! have alone; the sums of the others add up axis by axis, which changes their last digits.
 
 mod covariance;
-mod dynamics;
 mod free;
-mod navigate;
 mod parts;
 
 use super::model::Known;
+use super::transition::{Sums, Transition, integrate, nothing};
 use super::{Aided, Inputs, NAV, Parameter, Regressor};
-use crate::inertial::earth::Local;
+use crate::inertial::earth::{Local, wrapped};
 use crate::inertial::gnss::Fix;
 use crate::inertial::lane::{
-    Lane, PLACES, V3, after, all, applied, at, column, divided, gathered, matrix_of, of, rotation,
-    scaled, sub, times, zeros,
+    Lane, PLACES, V3, after, applied, at, column, divided, matrix_of, rotation, scaled, sub, times,
+    zeros,
 };
 use crate::inertial::session::EPOCH_S;
-use crate::inertial::sins::{Increment, Samples};
+use crate::inertial::sins::{Increment, Samples, Strapdown};
 use crate::inertial::vectors::widest;
 use covariance::{Covariance, MOST, Scalar, Transitions};
-use dynamics::{Sums, Transition, integrate, nothing};
-use fearless_simd::Simd;
+use fearless_simd::f64x8;
 pub use free::{Flight, flies, free_abreast};
-use navigate::Navigators;
 use parts::{By, Feature, Part, parts, sources};
 use std::sync::Arc;
 
@@ -68,12 +65,12 @@ pub fn pass(beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
     if beside.is_empty() || fixes.is_empty() {
         return;
     }
-    widest!(simd => run(simd, beside, fixes, dt));
+    widest!(simd => run::<f64x8<_>>(simd, beside, fixes, dt));
 }
 
 #[inline(always)]
-fn run<S: Simd>(simd: S, beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
-    let mut abreast = Abreast::of(simd, beside);
+fn run<L: Lane>(kind: L::Kind, beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
+    let mut abreast = Abreast::<L>::of(kind, beside);
     let mut increments = [beside[0].increments; PLACES];
     for (of, filter) in increments.iter_mut().zip(&*beside) {
         *of = filter.increments;
@@ -95,39 +92,39 @@ fn run<S: Simd>(simd: S, beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f
 }
 
 /// Filters that have just taken a fix.
-struct Abreast<S: Simd> {
-    simd: S,
+struct Abreast<L: Lane> {
+    kind: L::Kind,
     parts: Vec<Part>,
     features: Vec<Feature>,
     /// What each feature is now.
-    values: Vec<Lane<S>>,
+    values: Vec<L>,
     known: [Arc<[Known]>; PLACES],
-    nav: Navigators<S>,
-    theta: Vec<Lane<S>>,
-    p: Covariance<S>,
+    nav: Strapdown<L>,
+    theta: Vec<L>,
+    p: Covariance<L>,
     /// Variance of the walk of each parameter in a second.
-    walks: Vec<Lane<S>>,
-    noise: [Lane<S>; 2],
+    walks: Vec<L>,
+    noise: [L; 2],
     /// Logarithm of the density that each has given to all fixes.
-    score: Lane<S>,
+    score: L,
     clock: f64,
-    rate: V3<S>,
+    rate: V3<L>,
     /// Since the last fix: time, and integrals of the specific force, of the body axes, and of what
     /// the parameters that follow the motion add.
     time: f64,
-    force: Sums<S>,
-    axes: [Sums<S>; 3],
-    effects: Vec<Sums<S>>,
+    force: Sums<L>,
+    axes: [Sums<L>; 3],
+    effects: Vec<Sums<L>>,
     /// The second of the slow errors, and these: of gyros, of accelerometers.
     second: Option<usize>,
-    slow: [V3<S>; 2],
+    slow: [V3<L>; 2],
     /// `[Phi Psi]`.
-    by: Transitions<S>,
+    by: Transitions<L>,
 }
 
-impl<S: Simd> Abreast<S> {
+impl<L: Lane> Abreast<L> {
     #[inline(always)]
-    fn of(simd: S, beside: &[Beside<'_>]) -> Self {
+    fn of(kind: L::Kind, beside: &[Beside<'_>]) -> Self {
         let place = |l: usize| &*beside.get(l).unwrap_or(&beside[0]).filter;
         let filter = |l: usize| &place(l).0;
         let first = filter(0);
@@ -138,35 +135,37 @@ impl<S: Simd> Abreast<S> {
         };
         let (parts, features) = parts(&first.model.parameters);
         let sources = sources(&parts);
-        let zero = all(simd, 0.0);
+        let zero = L::all(kind, 0.0);
         Self {
-            simd,
+            kind,
             values: vec![zero; features.len()],
             parts,
             features,
             known: std::array::from_fn(|l| filter(l).model.known.clone()),
-            nav: Navigators::of(simd, |l| &filter(l).sins),
-            theta: (0..n).map(|k| of(simd, |l| filter(l).theta[k])).collect(),
-            p: Covariance::of(simd, (NAV + n, sources.len()), |l, i, j| {
+            nav: Strapdown::of(kind, |l| &filter(l).sins),
+            theta: (0..n)
+                .map(|k| L::of(kind, |l| filter(l).theta[k]))
+                .collect(),
+            p: Covariance::of(kind, (NAV + n, sources.len()), |l, i, j| {
                 filter(l).p[(i, j)]
             }),
-            walks: (0..n).map(|k| of(simd, |l| walk(l, k))).collect(),
+            walks: (0..n).map(|k| L::of(kind, |l| walk(l, k))).collect(),
             noise: [
-                of(simd, |l| filter(l).noise.gyro),
-                of(simd, |l| filter(l).noise.accel),
+                L::of(kind, |l| filter(l).noise.gyro),
+                L::of(kind, |l| filter(l).noise.accel),
             ],
-            score: of(simd, |l| place(l).1),
+            score: L::of(kind, |l| place(l).1),
             clock: first.interval.clock,
-            rate: gathered(simd, |l| filter(l).interval.last_rate.unwrap_or_default()),
+            rate: L::gathered(kind, |l| filter(l).interval.last_rate.unwrap_or_default()),
             time: 0.0,
-            force: nothing(simd),
-            axes: [nothing(simd); 3],
-            effects: vec![nothing(simd); n],
+            force: nothing(kind),
+            axes: [nothing(kind); 3],
+            effects: vec![nothing(kind); n],
             second: None,
-            slow: [zeros(simd); 2],
+            slow: [zeros(kind); 2],
             by: Transitions {
                 columns: vec![[zero; NAV]; NAV + sources.len()],
-                numbers: vec![all(simd, 1.0); n],
+                numbers: vec![L::all(kind, 1.0); n],
                 sources,
             },
         }
@@ -178,7 +177,7 @@ impl<S: Simd> Abreast<S> {
         let past = filter.sins.past; // not read with [`Samples::One`]
         self.nav.give(l, &mut filter.sins, past);
         for (to, x) in filter.theta.iter_mut().zip(&self.theta) {
-            *to = x[l];
+            *to = x.at(l);
         }
         for j in 0..filter.p.ncols() {
             for i in 0..filter.p.nrows() {
@@ -189,7 +188,7 @@ impl<S: Simd> Abreast<S> {
         filter.interval.last_rate = Some(at(&self.rate, l));
         filter.start = filter.sins.nav;
         filter.before = to.increments.last().copied();
-        *score = self.score[l];
+        *score = self.score.at(l);
     }
 
     /// Nothing has happened since the last fix.
@@ -197,17 +196,17 @@ impl<S: Simd> Abreast<S> {
     fn begin(&mut self) {
         self.second = None;
         self.time = 0.0;
-        self.force = nothing(self.simd);
-        self.axes = [nothing(self.simd); 3];
-        self.effects.fill(nothing(self.simd));
+        self.force = nothing(self.kind);
+        self.axes = [nothing(self.kind); 3];
+        self.effects.fill(nothing(self.kind));
     }
 
     /// Step `i`.
     #[inline(always)]
     fn step(&mut self, increments: &[&[Increment]; PLACES], i: usize, dt: f64) {
         let measured = [
-            gathered(self.simd, |l| increments[l][i].dtheta),
-            gathered(self.simd, |l| increments[l][i].dv),
+            L::gathered(self.kind, |l| increments[l][i].dtheta),
+            L::gathered(self.kind, |l| increments[l][i].dv),
         ];
         let [dtheta, dv] = self.corrected(measured, dt);
         self.nav.step(&dtheta, &dv, dt);
@@ -215,7 +214,7 @@ impl<S: Simd> Abreast<S> {
         self.clock += dt;
         self.rate = divided(&dtheta, dt);
         let force = divided(&dv, dt);
-        let q_mid = after(&self.nav.q_bn, &rotation(&scaled(&dtheta, -0.5)));
+        let q_mid = after(&self.nav.nav.q_bn, &rotation(&scaled(&dtheta, -0.5)));
         let c = matrix_of(&q_mid);
         integrate(&mut self.force, &applied(&c, &force), dt);
         for (i, sums) in self.axes.iter_mut().enumerate() {
@@ -231,7 +230,7 @@ impl<S: Simd> Abreast<S> {
 
     /// The increment without the estimated errors.
     #[inline(always)]
-    fn corrected(&mut self, [dtheta, dv]: [V3<S>; 2], dt: f64) -> [V3<S>; 2] {
+    fn corrected(&mut self, [dtheta, dv]: [V3<L>; 2], dt: f64) -> [V3<L>; 2] {
         if self.parts.is_empty() {
             return [dtheta, dv];
         }
@@ -264,8 +263,8 @@ impl<S: Simd> Abreast<S> {
         let second = (time / EPOCH_S) as usize;
         for (value, feature) in self.values.iter_mut().zip(&self.features) {
             *value = match feature.timed {
-                true => all(self.simd, feature.of.value(&now, &nothing)),
-                false => of(self.simd, |l| {
+                true => L::all(self.kind, feature.of.value(&now, &nothing)),
+                false => L::of(self.kind, |l| {
                     let known = self.known[l].get(second).unwrap_or(&nothing);
                     feature.of.value(&now, known)
                 }),
@@ -277,7 +276,7 @@ impl<S: Simd> Abreast<S> {
     #[inline(always)]
     fn find_slow(&mut self, second: usize) {
         self.find_values((second as f64 + 0.5) * EPOCH_S);
-        self.slow = [zeros(self.simd); 2];
+        self.slow = [zeros(self.kind); 2];
         for (p, t) in self.parts.iter().zip(&self.theta) {
             if let By::Slow(feature) = p.by {
                 self.slow[p.triad.index()][p.axis] += *t * self.values[feature];
@@ -289,7 +288,7 @@ impl<S: Simd> Abreast<S> {
     #[inline(always)]
     fn propagate(&mut self) {
         let t = self.time;
-        let over = Transition::over(&self.nav, &self.force, &self.noise, t);
+        let over = Transition::over(&self.nav.nav, &self.force, &self.noise, t);
         self.find_values(self.clock - 0.5 * t);
         let (navigation, sources) = self.by.columns.split_at_mut(NAV);
         navigation.copy_from_slice(&over.phi);
@@ -313,20 +312,20 @@ impl<S: Simd> Abreast<S> {
     fn take(&mut self, fix: &Fix) {
         let origin = &fix.position;
         let local = Local::at(origin.lat, origin.h);
-        let [lat, lon, h] = self.nav.place;
+        let [lat, lon, h] = self.nav.nav.place;
         let mut turns = lon - origin.lon;
-        for l in 0..PLACES {
-            turns[l] = crate::inertial::earth::wrapped(turns[l]);
+        for l in 0..L::PLACES {
+            turns.put(l, wrapped(turns.at(l)));
         }
         let dp = [
             (lat - origin.lat) * local.m_h,
             turns * local.n_h * local.cos_lat,
-            origin.h - h,
+            L::all(self.kind, origin.h) - h,
         ];
-        let mut scalars: [Scalar<S>; MOST] = [(0, all(self.simd, 0.0), 1.0); MOST];
+        let mut scalars: [Scalar<L>; MOST] = [(0, L::all(self.kind, 0.0), 1.0); MOST];
         let mut count = 0;
         for (i, dp) in dp.into_iter().enumerate() {
-            let dv = self.nav.velocity[i] - fix.velocity[i];
+            let dv = self.nav.nav.velocity[i] - fix.velocity[i];
             for (state, z, sigma) in [(6 + i, dp, fix.sigmas[i]), (3 + i, dv, fix.sigmas[3 + i])] {
                 if sigma.is_finite() {
                     scalars[count] = (state, z, sigma);
@@ -338,7 +337,7 @@ impl<S: Simd> Abreast<S> {
             return;
         }
         self.p.update(&scalars[..count], &mut self.score);
-        self.nav.displace(&self.p.errors[..NAV]);
+        self.nav.nav.displace(&self.p.errors[..NAV]);
         for (t, e) in self.theta.iter_mut().zip(&self.p.errors[NAV..]) {
             *t -= *e;
         }
