@@ -8,8 +8,8 @@ const SWEEPS: usize = 30;
 /// Least ratio of the second singular value to the first. Below it no rotation is determined.
 const LEAST: f64 = 1e-12;
 
-/// The rotation that best turns the right vectors into the left ones, of `b = sum left right'`, rows
-/// first. `None` when the vectors do not determine one.
+/// The rotation that best turns the right vectors into the left ones, of `b = sum left right'`,
+/// rows first. `None` when the vectors do not determine one.
 pub fn rotation(b: &[V; 3]) -> Option<Q> {
     let mut svd = Svd {
         a: transposed(b),

@@ -412,7 +412,8 @@ impl<'m> App<'m> {
         lines.sensor.poll();
         lines.command.poll();
         // frames go first, but the other links do not wait for ever
-        let took = self.taken != before; // a line that cannot tell that it is idle may have had none
+        // a line that cannot tell that it is idle may have had none
+        let took = self.taken != before;
         let pause = self.framer.pending() == 0 && !is_within(&mut lines.navigation) && !took;
         let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
         let busy = if pause || waited {
@@ -425,7 +426,8 @@ impl<'m> App<'m> {
         more || busy
     }
 
-    /// Whether the other links need a pass of their own before the next frame: [`Self::serve_links`].
+    /// Whether the other links need a pass of their own before the next frame:
+    /// [`Self::serve_links`].
     #[inline(always)]
     fn links_wait<S: Line, N: Line, C: Line, G: Line>(
         &self,

@@ -11,9 +11,9 @@
 //!
 //! **The answer to block n comes into force at the end of block n + 1**, so it acts on the samples
 //! of block n + 2: as late whether the learner took a microsecond or nearly a block. So the same
-//! input gives the same bits whoever runs the learner: the caller itself ([`Here`]: desktop, tests),
-//! or another priority behind queues ([`Ends`]: boards). A learner whose answer is not there in
-//! time, or whose queue is full, is stopped and reported; the stream goes on.
+//! input gives the same bits whoever runs the learner: the caller itself ([`Here`]: desktop,
+//! tests), or another priority behind queues ([`Ends`]: boards). A learner whose answer is not
+//! there in time, or whose queue is full, is stopped and reported; the stream goes on.
 //!
 //! What can be looked at ([`View`]) is newer: it comes with each answer, and changes nothing.
 

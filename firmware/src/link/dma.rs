@@ -36,8 +36,8 @@ pub trait Stream<'m>: Progress {
 }
 
 impl Uart {
-    /// For the interrupt of the receiving stream, whether a transfer ended or the frame path made it
-    /// pending. It reports the bytes that have come and begins the next transfer, as long as the
+    /// For the interrupt of the receiving stream, whether a transfer ended or the frame path made
+    /// it pending. It reports the bytes that have come and begins the next transfer, as long as the
     /// frame path wants. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn received_by<'u>(&'u self, stream: &impl Stream<'u>) -> bool {

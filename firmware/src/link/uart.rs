@@ -4,8 +4,8 @@
 //! Either an interrupt moves single bytes and calls [`Uart::came`] and [`Uart::next`]. Or a DMA
 //! controller moves them, and its interrupts call the functions of [`super::dma`]. In both cases
 //! the frame path has the [`Port`]. There is no lock, since the two sides share only the
-//! [`super::ring`]s and a few atomics. A frame path that states how many bytes it needs before there
-//! is work ([`Port::want`]) is not woken earlier.
+//! [`super::ring`]s and a few atomics. A frame path that states how many bytes it needs before
+//! there is work ([`Port::want`]) is not woken earlier.
 
 use super::cut::Cut;
 use super::progress::{NoStream, Progress};

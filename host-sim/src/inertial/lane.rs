@@ -1,7 +1,7 @@
 //! Numbers of one filter, or of several side by side (or of navigators, or pieces of one session),
 //! and what the navigation equations do with them. The equations stand once: a [`Lane`] is an `f64`
-//! where a filter runs alone, and a vector where several do. Each operation is done for every filter
-//! in the same order, so each filter keeps its bits.
+//! where a filter runs alone, and a vector where several do. Each operation is done for every
+//! filter in the same order, so each filter keeps its bits.
 //!
 //! Whatever computes with vectors must be inlined into the function that knows the processor's
 //! vectors. So there are no closures over lanes here, and arrays are written out.

@@ -216,8 +216,8 @@ impl Flow<'_> {
         self.learner.answer().filter(|_| self.begun.is_some())
     }
 
-    /// Uses the weights learnt. Their networks have seen the same blocks but the last one, so that no
-    /// state is reset.
+    /// Uses the weights learnt. Their networks have seen the same blocks but the last one, so that
+    /// no state is reset.
     #[inline(never)]
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.answer().ok_or(Reason::NotAvailable)?.learnt;

@@ -205,8 +205,8 @@ struct Controller {
 }
 
 fn spi() -> SPI1 {
-    // SAFETY: after `Board::start` only this file uses SPI1: the frame path until bursts begin, then
-    // the handlers.
+    // SAFETY: after `Board::start` only this file uses SPI1: the frame path until bursts begin,
+    // then the handlers.
     unsafe { SPI1::steal() }
 }
 

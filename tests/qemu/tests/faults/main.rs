@@ -232,8 +232,9 @@ fn a_crystal_that_stops_is_given_up() {
     assert!(crash.pc >> 24 == 8, "{crash:?}");
 }
 
-/// A frame path that does not end; interrupts masked for ever; an interrupt whose cause stays; a jump
-/// to nowhere; a stack that overflows. Each ends in a reset within 60 ms and leaves its record.
+/// A frame path that does not end; interrupts masked for ever; an interrupt whose cause stays; a
+/// jump to nowhere; a stack that overflows. Each ends in a reset within 60 ms and leaves its
+/// record.
 #[test]
 fn whatever_stops_the_loop_ends_in_a_reset_with_a_record() {
     let Some(tools) = tools() else { return };
