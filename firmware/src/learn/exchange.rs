@@ -146,6 +146,7 @@ pub enum Reply {
 }
 
 /// What an order leads to.
+#[expect(clippy::large_enum_variant, reason = "there is no heap")]
 enum Outcome {
     Nothing,
     View,
@@ -356,6 +357,7 @@ impl Background<'_> {
 }
 
 /// Who runs the learner.
+#[expect(clippy::large_enum_variant, reason = "there is no heap")]
 enum Runs<'m> {
     Nobody,
     Here(Here<'m>),

@@ -137,7 +137,9 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
     pub fn propagate<const E: usize, const G: usize>(
         &mut self,
         jacobian: &[Rows<'_, T>; G],
-        (phi, gamma, q): (&[[T; X]; X], &[[T; E]; X], &[[T; X]; X]),
+        phi: &[[T; X]; X],
+        gamma: &[[T; E]; X],
+        q: &[[T; X]; X],
         walk: &[T; N],
         workspace: &mut Workspace<X, E, T>,
     ) {

@@ -221,7 +221,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         }
         let jacobian = &self.model.jacobian();
         let Transition { phi, gamma, q, .. } = block;
-        (self.covariance).propagate(jacobian, (phi, gamma, q), &walk, workspace);
+        (self.covariance).propagate(jacobian, phi, gamma, q, &walk, workspace);
     }
 
     /// The innovation of an observation `z` of the navigator's error `i`.
