@@ -211,6 +211,7 @@ pub(crate) fn transposed<L: Lane>(a: &M3<L>) -> M3<L> {
 }
 
 /// The matrix times a vector.
+#[cfg(feature = "tools")]
 #[inline(always)]
 pub(crate) fn applied<L: Lane>(m: &M3<L>, v: &V3<L>) -> V3<L> {
     let mut out = *v;
@@ -264,6 +265,7 @@ pub(crate) fn size_squared<L: Lane>(q: &Q<L>) -> L {
 }
 
 /// The rotation matrix of a quaternion.
+#[cfg(feature = "tools")]
 #[inline(always)]
 pub(crate) fn matrix_of<L: Lane>([i, j, k, w]: &Q<L>) -> M3<L> {
     let (i, j, k, w) = (*i, *j, *k, *w);
