@@ -55,7 +55,7 @@ pub unsafe fn hand_over<F: NorFlash>(
     let store = store.as_mut().map(|store| {
         let store: *mut (dyn Carries + '_) = store;
         // SAFETY: the caller keeps it where it is, for ever, and leaves it alone.
-        unsafe { core::mem::transmute::<*mut (dyn Carries + '_), &'static mut dyn Carries>(store) }
+        unsafe { &mut *core::mem::transmute::<*mut (dyn Carries + '_), *mut dyn Carries>(store) }
     });
     HANDED.lock(|handed| {
         handed.replace(Some(Thread {
