@@ -1,4 +1,4 @@
-//! No frame is late, and no pass of the main loop is longer than its budget: at the highest rate of
+//! No frame is late, and no pass of the frame path is longer than its budget: at the highest rate of
 //! each format, while the device learns, whatever work falls together.
 
 use std::time::Duration;
