@@ -1,5 +1,5 @@
-//! No frame is late, and no pass of the frame path is longer than its budget: at the highest rate of
-//! each format, while the device learns, whatever work falls together.
+//! No frame is late, and no pass of the frame path is longer than its budget: at the highest rate
+//! of each format, while the device learns, whatever work falls together.
 
 use std::time::Duration;
 
