@@ -36,7 +36,7 @@ use crate::wire::adis::{Found, uart};
 use crate::wire::command::key::Key;
 use crate::wire::command::{Counters, Packets, fault};
 use crate::wire::framer::Framer;
-use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver};
+use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver, ReceiverFormat};
 
 use links::Asked;
 use service::Service;
@@ -56,45 +56,118 @@ const MINUTE_US: u64 = 60_000_000;
 #[derive(Debug)]
 pub struct App<'m> {
     machine: Machine,
-    framer: Framer,
-    detector: Detector,
+    /// From frames to the output stream.
     flow: Flow<'m>,
+    link: SensorLink,
+    spi: SpiSensor,
     reverse: Reverse,
-    packets: Packets,
-    asked: Asked,
-    server: Server,
-    receiver: Receiver,
-    pulse: TimePulse,
-    fix: Option<Fix>,
-    /// When the sensor's last byte came, microseconds.
-    heard_us: u64,
-    /// When the command link and the receiver last had their turn, microseconds.
-    served_us: u64,
-    /// An ADIS found at the board's SPI.
-    adis: Option<Found>,
-    /// It must be set to another rate.
-    adis_anew: bool,
+    commands: Commands,
+    gnss: Gnss,
+    upkeep: Upkeep,
     /// Lines that the board must open anew.
     to_open: Option<SerialLines>,
+    /// When the command link and the receiver last had their turn, microseconds.
+    served_us: u64,
+}
+
+/// The sensor's line: from bytes to frames.
+#[derive(Debug)]
+struct SensorLink {
+    framer: Framer,
+    detector: Detector,
+    /// Bytes in which no format was found.
+    undetected: u32,
+    /// Bytes taken from the line since start, modulo 2^32.
+    taken: u32,
+    /// When the sensor's last byte came, microseconds.
+    heard_us: u64,
     /// Since when no frame has come, microseconds, and how many had come until then.
     frameless_us: u64,
     frames_seen: Count,
-    /// Bytes in which no format was found.
-    undetected: u32,
-    /// Bytes taken from the sensor's line since start, modulo 2^32.
-    taken: u32,
+    /// The sensor was asked for its service mode.
+    service: Option<Service>,
+}
+
+impl SensorLink {
+    /// Before the first byte.
+    fn new(format: Option<ImuFormat>) -> SensorLink {
+        SensorLink {
+            framer: Framer::new(format.unwrap_or(ImuFormat::Stim300)),
+            detector: Detector::new(),
+            undetected: 0,
+            taken: 0,
+            heard_us: 0,
+            frameless_us: 0,
+            frames_seen: Count::default(),
+            service: None,
+        }
+    }
+}
+
+/// An ADIS at the board's SPI.
+#[derive(Debug, Default)]
+struct SpiSensor {
+    found: Option<Found>,
+    /// It must be set to another rate.
+    set_up: bool,
+}
+
+/// The command link.
+#[derive(Debug)]
+struct Commands {
+    packets: Packets,
+    unread: Asked,
+    server: Server,
+    /// The board stores what [`App::job`] gave.
+    storing: bool,
+}
+
+impl Commands {
+    fn new(held: Held) -> Commands {
+        Commands {
+            packets: Packets::new(),
+            unread: Asked::NOTHING,
+            server: Server::new(held),
+            storing: false,
+        }
+    }
+}
+
+/// The GNSS receiver and its time pulse.
+#[derive(Debug)]
+struct Gnss {
+    receiver: Receiver,
+    pulse: TimePulse,
+    /// The latest fix that the receiver vouches for.
+    fix: Option<Fix>,
+}
+
+impl Gnss {
+    fn new(format: Option<ReceiverFormat>) -> Gnss {
+        Gnss {
+            receiver: Receiver::new(format),
+            pulse: TimePulse::default(),
+            fix: None,
+        }
+    }
+
+    /// Another configuration has come. The last fix stays.
+    fn restart(&mut self, format: Option<ReceiverFormat>) {
+        self.receiver.begin_anew(format);
+        self.pulse = TimePulse::default();
+    }
+}
+
+/// What the application looks at once a second.
+#[derive(Debug, Default)]
+struct Upkeep {
+    due: bool,
     /// Seconds, modulo 256.
     seconds: u8,
     /// The configuration in use follows from its record: see [`sound`].
     as_told: bool,
-    /// The sensor was asked for its service mode.
-    service: Option<Service>,
     /// What the watchdogs are fed by.
     well: Well,
-    /// The look once a second is due.
-    scrubs: bool,
-    /// The board stores what [`App::job`] gave.
-    storing: bool,
 }
 
 impl<'m> App<'m> {
@@ -118,31 +191,18 @@ impl<'m> App<'m> {
         // built where it will be: it is too large to be on the stack twice
         App {
             machine: Machine::new(),
-            framer: Framer::new(config.format.unwrap_or(ImuFormat::Stim300)),
-            detector: Detector::new(),
+            link: SensorLink::new(config.format),
             flow: Flow::new(config, learner),
+            spi: SpiSensor::default(),
             reverse: Reverse::default(),
-            packets: Packets::new(),
-            asked: Asked::NOTHING,
-            server: Server::new(held),
-            receiver: Receiver::new(receiver),
-            pulse: TimePulse::default(),
-            fix: None,
-            heard_us: 0,
-            served_us: 0,
-            adis: None,
-            adis_anew: false,
+            commands: Commands::new(held),
+            gnss: Gnss::new(receiver),
+            upkeep: Upkeep {
+                as_told,
+                ..Upkeep::default()
+            },
             to_open: Some(lines).filter(|lines| *lines != SerialLines::DEFAULT),
-            frameless_us: 0,
-            frames_seen: Count::default(),
-            undetected: 0,
-            taken: 0,
-            seconds: 0,
-            as_told,
-            service: None,
-            well: Well::default(),
-            scrubs: false,
-            storing: false,
+            served_us: 0,
         }
     }
 
@@ -163,27 +223,27 @@ impl<'m> App<'m> {
 
     /// The latest fix that the receiver vouches for.
     pub fn fix(&self) -> Option<&Fix> {
-        self.fix.as_ref()
+        self.gnss.fix.as_ref()
     }
 
     /// The correction in force: rad/s, m/s2.
     pub fn correction(&self) -> [[f32; 3]; 2] {
-        self.flow.estimate_in_force()
+        self.flow.corrector.estimate()
     }
 
     /// The latest block and the networks' output for it.
     pub fn block(&self) -> Option<&Block> {
-        self.flow.block.as_ref()
+        self.flow.corrector.block.as_ref()
     }
 
     /// The learner's report.
     pub fn learning(&self) -> Report {
-        self.flow.report()
+        self.flow.learning.report()
     }
 
     /// The learner's answer to the block before the last one; `None` before the first one.
     pub fn answer(&self) -> Option<&Answer> {
-        self.flow.answer()
+        self.flow.learning.answer()
     }
 
     /// The weights learnt, by [`App::answer`].
@@ -195,7 +255,7 @@ impl<'m> App<'m> {
     /// lower priority than that of [`App::poll`]. `None`: there is no learner, or this has been
     /// done.
     pub fn split(&mut self, exchange: &'m mut Exchange) -> Option<Background<'m>> {
-        self.flow.learner.split(exchange)
+        self.flow.learning.port.split(exchange)
     }
 
     /// The networks in use.
@@ -205,13 +265,13 @@ impl<'m> App<'m> {
 
     /// Whether [`App::job`] has something to do.
     pub fn wants_to_store(&self) -> bool {
-        self.flow.keep.is_due() && !self.storing
+        self.flow.pending.is_due() && !self.commands.storing
     }
 
     /// Whether the record may be stored in a way that halts the processor for long, as erasing
     /// flash does. If not, samples are being corrected, and none may be lost.
     pub fn may_halt(&self) -> bool {
-        self.flow.keep.commanded
+        self.flow.pending.commanded
     }
 
     /// Hands what is to be stored to `save` and a step of how ([`crate::store::Store::carry_out`]),
@@ -219,7 +279,7 @@ impl<'m> App<'m> {
     /// the learner runs within [`App::poll`].
     pub fn store<P: Into<Progress>>(&mut self, save: impl FnOnce(Step, &Content) -> P) {
         if let Some(job) = self.job() {
-            let content = job.content(self.flow.learner.learner());
+            let content = job.content(self.flow.learning.port.learner());
             let progress = save(job.step, &content).into();
             self.stored(&job.done(progress));
         }
@@ -227,7 +287,7 @@ impl<'m> App<'m> {
 
     /// A job was given, and [`App::stored`] has not followed.
     pub fn is_storing(&self) -> bool {
-        self.storing
+        self.commands.storing
     }
 
     /// What is to be stored: the weights for the next power-on, the configuration record in use,
@@ -237,17 +297,17 @@ impl<'m> App<'m> {
         if !self.wants_to_store() {
             return None;
         }
-        self.storing = true;
+        self.commands.storing = true;
         let flow = &self.flow;
         Some(Job {
-            step: flow.keep.step(),
-            nets: *flow.keep.nets(&flow.config.nets),
-            record: self.server.record.clone(),
+            step: flow.pending.step(),
+            nets: *flow.pending.nets(&flow.config.nets),
+            record: self.commands.server.record.clone(),
             remembers: flow.memory_to_store(),
             unit: flow.config.told.as_ref().map_or(0, store::unit),
             minutes: (self.served_us / MINUTE_US) as u32, // 8000 years
-            key: self.server.guard.key,
-            edition: flow.keep.edition,
+            key: self.commands.server.guard.key,
+            edition: flow.pending.edition,
         })
     }
 
@@ -258,52 +318,52 @@ impl<'m> App<'m> {
             edition,
             progress,
         } = done;
-        self.storing = false;
+        self.commands.storing = false;
         let flow = &mut self.flow;
-        if edition != flow.keep.edition && !flow.keep.commanded {
+        if edition != flow.pending.edition && !flow.pending.commanded {
             return; // something else is to be stored by now, from the beginning
         }
-        let last = flow.keep.is_last_renewal();
+        let last = flow.pending.is_last_renewal();
         let done = match (progress, step) {
             (Progress::GoesOn, Step::Renew) => !last,
             (Progress::GoesOn, _) => {
-                flow.keep.begun = true;
+                flow.pending.begun = true;
                 return;
             }
             (progress, _) => progress == Progress::Done,
         };
         if step == Step::Renew && (last || !done) {
-            flow.config.other_key = !done;
+            flow.config.found.other_key = !done;
         }
-        let record = &self.server.record;
-        if flow.keep.commanded {
-            self.server.stored = done && !record.is_empty();
-            flow.keep.beside = self.server.stored;
+        let record = &self.commands.server.record;
+        if flow.pending.commanded {
+            self.commands.server.stored = done && !record.is_empty();
+            flow.pending.beside = self.commands.server.stored;
         }
-        let known = done && flow.keep.commanded;
-        let key = &self.server.guard.key;
-        let nets = flow.keep.nets(&flow.config.nets);
+        let known = done && flow.pending.commanded;
+        let key = &self.commands.server.guard.key;
+        let nets = flow.pending.nets(&flow.config.nets);
         let held = known.then(|| digest(nets, record, key));
-        self.server.wear.holds(held);
-        flow.keep.stored(done);
-        self.flow.config.unread &= !done;
-        self.flow.flag(fault::STORE, !done);
+        self.commands.server.wear.holds(held);
+        flow.pending.stored(done);
+        self.flow.config.found.unread &= !done;
+        self.flow.health.flag(fault::STORE, !done);
     }
 
     /// The key in use, to be stored.
     pub fn key(&self) -> &Key {
-        &self.server.guard.key
+        &self.commands.server.guard.key
     }
 
     /// The key that the store holds, before the first pass.
     pub fn set_key(&mut self, key: Key) {
-        self.server.guard.key = key;
+        self.commands.server.guard.key = key;
     }
 
     /// Random bytes of the board, for the challenges of the command link. A board without a random
     /// number generator has none to give.
     pub fn seed(&mut self, random: [u8; 32]) {
-        self.server.guard.seed(random);
+        self.commands.server.guard.seed(random);
     }
 
     /// What the store remembers of the unit ([`crate::store::Store::memory`]), before the first
@@ -348,10 +408,10 @@ impl<'m> App<'m> {
         match leaving.and_then(|bytes| Checked::burst(&told, bytes)) {
             Ok(frame) => {
                 self.flow.frame(frame, &mut Behind::nothing(out));
-                self.flow.flag(fault::UNKNOWN_FORMAT, false);
+                self.flow.health.flag(fault::UNKNOWN_FORMAT, false);
             }
             Err(error) => {
-                self.flow.counters.bad_checksums.add(1);
+                self.flow.health.counters.bad_checksums.add(1);
                 self.flow.gap();
                 return Err(error);
             }
@@ -368,7 +428,7 @@ impl<'m> App<'m> {
         if told.is_some_and(|told| told.receiver.pulse) {
             let pulses = &mut self.flow.heard.pulses;
             *pulses = pulses.saturating_add(1);
-            self.pulse.rose(at_us);
+            self.gnss.pulse.rose(at_us);
         }
     }
 
@@ -376,7 +436,7 @@ impl<'m> App<'m> {
     /// bytes need not wake a board. The clock and the other lines must.
     pub fn needs(&self) -> usize {
         match self.machine.phase() {
-            Phase::Run(_) if !self.is_at_spi() => self.framer.needs(),
+            Phase::Run(_) if !self.is_at_spi() => self.link.framer.needs(),
             _ => 1,
         }
     }
@@ -390,17 +450,17 @@ impl<'m> App<'m> {
     ) -> bool {
         let now = clock.now_us();
         self.flow.blackbox.pass(now);
-        if self.flow.load.look(now, clock) {
+        if self.flow.health.load.look(now, clock) {
             self.look_for_frames(now);
-            self.scrubs = true;
+            self.upkeep.due = true;
         }
-        if !self.framer.is_sound() {
+        if !self.link.framer.is_sound() {
             self.framer_anew();
         }
         if self.machine.phase() == Phase::Start {
             self.start(&mut lines.navigation, now);
         }
-        let before = self.taken;
+        let before = self.link.taken;
         let more = if lines.sensor.is_idle() {
             self.watch_silence(now, &mut lines.navigation);
             false
@@ -413,8 +473,8 @@ impl<'m> App<'m> {
         lines.command.poll();
         // frames go first, but the other links do not wait for ever
         // a line that cannot tell that it is idle may have had none
-        let took = self.taken != before;
-        let pause = self.framer.pending() == 0 && !is_within(&mut lines.navigation) && !took;
+        let took = self.link.taken != before;
+        let pause = self.link.framer.pending() == 0 && !is_within(&mut lines.navigation) && !took;
         let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;
         let busy = if pause || waited {
             self.served_us = now;
@@ -434,12 +494,12 @@ impl<'m> App<'m> {
         lines: &Lines<S, N, C, G>,
         now: u64,
     ) -> bool {
-        self.scrubs
-            || self.server.renewal != Renewal::None
-            || self.server.is_waiting()
-            || !self.asked.is_empty()
+        self.upkeep.due
+            || self.commands.server.renewal != Renewal::None
+            || self.commands.server.is_waiting()
+            || !self.commands.unread.is_empty()
             || !self.reverse.rests(&self.flow)
-            || self.receiver.is_due(now)
+            || self.gnss.receiver.is_due(now)
             || !lines.navigation.is_idle()
             || !lines.command.is_idle()
             || !lines.gnss.is_idle()
@@ -455,15 +515,15 @@ impl<'m> App<'m> {
     ) -> bool {
         self.flow.take_reply();
         let back = self.back(&mut lines.navigation, &mut lines.sensor, now);
-        if self.server.renewal != Renewal::None {
+        if self.commands.server.renewal != Renewal::None {
             self.renew(&mut lines.navigation, &mut lines.command, now);
             return true;
         }
-        let gnss = !lines.gnss.is_idle() || self.receiver.is_due(now);
+        let gnss = !lines.gnss.is_idle() || self.gnss.receiver.is_due(now);
         if gnss && self.gnss(&mut lines.gnss, now) {
             return true;
         }
-        if core::mem::take(&mut self.scrubs) {
+        if core::mem::take(&mut self.upkeep.due) {
             self.scrub(&mut lines.navigation, now);
             return true;
         }

@@ -37,14 +37,8 @@ pub struct Config {
     pub silence_us: u32,
     /// The board stores weights and configuration: see [`super::App::store`].
     pub store: bool,
-    /// The store holds something of a newer firmware, whose version this is. It is kept.
-    pub newer: Option<u16>,
-    /// The store holds something that cannot be read.
-    pub unread: bool,
-    /// The store holds weights of another unit, which are not used.
-    pub other_unit: bool,
-    /// The store holds a record with another key than the one in use.
-    pub other_key: bool,
+    /// What the store was found to hold.
+    pub found: Found,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
     pub mark: bool,
@@ -54,6 +48,19 @@ pub struct Config {
     pub configured: bool,
     /// The board.
     pub hardware: Hardware,
+}
+
+/// What is wrong with what the store holds.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Found {
+    /// Something of a newer firmware, whose version this is. It stays.
+    pub newer: Option<u16>,
+    /// Something that cannot be read.
+    pub unread: bool,
+    /// Weights of another unit, which are not used.
+    pub other_unit: bool,
+    /// A record with another key than the one in use.
+    pub other_key: bool,
 }
 
 impl Config {
@@ -77,10 +84,7 @@ impl Config {
             activation: correction.activation,
             silence_us: correction.silence_us,
             store: false,
-            newer: None,
-            unread: false,
-            other_unit: false,
-            other_key: false,
+            found: Found::default(),
             mark: correction.mark,
             told: Some(told.clone()),
             configured: true,
@@ -189,10 +193,7 @@ impl Default for Config {
             activation: Activation::NextPowerOn,
             silence_us: 100_000,
             store: false,
-            newer: None,
-            unread: false,
-            other_unit: false,
-            other_key: false,
+            found: Found::default(),
             mark: true,
             told: None,
             configured: true,

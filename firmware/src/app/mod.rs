@@ -13,7 +13,7 @@
 //! the next whole block.
 //!
 //! Imports point from the bottom up: `counts`, `guard`, `hardware`, `config`, `phase`, `load`,
-//! `job`, `lines`, `pulse`, `blackbox`; `setup`; `flow`; `server` and `reverse`; `application`.
+//! `job`, `lines`, `pulse`, `blackbox`; `setup`, `health`; `flow`; `server` and `reverse`; `application`.
 
 mod application;
 pub mod blackbox;
@@ -22,6 +22,7 @@ mod counts;
 mod flow;
 pub mod guard;
 mod hardware;
+mod health;
 mod job;
 mod lines;
 mod load;
@@ -32,7 +33,7 @@ mod server;
 mod setup;
 
 pub use application::{App, PATIENCE_US};
-pub use config::{Activation, Config};
+pub use config::{Activation, Config, Found};
 pub use hardware::{COMMAND_BAUD, Hardware};
 pub use job::{Done, Gives, Job, Jobs, Remembers, Stores};
 pub use lines::Lines;

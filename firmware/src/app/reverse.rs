@@ -7,7 +7,7 @@
 //! anything else is not answered.
 
 use super::counts::Count;
-use super::flow::{Flow, Told};
+use super::flow::{Flow, Units};
 use crate::link::Line;
 use crate::wire::stim300::config::{
     self, BIAS_TRIM_ID, CONFIGURATION_ID, EXTENDED_ERROR_ID, PART_NUMBER_ID, SERIAL_NUMBER_ID,
@@ -89,7 +89,7 @@ impl Reverse {
             let Some(request) = self.requests.push(byte) else {
                 continue;
             };
-            flow.counters.requests.add(1);
+            flow.health.counters.requests.add(1);
             if let Some(question) = self.question(request.answer_id()) {
                 let wait = flow.config.sensor.stim300.answer_us;
                 question.due_us = wait.map(|wait| now.saturating_add(wait.into()));
@@ -99,7 +99,7 @@ impl Reverse {
             match request {
                 Request::ServiceMode | Request::UtilityMode => {
                     notice = Some(Notice::Service);
-                    if flow.in_force() {
+                    if flow.corrector.in_force() {
                         continue; // until the sensor obeys
                     }
                 }
@@ -167,7 +167,7 @@ impl Reverse {
                 let place = if id == PART_NUMBER_ID { part } else { serial };
                 place.0.clear();
                 let _ = place.0.extend_from_slice(bytes); // 20 bytes always fit
-                place.1 = flow.counters.restarts;
+                place.1 = flow.health.counters.restarts;
             }
             _ => {}
         }
@@ -185,9 +185,9 @@ impl Reverse {
         let id = question.id;
         let configuration = flow.config.sensor.stim300.config.emit();
         let [part, serial] = &self.stored;
-        let said = |stored: &(Datagram, Count)| stored.1 == flow.counters.restarts;
+        let said = |stored: &(Datagram, Count)| stored.1 == flow.health.counters.restarts;
         let datagram: &[u8] = match id {
-            CONFIGURATION_ID if flow.told() == Told::BySensor => &configuration,
+            CONFIGURATION_ID if flow.continuity.units == Units::Reported => &configuration,
             PART_NUMBER_ID if said(part) => &part.0,
             SERIAL_NUMBER_ID if said(serial) => &serial.0,
             _ => &[],
@@ -201,8 +201,8 @@ impl Reverse {
             let _ = message.extend_from_slice(b"\r\n");
         }
         let sent = out.send(&message).is_ok();
-        flow.counters.answered.add(u32::from(sent));
-        flow.counters.dropped.add(u32::from(!sent));
+        flow.health.counters.answered.add(u32::from(sent));
+        flow.health.counters.dropped.add(u32::from(!sent));
     }
 
     /// Whether no answer is due and no question pending.
@@ -214,10 +214,10 @@ impl Reverse {
     #[inline(always)]
     fn wants_to_ask(&self, flow: &Flow) -> bool {
         flow.config.sensor.stim300.ask
-            && match flow.told() {
-                Told::AsConfigured => self.asked_us.is_none(),
-                Told::Unknown => true,
-                Told::BySensor => false,
+            && match flow.continuity.units {
+                Units::AsConfigured => self.asked_us.is_none(),
+                Units::Unknown => true,
+                Units::Reported => false,
             }
     }
 

@@ -298,7 +298,7 @@ impl Server {
         self.wear.may_record(now_us)?;
         self.guard.provision(with, ticket)?;
         self.store(flow, now_us)?;
-        flow.keep.renewals = if flow.keep.commanded { SLOTS } else { 0 };
+        flow.pending.renewals = if flow.pending.commanded { SLOTS } else { 0 };
         Ok(())
     }
 }

@@ -8,11 +8,11 @@ impl App<'_> {
     /// shows, samples, bytes and seconds.
     pub fn has_counted(&mut self, counted: u64) {
         let flow = &mut self.flow;
-        flow.counters = Counts::all(counted);
+        flow.health.counters = Counts::all(counted);
         flow.begin_at(counted);
-        self.frames_seen = flow.counters.frames;
-        self.machine.has_entered(flow.counters.entered);
-        self.taken = counted as u32;
-        self.seconds = counted as u8;
+        self.link.frames_seen = flow.health.counters.frames;
+        self.machine.has_entered(flow.health.counters.entered);
+        self.link.taken = counted as u32;
+        self.upkeep.seconds = counted as u8;
     }
 }

@@ -1,10 +1,9 @@
 //! The application begins anew with another configuration, while the sensor goes on sending.
 
 use super::App;
-use crate::app::config::Config;
+use crate::app::config::{Config, Found};
 use crate::app::flow::through_configuration;
 use crate::app::phase::Machine;
-use crate::app::pulse::TimePulse;
 use crate::configuration::record::decode;
 use crate::link::Line;
 use crate::model::Nets;
@@ -19,19 +18,18 @@ impl App<'_> {
         let Some((config, other_weights)) = self.renewed() else {
             return; // the server has decoded it
         };
-        if config.format != Some(self.framer.format()) {
+        if config.format != Some(self.link.framer.format()) {
             self.pass_rest(out);
         }
-        self.receiver.begin_anew(config.receiver());
-        self.pulse = TimePulse::default();
+        self.gnss.restart(config.receiver());
         let of = |config: &Config| config.told.as_ref().map(unit);
         let same = of(&self.flow.config).is_some_and(|old| Some(old) == of(&config));
         if !same {
-            self.flow.keep.memo.exchange_unit();
+            self.flow.pending.memo.exchange_unit();
         }
-        through_configuration(&mut self.flow.learner, same, &config);
-        self.flow.begin_anew(config);
-        self.flow.flag(fault::WEIGHTS, other_weights);
+        through_configuration(&mut self.flow.learning.port, same, &config);
+        self.flow.restart(config);
+        self.flow.health.flag(fault::WEIGHTS, other_weights);
         self.machine = Machine::new();
         self.reverse = Default::default();
         self.use_found();
@@ -43,7 +41,7 @@ impl App<'_> {
     /// belong to another sensor. By itself, so that the stack holds the configuration once.
     #[inline(never)]
     fn renewed(&mut self) -> Option<(Config, bool)> {
-        let told = decode(&self.server.record).ok()?;
+        let told = decode(&self.commands.server.record).ok()?;
         let old = &self.flow.config;
         let new = Config::of(&told);
         let serial = |config: &Config| {
@@ -52,9 +50,9 @@ impl App<'_> {
         };
         let same = serial(old).is_none_or(|old| Some(old) == serial(&new));
         let other_weights = !same && !old.nets.same_images(&Nets::NONE);
-        self.flow.keep.alone();
+        self.flow.pending.alone();
         if !same {
-            self.flow.keep.forget_next();
+            self.flow.pending.forget_next();
         }
         if old.lines() != new.lines() {
             self.to_open = Some(new.lines());
@@ -62,9 +60,10 @@ impl App<'_> {
         let config = Config {
             nets: if same { old.nets } else { Nets::NONE },
             store: old.store,
-            newer: old.newer,
-            unread: old.unread,
-            other_key: old.other_key,
+            found: Found {
+                other_unit: false,
+                ..old.found
+            },
             hardware: old.hardware,
             ..new
         };

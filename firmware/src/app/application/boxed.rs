@@ -34,11 +34,11 @@ impl<'m> App<'m> {
         let stage = stage(self.machine.phase());
         let noted = self.flow.noted(stage as u8);
         if self.flow.blackbox.differs(&noted) {
-            let estimate = self.flow.estimate_in_force();
+            let estimate = self.flow.corrector.estimate();
             self.flow.blackbox.note(noted, &estimate);
         }
-        if self.flow.blackbox.has_frame() && self.framer.pending() == 0 {
-            let key = self.flow.key(now, stage, self.framer.format());
+        if self.flow.blackbox.has_frame() && self.link.framer.pending() == 0 {
+            let key = self.flow.key(now, stage, self.link.framer.format());
             self.flow.blackbox.begin_page(&key);
         }
     }
@@ -66,8 +66,8 @@ impl App<'_> {
     /// Takes over the fault bits that do not follow from the stream alone, and gives the others:
     /// those told, and those that are so here.
     pub fn impose_faults(&mut self, told: u32) -> [u32; 2] {
-        self.flow.impose_faults(told, !FOLLOWS);
-        [told & FOLLOWS, self.flow.faults & FOLLOWS]
+        self.flow.health.impose(told, !FOLLOWS);
+        [told & FOLLOWS, self.flow.health.faults & FOLLOWS]
     }
 }
 

@@ -12,7 +12,7 @@ impl App<'_> {
     /// If the device was told of another sensor, other units (fault UNITS) or another rate (fault
     /// RATE), then nothing is corrected: either is wrong, and the device cannot know which.
     pub fn found(&mut self, found: &Found) {
-        self.adis = Some(*found);
+        self.spi.found = Some(*found);
         self.use_found();
         self.flow.forget();
         self.machine = self.machine.restarted();
@@ -36,12 +36,12 @@ impl App<'_> {
     /// Whether the board must find its ADIS anew and set it, since another rate is told from now
     /// on. It is said once.
     pub fn finds_anew(&mut self) -> bool {
-        core::mem::take(&mut self.adis_anew)
+        core::mem::take(&mut self.spi.set_up)
     }
 
     /// Takes what was found into use.
     pub(super) fn use_found(&mut self) {
-        let Some(found) = self.adis else {
+        let Some(found) = self.spi.found else {
             return;
         };
         let mut settings = Settings {
@@ -64,7 +64,7 @@ impl App<'_> {
         };
         config.sensor.adis = Some(settings);
         config.sensor.rate = found.rate;
-        self.flow.other_sensor = bits;
-        self.adis_anew = found.at(self.burst_rate()).rate != found.rate;
+        self.flow.health.other_sensor = bits;
+        self.spi.set_up = found.at(self.burst_rate()).rate != found.rate;
     }
 }

@@ -52,7 +52,7 @@ impl App<'_> {
         let len = navigation.receive(&mut piece).unwrap_or(0);
         let bytes = piece.get(..len).unwrap_or_default();
         if len > 0 && sensor.send(bytes).is_err() {
-            self.flow.counters.dropped.add(1);
+            self.flow.health.counters.dropped.add(1);
         }
         let rests = bytes.is_empty() && self.reverse.rests(&self.flow);
         (!rests && self.reverse(bytes, navigation, sensor, now)) || len > 0
@@ -65,26 +65,27 @@ impl App<'_> {
     /// None is taken while one waits for the learner's verdict.
     #[inline(never)]
     pub(super) fn command(&mut self, line: &mut impl Line, now: u64) -> bool {
-        if self.server.is_waiting() {
-            self.server.take_verdict(&mut self.flow);
-            send(self.server.answer(), line, &mut self.flow);
+        if self.commands.server.is_waiting() {
+            self.commands.server.take_verdict(&mut self.flow);
+            send(self.commands.server.answer(), line, &mut self.flow);
         }
-        if self.server.is_waiting() || self.asked.is_empty() && line.is_idle() {
+        if self.commands.server.is_waiting() || self.commands.unread.is_empty() && line.is_idle() {
             return false;
         }
-        if self.asked.is_empty() {
-            let len = line.receive(&mut self.asked.bytes).unwrap_or(0);
-            (self.asked.next, self.asked.end) = (0, len);
+        if self.commands.unread.is_empty() {
+            let len = line.receive(&mut self.commands.unread.bytes).unwrap_or(0);
+            (self.commands.unread.next, self.commands.unread.end) = (0, len);
         }
-        let more = !self.asked.is_empty();
-        while let Some(byte) = self.asked.byte() {
-            if let Some(packet) = self.packets.push(byte) {
+        let more = !self.commands.unread.is_empty();
+        while let Some(byte) = self.commands.unread.byte() {
+            if let Some(packet) = self.commands.packets.push(byte) {
                 // one that waits goes first
-                send(self.server.answer(), line, &mut self.flow);
-                self.server
+                send(self.commands.server.answer(), line, &mut self.flow);
+                self.commands
+                    .server
                     .serve(packet, &mut self.flow, &mut self.machine, now);
-                if self.server.renewal == Renewal::None {
-                    send(self.server.answer(), line, &mut self.flow);
+                if self.commands.server.renewal == Renewal::None {
+                    send(self.commands.server.answer(), line, &mut self.flow);
                 }
                 break;
             }
@@ -95,12 +96,12 @@ impl App<'_> {
     /// Another configuration comes into use, and in the next pass its answer leaves.
     #[inline(never)]
     pub(super) fn renew(&mut self, navigation: &mut impl Line, command: &mut impl Line, now: u64) {
-        if self.server.renewal == Renewal::Taken {
-            self.server.renewal = Renewal::Begun;
+        if self.commands.server.renewal == Renewal::Taken {
+            self.commands.server.renewal = Renewal::Begun;
             self.begin_anew(navigation, now);
         } else {
-            self.server.renewal = Renewal::None;
-            send(self.server.answer(), command, &mut self.flow);
+            self.commands.server.renewal = Renewal::None;
+            send(self.commands.server.answer(), command, &mut self.flow);
         }
     }
 
@@ -113,34 +114,35 @@ impl App<'_> {
             us: now,
             sample: self.flow.sample(),
         };
-        self.receiver
+        self.gnss
+            .receiver
             .push(piece.get(..len).unwrap_or_default(), arrival);
         while self.solved() {}
-        self.flow.heard.format = self.receiver.format();
+        self.flow.heard.format = self.gnss.receiver.format();
         len > 0
     }
 
     /// Takes a fix that is complete; false: there is none.
     #[inline(never)]
     fn solved(&mut self) -> bool {
-        let Some(solution) = self.receiver.next_fix() else {
+        let Some(solution) = self.gnss.receiver.next_fix() else {
             return false;
         };
-        self.flow.counters.fixes.add(1);
+        self.flow.health.counters.fixes.add(1);
         let Some(mut fix) = solution.fix else {
             return true;
         };
-        self.flow.counters.good_fixes.add(1);
+        self.flow.health.counters.good_fixes.add(1);
         fix.waited = self.flow.sample().wrapping_sub(solution.arrival.sample);
         let told = self.flow.config.told.as_ref().map(|told| &told.receiver);
-        fix.age = (self.pulse).age(fix.time_ms, fix.arrived_us, self.heard_us, told);
+        fix.age = (self.gnss.pulse).age(fix.time_ms, fix.arrived_us, self.link.heard_us, told);
         if let Some(heading) = &mut fix.heading {
             heading.angle -= self.flow.config.heading_offset();
         }
         self.flow.heard.time_ms = Some(fix.time_ms);
         self.flow.heard.age_us = fix.age.map(|age| (age * 1e6) as u32);
         self.flow.fix(&fix);
-        self.fix = Some(fix);
+        self.gnss.fix = Some(fix);
         true
     }
 
@@ -156,7 +158,7 @@ impl App<'_> {
         let phase = self.machine.phase();
         let stim300 = match phase {
             _ if self.is_at_spi() => false,
-            Phase::Run(_) => self.framer.format() == ImuFormat::Stim300,
+            Phase::Run(_) => self.link.framer.format() == ImuFormat::Stim300,
             _ => (self.flow.config.format).is_none_or(|format| format == ImuFormat::Stim300),
         };
         if !stim300 {
@@ -174,7 +176,7 @@ impl App<'_> {
         self.reverse.answer(&mut self.flow, navigation, now);
         // only a sensor that sends frames: one that has just started tells it by itself, and in
         // service mode the question would be a command
-        let sends = !self.flow.counters.frames.is_zero() && self.framer.is_aligned();
+        let sends = !self.flow.health.counters.frames.is_zero() && self.link.framer.is_aligned();
         if mode != Mode::Bypass && sends {
             self.reverse.ask(&self.flow, sensor, now);
         }
@@ -186,6 +188,6 @@ impl App<'_> {
 #[inline(never)]
 fn send(answer: &[u8], line: &mut impl Line, flow: &mut Flow) {
     if !answer.is_empty() && line.send(answer).is_err() {
-        flow.counters.dropped.add(1);
+        flow.health.counters.dropped.add(1);
     }
 }

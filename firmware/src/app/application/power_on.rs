@@ -1,7 +1,7 @@
 //! The application as it is after power-on, by what the board's store holds.
 
 use super::App;
-use crate::app::config::Config;
+use crate::app::config::{Config, Found};
 use crate::app::hardware::Hardware;
 use crate::app::server::Held;
 use crate::app::server::wear::{Wear, digest};
@@ -43,7 +43,7 @@ impl<'m> App<'m> {
         let stored = !record.is_empty();
         let mut wear = Wear::new();
         // a key that is given again is stored again while a record with another one is left
-        if stored && !config.unread && !config.other_key {
+        if stored && !config.found.unread && !config.found.other_key {
             wear.holds(Some(digest(&config.nets, &record, &key)));
         }
         let held = Held {
@@ -108,10 +108,12 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
         nets: if safe { Nets::NONE } else { *nets },
         store: store && !safe,
         mode: if safe { Mode::Bypass } else { base.mode },
-        newer,
-        unread,
-        other_unit,
-        other_key,
+        found: Found {
+            newer,
+            unread,
+            other_unit,
+            other_key,
+        },
         hardware,
         ..base
     };

@@ -29,12 +29,12 @@ impl App<'_> {
         let runs = matches!(self.machine.phase(), Phase::Run(_));
         let taken = if runs && !self.is_at_spi() {
             let blackbox = &mut self.flow.blackbox;
-            let taken = self.framer.fill(PIECE, |room| {
+            let taken = self.link.framer.fill(PIECE, |room| {
                 let taken = sensor.receive(room)?;
                 blackbox.came(head(room, taken));
                 Ok(taken)
             });
-            self.taken = self.taken.wrapping_add(taken.unwrap_or(0) as u32);
+            self.link.taken = self.link.taken.wrapping_add(taken.unwrap_or(0) as u32);
             if matches!(taken, Ok(1..)) {
                 self.heard(now);
                 self.frames(out, now);
@@ -54,7 +54,7 @@ impl App<'_> {
     /// What the sensor has sent was lost on its way: bytes, or a burst that the board could not
     /// hand to [`App::burst`].
     pub fn lost(&mut self) {
-        self.flow.counters.lost.add(1);
+        self.flow.health.counters.lost.add(1);
         self.flow.gap();
     }
 
@@ -67,8 +67,8 @@ impl App<'_> {
     ) -> Result<usize, Lost> {
         let mut piece = [0; PIECE];
         let len = sensor.receive(&mut piece)?;
-        let start = self.taken;
-        self.taken = self.taken.wrapping_add(len as u32);
+        let start = self.link.taken;
+        self.link.taken = self.link.taken.wrapping_add(len as u32);
         self.flow.blackbox.came(head(&piece, len));
         if len > 0 {
             if !self.is_at_spi() {
@@ -83,44 +83,45 @@ impl App<'_> {
     /// The sensor is not silent.
     #[inline(always)]
     pub(super) fn heard(&mut self, now: u64) {
-        if self.flow.faults & fault::SILENT != 0 {
+        if self.flow.health.faults & fault::SILENT != 0 {
             self.heard_again(now);
         }
-        self.heard_us = now;
+        self.link.heard_us = now;
     }
 
     #[cold]
     fn heard_again(&mut self, now: u64) {
-        self.flow.flag(fault::SILENT, false);
-        self.flow.heard_again(now.saturating_sub(self.heard_us));
-        self.frameless_us = now;
+        self.flow.health.flag(fault::SILENT, false);
+        self.flow
+            .heard_again(now.saturating_sub(self.link.heard_us));
+        self.link.frameless_us = now;
     }
 
     /// Called once a second: bytes come, but no frame.
     #[cold]
     pub(super) fn look_for_frames(&mut self, now: u64) {
-        let frames = self.flow.counters.frames;
-        if core::mem::replace(&mut self.frames_seen, frames) != frames {
-            self.frameless_us = now;
+        let frames = self.flow.health.counters.frames;
+        if core::mem::replace(&mut self.link.frames_seen, frames) != frames {
+            self.link.frameless_us = now;
         }
-        if now.saturating_sub(self.heard_us) >= SECOND_US {
+        if now.saturating_sub(self.link.heard_us) >= SECOND_US {
             self.flow.rest();
         }
         let reads = !matches!(self.machine.phase(), Phase::Fault(_));
-        let hears = reads && now.saturating_sub(self.heard_us) < SECOND_US;
-        if hears && now.saturating_sub(self.frameless_us) >= FRAMELESS_US {
-            self.flow.flag(fault::UNKNOWN_FORMAT, true);
+        let hears = reads && now.saturating_sub(self.link.heard_us) < SECOND_US;
+        if hears && now.saturating_sub(self.link.frameless_us) >= FRAMELESS_US {
+            self.flow.health.flag(fault::UNKNOWN_FORMAT, true);
         }
     }
 
     /// The first pass.
     pub(super) fn start(&mut self, out: &mut impl Line, now: u64) {
-        (self.heard_us, self.frameless_us) = (now, now);
+        (self.link.heard_us, self.link.frameless_us) = (now, now);
         match self.flow.config.format {
             _ if self.is_at_spi() => {
                 self.pass_rest(out);
-                self.flow.flag(fault::UNKNOWN_FORMAT, false);
-                self.machine.transition_to_run(self.flow.mode);
+                self.flow.health.flag(fault::UNKNOWN_FORMAT, false);
+                self.machine.transition_to_run(self.flow.session.mode);
             }
             Some(format) => self.run(format),
             None => self.detect(),
@@ -135,8 +136,8 @@ impl App<'_> {
     /// Looks for the format, from the next byte on.
     pub(super) fn detect(&mut self) {
         self.flow.forget();
-        self.detector.restart(&self.flow.config.sensor);
-        self.undetected = 0;
+        self.link.detector.restart(&self.flow.config.sensor);
+        self.link.undetected = 0;
         self.machine.transition_to_detect();
     }
 
@@ -145,8 +146,8 @@ impl App<'_> {
     /// correction in force must not jump, so it goes on until the text comes: a sensor that does
     /// not obey sends frames of the same units.
     pub(super) fn serve(&mut self, out: &mut impl Line, now: u64) {
-        self.service = Some(Service::new(now));
-        if !self.flow.in_force() {
+        self.link.service = Some(Service::new(now));
+        if !self.flow.corrector.in_force() {
             self.pass_rest(out);
             self.detect();
         }
@@ -158,18 +159,18 @@ impl App<'_> {
         self.reverse.changes(&mut self.flow);
         self.pass_rest(out);
         self.detect();
-        self.service = None;
+        self.link.service = None;
     }
 
     /// The format is known.
     fn run(&mut self, format: ImuFormat) {
         let format = format.told(&self.flow.config.sensor);
-        if self.framer.format() != format {
-            self.framer.restart(format);
+        if self.link.framer.format() != format {
+            self.link.framer.restart(format);
         }
-        self.flow.flag(fault::UNKNOWN_FORMAT, false);
+        self.flow.health.flag(fault::UNKNOWN_FORMAT, false);
         self.flow.prepare(Source::Stream(format));
-        self.machine.transition_to_run(self.flow.mode);
+        self.machine.transition_to_run(self.flow.session.mode);
     }
 
     /// A bit of the framer's memory has flipped: what it holds is lost. If that was a bit of its
@@ -178,10 +179,12 @@ impl App<'_> {
     pub(super) fn framer_anew(&mut self) {
         let sensor = &self.flow.config.sensor;
         let told = self.flow.config.format.map(|format| format.told(sensor));
-        let format = self.framer.certain_format().or(told);
-        self.framer.restart(format.unwrap_or(ImuFormat::Stim300));
+        let format = self.link.framer.certain_format().or(told);
+        self.link
+            .framer
+            .restart(format.unwrap_or(ImuFormat::Stim300));
         self.flow.gap();
-        self.flow.mended();
+        self.flow.health.mended();
         let runs = matches!(self.machine.phase(), Phase::Run(_));
         if format.is_none() && runs && !self.is_at_spi() {
             self.detect();
@@ -191,10 +194,10 @@ impl App<'_> {
     /// Sends on the beginning of a frame whose rest will pass through raw.
     pub(super) fn pass_rest(&mut self, out: &mut impl Line) {
         let start = self.start_of_pending();
-        if let Some(rest) = self.framer.flush() {
+        if let Some(rest) = self.link.framer.flush() {
             let out = &mut whole(out, start, rest.bytes().len());
             pass(rest.bytes(), out, &mut self.flow);
-            self.flow.counters.raw.add(rest.bytes().len() as u32);
+            self.flow.health.counters.raw.add(rest.bytes().len() as u32);
         }
     }
 
@@ -213,7 +216,7 @@ impl App<'_> {
                 self.raw(raw, &mut whole(out, start, raw.len()));
                 if let Some((_, format)) = found {
                     self.run(format);
-                    self.framer.push(rest); // it has room: PIECE is less than LONGEST
+                    self.link.framer.push(rest); // it has room: PIECE is less than LONGEST
                     self.frames(out, now);
                 }
             }
@@ -225,22 +228,22 @@ impl App<'_> {
 
     /// One byte more to find the format by. What a STIM300 tells about itself counts already.
     fn search(&mut self, byte: u8, now: u64) -> Option<ImuFormat> {
-        self.undetected = self.undetected.saturating_add(1);
-        if self.undetected > UNKNOWN_AFTER {
-            self.flow.flag(fault::UNKNOWN_FORMAT, true);
+        self.link.undetected = self.link.undetected.saturating_add(1);
+        if self.link.undetected > UNKNOWN_AFTER {
+            self.flow.health.flag(fault::UNKNOWN_FORMAT, true);
         }
         let (reverse, flow) = (&mut self.reverse, &mut self.flow);
-        let found = self.detector.push(&[byte], |format, message| {
+        let found = self.link.detector.push(&[byte], |format, message| {
             if format == ImuFormat::Stim300 {
                 reverse.special(message, flow, now);
             }
         });
-        if let Some(service) = &mut self.service {
+        if let Some(service) = &mut self.link.service {
             if service.lasts(byte, now) {
                 return None;
             }
-            self.service = None;
-            self.detector.restart(&self.flow.config.sensor);
+            self.link.service = None;
+            self.link.detector.restart(&self.flow.config.sensor);
             return None;
         }
         found
@@ -249,26 +252,28 @@ impl App<'_> {
     /// Sends bytes on unchanged.
     pub(super) fn raw(&mut self, bytes: &[u8], out: &mut Behind<impl Line>) {
         pass(bytes, out, &mut self.flow);
-        self.flow.counters.raw.add(bytes.len() as u32);
+        self.flow.health.counters.raw.add(bytes.len() as u32);
     }
 
     /// Place in the sensor's stream of the framer's first byte.
     fn start_of_pending(&self) -> u32 {
-        self.taken.wrapping_sub(self.framer.pending() as u32)
+        self.link
+            .taken
+            .wrapping_sub(self.link.framer.pending() as u32)
     }
 
     /// The frames that are now complete. All that is no frame passes in its place.
     #[inline(never)]
     fn frames(&mut self, out: &mut impl Line, now: u64) {
-        let format = self.framer.format();
-        self.flow.now_us = now;
+        let format = self.link.framer.format();
+        self.flow.continuity.now_us = now;
         let mut obeyed = false;
         let mut next = self.start_of_pending();
-        while let Some(mut event) = self.framer.next_event() {
+        while let Some(mut event) = self.link.framer.next_event() {
             let bytes = event.bytes().len();
             let out = &mut Behind::of(out, next, bytes);
             next = next.wrapping_add(bytes as u32);
-            if let Some(service) = &mut self.service {
+            if let Some(service) = &mut self.link.service {
                 obeyed |= obeys(service, &event);
             }
             if event.kind() != Kind::Frame {
@@ -279,7 +284,7 @@ impl App<'_> {
                 Some(frame) if !self.flow.cuts() => self.flow.usual(frame, out),
                 _ => frame(event, next, out, &mut self.flow),
             }
-            self.flow.flag(fault::UNKNOWN_FORMAT, false);
+            self.flow.health.flag(fault::UNKNOWN_FORMAT, false);
         }
         if obeyed {
             return self.obeyed(out);
@@ -298,13 +303,13 @@ impl App<'_> {
     #[cold]
     #[inline(never)]
     fn change_state(&mut self, out: &mut impl Line) {
-        if self.flow.faults & fault::UNKNOWN_FORMAT != 0 && self.detects() {
+        if self.flow.health.faults & fault::UNKNOWN_FORMAT != 0 && self.detects() {
             self.pass_rest(out);
             return self.detect();
         }
         let cause = if self.flow.is_lost() {
             Cause::Units
-        } else if self.flow.has_failed() {
+        } else if self.flow.corrector.has_failed() {
             Cause::Network
         } else {
             return;
@@ -315,16 +320,21 @@ impl App<'_> {
 
     /// Notices when the sensor falls silent. The beginning of a frame then passes unchanged.
     pub(super) fn watch_silence(&mut self, now: u64, out: &mut impl Line) {
-        let silent = now.saturating_sub(self.heard_us) >= u64::from(self.flow.config.silence_us);
-        if silent && self.flow.faults & fault::SILENT == 0 {
-            self.flow.flag(fault::SILENT, true);
-            self.flow.counters.silences.add(1);
+        let silent =
+            now.saturating_sub(self.link.heard_us) >= u64::from(self.flow.config.silence_us);
+        if silent && self.flow.health.faults & fault::SILENT == 0 {
+            self.flow.health.flag(fault::SILENT, true);
+            self.flow.health.counters.silences.add(1);
             self.flow.silence();
             let start = self.start_of_pending();
-            if let Some(rest) = self.framer.flush() {
+            if let Some(rest) = self.link.framer.flush() {
                 let out = &mut whole(out, start, rest.bytes().len());
                 pass(rest.bytes(), out, &mut self.flow);
-                self.flow.counters.garbage.add(rest.bytes().len() as u32);
+                self.flow
+                    .health
+                    .counters
+                    .garbage
+                    .add(rest.bytes().len() as u32);
             }
         }
     }
@@ -370,10 +380,10 @@ fn between(
         Kind::Other => {
             let sent = out.send(bytes).is_ok();
             flow.blackbox.left(bytes);
-            flow.counters.others.add(1);
-            flow.counters.dropped.add(u32::from(!sent));
+            flow.health.counters.others.add(1);
+            flow.health.counters.dropped.add(u32::from(!sent));
             if format == ImuFormat::Stim300 {
-                let now = flow.now_us;
+                let now = flow.continuity.now_us;
                 reverse.special(bytes, flow, now);
             } else if format.starts_up(bytes) {
                 flow.start_message();
@@ -381,19 +391,19 @@ fn between(
         }
         Kind::Long => {
             pass(bytes, out, flow);
-            flow.counters.raw.add(len as u32);
+            flow.health.counters.raw.add(len as u32);
         }
         Kind::BadChecksum => {
             pass(bytes, out, flow);
-            flow.counters.bad_checksums.add(1);
+            flow.health.counters.bad_checksums.add(1);
             flow.unframed(len);
         }
         kind @ (Kind::Garbage | Kind::Unknown) => {
             pass(bytes, out, flow);
-            flow.counters.garbage.add(len as u32);
+            flow.health.counters.garbage.add(len as u32);
             flow.unframed(len);
             if kind == Kind::Unknown {
-                flow.flag(fault::UNKNOWN_FORMAT, true);
+                flow.health.flag(fault::UNKNOWN_FORMAT, true);
             }
         }
     }
@@ -412,6 +422,6 @@ fn pass(bytes: &[u8], out: &mut Behind<impl Line>, flow: &mut Flow) {
     for piece in bytes.chunks(PIECE) {
         let sent = out.send(piece).is_ok();
         flow.blackbox.left(piece);
-        flow.counters.dropped.add(u32::from(!sent));
+        flow.health.counters.dropped.add(u32::from(!sent));
     }
 }

@@ -12,18 +12,18 @@ impl App<'_> {
     #[inline(never)]
     pub(super) fn scrub(&mut self, out: &mut impl Line, now: u64) {
         self.flow.scrub();
-        self.seconds = self.seconds.wrapping_add(1);
-        let due = self.as_told && self.seconds.is_multiple_of(CONFIGURATION_S);
+        self.upkeep.seconds = self.upkeep.seconds.wrapping_add(1);
+        let due = self.upkeep.as_told && self.upkeep.seconds.is_multiple_of(CONFIGURATION_S);
         if !due || self.is_as_told() {
             return;
         }
-        self.flow.mended();
-        if decode(&self.server.record).is_ok() {
-            let counters = self.flow.counters;
+        self.flow.health.mended();
+        if decode(&self.commands.server.record).is_ok() {
+            let counters = self.flow.health.counters;
             self.begin_anew(out, now);
-            self.flow.counters = counters;
+            self.flow.health.counters = counters;
         } else if let Some(record) = self.encoded() {
-            self.server.record = record;
+            self.commands.server.record = record;
         }
     }
 
@@ -35,11 +35,11 @@ impl App<'_> {
     /// A configuration has come into use. One that was changed by hand, as a test may do, is not
     /// looked at later.
     pub(super) fn note_told(&mut self) {
-        self.as_told = self.is_as_told();
+        self.upkeep.as_told = self.is_as_told();
     }
 
     fn is_as_told(&self) -> bool {
-        App::agree(&self.flow.config, &self.server.record)
+        App::agree(&self.flow.config, &self.commands.server.record)
     }
 
     /// Record, configuration and what follows from it agree.
@@ -69,20 +69,22 @@ mod tests {
         let told = example(ImuFormat::Stim300);
         let mut app = App::new(Config::of(&told));
         app.start(&mut NoLine, 0);
-        let record = app.server.record.clone();
+        let record = app.commands.server.record.clone();
         let upsets: [fn(&mut App); 4] = [
             |app| app.flow.config.limit.gyro = 0.5,
             |app| app.flow.config.silence_us ^= 1 << 9,
             |app| app.flow.config.told.as_mut().expect("told").rate = 501.0,
-            |app| app.server.record[20] ^= 4,
+            |app| app.commands.server.record[20] ^= 4,
         ];
         for (times, upset) in (1..).zip(upsets.iter().cycle().take(12)) {
             upset(&mut app);
             (0..CONFIGURATION_S).for_each(|_| app.scrub(&mut NoLine, 0));
             assert_eq!(app.counters().mended, times);
-            assert!(app.as_told && App::agree(&Config::of(&told), &app.server.record));
+            assert!(
+                app.upkeep.as_told && App::agree(&Config::of(&told), &app.commands.server.record)
+            );
             assert!(app.flow.config.follows(&Config::of(&told)));
-            assert_eq!(app.server.record, record);
+            assert_eq!(app.commands.server.record, record);
         }
     }
 }

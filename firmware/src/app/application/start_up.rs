@@ -37,7 +37,7 @@ impl<'m> App<'m> {
     /// firmware understands.
     #[must_use]
     pub fn stored_number(&self) -> Option<u32> {
-        self.server.kept.generation
+        self.commands.server.kept.generation
     }
 
     /// Apart, like [`recall`], so that the stack does not hold both.

@@ -1,7 +1,6 @@
 //! Whether the application is well, so that the watchdogs may be fed.
 
 use super::App;
-use crate::app::counts::Count;
 use crate::wire::command::{fault, unwell};
 
 /// Silence must be known for silence so long after it has begun, microseconds.
@@ -29,24 +28,14 @@ impl App<'_> {
     /// goes on.
     pub fn unwell(&mut self, now_us: u64) -> u8 {
         let since = |then: u64| now_us.saturating_sub(then);
-        let counters = &self.flow.counters;
-        let left = [
-            counters.frames,
-            counters.others,
-            counters.raw,
-            counters.garbage,
-        ]
-        .into_iter()
-        .chain([counters.bad_checksums, counters.dropped])
-        .map(|count| count.since(Count::default()))
-        .fold(0, u64::wrapping_add);
-        let silent = self.flow.faults & fault::SILENT != 0;
-        if left != self.well.left || silent {
-            (self.well.left, self.well.left_us) = (left, now_us);
+        let left = self.flow.health.left();
+        let silent = self.flow.health.faults & fault::SILENT != 0;
+        if left != self.upkeep.well.left || silent {
+            (self.upkeep.well.left, self.upkeep.well.left_us) = (left, now_us);
         }
         let silence = u64::from(self.flow.config.silence_us).saturating_add(KNOWN_US);
-        let unknown = !silent && since(self.heard_us) > silence;
-        let words = unknown || since(self.well.left_us) > LEAVES_US;
+        let unknown = !silent && since(self.link.heard_us) > silence;
+        let words = unknown || since(self.upkeep.well.left_us) > LEAVES_US;
         [
             (words, unwell::WORDS),
             (since(self.served_us) > SERVED_US, unwell::LINKS),

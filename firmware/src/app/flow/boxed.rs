@@ -16,11 +16,15 @@ impl Flow<'_> {
     #[inline(always)]
     pub fn noted(&self, stage: u8) -> Noted {
         Noted {
-            faults: self.faults | self.other_sensor,
-            changes: self.correction.get().map_or(0, |c| c.state.changes),
-            mode: self.mode as u8,
+            faults: self.health.all(),
+            changes: self
+                .corrector
+                .correction
+                .get()
+                .map_or(0, |c| c.state.changes),
+            mode: self.session.mode as u8,
             stage,
-            alignment: self.alignment,
+            alignment: self.session.alignment,
         }
     }
 
@@ -28,7 +32,7 @@ impl Flow<'_> {
     pub(super) fn note_correction(&mut self) {
         let now = self.noted(self.blackbox.stage());
         if self.blackbox.differs(&now) {
-            let estimate = self.estimate_in_force();
+            let estimate = self.corrector.estimate();
             self.blackbox.note(now, &estimate);
         }
     }
@@ -39,30 +43,28 @@ impl Flow<'_> {
         self.blackbox.event(What::Nets, first.to_bits());
     }
 
-    /// The correction in force.
-    pub fn estimate_in_force(&self) -> [[f32; 3]; 2] {
-        let correction = self.correction.get();
-        correction.map_or([[0.0; 3]; 2], |c| c.state.estimate())
-    }
-
     /// The state for a page, after the frame that begins it; `frames`: they are being read.
     pub fn key(&self, at_us: u64, stage: Stage, format: ImuFormat) -> Key {
-        let floats = self.floats;
-        let carried = self.correction.get().map(|c| c.state.carried(floats));
+        let floats = self.corrector.floats;
+        let carried = self
+            .corrector
+            .correction
+            .get()
+            .map(|c| c.state.carried(floats));
         let all = ImuFormat::ALL;
         let place = all.iter().position(|known| known.name() == format.name());
         Key {
             at_us,
-            faults: self.faults | self.other_sensor,
+            faults: self.health.all(),
             sample: self.sample(),
             hash: self.blackbox.hash(),
-            mode: self.mode,
+            mode: self.session.mode,
             stage,
             format: place.unwrap_or(all.len()) as u8,
             floats,
-            corrects: self.correction.is_some(),
-            plays: stage == Stage::Run && self.channels.is_one(),
-            estimate: self.estimate_in_force(),
+            corrects: self.corrector.correction.is_some(),
+            plays: stage == Stage::Run && self.corrector.channels.is_one(),
+            estimate: self.corrector.estimate(),
             carried: carried.unwrap_or_default(),
         }
     }
@@ -70,32 +72,25 @@ impl Flow<'_> {
     /// Goes on from a key, when a frame of its kind has passed. False: no correction was made for
     /// that frame where the key has one, or the other way round.
     pub fn resume(&mut self, key: &Key) -> bool {
-        self.mode = key.mode;
-        self.sample = key.sample.into();
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
+        self.session.mode = key.mode;
+        self.continuity.sample = key.sample.into();
+        if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
             compensator.set_slew(None);
             state.hold = true;
             compensator.force(state, &key.estimate);
             state.carry(key.floats, key.carried);
         }
-        self.impose_faults(key.faults, !0);
-        self.correction.is_some() == key.corrects || key.estimate == [[0.0; 3]; 2]
+        self.health.impose(key.faults, !0);
+        self.corrector.correction.is_some() == key.corrects || key.estimate == [[0.0; 3]; 2]
     }
 
     /// The correction is this.
     pub fn impose(&mut self, estimate: &[[f32; 3]; 2]) {
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
-            compensator.force(state, estimate);
-        }
-    }
-
-    /// These of the fault bits are so.
-    pub fn impose_faults(&mut self, faults: u32, which: u32) {
-        self.faults = self.faults & !which | faults & which;
+        self.corrector.force(estimate);
     }
 
     /// Whether a sample's values are floats.
     pub(super) fn see_kind(&mut self, sample: &RawSample) {
-        self.floats = matches!(sample, RawSample::Floats { .. });
+        self.corrector.floats = matches!(sample, RawSample::Floats { .. });
     }
 }

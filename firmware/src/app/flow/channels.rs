@@ -18,7 +18,7 @@ struct Channel {
 /// The kinds of frames on one line, in the order of their first frames. Their places are those of
 /// the compensator's outlets. The first one leads.
 #[derive(Debug, Default)]
-pub(super) struct Channels {
+pub(in crate::app) struct Channels {
     /// The kind of the last frame; `None`: the next frame is looked at more closely.
     kind: Option<Kind>,
     /// Its place.

@@ -37,17 +37,18 @@ impl Flow<'_> {
         let good = frame
             .read()
             .is_ok_and(|reading| reading.valid != Axes::NONE);
-        let changes = self.correction.is_some() || frame.always_changes(&self.config.sensor);
+        let changes =
+            self.corrector.correction.is_some() || frame.always_changes(&self.config.sensor);
         let mark = changes && self.marks();
         let plan = good.then(|| format.plan(frame.bytes(), mark, &self.config.sensor))?;
-        plan.filter(|_| self.channels.is_one())
+        plan.filter(|_| self.corrector.channels.is_one())
     }
 
     /// Offers the plan of the frames from this place of the stream on, with what is now in force.
     fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
         let floats = plan.word == Word::F32;
-        let outlet = self.channels.current();
-        let mut correction = self.correction.get_mut();
+        let outlet = self.corrector.channels.current();
+        let mut correction = self.corrector.correction.get_mut();
         let state = correction.as_mut().map(|Correction { state, .. }| state);
         let owed = state.as_ref().map(|state| state.owed(outlet, floats));
         let owed = owed_in_order(plan.word, owed);

@@ -1,15 +1,14 @@
 //! What follows when a frame has left: gaps, samples that come twice, sensors that stand still or
 //! start anew, and the networks' and the learner's share of the sample.
 
-use super::still::Still;
-use super::{Correction, Flow, Told};
+use super::{Correction, Flow};
 use crate::app::blackbox::What;
 use crate::compensator::Block;
 use crate::control::Mode;
 use crate::learn::exchange::{Anew, Order};
 use crate::plausibility::holes::Hole;
 use crate::wire::command::fault;
-use crate::wire::sequence::{Gap, Last};
+use crate::wire::sequence::Gap;
 use crate::wire::{Checked, Reading};
 
 /// A silence of this length, microseconds, is taken for a power cycle: nothing tells it from a
@@ -27,52 +26,52 @@ impl Flow<'_> {
     #[inline(always)]
     pub(super) fn follow(&mut self, reading: &Reading) {
         let bad = reading.present.0 & !reading.valid.0;
-        self.flag(fault::SENSOR, bad != 0);
-        if !self.channels.leads() {
+        self.health.flag(fault::SENSOR, bad != 0);
+        if !self.corrector.channels.leads() {
             return self.aside();
         }
-        if self.channels.changed() && self.is_copy(reading) {
+        if self.corrector.channels.changed() && self.is_copy(reading) {
             return;
         }
-        let stream = self.stream.as_ref();
-        let gap = stream.map(|stream| stream.gap(&mut self.last, reading));
-        let counters = &mut self.counters;
+        let stream = self.corrector.stream.as_ref();
+        let gap = stream.map(|stream| stream.gap(&mut self.continuity.last, reading));
+        let counters = &mut self.health.counters;
         match gap {
             Some(Gap::Duplicate) => {
                 counters.duplicates.add(1);
-                let stuck = self.last.is_stuck();
-                return self.flag(fault::STUCK, stuck); // sent on, but the sample counts once
+                let stuck = self.continuity.last.is_stuck();
+                return self.health.flag(fault::STUCK, stuck); // sent on, but the sample counts once
             }
             Some(Gap::Missed(frames)) => {
                 counters.missed.add(frames);
-                self.sample = self.sample.wrapping_add(u64::from(frames));
-                self.pass(frames);
+                self.continuity.skip(frames);
+                self.corrector.miss(frames);
             }
             Some(Gap::Jump) => counters.jumps.add(1),
             Some(Gap::None) | None => {}
         }
-        self.sample = self.sample.wrapping_add(1);
-        if self.uncounted {
+        self.continuity.skip(1);
+        if self.corrector.uncounted {
             self.look_for_hole();
         }
         match gap {
             Some(Gap::Jump) => self.jump(),
             Some(Gap::Missed(_)) => self.gap(),
             _ if bad != 0 => self.gap(),
-            _ => self.fresh = false,
+            _ => self.continuity.fresh = false,
         }
-        if self.still.may_be(&reading.sample) || self.faults & fault::STUCK != 0 {
+        if self.continuity.still.may_be(&reading.sample) || self.health.has(fault::STUCK) {
             self.look_still(reading, bad);
-            if self.faults & fault::STUCK != 0 {
+            if self.health.has(fault::STUCK) {
                 return;
             }
         }
-        let Some(Correction { compensator, state }) = self.correction.get_mut() else {
+        let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() else {
             return;
         };
-        if self.begun.is_some() {
-            let number = self.sample as u32;
-            (self.learner).hand_over(&Order::Sample(number, reading.sample));
+        if self.learning.follows() {
+            let number = self.continuity.sample as u32;
+            (self.learning.port).hand_over(&Order::Sample(number, reading.sample));
         }
         if bad != 0 {
             return;
@@ -89,75 +88,72 @@ impl Flow<'_> {
 
     #[inline(never)]
     pub(super) fn end_of_block(&mut self, block: &Block) {
-        self.counters.blocks.add(1);
+        self.health.counters.blocks.add(1);
         let failed = block.fault.is_some();
-        self.flag(fault::NETWORK, failed);
-        self.count_failure(failed);
+        self.health.flag(fault::NETWORK, failed);
+        self.corrector.count_failure(failed, self.is_off());
         let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
-        self.block = Some(*block);
-        self.learner.end_block();
-        self.flag(fault::LEARNER, self.learner.is_stopped());
+        self.corrector.block = Some(*block);
+        self.learning.port.end_block();
+        self.health
+            .flag(fault::LEARNER, self.learning.port.is_stopped());
         self.judge(block);
         self.promote(block);
-        if self.begun.is_some() {
-            self.learner.hand_over_block(self.sample as u32, block);
+        if self.learning.follows() {
+            self.learning
+                .port
+                .hand_over_block(self.continuity.sample as u32, block);
         }
-        if self.mode == Mode::Bypass && zero {
-            self.correction.clear(); // faded out
+        if self.session.mode == Mode::Bypass && zero {
+            self.corrector.correction.clear(); // faded out
         }
         self.note_correction();
     }
 
     /// The sensor has been silent for too long.
     pub fn silence(&mut self) {
-        self.plausibility.holes.interrupt();
+        self.health.plausibility.holes.interrupt();
         self.gap();
         self.begin_checks();
-        self.learner.begin_anew(Anew::Silence);
-    }
-
-    /// So many samples are missing. It also lasts for the thermometer.
-    #[cold]
-    fn pass(&mut self, samples: u32) {
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
-            compensator.miss(state, samples);
-        }
+        self.learning.port.begin_anew(Anew::Silence);
     }
 
     /// The stream has a gap: damage, silence, lost bytes.
     pub fn gap(&mut self) {
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
-            compensator.give_up_block(state);
-        }
-        self.learner.hand_over(&Order::Gap);
+        self.corrector.give_up_block();
+        self.learning.port.hand_over(&Order::Gap);
     }
 
     /// Time or counter have jumped: how many samples are missing will not be known.
     #[cold]
     fn jump(&mut self) {
         self.gap();
-        self.learner.begin_anew(Anew::Silence);
+        self.learning.port.begin_anew(Anew::Silence);
     }
 
     /// Bytes that belong to no frame have gone by. Where the frames are counted or timed, the next
     /// one tells whether one is missing.
     pub fn unframed(&mut self, bytes: usize) {
-        self.unframed = self.unframed.saturating_add(bytes as u32);
-        self.channels.unselect();
-        if self.stream.is_none_or(|stream| stream.turn().is_none()) {
+        self.continuity.unframed = self.continuity.unframed.saturating_add(bytes as u32);
+        self.corrector.channels.unselect();
+        if self
+            .corrector
+            .stream
+            .is_none_or(|stream| stream.turn().is_none())
+        {
             self.gap();
         }
     }
 
     /// The sensor is heard again after a silence.
     pub fn heard_again(&mut self, silent_us: u64) {
-        self.silent_us = Some(silent_us);
-        self.channels.unselect();
+        self.continuity.silent_us = Some(silent_us);
+        self.corrector.channels.unselect();
     }
 
     /// A message that is no frame may tell that the sensor has just started.
     pub fn start_message(&mut self) {
-        if self.silent_us.is_some() {
+        if self.continuity.silent_us.is_some() {
             self.restarted();
         }
     }
@@ -166,39 +162,44 @@ impl Flow<'_> {
     /// silence. Gives whether its kind is known.
     #[cold]
     pub(super) fn another(&mut self, content: u8, frame: &Checked, reading: &Reading) -> bool {
-        if let Some(silent) = self.silent_us.take() {
-            let stream = self.stream.as_ref();
-            let anew = stream.is_some_and(|stream| stream.has_begun_anew(&self.last, reading));
+        if let Some(silent) = self.continuity.silent_us.take() {
+            let stream = self.corrector.stream.as_ref();
+            let anew =
+                stream.is_some_and(|stream| stream.has_begun_anew(&self.continuity.last, reading));
             let periods = stream.map_or(0.0, |stream| silent as f64 * 1e-6 * stream.rate);
             if anew || (silent >= POWER_CYCLE_US && periods >= POWER_CYCLE_PERIODS) {
                 self.restarted();
             }
         }
-        let unframed = core::mem::take(&mut self.unframed);
+        let unframed = core::mem::take(&mut self.continuity.unframed);
         if unframed > 0
-            && let Some(turn) = self.stream.and_then(|stream| stream.turn())
+            && let Some(turn) = self.corrector.stream.and_then(|stream| stream.turn())
             && u64::from(unframed) >= u64::from(turn) * frame.bytes().len() as u64
         {
             self.gap(); // room for a whole turn of the counter
         }
-        self.channels.select((frame.source(), content))
+        self.corrector.channels.select((frame.source(), content))
     }
 
     /// A frame that neither a counter nor a time numbers: the clock tells whether some are missing
     /// before it, up to a second ago.
     #[inline(never)]
     fn look_for_hole(&mut self) {
-        let rate = self.stream.map_or(0.0, |stream| stream.rate as f32);
-        let hole = self.plausibility.holes.frame(self.now_us, rate);
+        let rate = self.corrector.rate() as f32;
+        let hole = self
+            .health
+            .plausibility
+            .holes
+            .frame(self.continuity.now_us, rate);
         match hole {
             Some(Hole::Of(frames)) => {
-                self.counters.missed.add(frames);
-                self.sample = self.sample.wrapping_add(u64::from(frames));
-                self.pass(frames);
+                self.health.counters.missed.add(frames);
+                self.continuity.skip(frames);
+                self.corrector.miss(frames);
                 self.gap();
             }
             Some(Hole::Unknown) => {
-                self.counters.jumps.add(1);
+                self.health.counters.jumps.add(1);
                 self.jump();
             }
             None => {}
@@ -209,31 +210,32 @@ impl Flow<'_> {
     /// do, they take their place.
     #[cold]
     fn aside(&mut self) {
-        let (frames, since) = &mut self.aside;
+        let (frames, since) = &mut self.continuity.aside;
         *frames += 1;
         if *frames < COMPARED {
             return;
         }
         // those that lead, of all frames since
         let led = self
+            .health
             .counters
             .frames
             .since(*since)
             .saturating_sub(COMPARED.into());
-        self.aside = (0, self.counters.frames);
+        self.continuity.aside = (0, self.health.counters.frames);
         if led < u64::from(COMPARED / 2) {
             self.blackbox.part();
-            self.channels.clear();
+            self.corrector.channels.clear();
         }
     }
 
     /// Whether the sample has come before, in a frame of another kind.
     #[cold]
     fn is_copy(&mut self, reading: &Reading) -> bool {
-        let stream = self.stream.as_ref();
-        let copy = stream.is_some_and(|stream| stream.repeats(&self.last, reading));
+        let stream = self.corrector.stream.as_ref();
+        let copy = stream.is_some_and(|stream| stream.repeats(&self.continuity.last, reading));
         if !copy {
-            self.channels.counted();
+            self.corrector.channels.counted();
         }
         copy
     }
@@ -243,10 +245,11 @@ impl Flow<'_> {
     #[cold]
     fn look_still(&mut self, reading: &Reading, bad: u8) {
         let rate = self
+            .corrector
             .stream
             .map_or(self.config.sensor.rate, |stream| stream.rate);
-        let stuck = self.still.look(&reading.sample, rate) && bad == 0;
-        self.flag(fault::STUCK, stuck);
+        let stuck = self.continuity.still.look(&reading.sample, rate) && bad == 0;
+        self.health.flag(fault::STUCK, stuck);
         if stuck {
             self.gap();
         }
@@ -258,23 +261,22 @@ impl Flow<'_> {
     /// What the sensor told about itself must be told again.
     #[cold]
     pub fn restarted(&mut self) {
-        self.silent_us = None;
-        if core::mem::replace(&mut self.fresh, true) {
+        self.continuity.silent_us = None;
+        if core::mem::replace(&mut self.continuity.fresh, true) {
             return; // of one start there are many signs
         }
-        self.counters.restarts.add(1);
-        let restarts = self.counters.restarts.shown();
+        self.health.counters.restarts.add(1);
+        let restarts = self.health.counters.restarts.shown();
         self.blackbox.event(What::Restart, restarts);
-        self.told = Told::Unknown;
+        self.continuity.sensor_restarted();
         self.forget();
         self.begin_checks();
-        (self.promoted, self.learner_nets) = (false, false);
-        self.begun = None;
-        self.stands = None;
-        if let Some(nets) = self.keep.take_next() {
+        self.session.demote();
+        self.learning.end();
+        self.session.stands = None;
+        if let Some(nets) = self.pending.take_next() {
             self.take_nets(nets);
         }
-        (self.last, self.still) = (Last::default(), Still::default());
         self.next_drive();
     }
 }

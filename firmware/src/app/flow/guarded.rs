@@ -12,7 +12,7 @@ const NOTHING: u32 = !THERE;
 
 /// A value or nothing.
 #[derive(Debug)]
-pub(super) struct Guarded<T> {
+pub(in crate::app) struct Guarded<T> {
     value: T,
     marks: [u32; 2],
 }

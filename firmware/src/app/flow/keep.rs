@@ -8,9 +8,7 @@
 
 use super::Flow;
 use super::memory::Memo;
-use crate::app::config::Activation;
 use crate::compensator::Block;
-use crate::control::Mode;
 use crate::model::Nets;
 use crate::store::Step;
 
@@ -138,24 +136,19 @@ impl Keep {
 }
 
 impl Flow<'_> {
-    /// What is stored acts on all samples of mode learn.
-    pub(super) fn acts_from_power_on(&self) -> bool {
-        self.mode == Mode::Learn && self.config.activation == Activation::NextPowerOn
-    }
-
     /// At the end of a block: whether something is to be stored.
-    pub(super) fn keep(&mut self, block: &Block, block_s: f32) {
-        let keep = &mut self.keep;
+    pub(super) fn retain(&mut self, block: &Block, block_s: f32) {
+        let keep = &mut self.pending;
         keep.pause_s = (keep.pause_s - block_s).max(0.0);
         keep.look_s -= block_s;
-        let able = keep.beside && self.config.store && self.config.newer.is_none();
+        let able = keep.beside && self.config.store && self.config.found.newer.is_none();
         if keep.look_s <= 0.0 && able && !keep.waits() {
             keep.look_s = LOOK_S;
             self.count_learnt(block, LOOK_S);
             // with a live activation only what is remembered is stored
-            let nets = self.acts_from_power_on() && self.look_for_winner(block);
-            let still_s = self.learner.answer().map_or(0, |answer| answer.still_s);
-            let stands = still_s >= super::learning::STANDS_S;
+            let nets = self.session.acts_from_power_on(self.config.activation)
+                && self.look_for_winner(block);
+            let stands = self.learning.still_s() >= super::learning::STANDS_S;
             self.take_down(stands, nets);
         }
     }
@@ -163,10 +156,10 @@ impl Flow<'_> {
     /// Whether networks are to be stored.
     #[inline(never)]
     fn look_for_winner(&mut self, block: &Block) -> bool {
-        let Some(answer) = self.learner.answer() else {
+        let Some(answer) = self.learning.port.answer() else {
             return false;
         };
-        let keep = &mut self.keep;
+        let keep = &mut self.pending;
         let harms = answer.stored_harms;
         if harms && keep.next.is_none() && !self.config.nets.same_images(&Nets::NONE) {
             keep.offer(Nets::NONE, [[0.0; 3]; 2]);

@@ -6,8 +6,9 @@ use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::{Fix, Heading};
-use crate::learn::exchange::{Anew, Answer, Order, Reply};
-use crate::learn::{Known, Report, Solution, Trials};
+use crate::learn::exchange::{Anew, Answer, Order, Port, Reply};
+use crate::learn::{Report, Solution, Trials};
+use crate::sample::StreamScale;
 use crate::wire::command::{Estimate, fault};
 
 /// Standstill that counts as an alignment where none is reported, s.
@@ -20,45 +21,117 @@ const FIX_LASTS_S: f64 = 2.0;
 /// Fixes come when the newest one is no older than this, s.
 const FIXES_COME_S: f64 = 5.0;
 
+/// The learner, as the frame path sees it.
+#[derive(Debug)]
+pub(in crate::app) struct Learning<'m> {
+    pub port: Port<'m>,
+    /// The stream that the learner was begun for; `None`: it must restart.
+    begun: Option<StreamScale>,
+    /// What the learner has said to a reference or a heading.
+    verdict: Option<Result<(), Reason>>,
+}
+
+impl<'m> Learning<'m> {
+    /// Not begun yet.
+    pub fn new(port: Port<'m>) -> Learning<'m> {
+        Learning {
+            port,
+            begun: None,
+            verdict: None,
+        }
+    }
+
+    /// The learner begins again with the next stream.
+    pub fn restart(&mut self) {
+        (self.begun, self.verdict) = (None, None);
+    }
+
+    /// The learner begins again with the next stream, but still owes its verdict.
+    pub fn end(&mut self) {
+        self.begun = None;
+    }
+
+    /// The stream that the learner was begun for.
+    pub fn begun(&self) -> Option<StreamScale> {
+        self.begun
+    }
+
+    /// The learner follows the stream.
+    #[inline(always)]
+    pub fn follows(&self) -> bool {
+        self.begun.is_some()
+    }
+
+    /// Whether there is a learner.
+    pub fn exists(&self) -> bool {
+        self.port.exists()
+    }
+
+    /// The learner's answer to the block before the last one, once it has had one.
+    pub fn answer(&self) -> Option<&Answer> {
+        self.port.answer().filter(|_| self.follows())
+    }
+
+    /// How long the vehicle has stood still, as the learner sees it, s.
+    pub fn still_s(&self) -> u32 {
+        self.port.answer().map_or(0, |answer| answer.still_s)
+    }
+
+    /// The learner's report.
+    pub fn report(&self) -> Report {
+        self.port.view().map(|view| view.report).unwrap_or_default()
+    }
+
+    /// What the learner's navigator knows.
+    pub fn solution(&self) -> Option<Solution> {
+        self.port.view()?.solution
+    }
+
+    /// How the learner's hypotheses stand.
+    pub fn trials(&self) -> Option<Trials> {
+        self.port.view()?.trials
+    }
+}
+
 impl Flow<'_> {
     /// In mode learn: what was learnt comes into force where an alignment allows it and goes when
     /// it is given up; or it is kept for the next power-on.
     pub(super) fn promote(&mut self, block: &Block) {
-        let live = self.mode == Mode::Learn && self.config.activation == Activation::Faded;
-        let follows = self.fixes_come() && !self.learner.is_stopped();
-        let hold = live && self.promoted && !self.disagrees && !follows;
-        if let Some(correction) = self.correction.get_mut() {
+        let live = self.session.mode == Mode::Learn && self.config.activation == Activation::Faded;
+        let follows = self.fixes_come() && !self.learning.port.is_stopped();
+        let hold = live && self.session.promoted && !self.health.disagrees && !follows;
+        if let Some(correction) = self.corrector.correction.get_mut() {
             correction.state.hold = hold;
         }
-        if self.mode != Mode::Learn || self.disagrees {
+        if self.session.mode != Mode::Learn || self.health.disagrees {
             return;
         }
-        let correction = self.correction.get();
+        let correction = self.corrector.correction.get();
         let block_s = correction.map(|c| c.compensator.scale().block_s());
-        self.keep(block, block_s.unwrap_or_default());
+        self.retain(block, block_s.unwrap_or_default());
         if self.config.activation == Activation::NextPowerOn {
             return;
         }
-        let answer = self.learner.answer();
+        let answer = self.learning.port.answer();
         let still_s = answer.map_or(0, |answer| answer.still_s);
         let given_up = answer.is_some_and(|answer| answer.winner.is_none());
         if still_s < STANDS_S {
-            self.stood = false;
+            self.session.stood = false;
         }
-        if self.alignment == Some(Alignment::Started) {
+        if self.session.alignment == Some(Alignment::Started) {
             return;
         }
-        let stands = still_s >= STANDS_S && !self.stood;
+        let stands = still_s >= STANDS_S && !self.session.stood;
         match (self.config.activation, self.fix_shows_standstill()) {
             // where alignments are reported, a standstill is none
             (Activation::Standstill, Some(true)) if stands => {
-                self.stood = true;
-                self.activate(self.alignment.is_none());
+                self.session.stood = true;
+                self.activate(self.session.alignment.is_none());
             }
             // even samples alone may be a smooth ride: nothing may jump then
             (Activation::Standstill, None) if stands => self.activate(false),
             (Activation::Faded, _) if self.fixes_come() => self.activate(false),
-            _ if self.promoted && given_up => self.activate(false),
+            _ if self.session.promoted && given_up => self.activate(false),
             _ => {}
         }
     }
@@ -67,38 +140,41 @@ impl Flow<'_> {
     /// While it navigates without them, a correction in force does not move: what it took off
     /// before is in the computer's attitude.
     fn fixes_come(&self) -> bool {
-        let rate = self.stream.map_or(0.0, |stream| stream.rate);
-        self.stands.is_some_and(|(_, sample)| {
-            self.sample.wrapping_sub(sample) as f64 <= FIXES_COME_S * rate
+        self.session.stands.is_some_and(|(_, sample)| {
+            self.continuity.sample.wrapping_sub(sample) as f64
+                <= FIXES_COME_S * self.corrector.rate()
         })
     }
 
     /// Whether the newest fix shows that the vehicle stands; `None`: it is too old, or there is
     /// none.
     fn fix_shows_standstill(&self) -> Option<bool> {
-        let (stands, sample) = self.stands?;
-        let samples = self.sample.wrapping_sub(sample);
-        let rate = self.stream.map_or(0.0, |stream| stream.rate);
-        (samples as f64 <= FIX_LASTS_S * rate).then_some(stands)
+        let (stands, sample) = self.session.stands?;
+        let samples = self.continuity.sample.wrapping_sub(sample);
+        (samples as f64 <= FIX_LASTS_S * self.corrector.rate()).then_some(stands)
     }
 
     /// Takes the networks of the promoted hypothesis instead of those in use, or the zero
     /// correction when there is none; at once, or no faster than the slew limit. What has not
     /// settled does not come into force, and what is in force stays then.
     pub(super) fn activate(&mut self, at_once: bool) {
-        let answer = self.learner.answer().filter(|_| !self.disagrees);
+        let answer = self
+            .learning
+            .port
+            .answer()
+            .filter(|_| !self.health.disagrees);
         let (Some(answer), Some(Correction { compensator, state })) =
-            (answer, self.correction.get_mut())
+            (answer, self.corrector.correction.get_mut())
         else {
             return; // where the learner has not answered yet, what is in force stays
         };
         match answer.winner {
             Some(winner) if winner.settled => {
-                (self.promoted, self.learner_nets) = (true, true);
+                (self.session.promoted, self.session.learner_nets) = (true, true);
                 state.off = false;
                 compensator.exchange(state, winner.nets, winner.states);
                 // the block that they have not seen
-                let output = match &self.block {
+                let output = match &self.corrector.block {
                     Some(block) => compensator.step_again(state, block),
                     None => winner.estimate,
                 };
@@ -106,9 +182,9 @@ impl Flow<'_> {
                     compensator.force(state, &output);
                 }
             }
-            Some(_) if self.promoted => {}
+            Some(_) if self.session.promoted => {}
             _ => {
-                self.promoted = false;
+                self.session.promoted = false;
                 state.off = true;
                 if at_once {
                     compensator.force(state, &[[0.0; 3]; 2]);
@@ -119,38 +195,40 @@ impl Flow<'_> {
 
     /// Samples pass through unchanged, or soon will, but the networks step.
     pub(super) fn observes_only(&self) -> bool {
-        let live = self.mode == Mode::Learn && !self.acts_from_power_on();
-        self.disagrees || self.mode == Mode::Shadow || live && !self.promoted
-    }
-
-    /// Whether there is a learner.
-    pub fn can_learn(&self) -> bool {
-        self.learner.exists()
+        let live = self.session.mode == Mode::Learn
+            && !(self.session).acts_from_power_on(self.config.activation);
+        self.health.disagrees || self.session.mode == Mode::Shadow || live && !self.session.promoted
     }
 
     /// In modes learn and shadow the learner begins when the stream or the networks are new to it.
     /// From then on it follows in every mode.
     pub(super) fn teach(&mut self) {
-        let Some(correction) = self.correction.get().filter(|_| self.learner.exists()) else {
+        let Some(correction) = self
+            .corrector
+            .correction
+            .get()
+            .filter(|_| self.learning.exists())
+        else {
             return;
         };
         let stream = Some(correction.compensator.scale());
-        if self.begun != stream {
-            let learns = matches!(self.mode, Mode::Shadow | Mode::Learn) && !self.disagrees;
-            self.begun = stream.filter(|_| learns);
-            if let Some(stream) = self.begun {
-                self.keep.memo.drop_new();
-                (self.learner).begin_anew(Anew::Begin(self.config.nets, stream));
+        if self.learning.begun != stream {
+            let learns =
+                matches!(self.session.mode, Mode::Shadow | Mode::Learn) && !self.health.disagrees;
+            self.learning.begun = stream.filter(|_| learns);
+            if let Some(stream) = self.learning.begun {
+                self.pending.memo.drop_new();
+                (self.learning.port).begin_anew(Anew::Begin(self.config.nets, stream));
             }
         }
     }
 
     /// A reference of the navigation computer. [`Flow::verdict`] follows.
     pub fn reference(&mut self, window: &Window) -> Result<(), Reason> {
-        if !self.can_learn() {
+        if !self.learning.exists() {
             return Err(Reason::NotAvailable);
         }
-        if self.mode != Mode::Learn {
+        if self.session.mode != Mode::Learn {
             return Err(Reason::Mode);
         }
         self.ask(&Order::Reference(*window))
@@ -163,102 +241,74 @@ impl Flow<'_> {
     }
 
     fn ask(&mut self, order: &Order) -> Result<(), Reason> {
-        if self.disagrees || self.begun.is_none() {
+        if self.health.disagrees || !self.learning.follows() {
             return Err(Reason::NotAvailable);
         }
-        self.learner.hand_over(order);
+        self.learning.port.hand_over(order);
         Ok(())
     }
 
     /// What the learner says to a reference or a heading, once it has: `None` before.
     pub fn verdict(&mut self) -> Option<Result<(), Reason>> {
         self.take_reply();
-        if self.learner.is_stopped() {
+        if self.learning.port.is_stopped() {
             return Some(Err(Reason::NotAvailable));
         }
-        self.verdict.take()
+        self.learning.verdict.take()
     }
 
     /// Takes what the learner has replied.
     pub fn take_reply(&mut self) {
-        self.learner.look();
-        match self.learner.reply() {
-            Some(Reply::Verdict(verdict)) => self.verdict = Some(verdict),
+        self.learning.port.look();
+        match self.learning.port.reply() {
+            Some(Reply::Verdict(verdict)) => self.learning.verdict = Some(verdict),
             Some(Reply::Remembered(len)) => self.remembers(len),
-            None if self.learner.is_stopped() => self.keep.memo.give_up(),
+            None if self.learning.port.is_stopped() => self.pending.memo.give_up(),
             None => {}
         }
     }
 
     /// Number of the last sample, modulo 2^32.
     pub fn sample(&self) -> u32 {
-        self.sample as u32
+        self.continuity.sample as u32
     }
 
     /// A good fix of the receiver.
     pub fn fix(&mut self, fix: &Fix) {
         self.blackbox.fix(fix.time_ms);
         if fix.has(0..2) {
-            self.latitude = Some(fix.position.latitude);
+            self.session.latitude = Some(fix.position.latitude);
         }
         if let Some((speed, sigma)) = fix.speed() {
             self.judge_speed(speed, sigma);
             let stands = speed < (FIX_SIGMAS * sigma).min(FIX_SPEED);
-            self.stands = Some((stands, self.sample));
+            self.session.stands = Some((stands, self.continuity.sample));
         }
-        if self.begun.is_some() {
-            (self.learner).hand_over(&Order::Fix(self.sample as u32, *fix));
+        if self.learning.follows() {
+            (self.learning.port).hand_over(&Order::Fix(self.continuity.sample as u32, *fix));
         }
-    }
-
-    /// The learner's answer to the block before the last one, once it has had one.
-    pub fn answer(&self) -> Option<&Answer> {
-        self.learner.answer().filter(|_| self.begun.is_some())
     }
 
     /// Uses the weights learnt. Their networks have seen the same blocks but the last one, so that
     /// no state is reset.
     #[inline(never)]
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
-        let (nets, states) = self.answer().ok_or(Reason::NotAvailable)?.learnt;
+        let (nets, states) = self.learning.answer().ok_or(Reason::NotAvailable)?.learnt;
         self.take_nets(nets);
         self.note_nets();
-        self.keep.forget_next();
-        self.flag(fault::WEIGHTS, false);
-        self.failures = 0;
-        self.learner_nets = false;
+        self.pending.forget_next();
+        self.health.flag(fault::WEIGHTS, false);
+        self.corrector.forgive();
+        self.session.learner_nets = false;
         let off = self.is_off();
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
+        if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
             compensator.exchange(state, nets, states);
-            if let Some(block) = &self.block {
+            if let Some(block) = &self.corrector.block {
                 compensator.step_again(state, block);
             }
             state.off = off;
         }
         Ok(())
-    }
-
-    /// The learner's report.
-    pub fn report(&self) -> Report {
-        self.learner
-            .view()
-            .map(|view| view.report)
-            .unwrap_or_default()
-    }
-
-    /// [`Report::antenna`] alone.
-    pub fn antenna(&self) -> Known {
-        self.report().antenna
-    }
-
-    /// What the learner's navigator knows.
-    pub fn solution(&self) -> Option<Solution> {
-        self.learner.view()?.solution
-    }
-
-    /// How the learner's hypotheses stand.
-    pub fn trials(&self) -> Option<Trials> {
-        self.learner.view()?.trials
     }
 
     /// The estimates of the networks in use and of the learner.
@@ -269,16 +319,13 @@ impl Flow<'_> {
             used,
             doubted,
             ..
-        } = self.report();
-        let correction = self.correction.get();
+        } = self.learning.report();
         Estimate {
             sample: self.sample(),
-            counter: self.last.counter(),
+            counter: self.continuity.last.counter(),
             window,
-            in_force: correction.map_or([[0.0; 3]; 2], |c| c.state.estimate()),
-            network_output: self
-                .block
-                .map_or([[0.0; 3]; 2], |block| block.network_output),
+            in_force: self.corrector.estimate(),
+            network_output: self.corrector.network_output(),
             learnt: estimate,
             used,
             doubted,

@@ -2,12 +2,10 @@
 //! networks.
 
 use super::channels::Kind;
-use super::{Correction, Flow, Told};
-use crate::app::config::Config;
-use crate::app::counts::{Count, Counts};
-use crate::app::phase::FAILURES;
-use crate::app::setup::{lsb, renew};
-use crate::compensator::{Limit, State};
+use super::{Correction, Flow, Units};
+use crate::app::counts::Counts;
+use crate::app::setup::lsb;
+use crate::compensator::State;
 use crate::control::{Alignment, Mode};
 use crate::learn::exchange::{Anew, Order};
 use crate::model::Nets;
@@ -21,15 +19,22 @@ impl Flow<'_> {
     /// [`Flow::has_failed`] begin with, or a format that is not known.
     #[inline(always)]
     pub fn may_change_state(&self) -> bool {
-        let signs = self.faults & (fault::UNKNOWN_FORMAT | fault::UNITS) | self.other_sensor;
-        signs != 0 || self.failures >= FAILURES
+        let signs =
+            self.health.faults & (fault::UNKNOWN_FORMAT | fault::UNITS) | self.health.other_sensor;
+        signs != 0 || self.corrector.fails()
     }
 
     /// Samples should be corrected, but their units are not known.
     pub fn is_lost(&self) -> bool {
-        let waits = self.stream.is_none() && self.channels.source().is_some_and(|s| self.awaits(s));
-        let lost = self.other_sensor != 0 || self.faults & fault::UNITS != 0 && !waits;
-        self.mode != Mode::Bypass && lost
+        let waits = self.corrector.stream.is_none()
+            && self
+                .corrector
+                .channels
+                .source()
+                .is_some_and(|s| self.awaits(s));
+        let lost =
+            self.health.other_sensor != 0 || self.health.faults & fault::UNITS != 0 && !waits;
+        self.session.mode != Mode::Bypass && lost
     }
 
     /// A correction for frames of this kind, when one is wanted.
@@ -42,27 +47,28 @@ impl Flow<'_> {
         } else {
             source.stream(&self.config.sensor, content)
         };
-        if self.channels.is_empty() {
-            self.channels.add(kind, true);
-            self.present = present;
+        if self.corrector.channels.is_empty() {
+            self.corrector.channels.add(kind, true);
+            self.corrector.present = present;
             self.lead(stream);
-        } else if !self.beside(kind, stream, present) && self.mode != Mode::Bypass {
-            self.flag(fault::UNITS, true);
+        } else if !self.beside(kind, stream, present) && self.session.mode != Mode::Bypass {
+            self.health.flag(fault::UNITS, true);
         }
     }
 
     /// Whether frames of this source wait for the sensor to tell their units.
     fn awaits(&self, source: Source) -> bool {
-        self.told == Told::Unknown && source == Source::Stream(ImuFormat::Stim300)
+        self.continuity.units == Units::Unknown && source == Source::Stream(ImuFormat::Stim300)
     }
 
     /// One more kind of frame on the line. False: it cannot be corrected.
     fn beside(&mut self, kind: Kind, stream: Option<Stream>, present: Axes) -> bool {
-        let leads = stream == self.stream && present == self.present;
-        let (Some(outlet), Some(stream)) = (self.channels.add(kind, leads), stream) else {
+        let leads = stream == self.corrector.stream && present == self.corrector.present;
+        let (Some(outlet), Some(stream)) = (self.corrector.channels.add(kind, leads), stream)
+        else {
             return false;
         };
-        let Some(Correction { compensator, state }) = self.correction.get_mut() else {
+        let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() else {
             return true;
         };
         let period = 1.0 / stream.rate;
@@ -73,46 +79,46 @@ impl Flow<'_> {
     /// A correction for the samples of this stream, which from now on make the blocks. What else
     /// follows is left to [`Flow::made`], after the frame has left.
     fn lead(&mut self, stream: Option<Stream>) {
-        if stream.is_some() && stream == self.stream && self.correction.is_some() {
+        if stream.is_some()
+            && stream == self.corrector.stream
+            && self.corrector.correction.is_some()
+        {
             return;
         }
-        self.keep_count();
-        self.stream = stream;
-        self.uncounted = stream.is_some_and(|stream| stream.turn().is_none());
-        self.plausibility.holes.interrupt();
-        self.leads_anew = true;
-        let wanted = self.mode != Mode::Bypass;
-        (self.promoted, self.learner_nets) = (false, false);
-        let agreed = self.other_sensor == 0;
+        self.corrector.retain_counts(&mut self.health.counters);
+        self.corrector.stream = stream;
+        self.corrector.uncounted = stream.is_some_and(|stream| stream.turn().is_none());
+        self.health.plausibility.holes.interrupt();
+        self.corrector.leads_anew = true;
+        let wanted = self.session.mode != Mode::Bypass;
+        self.session.demote();
+        let agreed = self.health.other_sensor == 0;
         self.begin_correction(stream.filter(|_| wanted && agreed));
-        self.failures = 0;
-        self.flag(fault::NETWORK, false);
-        self.flag(fault::UNITS, wanted && agreed && self.correction.is_none());
+        self.corrector.forgive();
+        self.health.flag(fault::NETWORK, false);
+        self.health.flag(
+            fault::UNITS,
+            wanted && agreed && self.corrector.correction.is_none(),
+        );
     }
 
     /// The first frame of a kind has left. If its samples make the blocks, the learner begins.
     #[inline(never)]
     pub(super) fn made(&mut self) {
-        if core::mem::take(&mut self.leads_anew) {
+        if core::mem::take(&mut self.corrector.leads_anew) {
             self.begin_checks();
-            let begun = self.begun;
+            let begun = self.learning.begun();
             self.teach();
             // one that has begun is new already
-            if begun.is_some() && begun == self.begun {
-                self.learner.begin_anew(Anew::Stream);
+            if begun.is_some() && begun == self.learning.begun() {
+                self.learning.port.begin_anew(Anew::Stream);
             }
         }
     }
 
-    /// Corrections change no faster than the slew limit: from the beginning of an alignment on, and
-    /// in mode learn.
-    fn slow(&self) -> bool {
-        self.alignment.is_some() || self.mode == Mode::Learn
-    }
-
     /// The correction is zero or goes there.
     pub(super) fn is_off(&self) -> bool {
-        self.mode == Mode::Bypass || self.observes_only()
+        self.session.mode == Mode::Bypass || self.observes_only()
     }
 
     /// Makes what the first frame of this source will ask for, as far as it is known before: a
@@ -120,18 +126,18 @@ impl Flow<'_> {
     /// the stream and at the slew limit that it was made for.
     #[inline(never)]
     pub fn prepare(&mut self, source: Source) {
-        self.prepared = None;
-        if self.mode == Mode::Bypass || self.awaits(source) {
+        self.corrector.prepared = None;
+        if self.session.mode == Mode::Bypass || self.awaits(source) {
             return;
         }
-        let slew = self.slow().then_some(self.config.slew);
+        let slew = self.session.is_slow().then_some(self.config.slew);
         // what a frame contains seldom matters
         let Some(stream) = source.stream(&self.config.sensor, 0) else {
             return;
         };
-        if let Some(correction) = self.correction.place() {
-            let made = correction.renew(&stream, (&self.config, self.nets_sum), slew);
-            self.prepared = made.map(|()| (stream, slew));
+        if let Some(correction) = self.corrector.correction.place() {
+            let made = correction.renew(&stream, (&self.config, self.corrector.nets_sum), slew);
+            self.corrector.prepared = made.map(|()| (stream, slew));
         }
     }
 
@@ -143,21 +149,22 @@ impl Flow<'_> {
     /// stream.
     #[inline(never)]
     fn begin_correction(&mut self, stream: Option<Stream>) {
-        let slew = self.slow().then_some(self.config.slew);
+        let slew = self.session.is_slow().then_some(self.config.slew);
         let off = self.observes_only();
-        let in_force = self.correction.get().map(|c| c.state.estimate());
-        let fresh = self.fresh;
+        let in_force = self.corrector.correction.get().map(|c| c.state.estimate());
+        let fresh = self.continuity.fresh;
         let Some(stream) = stream else {
-            return self.correction.clear();
+            return self.corrector.correction.clear();
         };
-        let prepared = self.prepared.take() == Some((stream, slew)) && self.correction.is_none();
-        let correction = self.correction.put();
+        let prepared = self.corrector.prepared.take() == Some((stream, slew))
+            && self.corrector.correction.is_none();
+        let correction = self.corrector.correction.put();
         if !prepared
             && correction
-                .renew(&stream, (&self.config, self.nets_sum), slew)
+                .renew(&stream, (&self.config, self.corrector.nets_sum), slew)
                 .is_none()
         {
-            return self.correction.clear();
+            return self.corrector.correction.clear();
         }
         let Correction { compensator, state } = correction;
         let held = slew.is_some() && !fresh;
@@ -172,64 +179,58 @@ impl Flow<'_> {
     /// Forgets the stream's units and rate: the next frame decides anew.
     pub fn forget(&mut self) {
         self.blackbox.part();
-        self.keep_count();
-        self.channels.clear();
-        self.stream = None;
-        self.correction.clear();
-        self.last = Last::default();
-        self.flag(fault::UNITS, false);
+        self.corrector.retain_counts(&mut self.health.counters);
+        self.corrector.channels.clear();
+        self.corrector.stream = None;
+        self.corrector.correction.clear();
+        self.continuity.last = Last::default();
+        self.health.flag(fault::UNITS, false);
     }
 
     /// The sensor has told its configuration.
     pub fn configured(&mut self, stim: stim300::config::Config) {
-        let known = self.told != Told::Unknown && self.config.sensor.stim300.config == stim;
+        let known =
+            self.continuity.units != Units::Unknown && self.config.sensor.stim300.config == stim;
         self.config.sensor.stim300.config = stim;
-        self.told = Told::BySensor;
+        self.continuity.units = Units::Reported;
         if !known {
             self.blackbox.part();
-            self.channels.clear();
-            self.flag(fault::UNITS, false); // the next frame shows it
+            self.corrector.channels.clear();
+            self.health.flag(fault::UNITS, false); // the next frame shows it
             self.prepare(Source::Stream(ImuFormat::Stim300));
         }
     }
 
     /// The sensor's configuration may change: nothing is corrected until the sensor tells it.
     pub fn untold(&mut self) {
-        self.told = Told::Unknown;
+        self.continuity.units = Units::Unknown;
         self.forget();
-    }
-
-    /// What is known of the units that the sensor tells.
-    #[inline(always)]
-    pub fn told(&self) -> Told {
-        self.told
     }
 
     /// Another mode; the caller has checked that it is allowed.
     pub fn set_mode(&mut self, mode: Mode) {
-        let fade = self.slow() || mode == Mode::Learn;
-        self.mode = mode;
-        self.promoted = false;
+        let fade = self.session.is_slow() || mode == Mode::Learn;
+        self.session.mode = mode;
+        self.session.promoted = false;
         let off = self.is_off();
         let zero = |state: &State| mode == Mode::Bypass && state.estimate() == [[0.0; 3]; 2];
-        match self.correction.get_mut() {
+        match self.corrector.correction.get_mut() {
             Some(Correction { compensator, state }) if fade && !zero(state) => {
                 state.off = off;
                 compensator.set_slew(Some(self.config.slew));
-                if core::mem::take(&mut self.learner_nets) {
+                if core::mem::take(&mut self.session.learner_nets) {
                     compensator.exchange(state, self.config.nets, Default::default());
                 }
             }
             _ => {
                 self.blackbox.part();
-                self.keep_count();
-                self.correction.clear();
-                self.channels.clear();
+                self.corrector.retain_counts(&mut self.health.counters);
+                self.corrector.look_again();
             }
         }
-        self.failures = 0;
-        if self.learner.is_stopped() {
-            self.begun = None; // it may begin again
+        self.corrector.forgive();
+        if self.learning.port.is_stopped() {
+            self.learning.end(); // it may begin again
         }
         self.teach();
     }
@@ -237,36 +238,35 @@ impl Flow<'_> {
     /// No sample has come for a second, which counts like a power cycle. A correction that was
     /// fading out in bypass has no sample left to fade in.
     pub fn rest(&mut self) {
-        if self.mode == Mode::Bypass && self.correction.is_some() {
+        if self.session.mode == Mode::Bypass && self.corrector.correction.is_some() {
             self.blackbox.part();
-            self.keep_count();
-            self.correction.clear();
-            self.channels.clear();
+            self.corrector.retain_counts(&mut self.health.counters);
+            self.corrector.look_again();
         }
     }
 
     /// The navigation computer's alignment. At its beginning a correction may jump to where it
     /// goes; from then on it changes only slowly.
     pub fn align(&mut self, alignment: Alignment) {
-        if self.alignment.replace(alignment) == Some(alignment) {
+        if self.session.alignment.replace(alignment) == Some(alignment) {
             return; // asked again, since the answer was lost
         }
-        self.learner.hand_over(&Order::Align(alignment));
+        self.learning.port.hand_over(&Order::Align(alignment));
         if alignment == Alignment::Started {
             self.arrive();
         }
-        if let Some(correction) = self.correction.get_mut() {
-            correction.compensator.set_slew(Some(self.config.slew));
-        }
+        self.corrector.slow_down(self.config.slew);
     }
 
     /// A correction that moves arrives at once.
     fn arrive(&mut self) {
-        if self.mode == Mode::Learn && !self.acts_from_power_on() {
+        if self.session.mode == Mode::Learn
+            && !self.session.acts_from_power_on(self.config.activation)
+        {
             return self.activate(true);
         }
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
-            let output = match &self.block {
+        if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
+            let output = match &self.corrector.block {
                 _ if state.off => [[0.0; 3]; 2],
                 Some(block) => block.network_output,
                 None => compensator.initial_output(),
@@ -275,43 +275,20 @@ impl Flow<'_> {
         }
     }
 
-    /// A block's networks have failed, or not. When they have failed for too long, the correction
-    /// goes to zero, and then everything passes through. It comes back if they step before.
-    pub(super) fn count_failure(&mut self, failed: bool) {
-        let before = self.failures >= FAILURES;
-        self.failures = if failed {
-            self.failures.saturating_add(1)
-        } else {
-            0
-        };
-        let now = self.failures >= FAILURES;
-        let off = now || self.is_off();
-        if let (true, Some(Correction { state, .. })) = (now != before, self.correction.get_mut()) {
-            state.off = off;
-        }
-    }
-
-    /// Whether the networks have failed for too long, and the correction has gone.
-    pub fn has_failed(&self) -> bool {
-        let gone =
-            |c: &Correction| c.compensator.slew().is_none() || c.state.estimate() == [[0.0; 3]; 2];
-        self.failures >= FAILURES && self.correction.get().is_none_or(gone)
-    }
-
     /// Other networks from the next sample on. The block in progress is given up, and the estimate
     /// is held until they have stepped.
     #[inline(never)]
     pub fn set_nets(&mut self, nets: Nets) {
         self.take_nets(nets);
         self.note_nets();
-        self.keep.forget_next();
-        self.flag(fault::WEIGHTS, false);
-        self.failures = 0;
-        self.begun = None;
-        self.block = None;
-        (self.promoted, self.learner_nets) = (false, false);
+        self.pending.forget_next();
+        self.health.flag(fault::WEIGHTS, false);
+        self.corrector.forgive();
+        self.learning.end();
+        self.corrector.block = None;
+        self.session.demote();
         let off = self.is_off();
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
+        if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
             compensator.give_up_block(state);
             compensator.exchange(state, nets, Default::default());
             state.off = off;
@@ -321,45 +298,13 @@ impl Flow<'_> {
 
     /// All counters, with those of the correction's state.
     pub fn counted(&self) -> Counts {
-        let mut counters = self.counters;
-        if let Some(Correction { state, .. }) = self.correction.get() {
-            counters.given_up.add(state.given_up);
-            counters.mended.add(state.mended);
-        }
-        counters
-    }
-
-    /// Blocks in which a correction was clipped.
-    pub fn clipped(&self) -> Count {
-        let mut clipped = self.clipped;
-        let state = self.correction.get().map(|c| &c.state);
-        clipped.add(state.map_or(0, |state| state.clipped));
-        clipped
+        self.corrector.counted(self.health.counters)
     }
 
     /// As if so many samples had come and corrections been clipped.
     pub fn begin_at(&mut self, counted: u64) {
-        self.sample = counted.wrapping_sub(1);
-        self.clipped = Count::of(counted);
-        self.aside.1 = self.counters.frames;
-    }
-
-    /// Keeps a state's counters before it is dropped.
-    fn keep_count(&mut self) {
-        (self.counters, self.clipped) = (self.counted(), self.clipped());
-        if let Some(correction) = self.correction.get_mut() {
-            correction.state.given_up = 0;
-            correction.state.mended = 0;
-            correction.state.clipped = 0;
-        }
-    }
-}
-
-impl Correction {
-    /// As before the first sample of this stream, by networks with this check. `None`: its samples
-    /// cannot be corrected.
-    fn renew(&mut self, stream: &Stream, nets: (&Config, u32), slew: Option<Limit>) -> Option<()> {
-        self.state.clear();
-        renew(&mut self.compensator, stream, nets, slew)
+        self.continuity.sample = counted.wrapping_sub(1);
+        self.corrector.has_clipped(counted);
+        self.continuity.aside.1 = self.health.counters.frames;
     }
 }

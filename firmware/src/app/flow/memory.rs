@@ -131,21 +131,26 @@ impl Flow<'_> {
         let (Some(told), Some((notes, learnt))) = (&self.config.told, Notes::of(memory)) else {
             return;
         };
-        let memo = &mut self.keep.memo;
+        let memo = &mut self.pending.memo;
         memo.of_another = notes.unit != unit(told);
         if memo.of_another {
             return;
         }
         memo.held = Some(notes);
         memo.before = notes;
-        self.learner.recall(learnt);
+        self.learning.port.recall(learnt);
     }
 
     /// Every [`super::keep::LOOK_S`] in mode learn: what was learnt meanwhile counts.
     pub(super) fn count_learnt(&mut self, block: &Block, seconds: f32) {
-        let memo = &mut self.keep.memo;
+        let memo = &mut self.pending.memo;
         memo.pause_s = (memo.pause_s - seconds).max(0.0);
-        if self.learner.answer().is_some_and(|answer| answer.navigates) {
+        if self
+            .learning
+            .port
+            .answer()
+            .is_some_and(|answer| answer.navigates)
+        {
             let celsius = block.sources.temperature;
             let told = self.config.told.as_ref();
             let tells = told.is_some_and(|told| told.has_thermometer() != Some(false));
@@ -159,7 +164,7 @@ impl Flow<'_> {
     /// Has the learner take down what it knows, if that is due. `with_nets`: networks are stored
     /// anyway.
     pub(super) fn take_down(&mut self, stands: bool, with_nets: bool) {
-        let memo = &self.keep.memo;
+        let memo = &self.pending.memo;
         let enough = if stands { LEAST_S } else { LATEST_S };
         if memo.pause_s <= 0.0 && memo.new_s >= enough || with_nets {
             self.ask_to_remember();
@@ -168,28 +173,28 @@ impl Flow<'_> {
 
     /// By command what is new is taken down at once.
     pub fn take_down_now(&mut self) {
-        if self.keep.memo.new_s > 0.0 {
+        if self.pending.memo.new_s > 0.0 {
             self.ask_to_remember();
         }
     }
 
     fn ask_to_remember(&mut self) {
-        if let Some(told) = self.config.told.as_ref().filter(|_| self.can_learn()) {
-            let memo = &mut self.keep.memo;
+        if let Some(told) = self.config.told.as_ref().filter(|_| self.learning.exists()) {
+            let memo = &mut self.pending.memo;
             memo.asked = Some(memo.notes(unit(told)));
-            self.learner.hand_over(&Order::Remember);
+            self.learning.port.hand_over(&Order::Remember);
             self.take_reply();
         }
     }
 
     /// The learner has taken down so many bytes.
     pub(super) fn remembers(&mut self, len: usize) {
-        let memo = &mut self.keep.memo;
+        let memo = &mut self.pending.memo;
         let notes = memo.asked.take();
         memo.waits = notes
             .map(|notes| (notes, len.min(MEMORY_LEN)))
             .filter(|_| len > 0);
-        if memo.waits.is_some() && !self.keep.commanded {
+        if memo.waits.is_some() && !self.pending.commanded {
             memo.pause = (1.5 * memo.pause).clamp(PAUSE_S, LONGEST_PAUSE_S);
             memo.pause_s = memo.pause;
         }
@@ -197,7 +202,7 @@ impl Flow<'_> {
 
     /// The memory that goes with what is stored now.
     pub fn memory_to_store(&self) -> Remembers {
-        let memo = &self.keep.memo;
+        let memo = &self.pending.memo;
         match memo.waits {
             Some((notes, len)) => Remembers::New(notes, len),
             None if memo.held.is_some() => Remembers::Same,
@@ -207,22 +212,23 @@ impl Flow<'_> {
 
     /// What the store remembers, for the command link.
     pub fn remembered(&self) -> Remembered {
-        let memo = &self.keep.memo;
+        let memo = &self.pending.memo;
         let notes = memo.held.unwrap_or_default();
-        let stored = self.mode == Mode::Frozen || self.acts_from_power_on();
+        let stored = self.session.mode == Mode::Frozen
+            || self.session.acts_from_power_on(self.config.activation);
         Remembered {
             drives: notes.drives,
             minutes: notes.minutes,
             temperatures: notes.temperatures,
-            acts: stored && self.in_force(),
+            acts: stored && self.corrector.in_force(),
             of_another: memo.of_another,
         }
     }
 
     /// The sensor was powered on: what was learnt until then is the prior of the next drive.
     pub(super) fn next_drive(&mut self) {
-        self.keep.memo.begin_drive();
-        self.learner.begin_anew(Anew::Drive);
+        self.pending.memo.begin_drive();
+        self.learning.port.begin_anew(Anew::Drive);
     }
 }
 

@@ -2,7 +2,6 @@
 //! aside: nothing is corrected and nothing is learnt.
 
 use super::{Correction, Flow};
-use crate::app::counts::Count;
 use crate::compensator::Block;
 use crate::learn::exchange::Anew;
 use crate::plausibility::ASIDE;
@@ -21,30 +20,23 @@ impl Flow<'_> {
     /// Whether the samples are to be compared with the clock.
     #[inline(always)]
     pub fn is_rate_due(&self, now: u64) -> bool {
-        self.plausibility.rate.is_due(now)
+        self.health.plausibility.rate.is_due(now)
     }
 
     #[cold]
     #[inline(never)]
     fn look_at_rate(&mut self, now: u64, reads: bool) {
-        let counters = &self.counters;
-        let lost = [
-            counters.bad_checksums,
-            counters.garbage,
-            counters.lost,
-            counters.jumps,
-        ];
         let seen = Seen {
             samples: self.sample(),
-            missed: counters.missed.low(),
-            damage: lost.map(Count::low).into_iter().fold(0, u32::wrapping_add),
+            missed: self.health.counters.missed.low(),
+            damage: self.health.damage(),
         };
-        let stream = self.stream.as_ref();
-        let heard = reads && self.faults & (fault::SILENT | fault::STUCK) == 0;
+        let stream = self.corrector.stream.as_ref();
+        let heard = reads && self.health.faults & (fault::SILENT | fault::STUCK) == 0;
         let rate = stream.filter(|_| heard).map(|stream| stream.rate as f32);
-        let wrong = self.plausibility.rate.look(now, rate, seen);
-        let before = self.faults & fault::RATE != 0;
-        self.flag(fault::RATE, wrong);
+        let wrong = self.health.plausibility.rate.look(now, rate, seen);
+        let before = self.health.faults & fault::RATE != 0;
+        self.health.flag(fault::RATE, wrong);
         if wrong != before {
             self.begin_checks();
             self.step_aside();
@@ -53,32 +45,32 @@ impl Flow<'_> {
 
     /// Judges what is seen at rest. With a wrong rate, increments would be judged wrongly.
     pub(super) fn judge(&mut self, block: &Block) {
-        let Some(rest) = &mut self.plausibility.rest else {
+        let Some(rest) = &mut self.health.plausibility.rest else {
             return;
         };
-        let Some(Correction { compensator, .. }) = self.correction.get() else {
+        let Some(Correction { compensator, .. }) = self.corrector.correction.get() else {
             return;
         };
-        if self.faults & fault::RATE != 0 {
+        if self.health.faults & fault::RATE != 0 {
             return;
         }
         let block_s = compensator.scale().block_s();
         if let Some(found) = rest.block(block_s, block.sources.rate, block.sources.force) {
-            self.faults = self.faults & !found.judged | found.faults;
+            self.health.faults = self.health.faults & !found.judged | found.faults;
             self.step_aside();
         }
     }
 
     /// A good fix shows whether the vehicle is at rest.
     pub(super) fn judge_speed(&mut self, speed: f32, sigma: f32) {
-        if let Some(rest) = &mut self.plausibility.rest {
+        if let Some(rest) = &mut self.health.plausibility.rest {
             rest.fix(speed, sigma);
         }
     }
 
     /// The samples mean something else from now on, or some are missing: rest begins anew.
     pub(super) fn begin_checks(&mut self) {
-        if let Some(rest) = &mut self.plausibility.rest {
+        if let Some(rest) = &mut self.health.plausibility.rest {
             rest.restart();
         }
     }
@@ -86,18 +78,18 @@ impl Flow<'_> {
     /// Steps aside, or begins anew as after a configuration. From the beginning of an alignment on
     /// a correction goes and comes no faster than the slew limit.
     fn step_aside(&mut self) {
-        let aside = self.faults & ASIDE != 0;
-        if aside == self.disagrees {
+        let aside = self.health.faults & ASIDE != 0;
+        if aside == self.health.disagrees {
             return;
         }
-        self.disagrees = aside;
-        self.promoted = false;
-        self.failures = 0;
+        self.health.disagrees = aside;
+        self.session.promoted = false;
+        self.corrector.forgive();
         let off = self.is_off();
-        if let Some(Correction { compensator, state }) = self.correction.get_mut() {
+        if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
             // networks that stay go on from their states: they are a function of the time since
             // power-on, too
-            if core::mem::take(&mut self.learner_nets) {
+            if core::mem::take(&mut self.session.learner_nets) {
                 compensator.exchange(state, self.config.nets, Default::default());
             }
             compensator.give_up_block(state);
@@ -106,8 +98,8 @@ impl Flow<'_> {
                 compensator.force(state, &[[0.0; 3]; 2]);
             }
         }
-        self.learner.begin_anew(Anew::Stream);
-        self.begun = None;
+        self.learning.port.begin_anew(Anew::Stream);
+        self.learning.end();
         self.teach();
     }
 }

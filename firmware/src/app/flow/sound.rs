@@ -13,39 +13,39 @@ use crate::wire::command::fault;
 impl Flow<'_> {
     /// Other networks are those in use.
     pub(super) fn take_nets(&mut self, nets: Nets) {
-        self.nets_sum = of_nets(&nets);
+        self.corrector.nets_sum = of_nets(&nets);
         self.config.nets = nets;
-        self.prepared = None;
+        self.corrector.prepared = None;
     }
 
     /// Looks at the networks. If they have changed, the compensator's copy takes their place while
     /// that is good, else no networks do, and fault WEIGHTS says so.
     #[inline(never)]
     pub fn scrub(&mut self) {
-        if !self.correction.agrees() {
+        if !self.corrector.correction.agrees() {
             // there was none, or there is none any more: the next frame makes it anew
-            self.correction.clear();
             self.blackbox.part();
-            self.channels.clear();
-            self.mended();
+            self.corrector.look_again();
+            self.health.mended();
         }
-        if of_nets(&self.config.nets) == self.nets_sum {
+        if of_nets(&self.config.nets) == self.corrector.nets_sum {
             return;
         }
-        let own = !self.learner_nets;
+        let own = !self.session.learner_nets;
         let correction = self
+            .corrector
             .correction
             .get()
             .filter(|c| own && c.compensator.is_sound());
         let copy = correction.map(|c| c.compensator.nets());
-        match copy.filter(|nets| of_nets(nets) == self.nets_sum) {
+        match copy.filter(|nets| of_nets(nets) == self.corrector.nets_sum) {
             Some(nets) => self.config.nets = nets,
             None => {
                 self.set_nets(Nets::NONE);
-                self.flag(fault::WEIGHTS, true);
+                self.health.flag(fault::WEIGHTS, true);
             }
         }
-        self.mended();
+        self.health.mended();
     }
 
     /// Makes the compensator anew from configuration and networks, as it was, and ends the block
@@ -56,18 +56,18 @@ impl Flow<'_> {
     pub(super) fn make_sound(&mut self, sample: &RawSample) {
         self.scrub();
         let made = self.made_anew();
-        let learner_nets = core::mem::take(&mut self.learner_nets);
-        match (self.correction.get_mut(), made) {
+        let learner_nets = core::mem::take(&mut self.session.learner_nets);
+        match (self.corrector.correction.get_mut(), made) {
             (Some(correction), Some(made)) => {
                 correction.compensator = made;
             }
-            _ => self.correction.clear(),
+            _ => self.corrector.correction.clear(),
         }
         if learner_nets {
             self.activate(false);
         }
-        self.mended();
-        let correction = self.correction.get_mut();
+        self.health.mended();
+        let correction = self.corrector.correction.get_mut();
         let block = correction.and_then(|c| c.compensator.end_in_place(&mut c.state, sample));
         if let Some(block) = &block {
             self.end_of_block(block);
@@ -79,10 +79,10 @@ impl Flow<'_> {
         let Correction {
             compensator: old,
             state,
-        } = self.correction.get_mut()?;
+        } = self.corrector.correction.get_mut()?;
         let slew = old.slew().map(|_| self.config.slew);
-        let mut made = compensator(self.stream.as_ref()?, &self.config, slew)?;
-        for (outlet, (source, content)) in self.channels.kinds().enumerate().skip(1) {
+        let mut made = compensator(self.corrector.stream.as_ref()?, &self.config, slew)?;
+        for (outlet, (source, content)) in self.corrector.channels.kinds().enumerate().skip(1) {
             if let Some(stream) = source.stream(&self.config.sensor, content)
                 && let Some(lsb) = lsb(&stream, 1.0 / stream.rate)
             {
@@ -91,11 +91,6 @@ impl Flow<'_> {
             }
         }
         Some(made)
-    }
-
-    /// Memory was found changed, and was mended.
-    pub fn mended(&mut self) {
-        self.counters.mended.add(1);
     }
 }
 
@@ -149,13 +144,20 @@ mod tests {
     fn every_upset_is_mended_not_only_the_first() {
         type Upset = (fn(&mut Flow), bool);
         let upsets: [Upset; 3] = [
-            (|flow| flow.correction.upset(), true),
+            (|flow| flow.corrector.correction.upset(), true),
             (
                 |flow| flow.config.nets.gyro.weights.layers[0].b[1] = 2.0,
                 true,
             ),
             (
-                |flow| flow.correction.get_mut().expect("one").compensator.upset(),
+                |flow| {
+                    flow.corrector
+                        .correction
+                        .get_mut()
+                        .expect("one")
+                        .compensator
+                        .upset()
+                },
                 false,
             ),
         ];
@@ -173,9 +175,9 @@ mod tests {
                 runs(&mut other, &mut of_other);
                 flow.scrub();
                 assert_eq!(flow.counted().mended.shown(), times, "{kind}");
-                assert_eq!(flow.estimate_in_force(), other.estimate_in_force());
+                assert_eq!(flow.corrector.estimate(), other.corrector.estimate());
                 assert!(
-                    flow.in_force() && flow.faults & fault::WEIGHTS == 0,
+                    flow.corrector.in_force() && flow.health.faults & fault::WEIGHTS == 0,
                     "{kind}"
                 );
                 assert_eq!(flow.config.nets, other.config.nets, "{kind}");

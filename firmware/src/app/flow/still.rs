@@ -16,7 +16,7 @@ const TIME_S: f64 = 1.0;
 
 /// How long the values have been the same.
 #[derive(Debug)]
-pub(super) struct Still {
+pub(in crate::app) struct Still {
     /// Bits of the last sample's first value.
     first: u32,
     /// The sample that comes again and again.

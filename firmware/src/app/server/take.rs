@@ -51,10 +51,10 @@ impl Server {
         if !bytes.is_empty() && bytes == self.record.as_slice() {
             return Ok(()); // asked again, since the answer was lost
         }
-        if flow.alignment == Some(Alignment::Started) {
+        if flow.session.alignment == Some(Alignment::Started) {
             return Err(Reason::Alignment);
         }
-        if flow.mode != Mode::Bypass || flow.corrects() {
+        if flow.session.mode != Mode::Bypass || flow.corrector.corrects() {
             return Err(Reason::Mode);
         }
         let told = record::decode(bytes)?;
@@ -69,8 +69,9 @@ impl Server {
 /// During the alignment no correction may change. Afterwards a fade covers the exchange of
 /// networks.
 pub(super) fn may_exchange(flow: &Flow) -> Result<(), Reason> {
-    let aligned = flow.alignment == Some(Alignment::Finished) && flow.mode != Mode::Frozen;
-    if flow.alignment.is_some() && !aligned {
+    let aligned =
+        flow.session.alignment == Some(Alignment::Finished) && flow.session.mode != Mode::Frozen;
+    if flow.session.alignment.is_some() && !aligned {
         return Err(Reason::Alignment);
     }
     Ok(())
@@ -81,18 +82,18 @@ pub(super) fn set_mode(mode: Mode, flow: &mut Flow, machine: &mut Machine) -> Re
         return Err(Reason::NotConfigured);
     }
     // the processor still halts for the key
-    if mode != Mode::Bypass && flow.keep.renewals > 0 {
+    if mode != Mode::Bypass && flow.pending.renewals > 0 {
         return Err(Reason::Wait(RENEWAL_MS));
     }
-    if mode == Mode::Learn && !flow.can_learn() {
+    if mode == Mode::Learn && !flow.learning.exists() {
         return Err(Reason::NotAvailable);
     }
     // asked again, since the answer was lost: nothing changes. In state Fault it is a new attempt.
-    if mode == flow.mode && !matches!(machine.phase(), Phase::Fault(_)) {
+    if mode == flow.session.mode && !matches!(machine.phase(), Phase::Fault(_)) {
         return Ok(());
     }
     // during an alignment a correction may be switched neither on nor off: either would be a jump
-    if flow.alignment == Some(Alignment::Started) && mode != flow.mode {
+    if flow.session.alignment == Some(Alignment::Started) && mode != flow.session.mode {
         return Err(Reason::Alignment);
     }
     flow.set_mode(mode);

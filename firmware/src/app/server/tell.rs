@@ -64,8 +64,8 @@ impl Server {
 
 /// Of a board with a learner.
 pub(super) fn antenna(flow: &Flow) -> Option<Antenna> {
-    let known = flow.antenna();
-    flow.can_learn().then_some(Antenna {
+    let known = flow.learning.report().antenna;
+    flow.learning.exists().then_some(Antenna {
         lever_arm: known.lever_arm,
         lever_arm_sigma: known.lever_arm_sigma,
         fix_delay: known.fix_delay,
@@ -76,7 +76,7 @@ pub(super) fn antenna(flow: &Flow) -> Option<Antenna> {
 /// Of a learner that navigates.
 #[inline(never)]
 pub(super) fn solution(flow: &Flow) -> Option<Solution> {
-    let known = flow.solution()?;
+    let known = flow.learning.solution()?;
     let State {
         position,
         velocity,
@@ -95,7 +95,7 @@ pub(super) fn solution(flow: &Flow) -> Option<Solution> {
 /// Of a board with a learner.
 #[inline(never)]
 pub(super) fn trials(flow: &Flow) -> Option<Trials> {
-    let known = flow.trials()?;
+    let known = flow.learning.trials()?;
     let mut told = Trials {
         leading: known.leading as u8,
         ended: known.ended,
@@ -113,16 +113,16 @@ pub(super) fn trials(flow: &Flow) -> Option<Trials> {
 
 pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {
     let all = counters(flow, machine);
-    let report = flow.report();
+    let report = flow.learning.report();
     Health {
-        mode: flow.mode,
+        mode: flow.session.mode,
         faults: faults(flow, machine),
         frames: all.frames,
         bad_checksums: all.bad_checksums,
         garbage: all.garbage,
         missed: all.missed,
         saturated: all.saturated,
-        bounded: flow.clipped().shown(),
+        bounded: flow.corrector.clipped().shown(),
         error_bound_m: flow.error_bound_m(),
         winner: report.winner,
         navigates: report.navigates,
@@ -130,8 +130,8 @@ pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {
         refused_fixes: report.refused.saturating_add(report.late),
         promotions: report.promotions,
         rollbacks: report.rollbacks,
-        busy: flow.load.last,
-        busiest: flow.load.most,
+        busy: flow.health.load.last,
+        busiest: flow.health.load.most,
         way: report.way,
         heading_sigma: rounded(report.heading_sigma * 1e3),
         residual: rounded(report.residual * 100.0).unwrap_or(u16::MAX),
@@ -153,9 +153,12 @@ pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
     } else {
         fault::NOT_CONFIGURED
     };
-    let other_key = if flow.config.other_key { fault::KEY } else { 0 };
-    flow.faults
-        | flow.other_sensor
+    let other_key = if flow.config.found.other_key {
+        fault::KEY
+    } else {
+        0
+    };
+    flow.health.all()
         | untold
         | other_key
         | flow.config.hardware.faults(&flow.config.lines())
@@ -180,7 +183,7 @@ pub(super) fn read_learnt<'b>(
     length: u16,
     buffer: &'b mut [u8; MAX_CHUNK],
 ) -> Response<'b> {
-    match flow.answer() {
+    match flow.learning.answer() {
         Some(answer) => read_image(&answer.learnt.0, offset, length, buffer),
         None => Response::Refused(Reason::NotAvailable),
     }

@@ -89,10 +89,10 @@ impl Server {
         if !flow.config.store {
             return Err(Reason::Unsupported);
         }
-        if let Some(version) = flow.config.newer {
+        if let Some(version) = flow.config.found.newer {
             return Err(Reason::Newer(version));
         }
-        if flow.mode != Mode::Bypass || flow.alignment == Some(Alignment::Started) {
+        if flow.session.mode != Mode::Bypass || flow.session.alignment == Some(Alignment::Started) {
             return Err(Reason::Mode);
         }
         Ok(())
@@ -101,17 +101,17 @@ impl Server {
     /// Has the board store what is in use, unless the store holds it already.
     pub(super) fn store(&mut self, flow: &mut Flow, now_us: u64) -> Result<(), Reason> {
         Self::may_store(flow)?;
-        if flow.keep.commanded {
+        if flow.pending.commanded {
             return Ok(()); // asked again before the board got to it
         }
         self.wear.looks.take(now_us).map_err(Reason::Wait)?;
-        let nets = flow.keep.nets(&flow.config.nets);
+        let nets = flow.pending.nets(&flow.config.nets);
         let digest = digest(nets, &self.record, &self.guard.key);
-        if self.wear.stored == Some(digest) && !flow.keep.memo.has_learnt() {
+        if self.wear.stored == Some(digest) && !flow.pending.memo.has_learnt() {
             return Ok(());
         }
         self.wear.records.take(now_us).map_err(Reason::Wait)?;
-        flow.keep.commanded = true;
+        flow.pending.commanded = true;
         flow.take_down_now();
         Ok(())
     }

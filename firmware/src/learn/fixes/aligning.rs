@@ -61,10 +61,10 @@ impl FixLearner<'_> {
     /// The velocity of a fix without one, from its position and the one before.
     fn with_velocity(&mut self, fix: &Fix, age: f32) -> Option<(Fix, f32)> {
         if fix.has(3..5) || !fix.has(0..2) {
-            self.seen = None;
+            self.navigation.seen = None;
             return Some((*fix, age));
         }
-        let before = self.seen.replace(Seen::of(fix))?;
+        let before = self.navigation.seen.replace(Seen::of(fix))?;
         before.halfway(fix, age)
     }
 
@@ -73,11 +73,11 @@ impl FixLearner<'_> {
     pub(super) fn align_in_motion(&mut self, fix: &Fix, age: f32, still: bool) -> Option<()> {
         let (fix, age) = &self.with_velocity(fix, age)?;
         let age = *age;
-        let (stream, scale) = (self.stream?, self.scale?);
+        let (stream, scale) = (self.samples.stream?, self.samples.scale?);
         let known = *self.memory.bank.navigating_estimate();
         let settings = &self.settings;
         let sheet = &settings.sheet;
-        if let Course::Waits = self.course {
+        if let Course::Waits = self.navigation.course {
             let mut config = nav::Config::new(scale.lsb, stream.period_s, settings.noise);
             config.lever_arm = self.memory.antenna.arm();
             config.piece_samples = divisor(stream.block_samples, config.piece_samples);
@@ -93,9 +93,9 @@ impl FixLearner<'_> {
                 rolls: settings.vehicle == VehicleKind::Land,
                 stands: settings.vehicle != VehicleKind::Ship,
             };
-            self.course = Course::Aligns(InMotion::new(config, known));
+            self.navigation.course = Course::Aligns(InMotion::new(config, known));
         }
-        let motion = self.course.motion_mut()?;
+        let motion = self.navigation.course.motion_mut()?;
         let sigma = if fix.age.is_some() {
             0.0
         } else {
@@ -118,7 +118,7 @@ impl FixLearner<'_> {
 
     /// The vehicle stands, and this will show north.
     fn waits(&self, fix: &Fix) -> bool {
-        let Some(align) = &self.align else {
+        let Some(align) = &self.navigation.align else {
             return false;
         };
         let sensors = self.settings.sensors();

@@ -21,14 +21,16 @@ impl FixLearner<'_> {
         self.put_in_force(chosen);
         let bank = &self.memory.bank;
         let sigma = self.at_least(bank.bias_sigma());
-        self.settled.looks(bank.estimate_of(chosen), &sigma);
+        self.choice.settled.looks(bank.estimate_of(chosen), &sigma);
         match self.best_of_unit() {
             Some(best) => {
-                self.knows_best = best;
+                self.choice.knows_best = best;
                 let sigma = self.at_least(bank.bias_sigma_of(best));
-                self.unit_settled.looks(&bank.constant_of(best), &sigma);
+                self.choice
+                    .unit_settled
+                    .looks(&bank.constant_of(best), &sigma);
             }
-            None => self.unit_settled.moves(),
+            None => self.choice.unit_settled.moves(),
         }
     }
 
@@ -36,17 +38,17 @@ impl FixLearner<'_> {
     /// proved themselves.
     fn best_of_unit(&self) -> Option<usize> {
         let bank = &self.memory.bank;
-        let each = REMEMBERING.into_iter().zip(self.judged.so_far());
+        let each = REMEMBERING.into_iter().zip(self.remembered.judged.so_far());
         let proved = each.filter(|&(h, _)| self.memory.rehearsal.has_proved(h));
         let candidates = proved.map(|(hypothesis, wrong)| Candidate {
             hypothesis,
             evidence: bank.score(hypothesis),
             wrong,
         });
-        let judged = self.base.drives >= DRIVES;
+        let judged = self.remembered.base.drives >= DRIVES;
         best(
             candidates,
-            self.knows_best,
+            self.choice.knows_best,
             self.settings.gates.better,
             judged,
         )
@@ -65,9 +67,9 @@ impl FixLearner<'_> {
 
     pub(super) fn put_in_force(&mut self, chosen: usize) {
         if chosen == ZERO_CORRECTION {
-            self.settled.moves();
+            self.choice.settled.moves();
         }
-        if core::mem::replace(&mut self.running, chosen) != chosen {
+        if core::mem::replace(&mut self.choice.running, chosen) != chosen {
             let of = if chosen == ZERO_CORRECTION {
                 &mut self.tally.rollbacks
             } else {
@@ -88,7 +90,7 @@ impl FixLearner<'_> {
             states: bank.states_of(best),
             estimate: split(&bank.unit_estimate_of(best)),
             sigma: split(&self.at_least(bank.bias_sigma_of(best))),
-            settled: self.unit_settled.is_settled_again(),
+            settled: self.choice.unit_settled.is_settled_again(),
         })
     }
 
@@ -99,9 +101,19 @@ impl FixLearner<'_> {
             return 0;
         }
         let bank = &mut self.memory.bank;
-        let (sheet, shapes, judged) = (&self.settings.sheet, &self.shapes, self.judged.so_far());
-        self.unit
-            .remember(&self.base, bank, sheet, shapes, self.covered, judged);
+        let (sheet, shapes, judged) = (
+            &self.settings.sheet,
+            &self.shapes,
+            self.remembered.judged.so_far(),
+        );
+        self.remembered.unit.remember(
+            &self.remembered.base,
+            bank,
+            sheet,
+            shapes,
+            self.remembered.covered,
+            judged,
+        );
         unit::LEN
     }
 }

@@ -68,31 +68,31 @@ impl FixLearner<'_> {
     /// Samples that are missing before `number`.
     pub(super) fn missing(&self, number: u32) -> u32 {
         let since = |(last, _)| number.wrapping_sub(last).wrapping_sub(1);
-        self.last.map_or(0, since)
+        self.samples.last.map_or(0, since)
     }
 
     /// So many samples are missing, and no work is left. Gives how many of them the navigator has
     /// to go on for.
     pub(super) fn bridge(&mut self, missing: u32) -> u32 {
-        let Some((_, counts)) = self.last else {
+        let Some((_, counts)) = self.samples.last else {
             return 0;
         };
-        let time = f64::from(missing) * self.stream.map_or(0.0, |stream| stream.period_s);
-        if let Some(align) = &mut self.align {
+        let time = f64::from(missing) * self.samples.stream.map_or(0.0, |stream| stream.period_s);
+        if let Some(align) = &mut self.navigation.align {
             align.gap();
         }
-        if let Some(motion) = self.course.motion_mut() {
+        if let Some(motion) = self.navigation.course.motion_mut() {
             if time > SHORT_S {
                 motion.gap();
             } else {
                 (0..missing).for_each(|_| motion.sample(&counts));
             }
         }
-        if !self.course.navigates() {
+        if !self.navigation.course.navigates() {
             return 0;
         }
         let bank = &mut self.memory.bank;
-        let [rate, force] = self.recent.missed(self.settings.sheet.range);
+        let [rate, force] = self.motion.recent.missed(self.settings.sheet.range);
         let t = time as f32;
         let turn = rate * t;
         let known = (0..3).fold(0.0_f32, |most, i| most.max(bank.error_sigma(i)));

@@ -84,14 +84,20 @@ impl FixLearner<'_> {
 
     /// `None`: the fix is not used.
     fn looked_at(&mut self, number: u32, fix: &Fix) -> Option<Looked> {
-        let stream = self.stream?;
+        let stream = self.samples.stream?;
         let least = self.memory.antenna.age();
         // an estimate of the age goes on by itself when the pulse stays away
         let keeps = self.memory.antenna.age_sigma() == 0.0;
-        let age = self.age.of(number, fix, stream.period_s, least, keeps);
-        self.memory.antenna.jumps(self.age.sooner_s());
-        let since = self.last_fix_ms.map(|last| ms_since(last, fix.time_ms));
-        let enough = if self.course.navigates() {
+        let age = self
+            .fix_times
+            .age
+            .of(number, fix, stream.period_s, least, keeps);
+        self.memory.antenna.jumps(self.fix_times.age.sooner_s());
+        let since = self
+            .fix_times
+            .last_fix_ms
+            .map(|last| ms_since(last, fix.time_ms));
+        let enough = if self.navigation.course.navigates() {
             LEAST_MS
         } else {
             FIX_MS
@@ -99,20 +105,20 @@ impl FixLearner<'_> {
         if since.is_some_and(|ms| ms < enough) || fix.sigmas == [NOT_MEASURED; OBSERVATIONS] {
             return None;
         }
-        self.align.as_ref()?;
+        self.navigation.align.as_ref()?;
         let waited = f64::from(self.number().wrapping_sub(number)) * stream.period_s;
         let Some(age) = age.filter(|_| waited <= LONGEST_WAIT_S) else {
             self.tally.late = self.tally.late.saturating_add(1);
             return None;
         };
         let age = age + waited as f32;
-        self.last_fix_ms = Some(fix.time_ms);
+        self.fix_times.last_fix_ms = Some(fix.time_ms);
         let fresh = Fresh {
             fix: *fix,
             age,
             stands: self.stands(fix),
         };
-        if !self.course.navigates() {
+        if !self.navigation.course.navigates() {
             return Some(Looked::Start(fresh));
         }
         let fix = fresh.at_rest();
@@ -132,10 +138,10 @@ impl FixLearner<'_> {
             age,
             variance,
         } = compared;
-        if let Some(stream) = &self.stream {
-            self.held.observed(stream);
+        if let Some(stream) = &self.samples.stream {
+            self.fix_times.held.observed(stream);
         }
-        let navigator = self.course.navigator()?;
+        let navigator = self.navigation.course.navigator()?;
         let z = if self.memory.antenna.estimates() {
             let sigma = if fix.age.is_some() {
                 0.0
@@ -147,7 +153,7 @@ impl FixLearner<'_> {
                 seen.knows_the_age();
             }
             self.memory.antenna.fix(&seen, &variance);
-            if let (Some(_), Some(least)) = (fix.age, self.age.measured_s()) {
+            if let (Some(_), Some(least)) = (fix.age, self.fix_times.age.measured_s()) {
                 self.memory.antenna.measured(least);
             }
             seen.z
@@ -162,10 +168,13 @@ impl FixLearner<'_> {
 
     /// Refusals count once in a second, however many fixes it has.
     fn counts_refusals(&mut self, fix: &Fix) -> bool {
-        let since = self.counted_ms.map(|last| ms_since(last, fix.time_ms));
+        let since = self
+            .fix_times
+            .counted_ms
+            .map(|last| ms_since(last, fix.time_ms));
         let counts = since.is_none_or(|ms| ms >= FIX_MS);
         if counts {
-            self.counted_ms = Some(fix.time_ms);
+            self.fix_times.counted_ms = Some(fix.time_ms);
         }
         self.memory.antenna.counts_refusals(counts);
         counts
@@ -177,12 +186,12 @@ impl FixLearner<'_> {
     /// Sensors alone do not tell a standstill from smooth motion. So the receiver's mean velocity
     /// must be zero too, as far as it is known, and what is not known of it is admitted.
     fn stands(&mut self, fix: &Fix) -> Option<f32> {
-        let align = self.align.as_mut()?;
+        let align = self.navigation.align.as_mut()?;
         let still = align.still() >= STILL_S;
         if !still {
-            self.rest = None;
-            let moving = self.mean.moving;
-            self.mean = Mean {
+            self.motion.rest = None;
+            let moving = self.motion.mean.moving;
+            self.motion.mean = Mean {
                 moving,
                 ..Mean::default()
             };
@@ -193,14 +202,14 @@ impl FixLearner<'_> {
             return Some(standing).filter(|_| stands);
         };
         let fast = speed > STANDS_MPS.max(SURE * sigma);
-        self.mean.moving = if fast { self.mean.moving + 1 } else { 0 };
-        if self.mean.moving >= MOVES && align.is_commanded() {
+        self.motion.mean.moving = if fast { self.motion.mean.moving + 1 } else { 0 };
+        if self.motion.mean.moving >= MOVES && align.is_commanded() {
             // nothing can be aligned at standstill here
-            self.mean.moving = 0;
+            self.motion.mean.moving = 0;
             self.tally.alignments = self.tally.alignments.saturating_add(1);
             align.restart(false);
         }
-        self.mean.moving %= MOVES;
+        self.motion.mean.moving %= MOVES;
         if fast {
             align.moves();
             return None;
@@ -208,7 +217,7 @@ impl FixLearner<'_> {
         if !still {
             return None;
         }
-        let [mean, unknown] = self.mean.takes(&velocity, sigma);
+        let [mean, unknown] = self.motion.mean.takes(&velocity, sigma);
         if mean > SURE * unknown {
             align.moves();
             return None;
@@ -226,18 +235,18 @@ impl FixLearner<'_> {
             ..
         } = *fix;
         let sure = SURE * core::f32::consts::SQRT_2 * north.max(east);
-        let Some(stream) = self.stream.filter(|_| sure.is_finite()) else {
+        let Some(stream) = self.samples.stream.filter(|_| sure.is_finite()) else {
             return false;
         };
         let number = self.number();
-        let Some(rest) = self.rest else {
-            self.rest = Some(Rest { position, number });
+        let Some(rest) = self.motion.rest else {
+            self.motion.rest = Some(Rest { position, number });
             return false;
         };
         let [n, e, _] = position.ned_from(&rest.position);
         if libm::hypotf(n as f32, e as f32) > sure {
-            self.rest = None;
-            if let Some(align) = &mut self.align {
+            self.motion.rest = None;
+            if let Some(align) = &mut self.navigation.align {
                 align.moves();
             }
             return false;

@@ -7,7 +7,7 @@ use crate::learn::{Solution, Trial, Trials};
 impl FixLearner<'_> {
     #[inline(never)]
     pub(super) fn solved(&self) -> Option<Solution> {
-        let navigator = self.course.navigator()?;
+        let navigator = self.navigation.course.navigator()?;
         let bank = &self.memory.bank;
         Some(Solution {
             state: navigator.state(),

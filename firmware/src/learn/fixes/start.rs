@@ -120,7 +120,7 @@ impl FixLearner<'_> {
     /// What a fix leads to while nothing navigates. An alignment at standstill is solved for its
     /// place, and the next fix starts the navigator.
     pub(super) fn start_from(&mut self, fresh: &Fresh) {
-        let Some(align) = &mut self.align else {
+        let Some(align) = &mut self.navigation.align else {
             return; // nothing navigates without a stream
         };
         let long = align.gathered() >= self.settings.align_s || align.is_over();
@@ -138,7 +138,7 @@ impl FixLearner<'_> {
     /// Starts the navigator at a fix after a standstill if that alignment is good enough.
     #[inline(never)]
     fn start(&mut self, fix: &Fix, age: f32) -> Option<()> {
-        let align = self.align.as_mut()?;
+        let align = self.navigation.align.as_mut()?;
         let aligned = align.aligned()?;
         let bias = [
             self.settings.sheet.gyro_bias,
@@ -191,20 +191,22 @@ impl FixLearner<'_> {
 
     /// Number of the last sample.
     pub(super) fn number(&self) -> u32 {
-        self.last.map_or(self.first, |(number, _)| number)
+        self.samples
+            .last
+            .map_or(self.samples.first, |(number, _)| number)
     }
 
     /// How the navigator was started.
     fn note(&mut self, of: &Starting) {
-        let samples = of.number.wrapping_sub(self.first);
-        self.started = Some(Started {
+        let samples = of.number.wrapping_sub(self.samples.first);
+        self.navigation.started = Some(Started {
             state: of.state,
             sigmas: of.sigmas,
             way: of.way,
             residual: of.residual,
-            time_s: f64::from(samples) * self.stream.map_or(0.0, |stream| stream.period_s),
+            time_s: f64::from(samples) * self.samples.stream.map_or(0.0, |stream| stream.period_s),
         });
-        self.probation = match of.way {
+        self.navigation.probation = match of.way {
             Way::Course | Way::Velocity | Way::Heading => Probation::begin(),
             Way::None | Way::Gyrocompass | Way::Known => Probation::default(),
         };
@@ -216,10 +218,14 @@ impl FixLearner<'_> {
         if !(angle.abs() <= core::f32::consts::TAU && sigma > 0.0 && sigma <= MAX_GIVEN) {
             return Err(Reason::Range);
         }
-        if self.course.navigates() {
+        if self.navigation.course.navigates() {
             return Err(Reason::Alignment);
         }
-        let motion = self.course.motion_mut().filter(|motion| motion.has_begun());
+        let motion = self
+            .navigation
+            .course
+            .motion_mut()
+            .filter(|motion| motion.has_begun());
         motion.ok_or(Reason::NotAvailable)?.heading(heading);
         Ok(())
     }
@@ -227,7 +233,7 @@ impl FixLearner<'_> {
     /// How the navigator was started last; `None` before.
     #[must_use]
     pub fn started(&self) -> Option<&Started> {
-        self.started.as_ref()
+        self.navigation.started.as_ref()
     }
 
     /// Standard deviation of the vehicle's heading, from that of the sensors' axes as their motion
@@ -240,8 +246,8 @@ impl FixLearner<'_> {
     /// The part of the report that tells of the alignment.
     pub(super) fn aligned(&self) -> Report {
         let before = self.tally.alignments;
-        if self.course.navigates() {
-            let started = self.started.as_ref();
+        if self.navigation.course.navigates() {
+            let started = self.navigation.started.as_ref();
             return Report {
                 way: started.map_or(Way::None, |started| started.way),
                 heading_sigma: self.of_the_vehicle(self.memory.bank.error_doubt(2)),
@@ -250,7 +256,7 @@ impl FixLearner<'_> {
                 ..Report::default()
             };
         }
-        let progress = self.course.motion().map(InMotion::progress);
+        let progress = self.navigation.course.motion().map(InMotion::progress);
         Report {
             way: progress.map_or(Way::None, |progress| progress.way),
             heading_sigma: progress.map_or(f32::INFINITY, |progress| {
@@ -267,26 +273,32 @@ impl FixLearner<'_> {
     #[inline(never)]
     pub(super) fn navigate_since(&mut self, starting: &Starting) -> Option<()> {
         self.navigate(starting.state)?;
-        let navigator = self.course.navigator()?;
+        let navigator = self.navigation.course.navigator()?;
         let antenna = &self.memory.antenna;
         let seen = (starting.at.as_ref())
             .filter(|_| antenna.estimates())
             .map(|(fix, age)| navigator.seen(fix, *age, antenna.age_sigma()));
         self.start_antenna(starting, seen.as_ref());
         self.start_hypotheses(starting);
-        self.proportional = Proportional::default();
-        self.proportional.set(&self.course.navigator()?.state());
+        self.motion.proportional = Proportional::default();
+        self.motion
+            .proportional
+            .set(&self.navigation.course.navigator()?.state());
         self.note(starting);
         Some(())
     }
 
     fn navigate(&mut self, state: nav::State) -> Option<()> {
-        let (stream, scale) = (self.stream?, self.scale?);
+        let (stream, scale) = (self.samples.stream?, self.samples.scale?);
         let mut config = nav::Config::new(scale.lsb, stream.period_s, self.settings.noise);
         config.lever_arm = self.memory.antenna.arm();
         config.piece_samples = divisor(stream.block_samples, config.piece_samples);
-        let refused = self.course.motion().map(|motion| motion.progress().refused);
-        self.course.navigate(&config, state)?;
+        let refused = self
+            .navigation
+            .course
+            .motion()
+            .map(|motion| motion.progress().refused);
+        self.navigation.course.navigate(&config, state)?;
         self.tally.alignments = self.tally.alignments.saturating_add(refused.unwrap_or(0));
         Some(())
     }
@@ -331,8 +343,9 @@ impl FixLearner<'_> {
     /// [`Reason::NotAvailable`] before that, [`Reason::Range`] for a state that the navigator does
     /// not accept.
     pub fn navigate_from(&mut self, state: nav::State, sigmas: &[f32; NAV]) -> Result<(), Reason> {
-        let stream = self.stream.ok_or(Reason::NotAvailable)?;
-        self.scale
+        let stream = self.samples.stream.ok_or(Reason::NotAvailable)?;
+        self.samples
+            .scale
             .get_or_insert_with(|| Scale::counts_of(stream.lsb));
         let scratch = &mut self.scratch.block;
         scratch.gamma = [[0.0; OUTPUTS]; NAV];

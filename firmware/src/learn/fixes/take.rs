@@ -40,8 +40,8 @@ impl FixLearner<'_> {
     /// Takes a sample; none is missing before it.
     pub(super) fn take_sample(&mut self, number: u32, counts: &Counts) {
         self.gather(number, counts);
-        self.course.sample(counts);
-        if let Some((number, fix)) = self.held.sample() {
+        self.navigation.course.sample(counts);
+        if let Some((number, fix)) = self.fix_times.held.sample() {
             self.take_fix(number, &fix);
         }
     }
@@ -49,9 +49,9 @@ impl FixLearner<'_> {
     /// So many samples are missing before the one that comes next, which is `counts`.
     #[inline(never)]
     pub(super) fn go_across(&mut self, missing: u32, counts: &Counts) {
-        let of = self.last.map_or(*counts, |(_, counts)| counts);
+        let of = self.samples.last.map_or(*counts, |(_, counts)| counts);
         let missing = self.bridge(missing);
-        if let Some(navigator) = self.course.navigator_mut() {
+        if let Some(navigator) = self.navigation.course.navigator_mut() {
             navigator.coast(&of, missing);
         }
     }
@@ -59,7 +59,7 @@ impl FixLearner<'_> {
     /// A block has ended.
     #[inline(never)]
     pub(super) fn end_block(&mut self, sources: &Sources) {
-        self.held.block();
+        self.fix_times.held.block();
         let navigates = self.interval_is_over();
         let moved = navigates && self.take_transition();
         if moved {
@@ -110,7 +110,7 @@ impl FixLearner<'_> {
         let refused = bank.fix(&z, &variance, counts) != 0;
         rehearsal.start(bank);
         self.tally.refused = self.tally.refused.saturating_add(u32::from(refused));
-        self.probation.fix(refused);
+        self.navigation.probation.fix(refused);
         self.choose();
     }
 }

@@ -5,9 +5,11 @@ mod motion;
 use super::*;
 use crate::compensator::{Compensator, Limit};
 use crate::control::Reason;
-use crate::fix::OBSERVATIONS;
+use crate::fix::{Fix, Heading, OBSERVATIONS};
+use crate::learn::Learner;
 use crate::nav::Navigator;
 use crate::nav::tests::{LSB, SAMPLE_S, Steady, state};
+use crate::sample::RawSample;
 
 const RATE: u32 = 200;
 const SPEED_MPS: f64 = 20.0;
@@ -248,7 +250,7 @@ fn memory_is_judged_by_what_the_next_drive_shows() {
     drive.seconds(2400);
     let learner = &mut drive.learner;
     assert!(learner.remember() > 0);
-    let right = learner.unit.values().to_vec();
+    let right = learner.remembered.unit.values().to_vec();
     let (bank, shapes) = (learner.bank(), &learner.shapes);
     let sheet = &told.sheet;
     let judge = |values: Option<&[f32]>, blocks: u32| {
@@ -294,13 +296,13 @@ fn a_drive_counts_once_however_often_the_learner_begins() {
     let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 5);
     drive.seconds(2400);
     assert!(drive.learner.remember() > 0);
-    let once = drive.learner.unit.head;
-    let stream = drive.learner.stream.expect("begun");
+    let once = drive.learner.remembered.unit.head;
+    let stream = drive.learner.samples.stream.expect("begun");
     let again = |drive: &mut Drive| {
         drive.learner.begin(&Nets::NONE, stream);
         drive.seconds(2400);
         assert!(drive.learner.remember() > 0);
-        drive.learner.unit.head
+        drive.learner.remembered.unit.head
     };
     for _ in 0..2 {
         let head = again(&mut drive);

@@ -1,0 +1,61 @@
+//! What the device is doing: its mode, the navigation computer's alignment, and whether what was
+//! learnt is in force.
+
+use crate::app::config::Activation;
+use crate::control::{Alignment, Mode};
+
+/// Mode, alignment, and what is in force of what was learnt.
+#[derive(Debug)]
+pub(in crate::app) struct Session {
+    pub mode: Mode,
+    pub alignment: Option<Alignment>,
+    /// In mode learn: a promoted hypothesis corrects the samples.
+    pub promoted: bool,
+    /// The compensator has the learner's networks instead of the configured ones.
+    pub learner_nets: bool,
+    /// The standstill in progress has been used as an alignment.
+    pub stood: bool,
+    /// The last fix: whether it shows a standstill, and the number of the sample before it.
+    pub stands: Option<(bool, u64)>,
+    /// Latitude of the last fix, rad.
+    pub latitude: Option<f64>,
+}
+
+impl Session {
+    /// At power-on.
+    pub fn new(mode: Mode) -> Session {
+        Session {
+            mode,
+            alignment: None,
+            promoted: false,
+            learner_nets: false,
+            stood: false,
+            stands: None,
+            latitude: None,
+        }
+    }
+
+    /// Another configuration has come. The navigation computer's alignment stays.
+    pub fn restart(&mut self, mode: Mode) {
+        *self = Session {
+            alignment: self.alignment,
+            ..Session::new(mode)
+        };
+    }
+
+    /// What was learnt is no longer in force.
+    pub fn demote(&mut self) {
+        (self.promoted, self.learner_nets) = (false, false);
+    }
+
+    /// Corrections change no faster than the slew limit: from the beginning of an alignment on, and
+    /// in mode learn.
+    pub fn is_slow(&self) -> bool {
+        self.alignment.is_some() || self.mode == Mode::Learn
+    }
+
+    /// What is stored acts on all samples of mode learn.
+    pub fn acts_from_power_on(&self, activation: Activation) -> bool {
+        self.mode == Mode::Learn && activation == Activation::NextPowerOn
+    }
+}

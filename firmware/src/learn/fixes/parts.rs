@@ -1,0 +1,148 @@
+//! What a learner from fixes consists of, each part with its own reset.
+
+use super::aligning::Seen;
+use super::course::Course;
+use super::gaps::Recent;
+use super::held::Held;
+use super::judged::Judged;
+use super::observe::{Mean, Rest};
+use super::proportional::Proportional;
+use super::settled::Settled;
+use super::start::{Probation, Started};
+use super::{NOWHERE, ZERO_CORRECTION};
+use crate::align::Align;
+use crate::learn::age::FixAge;
+use crate::learn::quantise::Scale;
+use crate::learn::unit::{Head, Unit};
+use crate::sample::{Counts, StreamScale};
+
+/// The stream of samples.
+#[derive(Debug, Default)]
+pub(super) struct Samples {
+    /// `None` until the learner has begun.
+    pub stream: Option<StreamScale>,
+    /// Scale of the counts; from the first sample on.
+    pub scale: Option<Scale>,
+    /// Number of the first sample.
+    pub first: u32,
+    /// The last sample and its number.
+    pub last: Option<(u32, Counts)>,
+}
+
+/// The navigator and how it starts.
+#[derive(Debug)]
+pub(super) struct Navigation {
+    pub course: Course,
+    pub align: Option<Align>,
+    /// The last position, while the receiver gives no velocity and nothing navigates.
+    pub seen: Option<Seen>,
+    /// How the navigator was started last.
+    pub started: Option<Started>,
+    /// Of a navigator that was aligned in motion.
+    pub probation: Probation,
+}
+
+impl Navigation {
+    pub fn new() -> Navigation {
+        Navigation {
+            course: Course::Waits,
+            align: None,
+            seen: None,
+            started: None,
+            probation: Probation::default(),
+        }
+    }
+
+    /// Each by itself: the stack does not hold a navigator for it.
+    pub fn reset(&mut self) {
+        self.course = Course::Waits;
+        self.align = None;
+        self.seen = None;
+        self.started = None;
+        self.probation = Probation::default();
+    }
+}
+
+/// How the vehicle moves.
+#[derive(Debug, Default)]
+pub(super) struct Motion {
+    /// How it has moved of late.
+    pub recent: Recent,
+    /// What it has turned and gained.
+    pub proportional: Proportional,
+    /// Where it stands, if the receiver measures no velocity.
+    pub rest: Option<Rest>,
+    /// How it moves by a receiver that does, while the sensors are still.
+    pub mean: Mean,
+}
+
+/// When the fixes came and hold.
+#[derive(Debug, Default)]
+pub(super) struct FixTimes {
+    /// Time of validity of the last fix used.
+    pub last_fix_ms: Option<u32>,
+    /// Time of validity of the last fix whose refusals count.
+    pub counted_ms: Option<u32>,
+    pub age: FixAge,
+    /// A fix that waits, so that little comes together.
+    pub held: Held,
+}
+
+/// Which hypothesis is in force, and which one knows the unit best.
+#[derive(Debug)]
+pub(super) struct Choice {
+    /// The hypothesis in force after the last fix.
+    pub running: usize,
+    /// Whether its estimate has settled.
+    pub settled: Settled,
+    pub knows_best: usize,
+    /// Whether what that one knows has settled.
+    pub unit_settled: Settled,
+}
+
+impl Choice {
+    pub fn new() -> Choice {
+        Choice {
+            running: ZERO_CORRECTION,
+            settled: Settled::default(),
+            knows_best: ZERO_CORRECTION,
+            unit_settled: Settled::default(),
+        }
+    }
+
+    /// Nothing has settled; the choice stays.
+    pub fn unsettle(&mut self) {
+        self.settled = Settled::default();
+        self.unit_settled = Settled::default();
+    }
+
+    /// So much time has passed, s.
+    pub fn passes(&mut self, time: f32) {
+        self.settled.passes(time);
+        self.unit_settled.passes(time);
+    }
+}
+
+/// What is known of the unit.
+#[derive(Debug)]
+pub(super) struct Remembered {
+    /// When the drive began.
+    pub before: Head,
+    /// When the learner began.
+    pub base: Head,
+    /// What is remembered of it.
+    pub unit: Unit,
+    pub judged: Judged,
+    /// Of this drive: seconds beside fixes, and the lowest and highest temperature in them.
+    pub covered: (f32, [f32; 2]),
+}
+
+impl Remembered {
+    pub const NOTHING: Remembered = Remembered {
+        before: Head::NEW,
+        base: Head::NEW,
+        unit: Unit::NEW,
+        judged: Judged::NONE,
+        covered: NOWHERE,
+    };
+}
