@@ -25,6 +25,8 @@ mod serial;
 mod slot;
 pub mod spi;
 pub mod spsc;
+#[cfg(test)]
+mod spsc_tests;
 pub mod uart;
 
 pub use serial::Serial;
