@@ -13,7 +13,8 @@
 //! the next whole block.
 //!
 //! Imports point from the bottom up: `counts`, `guard`, `hardware`, `config`, `phase`, `load`,
-//! `job`, `lines`, `pulse`, `blackbox`; `setup`, `health`; `flow`; `server` and `reverse`; `application`.
+//! `job`, `lines`, `pulse`, `blackbox`; `setup`, `health`; `flow`; `server` and `reverse`;
+//! `application`.
 
 mod application;
 pub mod blackbox;
