@@ -118,8 +118,8 @@ pub struct FixLearner<'m> {
 }
 
 impl<'m> FixLearner<'m> {
-    /// A learner that waits for [`Learner::begin`]. Until then, or until [`Learner::configure`],
-    /// it reports nothing of the antenna.
+    /// A learner that waits for [`begin`](super::Learner::begin). Until then, or until
+    /// [`configure`](super::Learner::configure), it reports nothing of the antenna.
     pub fn new(memory: &'m mut Memory, settings: Settings) -> FixLearner<'m> {
         memory.rehearsal.begin();
         memory.antenna.begin_nothing();
@@ -200,7 +200,7 @@ impl<'m> FixLearner<'m> {
         bank.reset_networks();
     }
 
-    /// The first part of [`Learner::begin`].
+    /// The first part of [`Learner::begin`](super::Learner::begin).
     #[inline(never)]
     fn begin_bank(&mut self) {
         let Settings {
