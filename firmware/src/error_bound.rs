@@ -275,12 +275,15 @@ mod tests {
     /// Five times as many words are five times the limit.
     #[test]
     fn the_rate_of_the_words_counts() {
-        let told = bound(4.8e-8, 1e-3, 30.0);
-        let often = ErrorBound { words: 5.0, ..told };
+        let configuration = bound(4.8e-8, 1e-3, 30.0);
+        let often = ErrorBound {
+            words: 5.0,
+            ..configuration
+        };
         let wide = bound(5.0 * 4.8e-8, 5.0 * 1e-3, 30.0);
         for t in TIMES_S.map(f64::from) {
             assert!((often.metres(t) / wide.metres(t) - 1.0).abs() < 1e-6);
-            assert!(often.metres(t) > 4.9 * told.metres(t));
+            assert!(often.metres(t) > 4.9 * configuration.metres(t));
         }
     }
 

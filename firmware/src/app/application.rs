@@ -165,7 +165,7 @@ struct Upkeep {
     /// Seconds, modulo 256.
     seconds: u8,
     /// The configuration in use follows from its record: see [`sound`].
-    as_told: bool,
+    as_recorded: bool,
     /// What the watchdogs are fed by.
     well: Well,
 }
@@ -178,7 +178,11 @@ impl<'m> App<'m> {
 
     /// The same with a learner, for mode learn.
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
-        let record = config.told.as_ref().map(record::encode).unwrap_or_default();
+        let record = config
+            .configuration
+            .as_ref()
+            .map(record::encode)
+            .unwrap_or_default();
         let stored = config.store && !record.is_empty();
         App::of(config, Held::record(record, stored), learner)
     }
@@ -187,7 +191,7 @@ impl<'m> App<'m> {
         let mut learner = Port::here(learner);
         configure(&mut learner, &config);
         let (lines, receiver) = (config.lines(), config.receiver());
-        let as_told = App::agree(&config, &held.record);
+        let as_recorded = App::agree(&config, &held.record);
         // built where it will be: it is too large to be on the stack twice
         App {
             machine: Machine::new(),
@@ -198,7 +202,7 @@ impl<'m> App<'m> {
             commands: Commands::new(held),
             gnss: Gnss::new(receiver),
             upkeep: Upkeep {
-                as_told,
+                as_recorded,
                 ..Upkeep::default()
             },
             to_open: Some(lines).filter(|lines| *lines != SerialLines::DEFAULT),
@@ -304,7 +308,7 @@ impl<'m> App<'m> {
             nets: *flow.pending.nets(&flow.config.nets),
             record: self.commands.server.record.clone(),
             remembers: flow.memory_to_store(),
-            unit: flow.config.told.as_ref().map_or(0, store::unit),
+            unit: flow.config.configuration.as_ref().map_or(0, store::unit),
             minutes: (self.served_us / MINUTE_US) as u32, // 8000 years
             key: self.commands.server.guard.key,
             edition: flow.pending.edition,
@@ -392,7 +396,7 @@ impl<'m> App<'m> {
         out: &mut impl Line,
         clock: &impl Clock,
     ) -> Result<(), Error> {
-        let told = self.flow.config.sensor.adis.ok_or(Error::Content)?;
+        let configuration = self.flow.config.sensor.adis.ok_or(Error::Content)?;
         let now = clock.now_us();
         self.flow.blackbox.burst(now, reply);
         self.heard(now);
@@ -400,12 +404,12 @@ impl<'m> App<'m> {
             self.start(out, now);
         }
         let mut buffer = [0; uart::LONGEST];
-        let leaving = told.leaving(reply, now as u32, &mut buffer);
+        let leaving = configuration.leaving(reply, now as u32, &mut buffer);
         if let (Phase::Fault(_), Ok(bytes)) = (self.machine.phase(), &leaving) {
             self.raw(bytes, &mut Behind::nothing(out));
             return Ok(());
         }
-        match leaving.and_then(|bytes| Checked::burst(&told, bytes)) {
+        match leaving.and_then(|bytes| Checked::burst(&configuration, bytes)) {
             Ok(frame) => {
                 self.flow.frame(frame, &mut Behind::nothing(out));
                 self.flow.health.flag(fault::UNKNOWN_FORMAT, false);
@@ -424,8 +428,8 @@ impl<'m> App<'m> {
     /// of the fixes then follows from it: see [`Fix::age`]. Without effect unless the configuration
     /// says that the pulse is wired. To be called before the next [`App::poll`].
     pub fn pulse(&mut self, at_us: u64) {
-        let told = self.flow.config.told.as_ref();
-        if told.is_some_and(|told| told.receiver.pulse) {
+        let configuration = self.flow.config.configuration.as_ref();
+        if configuration.is_some_and(|configuration| configuration.receiver.pulse) {
             let pulses = &mut self.flow.heard.pulses;
             *pulses = pulses.saturating_add(1);
             self.gnss.pulse.rose(at_us);

@@ -43,7 +43,7 @@ pub struct Config {
     /// control document, "Our own faults").
     pub mark: bool,
     /// The configuration that all this follows from, if there is one.
-    pub told: Option<Configuration>,
+    pub configuration: Option<Configuration>,
     /// The device may correct. Without a configuration it only passes bytes.
     pub configured: bool,
     /// The board.
@@ -67,26 +67,26 @@ impl Config {
     /// What the application is told by a unit's configuration. Networks, store and hardware are the
     /// board's.
     #[must_use]
-    pub fn of(told: &Configuration) -> Config {
-        let correction = &told.correction;
+    pub fn of(configuration: &Configuration) -> Config {
+        let correction = &configuration.correction;
         Config {
-            format: match told.sensor {
+            format: match configuration.sensor {
                 Some(Sensor::Stream(format)) => Some(format.format()),
                 Some(Sensor::Spi(_)) | None => None,
             },
-            sensor: told.wire_settings(),
+            sensor: configuration.wire_settings(),
             mode: correction.mode,
             nets: Nets::NONE,
             block: f64::from(correction.block),
             limit: correction.limit,
             slew: correction.slew,
-            speed: told.vehicle.speed,
+            speed: configuration.vehicle.speed,
             activation: correction.activation,
             silence_us: correction.silence_us,
             store: false,
             found: Found::default(),
             mark: correction.mark,
-            told: Some(told.clone()),
+            configuration: Some(configuration.clone()),
             configured: true,
             hardware: Hardware::DESKTOP,
         }
@@ -94,7 +94,7 @@ impl Config {
 
     /// Of a board that has no configuration: everything passes unchanged.
     #[must_use]
-    pub fn untold(hardware: Hardware) -> Config {
+    pub fn unconfigured(hardware: Hardware) -> Config {
         Config {
             configured: false,
             hardware,
@@ -128,16 +128,19 @@ impl Config {
     /// How the serial lines are.
     #[must_use]
     pub fn lines(&self) -> SerialLines {
-        self.told
+        self.configuration
             .as_ref()
-            .map_or(SerialLines::DEFAULT, |told| told.lines)
+            .map_or(SerialLines::DEFAULT, |configuration| configuration.lines)
     }
 
     /// What the receiver speaks; `None`: it is found out.
     #[must_use]
     pub fn receiver(&self) -> Option<ReceiverFormat> {
-        let told = self.told.as_ref().map(|told| told.receiver.protocol);
-        match told.unwrap_or_default() {
+        let configuration = self
+            .configuration
+            .as_ref()
+            .map(|configuration| configuration.receiver.protocol);
+        match configuration.unwrap_or_default() {
             ReceiverProtocol::Ubx => Some(ReceiverFormat::Ubx),
             ReceiverProtocol::Nmea => Some(ReceiverFormat::Nmea),
             ReceiverProtocol::Novatel => Some(ReceiverFormat::Novatel),
@@ -150,8 +153,8 @@ impl Config {
     /// forward axis, rad.
     #[must_use]
     pub fn heading_offset(&self) -> f32 {
-        let told = self.told.as_ref();
-        told.map_or(0.0, |told| told.receiver.heading_offset)
+        let configuration = self.configuration.as_ref();
+        configuration.map_or(0.0, |configuration| configuration.receiver.heading_offset)
     }
 
     /// The effect of the corrections at worst, after an alignment at this latitude (rad), where
@@ -195,7 +198,7 @@ impl Default for Config {
             store: false,
             found: Found::default(),
             mark: true,
-            told: None,
+            configuration: None,
             configured: true,
             hardware: Hardware::DESKTOP,
         }

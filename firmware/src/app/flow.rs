@@ -63,7 +63,7 @@ impl<'m> Flow<'m> {
             continuity: Continuity::new(),
             session: Session::new(config.mode),
             learning: Learning::new(learner),
-            pending: Keep::new(config.store && config.told.is_some()),
+            pending: Keep::new(config.store && config.configuration.is_some()),
             heard: Heard::default(),
             blackbox: BlackBox::default(),
             config,
@@ -151,8 +151,8 @@ impl<'m> Flow<'m> {
         let sent = out.send(frame.bytes()).is_ok();
         self.blackbox.left(frame.bytes());
         // the frame has left: no work is urgent until the next one is complete
-        let told = self.health.has(fault::OUTPUT_FULL | fault::SATURATED);
-        if told || !sent || saturated != Axes::NONE {
+        let configuration = self.health.has(fault::OUTPUT_FULL | fault::SATURATED);
+        if configuration || !sent || saturated != Axes::NONE {
             self.health.sent_with(sent, saturated);
         }
         self.health.counters.frames.add(1);
@@ -195,8 +195,8 @@ impl<'m> Flow<'m> {
 /// so that the stack does not hold both.
 #[inline(never)]
 pub(super) fn configure(learner: &mut Port, config: &Config) {
-    if let Some(told) = &config.told {
-        learner.begin_anew(Anew::Configured(Settings::of(told)));
+    if let Some(configuration) = &config.configuration {
+        learner.begin_anew(Anew::Configured(Settings::of(configuration)));
     }
 }
 

@@ -29,13 +29,13 @@ impl Health {
         let found = &config.found;
         let unread = if found.unread { fault::STORE } else { 0 };
         let other_unit = if found.other_unit { fault::WEIGHTS } else { 0 };
-        let told = config.told.as_ref();
+        let configuration = config.configuration.as_ref();
         Health {
             counters: Counts::default(),
             faults: unread | other_unit,
             other_sensor: 0,
             load: Load::default(),
-            plausibility: Plausibility::new(told.map(plausibility::Told::of)),
+            plausibility: Plausibility::new(configuration.map(plausibility::Expected::of)),
             disagrees: false,
         }
     }

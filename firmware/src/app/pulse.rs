@@ -130,7 +130,7 @@ impl TimePulse {
         time_ms: u32,
         arrived_us: u64,
         at_us: u64,
-        told: Option<&Receiver>,
+        configuration: Option<&Receiver>,
     ) -> Option<f32> {
         self.forget(at_us);
         let rhythm = self.rhythm.as_mut()?;
@@ -138,9 +138,13 @@ impl TimePulse {
             return None;
         }
         let believed = |on_arrival_us: i32| {
-            let off = |told: &Receiver| (on_arrival_us as f32 * 1e-6 - told.fix_delay).abs();
-            let exact = |told: &Receiver| told.fix_delay_sigma == 0.0;
-            told.is_none_or(|told| exact(told) || off(told) <= SIGMAS * told.fix_delay_sigma)
+            let off = |configuration: &Receiver| {
+                (on_arrival_us as f32 * 1e-6 - configuration.fix_delay).abs()
+            };
+            let exact = |configuration: &Receiver| configuration.fix_delay_sigma == 0.0;
+            configuration.is_none_or(|configuration| {
+                exact(configuration) || off(configuration) <= SIGMAS * configuration.fix_delay_sigma
+            })
         };
         rhythm.age(
             (time_ms % WEEK_MS as u32) as i32,

@@ -113,7 +113,7 @@ impl Reverse {
 
     /// The sensor's settings may now change, and it may start anew.
     pub fn changes(&mut self, flow: &mut Flow) {
-        flow.untold();
+        flow.forget_units();
         self.forget();
     }
 

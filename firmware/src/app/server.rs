@@ -257,7 +257,7 @@ impl Server {
                 None => Err(Reason::NotAvailable),
             },
             Request::GetMemory => return Response::Remembered(flow.remembered()),
-            Request::GetRecording => match flow.blackbox.told() {
+            Request::GetRecording => match flow.blackbox.reported() {
                 Some(recording) => return Response::Recording(recording),
                 None => Err(Reason::Unsupported),
             },

@@ -28,7 +28,10 @@ pub(super) fn renew(
     // rounds, and saturates at 1 and 65535
     let samples = (config.block * stream.rate + 0.5) as u16;
     let timing = (lsb, period, samples.max(1));
-    let inputs = config.told.as_ref().map(|told| told.inputs);
+    let inputs = config
+        .configuration
+        .as_ref()
+        .map(|configuration| configuration.inputs);
     place
         .renew(
             (&config.nets, nets_sum),

@@ -80,10 +80,10 @@ impl Configuration {
 
     /// The sensor's format can be cut through. One that is not told cannot.
     fn can_be_cut(&self) -> bool {
-        let Some(Sensor::Stream(told)) = self.sensor else {
+        let Some(Sensor::Stream(configuration)) = self.sensor else {
             return false;
         };
-        told.format().can_be_cut()
+        configuration.format().can_be_cut()
     }
 }
 

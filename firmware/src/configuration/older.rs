@@ -58,12 +58,12 @@ pub struct Receiver1 {
 
 impl From<Receiver1> for Receiver {
     /// Lever arm and delay stay exactly as told, which is what they meant in schema 1.
-    fn from(told: Receiver1) -> Receiver {
+    fn from(configuration: Receiver1) -> Receiver {
         Receiver {
-            protocol: told.protocol,
-            lever_arm: told.lever_arm,
+            protocol: configuration.protocol,
+            lever_arm: configuration.lever_arm,
             lever_arm_sigma: 0.0,
-            fix_delay: told.fix_delay,
+            fix_delay: configuration.fix_delay,
             fix_delay_sigma: 0.0,
             pulse: false,
             heading_offset: 0.0,

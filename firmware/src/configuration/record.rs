@@ -72,14 +72,14 @@ pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
     let body = bytes.get(HEADER_LEN..end).unwrap_or_default();
     let configuration: Configuration = match u16::from_le_bytes(take(bytes, 4)) {
         SCHEMA => {
-            let (told, inputs, cut_through) = whole::<(Schema3, Inputs, bool)>(body)?;
-            let mut told = told.with(inputs);
-            told.lines.cut_through = cut_through;
-            told
+            let (configuration, inputs, cut_through) = whole::<(Schema3, Inputs, bool)>(body)?;
+            let mut configuration = configuration.with(inputs);
+            configuration.lines.cut_through = cut_through;
+            configuration
         }
         4 => {
-            let (told, inputs) = whole::<(Schema3, Inputs)>(body)?;
-            told.with(inputs)
+            let (configuration, inputs) = whole::<(Schema3, Inputs)>(body)?;
+            configuration.with(inputs)
         }
         // schema 3 has one activation more, at the end of the list
         2 | 3 => whole::<Schema3>(body)?.with(OWN),

@@ -77,10 +77,10 @@ pub(crate) fn example(format: ImuFormat) -> Configuration {
 #[test]
 fn a_record_of_every_format_reads_back_and_fits() {
     for format in ImuFormat::ALL {
-        let told = example(format);
-        let record = encode(&told);
+        let configuration = example(format);
+        let record = encode(&configuration);
         assert!(record.len() > 100 && record.len() <= MAX_LEN, "{format:?}");
-        assert_eq!(decode(&record), Ok(told), "{format:?}");
+        assert_eq!(decode(&record), Ok(configuration), "{format:?}");
     }
 }
 
@@ -108,13 +108,16 @@ fn another_schema_and_values_out_of_range_are_named() {
     newer[4] = SCHEMA as u8 + 1;
     seal(&mut newer);
     assert_eq!(decode(&newer), Err(Reason::Schema(SCHEMA)));
-    let mut told = example(ImuFormat::Kvh);
-    told.gyro.white_noise = 0.0;
-    assert_eq!(decode(&encode(&told)), Err(Reason::Field(Field::Gyro)));
+    let mut configuration = example(ImuFormat::Kvh);
+    configuration.gyro.white_noise = 0.0;
+    assert_eq!(
+        decode(&encode(&configuration)),
+        Err(Reason::Field(Field::Gyro))
+    );
     let refused = |change: fn(&mut Receiver), field| {
-        let mut told = example(ImuFormat::Kvh);
-        change(&mut told.receiver);
-        assert_eq!(decode(&encode(&told)), Err(Reason::Field(field)));
+        let mut configuration = example(ImuFormat::Kvh);
+        change(&mut configuration.receiver);
+        assert_eq!(decode(&encode(&configuration)), Err(Reason::Field(field)));
     };
     refused(|r| r.lever_arm[1] = f32::NAN, Field::LeverArm);
     refused(|r| r.lever_arm_sigma = 101.0, Field::LeverArmSigma);
@@ -128,16 +131,16 @@ fn another_schema_and_values_out_of_range_are_named() {
 #[test]
 fn cut_through_needs_a_format_that_can() {
     for format in ImuFormat::ALL {
-        let mut told = example(format);
-        told.lines.cut_through = true;
+        let mut configuration = example(format);
+        configuration.lines.cut_through = true;
         let refused = Err(Reason::Field(Field::CutThrough));
         if format.can_be_cut() {
-            assert_eq!(decode(&encode(&told)), Ok(told.clone()));
+            assert_eq!(decode(&encode(&configuration)), Ok(configuration.clone()));
         } else {
-            assert_eq!(decode(&encode(&told)), refused);
+            assert_eq!(decode(&encode(&configuration)), refused);
         }
-        told.sensor = None;
-        assert_eq!(decode(&encode(&told)), refused);
+        configuration.sensor = None;
+        assert_eq!(decode(&encode(&configuration)), refused);
     }
 }
 
@@ -146,20 +149,20 @@ const SCHEMA_1: &[u8] = include_bytes!("schema_1.bin");
 
 #[test]
 fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
-    let mut told = example(ImuFormat::Stim300);
-    told.receiver = Receiver {
+    let mut configuration = example(ImuFormat::Stim300);
+    configuration.receiver = Receiver {
         protocol: ReceiverProtocol::Ubx,
         lever_arm_sigma: 0.0,
         fix_delay_sigma: 0.0,
         pulse: false,
         heading_offset: 0.0,
-        ..told.receiver
+        ..configuration.receiver
     };
-    told.inputs = OWN;
-    told.lines.cut_through = false;
-    assert_eq!(decode(SCHEMA_1), Ok(told.clone()));
+    configuration.inputs = OWN;
+    configuration.lines.cut_through = false;
+    assert_eq!(decode(SCHEMA_1), Ok(configuration.clone()));
     // of this schema it becomes a record that reads back
-    assert_eq!(decode(&encode(&told)), Ok(told));
+    assert_eq!(decode(&encode(&configuration)), Ok(configuration));
     for at in 0..SCHEMA_1.len() {
         assert_eq!(decode(&SCHEMA_1[..at]), Err(Reason::Record), "cut at {at}");
     }
@@ -175,12 +178,12 @@ const SCHEMA_3: &[u8] = include_bytes!("schema_3.bin");
 /// own triads.
 #[test]
 fn records_of_schemas_2_and_3_are_read_as_they_were_told() {
-    let mut told = example(ImuFormat::Stim300);
-    told.inputs = OWN;
-    told.lines.cut_through = false;
-    let now = encode(&told);
+    let mut configuration = example(ImuFormat::Stim300);
+    configuration.inputs = OWN;
+    configuration.lines.cut_through = false;
+    let now = encode(&configuration);
     for (number, older) in [(2, SCHEMA_2), (3, SCHEMA_3)] {
-        assert_eq!(decode(older), Ok(told.clone()), "{number}");
+        assert_eq!(decode(older), Ok(configuration.clone()), "{number}");
         assert_eq!((older[4], now[4]), (number, SCHEMA as u8));
         // the inputs are one byte each, and cut-through is one
         assert_eq!(older.len() + 6 + 1, now.len());
@@ -193,8 +196,8 @@ fn records_of_schemas_2_and_3_are_read_as_they_were_told() {
     let end = four.len() - 4;
     let sum = crate::wire::checksum::crc32_zlib(&four[..end]);
     four[end..].copy_from_slice(&sum.to_le_bytes());
-    assert_eq!(decode(&four), Ok(told.clone()));
-    let mut later = told;
+    assert_eq!(decode(&four), Ok(configuration.clone()));
+    let mut later = configuration;
     later.correction.activation = Activation::default();
     assert_eq!(later.correction.activation, Activation::NextPowerOn);
     assert_eq!(decode(&encode(&later)), Ok(later));
@@ -204,31 +207,58 @@ fn records_of_schemas_2_and_3_are_read_as_they_were_told() {
 fn body_axes_turn_into_sensor_axes() {
     // 90 degrees about z: the sensor's x points right, its y backward
     let half = core::f32::consts::FRAC_1_SQRT_2;
-    let mut told = example(ImuFormat::Kvh);
-    told.mounting = [half, 0.0, 0.0, half];
+    let mut configuration = example(ImuFormat::Kvh);
+    configuration.mounting = [half, 0.0, 0.0, half];
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
-    assert!(near(told.in_sensor_axes([0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]));
-    assert!(near(told.in_sensor_axes([-1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]));
-    assert!(near(told.in_sensor_axes([0.0, 0.0, 1.0]), [0.0, 0.0, 1.0]));
+    assert!(near(
+        configuration.in_sensor_axes([0.0, 1.0, 0.0]),
+        [1.0, 0.0, 0.0]
+    ));
+    assert!(near(
+        configuration.in_sensor_axes([-1.0, 0.0, 0.0]),
+        [0.0, 1.0, 0.0]
+    ));
+    assert!(near(
+        configuration.in_sensor_axes([0.0, 0.0, 1.0]),
+        [0.0, 0.0, 1.0]
+    ));
 }
 
 /// A correction that never gets to zero, or never moves, would keep every other configuration out.
 #[test]
 fn what_would_lock_the_device_is_refused() {
     let refused = |change: fn(&mut Configuration), field| {
-        let mut told = example(ImuFormat::Stim300);
-        change(&mut told);
-        assert_eq!(told.check(), Err(field));
-        assert_eq!(decode(&encode(&told)), Err(Reason::Field(field)));
+        let mut configuration = example(ImuFormat::Stim300);
+        change(&mut configuration);
+        assert_eq!(configuration.check(), Err(field));
+        assert_eq!(decode(&encode(&configuration)), Err(Reason::Field(field)));
     };
-    refused(|told| told.correction.slew.gyro = 0.0, Field::Slew);
-    refused(|told| told.correction.slew.accel = 0.0, Field::Slew);
-    refused(|told| told.correction.slew.accel = 1e-30, Field::Slew);
-    refused(|told| told.correction.slew.gyro = 1e-9, Field::Slew);
-    refused(|told| told.correction.silence_us = 3999, Field::Silence);
-    let mut told = example(ImuFormat::Stim300);
-    told.correction.silence_us = 4000; // at 500 Hz
+    refused(
+        |configuration| configuration.correction.slew.gyro = 0.0,
+        Field::Slew,
+    );
+    refused(
+        |configuration| configuration.correction.slew.accel = 0.0,
+        Field::Slew,
+    );
+    refused(
+        |configuration| configuration.correction.slew.accel = 1e-30,
+        Field::Slew,
+    );
+    refused(
+        |configuration| configuration.correction.slew.gyro = 1e-9,
+        Field::Slew,
+    );
+    refused(
+        |configuration| configuration.correction.silence_us = 3999,
+        Field::Silence,
+    );
+    let mut configuration = example(ImuFormat::Stim300);
+    configuration.correction.silence_us = 4000; // at 500 Hz
     // what is never corrected need not fade
-    (told.correction.limit.gyro, told.correction.slew.gyro) = (0.0, 0.0);
-    assert_eq!(told.check(), Ok(()));
+    (
+        configuration.correction.limit.gyro,
+        configuration.correction.slew.gyro,
+    ) = (0.0, 0.0);
+    assert_eq!(configuration.check(), Ok(()));
 }

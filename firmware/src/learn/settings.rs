@@ -85,36 +85,45 @@ impl Settings {
     /// What a unit's configuration tells. A bias is the root of the squares of its part that is
     /// drawn at power-on and of its walk in an hour. The learner works in the sensor's own axes.
     #[must_use]
-    pub fn of(told: &Configuration) -> Settings {
-        let [gyro_bias, accel_bias] = [&told.gyro, &told.accel].map(bias);
+    pub fn of(configuration: &Configuration) -> Settings {
+        let [gyro_bias, accel_bias] = [&configuration.gyro, &configuration.accel].map(bias);
         let share = |triad: &Triad, bias: f32| triad.bias_in_run / bias;
-        let [rate, force] = usual(told.vehicle.kind);
+        let [rate, force] = usual(configuration.vehicle.kind);
         Settings {
-            inputs: told.inputs,
+            inputs: configuration.inputs,
             sheet: Datasheet {
                 gyro_bias,
                 accel_bias,
-                walk_per_hour: [share(&told.gyro, gyro_bias), share(&told.accel, accel_bias)],
-                gravity: told.in_sensor_axes([0.0, 0.0, -GRAVITY]),
-                range: [rate.min(told.gyro.range), force.min(told.accel.range)],
+                walk_per_hour: [
+                    share(&configuration.gyro, gyro_bias),
+                    share(&configuration.accel, accel_bias),
+                ],
+                gravity: configuration.in_sensor_axes([0.0, 0.0, -GRAVITY]),
+                range: [
+                    rate.min(configuration.gyro.range),
+                    force.min(configuration.accel.range),
+                ],
                 turn_on: TURN_ON,
             },
             noise: Noise {
-                gyro: told.gyro.white_noise,
-                accel: told.accel.white_noise,
+                gyro: configuration.gyro.white_noise,
+                accel: configuration.accel.white_noise,
             },
             gates: Gates::USUAL,
-            align_s: f64::from(told.correction.align),
-            scale: [told.gyro.scale, told.accel.scale],
-            misalignment: [told.gyro.misalignment, told.accel.misalignment],
-            g_sensitivity: told.gyro.g_sensitivity,
-            vehicle: told.vehicle.kind,
-            forward: told.in_sensor_axes([1.0, 0.0, 0.0]),
-            fix_age_s: told.receiver.fix_delay,
-            fix_age_sigma: told.receiver.fix_delay_sigma,
-            lever_arm: told.in_sensor_axes(told.receiver.lever_arm),
-            lever_arm_sigma: told.receiver.lever_arm_sigma,
-            mounting: told.mounting,
+            align_s: f64::from(configuration.correction.align),
+            scale: [configuration.gyro.scale, configuration.accel.scale],
+            misalignment: [
+                configuration.gyro.misalignment,
+                configuration.accel.misalignment,
+            ],
+            g_sensitivity: configuration.gyro.g_sensitivity,
+            vehicle: configuration.vehicle.kind,
+            forward: configuration.in_sensor_axes([1.0, 0.0, 0.0]),
+            fix_age_s: configuration.receiver.fix_delay,
+            fix_age_sigma: configuration.receiver.fix_delay_sigma,
+            lever_arm: configuration.in_sensor_axes(configuration.receiver.lever_arm),
+            lever_arm_sigma: configuration.receiver.lever_arm_sigma,
+            mounting: configuration.mounting,
         }
     }
 
@@ -169,23 +178,23 @@ mod tests {
 
     #[test]
     fn every_triad_has_its_own_walk_and_the_axes_are_the_sensors() {
-        let mut told = Configuration::default();
-        told.gyro.bias_turn_on = 3e-6;
-        told.gyro.bias_in_run = 4e-6;
-        told.accel.bias_in_run = 0.0;
-        told.accel.range = 1.5;
-        told.vehicle.kind = VehicleKind::Ship;
+        let mut configuration = Configuration::default();
+        configuration.gyro.bias_turn_on = 3e-6;
+        configuration.gyro.bias_in_run = 4e-6;
+        configuration.accel.bias_in_run = 0.0;
+        configuration.accel.range = 1.5;
+        configuration.vehicle.kind = VehicleKind::Ship;
         // turned by 180 degrees about x: the sensor's y points left, its z up
-        told.mounting = [0.0, 1.0, 0.0, 0.0];
-        told.receiver.lever_arm = [1.0, 2.0, -3.0];
-        told.receiver.lever_arm_sigma = 0.5;
-        told.receiver.fix_delay_sigma = 0.03;
-        let of = Settings::of(&told);
+        configuration.mounting = [0.0, 1.0, 0.0, 0.0];
+        configuration.receiver.lever_arm = [1.0, 2.0, -3.0];
+        configuration.receiver.lever_arm_sigma = 0.5;
+        configuration.receiver.fix_delay_sigma = 0.03;
+        let of = Settings::of(&configuration);
         let near = |a: f32, b: f32| (a - b).abs() <= 1e-6 * b.abs();
         assert!(near(of.sheet.gyro_bias, 5e-6));
         assert!(near(of.sheet.walk_per_hour[0], 0.8));
         assert_eq!(of.sheet.walk_per_hour[1], 0.0);
-        assert_eq!(of.sheet.accel_bias, told.accel.bias_turn_on);
+        assert_eq!(of.sheet.accel_bias, configuration.accel.bias_turn_on);
         assert_eq!(of.sheet.gravity, [0.0, 0.0, 9.8]);
         assert_eq!(of.sheet.range, [0.1, 1.0]);
         assert_eq!(of.lever_arm, [1.0, -2.0, 3.0]);

@@ -40,7 +40,7 @@ const SWING: f32 = 0.5 * DEGREE as f32;
 
 /// What the checks must know of the unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Told {
+pub struct Expected {
     /// Compare the samples' rate with the clock.
     pub check_rate: bool,
     /// Direction of the specific force at rest, which points up, in sensor axes; length 1.
@@ -53,11 +53,11 @@ pub struct Told {
     pub accel: Triad,
 }
 
-impl Told {
+impl Expected {
     /// What a configuration tells.
     #[must_use]
-    pub fn of(told: &Configuration) -> Told {
-        Told {
+    pub fn of(told: &Configuration) -> Expected {
+        Expected {
             check_rate: told.correction.check_rate,
             up: told.in_sensor_axes([0.0, 0.0, -1.0]),
             vehicle: told.vehicle.kind,
@@ -113,7 +113,7 @@ impl Means {
     ///
     /// A triad that reads exactly zero is not there and is not judged.
     #[must_use]
-    pub fn judge(&self, told: &Told) -> u32 {
+    pub fn judge(&self, told: &Expected) -> u32 {
         let size = norm(self.force);
         let mut faults = 0;
         if size > 0.0 {
@@ -132,7 +132,7 @@ impl Means {
     }
 
     /// More rate than the Earth, the datasheet and the sway of the vehicle explain.
-    fn turns(&self, told: &Told) -> bool {
+    fn turns(&self, told: &Expected) -> bool {
         let swing = match told.vehicle {
             VehicleKind::Ship => SWING,
             VehicleKind::Land | VehicleKind::Air => 0.0,
@@ -146,7 +146,7 @@ impl Means {
 
     /// Less rate than the Earth's. It can only be told of gyros whose bias does not hide the Earth,
     /// all three of which are there.
-    fn is_too_still(&self, told: &Told) -> bool {
+    fn is_too_still(&self, told: &Expected) -> bool {
         let least = EARTH - told.rate_error(self.seconds);
         told.vehicle != VehicleKind::Ship
             && !self.rate.contains(&0.0)
@@ -173,7 +173,7 @@ pub struct Plausibility {
 impl Plausibility {
     /// For what was told; `None`: nothing is ever wrong.
     #[must_use]
-    pub fn new(told: Option<Told>) -> Plausibility {
+    pub fn new(told: Option<Expected>) -> Plausibility {
         Plausibility {
             rate: RateWatch::new(told.is_some_and(|told| told.check_rate)),
             holes: HoleWatch::new(told.is_some_and(|told| told.check_rate)),

@@ -11,7 +11,7 @@
 //!   train that is as steady passes too, but on a straight line it also sees gravity and the Earth
 //!   only. Ships and aircraft can be steady in a turn, so for them only fixes show rest.
 
-use super::{Means, Told, norm};
+use super::{Expected, Means, norm};
 use crate::configuration::VehicleKind;
 use crate::units::G;
 use crate::wire::command::fault;
@@ -48,7 +48,7 @@ pub struct Judged {
 /// Gathers the means of the blocks at rest and judges them.
 #[derive(Debug)]
 pub struct Rest {
-    told: Told,
+    told: Expected,
     blocks: u16,
     seconds: f32,
     /// Rate and force of the first block. Sums are of differences from them.
@@ -67,7 +67,7 @@ pub struct Rest {
 impl Rest {
     /// Nothing seen yet.
     #[must_use]
-    pub const fn new(told: Told) -> Rest {
+    pub const fn new(told: Expected) -> Rest {
         Rest {
             told,
             blocks: 0,

@@ -180,7 +180,7 @@ fn a_mounting_that_was_told_is_right() {
         force,
         ..Means::default()
     };
-    let told = Told::of(&told);
+    let told = Expected::of(&told);
     assert_eq!(means([0.1, 0.2, 9.79]).judge(&told), 0);
     assert_eq!(means([0.1, 0.2, -9.79]).judge(&told), fault::AXES);
     assert_eq!(means([9.79, 0.0, 0.0]).judge(&told), fault::AXES);

@@ -100,7 +100,8 @@ impl Notes {
             unit: word(0),
             minutes: word(4),
             drives: u16::from_le_bytes(take(bytes, 8)),
-            temperatures: Some(temperatures).filter(|told| !told.contains(&UNKNOWN)),
+            temperatures: Some(temperatures)
+                .filter(|configuration| !configuration.contains(&UNKNOWN)),
         };
         Some((notes, learnt))
     }
@@ -117,11 +118,11 @@ impl Notes {
 /// What was learnt of one unit says nothing of another one, and weights mean something else behind
 /// other inputs.
 #[must_use]
-pub fn unit(told: &Configuration) -> u32 {
+pub fn unit(configuration: &Configuration) -> u32 {
     let mut sum = Zlib::new();
-    sum.add(told.identity.serial.as_bytes());
+    sum.add(configuration.identity.serial.as_bytes());
     sum.add(&[0]);
-    for source in told.inputs.as_flattened() {
+    for source in configuration.inputs.as_flattened() {
         sum.add(&[*source as u8]);
     }
     sum.value()

@@ -258,25 +258,28 @@ impl<F: NorFlash> Store<F> {
         let read = bytes.get_mut(..header.padded().min(HEAD_LEN))?;
         self.flash.read(at, read).ok()?;
         let images = bytes.get(HEADER_LEN..HEADER_LEN + IMAGES_LEN)?;
-        let told = bytes.get(HEADER_LEN + IMAGES_LEN..)?;
+        let configuration = bytes.get(HEADER_LEN + IMAGES_LEN..)?;
         let record = if fixed == 0 {
             rest
         } else {
-            usize::from(u16::from_le_bytes(take(told, 0)))
+            usize::from(u16::from_le_bytes(take(configuration, 0)))
         };
         if record > MAX_LEN || fixed + record > rest {
             return None;
         }
-        let life: Option<&[u8; LIFE_LEN]> = told
+        let life: Option<&[u8; LIFE_LEN]> = configuration
             .get(COUNT_LEN + UNIT_LEN..)
             .and_then(|life| life.first_chunk())
             .filter(|_| fixed == FIXED_LEN);
-        let key = match told.get(KEY_AT..).and_then(|key| key.first_chunk()) {
+        let key = match configuration
+            .get(KEY_AT..)
+            .and_then(|key| key.first_chunk())
+        {
             Some(key) if fixed == FIXED_LEN => Key::from_bytes(key)?,
             _ => Key::Unprovisioned,
         };
-        let unit = u32::from_le_bytes(take(told, COUNT_LEN));
-        let record = told.get(fixed..fixed + record)?;
+        let unit = u32::from_le_bytes(take(configuration, COUNT_LEN));
+        let record = configuration.get(fixed..fixed + record)?;
         Some(Stored {
             nets: Nets::from_images(images).ok()?,
             record: Record::from_slice(record).ok()?,

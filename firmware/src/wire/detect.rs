@@ -55,7 +55,7 @@ impl Detector {
     /// [`Detector::begin_anew`]. Frames that do not tell what is in them are looked for in the
     /// layout that the settings tell.
     pub fn restart(&mut self, settings: &Settings) {
-        self.begin_anew(|format| format.told(settings));
+        self.begin_anew(|format| format.configured(settings));
     }
 }
 

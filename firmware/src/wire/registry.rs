@@ -82,7 +82,7 @@ macro_rules! imu_formats {
             }
 
             /// The same format with the layout of frames that the settings tell.
-            pub const fn told(self, settings: &Settings) -> ImuFormat {
+            pub const fn configured(self, settings: &Settings) -> ImuFormat {
                 self.settings(settings).format()
             }
 

@@ -328,7 +328,7 @@ fn another_adis_than_told_is_said_and_not_corrected() {
             assert_eq!(faults, expected, "{what:?}");
         }
     }
-    let mut device = Device::new(Config::untold(Hardware::DESKTOP));
+    let mut device = Device::new(Config::unconfigured(Hardware::DESKTOP));
     device.app.found(&found(model));
     let sent = reply(Form::Narrow, &Burst::default());
     assert_eq!(pass(&mut device, &sent).expect("a burst"), sent);
@@ -352,7 +352,7 @@ fn noise_on_the_line_is_nothing_to_an_adis() {
         units: model.units(false).expect("a model"),
         rate: 1000.0,
     };
-    let mut device = Device::new(Config::untold(Hardware::DESKTOP));
+    let mut device = Device::new(Config::unconfigured(Hardware::DESKTOP));
     device.feed(&[0x55; 5000]);
     assert_ne!(device.app.faults() & fault::UNKNOWN_FORMAT, 0);
     device.app.found(&found);

@@ -1,7 +1,7 @@
 //! The black box: what it holds, when it holds it, and that the stream goes on.
 
 use crate::device::{Device, Mock, nets};
-use firmware::app::blackbox::read::{Told, events, page};
+use firmware::app::blackbox::read::{Content, events, page};
 use firmware::app::blackbox::{LEN, Memory, PAGES, What};
 use firmware::app::{App, Config};
 use firmware::control::recording::{Cause, Order, Recording, State};
@@ -109,7 +109,7 @@ fn the_last_frames_are_held_as_they_came() {
     let mut held = Vec::new();
     for page in &pages {
         for entry in page.entries() {
-            if let Told::Piece(_, bytes) = entry.told {
+            if let Content::Piece(_, bytes) = entry.content {
                 held.extend_from_slice(bytes);
             }
         }
@@ -214,7 +214,7 @@ fn pages_of(memory: &[u8]) -> Vec<firmware::app::blackbox::read::Page<'_>> {
 }
 
 fn ends(page: &firmware::app::blackbox::read::Page) -> bool {
-    page.entries().any(|entry| entry.told == Told::Break)
+    page.entries().any(|entry| entry.content == Content::Break)
 }
 
 /// Bytes that come before the first frame are part of no page.

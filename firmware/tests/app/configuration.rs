@@ -302,7 +302,7 @@ fn weights_of_another_sensor_are_not_used() {
     // weights that were there before any configuration count as this sensor's
     let mut device = Device::new(Config {
         nets: learnt,
-        ..Config::untold(HARDWARE)
+        ..Config::unconfigured(HARDWARE)
     });
     assert_eq!(configure(&mut device, &record(&first)), Ok(()));
     assert_eq!(*device.app.nets(), learnt);
@@ -328,7 +328,7 @@ fn lines_are_opened_anew_when_they_change() {
         parity: false,
         ..HARDWARE
     };
-    let mut device = Device::new(Config::untold(hardware));
+    let mut device = Device::new(Config::unconfigured(hardware));
     let refused = Err(Reason::Field(Field::Parity));
     assert_eq!(configure(&mut device, &record(&of)), refused);
     of.lines.parity = Parity::None;
@@ -374,7 +374,7 @@ fn the_answer_comes_when_the_lines_are_open() {
 fn the_default_configuration_is_the_default() {
     let of = Config::of(&Configuration::default());
     let default = Config {
-        told: of.told.clone(),
+        configuration: of.configuration.clone(),
         limit: of.limit,
         slew: of.slew,
         ..Config::default()

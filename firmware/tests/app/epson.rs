@@ -45,8 +45,8 @@ fn answers_of_registers_pass_between_the_bursts() {
     assert_eq!(device.app.phase(), Phase::Run(Mode::Frozen));
 }
 
-/// Told another layout, the device finds no burst: all bytes pass, nothing is corrected, and the
-/// fault says so.
+/// Configured with another layout, the device finds no burst: all bytes pass, nothing is corrected,
+/// and the fault says so.
 #[test]
 fn bursts_of_another_layout_pass_and_are_told() {
     let kind = increments();

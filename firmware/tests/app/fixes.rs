@@ -226,7 +226,7 @@ fn uncertain() -> Config {
     told.receiver.lever_arm_sigma = 3.0;
     told.receiver.fix_delay_sigma = 0.3;
     Config {
-        told: Some(told),
+        configuration: Some(told),
         ..config()
     }
 }
@@ -365,7 +365,7 @@ fn it_is_begun_in_shadow_and_learn_only() {
 fn it_learns_by_the_configuration() {
     let run = |told: Option<Configuration>, later: bool| {
         let config = Config {
-            told: told.clone().filter(|_| !later),
+            configuration: told.clone().filter(|_| !later),
             ..config()
         };
         let mut bench = Bench::new(config);

@@ -27,7 +27,7 @@ pub fn kinds() -> Vec<Kind> {
     let of = |format: ImuFormat| {
         let sensors = format.simulated().iter();
         sensors.map(move |sensor| Kind {
-            format: format.told(&sensor.told()),
+            format: format.configured(&sensor.told()),
             sensor,
         })
     };

@@ -404,7 +404,7 @@ fn memory() {
 /// reference was taken before. Its reference is used all the same.
 #[test]
 fn a_window_of_a_new_configuration_is_a_new_one() {
-    let mut device = Device::learning(Config::untold(HARDWARE));
+    let mut device = Device::learning(Config::unconfigured(HARDWARE));
     let mut ends = Vec::new();
     for (used, name) in (1..).zip(["one", "two"]) {
         let mut unit = told(STIM);

@@ -261,7 +261,7 @@ fn months_change_nothing_but_the_numbers_shown() {
 fn months_change_nothing_without_a_configuration() {
     for past in pasts(1000.0) {
         compare("no configuration", past, |past| {
-            let mut run = Run::new(Config::untold(HARDWARE), None, past);
+            let mut run = Run::new(Config::unconfigured(HARDWARE), None, past);
             run.noise(70);
             run.all(Kind::KVH);
             run.frames(Kind::STIM, 5.0, None, None);

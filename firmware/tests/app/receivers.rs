@@ -33,7 +33,7 @@ impl Bench {
         let mut told = Configuration::default();
         change(&mut told.receiver);
         let config = Config {
-            told: Some(told),
+            configuration: Some(told),
             ..KIND.config()
         };
         Bench {

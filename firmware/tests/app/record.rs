@@ -25,7 +25,7 @@ pub const HARDWARE: Hardware = Hardware {
 };
 
 pub fn untold() -> Device {
-    Device::new(Config::untold(HARDWARE))
+    Device::new(Config::unconfigured(HARDWARE))
 }
 
 /// A unit with this sensor.

@@ -45,7 +45,7 @@ fn config(kind: Kind) -> Config {
     Config {
         mode: Mode::Frozen,
         block: 0.1,
-        told: Some(told),
+        configuration: Some(told),
         ..kind.config()
     }
 }

@@ -53,7 +53,7 @@ fn turns(device: &mut Device, ms: u64) -> u8 {
 
 #[test]
 fn a_sensor_that_is_silent_or_speaks_nonsense_is_handled() {
-    let mut device = Device::new(Config::untold(board(START)));
+    let mut device = Device::new(Config::unconfigured(board(START)));
     assert_eq!(turns(&mut device, 5000), 0, "never connected");
     for n in 0..5000u32 {
         device.feed(&n.wrapping_mul(2_654_435_761).to_le_bytes());
@@ -73,7 +73,7 @@ fn a_sensor_that_is_silent_or_speaks_nonsense_is_handled() {
 /// One byte just before it would be silence: a frame takes long, and nothing leaves meanwhile.
 #[test]
 fn the_slowest_bytes_are_handled() {
-    let mut device = Device::new(Config::untold(board(START)));
+    let mut device = Device::new(Config::unconfigured(board(START)));
     for n in 0..700u32 {
         device.feed(&[n as u8]);
         assert_eq!(turns(&mut device, 90), 0, "{n}");
@@ -83,7 +83,7 @@ fn the_slowest_bytes_are_handled() {
 /// A loop that does not call the application any more.
 #[test]
 fn an_application_without_its_turn_is_not_well() {
-    let mut device = Device::new(Config::untold(board(START)));
+    let mut device = Device::new(Config::unconfigured(board(START)));
     assert_eq!(turns(&mut device, 10), 0);
     let now = device.time.0.get();
     assert_eq!(device.app.unwell(now + 900_000), 0);
@@ -104,7 +104,7 @@ fn ask(device: &mut Device) -> Reset {
 
 #[test]
 fn the_start_is_told_with_what_is_so_now() {
-    let mut device = Device::new(Config::untold(board(START)));
+    let mut device = Device::new(Config::unconfigured(board(START)));
     turns(&mut device, 1500);
     device.app.board_is(true, 3);
     let reset = ask(&mut device);
@@ -137,7 +137,7 @@ fn clock_and_bit_rates_are_faults() {
                 ..START
             })
         };
-        Device::new(Config::untold(hardware)).app.faults() & (fault::CLOCK | fault::BIT_RATE)
+        Device::new(Config::unconfigured(hardware)).app.faults() & (fault::CLOCK | fault::BIT_RATE)
     };
     assert_eq!(bits(ClockSource::Crystal, 12, 42_000_000), 0);
     assert_eq!(bits(ClockSource::Crystal, 8, 42_000_000), fault::CLOCK);

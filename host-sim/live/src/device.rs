@@ -10,7 +10,7 @@ pub use order::{Given, Order, Reply};
 use crate::history::Point;
 use crate::hub::Hub;
 use crate::record::Record;
-use crate::taps::{Taps, Told};
+use crate::taps::{DecoderSettings, Taps};
 use firmware::configuration::{Activation, Configuration};
 use firmware::wire::command::key::Secret;
 use firmware::wire::command::{Request, Response};
@@ -164,7 +164,7 @@ impl Device {
             let told = configuration(link)?;
             around
                 .taps
-                .tell(Told::of(&told.clone().unwrap_or_default()));
+                .tell(DecoderSettings::of(&told.clone().unwrap_or_default()));
             around
                 .hub
                 .tell("info", &self.what(info(link)?, told.as_ref()));

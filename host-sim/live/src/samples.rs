@@ -50,7 +50,7 @@ impl Decoder {
     #[must_use]
     pub fn new(settings: Settings, format: Option<ImuFormat>) -> Self {
         let finder = match format {
-            Some(format) => Finder::Frames(Box::new(Framer::new(format.told(&settings)))),
+            Some(format) => Finder::Frames(Box::new(Framer::new(format.configured(&settings)))),
             None => {
                 let mut detector = Box::new(Detector::new());
                 detector.restart(&settings);

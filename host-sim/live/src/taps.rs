@@ -33,13 +33,13 @@ pub enum Side {
 
 /// What a decoder must know.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Told {
+pub struct DecoderSettings {
     settings: Settings,
     format: Option<ImuFormat>,
     lines: SerialLines,
 }
 
-impl Told {
+impl DecoderSettings {
     /// Of a device's configuration.
     #[must_use]
     pub fn of(told: &Configuration) -> Self {
@@ -66,7 +66,7 @@ pub struct Taps {
 
 struct State {
     /// What the device was told; changes when it is told anew.
-    told: Told,
+    told: DecoderSettings,
     raw: Gather,
     corrected: Gather,
     /// Samples of one line that wait for those of the other.
@@ -97,7 +97,7 @@ impl Taps {
         stop: &Arc<AtomicBool>,
         has_sensor: bool,
     ) -> Arc<Self> {
-        let told = Told::of(&Configuration::default());
+        let told = DecoderSettings::of(&Configuration::default());
         Arc::new(Self {
             hub: Arc::clone(hub),
             record: Arc::clone(record),
@@ -119,7 +119,7 @@ impl Taps {
     }
 
     /// The device was told this.
-    pub fn tell(&self, told: Told) {
+    pub fn tell(&self, told: DecoderSettings) {
         self.state().told = told;
     }
 
@@ -152,7 +152,7 @@ impl Taps {
     }
 
     /// Reads until the server ends or the device is told something else.
-    fn hear(&self, side: Side, port: &mut Port, told: Told) -> Result<(), String> {
+    fn hear(&self, side: Side, port: &mut Port, told: DecoderSettings) -> Result<(), String> {
         let mut decoder = Decoder::new(told.settings, told.format);
         let mut samples = Vec::new();
         let mut buffer = [0; 4096];

@@ -18,7 +18,7 @@ pub enum Act {
     /// The sensor's line.
     Line(line::Fault),
     /// What the device is told.
-    Told(told::Fault),
+    Configured(told::Fault),
     /// What the navigation computer asks for.
     Asked(Asked),
 }

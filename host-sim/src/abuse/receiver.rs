@@ -31,7 +31,7 @@ pub enum Fault {
     /// Errors that last: of the position, their time, of the velocity, their time.
     Coloured([f64; 4]),
     /// What is told of the accuracy is multiplied by this.
-    Told(f64),
+    Configured(f64),
     /// Errors are as many times as large as is told.
     Noise(f64),
     /// The same only now and then: the factor, and for how long and how long not, s.
@@ -90,7 +90,11 @@ impl Fault {
     fn is_of_drive(self) -> bool {
         matches!(
             self,
-            Self::Arm(_) | Self::Coloured(_) | Self::Gaps(_) | Self::Told(_) | Self::Elsewhere
+            Self::Arm(_)
+                | Self::Coloured(_)
+                | Self::Gaps(_)
+                | Self::Configured(_)
+                | Self::Elsewhere
         )
     }
 }
@@ -193,7 +197,7 @@ fn spec(faults: &[(Fault, [f64; 2])]) -> GnssSpec {
                     mean_length_s: length,
                 };
             }
-            Fault::Told(factor) => spec.told_factor = factor,
+            Fault::Configured(factor) => spec.told_factor = factor,
             _ => {}
         }
     }

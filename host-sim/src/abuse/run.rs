@@ -223,7 +223,7 @@ impl<'b, 'a> Device<'b, 'a> {
             FormatName::Hg4930
         };
         let faults = case.acts.iter().filter_map(|(act, _)| match act {
-            Act::Told(fault) => Some(*fault),
+            Act::Configured(fault) => Some(*fault),
             _ => None,
         });
         let mut told =

@@ -256,7 +256,7 @@ fn cases_of_line_and_told_change_these() {
     }
     let told = |case: &Case| {
         let faults = case.acts.iter().filter_map(|(act, _)| match act {
-            Act::Told(fault) => Some(*fault),
+            Act::Configured(fault) => Some(*fault),
             _ => None,
         });
         told::configuration(faults, (Sensor::Perfect, FormatName::Novatel)).unwrap()

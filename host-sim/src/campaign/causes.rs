@@ -13,7 +13,7 @@ use super::group::{FixErrors, Group};
 use crate::inertial::session::Session;
 use crate::inertial::sins::Increment;
 use crate::learning::teacher::Assumptions;
-use crate::simulator::gnss::{Coloured, Gaps, GnssSpec, Multipath, Told};
+use crate::simulator::gnss::{AntennaPrior, Coloured, Gaps, GnssSpec, Multipath};
 use crate::simulator::session::{Drive, Fixes};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -67,9 +67,9 @@ pub(super) fn receiver(own: &GnssSpec, group: Group) -> GnssSpec {
     match group.fixes {
         FixErrors::Late => out.told_antenna.age_s = [0.0; 2],
         FixErrors::LeverArm => {
-            out.told_antenna = Told {
+            out.told_antenna = AntennaPrior {
                 age_s: own.told_antenna.age_s,
-                ..Told::default()
+                ..AntennaPrior::default()
             }
         }
         _ => {}

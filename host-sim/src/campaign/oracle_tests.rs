@@ -52,9 +52,9 @@ fn oracle_of(case: &Case<'_>) -> Option<FreeInertial> {
     oracle(case)
 }
 
-/// Told of it, the oracle removes most of each cause, which is far larger than in any preset:
-/// within 5 min of free-inertial navigation after 10 min of aiding. So does the limit, which is
-/// told its size. Causes that only wander are judged by the consistency tests of the filter.
+/// With its parameters given, the oracle removes most of each cause, which is far larger than in any
+/// preset: within 5 min of free-inertial navigation after 10 min of aiding. So does the limit, which
+/// is given its size. Causes that only wander are judged by the consistency tests of the filter.
 #[test]
 fn the_oracle_knows_every_cause() {
     let (campaign, imu) = campaign("medium");

@@ -35,7 +35,7 @@ pub struct Args {
 
 /// What is told.
 #[derive(Serialize)]
-struct Told {
+struct Outcome {
     seed: u64,
     seconds: u32,
     rate: u32,
@@ -132,12 +132,12 @@ impl Args {
     }
 }
 
-fn told(plan: &Plan, report: &Report, looks: &Looks, took_s: f64) -> Told {
+fn told(plan: &Plan, report: &Report, looks: &Looks, took_s: f64) -> Outcome {
     let kinds = KINDS.iter().zip(report.begun);
     let violation = report
         .violation
         .map(|(what, sample)| format!("{what:?} at sample {sample}"));
-    Told {
+    Outcome {
         seed: plan.seed,
         seconds: plan.seconds,
         rate: plan.rate,
@@ -166,7 +166,7 @@ fn told(plan: &Plan, report: &Report, looks: &Looks, took_s: f64) -> Told {
     }
 }
 
-fn print(told: &Told, json: bool) -> Result<(), Error> {
+fn print(told: &Outcome, json: bool) -> Result<(), Error> {
     let value = serde_json::to_value(told)
         .map_err(|error| refused("--json", error.to_string(), "report it"))?;
     if json {

@@ -10,7 +10,7 @@ use crate::inertial::ekf::InitialSigma;
 use crate::inertial::rotation::to_euler;
 use crate::inertial::session::{Outage, Session, Start};
 use crate::inertial::units::DEG;
-use crate::learning::in_motion::{self, Aligned, Told};
+use crate::learning::in_motion::{self, Aligned, Known};
 use crate::learning::teacher::Assumptions;
 use crate::recordings::record::Record;
 use crate::recordings::{InitialAttitude, Prepared};
@@ -27,7 +27,7 @@ const LEAST_PART: usize = 10;
 #[derive(Debug, Clone, Copy)]
 pub struct Wishes {
     /// How the vehicle moves, and a rough heading.
-    pub told: Told,
+    pub told: Known,
     /// Errors of a given attitude, tilt and heading, rad.
     pub attitude_sigma: [f64; 2],
     /// Number of the part, counted from 1, that is used alone.
@@ -40,7 +40,7 @@ impl Wishes {
     #[must_use]
     pub fn of(unit: &Unit, record: &Record, attitude_sigma: [f64; 2], part: Option<usize>) -> Self {
         Self {
-            told: Told {
+            told: Known {
                 vehicle: unit.vehicle.kind,
                 heading: record.rough_heading,
             },
@@ -259,7 +259,7 @@ fn begin_of(
         }
         (_, 0) => wishes.told,
         // the heading was that of the first fix
-        _ => Told {
+        _ => Known {
             heading: None,
             ..wishes.told
         },

@@ -26,7 +26,7 @@ const STILL_MPS: f64 = 0.01;
 
 /// What is known beside samples and fixes.
 #[derive(Debug, Clone, Copy)]
-pub struct Told {
+pub struct Known {
     /// How the vehicle moves.
     pub vehicle: Kind,
     /// Heading at the first fix and its standard deviation, rad.
@@ -55,7 +55,7 @@ pub struct Aligned {
 pub fn align(
     session: &Session,
     epochs: &Range<usize>,
-    told: Told,
+    told: Known,
     assumptions: &Assumptions,
 ) -> Result<Aligned, Progress> {
     let config = config(session, told.vehicle, assumptions);

@@ -155,7 +155,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// The generic loader shares little with this one. Told what the columns are, it must give the
+    /// The generic loader shares little with this one. Given what the columns are, it must give the
     /// same session.
     #[test]
     fn the_generic_loader_agrees() {

@@ -181,11 +181,11 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
 }
 
 /// Q, N, B, K and R of gyros and accelerometers by the datasheet.
-type Told = [[Option<f64>; 5]; 2];
+type Coefficients = [[Option<f64>; 5]; 2];
 
 /// The deviation that a datasheet tells at an averaging time, in the unit of the curves. A noise
 /// that it does not tell counts as none.
-fn told_deviation(kind: Kind, told: &Told, tau_s: f64) -> f64 {
+fn told_deviation(kind: Kind, told: &Coefficients, tau_s: f64) -> f64 {
     let units = kind.coefficient_units();
     let of = |i: usize| told[usize::from(kind == Kind::Accel)][i].unwrap_or(0.0) * units[i].1;
     let [q, n, b, k, r] = [of(0), of(1), of(2), of(3), of(4)].map(|x| x * x);
@@ -199,7 +199,7 @@ fn told_deviation(kind: Kind, told: &Told, tau_s: f64) -> f64 {
 }
 
 /// The line of the datasheet at the averaging times of a curve.
-fn datasheet_line(analyses: &[&Analysis], told: &Told) -> Vec<(f64, f64)> {
+fn datasheet_line(analyses: &[&Analysis], told: &Coefficients) -> Vec<(f64, f64)> {
     let Some(first) = analyses.first() else {
         return vec![];
     };
@@ -210,7 +210,7 @@ fn datasheet_line(analyses: &[&Analysis], told: &Told) -> Vec<(f64, f64)> {
 
 /// The picture of one kind of sensor. `analyses` is not empty. The line of the datasheet is drawn
 /// if one is `told`.
-pub(super) fn picture(analyses: &[&Analysis], told: Option<&Told>) -> Picture {
+pub(super) fn picture(analyses: &[&Analysis], told: Option<&Coefficients>) -> Picture {
     let points = || analyses.iter().flat_map(|analysis| &analysis.curve);
     let times = || points().map(|p| p.tau_s);
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);

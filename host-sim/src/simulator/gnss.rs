@@ -10,7 +10,7 @@ mod spells;
 #[cfg(test)]
 mod tests;
 
-pub use antenna::{Told, antenna};
+pub use antenna::{AntennaPrior, antenna};
 pub use coloured::Coloured;
 pub use spells::{Gaps, Multipath};
 
@@ -64,7 +64,7 @@ pub struct GnssSpec {
     /// What is told of the antenna where the truth is given above. A scenario takes it from its
     /// unit.
     #[serde(skip)]
-    pub told_antenna: Told,
+    pub told_antenna: AntennaPrior,
 }
 
 impl Default for GnssSpec {
@@ -81,7 +81,7 @@ impl Default for GnssSpec {
             latency_s: None,
             lever_arm_m: None,
             rate_hz: 1,
-            told_antenna: Told::default(),
+            told_antenna: AntennaPrior::default(),
         }
     }
 }
@@ -106,15 +106,15 @@ impl GnssSpec {
     /// What is told of latency and lever arm: nothing of those that are not given, because then
     /// everybody knows that there are none.
     #[must_use]
-    pub fn told_of_antenna(&self) -> Told {
-        let Told {
+    pub fn told_of_antenna(&self) -> AntennaPrior {
+        let AntennaPrior {
             age_s,
             lever_arm_m,
             lever_arm_sigma_m,
         } = self.told_antenna;
         let arm = self.lever_arm_m.map(|_| (lever_arm_m, lever_arm_sigma_m));
         let (lever_arm_m, lever_arm_sigma_m) = arm.unwrap_or_default();
-        Told {
+        AntennaPrior {
             age_s: self.latency_s.map_or([0.0; 2], |_| age_s),
             lever_arm_m,
             lever_arm_sigma_m,

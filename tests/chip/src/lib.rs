@@ -13,7 +13,7 @@ use cortex_m::peripheral::{DCB, ITM};
 /// What a reported word is.
 #[derive(Clone, Copy)]
 #[repr(usize)]
-pub enum Told {
+pub enum Report {
     /// A point of time: the model tells its cycle.
     Mark = 0,
     /// Hz of the core, as the driver says.
@@ -99,13 +99,13 @@ pub fn begin(debug: &mut DCB, trace: &mut ITM) {
 }
 
 /// Reports a word.
-pub fn tell(what: Told, word: u32) {
+pub fn tell(what: Report, word: u32) {
     registers::write(0xE000_0000 + 4 * what as usize, word);
 }
 
 /// Reports the end and stays there.
 pub fn done() -> ! {
-    tell(Told::Done, 1);
+    tell(Report::Done, 1);
     loop {
         cortex_m::asm::wfi();
     }
@@ -127,7 +127,7 @@ pub const PATTERN: [u8; 24] = *b"a driver that is trusted";
 pub fn tell_sector() {
     for n in 0..6 {
         tell(
-            Told::Word,
+            Report::Word,
             registers::read(0x0800_0000 + SECTOR as usize + 4 * n),
         );
     }
@@ -135,7 +135,10 @@ pub fn tell_sector() {
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    tell(Told::Panic, info.location().map_or(0, |place| place.line()));
+    tell(
+        Report::Panic,
+        info.location().map_or(0, |place| place.line()),
+    );
     loop {
         cortex_m::asm::wfi();
     }

@@ -79,7 +79,7 @@ impl Protocol {
         };
         let sensors = format.simulated();
         let sensor = &sensors[n % sensors.len()];
-        let protocol = Protocol::Imu(format.told(&sensor.told()));
+        let protocol = Protocol::Imu(format.configured(&sensor.told()));
         let sensor = Some(sensor);
         Speaker { protocol, sensor }
     }

@@ -58,7 +58,7 @@ impl Driver {
     }
 }
 
-/// What a word at the trace port is; the numbers are those of `chip::Told`.
+/// What a word at the trace port is; the numbers are those of `chip::Report`.
 pub mod told {
     /// A point of time.
     pub const MARK: u32 = 0;

@@ -89,7 +89,7 @@ impl Asked {
 
 /// What a run tells.
 #[derive(Clone, Debug, Default)]
-pub struct Told {
+pub struct Outcome {
     /// What left at each UART that was listened to: the bytes, and when the stop bit of each ended.
     pub left: BTreeMap<String, (Vec<u8>, Vec<u64>)>,
     /// Memory at the end, in the order asked for.
@@ -103,7 +103,7 @@ pub struct Told {
     pub lines: Vec<String>,
 }
 
-impl Told {
+impl Outcome {
     /// Lines that begin so.
     pub fn all<'t>(&'t self, name: &'t str) -> impl Iterator<Item = &'t str> {
         let lines = self.lines.iter();
@@ -143,7 +143,7 @@ pub fn build() -> Result<PathBuf> {
 ///
 /// # Errors
 /// The emulator fails, or tells what is not understood.
-pub fn run(emulator: &Path, asked: &Asked) -> Result<Told> {
+pub fn run(emulator: &Path, asked: &Asked) -> Result<Outcome> {
     let mut child = Command::new(emulator)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -157,14 +157,14 @@ pub fn run(emulator: &Path, asked: &Asked) -> Result<Told> {
     })?;
     let complaint = String::from_utf8_lossy(&output.stderr);
     ensure!(output.status.success(), "{complaint}");
-    let mut told = Told::default();
+    let mut told = Outcome::default();
     for line in String::from_utf8(output.stdout)?.lines() {
         read(&mut told, line).with_context(|| line.to_owned())?;
     }
     Ok(told)
 }
 
-fn read(told: &mut Told, line: &str) -> Result<()> {
+fn read(told: &mut Outcome, line: &str) -> Result<()> {
     let words: Vec<&str> = line.split(' ').collect();
     match words[..] {
         ["left", name, digits] => told.left.entry(name.into()).or_default().0 = bytes(digits)?,

@@ -239,7 +239,7 @@ pub fn expected(packets: Vec<Vec<u8>>, records: &[Record]) -> Vec<u8> {
         bytes,
     });
     let input: Vec<_> = commands.chain(records.iter().cloned()).collect();
-    on_desktop(Config::untold(Hardware::DESKTOP), &input).sent
+    on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent
 }
 
 /// The configuration of a device that cuts through the frames of the first simulated sensor of this

@@ -76,7 +76,7 @@ fn delays(format: ImuFormat, seconds: u32, period: u32, mode: Mode) -> Option<Ve
             })
             .collect();
         input.extend(frames.iter().map(|frame| (*frame).clone()));
-        let expected = on_desktop(Config::untold(Hardware::DESKTOP), &input).sent;
+        let expected = on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent;
         assert!(
             line("navigation ") == hex(&expected),
             "as without cut-through"

@@ -112,7 +112,8 @@ fn epsons_driver_reads_every_layout_before_and_after_a_change() {
     for (sensor, (arguments, fields, per_unit)) in sensors.iter().zip(SENSORS) {
         let mut bytes = burst(sensor);
         let told = sensor.told();
-        let mut checked = Checked::new(epson().told(&told), &mut bytes).expect("a good burst");
+        let mut checked =
+            Checked::new(epson().configured(&told), &mut bytes).expect("a good burst");
         let old = counts(checked.read().expect("values").sample);
         let before = lines(&python, arguments, checked.bytes());
         let new = [17, -18_000, 30_000, -5, 0, -32_768];

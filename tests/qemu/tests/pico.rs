@@ -46,7 +46,7 @@ fn desktops(frames: &[Record]) -> String {
         })
         .collect();
     input.extend_from_slice(frames);
-    hex(&on_desktop(Config::untold(Hardware::DESKTOP), &input).sent)
+    hex(&on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent)
 }
 
 /// From the last byte of a frame to the first byte sent, microseconds: the median and the greatest.

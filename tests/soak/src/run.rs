@@ -9,7 +9,7 @@ use core::cell::{Cell, RefCell};
 use firmware::app::blackbox;
 use firmware::app::{Activation, App, Hardware, Lines};
 use firmware::configuration::record::{Record, encode as record_of};
-use firmware::configuration::{Configuration, Sensor as Told};
+use firmware::configuration::{Configuration, Sensor as ConfiguredSensor};
 use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::Clock;
@@ -181,7 +181,9 @@ pub fn run(memory: &mut Memory, plan: &Plan, watch: &mut impl Watch) -> Report {
 /// What the device is told of its sensor.
 fn told(sensor: &Sensor, rate: u32, live: bool) -> Configuration {
     let mut told = Configuration {
-        sensor: Some(Told::Stream(sensor.format.settings(&sensor.settings))),
+        sensor: Some(ConfiguredSensor::Stream(
+            sensor.format.settings(&sensor.settings),
+        )),
         rate: rate.into(),
         ..Configuration::default()
     };

@@ -8,7 +8,7 @@ use firmware::configuration::{Activation, Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::{Clock, Full, Line, Lost, NoLine};
-use firmware::wire::{ImuFormat, Settings as Told};
+use firmware::wire::{ImuFormat, Settings as Configured};
 use host_sim::hil::{Input, Record, drive_told, networks};
 use host_sim::simulator::imu::ImuSpec;
 
@@ -87,7 +87,7 @@ pub struct Device {
 #[must_use]
 pub fn told(scenario: Scenario) -> Configuration {
     let format = ImuFormat::Stim300;
-    let mut wire = Told::DEFAULT;
+    let mut wire = Configured::DEFAULT;
     (format.simulated()[0].settings)(&mut wire);
     let mut told = Configuration {
         sensor: Some(Sensor::Stream(format.settings(&wire))),

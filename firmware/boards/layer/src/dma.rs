@@ -342,14 +342,14 @@ impl Wire for Port {
 
 /// The same for the driver, which adds the parity to eight bits. An open line is silent.
 fn config(frame: &Frame) -> Config {
-    use firmware::configuration::Parity as Told;
+    use firmware::configuration::Parity as ConfiguredParity;
     let mut config = Config::default();
     config.baudrate = frame.baud;
     config.rx_pull = gpio::Pull::Up;
     config.parity = match frame.parity {
-        Told::None => Parity::ParityNone,
-        Told::Even => Parity::ParityEven,
-        Told::Odd => Parity::ParityOdd,
+        ConfiguredParity::None => Parity::ParityNone,
+        ConfiguredParity::Even => Parity::ParityEven,
+        ConfiguredParity::Odd => Parity::ParityOdd,
     };
     if frame.two_stop_bits {
         config.stop_bits = StopBits::STOP2;

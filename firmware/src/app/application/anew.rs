@@ -22,7 +22,7 @@ impl App<'_> {
             self.pass_rest(out);
         }
         self.gnss.restart(config.receiver());
-        let of = |config: &Config| config.told.as_ref().map(unit);
+        let of = |config: &Config| config.configuration.as_ref().map(unit);
         let same = of(&self.flow.config).is_some_and(|old| Some(old) == of(&config));
         if !same {
             self.flow.pending.memo.exchange_unit();
@@ -33,7 +33,7 @@ impl App<'_> {
         self.machine = Machine::new();
         self.reverse = Default::default();
         self.use_found();
-        self.note_told();
+        self.note_record();
         self.start(out, now);
     }
 
@@ -41,12 +41,12 @@ impl App<'_> {
     /// belong to another sensor. By itself, so that the stack holds the configuration once.
     #[inline(never)]
     fn renewed(&mut self) -> Option<(Config, bool)> {
-        let told = decode(&self.commands.server.record).ok()?;
+        let configuration = decode(&self.commands.server.record).ok()?;
         let old = &self.flow.config;
-        let new = Config::of(&told);
+        let new = Config::of(&configuration);
         let serial = |config: &Config| {
-            let told = config.told.as_ref();
-            told.map(|told| told.identity.serial.clone())
+            let configuration = config.configuration.as_ref();
+            configuration.map(|configuration| configuration.identity.serial.clone())
         };
         let same = serial(old).is_none_or(|old| Some(old) == serial(&new));
         let other_weights = !same && !old.nets.same_images(&Nets::NONE);

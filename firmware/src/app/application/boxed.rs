@@ -65,9 +65,9 @@ impl App<'_> {
 
     /// Takes over the fault bits that do not follow from the stream alone, and gives the others:
     /// those told, and those that are so here.
-    pub fn impose_faults(&mut self, told: u32) -> [u32; 2] {
-        self.flow.health.impose(told, !FOLLOWS);
-        [told & FOLLOWS, self.flow.health.faults & FOLLOWS]
+    pub fn impose_faults(&mut self, configuration: u32) -> [u32; 2] {
+        self.flow.health.impose(configuration, !FOLLOWS);
+        [configuration & FOLLOWS, self.flow.health.faults & FOLLOWS]
     }
 }
 

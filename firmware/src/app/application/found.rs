@@ -29,8 +29,8 @@ impl App<'_> {
     /// other is told, or one that the sensor or the navigation line does not have (fault RATE).
     #[must_use]
     pub fn burst_rate(&self) -> Option<Rate> {
-        let told = self.flow.config.told.as_ref()?;
-        told.bursts().ok().flatten()
+        let configuration = self.flow.config.configuration.as_ref()?;
+        configuration.bursts().ok().flatten()
     }
 
     /// Whether the board must find its ADIS anew and set it, since another rate is told from now
@@ -50,18 +50,23 @@ impl App<'_> {
             framed: false,
         };
         let config = &mut self.flow.config;
-        let told = config.told.as_ref();
-        let bits = match told.map(|told| (told.sensor, told.rate)) {
-            None | Some((None, _)) => 0,
-            Some((Some(Sensor::Stream(_)), _)) => fault::UNITS,
-            Some((Some(Sensor::Spi(told)), rate)) => {
-                settings.framed = told.framed;
-                let near = (rate - found.rate).abs() <= Rate::OFF * found.rate;
-                let units = if told == settings { 0 } else { fault::UNITS };
-                let rate = if near { 0 } else { fault::RATE };
-                units | rate
-            }
-        };
+        let configuration = config.configuration.as_ref();
+        let bits =
+            match configuration.map(|configuration| (configuration.sensor, configuration.rate)) {
+                None | Some((None, _)) => 0,
+                Some((Some(Sensor::Stream(_)), _)) => fault::UNITS,
+                Some((Some(Sensor::Spi(configuration)), rate)) => {
+                    settings.framed = configuration.framed;
+                    let near = (rate - found.rate).abs() <= Rate::OFF * found.rate;
+                    let units = if configuration == settings {
+                        0
+                    } else {
+                        fault::UNITS
+                    };
+                    let rate = if near { 0 } else { fault::RATE };
+                    units | rate
+                }
+            };
         config.sensor.adis = Some(settings);
         config.sensor.rate = found.rate;
         self.flow.health.other_sensor = bits;

@@ -134,8 +134,18 @@ impl App<'_> {
         };
         self.flow.health.counters.good_fixes.add(1);
         fix.waited = self.flow.sample().wrapping_sub(solution.arrival.sample);
-        let told = self.flow.config.told.as_ref().map(|told| &told.receiver);
-        fix.age = (self.gnss.pulse).age(fix.time_ms, fix.arrived_us, self.link.heard_us, told);
+        let configuration = self
+            .flow
+            .config
+            .configuration
+            .as_ref()
+            .map(|configuration| &configuration.receiver);
+        fix.age = (self.gnss.pulse).age(
+            fix.time_ms,
+            fix.arrived_us,
+            self.link.heard_us,
+            configuration,
+        );
         if let Some(heading) = &mut fix.heading {
             heading.angle -= self.flow.config.heading_offset();
         }

@@ -36,7 +36,9 @@ impl<'m> App<'m> {
         let (config, kept) = prepared(hardware, &stored);
         let (record, key) = match &stored {
             // one that is not understood is not used
-            Some(Ok(Some(stored))) if config.told.is_some() => (stored.record.clone(), stored.key),
+            Some(Ok(Some(stored))) if config.configuration.is_some() => {
+                (stored.record.clone(), stored.key)
+            }
             Some(Ok(Some(stored))) => (Record::new(), stored.key),
             _ => (Record::new(), Key::Unprovisioned),
         };
@@ -64,12 +66,12 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
     let store = stored.is_some();
     let mut newer = None;
     let mut nets = &Nets::NONE;
-    let mut told = None;
+    let mut configuration = None;
     let mut unread = false;
     let (mut kept, mut other_unit, mut other_key) = (Kept::default(), false, false);
     match stored {
         Some(Ok(Some(stored))) => {
-            told = decode(&stored.record).ok();
+            configuration = decode(&stored.record).ok();
             let life = stored.life;
             other_key = stored.other_key;
             kept = Kept {
@@ -81,9 +83,9 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
                 damaged: stored.damaged,
                 passed: stored.passed,
             };
-            let of = stored.unit.zip(told.as_ref().map(unit));
-            other_unit = of.is_some_and(|(of, told)| of != told);
-            unread = told.is_none() && !stored.record.is_empty();
+            let of = stored.unit.zip(configuration.as_ref().map(unit));
+            other_unit = of.is_some_and(|(of, configuration)| of != configuration);
+            unread = configuration.is_none() && !stored.record.is_empty();
             if unread {
                 kept.generation = None;
                 newer = schema(&stored.record).filter(|schema| *schema > SCHEMA);
@@ -101,9 +103,9 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
         }
         Some(Ok(None)) | None => {}
     }
-    let told = told.as_ref();
+    let configuration = configuration.as_ref();
     let safe = hardware.starts_safely();
-    let base = told.map_or_else(|| Config::untold(hardware), Config::of);
+    let base = configuration.map_or_else(|| Config::unconfigured(hardware), Config::of);
     let config = Config {
         nets: if safe { Nets::NONE } else { *nets },
         store: store && !safe,

@@ -164,7 +164,7 @@ impl App<'_> {
 
     /// The format is known.
     fn run(&mut self, format: ImuFormat) {
-        let format = format.told(&self.flow.config.sensor);
+        let format = format.configured(&self.flow.config.sensor);
         if self.link.framer.format() != format {
             self.link.framer.restart(format);
         }
@@ -178,8 +178,12 @@ impl App<'_> {
     #[cold]
     pub(super) fn framer_anew(&mut self) {
         let sensor = &self.flow.config.sensor;
-        let told = self.flow.config.format.map(|format| format.told(sensor));
-        let format = self.link.framer.certain_format().or(told);
+        let configuration = self
+            .flow
+            .config
+            .format
+            .map(|format| format.configured(sensor));
+        let format = self.link.framer.certain_format().or(configuration);
         self.link
             .framer
             .restart(format.unwrap_or(ImuFormat::Stim300));

@@ -13,8 +13,8 @@ impl App<'_> {
     pub(super) fn scrub(&mut self, out: &mut impl Line, now: u64) {
         self.flow.scrub();
         self.upkeep.seconds = self.upkeep.seconds.wrapping_add(1);
-        let due = self.upkeep.as_told && self.upkeep.seconds.is_multiple_of(CONFIGURATION_S);
-        if !due || self.is_as_told() {
+        let due = self.upkeep.as_recorded && self.upkeep.seconds.is_multiple_of(CONFIGURATION_S);
+        if !due || self.is_as_recorded() {
             return;
         }
         self.flow.health.mended();
@@ -29,27 +29,27 @@ impl App<'_> {
 
     #[inline(never)]
     fn encoded(&self) -> Option<Record> {
-        self.flow.config.told.as_ref().map(record::encode)
+        self.flow.config.configuration.as_ref().map(record::encode)
     }
 
     /// A configuration has come into use. One that was changed by hand, as a test may do, is not
     /// looked at later.
-    pub(super) fn note_told(&mut self) {
-        self.upkeep.as_told = self.is_as_told();
+    pub(super) fn note_record(&mut self) {
+        self.upkeep.as_recorded = self.is_as_recorded();
     }
 
-    fn is_as_told(&self) -> bool {
+    fn is_as_recorded(&self) -> bool {
         App::agree(&self.flow.config, &self.commands.server.record)
     }
 
     /// Record, configuration and what follows from it agree.
     #[inline(never)]
     pub(super) fn agree(config: &Config, record: &Record) -> bool {
-        let Some(told) = &config.told else {
+        let Some(configuration) = &config.configuration else {
             return record.is_empty();
         };
-        decode(record).is_ok_and(|of_record| of_record == *told)
-            && config.follows(&Config::of(told))
+        decode(record).is_ok_and(|of_record| of_record == *configuration)
+            && config.follows(&Config::of(configuration))
     }
 }
 
@@ -66,14 +66,14 @@ mod tests {
     /// Whatever of the configuration flips is mended, a second and a third time as the first.
     #[test]
     fn every_upset_is_mended_not_only_the_first() {
-        let told = example(ImuFormat::Stim300);
-        let mut app = App::new(Config::of(&told));
+        let configuration = example(ImuFormat::Stim300);
+        let mut app = App::new(Config::of(&configuration));
         app.start(&mut NoLine, 0);
         let record = app.commands.server.record.clone();
         let upsets: [fn(&mut App); 4] = [
             |app| app.flow.config.limit.gyro = 0.5,
             |app| app.flow.config.silence_us ^= 1 << 9,
-            |app| app.flow.config.told.as_mut().expect("told").rate = 501.0,
+            |app| app.flow.config.configuration.as_mut().expect("told").rate = 501.0,
             |app| app.commands.server.record[20] ^= 4,
         ];
         for (times, upset) in (1..).zip(upsets.iter().cycle().take(12)) {
@@ -81,9 +81,10 @@ mod tests {
             (0..CONFIGURATION_S).for_each(|_| app.scrub(&mut NoLine, 0));
             assert_eq!(app.counters().mended, times);
             assert!(
-                app.upkeep.as_told && App::agree(&Config::of(&told), &app.commands.server.record)
+                app.upkeep.as_recorded
+                    && App::agree(&Config::of(&configuration), &app.commands.server.record)
             );
-            assert!(app.flow.config.follows(&Config::of(&told)));
+            assert!(app.flow.config.follows(&Config::of(&configuration)));
             assert_eq!(app.commands.server.record, record);
         }
     }

@@ -46,7 +46,7 @@ pub struct Page<'b> {
 
 /// What an entry tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Told<'b> {
+pub enum Content<'b> {
     /// Bytes of the sensor, and the lower half of the hash of all that had left before.
     Piece(u16, &'b [u8]),
     /// The same of a burst.
@@ -67,7 +67,7 @@ pub struct Entry<'b> {
     /// Microseconds since the device's start.
     pub at_us: u64,
     /// What it tells.
-    pub told: Told<'b>,
+    pub content: Content<'b>,
 }
 
 /// The events, the oldest first.
@@ -114,21 +114,21 @@ impl<'b> Page<'b> {
                 at_us = at_us.wrapping_add(u16::from_le_bytes([low, high]).into());
                 let half = u16::from_le_bytes(take(bytes, 0));
                 let own = bytes.get(2..).unwrap_or_default();
-                let told = match kind {
+                let content = match kind {
                     TIME => {
                         let more = u32::from_le_bytes(take(bytes, 0));
                         at_us = at_us.wrapping_add(more.into());
                         continue;
                     }
-                    PIECE => Told::Piece(half, own),
-                    BURST => Told::Burst(half, own),
-                    MORE => Told::More(own),
-                    ESTIMATE => Told::Estimate(half, estimate_of(&take(own, 0))),
-                    FAULTS => Told::Faults(half, u32::from_le_bytes(take(own, 0))),
-                    BREAK => Told::Break,
+                    PIECE => Content::Piece(half, own),
+                    BURST => Content::Burst(half, own),
+                    MORE => Content::More(own),
+                    ESTIMATE => Content::Estimate(half, estimate_of(&take(own, 0))),
+                    FAULTS => Content::Faults(half, u32::from_le_bytes(take(own, 0))),
+                    BREAK => Content::Break,
                     _ => return None, // of a later version, or damaged
                 };
-                return Some(Entry { at_us, told });
+                return Some(Entry { at_us, content });
             }
         })
     }

@@ -89,7 +89,7 @@ impl<'m> BlackBox<'m> {
     }
 
     /// What is told over the command link; `None`: there is no memory.
-    pub(in crate::app) fn told(&self) -> Option<Recording> {
+    pub(in crate::app) fn reported(&self) -> Option<Recording> {
         self.memory.as_ref()?;
         let Head {
             state,

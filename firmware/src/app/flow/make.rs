@@ -202,7 +202,7 @@ impl Flow<'_> {
     }
 
     /// The sensor's configuration may change: nothing is corrected until the sensor tells it.
-    pub fn untold(&mut self) {
+    pub fn forget_units(&mut self) {
         self.continuity.units = Units::Unknown;
         self.forget();
     }

@@ -128,11 +128,13 @@ impl Memo {
 impl Flow<'_> {
     /// What the store held at power-on. It is used if it is of this unit.
     pub fn recall(&mut self, memory: &[u8]) {
-        let (Some(told), Some((notes, learnt))) = (&self.config.told, Notes::of(memory)) else {
+        let (Some(configuration), Some((notes, learnt))) =
+            (&self.config.configuration, Notes::of(memory))
+        else {
             return;
         };
         let memo = &mut self.pending.memo;
-        memo.of_another = notes.unit != unit(told);
+        memo.of_another = notes.unit != unit(configuration);
         if memo.of_another {
             return;
         }
@@ -152,8 +154,9 @@ impl Flow<'_> {
             .is_some_and(|answer| answer.navigates)
         {
             let celsius = block.sources.temperature;
-            let told = self.config.told.as_ref();
-            let tells = told.is_some_and(|told| told.has_thermometer() != Some(false));
+            let configuration = self.config.configuration.as_ref();
+            let tells = configuration
+                .is_some_and(|configuration| configuration.has_thermometer() != Some(false));
             memo.learn(
                 seconds,
                 Some(celsius).filter(|t| tells && *t != REFERENCE_DEGC),
@@ -179,9 +182,14 @@ impl Flow<'_> {
     }
 
     fn ask_to_remember(&mut self) {
-        if let Some(told) = self.config.told.as_ref().filter(|_| self.learning.exists()) {
+        if let Some(configuration) = self
+            .config
+            .configuration
+            .as_ref()
+            .filter(|_| self.learning.exists())
+        {
             let memo = &mut self.pending.memo;
-            memo.asked = Some(memo.notes(unit(told)));
+            memo.asked = Some(memo.notes(unit(configuration)));
             self.learning.port.hand_over(&Order::Remember);
             self.take_reply();
         }

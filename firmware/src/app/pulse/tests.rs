@@ -34,14 +34,19 @@ impl Clocks {
     }
 
     /// The same where a delay and its standard deviation are told, s.
-    fn age_told(&mut self, time_ms: u32, delay: f64, told: Option<[f32; 2]>) -> Option<f32> {
+    fn age_told(
+        &mut self,
+        time_ms: u32,
+        delay: f64,
+        configuration: Option<[f32; 2]>,
+    ) -> Option<f32> {
         let us = self.us(f64::from(time_ms) / 1000.0 + delay);
-        let told = told.map(|[fix_delay, fix_delay_sigma]| Receiver {
+        let configuration = configuration.map(|[fix_delay, fix_delay_sigma]| Receiver {
             fix_delay,
             fix_delay_sigma,
             ..Configuration::default().receiver
         });
-        (self.pulse).age(time_ms % WEEK_MS as u32, us, us, told.as_ref())
+        (self.pulse).age(time_ms % WEEK_MS as u32, us, us, configuration.as_ref())
     }
 }
 
@@ -181,7 +186,7 @@ fn a_first_fix_that_is_too_late_misleads_only_for_a_while() {
 /// sooner than that, they would be 1 s - width too old. An age that may be is taken.
 #[test]
 fn an_inverted_pulse_does_not_make_fixes_old() {
-    for (width, delay, told, believed) in [
+    for (width, delay, configuration, believed) in [
         (0.1, 0.05, Some([0.1, 0.1]), false),
         (0.2, 0.05, Some([0.1, 0.1]), false),
         (0.5, 0.05, Some([0.05, 0.05]), false),
@@ -196,12 +201,20 @@ fn an_inverted_pulse_does_not_make_fixes_old() {
         for second in 0..60_u32 {
             clocks.pulse.rose(clocks.us(f64::from(second) + width));
             let comes = second + u32::from(delay < width); // before the next pulse
-            let age = clocks.age_told(comes * 1000, delay, told);
+            let age = clocks.age_told(comes * 1000, delay, configuration);
             assert!(age.is_none() || near(age, delay - width), "{width} {age:?}");
             ages += u32::from(age.is_some());
         }
-        assert_eq!(ages > 50, believed, "{width} {delay} {told:?}: {ages}");
-        assert_eq!(ages == 0, !believed, "{width} {delay} {told:?}: {ages}");
+        assert_eq!(
+            ages > 50,
+            believed,
+            "{width} {delay} {configuration:?}: {ages}"
+        );
+        assert_eq!(
+            ages == 0,
+            !believed,
+            "{width} {delay} {configuration:?}: {ages}"
+        );
     }
 }
 

@@ -57,9 +57,9 @@ impl Server {
         if flow.session.mode != Mode::Bypass || flow.corrector.corrects() {
             return Err(Reason::Mode);
         }
-        let told = record::decode(bytes)?;
-        flow.config.hardware.check(&told.lines)?;
-        told.bursts().map_err(Reason::Field)?;
+        let configuration = record::decode(bytes)?;
+        flow.config.hardware.check(&configuration.lines)?;
+        configuration.bursts().map_err(Reason::Field)?;
         self.record = Record::from_slice(bytes).map_err(|_| Reason::Record)?;
         (self.renewal, self.stored) = (Renewal::Taken, false);
         Ok(())

@@ -96,19 +96,19 @@ pub(super) fn solution(flow: &Flow) -> Option<Solution> {
 #[inline(never)]
 pub(super) fn trials(flow: &Flow) -> Option<Trials> {
     let known = flow.learning.trials()?;
-    let mut told = Trials {
+    let mut report = Trials {
         leading: known.leading as u8,
         ended: known.ended,
         ..Trials::default()
     };
-    let places = (told.evidence.iter_mut()).zip(told.proof.iter_mut().zip(&mut told.check));
+    let places = (report.evidence.iter_mut()).zip(report.proof.iter_mut().zip(&mut report.check));
     for ((k, trial), (evidence, (proof, check))) in known.each.iter().enumerate().zip(places) {
-        told.enabled |= u8::from(trial.enabled) << k;
-        told.proved |= u8::from(trial.proved) << k;
+        report.enabled |= u8::from(trial.enabled) << k;
+        report.proved |= u8::from(trial.proved) << k;
         *evidence = trial.evidence as f32;
         (*proof, *check) = (trial.standing.proof, trial.standing.check);
     }
-    Some(told)
+    Some(report)
 }
 
 pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {
@@ -148,7 +148,7 @@ fn rounded(value: f32) -> Option<u16> {
 }
 
 pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
-    let untold = if flow.config.configured {
+    let unconfigured = if flow.config.configured {
         0
     } else {
         fault::NOT_CONFIGURED
@@ -159,7 +159,7 @@ pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
         0
     };
     flow.health.all()
-        | untold
+        | unconfigured
         | other_key
         | flow.config.hardware.faults(&flow.config.lines())
         | match machine.phase() {

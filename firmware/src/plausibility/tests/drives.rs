@@ -3,7 +3,7 @@
 //! room that is tested.
 
 use crate::configuration::{Triad, VehicleKind};
-use crate::plausibility::Told;
+use crate::plausibility::Expected;
 use crate::plausibility::rest::{Judged, Rest};
 use std::f64::consts::PI;
 use std::vec::Vec;
@@ -48,7 +48,7 @@ const fn sheet(name: &'static str, gyro_bias: f64, arw: f64, accel_bias: f64, vr
 }
 
 impl Sheet {
-    pub fn told(&self, vehicle: VehicleKind) -> Told {
+    pub fn told(&self, vehicle: VehicleKind) -> Expected {
         let triad = |bias: f64, noise: f64, range: f32| Triad {
             bias_turn_on: bias as f32,
             bias_in_run: 0.0,
@@ -58,7 +58,7 @@ impl Sheet {
             g_sensitivity: 0.0,
             range,
         };
-        Told {
+        Expected {
             check_rate: true,
             up: [0.0, 0.0, -1.0],
             vehicle,

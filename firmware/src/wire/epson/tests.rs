@@ -95,7 +95,7 @@ fn golden_bursts_read_and_are_made_again() {
         assert_eq!(remade(burst, layout).unwrap(), burst);
         // a change and the change back, with the layout of the settings
         let format = ImuFormat::ALL.into_iter().find(|f| f.name() == "epson");
-        let format = format.unwrap().told(&settings);
+        let format = format.unwrap().configured(&settings);
         let mut bytes = burst.to_vec();
         let mut checked = Checked::new(format, &mut bytes).unwrap();
         let before = checked.read().unwrap().sample;

@@ -147,7 +147,7 @@ fn increments_and_uncompensated_rates_change_together() {
     assert!(changed.iter().all(imu_and_deltas), "{changed:?}");
 }
 
-/// Told so, the device reads and changes the values of the sensor's filter, and no others.
+/// Configured so, the device reads and changes the values of the sensor's filter, and no others.
 #[test]
 fn compensated_rates_change_alone() {
     assert_eq!(scan(Values::Sensors, &COMPENSATED), Scan::Other(66));

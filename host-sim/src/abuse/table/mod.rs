@@ -17,7 +17,7 @@ pub const PARTS: [(&str, &[Row]); 6] = [
     ("Motion", motion::ROWS),
     ("Sensor", sensor::ROWS),
     ("Line and timing", timing::ROWS),
-    ("Told, wired and asked", told::ROWS),
+    ("Configured, wired and asked", told::ROWS),
 ];
 
 const NONE: Row = Row {

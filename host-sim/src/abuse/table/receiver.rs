@@ -101,7 +101,7 @@ pub(super) const ROWS: &[Row] = &[
         about: "The fixes are three times better than told.",
         span: Span::Always,
         given: &[given("factor", 3.0)],
-        acts: |v| vec![Act::Receiver(Fault::Told(v[0]))],
+        acts: |v| vec![Act::Receiver(Fault::Configured(v[0]))],
     },
     Row {
         name: "sigma-constant",

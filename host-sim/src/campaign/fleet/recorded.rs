@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::experiment::starting::{Started, Wishes, start};
 use crate::inertial::session::{Readings, Session};
 use crate::inertial::units::DEG;
-use crate::learning::in_motion::Told;
+use crate::learning::in_motion::Known;
 use crate::learning::teacher::Assumptions;
 use crate::recordings::{generic, read};
 use crate::unit::Unit;
@@ -74,7 +74,7 @@ pub(super) fn drives(
 fn session(header: &Path, unit: &Unit, told: &Assumptions) -> Result<Session, Error> {
     let record = generic::read_with_truth(header, &[], None)?;
     let wishes = Wishes {
-        told: Told {
+        told: Known {
             vehicle: unit.vehicle.kind,
             heading: record.rough_heading,
         },

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// What was done.
 #[derive(Serialize)]
-pub(super) struct Told {
+pub(super) struct Saved {
     /// The file.
     file: PathBuf,
     /// Pages that the device has begun since its memory was blank.
@@ -18,7 +18,7 @@ pub(super) struct Told {
 }
 
 /// Fetches what the black box holds into a file.
-pub(super) fn run(link: &mut Link, file: &Path, release: bool) -> Result<Told, Error> {
+pub(super) fn run(link: &mut Link, file: &Path, release: bool) -> Result<Saved, Error> {
     let fetched = fetch(link, release)?;
     write(file, &fetched)?;
     let after = if release {
@@ -27,7 +27,7 @@ pub(super) fn run(link: &mut Link, file: &Path, release: bool) -> Result<Told, E
         "it holds this until `device blackbox --release`"
     };
     let name = file.display();
-    Ok(Told {
+    Ok(Saved {
         file: file.to_owned(),
         pages: fetched.recording.pages,
         says: format!("the black box is in {name}; {after}. `replay blackbox {name}` plays it"),

@@ -235,7 +235,7 @@ impl Args {
 
     fn mode(&self, link: &mut Link, mode: Option<Mode>) -> Result<(), Error> {
         #[derive(Serialize)]
-        struct Told {
+        struct ModeReport {
             mode: &'static str,
         }
         link.version()?;
@@ -243,7 +243,7 @@ impl Args {
             link.order(&Request::SetMode(mode))?;
         }
         let mode = mode_name(link.health()?.mode);
-        self.tell(&Told { mode }, || println!("{mode}"))
+        self.tell(&ModeReport { mode }, || println!("{mode}"))
     }
 
     fn watch(&self, seconds: Option<u32>) -> Result<(), Error> {

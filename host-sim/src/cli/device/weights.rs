@@ -24,7 +24,7 @@ pub(super) enum Command {
 
 /// What was done.
 #[derive(Serialize)]
-pub(super) struct Told {
+pub(super) struct Written {
     /// The file.
     file: PathBuf,
     /// Its length, bytes.
@@ -43,7 +43,7 @@ impl Command {
     }
 
     /// Carries it out.
-    pub(super) fn run(&self, link: &mut Link) -> Result<Told, Error> {
+    pub(super) fn run(&self, link: &mut Link) -> Result<Written, Error> {
         match self {
             Self::Get { file } => get(link, file),
             Self::Put { file } => put(link, file),
@@ -51,10 +51,10 @@ impl Command {
     }
 }
 
-fn get(link: &mut Link, file: &Path) -> Result<Told, Error> {
+fn get(link: &mut Link, file: &Path) -> Result<Written, Error> {
     let image = link.images()?;
     write_atomic(file, &image)?;
-    Ok(Told {
+    Ok(Written {
         says: format!("the weights in use are in {}", file.display()),
         bytes: image.len(),
         file: file.to_owned(),
@@ -68,7 +68,7 @@ fn image(file: &Path) -> Result<Vec<u8>, Error> {
     Ok(image)
 }
 
-fn put(link: &mut Link, file: &Path) -> Result<Told, Error> {
+fn put(link: &mut Link, file: &Path) -> Result<Written, Error> {
     let image = image(file)?;
     link.orders(&load(&image))?;
     if link.images()? != image {
@@ -78,7 +78,7 @@ fn put(link: &mut Link, file: &Path) -> Result<Told, Error> {
             remedy: "send them again; if that does not help, restart the device".into(),
         });
     }
-    Ok(Told {
+    Ok(Written {
         says: format!(
             "the weights of {} are in use; `device store` keeps them",
             file.display()

@@ -2,7 +2,7 @@
 
 use crate::device::{Link, configuration, info, recording};
 use crate::error::Error;
-use crate::report::unit::Told;
+use crate::report::unit::Readout;
 use crate::unit::Unit;
 use firmware::configuration::Configuration;
 
@@ -10,7 +10,7 @@ use firmware::configuration::Configuration;
 pub(super) struct Read {
     /// The unit that the device is configured for.
     pub unit: Option<Unit>,
-    pub told: Told,
+    pub told: Readout,
     pub source: Vec<(String, String)>,
     pub warnings: Vec<String>,
 }
@@ -55,7 +55,7 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
         ),
     ];
     Ok(Read {
-        told: Told {
+        told: Readout {
             faults: crate::device::faults::told(health.faults),
             counters: crate::device::named_counters(&counters),
             info,

@@ -13,7 +13,7 @@ use crate::recordings::generic::NamedUnit;
 use crate::recordings::record::Record;
 use crate::unit::{Unit, presets};
 use firmware::configuration::{Triad, VehicleKind};
-use firmware::plausibility::{EARTH, Means, Told};
+use firmware::plausibility::{EARTH, Expected, Means};
 use firmware::units::G;
 use firmware::wire::command::fault;
 use nalgebra::Vector3;
@@ -154,7 +154,7 @@ pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
 /// Field, problem and remedy.
 type Doubt = (String, String, String);
 
-fn told(assumed: &Assumptions) -> Told {
+fn told(assumed: &Assumptions) -> Expected {
     let triad = |bias: f64, noise: f64, scale: f64| Triad {
         bias_turn_on: bias as f32,
         bias_in_run: 0.0,
@@ -165,7 +165,7 @@ fn told(assumed: &Assumptions) -> Told {
         range: f32::MAX,
     };
     let Assumptions { prior, noise, .. } = assumed;
-    Told {
+    Expected {
         check_rate: false,
         up: [0.0, 0.0, -1.0],
         vehicle: VehicleKind::Land,
@@ -233,7 +233,7 @@ fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
     Some((field.clone(), problem, remedy))
 }
 
-fn gyros(says: &Says, seen: &Seen, told: &Told, given: bool) -> Option<Doubt> {
+fn gyros(says: &Says, seen: &Seen, told: &Expected, given: bool) -> Option<Doubt> {
     let turning = seen.turning.map(f64::abs);
     let turns = |factor: f64| turning.is_none_or(|t| ((t * factor).ln()).abs() < TURNING.ln());
     let name = says.gyro.name.clone();
@@ -275,10 +275,10 @@ fn norm(v: [f32; 3]) -> f64 {
 }
 
 /// What is seen at rest of bias and noise, for a class that the user has not named.
-fn sheet(seen: &Seen, told: &Told, class: Class<'_>) -> Option<Doubt> {
+fn sheet(seen: &Seen, told: &Expected, class: Class<'_>) -> Option<Doubt> {
     let noise = seen.noise()?;
     let (bias, seconds) = seen.bias()?;
-    let fits = |sheet: &Told| {
+    let fits = |sheet: &Expected| {
         let noises = noise.iter().zip([&sheet.gyro, &sheet.accel]).zip(SWAY);
         let quiet = noises.fold(true, |all, ((seen, triad), sway)| {
             all & (*seen <= FACTOR * f64::from(triad.white_noise) + 2.0 * sway)

@@ -4,7 +4,7 @@
 use crate::recordings::InitialAttitude;
 use crate::recordings::record::{Record, TimedFix};
 use firmware::plausibility::rest::{Judged, Rest};
-use firmware::plausibility::{AT_REST, EARTH, Told};
+use firmware::plausibility::{AT_REST, EARTH, Expected};
 use nalgebra::Vector3;
 
 /// A fix farther away in time tells nothing about a block, s.
@@ -51,7 +51,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    pub(super) fn of(record: &Record, told: &Told) -> Self {
+    pub(super) fn of(record: &Record, told: &Expected) -> Self {
         let blocks = blocks(record);
         let mut rest = Rest::new(*told);
         let speeds = speeds(record);

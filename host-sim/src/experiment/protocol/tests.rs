@@ -3,7 +3,7 @@ use crate::experiment::correction::SCHEMES;
 use crate::experiment::starting::{Started, Wishes, start};
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG, G0};
-use crate::learning::in_motion::Told;
+use crate::learning::in_motion::Known;
 use crate::recordings::generic;
 use crate::recordings::record::{Kind, Record};
 use crate::recordings::testing::simulated;
@@ -64,7 +64,7 @@ fn write(dir: &Path, kind: Kind, seed: u64) {
 
 fn started(record: &Record) -> Started {
     let wishes = Wishes {
-        told: Told {
+        told: Known {
             vehicle: around::Kind::Land,
             heading: None,
         },

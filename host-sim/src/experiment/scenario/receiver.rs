@@ -2,14 +2,14 @@
 
 use super::Scenario;
 use crate::error::Error;
-use crate::simulator::gnss::{GnssSpec, Told};
+use crate::simulator::gnss::{AntennaPrior, GnssSpec};
 
 impl Scenario {
     /// The receiver with what the unit tells of its antenna.
     #[must_use]
     pub fn receiver(&self) -> GnssSpec {
         let unit = &self.unit().receiver;
-        let told_antenna = Told {
+        let told_antenna = AntennaPrior {
             age_s: [unit.fix_delay_ms, unit.fix_delay_sigma_ms].map(|ms| 1e-3 * ms),
             lever_arm_m: unit.lever_arm_m,
             lever_arm_sigma_m: unit.lever_arm_sigma(),
@@ -210,7 +210,7 @@ mod tests {
             let scenario = Scenario::load(&file.to_string_lossy()).unwrap();
             (scenario.receiver().told_of_antenna(), scenario.fixes())
         };
-        assert_eq!(receiver("").0, Told::default());
+        assert_eq!(receiver("").0, AntennaPrior::default());
         let (told, text) = receiver("latency_s = 0.5");
         assert_eq!((told.age_s, told.lever_arm_m), ([0.08, 0.1], [0.0; 3]));
         assert!(text.ends_with("; 0.5 s late, told 0.08 s"), "{text}");

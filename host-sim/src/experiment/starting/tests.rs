@@ -32,7 +32,7 @@ fn drive(seed: u64) -> (Record, Session) {
 
 fn wishes() -> Wishes {
     Wishes {
-        told: Told {
+        told: Known {
             vehicle: Kind::Land,
             heading: None,
         },

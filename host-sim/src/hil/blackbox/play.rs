@@ -2,7 +2,7 @@
 
 use super::super::memory::{MemoryLine, SetClock};
 use crate::device::faults::FAULTS;
-use firmware::app::blackbox::read::{Entry, Page as Recorded, Told, page};
+use firmware::app::blackbox::read::{Content, Entry, Page as Recorded, page};
 use firmware::app::blackbox::{Key, PAGES, Stage};
 use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
@@ -74,10 +74,10 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
     while let Some((entry, after)) = rest.split_first() {
         let notes = after
             .iter()
-            .take_while(|entry| !matches!(entry.told, Told::Piece(..) | Told::Burst(..)));
+            .take_while(|entry| !matches!(entry.content, Content::Piece(..) | Content::Burst(..)));
         let (notes, others) = after.split_at(notes.count());
         rest = others;
-        if entry.told == Told::Break {
+        if entry.content == Content::Break {
             return result;
         }
         let found = player.piece(entry, notes);
@@ -87,7 +87,7 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
             result.verdict = Verdict::Differs(at_us, what);
             return result;
         }
-        if notes.iter().any(|note| note.told == Told::Break) {
+        if notes.iter().any(|note| note.content == Content::Break) {
             return result;
         }
     }
@@ -131,7 +131,7 @@ impl Player {
         if config.sensor.adis.is_none() {
             let format = ImuFormat::ALL.get(usize::from(key.format));
             let format = format.ok_or("its format is not known")?;
-            config.format = Some(format.told(&config.sensor));
+            config.format = Some(format.configured(&config.sensor));
         }
         // the corrections are given: no block ends by itself
         config.block = 1e9;
@@ -169,15 +169,15 @@ impl Player {
 
     /// A piece, and what was noted until the next one.
     fn piece(&mut self, entry: &Entry, notes: &[Entry]) -> Result<(), Difference> {
-        let (burst, hash, first) = match entry.told {
-            Told::Piece(hash, bytes) => (false, hash, bytes),
-            Told::Burst(hash, bytes) => (true, hash, bytes),
+        let (burst, hash, first) = match entry.content {
+            Content::Piece(hash, bytes) => (false, hash, bytes),
+            Content::Burst(hash, bytes) => (true, hash, bytes),
             _ => (false, self.app.blackbox().hash() as u16, &[][..]),
         };
         self.judge_hash(entry.at_us, hash)?;
         let mut bytes = first.to_vec();
         for note in notes {
-            if let Told::More(more) = note.told {
+            if let Content::More(more) = note.content {
                 bytes.extend_from_slice(more);
             }
         }
@@ -190,7 +190,7 @@ impl Player {
         self.bytes += bytes.len();
         let own = core::slice::from_ref(entry);
         for note in own.iter().chain(notes) {
-            let (Told::Estimate(left, _) | Told::Faults(left, _)) = note.told else {
+            let (Content::Estimate(left, _) | Content::Faults(left, _)) = note.content else {
                 continue;
             };
             let until = usize::from(left).saturating_sub(before).min(bytes.len());
@@ -203,9 +203,9 @@ impl Player {
                 fed = bytes.len();
             }
             self.advance(note.at_us);
-            match note.told {
-                Told::Estimate(_, estimate) => self.app.impose(&estimate),
-                Told::Faults(_, bits) => self.judge_faults(note.at_us, bits)?,
+            match note.content {
+                Content::Estimate(_, estimate) => self.app.impose(&estimate),
+                Content::Faults(_, bits) => self.judge_faults(note.at_us, bits)?,
                 _ => {}
             }
         }
@@ -215,7 +215,7 @@ impl Player {
             self.feed(bytes.get(fed..).unwrap_or_default());
         }
         // where a page ends, what changed with its last piece had no room
-        if notes.iter().any(|note| note.told == Told::Break) {
+        if notes.iter().any(|note| note.content == Content::Break) {
             return Ok(());
         }
         self.judge_faults(self.clock.0, self.faults)

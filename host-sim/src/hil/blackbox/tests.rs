@@ -3,7 +3,7 @@
 use super::super::drive;
 use super::*;
 use crate::hil::{Input, MemoryLine, SetClock, networks};
-use firmware::app::blackbox::read::{HEAD_LEN, Head, Told};
+use firmware::app::blackbox::read::{Content, HEAD_LEN, Head};
 use firmware::app::blackbox::{LEN, Memory, PAGES, State};
 use firmware::app::{App, Config, Lines};
 use firmware::control::Mode;
@@ -170,7 +170,7 @@ fn a_silence_is_recorded_and_played() {
         let silent = (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n));
         let silent = silent.flat_map(|page| page.entries().collect::<Vec<_>>());
         let silent = silent.filter(
-            |entry| matches!(entry.told, Told::Faults(_, bits) if bits & fault::SILENT != 0),
+            |entry| matches!(entry.content, Content::Faults(_, bits) if bits & fault::SILENT != 0),
         );
         assert_eq!(silent.count(), 1, "{tells}: {pages:?}");
     }
@@ -192,8 +192,8 @@ fn a_changed_bit_is_found() {
     for page in (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n)) {
         let pieces: Vec<&[u8]> = page
             .entries()
-            .filter_map(|entry| match entry.told {
-                Told::Piece(_, bytes) => Some(bytes),
+            .filter_map(|entry| match entry.content {
+                Content::Piece(_, bytes) => Some(bytes),
                 _ => None,
             })
             .collect();

@@ -1,6 +1,6 @@
 use super::*;
 use crate::inertial::units::DEG;
-use crate::simulator::gnss::{GnssSpec, Told};
+use crate::simulator::gnss::{AntennaPrior, GnssSpec};
 use crate::simulator::imu::{ErrorModelName, ImuSpec};
 use crate::simulator::session::{SessionConfig, simulate};
 use crate::simulator::truth::Truth;
@@ -189,9 +189,9 @@ fn a_false_latency_is_found_as_far_as_it_is_doubted() {
     let found = |sigma_s: f64| {
         let gnss = GnssSpec {
             latency_s: Some(0.4),
-            told_antenna: Told {
+            told_antenna: AntennaPrior {
                 age_s: [0.1, sigma_s],
-                ..Told::default()
+                ..AntennaPrior::default()
             },
             ..GnssSpec::default()
         };

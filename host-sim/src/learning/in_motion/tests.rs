@@ -8,7 +8,7 @@ fn assumptions() -> Assumptions {
     Assumptions::of(&Unit::default())
 }
 
-const LAND: Told = Told {
+const LAND: Known = Known {
     vehicle: Kind::Land,
     heading: None,
 };
@@ -57,7 +57,7 @@ fn positions_alone_do_too_and_a_rough_heading_helps() {
     let errors = errors(&session, &found);
     assert!(errors.iter().all(|e| e.abs() < 4.0), "{errors:?}");
     let heading = to_euler(&session.reference[1].q_bn).2;
-    let told = Told {
+    let told = Known {
         heading: Some([heading, 5.0 * DEG]),
         ..LAND
     };

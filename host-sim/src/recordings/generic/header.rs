@@ -131,7 +131,7 @@ pub(super) enum Turned {
 #[serde(untagged, expecting = "is neither seconds nor 'estimate'")]
 pub(super) enum Offset {
     /// s.
-    Told(f64),
+    Given(f64),
     /// `estimate`.
     Word(String),
 }

@@ -126,7 +126,7 @@ pub fn read_with_truth(
     }
     match offset(&read)? {
         Some(Offset::Word(_)) => record.estimates_offset = true,
-        Some(Offset::Told(seconds)) => record.told_offset_s = Some(*seconds),
+        Some(Offset::Given(seconds)) => record.told_offset_s = Some(*seconds),
         None => {}
     }
     record.truth = truth::named(&read, record.told_offset_s)?;
@@ -141,7 +141,7 @@ fn offset(read: &Read) -> Result<Option<&Offset>, Error> {
     let gnss = read.header.gnss.as_ref();
     let told = gnss.and_then(|gnss| gnss.time_offset_s.as_ref());
     let is = match told {
-        Some(Offset::Told(seconds)) if !seconds.is_finite() => seconds.to_string(),
+        Some(Offset::Given(seconds)) if !seconds.is_finite() => seconds.to_string(),
         Some(Offset::Word(word)) if word != "estimate" => format!("'{word}'"),
         good => return Ok(good),
     };
@@ -157,7 +157,7 @@ fn offset(read: &Read) -> Result<Option<&Offset>, Error> {
 pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<Record, Error> {
     let (read, mut record) = begin(header, files, truth)?;
     let told = match offset(&read)? {
-        Some(Offset::Told(seconds)) => *seconds,
+        Some(Offset::Given(seconds)) => *seconds,
         _ => 0.0,
     };
     record.truth = truth::named(&read, Some(told))?.map(|track| track.shifted(told));

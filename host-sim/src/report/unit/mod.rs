@@ -7,7 +7,7 @@
 mod parts;
 mod verdict;
 
-pub use parts::device::Told;
+pub use parts::device::Readout;
 
 use super::document::{Document, Figure, Part, Table};
 use super::page;
@@ -50,7 +50,7 @@ pub struct Contents {
     /// Time on the recording's clock, s, and temperature, degrees C.
     pub temperatures: Found<Vec<(f64, f64)>>,
     /// What a device tells.
-    pub device: Option<Told>,
+    pub device: Option<Readout>,
     /// The commands that made the report, and those that give its parts alone.
     pub commands: Vec<String>,
 }

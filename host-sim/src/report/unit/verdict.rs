@@ -2,7 +2,7 @@
 
 use super::parts::device::name;
 use super::parts::{against, halved, in_force};
-use super::{Contents, Told};
+use super::{Contents, Readout};
 use crate::report::verdict::{Compared, of_outcomes};
 
 /// All sentences. The first is the shortest answer.
@@ -49,7 +49,7 @@ pub(super) fn sentences(contents: &Contents) -> Vec<String> {
 }
 
 /// The verdict on a device by what it tells.
-fn of_device(told: &Told) -> Vec<String> {
+fn of_device(told: &Readout) -> Vec<String> {
     let (info, learner) = (&told.info, &told.info.learner);
     let faults: Vec<&str> = told.faults.iter().map(|fault| fault.name).collect();
     let mut out = vec![];

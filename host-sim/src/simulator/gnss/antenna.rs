@@ -10,7 +10,7 @@ const SAME: f64 = 1e-6;
 
 /// What filters and the device's learner are told of the antenna.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Told {
+pub struct AntennaPrior {
     /// Age of a fix when it arrives, s, and its standard deviation.
     pub age_s: [f64; 2],
     /// From the IMU to the antenna: forward, right, down, m.

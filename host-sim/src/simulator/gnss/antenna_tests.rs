@@ -152,7 +152,7 @@ fn states_between_epochs_are_on_the_drive() {
 #[test]
 fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
     let truth = drive(90.0);
-    let told_antenna = Told {
+    let told_antenna = AntennaPrior {
         age_s: [0.1, 0.1],
         lever_arm_m: [1.0, 2.0, 3.0],
         lever_arm_sigma_m: 0.5,
@@ -167,7 +167,7 @@ fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
         .map(|(_, fix)| fix)
         .collect();
     assert_eq!(got, plain);
-    assert_eq!(spec.told_of_antenna(), Told::default());
+    assert_eq!(spec.told_of_antenna(), AntennaPrior::default());
     // what is told changes the age that the fix claims, and nothing else
     let late = GnssSpec {
         latency_s: Some(0.0),

@@ -2,7 +2,7 @@
 
 use super::{Section, Sensor};
 use crate::unit::finding::Finding;
-use firmware::wire::epson::{Layout, Model, Protocol, Refused, Settings as Told};
+use firmware::wire::epson::{Layout, Model, Protocol, Refused, Settings as Configured};
 use firmware::wire::{ImuFormat, ImuProtocol, Settings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,7 +42,7 @@ impl Default for Epson {
 
 impl Epson {
     /// The table of a device's settings.
-    fn told(told: &Told) -> Self {
+    fn told(told: &Configured) -> Self {
         let [burst_ctrl1, burst_ctrl2] = told.layout.registers();
         Self {
             model: told.model.name().to_owned(),
@@ -84,7 +84,7 @@ impl Section for Epson {
                 "0xF003 has all that is needed",
             )
         })?;
-        to.epson = Told {
+        to.epson = Configured {
             layout,
             model,
             high_range: self.high_range,

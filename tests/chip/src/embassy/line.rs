@@ -1,6 +1,6 @@
 //! USART1 at 921 600 bit/s: a ring in, which DMA fills without an end, and DMA out.
 
-use chip::{BYTES, LAST, Told, tell};
+use chip::{BYTES, LAST, Report, tell};
 use cortex_m::singleton;
 use embassy_stm32::Peripherals;
 use embassy_stm32::usart::{Config, Uart};
@@ -34,21 +34,21 @@ pub fn echo(chip: Peripherals) {
     let (mut out, into) = line.split();
     let mut into = into.into_ring_buffered(ring);
     into.start_uart();
-    tell(Told::Mark, 0);
+    tell(Report::Mark, 0);
     let mut count = 0;
     while count < BYTES {
         match wait_for(into.read(&mut sent[count..])) {
             Ok(bytes) => {
                 count += bytes;
-                tell(Told::Read, count as u32);
+                tell(Report::Read, count as u32);
             }
-            Err(_) => return tell(Told::Error, 1),
+            Err(_) => return tell(Report::Error, 1),
         }
     }
     let end = wait_for(out.write(sent));
-    tell(Told::Mark, 1);
+    tell(Report::Mark, 1);
     let end = end.and_then(|()| out.blocking_write(&[LAST]));
     let flushed = out.blocking_flush();
-    tell(Told::Error, u32::from(end.is_err() || flushed.is_err()));
-    tell(Told::Mark, 2);
+    tell(Report::Error, u32::from(end.is_err() || flushed.is_err()));
+    tell(Report::Mark, 2);
 }

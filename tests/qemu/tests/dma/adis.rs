@@ -1,7 +1,7 @@
 //! An ADIS at the board's SPI, whose bursts DMA fetches: what comes, what it costs, what is told
 //! when it fails.
 
-use firmware::configuration::Sensor as Told;
+use firmware::configuration::Sensor as ConfiguredSensor;
 use firmware::wire::adis::{Burst, Form, Model, Settings};
 use firmware::wire::command::{Counters, Request, Response, decode};
 use qemu::budget::Budgets;
@@ -179,7 +179,7 @@ pub fn configuration(sensor: &Sensor, rate: f64) -> Configuration {
     let form = model.form();
     let units = model.units(form != Form::Narrow).expect("a range");
     let mut told = Configuration {
-        sensor: Some(Told::Spi(Settings {
+        sensor: Some(ConfiguredSensor::Spi(Settings {
             form,
             units,
             framed: false,

@@ -155,7 +155,7 @@ fn desktops(frames: &[Record]) -> String {
         })
         .collect();
     input.extend_from_slice(frames);
-    hex(&on_desktop(Config::untold(Hardware::DESKTOP), &input).sent)
+    hex(&on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent)
 }
 
 /// The output equals the desktop's. Each frame costs one interrupt in (one more where it crosses

@@ -28,7 +28,7 @@ fn asked(image: &Path, wires: &Wires) -> Asked {
 }
 
 /// Nothing that the manual forbids, and no reset.
-fn allowed(told: &Told) {
+fn allowed(told: &Outcome) {
     assert_eq!(told.all("told").collect::<Vec<_>>(), [""; 0]);
     assert_eq!(told.all("refused").collect::<Vec<_>>(), [""; 0]);
     assert_eq!(told.resets, []);

@@ -110,7 +110,7 @@ fn it_passes_what_comes() {
 }
 
 /// What the models say the manual forbids. Both are the driver's, and harmless (docs/BOARDS.md).
-fn forbidden(told: &Told) {
+fn forbidden(told: &Outcome) {
     let registers = told.all("told").map(|line| {
         let words = line.split(' ').take(2);
         words.collect::<Vec<_>>().join(" ")

@@ -9,7 +9,7 @@ use std::path::Path;
 use firmware::app::{Config, Hardware};
 use firmware::wire::ImuFormat;
 use qemu::drive::{Record, drive};
-use qemu::emulator::{Asked, Told};
+use qemu::emulator::{Asked, Outcome};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
@@ -39,7 +39,7 @@ fn desktops(requests: &[Vec<u8>], frames: &[Record]) -> Vec<u8> {
         })
         .collect();
     input.extend_from_slice(frames);
-    on_desktop(Config::untold(Hardware::DESKTOP), &input).sent
+    on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent
 }
 
 impl Wires {
@@ -70,14 +70,14 @@ impl Wires {
     }
 
     /// What left for the navigation computer.
-    fn sent<'t>(&self, told: &'t Told) -> &'t (Vec<u8>, Vec<u64>) {
+    fn sent<'t>(&self, told: &'t Outcome) -> &'t (Vec<u8>, Vec<u64>) {
         &told.left[self.0[1]]
     }
 
     /// From the last byte of a frame to the first byte sent, us: the median and the greatest.
     /// The first quarter of the frames, which is held until the format is known, does not count,
     /// nor do datagrams of another length, which wait for the loop's turn by design.
-    fn latencies(&self, told: &Told, frames: &[Record], ends: &[u64]) -> [f64; 2] {
+    fn latencies(&self, told: &Outcome, frames: &[Record], ends: &[u64]) -> [f64; 2] {
         let (_, times) = self.sent(told);
         let byte = times.windows(2).map(|two| two[1] - two[0]).min();
         let byte = byte.expect("two bytes");
@@ -95,7 +95,7 @@ impl Wires {
 }
 
 /// A run, with what the emulator does not model printed.
-fn run(emulator: &Path, asked: &Asked) -> Told {
+fn run(emulator: &Path, asked: &Asked) -> Outcome {
     let told = qemu::emulator::run(emulator, asked).expect("it runs");
     println!("{:?} {:#?}", told.resets, told.lines);
     told

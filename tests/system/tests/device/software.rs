@@ -176,7 +176,7 @@ fn run(kind: &Kind, command: Command, ended: &AtomicBool) {
     let config = Config {
         store: kind.stores,
         hardware: HARDWARE,
-        ..told.unwrap_or_else(|| Config::untold(HARDWARE))
+        ..told.unwrap_or_else(|| Config::unconfigured(HARDWARE))
     };
     let mut app = App::with_learner(config, learner);
     let begun = Instant::now();

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// What was read from a device.
 #[derive(Debug, Clone, Serialize)]
-pub struct Told {
+pub struct Readout {
     /// What it is and what it is told.
     pub info: Info,
     /// What is wrong now.
@@ -25,7 +25,7 @@ pub struct Told {
     pub missing: Vec<String>,
 }
 
-pub(super) fn part(told: &Told) -> Part {
+pub(super) fn part(told: &Readout) -> Part {
     let faults = told.faults.iter().map(|fault| {
         let text = |text: &str| text.to_owned();
         vec![text(fault.name), text(fault.says), text(fault.remedy)]
@@ -67,8 +67,8 @@ pub(super) fn part(told: &Told) -> Part {
 }
 
 /// Label and value of what it tells of its state.
-fn state(told: &Told) -> Vec<(String, String)> {
-    let Told { info, .. } = told;
+fn state(told: &Readout) -> Vec<(String, String)> {
+    let Readout { info, .. } = told;
     let pair = |label: &str, value: String| (label.to_owned(), value);
     let learner = &info.learner;
     let sigma = learner.heading_sigma_deg;
