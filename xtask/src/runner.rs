@@ -21,7 +21,7 @@ const SLOW: [&str; 6] = ["damage", "live", "qemu", "soak", "system", "upsets"];
 const QUICK: [&str; 1] = ["agreement"];
 
 /// Slow tests beside those, as a filter of nextest.
-const CAMPAIGNS: &str = "package(=host-sim) & kind(lib) & test(/^campaign::/)";
+const CAMPAIGNS: &str = "package(=host-lab) & kind(lib) & test(/^campaign::/)";
 
 /// A part of the tests.
 #[derive(Clone, Copy, Debug, PartialEq)]

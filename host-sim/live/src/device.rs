@@ -14,8 +14,10 @@ use crate::taps::{DecoderSettings, Taps};
 use firmware::configuration::{Activation, Configuration};
 use firmware::wire::command::key::Secret;
 use firmware::wire::command::{Request, Response};
-use host_sim::device::{Counted, Info, Link, Solution, Status, Trials, configuration, info, usual};
-use host_sim::error::Error;
+use host_core::error::Error;
+use host_device::device::{
+    Counted, Info, Link, Solution, Status, Trials, configuration, info, usual,
+};
 use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -14,8 +14,8 @@ use foxglove::messages::{LocationFix, Log, Timestamp};
 use foxglove::{
     Channel, Context, McapCompression, McapWriteOptions, McapWriterHandle, WebSocketServerHandle,
 };
-use host_sim::device::faults::Fault;
-use host_sim::error::Error;
+use host_core::error::Error;
+use host_device::device::faults::Fault;
 use messages::{Errors, Health, Imu, Rehearsals};
 use std::fs::File;
 use std::io::BufWriter;

@@ -128,7 +128,7 @@ fn six<T: Into<f64> + Copy>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> [f64; 6] {
 mod tests {
     use super::*;
     use firmware::configuration::Configuration;
-    use host_sim::hil::{Input, drive};
+    use host_device::hil::{Input, drive};
 
     /// A simulated drive at rest: the sum of the samples is gravity, and the detector and a told
     /// format find the same.

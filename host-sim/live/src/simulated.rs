@@ -11,9 +11,9 @@ use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLe
 use firmware::link::rates::Clock as Rates;
 use firmware::model::Nets;
 use firmware::wire::ImuFormat;
-use host_sim::error::Error;
-use host_sim::hil::{Drive, Input, MemoryLine, SetClock, drive_told};
-use host_sim::unit::Unit;
+use host_core::error::Error;
+use host_device::hil::{Drive, Input, MemoryLine, SetClock, drive_told};
+use host_io::unit::Unit;
 use lines::Socket;
 use std::io;
 use std::net::TcpListener;

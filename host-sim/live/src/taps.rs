@@ -10,7 +10,7 @@ use crate::samples::{Decoder, Found, Sample};
 use crate::window::{Gather, Window};
 use firmware::configuration::{Configuration, Sensor, SerialLines};
 use firmware::wire::{ImuFormat, Settings};
-use host_sim::device::Port;
+use host_device::device::Port;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -249,7 +249,7 @@ async fn order(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_sim::device::PROVED;
+    use host_device::device::PROVED;
 
     /// The page's lines and words are where the firmware's proof is.
     #[test]

@@ -162,7 +162,7 @@ pub fn few_f32<const N: usize>(name: &str, value: &Bound<'_, PyAny>) -> PyResult
 }
 
 fn text_of(value: &Bound<'_, PyAny>) -> String {
-    host_sim::error::excerpt(&value.repr().map_or_else(|_| "?".into(), |r| r.to_string()))
+    host_core::error::excerpt(&value.repr().map_or_else(|_| "?".into(), |r| r.to_string()))
 }
 
 /// A vector as an array, which takes its memory over.

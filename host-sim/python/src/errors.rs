@@ -1,6 +1,6 @@
 //! Rust's errors as Python's exceptions, with their text.
 
-use host_sim::error::Error;
+use host_core::error::Error;
 use pyo3::PyErr;
 use pyo3::exceptions::{PyFileNotFoundError, PyOSError, PyValueError};
 

@@ -8,11 +8,11 @@ use crate::navigator::{
 };
 use crate::session::{Session, no_attitude};
 use crate::unit::UnitOrName;
-use host_sim::campaign::free_from;
-use host_sim::inertial::ekf::{Aided, ErrorModel, InitialSigma, NAV, Prior};
-use host_sim::inertial::gnss::Fix;
-use host_sim::inertial::sins::NavState;
-use host_sim::learning::teacher::{Assumptions, aid, aligned};
+use host_core::inertial::ekf::{Aided, ErrorModel, InitialSigma, NAV, Prior};
+use host_core::inertial::free_inertial::from_filter;
+use host_core::inertial::gnss::Fix;
+use host_core::inertial::sins::NavState;
+use host_lab::learning::teacher::{Assumptions, aid, aligned};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -42,7 +42,7 @@ const MODELS: [(&str, Model); 4] = [
 ];
 
 /// What is assumed of a unit, with this walk of its biases.
-fn assumed(unit: &host_sim::unit::Unit, walk: Option<f64>) -> PyResult<Assumptions> {
+fn assumed(unit: &host_io::unit::Unit, walk: Option<f64>) -> PyResult<Assumptions> {
     let told = Assumptions::of(unit);
     let walk = walk.unwrap_or(told.datasheet_walk());
     if !(walk.is_finite() && walk >= 0.0) {
@@ -55,15 +55,15 @@ fn assumed(unit: &host_sim::unit::Unit, walk: Option<f64>) -> PyResult<Assumptio
 /// Names of the parameters of a model, in its order.
 fn names(model: &ErrorModel) -> Vec<String> {
     let axes = ["x", "y", "z"];
-    let of = |(k, p): (usize, &host_sim::inertial::ekf::Parameter)| {
+    let of = |(k, p): (usize, &host_core::inertial::ekf::Parameter)| {
         let triad = ["gyro", "accel"][p.triad.index()];
         let axis = axes[p.axis];
         match p.regressor {
-            host_sim::inertial::ekf::Regressor::One => format!("{triad} bias {axis}"),
-            host_sim::inertial::ekf::Regressor::Input(j) if j == p.axis => {
+            host_core::inertial::ekf::Regressor::One => format!("{triad} bias {axis}"),
+            host_core::inertial::ekf::Regressor::Input(j) if j == p.axis => {
                 format!("{triad} scale {axis}")
             }
-            host_sim::inertial::ekf::Regressor::Input(j) => {
+            host_core::inertial::ekf::Regressor::Input(j) => {
                 format!("{triad} misalignment {axis}{}", axes[j])
             }
             _ => format!("{triad} {axis}, parameter {k}"),
@@ -217,7 +217,7 @@ impl Kalman {
             return Err(refused("epoch", problem, remedy));
         }
         let found = interruptible(py, move || {
-            free_from(&filter, &own, &own.increments(), from)
+            from_filter(&filter, &own, &own.increments(), from)
         })?;
         self::errors(py, &found)
     }

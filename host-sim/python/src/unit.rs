@@ -2,8 +2,8 @@
 
 use crate::arrays::from_json;
 use crate::errors::{raised, refused};
-use host_sim::error::Error;
-use host_sim::unit::{self, Finding, presets, schema};
+use host_core::error::Error;
+use host_io::unit::{self, Finding, presets, schema};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 

@@ -4,13 +4,13 @@ use super::interrupt::asked;
 use super::options::{arguments, pool, refused, shard};
 use super::output::JsonOption;
 use super::progress::bar;
-use crate::abuse::{
+use clap::{Args as ClapArgs, Subcommand};
+use host_core::error::Error;
+use host_io::output::write_atomic;
+use host_lab::abuse::{
     Abuse, Activation, Case, Computer, Judged, Sensor, Summary, Times, chosen, fix_learner,
     markdown, merge, summarise,
 };
-use crate::error::Error;
-use crate::output::write_atomic;
-use clap::{Args as ClapArgs, Subcommand};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 

@@ -3,14 +3,13 @@
 use super::options::{UnitOption, positive, refused};
 use super::output::JsonOption;
 use super::progress;
-use crate::analysis::allan::columns::{Choice, load};
-use crate::analysis::allan::findings::Findings;
-use crate::analysis::allan::{Column, at_rest};
-use crate::error::Error;
-use crate::report;
-use crate::simulator::imu::{ErrorModelName, ImuSpec};
-use crate::unit::Unit;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_core::simulator::imu::{ErrorModelName, ImuSpec};
+use host_io::unit::Unit;
+use host_lab::analysis::allan::columns::{Choice, load};
+use host_lab::analysis::allan::findings::Findings;
+use host_lab::analysis::allan::{Column, at_rest};
 use std::path::PathBuf;
 
 /// Arguments of `allan`.
@@ -85,14 +84,14 @@ impl Args {
         let page = self
             .out
             .as_deref()
-            .map(|dir| report::allan::write(&findings, dir))
+            .map(|dir| host_report::allan::write(&findings, dir))
             .transpose()?;
         self.json.write_text(&json)?;
         drop(shown);
         println!(
             "Allan deviation of {}\n\n{}",
             findings.source,
-            report::allan::table(&findings)
+            host_report::allan::table(&findings)
         );
         findings.notes.iter().for_each(|note| println!("- {note}"));
         if let Some(page) = page {
@@ -146,8 +145,8 @@ impl Args {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::allan::{Coefficient, Kind};
-    use crate::unit::presets;
+    use host_io::unit::presets;
+    use host_lab::analysis::allan::{Coefficient, Kind};
 
     /// Distance of `truth` from the interval, in half widths of it. 0 inside.
     fn outside(c: &Coefficient, truth: f64) -> f64 {

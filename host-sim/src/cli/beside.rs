@@ -1,10 +1,10 @@
 //! Fixes from a file beside the recording of an IMU, on the command line.
 
 use super::progress;
-use crate::error::Error;
-use crate::recordings::receiver;
-use crate::recordings::record::Record;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_io::recordings::receiver;
+use host_io::recordings::record::Record;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
 

@@ -1,11 +1,11 @@
 //! `host-sim replay blackbox`.
 
 use super::output::JsonOption;
-use crate::error::Error;
-use crate::hil::blackbox::{self, Verdict, names, play, read};
 use clap::Args as ClapArgs;
 use firmware::app::blackbox::What;
 use firmware::app::blackbox::read::events;
+use host_core::error::Error;
+use host_device::hil::blackbox::{self, Verdict, names, play, read};
 use serde::Serialize;
 use std::path::PathBuf;
 

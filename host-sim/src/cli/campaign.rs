@@ -3,15 +3,14 @@
 use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, renamed, shard};
 use super::output::{JsonOption, write_json};
 use super::progress::{self, bar};
-use crate::campaign::{
+use clap::{Args as ClapArgs, Subcommand};
+use host_core::error::Error;
+use host_io::output::{check_writable, write_atomic};
+use host_lab::campaign::{
     Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Topic, merge, missing, ratios,
     results, studies, summarise, to_csv,
 };
-use crate::error::Error;
-use crate::output::{check_writable, write_atomic};
-use crate::report;
-use crate::report::campaign::Made;
-use clap::{Args as ClapArgs, Subcommand};
+use host_report::campaign::Made;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -334,14 +333,14 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
         let made = Made {
             commands: vec![format!("host-sim {}", arguments_without("--jobs"))],
         };
-        let page = report::campaign::document(done, &summary, &ratios, further, &made)?;
+        let page = host_report::campaign::document(done, &summary, &ratios, further, &made)?;
         write_atomic(file, page.page()?.as_bytes())?;
         for sentence in page.verdict() {
             println!("{sentence}");
         }
         println!();
     }
-    println!("{}", report::campaign::tables(&summary, &ratios));
+    println!("{}", host_report::campaign::tables(&summary, &ratios));
     Ok(())
 }
 

@@ -3,10 +3,10 @@
 use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
 use super::progress::{self, Shown};
 use super::source::{Csv, KfGins, Novatel};
-use crate::error::Error;
-use crate::recordings::record::Record;
-use crate::recordings::{generic, kfgins};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
+use host_core::error::Error;
+use host_io::recordings::record::Record;
+use host_io::recordings::{generic, kfgins};
 use std::path::PathBuf;
 
 const WRITING: &str = "writing the files";

@@ -1,17 +1,17 @@
 //! `--corrected`: the recording again, with the samples as a scheme has corrected them.
 
 use super::options::refused;
-use crate::error::Error;
-use crate::experiment::correction::{Correction, SCHEMES};
-use crate::inertial::sins::Increment;
-use crate::output::{check_writable, write_atomic};
-use crate::recordings::corrected::Original;
-use crate::recordings::kfgins;
-use crate::recordings::record::Record;
 use clap::builder::PossibleValuesParser;
 use clap::{Args as ClapArgs, ValueEnum};
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use host_core::error::Error;
+use host_core::inertial::sins::Increment;
+use host_io::output::{check_writable, write_atomic};
+use host_io::recordings::corrected::Original;
+use host_io::recordings::kfgins;
+use host_io::recordings::record::Record;
+use host_lab::experiment::correction::{Correction, SCHEMES};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -3,16 +3,16 @@
 use super::options::{ScenarioOption, UnitOption, arguments, pool, refused, shard};
 use super::output::JsonOption;
 use super::progress::bar;
-use crate::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
-use crate::campaign::{Campaign, Group};
-use crate::error::Error;
-use crate::output::write_atomic;
-use crate::unit::Unit;
-use crate::unit::networks::Input;
-use crate::unit::prior::{Prior, Triad};
 use clap::{Args as ClapArgs, Subcommand};
 use firmware::inputs::{Inputs as DeviceInputs, Source};
 use firmware::model::IMAGES_LEN;
+use host_core::error::Error;
+use host_io::output::write_atomic;
+use host_io::unit::Unit;
+use host_io::unit::networks::Input;
+use host_io::unit::prior::{Prior, Triad};
+use host_lab::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
+use host_lab::campaign::{Campaign, Group};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `fleet`.

@@ -4,14 +4,14 @@ use super::interrupt::asked;
 use super::options::{UnitOption, refused};
 use super::output::JsonOption;
 use super::progress::bar;
-use crate::device::read_key;
-use crate::error::Error;
-use crate::hil::{Control, Report, Setup, run};
-use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
+use host_core::error::Error;
+use host_device::device::read_key;
+use host_device::hil::{Control, Report, Setup, run};
+use host_io::unit::Unit;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 

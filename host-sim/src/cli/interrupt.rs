@@ -1,7 +1,7 @@
 //! Ctrl-C: a command that can stop by itself is told; any other ends at once, and what it was
 //! writing is removed. So files are whole or absent, and the exit code is 130.
 
-use crate::output::abandon;
+use host_io::output::abandon;
 use std::io::{Write, stderr};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};

@@ -3,14 +3,13 @@
 use super::options::{UnitOption, arguments, within};
 use super::output::Output;
 use super::progress::bar;
-use crate::analysis::learnability::{Question, answer};
-use crate::error::Error;
-use crate::report;
-use crate::report::replay::Head;
-use crate::simulator::gnss::GnssSpec;
-use crate::simulator::imu::ImuSpec;
-use crate::unit::Unit;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::imu::ImuSpec;
+use host_io::unit::Unit;
+use host_lab::analysis::learnability::{Question, answer};
+use host_report::replay::Head;
 
 /// Arguments of `learnability`.
 #[derive(Debug, ClapArgs)]
@@ -71,7 +70,7 @@ impl Args {
         bar.tick();
         let answer = answer(&question, &|| bar.inc(1));
         bar.finish_and_clear();
-        let table = report::learnability::table(&answer)?;
+        let table = host_report::learnability::table(&answer)?;
         let head = Head {
             title: format!(
                 "What can be learnt of a {} IMU in {} min",
@@ -79,7 +78,7 @@ impl Args {
             ),
             command: format!("host-sim {}", arguments()),
         };
-        let page = report::learnability::write(
+        let page = host_report::learnability::write(
             &self.output.directory("learnability"),
             &head,
             &answer,

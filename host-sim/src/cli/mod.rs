@@ -37,8 +37,8 @@ mod told;
 mod unit;
 mod user_recording;
 
-use crate::error::Error;
 use clap::{Command as Definition, CommandFactory, Parser, Subcommand};
+use host_core::error::Error;
 
 /// Ring-laser-gyro SINS simulation and the desktop tools of the IMU compensation co-processor.
 ///

@@ -1,9 +1,9 @@
 //! Options that several commands have, and how a bad value is refused.
 
-use crate::error::Error;
-use crate::experiment::scenario::Scenario;
-use crate::unit::Unit;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_io::unit::Unit;
+use host_lab::experiment::scenario::Scenario;
 
 /// `--scenario`.
 #[derive(Debug, ClapArgs)]

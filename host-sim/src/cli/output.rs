@@ -2,13 +2,12 @@
 
 use super::options::arguments;
 use super::progress::{self, Shown};
-use crate::error::Error;
-use crate::experiment::outcome::{Outcome, table};
-use crate::experiment::results::Report;
-use crate::output::write_atomic;
-use crate::report;
-use crate::report::replay::Head;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_io::output::write_atomic;
+use host_lab::experiment::outcome::{Outcome, table};
+use host_lab::experiment::results::Report;
+use host_report::replay::Head;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -81,13 +80,13 @@ impl Output {
     ) -> Result<(), Error> {
         progress::stage(progress::WRITING);
         // Everything that can be wrong with the results is found before anything is written.
-        let json = report::json::json(&report.results)?;
-        let page = report::page::write(&self.directory(name), report)?;
+        let json = host_report::json::json(&report.results)?;
+        let page = host_report::page::write(&self.directory(name), report)?;
         self.json.write_text(&json)?;
         drop(shown);
-        let table = report::table::table(&report.results);
+        let table = host_report::table::table(&report.results);
         println!("{}\n", report.title);
-        for sentence in report::verdict::of_results(&report.results) {
+        for sentence in host_report::verdict::of_results(&report.results) {
             println!("{sentence}");
         }
         println!("\n{table}");
@@ -111,13 +110,13 @@ impl Output {
             command: format!("host-sim {}", arguments()),
         };
         let directory = self.directory(&format!("replay-{name}"));
-        let page = report::replay::write(&directory, &head, outcomes)?;
+        let page = host_report::replay::write(&directory, &head, outcomes)?;
         self.json.write(outcomes)?;
         drop(shown);
         let table = table(outcomes);
         for outcome in outcomes {
             println!("{}, {}:", outcome.recording, outcome.case);
-            for sentence in report::verdict::of_outcome(outcome) {
+            for sentence in host_report::verdict::of_outcome(outcome) {
                 println!("  {sentence}");
             }
         }

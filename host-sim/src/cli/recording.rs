@@ -6,10 +6,10 @@ use super::replay::What;
 use super::report::form::{self, Form};
 use super::report::given::{parsed, words};
 use super::user_recording::{Loaded, Options};
-use crate::error::Error;
-use crate::experiment::doubts::Says;
-use crate::recordings::record::Record;
-use crate::unit::Unit;
+use host_core::error::Error;
+use host_io::recordings::record::Record;
+use host_io::unit::Unit;
+use host_lab::experiment::doubts::Says;
 use std::path::PathBuf;
 
 /// A recording that was read.

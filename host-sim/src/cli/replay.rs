@@ -6,13 +6,13 @@ use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress;
 use super::user_recording::{CsvArgs, KfGinsArgs, MessagesArgs, NovatelArgs, no_attitude};
-use crate::error::Error;
-use crate::experiment::outcome::Outcome;
-use crate::experiment::results::Report;
-use crate::experiment::{fog_mems, hybrid, kitti, lasergyro};
-use crate::inertial::session::Session;
-use crate::recordings::{self, load};
 use clap::{Args as ClapArgs, Subcommand};
+use host_core::error::Error;
+use host_core::inertial::session::Session;
+use host_io::recordings::{self, load};
+use host_lab::experiment::outcome::Outcome;
+use host_lab::experiment::results::Report;
+use host_lab::experiment::{fog_mems, hybrid, kitti, lasergyro};
 use std::path::PathBuf;
 
 /// The stage of a replay that takes longest.

@@ -3,9 +3,9 @@
 use super::options::Simulation;
 use super::output::Output;
 use super::progress;
-use crate::error::Error;
-use crate::experiment::run::{Options, run};
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_lab::experiment::run::{Options, run};
 
 /// Seconds of each stage of the default scenario on two busy cores.
 const STAGES: [(&str, f64); 5] = [

@@ -1,8 +1,8 @@
 //! `host-sim serve`: the program `host-sim-serve`, which has a web server and so compiles apart.
 
 use super::options::refused;
-use crate::error::Error;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
 use std::ffi::OsString;
 use std::io::ErrorKind;
 use std::path::PathBuf;

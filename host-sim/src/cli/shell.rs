@@ -1,11 +1,11 @@
 //! `host-sim completions` and `host-sim manual`: what shells and `man` read.
 
 use super::Cli;
-use crate::error::Error;
-use crate::output::write_atomic;
 use clap::{Args as ClapArgs, Command};
 use clap_complete::Shell;
 use clap_mangen::Man;
+use host_core::error::Error;
+use host_io::output::write_atomic;
 use std::path::{Path, PathBuf};
 
 const NAME: &str = "host-sim";

@@ -2,11 +2,11 @@
 
 use super::options::Simulation;
 use super::progress;
-use crate::error::Error;
-use crate::experiment::run::sessions;
-use crate::recordings::generic;
-use crate::recordings::record::{Record, TimedFix};
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_io::recordings::generic;
+use host_io::recordings::record::{Record, TimedFix};
+use host_lab::experiment::run::sessions;
 use std::path::PathBuf;
 
 const WRITING: &str = "writing the files";

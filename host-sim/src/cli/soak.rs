@@ -2,12 +2,12 @@
 
 use super::options::refused;
 use super::progress::bar;
-use crate::error::Error;
-use crate::hil::blackbox::{Verdict, play};
 use clap::Args as ClapArgs;
 use firmware::app::App;
 use firmware::app::blackbox::LEN;
 use firmware::configuration::Configuration;
+use host_core::error::Error;
+use host_device::hil::blackbox::{Verdict, play};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use soak::disturb::KINDS;

@@ -2,18 +2,18 @@
 
 use super::beside::Beside;
 use super::progress;
-use crate::error::Error;
-use crate::experiment::doubts::{Field, Says};
-use crate::inertial::axes::Axes;
-use crate::inertial::rotation::from_euler;
-use crate::inertial::units::DEG;
-use crate::recordings::corrected::Original;
-use crate::recordings::generic::NamedUnit;
-use crate::recordings::record::Record;
-use crate::recordings::{InitialAttitude, generic, kfgins, novatel};
-use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use firmware::wire::novatel::ImuType;
+use host_core::error::Error;
+use host_core::inertial::axes::Axes;
+use host_core::inertial::rotation::from_euler;
+use host_core::inertial::units::DEG;
+use host_io::recordings::corrected::Original;
+use host_io::recordings::generic::NamedUnit;
+use host_io::recordings::record::Record;
+use host_io::recordings::{InitialAttitude, generic, kfgins, novatel};
+use host_io::unit::Unit;
+use host_lab::experiment::doubts::{Field, Says};
 use std::path::PathBuf;
 
 /// CSV files with a TOML header.

@@ -4,11 +4,10 @@ use super::interrupt::asked;
 use super::options::{UnitOption, arguments, pool, refused, within};
 use super::output::JsonOption;
 use super::progress::bar;
-use crate::campaign::start::{Receiver, Study, Summary, chosen, markdown};
-use crate::error::Error;
-use crate::output::write_atomic;
-use crate::report;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_io::output::write_atomic;
+use host_lab::campaign::start::{Receiver, Study, Summary, chosen, markdown};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -105,7 +104,7 @@ impl Args {
         bar.finish_and_clear();
         let tried = tried?;
         let summaries: Vec<Summary> = tried.iter().map(|t| t.summary.clone()).collect();
-        println!("{}", report::start::tables(&summaries));
+        println!("{}", host_report::start::tables(&summaries));
         let done: usize = tried.iter().map(|t| t.trials.len()).sum();
         let whole = done == study.trials();
         self.json.write(&json!({

@@ -4,8 +4,8 @@
 //! standard output cannot be written for another reason, the rest is dropped too and the command
 //! goes on until its files are written, but the program ends with that error.
 
-use crate::error::Error;
 use clap::{Command, Parser};
+use host_core::error::Error;
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write, stderr};
 use std::path::Path;

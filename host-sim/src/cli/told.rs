@@ -1,11 +1,11 @@
 //! Options of `replay` that tell what the files of a recording do not.
 
 use super::options::{refused, renamed, within};
-use crate::error::Error;
-use crate::inertial::units::DEG;
-use crate::recordings::record::Record;
-use crate::unit::Unit;
 use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_core::inertial::units::DEG;
+use host_io::recordings::record::Record;
+use host_io::unit::Unit;
 
 /// What files of some formats cannot tell.
 #[derive(Debug, ClapArgs)]

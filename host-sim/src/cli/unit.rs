@@ -2,10 +2,10 @@
 
 use super::options::refused;
 use super::progress;
-use crate::error::Error;
-use crate::output::write_atomic;
-use crate::unit::{Finding, Unit, ask, examine, presets, schema};
 use clap::{Args as ClapArgs, Subcommand};
+use host_core::error::Error;
+use host_io::output::write_atomic;
+use host_io::unit::{Finding, Unit, ask, examine, presets, schema};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `unit`.

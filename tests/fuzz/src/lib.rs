@@ -8,7 +8,7 @@ pub mod targets;
 
 use arbitrary::{Arbitrary, Unstructured};
 use firmware::wire::{Framing, ImuFormat, Scan};
-use host_sim::recordings::record::Record;
+use host_io::recordings::record::Record;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 

@@ -1,11 +1,11 @@
-//! Simulated drives (`host_sim::hil::drive`) as recordings for the images.
+//! Simulated drives (`host_device::hil::drive`) as recordings for the images.
 
 use anyhow::{Context, Result, ensure};
 use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
-use host_sim::hil as simulated;
-use host_sim::inertial::session::Session;
-use host_sim::simulator::imu::ImuSpec;
+use host_core::inertial::session::Session;
+use host_core::simulator::imu::ImuSpec;
+use host_device::hil as simulated;
 
 use crate::replay::{Input, LONGEST, Pace};
 

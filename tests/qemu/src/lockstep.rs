@@ -11,8 +11,8 @@ use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::wire::command::{self, Health, MAX_PACKET, Request, Response};
-use host_sim::device::{Link, images};
-use host_sim::hil::{Input, MemoryLine, Record, SetClock};
+use host_device::device::{Link, images};
+use host_device::hil::{Input, MemoryLine, Record, SetClock};
 
 use crate::listening::Listening;
 

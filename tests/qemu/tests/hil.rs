@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
-use host_sim::hil::{Control, Setup, run};
+use host_device::hil::{Control, Setup, run};
 use qemu::images::{BOARDS, Board};
 use qemu::listening::Listening;
 

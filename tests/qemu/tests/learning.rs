@@ -12,8 +12,8 @@ use firmware::sample::{Lsb, Unit};
 use firmware::wire::novatel::ImuType;
 use firmware::wire::ubx::Pvt;
 use firmware::wire::{Checked, ImuFormat};
-use host_sim::inertial::session::Session;
-use host_sim::learning::fix_learner::{Device, Stored};
+use host_core::inertial::session::Session;
+use host_lab::learning::fix_learner::{Device, Stored};
 use qemu::drive::{Record, drive_from};
 use qemu::images::REPLAY;
 use qemu::machine::{Clock, NETDUINOPLUS2};
@@ -196,10 +196,11 @@ fn the_alignment_is_the_desktops() {
     let place = session.reference[0].position;
     let si: Vec<_> = samples
         .iter()
-        .map(|c| host_sim::inertial::session::to_si(c, &session.lsb))
+        .map(|c| host_core::inertial::session::to_si(c, &session.lsb))
         .collect();
-    let want = host_sim::inertial::align::inertial_frame(&si, session.dt, session.samples(), place)
-        .expect("aligned");
+    let want =
+        host_core::inertial::align::inertial_frame(&si, session.dt, session.samples(), place)
+            .expect("aligned");
     let sensors = Sensors {
         noise: [1.46e-6, 1.96e-4],
         bias: [1.63e-6, 4e-3],

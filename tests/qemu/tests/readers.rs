@@ -3,14 +3,14 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use host_sim::inertial::earth::Geodetic;
-use host_sim::inertial::session::Session;
-use host_sim::inertial::units::DEG;
-use host_sim::recordings::record::{Kind, Record};
-use host_sim::recordings::{mcap, ubx, ulog};
-use host_sim::simulator::gnss::GnssSpec;
-use host_sim::simulator::imu::ImuSpec;
-use host_sim::simulator::session::{SessionConfig, simulate};
+use host_core::inertial::earth::Geodetic;
+use host_core::inertial::session::Session;
+use host_core::inertial::units::DEG;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::imu::ImuSpec;
+use host_core::simulator::session::{SessionConfig, simulate};
+use host_io::recordings::record::{Kind, Record};
+use host_io::recordings::{mcap, ubx, ulog};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use qemu::judges::{ask_with, python};
 
@@ -44,7 +44,7 @@ fn drive() -> Session {
 fn rates(session: &Session) -> Vec<(i64, [f64; 3], [f64; 3])> {
     let step = (session.dt * 1e9).round() as i64;
     let increments = session.increments();
-    let rate = |(k, i): (usize, &host_sim::inertial::sins::Increment)| {
+    let rate = |(k, i): (usize, &host_core::inertial::sins::Increment)| {
         let of = |v: Vector3<f64>| (v / session.dt).into();
         (START + k as i64 * step, of(i.dtheta), of(i.dv))
     };

@@ -1,8 +1,9 @@
 //! `docs/ARCHITECTURE.md` and its picture, held against the tree: every room is listed, in an order
 //! in which each room imports only rooms below it.
 //!
-//! A room is a module that stands directly in the `src` folder of a part. The tables of the page
-//! list the rooms of a part from high to low. Code that is compiled for tests only is left out.
+//! A room is a module that stands directly in the `src` folder of a crate. The tables of the page
+//! list the rooms of a part from high to low; the desktop's part has several crates. Code that is
+//! compiled for tests only is left out.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -20,8 +21,42 @@ fn text(path: &Path) -> String {
     std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
+/// A room as the page lists it.
+#[derive(Debug)]
+struct Room {
+    name: String,
+    /// Folder of its crate, from the workspace.
+    package: String,
+}
+
+impl Room {
+    /// A row of a table: `` | `room` | what it is | `` or `` | `room` | `crate` | what it is | ``.
+    fn of(row: &str, part: &str) -> Option<Room> {
+        let mut cells = row.strip_prefix("| `")?.split(" | ");
+        let name = cells.next()?.trim_end_matches('`').to_owned();
+        let second = cells.next()?;
+        let package = second.strip_prefix('`').and_then(|c| c.strip_suffix('`'));
+        let package = match package {
+            Some(package) if package != part => format!("{part}/{package}"),
+            _ => part.to_owned(),
+        };
+        Some(Room { name, package })
+    }
+
+    fn src(&self) -> PathBuf {
+        workspace().join(&self.package).join("src")
+    }
+
+    /// Whether the room is all of its crate.
+    fn is_crate(&self) -> bool {
+        let src = self.src();
+        let inside = [src.join(&self.name), src.join(format!("{}.rs", self.name))];
+        !inside.iter().any(|path| path.exists())
+    }
+}
+
 /// The rooms of a part as the page lists them, from high to low.
-fn listed(part: &str) -> Vec<String> {
+fn listed(part: &str) -> Vec<Room> {
     let page = text(&workspace().join("docs/ARCHITECTURE.md"));
     let heading = format!("## `{part}`");
     let section = page
@@ -29,27 +64,41 @@ fn listed(part: &str) -> Vec<String> {
         .unwrap_or_else(|| panic!("docs/ARCHITECTURE.md has no heading {heading}"))
         .1;
     let section = section.split("\n## ").next().unwrap_or_default();
-    let name = |line: &str| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_owned());
-    section.lines().filter_map(name).collect()
+    section
+        .lines()
+        .filter_map(|row| Room::of(row, part))
+        .collect()
 }
 
-/// What stands in the `src` folder of a part.
-fn standing(part: &str) -> BTreeSet<String> {
-    let folder = workspace().join(part).join("src");
-    let entries = std::fs::read_dir(&folder).expect("a readable folder");
-    let name = |entry: std::io::Result<std::fs::DirEntry>| {
-        let path = entry.expect("a readable entry").path();
-        let stem = path.file_stem()?.to_str()?.to_owned();
-        (!["lib", "main", "bin"].contains(&stem.as_str())).then_some(stem)
-    };
-    entries.filter_map(name).collect()
+/// What stands in the `src` folders of the crates of a part.
+fn standing(rooms: &[Room]) -> BTreeSet<String> {
+    let mut all = BTreeSet::new();
+    for room in rooms {
+        if room.is_crate() {
+            all.insert(room.name.clone());
+            continue;
+        }
+        for entry in std::fs::read_dir(room.src()).expect("a readable folder") {
+            let path = entry.expect("a readable entry").path();
+            let stem = path.file_stem().and_then(|stem| stem.to_str());
+            all.extend(stem.map(str::to_owned));
+        }
+    }
+    for not in ["lib", "main", "bin"] {
+        all.remove(not);
+    }
+    all
 }
 
 /// The source files of a room: `room.rs` and all below `room/`.
-fn files(part: &str, room: &str) -> Vec<PathBuf> {
-    let src = workspace().join(part).join("src");
-    let mut found = vec![src.join(format!("{room}.rs"))];
-    let mut folders = vec![src.join(room)];
+fn files(room: &Room) -> Vec<PathBuf> {
+    let src = room.src();
+    let mut found = vec![src.join(format!("{}.rs", room.name))];
+    let mut folders = vec![if room.is_crate() {
+        src
+    } else {
+        src.join(&room.name)
+    }];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).into_iter().flatten() {
             let path = entry.expect("a readable entry").path();
@@ -68,7 +117,10 @@ fn files(part: &str, room: &str) -> Vec<PathBuf> {
 #[derive(Default)]
 struct Mentions {
     /// First names after `crate::`.
-    rooms: BTreeSet<String>,
+    own: BTreeSet<String>,
+    /// First names after the other crates of the desktop, as in `host_core::inertial`; the name of
+    /// a crate that is a room.
+    others: BTreeSet<String>,
     /// Modules that are compiled for tests only.
     test_modules: BTreeSet<String>,
 }
@@ -91,36 +143,22 @@ impl Mentions {
                 at += self.skip_item(&tokens[at..]);
                 continue;
             }
-            if is_ident(token, "crate") {
-                self.path(tokens.get(at + 3));
+            match token {
+                TokenTree::Ident(name) if name == "crate" => {
+                    self.own.extend(names(tokens.get(at + 3)));
+                }
+                TokenTree::Ident(name) => {
+                    if let Some(package) = name.to_string().strip_prefix("host_") {
+                        self.others.insert(package.to_owned());
+                        self.others.extend(names(tokens.get(at + 3)));
+                    }
+                }
+                _ => {}
             }
             if let TokenTree::Group(group) = token {
                 self.read(group.stream());
             }
             at += 1;
-        }
-    }
-
-    /// What follows `crate::`: a name, or a group of paths.
-    fn path(&mut self, next: Option<&TokenTree>) {
-        match next {
-            Some(TokenTree::Ident(name)) => {
-                self.rooms.insert(name.to_string());
-            }
-            Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
-                let mut first = true;
-                for token in group.stream() {
-                    match token {
-                        TokenTree::Ident(name) if first => {
-                            self.rooms.insert(name.to_string());
-                            first = false;
-                        }
-                        TokenTree::Punct(mark) if mark.as_char() == ',' => first = true,
-                        _ => {}
-                    }
-                }
-            }
-            _ => {}
         }
     }
 
@@ -142,6 +180,29 @@ impl Mentions {
     }
 }
 
+/// The first names of what follows `crate::`: a path, or a group of paths.
+fn names(next: Option<&TokenTree>) -> Vec<String> {
+    match next {
+        Some(TokenTree::Ident(name)) => vec![name.to_string()],
+        Some(TokenTree::Group(group)) if group.delimiter() == Delimiter::Brace => {
+            let mut found = Vec::new();
+            let mut first = true;
+            for token in group.stream() {
+                match token {
+                    TokenTree::Ident(name) if first => {
+                        found.push(name.to_string());
+                        first = false;
+                    }
+                    TokenTree::Punct(mark) if mark.as_char() == ',' => first = true,
+                    _ => {}
+                }
+            }
+            found
+        }
+        _ => Vec::new(),
+    }
+}
+
 fn is_ident(token: &TokenTree, name: &str) -> bool {
     matches!(token, TokenTree::Ident(ident) if ident == name)
 }
@@ -154,9 +215,9 @@ fn is_test_only(tokens: &[TokenTree]) -> bool {
 }
 
 /// The rooms that the product code of a room imports.
-fn imports(part: &str, room: &str) -> BTreeSet<String> {
-    let files = files(part, room);
-    assert!(!files.is_empty(), "{part}/src/{room} has no source file");
+fn imports(room: &Room) -> BTreeSet<String> {
+    let files = files(room);
+    assert!(!files.is_empty(), "{room:?} has no source file");
     let mentions: Vec<(PathBuf, Mentions)> = files
         .into_iter()
         .map(|path| (path.clone(), Mentions::of(&path)))
@@ -169,7 +230,14 @@ fn imports(part: &str, room: &str) -> BTreeSet<String> {
         names.any(|name| tests.iter().any(|test| *test == name))
     };
     let product = mentions.iter().filter(|(path, _)| !for_tests(path));
-    product.flat_map(|(_, m)| m.rooms.clone()).collect()
+    let mut all = BTreeSet::new();
+    for (_, mentions) in product {
+        all.extend(mentions.others.clone());
+        if !room.is_crate() {
+            all.extend(mentions.own.clone());
+        }
+    }
+    all
 }
 
 #[test]
@@ -177,15 +245,15 @@ fn every_room_is_listed_and_drawn() {
     let picture = text(&workspace().join("docs/architecture.svg"));
     for part in PARTS {
         let listed = listed(part);
-        let set: BTreeSet<String> = listed.iter().cloned().collect();
+        let set: BTreeSet<String> = listed.iter().map(|room| room.name.clone()).collect();
         assert_eq!(
             set,
-            standing(part),
+            standing(&listed),
             "rooms of {part}: the page and the tree"
         );
         assert_eq!(set.len(), listed.len(), "{part}: a room is listed twice");
         for room in &listed {
-            let id = format!("id=\"{part}/{room}\"");
+            let id = format!("id=\"{part}/{}\"", room.name);
             assert!(picture.contains(&id), "docs/architecture.svg has no {id}");
         }
         let prefix = format!("id=\"{part}/");
@@ -204,15 +272,16 @@ fn each_room_imports_only_rooms_below_it() {
     for part in PARTS {
         let order = listed(part);
         for (height, room) in order.iter().enumerate() {
-            for imported in imports(part, room) {
+            for imported in imports(room) {
                 // a name that is no room stands in lib.rs, as a re-export or a macro
-                let Some(below) = order.iter().position(|name| *name == imported) else {
+                let Some(below) = order.iter().position(|room| room.name == imported) else {
                     continue;
                 };
                 arrows += usize::from(below != height);
                 assert!(
                     below >= height,
-                    "{part}: `{room}` imports `{imported}`, which docs/ARCHITECTURE.md lists above it"
+                    "{part}: `{}` imports `{imported}`, which docs/ARCHITECTURE.md lists above it",
+                    room.name
                 );
             }
         }
@@ -224,9 +293,10 @@ fn each_room_imports_only_rooms_below_it() {
 fn the_reader_of_imports_sees_groups_and_leaves_out_tests() {
     let mut mentions = Mentions::default();
     let source = "use crate::{a::{x, y}, b}; // crate::c\n fn f() { crate::d::g(\"crate::e\") }\n\
-                  #[cfg(test)] mod tests; #[cfg(test)] mod inline { use crate::h; } use crate::i::j;";
+                  #[cfg(test)] mod tests; #[cfg(test)] mod inline { use crate::h; } use crate::i::j;\
+                  use host_core::{k, l::m}; use host_report::n;";
     mentions.read(source.parse().expect("Rust"));
-    let rooms: Vec<&str> = mentions.rooms.iter().map(String::as_str).collect();
-    assert_eq!(rooms, ["a", "b", "d", "i"]);
+    assert!(mentions.own.iter().eq(["a", "b", "d", "i"]));
+    assert!(mentions.others.iter().eq(["core", "k", "l", "n", "report"]));
     assert!(mentions.test_modules.contains("tests"));
 }

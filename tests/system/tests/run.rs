@@ -6,8 +6,8 @@
 )]
 
 use assert_cmd::Command;
-use host_sim::simulator::imu::{ErrorModelName, ImuSpec};
-use host_sim::unit::Unit;
+use host_core::simulator::imu::{ErrorModelName, ImuSpec};
+use host_io::unit::Unit;
 use std::path::Path;
 use system::{horizontal, json};
 

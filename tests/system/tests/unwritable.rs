@@ -14,7 +14,7 @@ mod software;
 #[allow(dead_code, reason = "this test needs some of the writers")]
 mod writers;
 
-use host_sim::inertial::units::DEG;
+use host_core::inertial::units::DEG;
 use software::{Device, Kind};
 use std::fs::{File, OpenOptions};
 use std::net::TcpListener;

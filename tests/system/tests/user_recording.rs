@@ -9,13 +9,13 @@ use assert_cmd::Command;
 use firmware::sample::Lsb;
 use firmware::wire::novatel::inspvas::Inspvas;
 use firmware::wire::novatel::{Header, Log, Repr};
-use host_sim::inertial::counts::quantise;
-use host_sim::inertial::rotation::to_euler;
-use host_sim::inertial::session::Session;
-use host_sim::inertial::units::DEG;
-use host_sim::simulator::gnss::GnssSpec;
-use host_sim::simulator::imu::ImuSpec;
-use host_sim::simulator::session::{SessionConfig, simulate};
+use host_core::inertial::counts::quantise;
+use host_core::inertial::rotation::to_euler;
+use host_core::inertial::session::Session;
+use host_core::inertial::units::DEG;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::imu::ImuSpec;
+use host_core::simulator::session::{SessionConfig, simulate};
 use serde_json::Value;
 use std::path::Path;
 
@@ -184,7 +184,7 @@ fn a_log_of_raw_increments_and_solutions_is_replayed_and_converted() {
     let config = SessionConfig {
         imu: &imu,
         gnss: &GnssSpec::default(),
-        start: host_sim::inertial::earth::Geodetic {
+        start: host_core::inertial::earth::Geodetic {
             lat: 0.8,
             lon: 0.1,
             h: 300.0,

@@ -9,8 +9,8 @@ use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::{Clock, Full, Line, Lost, NoLine};
 use firmware::wire::{ImuFormat, Settings as Configured};
-use host_sim::hil::{Input, Record, drive_told, networks};
-use host_sim::simulator::imu::ImuSpec;
+use host_core::simulator::imu::ImuSpec;
+use host_device::hil::{Input, Record, drive_told, networks};
 
 /// What the device does meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

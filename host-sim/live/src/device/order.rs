@@ -3,9 +3,9 @@
 use firmware::control::{Alignment, Mode, Reason};
 use firmware::fix::Heading;
 use firmware::wire::command::Request;
-use host_sim::device::{Link, MODES, configure, mode_name, store};
-use host_sim::error::Error;
-use host_sim::unit::Unit;
+use host_core::error::Error;
+use host_device::device::{Link, MODES, configure, mode_name, store};
+use host_io::unit::Unit;
 use serde::Deserialize;
 use std::fs;
 use std::path::Path;

@@ -3,7 +3,7 @@
 use crate::device::Now;
 use crate::samples::Sample;
 use crate::window::shown;
-use host_sim::device::Trials;
+use host_device::device::Trials;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
 //! `host-sim device blackbox`.
 
-use crate::device::{Link, fetch};
-use crate::error::Error;
-use crate::hil::blackbox::write;
+use host_core::error::Error;
+use host_device::device::{Link, fetch};
+use host_device::hil::blackbox::write;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

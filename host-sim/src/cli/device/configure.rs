@@ -1,10 +1,10 @@
 //! `host-sim device configure` and `device show`.
 
 use crate::cli::options::refused;
-use crate::device::{Info, Link, can_store, configuration, configure, info, store};
-use crate::error::Error;
-use crate::unit::Unit;
 use firmware::configuration::Configuration;
+use host_core::error::Error;
+use host_device::device::{Info, Link, can_store, configuration, configure, info, store};
+use host_io::unit::Unit;
 
 /// What a device is told of the unit of a file or preset.
 pub(super) fn told(name: &str) -> Result<Configuration, Error> {

@@ -8,15 +8,15 @@ mod weights;
 use super::interrupt::asked;
 use super::options::refused;
 use super::stdout;
-use crate::device::{
-    Link, MODES, Watch, info, mode_name, open_by_choice, provision, read_key, store, watch,
-};
-use crate::error::Error;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Subcommand};
 use firmware::control::Mode;
 use firmware::fix::Heading;
 use firmware::wire::command::Request;
+use host_core::error::Error;
+use host_device::device::{
+    Link, MODES, Watch, info, mode_name, open_by_choice, provision, read_key, store, watch,
+};
 use serde::Serialize;
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! What `host-sim device` prints for a person.
 
-use crate::device::{
+use host_device::device::{
     Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status,
 };
 use std::fmt::Write;

@@ -1,9 +1,9 @@
 //! `host-sim device weights`.
 
-use crate::device::{Link, check_image, load};
-use crate::error::Error;
-use crate::output::write_atomic;
 use clap::Subcommand as ClapSubcommand;
+use host_core::error::Error;
+use host_device::device::{Link, check_image, load};
+use host_io::output::write_atomic;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 

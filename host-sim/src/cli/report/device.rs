@@ -1,10 +1,10 @@
 //! What a device tells for its report. Nothing in it is changed: its black box goes on recording.
 
-use crate::device::{Link, configuration, info, recording};
-use crate::error::Error;
-use crate::report::unit::Readout;
-use crate::unit::Unit;
 use firmware::configuration::Configuration;
+use host_core::error::Error;
+use host_device::device::{Link, configuration, info, recording};
+use host_io::unit::Unit;
+use host_report::unit::Readout;
 
 /// What was read.
 pub(super) struct Read {
@@ -56,8 +56,8 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     ];
     Ok(Read {
         told: Readout {
-            faults: crate::device::faults::told(health.faults),
-            counters: crate::device::named_counters(&counters),
+            faults: host_device::device::faults::told(health.faults),
+            counters: host_device::device::named_counters(&counters),
             info,
             weights,
             black_box,

@@ -1,7 +1,7 @@
 //! The files that a recording is made of, each named by its hash.
 
-use crate::error::Error;
-use crate::report::unit::hash;
+use host_core::error::Error;
+use host_report::unit::hash;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};

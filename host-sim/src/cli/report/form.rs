@@ -1,9 +1,9 @@
 //! What form the recording of `--from` has, by its first bytes.
 
 use super::super::options::refused;
-use crate::error::Error;
-use crate::recordings::{fog_mems, kitti, lasergyro};
 use flate2::read::MultiGzDecoder;
+use host_core::error::Error;
+use host_io::recordings::{fog_mems, kitti, lasergyro};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -7,17 +7,17 @@ use super::super::user_recording::{Loaded, Options};
 use super::files::hashes;
 use super::form::Form;
 use super::rest::{self, Rest};
-use crate::analysis::allan::columns::{Choice, load};
-use crate::campaign::fleet::readings;
-use crate::error::Error;
-use crate::experiment::outcome::{Outcome, Row};
-use crate::experiment::results::Report;
-use crate::experiment::{fog_mems, kitti, lasergyro};
-use crate::inertial::session::Session;
-use crate::recordings::record::Record;
-use crate::report::unit::Found;
-use crate::unit::Unit;
 use clap::Parser;
+use host_core::error::Error;
+use host_core::inertial::session::Session;
+use host_io::recordings::record::Record;
+use host_io::unit::Unit;
+use host_lab::analysis::allan::columns::{Choice, load};
+use host_lab::campaign::fleet::readings;
+use host_lab::experiment::outcome::{Outcome, Row};
+use host_lab::experiment::results::Report;
+use host_lab::experiment::{fog_mems, kitti, lasergyro};
+use host_report::unit::Found;
 use std::path::{Path, PathBuf};
 
 /// File of temperatures beside the header of a CSV, as `simulate` writes it.
@@ -242,7 +242,7 @@ fn outcome(report: Report) -> Outcome {
             l.start, l.end, j.start, j.end
         )
     });
-    let row = |row: crate::experiment::results::Row| Row {
+    let row = |row: host_lab::experiment::results::Row| Row {
         t_s: 60 * row.t_min,
         scheme: row.scheme,
         d_north_m: row.d_lat_m,

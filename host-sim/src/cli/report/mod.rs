@@ -11,16 +11,16 @@ use super::options::{arguments, refused};
 use super::output::JsonOption;
 use super::progress::{self, WRITING};
 use super::user_recording::STAGES;
-use crate::analysis::allan::findings::Findings;
-use crate::analysis::learnability::{Answer, Question, answer};
-use crate::error::Error;
-use crate::output::check_writable;
-use crate::report::unit::{Contents, Found, Report};
-use crate::simulator::gnss::GnssSpec;
-use crate::unit::Unit;
 use clap::Args as ClapArgs;
 use form::Form;
 use given::Given;
+use host_core::error::Error;
+use host_core::simulator::gnss::GnssSpec;
+use host_io::output::check_writable;
+use host_io::unit::Unit;
+use host_lab::analysis::allan::findings::Findings;
+use host_lab::analysis::learnability::{Answer, Question, answer};
+use host_report::unit::{Contents, Found, Report};
 use std::path::PathBuf;
 
 const NOISE: &str = "noise at rest";
@@ -193,7 +193,7 @@ impl Args {
 }
 
 /// Minutes of the longest learning part, within what is computed.
-fn learning_minutes(outcomes: &[crate::experiment::outcome::Outcome]) -> u32 {
+fn learning_minutes(outcomes: &[host_lab::experiment::outcome::Outcome]) -> u32 {
     let benches = outcomes.iter().filter_map(|o| o.bench.as_deref());
     let longest = benches.map(|b| b.learn.len()).max().unwrap_or(0);
     (longest.div_ceil(60) as u32).clamp(2, LONGEST_MIN)

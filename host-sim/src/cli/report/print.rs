@@ -1,8 +1,8 @@
 //! `--pdf`: a browser prints the page.
 
 use crate::cli::options::refused;
-use crate::error::Error;
-use crate::output::write_atomic;
+use host_core::error::Error;
+use host_io::output::write_atomic;
 use std::path::Path;
 use std::process::{Command, Stdio};
 

@@ -1,12 +1,12 @@
 //! The part of a recording in which the sensors are at rest, for the Allan analysis.
 
-use crate::analysis::allan::{Column, Kind};
-use crate::error::Error;
-use crate::list::{Writer, median};
-use crate::recordings::InitialAttitude;
-use crate::recordings::columns::IMU;
-use crate::recordings::record::{Kind as Samples, Record};
-use crate::report::unit::Found;
+use host_core::error::Error;
+use host_core::list::{Writer, median};
+use host_io::recordings::InitialAttitude;
+use host_io::recordings::columns::IMU;
+use host_io::recordings::record::{Kind as Samples, Record};
+use host_lab::analysis::allan::{Column, Kind};
+use host_report::unit::Found;
 
 /// Bytes of a column that wait in memory.
 const IN_MEMORY: usize = 1 << 24;

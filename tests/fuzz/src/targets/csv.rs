@@ -1,7 +1,7 @@
 //! Any header and any table as a recording in CSV, divided by a zero byte. The header may name no
 //! file outside its folder.
 
-use host_sim::recordings::generic;
+use host_io::recordings::generic;
 
 /// Whether a header may name a file elsewhere: a slash that is not of a unit, or an escape.
 fn names_folders(header: &[u8]) -> bool {

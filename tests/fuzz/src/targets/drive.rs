@@ -12,7 +12,7 @@ use firmware::model::Nets;
 use firmware::sample::RawSample;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::{Framer, ImuFormat, ubx::Pvt};
-use host_sim::hil::{Input as Line, MemoryLine, Record, SetClock, drive_from};
+use host_device::hil::{Input as Line, MemoryLine, Record, SetClock, drive_from};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::collections::HashMap;
 use std::sync::OnceLock;

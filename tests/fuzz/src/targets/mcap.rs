@@ -1,7 +1,7 @@
 //! Any bytes as a bag of ROS 2: they are read or refused with a sentence, and all that is read is
 //! finite.
 
-use host_sim::recordings::mcap::{Choice, read};
+use host_io::recordings::mcap::{Choice, read};
 
 /// Whether the bag was read.
 pub fn run(input: &[u8]) -> bool {

@@ -1,8 +1,8 @@
 //! Any bytes as a recorded NovAtel log, with the checksums repaired where a message stands.
 
 use firmware::wire::ImuFormat;
-use host_sim::inertial::axes::Axes;
-use host_sim::recordings::novatel;
+use host_core::inertial::axes::Axes;
+use host_io::recordings::novatel;
 
 /// Whether samples were read.
 pub fn run(input: &[u8]) -> bool {

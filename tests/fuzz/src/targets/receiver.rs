@@ -2,7 +2,7 @@
 //! receiver with its own sensors. Sums and checksums are repaired where a message stands.
 
 use firmware::wire::{Framing, ReceiverFormat, Scan};
-use host_sim::recordings::{receiver, ubx};
+use host_io::recordings::{receiver, ubx};
 
 /// Fletcher's sum modulo 256.
 fn fletcher(bytes: &[u8]) -> [u8; 2] {

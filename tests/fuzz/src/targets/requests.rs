@@ -9,7 +9,7 @@ use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::wire::command::{Packets, Response, decode};
 use firmware::wire::{Fields, ImuFormat, cobs, framer};
-use host_sim::hil::{MemoryLine, SetClock};
+use host_device::hil::{MemoryLine, SetClock};
 
 /// Most bytes of a message that a packet has room for.
 const ROOM: usize = 150;

@@ -1,7 +1,7 @@
 //! Any bytes as a log of PX4: they are read or refused with a sentence, and all that is read is
 //! finite.
 
-use host_sim::recordings::ulog::{Choice, read};
+use host_io::recordings::ulog::{Choice, read};
 
 /// Whether the log was read.
 pub fn run(input: &[u8]) -> bool {

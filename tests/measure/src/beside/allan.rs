@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use host_sim::analysis::allan::at_rest;
-use host_sim::simulator::imu::{ErrorModelName, ImuSpec};
+use host_core::simulator::imu::{ErrorModelName, ImuSpec};
+use host_lab::analysis::allan::at_rest;
 use qemu::images::workspace;
 use serde::Deserialize;
 

@@ -12,16 +12,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
-use host_sim::inertial::earth::Geodetic;
-use host_sim::inertial::rotation::to_euler;
-use host_sim::inertial::session::Session;
-use host_sim::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM};
-use host_sim::learning::teacher::Assumptions;
-use host_sim::recordings::kfgins::{self, Form};
-use host_sim::recordings::record::Record;
-use host_sim::simulator::gnss::GnssSpec;
-use host_sim::simulator::session::{SessionConfig, simulate};
-use host_sim::unit::Unit;
+use host_core::inertial::earth::Geodetic;
+use host_core::inertial::rotation::to_euler;
+use host_core::inertial::session::Session;
+use host_core::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM};
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::session::{SessionConfig, simulate};
+use host_io::recordings::kfgins::{self, Form};
+use host_io::recordings::record::Record;
+use host_io::unit::Unit;
+use host_lab::learning::teacher::Assumptions;
 use serde::Deserialize;
 
 use super::{Place, ROUNDS, peak, seconds};

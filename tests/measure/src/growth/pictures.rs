@@ -1,8 +1,8 @@
 //! The curves.
 
 use anyhow::Result;
-use host_sim::experiment::results::Curve;
-use host_sim::report::growth::{self, Panel};
+use host_lab::experiment::results::Curve;
+use host_report::growth::{self, Panel};
 
 use super::laws::Polynomial;
 use super::scaling::SAMPLES;

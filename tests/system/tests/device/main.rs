@@ -12,7 +12,7 @@ mod watching;
 
 use assert_cmd::Command;
 use firmware::wire::command::{Response, Version, encode};
-use host_sim::unit::Unit;
+use host_io::unit::Unit;
 use serde_json::Value;
 use software::{Device, Kind};
 use std::io::{Read, Write};
@@ -227,8 +227,8 @@ fn weights_are_read_and_written_whole_or_not_at_all() {
     let image = std::fs::read(path("w.bin")).unwrap();
     assert_eq!(image.len(), 608);
 
-    let other = host_sim::hil::networks();
-    std::fs::write(path("other.bin"), host_sim::device::images(&other)).unwrap();
+    let other = host_device::hil::networks();
+    std::fs::write(path("other.bin"), host_device::device::images(&other)).unwrap();
     let told = json(port, &["weights", "put", &path("other.bin")]);
     assert_eq!(told["bytes"], 608);
     output(port, &["weights", "get", &path("w.bin")]);

@@ -36,7 +36,7 @@ fn a_device_is_reported_and_not_changed() {
     assert!(part(&empty, "bound")["left_out"].is_string());
 
     output(port, &["configure", &unit, "--no-store"]);
-    let networks = host_sim::device::images(&host_sim::hil::networks());
+    let networks = host_device::device::images(&host_device::hil::networks());
     std::fs::write(path("w.bin"), &networks).unwrap();
     output(port, &["weights", "put", &path("w.bin")]);
     let told = report(&["--unit", &unit]);

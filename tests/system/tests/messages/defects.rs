@@ -4,13 +4,13 @@
 
 use super::{complaint, host_sim};
 use crate::writers::{Fix, ORIGIN, Sample, fixes, samples};
-use host_sim::inertial::earth::Geodetic;
-use host_sim::inertial::rotation::to_euler;
-use host_sim::inertial::session::Session;
-use host_sim::inertial::units::DEG;
-use host_sim::simulator::gnss::GnssSpec;
-use host_sim::simulator::imu::ImuSpec;
-use host_sim::simulator::session::{SessionConfig, simulate};
+use host_core::inertial::earth::Geodetic;
+use host_core::inertial::rotation::to_euler;
+use host_core::inertial::session::Session;
+use host_core::inertial::units::DEG;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::imu::ImuSpec;
+use host_core::simulator::session::{SessionConfig, simulate};
 use nalgebra::Vector3;
 use serde_json::Value;
 use std::fmt::Write;

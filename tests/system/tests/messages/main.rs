@@ -16,8 +16,8 @@ mod reports;
 mod writers;
 
 use assert_cmd::Command;
-use host_sim::inertial::rotation::to_euler;
-use host_sim::inertial::units::DEG;
+use host_core::inertial::rotation::to_euler;
+use host_core::inertial::units::DEG;
 use serde_json::Value;
 use std::path::Path;
 use writers::{ORIGIN, bag, csv, drive, euroc, pvts, ubx, ulog};

@@ -2,7 +2,7 @@
 
 use crate::writers::{ORIGIN, bag, drive, euroc, ubx, ulog};
 use crate::{complaint, host_sim};
-use host_sim::inertial::units::DEG;
+use host_core::inertial::units::DEG;
 use serde_json::Value;
 use std::path::Path;
 

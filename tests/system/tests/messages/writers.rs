@@ -1,11 +1,11 @@
 //! Writes a simulated drive in every format.
 
-use host_sim::inertial::earth::Geodetic;
-use host_sim::inertial::session::Session;
-use host_sim::inertial::units::DEG;
-use host_sim::simulator::gnss::GnssSpec;
-use host_sim::simulator::imu::ImuSpec;
-use host_sim::simulator::session::{SessionConfig, simulate};
+use host_core::inertial::earth::Geodetic;
+use host_core::inertial::session::Session;
+use host_core::inertial::units::DEG;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::imu::ImuSpec;
+use host_core::simulator::session::{SessionConfig, simulate};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
 use std::path::Path;
@@ -53,7 +53,7 @@ pub type Fix = (i64, [f64; 3], [f64; 3]);
 
 pub fn fixes(session: &Session) -> Vec<Fix> {
     let all = session.fixes.iter().enumerate();
-    let fix = |(k, fix): (usize, &Option<host_sim::inertial::gnss::Fix>)| {
+    let fix = |(k, fix): (usize, &Option<host_core::inertial::gnss::Fix>)| {
         let fix = fix.as_ref()?;
         let p = fix.position;
         let place = [p.lat / DEG, p.lon / DEG, p.h];

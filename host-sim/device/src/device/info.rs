@@ -1,0 +1,293 @@
+//! What a device is and what it is told.
+
+use super::configure::configuration;
+use super::link::Link;
+use super::mode_name;
+use super::receiver::{Receiver, receiver};
+use super::reset::{Start, start};
+use super::watch::{Antenna, Learner};
+use firmware::configuration::{Configuration, Sensor};
+use firmware::wire::command::{self, Protection, Remembered, Request, Response, Security};
+use host_core::error::Error;
+use serde::Serialize;
+
+/// What a device is and what it is told.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Info {
+    /// Version of the firmware.
+    pub firmware: String,
+    /// Version of the command link.
+    pub link: u16,
+    /// Version of the weight image.
+    pub image: u16,
+    /// Schema of the configurations that it takes.
+    pub schema: u16,
+    /// Name of the board.
+    pub board: String,
+    /// Sets of pins that the board has.
+    pub pin_sets: u8,
+    /// Whether the board can store configuration and weights.
+    pub stores: bool,
+    /// Whether the device has a configuration.
+    pub configured: bool,
+    /// Whether the configuration in use is the stored one.
+    pub stored: bool,
+    /// Mode in force.
+    pub mode: &'static str,
+    /// Name of the unit, if it is configured.
+    pub name: Option<String>,
+    /// Serial number of the sensor, if it is configured.
+    pub serial: Option<String>,
+    /// Format of the sensor's frames that was told; `None` also where the device detects it.
+    pub format: Option<&'static str>,
+    /// Samples a second that were told where the frames do not tell, Hz.
+    pub rate_hz: Option<f64>,
+    /// Mode at power-on.
+    pub mode_at_start: Option<&'static str>,
+    /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
+    /// 15, 20 and 22 min after an alignment; 0 without a configuration.
+    pub error_bound_m: [u32; 5],
+    /// The sensor's, the navigation computer's and the receiver's line.
+    pub lines: [LineInfo; 3],
+    /// The receiver as the device hears it.
+    pub receiver: Receiver,
+    /// Lever arm and delay of the fixes; `None` on a board without a learner.
+    pub antenna: Option<Antenna>,
+    /// The learner, and how it is aligned.
+    pub learner: Learner,
+    /// What the device remembers of the unit from earlier drives.
+    pub memory: Memory,
+    /// Why and how the board started; `None`: it does not tell.
+    pub start: Option<Start>,
+    /// What it found in its store when it started.
+    pub store: Kept,
+    /// Who may change the device.
+    pub security: Protected,
+}
+
+/// What a device found in its store.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Kept {
+    /// Number of the record in use, if there is one.
+    pub record: Option<u32>,
+    /// Times the device started in its life, as of that record.
+    pub starts: u32,
+    /// How many of these followed a failure.
+    pub failures: u32,
+    /// Time it ran, h.
+    pub hours: f64,
+    /// Times each slot of the flash was erased.
+    pub erased: [u32; 2],
+    /// A newer record is damaged and was not used.
+    pub damaged: bool,
+    /// Newer records that were passed over, because the device had failed with them.
+    pub passed: u8,
+}
+
+impl From<command::Kept> for Kept {
+    fn from(of: command::Kept) -> Self {
+        Self {
+            record: of.generation,
+            starts: of.starts,
+            failures: of.failures,
+            hours: f64::from(of.minutes) / 60.0,
+            erased: of.erased,
+            damaged: of.damaged,
+            passed: of.passed,
+        }
+    }
+}
+
+/// Who may change a device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Protected {
+    /// `keyed`, `open by choice` or `not provisioned`.
+    pub state: &'static str,
+    /// The board makes random challenges.
+    pub random: bool,
+    /// Sealed requests refused since power-on because of another key or a forgery.
+    pub forged: u32,
+    /// Records that may be stored now, one after the other.
+    pub stores: u16,
+}
+
+impl From<Security> for Protected {
+    fn from(of: Security) -> Self {
+        Self {
+            state: match of.protection {
+                Protection::Unprovisioned => "not provisioned",
+                Protection::OpenByChoice => "open by choice",
+                Protection::Keyed => "keyed",
+            },
+            random: of.random,
+            forged: of.forged,
+            stores: of.stores,
+        }
+    }
+}
+
+/// What a device remembers of its unit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Memory {
+    /// Drives that it was learnt on; 0: nothing is remembered.
+    pub drives: u16,
+    /// Time learnt in them, h.
+    pub hours: f64,
+    /// Least and most temperature of the sensor meanwhile, degrees C, if they are known.
+    pub temperatures_degc: Option<[i16; 2]>,
+    /// Stored networks correct the samples of this drive.
+    pub acts: bool,
+    /// What was found is of another sensor, or of networks with other inputs, and is not used.
+    pub of_another: bool,
+}
+
+impl From<Remembered> for Memory {
+    fn from(of: Remembered) -> Self {
+        Self {
+            drives: of.drives,
+            hours: f64::from(of.minutes) / 60.0,
+            temperatures_degc: of.temperatures,
+            acts: of.acts,
+            of_another: of.of_another,
+        }
+    }
+}
+
+/// A line's bit rate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LineInfo {
+    /// Which line.
+    pub line: &'static str,
+    /// Clock of its UART, Hz, if it is known.
+    pub clock_hz: Option<u32>,
+    /// Bit rate that was told, bit/s, if the device is configured.
+    pub told: Option<u32>,
+    /// Bit rate in fact, bit/s, if it is known.
+    pub bit_rate: Option<u32>,
+    /// By how much it differs from what was told, %.
+    pub error_percent: Option<f64>,
+}
+
+/// The board, with its name as a text of its own.
+pub(super) struct Board {
+    name: String,
+    uart_clocks: [u32; 3],
+    bauds: [u32; 3],
+    pin_sets: u8,
+    pub stores: bool,
+    pub schema: u16,
+    pub configured: bool,
+    pub stored: bool,
+}
+
+/// Asks for the board.
+pub(super) fn board(link: &mut Link) -> Result<Board, Error> {
+    link.ask(&Request::GetBoard, |answer| match answer {
+        Response::Board(board) => Some(Board {
+            name: board.name.to_owned(),
+            uart_clocks: board.uart_clocks,
+            bauds: board.bauds,
+            pin_sets: board.pin_sets,
+            stores: board.stores,
+            schema: board.schema,
+            configured: board.configured,
+            stored: board.stored,
+        }),
+        _ => None,
+    })
+}
+
+/// Asks a device what it is and what it is told.
+///
+/// # Errors
+/// As [`Link::ask`], or the device has another version of the link.
+pub fn info(link: &mut Link) -> Result<Info, Error> {
+    let version = link.version()?;
+    let board = board(link)?;
+    let told = configuration(link)?;
+    let health = link.health()?;
+    let receiver = receiver(link, told.as_ref())?;
+    let antenna = link.antenna()?.map(Antenna::from);
+    let bauds = told.as_ref().map(|told| {
+        let lines = told.lines;
+        [lines.sensor_baud, lines.sensor_baud, lines.receiver_baud]
+    });
+    let [major, minor, patch] = version.firmware;
+    let line = |at: usize, line| {
+        LineInfo::new(
+            line,
+            board.uart_clocks[at],
+            bauds.map(|b| b[at]),
+            board.bauds[at],
+        )
+    };
+    let lines = [
+        line(0, "sensor"),
+        line(1, "navigation"),
+        line(2, "receiver"),
+    ];
+    Ok(Info {
+        firmware: format!("{major}.{minor}.{patch}"),
+        link: version.wire,
+        image: version.image,
+        schema: board.schema,
+        lines,
+        board: board.name,
+        pin_sets: board.pin_sets,
+        stores: board.stores,
+        configured: board.configured,
+        stored: board.stored,
+        mode: mode_name(health.mode),
+        error_bound_m: health.error_bound_m,
+        receiver,
+        antenna,
+        learner: Learner::from(&health),
+        memory: link.remembered()?.into(),
+        store: link.kept()?.into(),
+        start: start(link)?,
+        security: link.security()?.into(),
+        name: told.as_ref().map(|told| told.identity.name.to_string()),
+        serial: told.as_ref().map(|told| told.identity.serial.to_string()),
+        format: told.as_ref().and_then(format),
+        rate_hz: told.as_ref().map(|told| told.rate),
+        mode_at_start: told.map(|told| mode_name(told.correction.mode)),
+    })
+}
+
+/// Name of the format told.
+fn format(told: &Configuration) -> Option<&'static str> {
+    match told.sensor.as_ref()? {
+        Sensor::Stream(settings) => Some(settings.format().name()),
+        Sensor::Spi(_) => Some("adis-spi"),
+    }
+}
+
+impl LineInfo {
+    /// Zeros are what the board does not know.
+    fn new(line: &'static str, clock: u32, told: Option<u32>, bit_rate: u32) -> Self {
+        let known = |value: u32| (value > 0).then_some(value);
+        let bit_rate = known(bit_rate);
+        let error = |(told, is): (u32, u32)| (f64::from(is) / f64::from(told) - 1.0) * 100.0;
+        Self {
+            line,
+            clock_hz: known(clock),
+            told,
+            bit_rate,
+            error_percent: told.zip(bit_rate).map(error),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 84 MHz / 45 = 1 866 667 bit/s, 1.27 % above the 1 843 200 bit/s of a STIM300.
+    #[test]
+    fn the_error_of_a_bit_rate_is_in_per_cent_of_what_was_told() {
+        let line = LineInfo::new("sensor", 84_000_000, Some(1_843_200), 1_866_667);
+        assert!((line.error_percent.unwrap() - 1.2731).abs() < 1e-4);
+        let line = LineInfo::new("sensor", 0, Some(1_843_200), 0);
+        assert_eq!((line.clock_hz, line.error_percent), (None, None));
+    }
+}

@@ -1,0 +1,112 @@
+//! What a device hears of its satellite receiver, and what is missing.
+
+use super::link::Link;
+use firmware::configuration::{Configuration, ReceiverProtocol};
+use firmware::wire::ReceiverFormat;
+use firmware::wire::command::{Request, Response};
+use firmware::wire::receiver::Heard;
+use host_core::error::Error;
+use serde::Serialize;
+
+/// What a device hears of its receiver.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Receiver {
+    /// Protocol that it was told; `None` without a configuration.
+    pub told: Option<&'static str>,
+    /// Protocol of the line; `None` while nothing has been understood.
+    pub protocol: Option<&'static str>,
+    /// Time of validity of the last good fix, s of the GPS week.
+    pub fix_time_s: Option<f64>,
+    /// Its age when it was complete, ms; known by a time pulse only.
+    pub fix_age_ms: Option<f64>,
+    /// Edges of the time pulse since the configuration.
+    pub pulses: u32,
+    /// What is missing, each with its remedy.
+    pub missing: Vec<&'static str>,
+}
+
+/// Asks a device for its receiver. `told`: its configuration.
+pub(super) fn receiver(link: &mut Link, told: Option<&Configuration>) -> Result<Receiver, Error> {
+    let heard = link.ask(&Request::GetReceiver, |answer| match answer {
+        Response::Receiver(heard) => Some(*heard),
+        _ => None,
+    })?;
+    Ok(Receiver::new(&heard, told))
+}
+
+impl Receiver {
+    fn new(heard: &Heard, told: Option<&Configuration>) -> Receiver {
+        let wired = told.is_some_and(|told| told.receiver.pulse);
+        let mut missing = Vec::new();
+        if heard.format.is_none() {
+            missing.push(
+                "no message was understood; check wiring, bit rate and protocol of the receiver's \
+                 line",
+            );
+        } else if heard.time_ms.is_none() {
+            missing.push(
+                "no good fix; check the antenna's view of the sky and that the receiver sends \
+                 position and velocity",
+            );
+        }
+        if wired && heard.pulses == 0 {
+            missing.push("no time pulse; check its wire and that the receiver sends it");
+        } else if wired && heard.time_ms.is_some() && heard.age_us.is_none() {
+            missing.push(
+                "no believable time pulse; check that it rises (not falls) at whole seconds, once a \
+                 second, and that receiver.fix_delay_ms is right within 5 fix_delay_sigma_ms",
+            );
+        }
+        Receiver {
+            told: told.map(|told| protocol_name(told.receiver.protocol)),
+            protocol: heard.format.map(format_name),
+            fix_time_s: heard.time_ms.map(|ms| f64::from(ms) / 1e3),
+            fix_age_ms: heard.age_us.map(|us| f64::from(us) / 1e3),
+            pulses: heard.pulses,
+            missing,
+        }
+    }
+}
+
+fn protocol_name(protocol: ReceiverProtocol) -> &'static str {
+    match protocol {
+        ReceiverProtocol::Detect => "detect",
+        ReceiverProtocol::Ubx => format_name(ReceiverFormat::Ubx),
+        ReceiverProtocol::Nmea => format_name(ReceiverFormat::Nmea),
+        ReceiverProtocol::Novatel => format_name(ReceiverFormat::Novatel),
+        ReceiverProtocol::Sbf => format_name(ReceiverFormat::Sbf),
+    }
+}
+
+fn format_name(format: ReceiverFormat) -> &'static str {
+    match format {
+        ReceiverFormat::Ubx => "ubx",
+        ReceiverFormat::Nmea => "nmea",
+        ReceiverFormat::Novatel => "novatel",
+        ReceiverFormat::Sbf => "sbf",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_missing_is_named() {
+        let mut told = Configuration::default();
+        told.receiver.pulse = true;
+        let missing = |heard: &Heard| Receiver::new(heard, Some(&told)).missing;
+        let mut heard = Heard::default();
+        assert!(matches!(&missing(&heard)[..], [a, b]
+            if a.contains("no message") && b.contains("no time pulse")));
+        heard.format = Some(ReceiverFormat::Nmea);
+        heard.pulses = 7;
+        assert!(matches!(&missing(&heard)[..], [a] if a.contains("no good fix")));
+        heard.time_ms = Some(1000);
+        assert!(matches!(&missing(&heard)[..], [a] if a.contains("believable")));
+        heard.age_us = Some(90_000);
+        assert!(missing(&heard).is_empty());
+        let untold = Receiver::new(&Heard::default(), None);
+        assert_eq!((untold.told, untold.missing.len()), (None, 1));
+    }
+}

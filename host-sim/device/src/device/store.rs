@@ -1,0 +1,40 @@
+//! Has a device keep its configuration and weights over a power cycle.
+
+use super::info::board;
+use super::link::Link;
+use firmware::control::Mode;
+use firmware::wire::command::{Request, fault};
+use host_core::error::Error;
+
+/// Whether the board can store.
+///
+/// # Errors
+/// As [`Link::ask`].
+pub fn can_store(link: &mut Link) -> Result<bool, Error> {
+    Ok(board(link)?.stores)
+}
+
+/// Stores configuration and weights, and sets the mode `after`. The device stores in mode bypass
+/// only, because its processor halts meanwhile.
+///
+/// # Errors
+/// As [`Link::ask`]; the device cannot store, or it failed.
+pub fn store(link: &mut Link, after: Mode) -> Result<(), Error> {
+    link.order(&Request::SetMode(Mode::Bypass))?;
+    let begun = link.order(&Request::StoreImage);
+    let stored = settled(link);
+    link.order(&Request::SetMode(after))?;
+    begun?;
+    stored
+}
+
+/// Whether the device has stored what it was told to. It answers again when it is done.
+pub(super) fn settled(link: &mut Link) -> Result<(), Error> {
+    if link.health()?.faults & fault::STORE == 0 {
+        return Ok(());
+    }
+    Err(link.error(
+        "the device could not store: what it was sent is in use, but only until it is switched off",
+        "try again: host-sim device store; if it fails again, the flash is worn",
+    ))
+}

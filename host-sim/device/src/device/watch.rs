@@ -1,0 +1,365 @@
+//! Watches a device: once a second its mode, faults, rates, learner, error bound and load.
+
+use super::faults::{Fault, told};
+use super::link::Link;
+use super::mode_name;
+use firmware::control::Way;
+use firmware::wire::command::{self, Counters, Health};
+use host_core::error::Error;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// How often the device is asked.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// What a device reports.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Status {
+    /// Time since the watch began, s.
+    pub time_s: f64,
+    /// Mode in force.
+    pub mode: &'static str,
+    /// What is wrong now.
+    pub faults: Vec<Fault>,
+    /// By how much each counter has grown in a second. `None` at first and after a restart.
+    pub per_second: Option<BTreeMap<&'static str, f64>>,
+    /// The counters since power-on.
+    pub counters: BTreeMap<&'static str, u32>,
+    /// The learner.
+    pub learner: Learner,
+    /// Lever arm and delay of the fixes; `None` on a board without a learner.
+    pub antenna: Option<Antenna>,
+    /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
+    /// 15, 20 and 22 min after the alignment.
+    pub error_bound_m: [u32; 5],
+    /// Load of the processor in the last whole second, %.
+    pub busy_percent: Option<f64>,
+    /// The same of the busiest second since power-on.
+    pub busiest_percent: Option<f64>,
+}
+
+/// State of the learner.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Learner {
+    /// It is aligned and compares itself with fixes.
+    pub navigates: bool,
+    /// The promoted hypothesis; 0 is the zero correction.
+    pub winner: u8,
+    /// Fixes learnt from.
+    pub used_fixes: u32,
+    /// Fixes refused.
+    pub refused_fixes: u32,
+    /// Times a hypothesis other than 0 was promoted.
+    pub promotions: u32,
+    /// Times it was given up for 0.
+    pub rollbacks: u32,
+    /// What gives its navigator, or the alignment in progress, the heading.
+    pub way: &'static str,
+    /// Standard deviation of that heading, deg; `None` while it is unknown.
+    pub heading_sigma_deg: Option<f64>,
+    /// Mean normalised innovation squared of the last alignment in motion; 1 is as expected.
+    pub residual: f64,
+    /// Alignments in motion that were refused because the fixes contradicted them.
+    pub refused_alignments: u32,
+}
+
+impl From<&Health> for Learner {
+    fn from(health: &Health) -> Self {
+        Self {
+            navigates: health.navigates,
+            winner: health.winner,
+            used_fixes: health.used_fixes,
+            refused_fixes: health.refused_fixes,
+            promotions: health.promotions,
+            rollbacks: health.rollbacks,
+            way: way_name(health.way),
+            heading_sigma_deg: health
+                .heading_sigma
+                .map(|mrad| (f64::from(mrad) * 1e-3).to_degrees()),
+            residual: f64::from(health.residual) / 100.0,
+            refused_alignments: health.refused_alignments,
+        }
+    }
+}
+
+/// Lever arm and delay of the receiver's fixes: as told, then as estimated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Antenna {
+    /// From the IMU to the antenna: forward, right, down, m.
+    pub lever_arm_m: [f32; 3],
+    /// Its standard deviation along each axis, m; 0: told exactly.
+    pub lever_arm_sigma_m: [f32; 3],
+    /// Least age of a fix when it arrives, ms.
+    pub fix_delay_ms: f32,
+    /// Its standard deviation, ms; 0: told exactly.
+    pub fix_delay_sigma_ms: f32,
+}
+
+impl From<command::Antenna> for Antenna {
+    fn from(known: command::Antenna) -> Self {
+        Self {
+            lever_arm_m: known.lever_arm,
+            lever_arm_sigma_m: known.lever_arm_sigma,
+            fix_delay_ms: known.fix_delay * 1e3,
+            fix_delay_sigma_ms: known.fix_delay_sigma * 1e3,
+        }
+    }
+}
+
+/// What a watch tells.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "lowercase")]
+pub enum Event {
+    /// Once a second.
+    Status(Box<Status>),
+    /// The device does not answer any more.
+    Lost {
+        /// Time since the watch began, s.
+        time_s: f64,
+        /// What is wrong, with the remedy.
+        problem: String,
+    },
+    /// It answers again.
+    Found {
+        /// Time since the watch began, s.
+        time_s: f64,
+    },
+}
+
+/// What is asked of a watch.
+pub struct Watch<'w> {
+    /// Opens the link: at first, and again when the device was lost.
+    pub open: &'w mut dyn FnMut() -> Result<Link, Error>,
+    /// How long to watch; without end if `None`.
+    pub lasts: Option<Duration>,
+    /// Ends the watch when set.
+    pub stop: &'w AtomicBool,
+    /// Receives what is told. An error ends the watch: nobody reads any more.
+    pub tell: &'w mut dyn FnMut(&Event) -> io::Result<()>,
+}
+
+/// Watches a device. One that is lost is looked for again, once a second.
+///
+/// # Errors
+/// The device cannot be reached at the beginning, or has another version of the link.
+pub fn watch(watch: &mut Watch<'_>) -> Result<(), Error> {
+    let begun = Instant::now();
+    let mut link = Some(opened(watch)?);
+    let mut last = None;
+    let mut rounds = 0;
+    while !watch.stop.load(Ordering::Relaxed) && watch.lasts.is_none_or(|t| begun.elapsed() < t) {
+        let was_lost = link.is_none();
+        let seen = match link.take() {
+            Some(link) => Ok(link),
+            None => opened(watch),
+        };
+        let seen = seen.and_then(|mut link| {
+            let status = Status::ask(&mut link, begun, &mut last)?;
+            Ok((link, status))
+        });
+        let time_s = begun.elapsed().as_secs_f64();
+        let mut events = Vec::new();
+        match seen {
+            Ok((found, status)) => {
+                link = Some(found);
+                if was_lost {
+                    events.push(Event::Found { time_s });
+                }
+                events.push(Event::Status(Box::new(status)));
+            }
+            Err(error) if !was_lost => {
+                last = None;
+                let problem = error.to_string();
+                events.push(Event::Lost { time_s, problem });
+            }
+            Err(_) => {} // still lost
+        }
+        for event in &events {
+            if (watch.tell)(event).is_err() {
+                return Ok(());
+            }
+        }
+        rounds += 1;
+        wait_until(begun + PERIOD * rounds, watch.stop);
+    }
+    Ok(())
+}
+
+/// The link to a device of this program's version.
+fn opened(watch: &mut Watch<'_>) -> Result<Link, Error> {
+    let mut link = (watch.open)()?.with_tries(3);
+    link.version()?;
+    Ok(link)
+}
+
+fn wait_until(due: Instant, stop: &AtomicBool) {
+    while !stop.load(Ordering::Relaxed)
+        && let Some(left) = due.checked_duration_since(Instant::now())
+    {
+        thread::sleep(left.min(Duration::from_millis(50)));
+    }
+}
+
+/// Counters, and when they were asked for.
+pub type Counted = (Instant, Counters);
+
+impl Status {
+    /// Asks a device. The watch has `begun` then; `last`: the counters of the last time, if the
+    /// device has been there since. They are replaced.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn ask(link: &mut Link, begun: Instant, last: &mut Option<Counted>) -> Result<Self, Error> {
+        let (health, counters) = (link.health()?, link.counters()?);
+        let antenna = link.antenna()?.map(Antenna::from);
+        let now = Instant::now();
+        let before = last.replace((now, counters));
+        let time_s = now.duration_since(begun).as_secs_f64();
+        Ok(Self {
+            antenna,
+            ..Self::new(time_s, &health, &counters, (now, before))
+        })
+    }
+
+    fn new(
+        time_s: f64,
+        health: &Health,
+        counters: &Counters,
+        (now, before): (Instant, Option<Counted>),
+    ) -> Self {
+        let percent = |permille: Option<u16>| permille.map(|value| f64::from(value) / 10.0);
+        Self {
+            time_s,
+            mode: mode_name(health.mode),
+            faults: told(health.faults),
+            per_second: before.and_then(|(at, before)| {
+                rates(counters, &before, now.duration_since(at).as_secs_f64())
+            }),
+            counters: named(counters).collect(),
+            learner: Learner::from(health),
+            antenna: None,
+            error_bound_m: health.error_bound_m,
+            busy_percent: percent(health.busy),
+            busiest_percent: percent(health.busiest),
+        }
+    }
+}
+
+/// What gives a heading, in words.
+#[must_use]
+pub fn way_name(way: Way) -> &'static str {
+    match way {
+        Way::None => "none",
+        Way::Gyrocompass => "gyrocompass",
+        Way::Course => "course",
+        Way::Velocity => "velocity",
+        Way::Heading => "heading",
+        Way::Known => "known state",
+    }
+}
+
+/// By how much each counter grows in a second; `None` when one has become less, because the device
+/// has started anew.
+fn rates(now: &Counters, before: &Counters, seconds: f64) -> Option<BTreeMap<&'static str, f64>> {
+    let pairs = named(now).zip(named(before));
+    let rate = |((name, now), (_, before)): ((_, u32), (_, u32))| {
+        let grown = now.checked_sub(before)?;
+        Some((name, f64::from(grown) / seconds))
+    };
+    (seconds > 0.0).then(|| pairs.map(rate).collect()).flatten()
+}
+
+/// The counters by their names.
+#[must_use]
+pub fn named_counters(counters: &Counters) -> BTreeMap<&'static str, u32> {
+    named(counters).collect()
+}
+
+/// The counters with their names.
+fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use<> {
+    let &Counters {
+        frames,
+        others,
+        bad_checksums,
+        garbage,
+        lost,
+        missed,
+        duplicates,
+        jumps,
+        silences,
+        dropped,
+        raw,
+        saturated,
+        blocks,
+        given_up,
+        requests,
+        answered,
+        fixes,
+        good_fixes,
+        entered: [detections, runs, step_asides],
+        restarts,
+        mended,
+    } = counters;
+    [
+        ("frames", frames),
+        ("other_messages", others),
+        ("bad_checksums", bad_checksums),
+        ("garbage_bytes", garbage),
+        ("lost", lost),
+        ("missed_frames", missed),
+        ("duplicates", duplicates),
+        ("jumps", jumps),
+        ("silences", silences),
+        ("dropped", dropped),
+        ("raw_bytes", raw),
+        ("saturated", saturated),
+        ("blocks", blocks),
+        ("blocks_given_up", given_up),
+        ("requests", requests),
+        ("answered", answered),
+        ("fixes", fixes),
+        ("good_fixes", good_fixes),
+        ("detections", detections),
+        ("runs", runs),
+        ("step_asides", step_asides),
+        ("sensor_restarts", restarts),
+        ("memory_mended", mended),
+    ]
+    .into_iter()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_differences_in_a_second() {
+        let before = Counters {
+            frames: 1000,
+            fixes: 3,
+            ..Counters::default()
+        };
+        let now = Counters {
+            frames: 1500,
+            fixes: 5,
+            ..before
+        };
+        let rates = rates(&now, &before, 2.0).expect("nothing became less");
+        assert_eq!((rates["frames"], rates["fixes"]), (250.0, 1.0));
+        assert_eq!(rates["garbage_bytes"], 0.0);
+    }
+
+    #[test]
+    fn a_restart_has_no_rates() {
+        let before = Counters {
+            frames: 1000,
+            ..Counters::default()
+        };
+        assert_eq!(rates(&Counters::default(), &before, 1.0), None);
+        assert_eq!(rates(&before, &before, 0.0), None);
+    }
+}

@@ -1,0 +1,240 @@
+//! A drive with faults, recorded by the application and played again.
+
+use super::super::drive;
+use super::*;
+use crate::hil::{Input, MemoryLine, SetClock, networks};
+use firmware::app::blackbox::read::{Content, HEAD_LEN, Head};
+use firmware::app::blackbox::{LEN, Memory, PAGES, State};
+use firmware::app::{App, Config, Lines};
+use firmware::control::Mode;
+use firmware::link::{Full, Line, Lost, NoLine};
+use firmware::wire::ImuFormat;
+use firmware::wire::command::fault;
+
+/// The sensor's line.
+struct Sensor {
+    line: MemoryLine,
+    /// It can tell that it is idle.
+    tells: bool,
+}
+
+impl Line for Sensor {
+    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
+        self.line.receive(buffer)
+    }
+
+    fn is_idle(&self) -> bool {
+        self.tells && self.line.received.is_empty()
+    }
+
+    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
+        self.line.send(message)
+    }
+}
+
+/// What a device has recorded when so many frames of a drive have come; `disturb` changes the
+/// bytes.
+fn recorded(format: ImuFormat, frames: usize, disturb: impl Fn(usize, &mut Vec<u8>)) -> Vec<u8> {
+    recorded_at(true, format, frames, disturb)
+}
+
+/// The same at a line that tells whether it is idle, or cannot.
+fn recorded_at(
+    tells: bool,
+    format: ImuFormat,
+    frames: usize,
+    disturb: impl Fn(usize, &mut Vec<u8>),
+) -> Vec<u8> {
+    let drive = drive(format, 3).expect("a drive");
+    let mut sensor = firmware::wire::Settings::DEFAULT;
+    (format.simulated()[0].settings)(&mut sensor);
+    let config = Config {
+        format: Some(format),
+        sensor,
+        mode: Mode::Frozen,
+        nets: networks(),
+        block: 0.05,
+        ..Config::default()
+    };
+    let memory = Box::leak(Box::new(Memory::ZEROED));
+    let mut app = App::new(config);
+    app.record_in(memory);
+    let mut lines: Lines<Sensor, MemoryLine, NoLine, NoLine> = Lines {
+        sensor: Sensor {
+            line: MemoryLine::default(),
+            tells,
+        },
+        navigation: MemoryLine::default(),
+        command: NoLine,
+        gnss: NoLine,
+    };
+    let mut clock = SetClock(0);
+    let sensors = drive.records.iter().filter(|r| r.input == Input::Sensor);
+    for (n, record) in sensors.take(frames).enumerate() {
+        let mut bytes = record.bytes.clone();
+        disturb(n, &mut bytes);
+        clock.0 = record.at_us.into();
+        lines.sensor.line.received.extend(&bytes);
+        while app.poll(&mut lines, &clock) {}
+    }
+    held(&mut app)
+}
+
+fn held(app: &mut App) -> Vec<u8> {
+    app.hold_recording();
+    let mut bytes = vec![0; LEN];
+    assert_eq!(app.read_recording(0, &mut bytes), Some(LEN));
+    bytes
+}
+
+fn head(memory: &[u8]) -> Head {
+    Head::parse(&memory[..HEAD_LEN]).expect("a black box")
+}
+
+/// Every format: the pages are full of frames, and play to the same bytes.
+#[test]
+fn what_was_recorded_plays_again() {
+    for format in ImuFormat::ALL {
+        let memory = recorded(format, 333, |_, _| {});
+        assert_eq!(head(&memory).state, State::Holds);
+        let pages = play_as(format, &memory);
+        assert_eq!(pages.len(), PAGES, "{format:?}");
+        let pieces: usize = pages.iter().map(|page| page.pieces).sum();
+        println!("{format:?}: {pieces} pieces");
+        assert!(pieces >= 3 * 4, "{format:?}: {pages:?}");
+        for page in &pages {
+            assert_eq!(page.verdict, Verdict::Agrees, "{format:?}: {page:?}");
+        }
+    }
+}
+
+/// The pages as the format's usual sensor has them.
+fn play_as(format: ImuFormat, memory: &[u8]) -> Vec<Page> {
+    let mut settings = firmware::wire::Settings::DEFAULT;
+    (format.simulated()[0].settings)(&mut settings);
+    let mut told = host_io::unit::Unit::default()
+        .configuration()
+        .expect("a configuration");
+    told.sensor = Some(firmware::configuration::Sensor::Stream(
+        format.settings(&settings),
+    ));
+    told.rate = settings.rate;
+    told.correction.limit = Config::default().limit;
+    play(Some(&told), memory)
+}
+
+/// Damage, silence and what comes in other pieces is part of what is played. A fault makes it hold
+/// with what came before and after.
+#[test]
+fn faults_are_recorded_and_played() {
+    let memory = recorded(ImuFormat::Stim300, 400, |n, bytes| {
+        if (300..340).contains(&n) {
+            match n % 5 {
+                0 => bytes[7] ^= 4,
+                1 => bytes.truncate(9),
+                2 => bytes.extend([0x93, 1, 2]),
+                _ => {}
+            }
+        }
+        if n == 310 {
+            bytes[19] |= 0x41; // STIM300 status: an axis is invalid
+            ImuFormat::Stim300.seal(bytes);
+        }
+    });
+    let pages = play_as(ImuFormat::Stim300, &memory);
+    assert!(
+        pages.iter().all(|page| page.verdict == Verdict::Agrees),
+        "{pages:?}"
+    );
+    assert!(
+        pages.iter().map(|page| page.pieces).sum::<usize>() > 40,
+        "{pages:?}"
+    );
+}
+
+/// A sensor that falls silent, at a line that tells that it is idle and at one that cannot: there
+/// each look finds nothing, and one of them notices the silence.
+#[test]
+fn a_silence_is_recorded_and_played() {
+    for tells in [true, false] {
+        let memory = recorded_at(tells, ImuFormat::Stim300, 500, |n, bytes| {
+            if (300..400).contains(&n) {
+                bytes.clear();
+            }
+        });
+        let pages = play_as(ImuFormat::Stim300, &memory);
+        assert!(
+            pages.iter().all(|page| page.verdict == Verdict::Agrees),
+            "{tells}: {pages:?}"
+        );
+        let silent = (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n));
+        let silent = silent.flat_map(|page| page.entries().collect::<Vec<_>>());
+        let silent = silent.filter(
+            |entry| matches!(entry.content, Content::Faults(_, bits) if bits & fault::SILENT != 0),
+        );
+        assert_eq!(silent.count(), 1, "{tells}: {pages:?}");
+    }
+}
+
+/// One bit that was changed in any byte of the sensor that others follow on its page, or in the
+/// hash that the page begins with, is found.
+#[test]
+fn a_changed_bit_is_found() {
+    let memory = recorded(ImuFormat::Hg4930, 333, |_, _| {});
+    let differs = |at: usize| {
+        let mut bad = memory.clone();
+        bad[at] ^= 0x10;
+        let pages = play_as(ImuFormat::Hg4930, &bad);
+        !pages.iter().all(|page| page.verdict == Verdict::Agrees)
+    };
+    let place = |bytes: &[u8]| bytes.as_ptr().addr() - memory.as_ptr().addr();
+    let mut tried = 0;
+    for page in (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n)) {
+        let pieces: Vec<&[u8]> = page
+            .entries()
+            .filter_map(|entry| match entry.content {
+                Content::Piece(_, bytes) => Some(bytes),
+                _ => None,
+            })
+            .collect();
+        let (_, followed) = pieces.split_last().expect("pieces");
+        for at in followed.iter().flat_map(|bytes| {
+            let from = place(bytes);
+            from..from + bytes.len()
+        }) {
+            tried += 1;
+            assert!(differs(at), "byte {at} of page {}", page.number);
+        }
+        // hash of all that had left
+        let key = place(page.frame) - 80;
+        assert!(differs(key + 16), "hash of page {}", page.number);
+    }
+    println!("{tried} bytes");
+    assert!(tried > 1000, "{tried}");
+}
+
+#[test]
+fn a_file_is_read_as_it_was_written() {
+    let memory = recorded(ImuFormat::Stim300, 100, |_, _| {});
+    let told = host_io::unit::Unit::default()
+        .configuration()
+        .expect("told");
+    let fetched = crate::device::Fetched {
+        firmware: [0, 1, 0],
+        recording: Default::default(),
+        configuration: firmware::configuration::record::encode(&told).to_vec(),
+        memory,
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("box.json");
+    write(&file, &fetched).expect("it is written");
+    let (read_told, read_memory) = read(&file).expect("it is read");
+    assert_eq!((read_told, read_memory), (Some(told), fetched.memory));
+    std::fs::write(&file, "{}").expect("it is written");
+    assert!(
+        read(&file)
+            .expect_err("no box")
+            .to_string()
+            .contains("no black box")
+    );
+}

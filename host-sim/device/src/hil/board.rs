@@ -1,0 +1,57 @@
+//! What a board had before a run, and gets back.
+
+use crate::device::{self, Link, configure, set_up};
+use firmware::configuration::Configuration;
+use firmware::control::Mode;
+use firmware::wire::command::{Counters, Request};
+use host_core::error::Error;
+use std::time::Duration;
+
+/// State of the board that is restored after the run.
+#[derive(Debug)]
+pub(super) struct Before {
+    mode: Mode,
+    images: Vec<u8>,
+    configuration: Option<Configuration>,
+}
+
+impl Before {
+    /// Reads it.
+    pub(super) fn of(link: &mut Link) -> Result<Self, Error> {
+        Ok(Self {
+            mode: link.health()?.mode,
+            images: link.images()?,
+            configuration: device::configuration(link)?,
+        })
+    }
+
+    /// Whether the board had no configuration.
+    pub(super) fn was_untold(&self) -> bool {
+        self.configuration.is_none()
+    }
+
+    /// Restores it.
+    pub(super) fn restore(&self, link: &mut Link) -> Result<(), Error> {
+        link.order(&Request::SetMode(Mode::Bypass))?;
+        if let Some(told) = &self.configuration {
+            configure(link, told)?;
+            link.order(&Request::SetMode(Mode::Bypass))?;
+        }
+        link.orders(&set_up(&self.images, self.mode))
+    }
+}
+
+/// The counters once no more fixes arrive: the receiver line is slower than the sensor line and may
+/// still carry the last ones.
+pub(super) fn settled(link: &mut Link) -> Result<Counters, Error> {
+    let mut last = link.counters()?;
+    for _ in 0..10 {
+        std::thread::sleep(Duration::from_millis(200));
+        let now = link.counters()?;
+        if now.good_fixes == last.good_fixes {
+            return Ok(now);
+        }
+        last = now;
+    }
+    Ok(last)
+}

@@ -1,0 +1,145 @@
+//! Numbers in the lines of a text file, changed where they stand.
+
+use crate::recordings::read::read;
+use crate::recordings::session::complain;
+use crate::recordings::table::Separator;
+use host_core::error::Error;
+use host_core::inertial::sins::Increment;
+use nalgebra::{Rotation3, Vector3};
+use std::fmt::Write;
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// A text file that holds one sample on each line.
+#[derive(Debug, Clone)]
+pub struct Text {
+    /// The file, plain or gzipped.
+    pub file: PathBuf,
+    /// Lines before the samples.
+    pub skip: usize,
+    /// Where the samples stand on a line.
+    pub place: Place,
+    separator: Separator,
+}
+
+/// Where the samples stand on a line, and what their numbers mean.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Columns of the gyros x, y, z and of the accelerometers, counted from 0.
+    pub columns: [[usize; 3]; 2],
+    /// What 1 is worth in SI, of gyros and accelerometers.
+    pub units: [f64; 2],
+    /// Turns axes of the file into forward-right-down.
+    pub turn: Rotation3<f64>,
+}
+
+impl Text {
+    pub(crate) fn new(file: PathBuf, separator: Separator, skip: usize, place: Place) -> Self {
+        Self {
+            file,
+            skip,
+            place,
+            separator,
+        }
+    }
+
+    /// See [`super::Original::without`].
+    pub fn without(&self, taken: &[Increment]) -> Result<Vec<u8>, Error> {
+        let bytes = read(&self.file)?;
+        let mut out = Vec::with_capacity(bytes.len() + bytes.len() / 4);
+        let mut taken = taken.iter();
+        for (k, line) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
+            if k < self.skip {
+                out.extend_from_slice(line);
+            } else {
+                let taken = taken.next().ok_or_else(|| self.changed(k))?;
+                self.line(line, taken, &mut out)
+                    .ok_or_else(|| self.changed(k))?;
+            }
+        }
+        match taken.next() {
+            None => Ok(out),
+            Some(_) => Err(self.changed(0)),
+        }
+    }
+
+    /// Adds a line less what is taken off. `None`: it does not hold the numbers.
+    fn line(&self, line: &[u8], taken: &Increment, out: &mut Vec<u8>) -> Option<()> {
+        let spans = self.spans(line);
+        let mut changes: Vec<(Range<usize>, String)> = Vec::new();
+        let Place {
+            columns,
+            units,
+            turn,
+        } = &self.place;
+        for ((columns, unit), taken) in columns.iter().zip(units).zip([taken.dtheta, taken.dv]) {
+            if taken == Vector3::zeros() {
+                continue;
+            }
+            let taken = turn.inverse() * taken / *unit;
+            for (column, taken) in columns.iter().zip(taken.iter()) {
+                let span = spans.get(*column)?.clone();
+                let old: f64 = std::str::from_utf8(&line[span.clone()])
+                    .ok()?
+                    .parse()
+                    .ok()?;
+                let new = old - taken;
+                if new != old {
+                    changes.push((span, shortest(new)));
+                }
+            }
+        }
+        changes.sort_by_key(|(span, _)| span.start);
+        let mut at = 0;
+        for (span, text) in changes {
+            out.extend_from_slice(&line[at..span.start]);
+            out.extend_from_slice(text.as_bytes());
+            at = span.end;
+        }
+        out.extend_from_slice(&line[at..]);
+        Some(())
+    }
+
+    /// Where the values of a line stand, without the blanks around them.
+    fn spans(&self, line: &[u8]) -> Vec<Range<usize>> {
+        let separates = |byte: &u8| match self.separator {
+            Separator::Char(c) => *byte == c,
+            Separator::Blank => byte.is_ascii_whitespace(),
+            Separator::BlankOrComma => byte.is_ascii_whitespace() || *byte == b',',
+        };
+        let runs = !matches!(self.separator, Separator::Char(_));
+        let mut start = match line.strip_prefix(b"\xef\xbb\xbf") {
+            Some(_) => 3,
+            None => 0,
+        };
+        let mut out = Vec::new();
+        for value in line[start..].split(separates) {
+            let end = start + value.len();
+            let from = start + value.len() - value.trim_ascii_start().len();
+            let to = from + value.trim_ascii().len();
+            if !(runs && value.is_empty()) {
+                out.push(from..to);
+            }
+            start = end + 1;
+        }
+        out
+    }
+
+    fn changed(&self, line: usize) -> Error {
+        let key = format!("line {}", line + 1);
+        let problem = "is not the sample that was read before".to_owned();
+        let remedy = "do not change the file while it is replayed";
+        complain(&self.file, &key, problem, remedy)
+    }
+}
+
+/// A number in the fewest digits that read back to the same bits. Small ones have an exponent.
+pub(crate) fn shortest(x: f64) -> String {
+    let mut text = String::new();
+    // writing to a string does not fail
+    let _ = match x.abs() {
+        size if size < 1e-3 => write!(text, "{x:e}"),
+        _ => write!(text, "{x}"),
+    };
+    text
+}

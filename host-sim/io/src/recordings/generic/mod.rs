@@ -1,0 +1,308 @@
+//! Any recording as text. A TOML header file says what the columns mean:
+//!
+//! ```toml
+//! # The unit: what is known of the sensors. A file is relative to the header file. Optional.
+//! unit = "unit.toml"
+//!
+//! [imu]
+//! # Relative to the header file, plain or gzipped. A file on the command line replaces it.
+//! file = "imu.csv"
+//! # s, ms, us, ns
+//! time = { column = "t", unit = "ms" }
+//! # Rates: rad/s, deg/s, deg/h. Increments: rad, deg, arcsec.
+//! gyro = { columns = ["gx", "gy", "gz"], unit = "deg/s" }
+//! # Specific force: m/s^2, g (9.80665 m/s^2), mg. Increments: m/s.
+//! accel = { columns = ["ax", "ay", "az"], unit = "g" }
+//! # Forward, right, down in axes of the file. These are right-forward-up.
+//! axes = "y x -z"
+//! # "," by default, or "tab", or "blank" for any run of blanks.
+//! # separator = ";"
+//! # Without a line of names the columns are called "1", "2", ...
+//! # names = false
+//! # Longest step between rates that is interpolated. Three samples or 0.1 s by default.
+//! # max_gap_s = 0.05
+//!
+//! # Leave this table out if the vehicle is at rest.
+//! [gnss]
+//! # By default the file of the IMU, whose lines without a fix leave these columns empty.
+//! file = "gnss.csv"
+//! # Added to the times of the fixes to give the IMU's, or "estimate".
+//! # time_offset_s = 2.9
+//! # From the IMU to the antenna: forward, right, down.
+//! # lever_arm_m = [-1.0, 0.2, -1.5]
+//! time = { column = "t", unit = "ms" }
+//! # rad, deg
+//! latitude = { column = "lat", unit = "deg" }
+//! longitude = { column = "lon", unit = "deg" }
+//! # Above the ellipsoid.
+//! height = { column = "h", unit = "m" }
+//! # m/s, km/h; order "ned" or "enu". May be left out.
+//! velocity = { columns = ["vn", "ve", "vd"], unit = "m/s", order = "ned" }
+//! # Standard deviations north, east, down, the same for all fixes ...
+//! position_sigma_m = [1.0, 1.0, 1.5]
+//! velocity_sigma_mps = [0.05, 0.05, 0.05]
+//! # ... or columns of m and m/s.
+//! # position_sigma = ["sn", "se", "sd"]
+//! # velocity_sigma = ["svn", "sve", "svd"]
+//!
+//! # Without [start] the attitude is found in motion.
+//! [start]
+//! # Self-alignment on a standstill of at least 90 s ...
+//! standstill_s = 300
+//! # ... or the attitude at the first fix: pitch nose up, heading clockwise from north.
+//! # roll_deg = 0.0
+//! # pitch_deg = 0.0
+//! # heading_deg = 90.0
+//! # The site, only without [gnss].
+//! # latitude_deg = 34.2
+//! # longitude_deg = 108.9
+//! # height_m = 380.0
+//! ```
+//!
+//! `docs/your-data.md` explains every field. The session begins at the first fix within the time of
+//! the IMU and lasts whole seconds. A fix keeps its own time and accuracy, and may lack values.
+//! Rates are integrated by the trapezoidal rule with their time stamps. An increment ends at its
+//! time. Short gaps of samples are bridged, long ones interrupt navigation
+//! ([`crate::recordings::gaps`]). The sample rate of the session is the reciprocal of the median
+//! step, to the nearest whole number. Counts have the value
+//! [`host_core::inertial::counts::FINE_LSB`].
+
+mod fixes;
+mod header;
+mod read;
+mod samples;
+mod start;
+mod truth;
+mod write;
+
+pub use header::NamedUnit;
+pub use write::{write, write_readings, write_truth};
+
+use crate::recordings::corrected::Text;
+use crate::recordings::record::{Kind, Record};
+use crate::recordings::table::{Layout, Source, Table};
+use crate::unit::Unit;
+use fixes::fixes;
+use header::{ACCEL, GYRO, Offset};
+use host_core::error::Error;
+use read::Read;
+use start::{initial_attitude, rough_heading, site};
+use std::path::Path;
+use std::path::PathBuf;
+
+/// Reads the recording that a header file describes. `files` replace those that the header names:
+/// first that of the IMU, then that of the fixes. If the header gives an attitude, the first
+/// reference state of the record's session has it.
+///
+/// # Errors
+/// Any fault of header or files, with line and column or key; more `files` than the header
+/// describes.
+pub fn read(header: &Path, files: &[PathBuf]) -> Result<Record, Error> {
+    read_with_truth(header, files, None)
+}
+
+/// [`read`] with another file of true states, which replaces that of the header. Its columns are
+/// those of the header's table `[truth]`, if there is one.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_truth(
+    header: &Path,
+    files: &[PathBuf],
+    truth: Option<&Path>,
+) -> Result<Record, Error> {
+    let (read, mut record) = begin(header, files, truth)?;
+    let gnss = read.header.gnss.as_ref();
+    record.fixes = match gnss {
+        Some(gnss) => fixes(&read, gnss)?,
+        None => vec![site(&read)?],
+    };
+    if let Some(arm) = gnss.and_then(|gnss| gnss.lever_arm_m) {
+        if !arm.iter().all(|x| x.abs() <= 100.0) {
+            let problem = format!("is {arm:?}");
+            return Err(read.bad("gnss.lever_arm_m", problem, "give metres, -100 to 100"));
+        }
+        record.lever_arm_m = arm;
+    }
+    match offset(&read)? {
+        Some(Offset::Word(_)) => record.estimates_offset = true,
+        Some(Offset::Given(seconds)) => record.told_offset_s = Some(*seconds),
+        None => {}
+    }
+    record.truth = truth::named(&read, record.told_offset_s)?;
+    if let Some(seconds) = record.told_offset_s {
+        record.move_fixes(seconds);
+    }
+    Ok(record)
+}
+
+/// What the header says of the times of the fixes: seconds, or "estimate".
+fn offset(read: &Read) -> Result<Option<&Offset>, Error> {
+    let gnss = read.header.gnss.as_ref();
+    let told = gnss.and_then(|gnss| gnss.time_offset_s.as_ref());
+    let is = match told {
+        Some(Offset::Given(seconds)) if !seconds.is_finite() => seconds.to_string(),
+        Some(Offset::Word(word)) if word != "estimate" => format!("'{word}'"),
+        good => return Ok(good),
+    };
+    let remedy = "give seconds that are added to the times of the fixes, or \"estimate\"";
+    Err(read.bad("gnss.time_offset_s", format!("is {is}"), remedy))
+}
+
+/// Reads all but the fixes, for fixes from elsewhere. The times of the truth are those of the
+/// header's fixes, unless the truth has an offset of its own.
+///
+/// # Errors
+/// As [`read`].
+pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<Record, Error> {
+    let (read, mut record) = begin(header, files, truth)?;
+    let told = match offset(&read)? {
+        Some(Offset::Given(seconds)) => *seconds,
+        _ => 0.0,
+    };
+    record.truth = truth::named(&read, Some(told))?.map(|track| track.shifted(told));
+    if let Some(arm) = read.header.gnss.and_then(|gnss| gnss.lever_arm_m) {
+        record.lever_arm_m = arm;
+    }
+    Ok(record)
+}
+
+/// Where the samples stand in their file, to write it again.
+///
+/// # Errors
+/// As [`read`].
+pub fn original(header: &Path, files: &[PathBuf]) -> Result<Text, Error> {
+    samples::original(&Read::open(header, files)?)
+}
+
+/// The header with samples and start.
+fn begin(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<(Read, Record), Error> {
+    let read = Read::open(header, files)?.with_truth(truth);
+    let attitude = initial_attitude(&read)?;
+    let motion = samples::motion(&read)?;
+    let record = Record {
+        file: header.to_path_buf(),
+        initial_attitude: attitude,
+        rough_heading: rough_heading(&read)?,
+        ..motion
+    };
+    Ok((read, record))
+}
+
+/// The unit that a header file names, if it names one.
+///
+/// # Errors
+/// Any fault of the header or of the unit file, with line and key.
+pub fn unit(header: &Path) -> Result<Option<Unit>, Error> {
+    Read::open(header, &[])?.unit()
+}
+
+/// The units that a header file names for gyros and accelerometers, and all that it could name. The
+/// samples are `step` seconds apart.
+///
+/// # Errors
+/// As [`read`].
+pub fn units(header: &Path, step: f64) -> Result<[(NamedUnit, Vec<NamedUnit>); 2], Error> {
+    let read = Read::open(header, &[])?;
+    let imu = &read.header.imu;
+    let units = |known: &[header::Unit]| {
+        let value = |unit: &header::Unit| match unit.1 {
+            Kind::Rate => unit.2,
+            Kind::Increment => unit.2 / step,
+        };
+        let all = known.iter().map(|unit| (unit.0.to_owned(), value(unit)));
+        all.collect::<Vec<_>>()
+    };
+    let named = |key: &str, name: &str, known: &[header::Unit]| {
+        read.value(key, name, known)?;
+        let all = units(known);
+        let told = all.iter().find(|unit| unit.0 == name).cloned();
+        Ok((told.unwrap_or_default(), all))
+    };
+    Ok([
+        named("imu.gyro", &imu.gyro.unit, &GYRO)?,
+        named("imu.accel", &imu.accel.unit, &ACCEL)?,
+    ])
+}
+
+/// A file with the names of its columns, and the table of the header file that describes it.
+struct File<'a> {
+    read: &'a Read,
+    table: &'a str,
+    source: Source,
+    /// Lines before the data.
+    skip: usize,
+    names: Vec<String>,
+}
+
+impl<'a> File<'a> {
+    fn open(
+        read: &'a Read,
+        table: &'a str,
+        file: &Path,
+        separator: &str,
+        names: bool,
+    ) -> Result<Self, Error> {
+        let separator = read.separator(&format!("{table}.separator"), separator)?;
+        let source = Source::open(file, separator)?;
+        let first = source.header("names of the columns, as the header file has them")?;
+        let (skip, names) = match names {
+            true => (1, first),
+            false => (0, (1..=first.len()).map(|k| k.to_string()).collect()),
+        };
+        Ok(Self {
+            read,
+            table,
+            source,
+            skip,
+            names,
+        })
+    }
+
+    /// The position of a column, given as key of the header file and name.
+    fn place(&self, (key, name): &(&str, &str)) -> Result<usize, Error> {
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            let problem = format!(
+                "names column '{name}', which {} does not have",
+                self.source.file.display()
+            );
+            self.read.bad(
+                &format!("{}.{key}", self.table),
+                problem,
+                &format!("use one of {}", self.names.join(", ")),
+            )
+        })
+    }
+
+    /// Reads the columns `wanted`, each given as key of the header file and name of the column.
+    fn table(&self, wanted: &[(&str, &str)], gap: Option<f64>) -> Result<Table, Error> {
+        let wanted = self.places(wanted)?;
+        Table::read(&self.source, &self.layout(&wanted, gap))
+    }
+
+    /// Reads the same columns row by row. The table holds no values. It only names their places.
+    fn rows(
+        &self,
+        wanted: &[(&str, &str)],
+        take: impl FnMut(&[f64]) -> Result<(), Error>,
+    ) -> Result<Table, Error> {
+        let wanted = self.places(wanted)?;
+        Table::read_first(&self.source, &self.layout(&wanted, None), 0, take)
+    }
+
+    fn places(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {
+        wanted.iter().map(|column| self.place(column)).collect()
+    }
+
+    fn layout<'l>(&'l self, wanted: &'l [usize], gap: Option<f64>) -> Layout<'l> {
+        Layout {
+            skip: self.skip,
+            names: &self.names,
+            wanted,
+            gap,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,170 @@
+//! Reads the samples.
+
+use super::File;
+use super::header::{ACCEL, GYRO, TIME};
+use super::read::Read;
+use crate::recordings::corrected::{Place, Text};
+use crate::recordings::record::{Kind, Record, median_step};
+use host_core::error::Error;
+use host_core::inertial::sins::Increment;
+use host_core::list::Writer;
+
+/// Limits of plausible samples: 2000 deg/s in rad/s, and 100 g in m/s2.
+const LIMITS: [f64; 2] = [35.0, 1000.0];
+
+/// Reads the samples. The record has no fixes yet.
+pub(super) fn motion(read: &Read) -> Result<Record, Error> {
+    let imu = &read.header.imu;
+    let axes = read.turn()?;
+    if let Some(gap) = imu.max_gap_s.filter(|g| !(g.is_finite() && *g > 0.0)) {
+        return Err(read.bad("imu.max_gap_s", format!("is {gap}"), "give seconds above 0"));
+    }
+    let (_, second) = read.value("imu.time", &imu.time.unit, &TIME)?;
+    let (kind, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
+    let (kind_a, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;
+    if kind != kind_a {
+        let problem = format!(
+            "is in {} while the gyros are in {}",
+            imu.accel.unit, imu.gyro.unit
+        );
+        let remedy = "give rates for both or increments for both";
+        return Err(read.bad("imu.accel", problem, remedy));
+    }
+    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
+    let mut wanted = vec![("time", imu.time.column.as_str())];
+    wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
+    wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
+    let mut taken = Taken::default();
+    let table = file.rows(&wanted, |row| {
+        let Ok([t, gx, gy, gz, ax, ay, az]) = <[f64; 7]>::try_from(row) else {
+            return Ok(()); // as many are wanted
+        };
+        taken.note(t, &row[1..]);
+        taken.time.push(t * second)?;
+        taken.samples.push(Increment {
+            dtheta: axes.turn([gx, gy, gz]) * gyro,
+            dv: axes.turn([ax, ay, az]) * accel,
+        })
+    })?;
+    if let Some((row, times)) = taken.back {
+        return Err(table.time_back(row, &imu.time.column, times));
+    }
+    let time = taken.time.finish()?;
+    let step = median_step(&time);
+    let rate_hz = (1.0 / step).round();
+    if !(4.0..=8000.0).contains(&rate_hz) {
+        let problem = format!("has a median step of {step} s");
+        let remedy = "check the unit; 4 to 8000 samples a second can be used";
+        return Err(read.bad("imu.time", problem, remedy));
+    }
+    let limits = limits((kind, step), (gyro, accel));
+    check(&file, &wanted, taken.largest, limits)?;
+    Ok(Record {
+        file: read.file.clone(),
+        time,
+        samples: taken.samples.finish()?,
+        kind,
+        rate_hz: rate_hz as usize,
+        max_gap_s: imu.max_gap_s,
+        ..Record::default()
+    })
+}
+
+/// What was read so far.
+#[derive(Default)]
+struct Taken {
+    time: Writer<f64>,
+    samples: Writer<Increment>,
+    /// The last time as it stands in the file.
+    last: Option<f64>,
+    /// The first row whose time does not rise, with the one before it.
+    back: Option<(usize, [f64; 2])>,
+    /// Largest size of a value of the gyros, and of one of the accelerometers.
+    largest: [f64; 2],
+}
+
+impl Taken {
+    /// Notes what the checks need, before the row counts.
+    fn note(&mut self, time: f64, values: &[f64]) {
+        let before = self.last.replace(time).filter(|before| time <= *before);
+        let row = self.time.len();
+        self.back = self.back.or_else(|| Some((row, [before?, time])));
+        for (largest, values) in self.largest.iter_mut().zip(values.chunks(3)) {
+            *largest = values.iter().fold(*largest, |most, x| most.max(x.abs()));
+        }
+    }
+}
+
+/// Where the samples stand in their file.
+pub(super) fn original(read: &Read) -> Result<Text, Error> {
+    let imu = &read.header.imu;
+    let (_, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
+    let (_, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;
+    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
+    let column = |key: &str, name: &String| file.place(&(key, name.as_str()));
+    let columns = |key: &str, [x, y, z]: &[String; 3]| {
+        Ok::<_, Error>([column(key, x)?, column(key, y)?, column(key, z)?])
+    };
+    let place = Place {
+        columns: [
+            columns("gyro", &imu.gyro.columns)?,
+            columns("accel", &imu.accel.columns)?,
+        ],
+        units: [gyro, accel],
+        turn: read.turn()?.rotation(),
+    };
+    let separator = read.separator("imu.separator", &imu.separator)?;
+    Ok(Text::new(
+        file.source.file.clone(),
+        separator,
+        file.skip,
+        place,
+    ))
+}
+
+/// Largest plausible values of gyros and accelerometers as they stand in the file.
+fn limits((kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> [f64; 2] {
+    let per_sample = match kind {
+        Kind::Rate => 1.0,
+        Kind::Increment => step,
+    };
+    [
+        LIMITS[0] * per_sample / gyro,
+        LIMITS[1] * per_sample / accel,
+    ]
+}
+
+/// Checks that the largest values are plausible. If not, the file is read again for the place of
+/// the first one beyond its limit, of the gyros where they have one.
+fn check(
+    file: &File<'_>,
+    wanted: &[(&str, &str)],
+    largest: [f64; 2],
+    limits: [f64; 2],
+) -> Result<(), Error> {
+    let remedies = [
+        "check the unit of the gyros; the limit is 35 rad/s",
+        "check the unit of the accelerometers; the limit is 1000 m/s2",
+    ];
+    let Some(triad) = [0, 1].into_iter().find(|k| largest[*k] > limits[*k]) else {
+        return Ok(());
+    };
+    let (first, limit, remedy) = (1 + 3 * triad, limits[triad], remedies[triad]);
+    let (mut found, mut row) = (None, 0);
+    let table = file.rows(wanted, |values| {
+        let here = (first..first + 3).find(|k| values[*k].abs() > limit);
+        found = found.or_else(|| here.map(|k| (row, k, values[k])));
+        row += 1;
+        Ok(())
+    })?;
+    Err(match found {
+        Some((row, k, value)) => {
+            table.complain_of(row, wanted[k].1, &value, "out of range", remedy)
+        }
+        None => {
+            let problem = "changes while it is read".to_owned();
+            file.read
+                .bad("imu.file", problem, "read it when it is whole")
+        }
+    })
+}

@@ -1,0 +1,129 @@
+//! Reads true states.
+
+use super::File;
+use super::fixes::Names;
+use super::header::{Gnss, Scalar, Truth, TruthTable, Velocity};
+use super::read::Read;
+use crate::recordings::columns::{PLACE, VELOCITY};
+use crate::recordings::record::{TimedFix, track};
+use crate::recordings::track::Track;
+use host_core::error::Error;
+use std::path::PathBuf;
+
+/// The true states that the user or the header names, if one of them does. `told` is the offset of
+/// the fixes, s. It is still to be added to the times, which are those of the fixes before an
+/// offset.
+pub(super) fn named(read: &Read, told: Option<f64>) -> Result<Option<Track>, Error> {
+    let table = match (&read.header.truth, &read.truth_file) {
+        (Some(Truth::Table(table)), file) => TruthTable {
+            file: match file {
+                Some(file) => file.clone(),
+                None => read.beside(&table.file),
+            },
+            ..(**table).clone()
+        },
+        (_, Some(file)) => plain(file.clone()),
+        (Some(Truth::File(file)), None) => plain(read.beside(file)),
+        (None, None) => return Ok(None),
+    };
+    let track = states(read, &table)?;
+    match table.time_offset_s {
+        // that of the fixes will be added to it
+        Some(own) if own.is_finite() => Ok(Some(track.shifted(own - told.unwrap_or(0.0)))),
+        Some(other) => {
+            let problem = format!("is {other}");
+            Err(read.bad("truth.time_offset_s", problem, "give seconds"))
+        }
+        None => Ok(Some(track)),
+    }
+}
+
+/// A file without names of columns.
+fn plain(file: PathBuf) -> TruthTable {
+    TruthTable {
+        file,
+        separator: ",".into(),
+        names: true,
+        time: None,
+        latitude: None,
+        longitude: None,
+        height: None,
+        velocity: None,
+        time_offset_s: None,
+    }
+}
+
+fn states(read: &Read, told: &TruthTable) -> Result<Track, Error> {
+    let file = File::open(read, "truth", &told.file, &told.separator, told.names)?;
+    let usual = usual(&file, read.header.gnss.as_ref());
+    let pick = |own: &Option<Scalar>, usual: Option<&Scalar>, key: &str| {
+        own.clone().or(usual.cloned()).ok_or_else(|| {
+            let problem = "is not given, and the file has not the columns of the fixes".to_owned();
+            let remedy = "name the columns in a table [truth]: time, latitude, longitude, height";
+            read.bad(&format!("truth.{key}"), problem, remedy)
+        })
+    };
+    let of = usual.as_ref();
+    // the velocities of a table without them are those between the positions
+    let has = |v: &&Velocity| v.columns.iter().all(|name| file.names.contains(name));
+    let usual_velocity = of.and_then(|g| g.velocity.as_ref()).filter(has);
+    let names = Names {
+        table: "truth",
+        time: &pick(&told.time, of.map(|g| &g.time), "time")?,
+        latitude: &pick(&told.latitude, of.map(|g| &g.latitude), "latitude")?,
+        longitude: &pick(&told.longitude, of.map(|g| &g.longitude), "longitude")?,
+        height: Some(&pick(
+            &told.height,
+            of.and_then(|g| g.height.as_ref()),
+            "height",
+        )?),
+        velocity: told.velocity.as_ref().or(usual_velocity),
+        sigmas: [None; 2],
+    };
+    let states = names.read(read, &file, [1.0; 6])?;
+    if !states.iter().any(TimedFix::has_position) {
+        let remedy = "give at least one state with latitude and longitude";
+        return Err(read.bad("truth", "has no position".into(), remedy));
+    }
+    Ok(track(&states))
+}
+
+/// The columns that a file of truth has by default: those of `simulate` if they are there, else
+/// those of the fixes.
+fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
+    let simulated = PLACE
+        .iter()
+        .all(|name| file.names.iter().any(|n| n == name));
+    if !simulated {
+        return gnss.cloned();
+    }
+    let scalar = |column: &str, unit: &str| Scalar {
+        column: column.into(),
+        unit: unit.into(),
+    };
+    let [time, latitude, longitude, height] = PLACE;
+    let moves = VELOCITY
+        .iter()
+        .all(|name| file.names.iter().any(|n| n == name));
+    let velocity = moves.then(|| Velocity {
+        columns: VELOCITY.map(String::from).to_vec(),
+        unit: "m/s".into(),
+        order: "ned".into(),
+    });
+    Some(Gnss {
+        time: scalar(time, "s"),
+        latitude: scalar(latitude, "deg"),
+        longitude: scalar(longitude, "deg"),
+        height: Some(scalar(height, "m")),
+        velocity,
+        file: None,
+        separator: ",".into(),
+        names: true,
+        time_offset_s: None,
+        lever_arm_m: None,
+        position_sigma: None,
+        velocity_sigma: None,
+        position_sigma_m: [1.0; 3],
+        velocity_sigma_mps: [1.0; 3],
+    })
+}

@@ -1,0 +1,259 @@
+//! Writes recordings as CSV files: `imu.csv`, `gnss.csv`, and the `header.toml` that describes
+//! them. Numbers read back to the same bits.
+
+use crate::output::{CsvWriter, write_atomic};
+use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
+use crate::recordings::record::{Record, TimedFix};
+use crate::recordings::session::InitialAttitude;
+use crate::unit::Unit;
+use host_core::error::Error;
+use host_core::inertial::rotation::to_euler;
+use host_core::inertial::session::{EPOCH_S, Readings, Session};
+use host_core::inertial::sins::Increment;
+use host_core::inertial::units::DEG;
+use std::path::Path;
+
+/// Name of the unit's file.
+const UNIT: &str = "unit.toml";
+const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "heading_deg"];
+
+/// Writes the files of a record into `dir`: increments in forward-right-down with the time of their
+/// end, fixes if there are at least two, and the unit, to which the header refers.
+///
+/// # Errors
+/// [`Error::Unwritable`]. Each file appears whole or not at all.
+pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Error> {
+    let row = |(t, i): (f64, Increment)| {
+        let (g, a) = (&i.dtheta, &i.dv);
+        vec![t, g.x, g.y, g.z, a.x, a.y, a.z]
+    };
+    rows(
+        &dir.join("imu.csv"),
+        &IMU,
+        record.written_increments().map(row),
+    )?;
+    record.check()?;
+    if record.fixes.len() > 1 {
+        write_fixes(record, &dir.join("gnss.csv"))?;
+    }
+    let mut text = header(record);
+    if let Some(unit) = unit {
+        let about = "The unit of the recording beside it";
+        write_atomic(&dir.join(UNIT), unit.to_text(about)?.as_bytes())?;
+        text = format!("unit = \"{UNIT}\"\n\n{text}");
+    }
+    write_atomic(&dir.join("header.toml"), text.as_bytes())
+}
+
+fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
+    let velocity = record.has_velocity();
+    let columns: Vec<&str> = match velocity {
+        true => [&PLACE[..], &VELOCITY, &SIGMA, &SIGMA_V].concat(),
+        false => [&PLACE[..], &SIGMA].concat(),
+    };
+    let row = |f: &TimedFix| {
+        let mut row = vec![f.time, f.lat_deg, f.lon_deg, f.height_m];
+        row.extend(Some(f.velocity).filter(|_| velocity).into_iter().flatten());
+        row.extend(&f.sigmas[..if velocity { 6 } else { 3 }]);
+        row
+    };
+    rows(file, &columns, record.fixes.iter().map(row))
+}
+
+/// Writes the reference states of a session, one per second.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn write_truth(session: &Session, file: &Path) -> Result<(), Error> {
+    let row = |(k, s): (usize, &host_core::inertial::sins::NavState)| {
+        let (p, v) = (&s.position, &s.velocity);
+        let (roll, pitch, heading) = to_euler(&s.q_bn);
+        let mut row = vec![k as f64 * EPOCH_S, p.lat / DEG, p.lon / DEG, p.h];
+        row.extend([v.x, v.y, v.z, roll / DEG, pitch / DEG, heading / DEG]);
+        row
+    };
+    let columns = [&PLACE[..], &VELOCITY, &ATTITUDE].concat();
+    rows(
+        file,
+        &columns,
+        session.reference.iter().enumerate().map(row),
+    )
+}
+
+/// Writes what the thermometers of a session read, degrees Celsius, one row per second. The time is
+/// the end of the second.
+///
+/// # Errors
+/// [`Error::Unwritable`].
+pub fn write_readings(session: &Session, file: &Path) -> Result<(), Error> {
+    let readings = session.readings.as_deref().unwrap_or_default();
+    let row = |(k, of): (usize, &Readings)| {
+        let time = (k + 1) as f64 * EPOCH_S;
+        vec![time, of.axes.x, of.axes.y, of.axes.z, of.processor]
+    };
+    let columns = ["t_s", "x_degc", "y_degc", "z_degc", "processor_degc"];
+    rows(file, &columns, readings.iter().enumerate().map(row))
+}
+
+fn rows(file: &Path, columns: &[&str], rows: impl Iterator<Item = Vec<f64>>) -> Result<(), Error> {
+    let mut csv = CsvWriter::create(file, columns)?;
+    for row in rows {
+        csv.row(&row)?;
+    }
+    csv.finish()
+}
+
+/// The header file for what [`write()`] writes.
+fn header(record: &Record) -> String {
+    let names = |n: &[&str]| format!("[\"{}\"]", n.join("\", \""));
+    let mut text = format!(
+        r#"[imu]
+file = "imu.csv"
+time = {{ column = "t_s", unit = "s" }}
+gyro = {{ columns = {}, unit = "rad" }}
+accel = {{ columns = {}, unit = "m/s" }}
+axes = "x y z"
+"#,
+        names(&IMU[1..4]),
+        names(&IMU[4..])
+    );
+    if record.fixes.len() > 1 {
+        text += r#"
+[gnss]
+file = "gnss.csv"
+time = { column = "t_s", unit = "s" }
+latitude = { column = "lat_deg", unit = "deg" }
+longitude = { column = "lon_deg", unit = "deg" }
+height = { column = "height_m", unit = "m" }
+"#;
+        text += &format!("position_sigma = {}\n", names(&SIGMA));
+        if record.has_velocity() {
+            let (velocity, sigma) = (names(&VELOCITY), names(&SIGMA_V));
+            text += &format!(
+                r#"velocity = {{ columns = {velocity}, unit = "m/s", order = "ned" }}
+velocity_sigma = {sigma}
+"#
+            );
+        }
+    }
+    text += "\n[start]\n";
+    text += &match record.initial_attitude {
+        Some(InitialAttitude::Standstill(s)) => format!("standstill_s = {s}\n"),
+        Some(InitialAttitude::Known(q)) => {
+            let (roll, pitch, heading) = to_euler(&q);
+            let [roll, pitch, heading] = [roll, pitch, heading].map(|a| a / DEG);
+            format!("roll_deg = {roll}\npitch_deg = {pitch}\nheading_deg = {heading}\n")
+        }
+        None => {
+            "# standstill_s = 300   # or roll_deg, pitch_deg and heading_deg at the first fix\n"
+                .to_owned()
+        }
+    };
+    if let [site] = record.fixes[..] {
+        text += &format!(
+            "latitude_deg = {}\nlongitude_deg = {}\nheight_m = {}\n",
+            site.lat_deg, site.lon_deg, site.height_m
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::read;
+    use super::*;
+    use crate::recordings::kfgins;
+    use crate::recordings::record::{Kind, NOT_MEASURED};
+    use host_core::inertial::sins::Increment;
+    use nalgebra::Vector3;
+
+    fn record(velocity: bool) -> Record {
+        let fix = |k: usize| TimedFix {
+            time: 1000.3 + k as f64,
+            lat_deg: 45.123_456_789_012_3 + 1e-5 * k as f64,
+            lon_deg: -7.0 / 3.0,
+            height_m: 100.1,
+            velocity: [1.0 / 3.0, k as f64, -0.1],
+            sigmas: if velocity {
+                [1.1, 2.0, 3.0, 0.1, 0.2, 0.3]
+            } else {
+                [1.1, 2.0, 3.0, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED]
+            },
+        };
+        let increment = |k: usize| Increment {
+            dtheta: Vector3::new(1e-7 / 3.0, -1e-3 * (k as f64).sin(), 0.0),
+            dv: Vector3::new(0.1 / 7.0, k as f64 * 1e-5, -0.0981),
+        };
+        Record {
+            file: "made".into(),
+            time: (1..=500).map(|k| 1000.0 + 0.01 * f64::from(k)).collect(),
+            samples: (1..=500).map(increment).collect(),
+            kind: Kind::Increment,
+            rate_hz: 100,
+            fixes: (0..4).map(fix).collect(),
+            initial_attitude: Some(InitialAttitude::Standstill(100)),
+            ..Record::default()
+        }
+    }
+
+    /// From CSV to KF-GINS and back: no bit changes.
+    #[test]
+    fn conversions_both_ways_are_exact() {
+        for velocity in [true, false] {
+            let dir = tempfile::tempdir().unwrap();
+            let path = |name: &str| dir.path().join(name);
+            let first = record(velocity);
+            write(&first, None, dir.path()).unwrap();
+            let csv = read(&path("header.toml"), &[]).unwrap();
+            let form = kfgins::Form {
+                shift_s: 0.0,
+                velocity,
+            };
+            kfgins::write(&csv, form, &path("i.txt"), &path("g.txt")).unwrap();
+            let text = kfgins::read(&path("i.txt"), &path("g.txt"), csv.initial_attitude).unwrap();
+            std::fs::create_dir(path("again")).unwrap();
+            write(&text, None, &path("again")).unwrap();
+            for name in ["imu.csv", "gnss.csv", "header.toml"] {
+                let [a, b] =
+                    [path(name), path("again").join(name)].map(|p| std::fs::read(p).unwrap());
+                assert!(a == b, "{name}");
+            }
+            assert_eq!(text.fixes.len(), first.fixes.len());
+            assert!(text.fixes[3].lat_deg == first.fixes[3].lat_deg);
+        }
+    }
+
+    #[test]
+    fn the_header_refers_to_the_unit_beside_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let header = dir.path().join("header.toml");
+        write(&record(true), None, dir.path()).unwrap();
+        assert_eq!(super::super::unit(&header).unwrap(), None);
+        let unit = Unit::preset("tactical").unwrap();
+        write(&record(true), Some(&unit), dir.path()).unwrap();
+        assert_eq!(super::super::unit(&header).unwrap(), Some(unit));
+        read(&header, &[]).unwrap();
+        let spoilt = dir.path().join(UNIT);
+        let text = std::fs::read_to_string(&spoilt).unwrap();
+        std::fs::write(&spoilt, text.replace("[accel]", "[axel]")).unwrap();
+        let error = super::super::unit(&header).unwrap_err().to_string();
+        assert!(
+            error.contains("unit.toml:") && error.contains("'axel'"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_vehicle_at_rest_has_a_site_and_no_file_of_fixes() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut r = record(true);
+        r.fixes.truncate(1);
+        write(&r, None, dir.path()).unwrap();
+        let back = read(&dir.path().join("header.toml"), &[]).unwrap();
+        assert_eq!(
+            (back.fixes.len(), back.fixes[0].lat_deg),
+            (1, r.fixes[0].lat_deg)
+        );
+        assert!(!dir.path().join("gnss.csv").exists());
+    }
+}

@@ -1,0 +1,169 @@
+use super::*;
+use host_core::inertial::session::Session;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::imu::ImuSpec;
+use host_core::simulator::session::{SessionConfig, simulate};
+use nalgebra::UnitQuaternion;
+use test_bench::recordings::message;
+
+fn simulated() -> Session {
+    let imu = ImuSpec::preset("medium").unwrap();
+    let config = SessionConfig {
+        imu: &imu,
+        gnss: &GnssSpec::default(),
+        start: Geodetic {
+            lat: 0.6,
+            lon: 1.9,
+            h: 100.0,
+        },
+        heading: 1.0,
+        standstill_s: 100.0,
+        drive_s: 120.0,
+        segments: None,
+        vibration: 1.0,
+        unit: 1,
+        turn_on: 2,
+        drive: 3,
+    };
+    simulate(&config).0
+}
+
+#[test]
+fn a_recording_written_and_read_is_the_same_bit_for_bit() {
+    let dir = tempfile::tempdir().unwrap();
+    let (imu, gnss) = (dir.path().join("imu.txt"), dir.path().join("gnss.txt"));
+    let session = simulated();
+    let record = Record::from_session(&session);
+    for velocity in [true, false] {
+        let form = Form {
+            shift_s: 0.0,
+            velocity,
+        };
+        write(&record, form, &imu, &gnss).unwrap();
+        let back = read(&imu, &gnss, record.initial_attitude).unwrap();
+        assert_eq!(back.time, record.time);
+        for (a, b) in back.samples.iter().zip(&record.samples) {
+            assert_eq!((a.dtheta, a.dv), (b.dtheta, b.dv));
+        }
+        let lost = |f: &TimedFix| TimedFix {
+            velocity: if velocity { f.velocity } else { [0.0; 3] },
+            sigmas: match velocity {
+                true => f.sigmas,
+                false => [1.0, 1.0, 1.5, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED],
+            },
+            ..*f
+        };
+        let want: Vec<TimedFix> = record.fixes.iter().map(lost).collect();
+        assert_eq!(back.fixes, want);
+        let s = back.session().unwrap();
+        assert_eq!((s.epochs(), s.standstill), (session.epochs(), 100));
+        let sigma = if velocity { 0.05 } else { NOT_MEASURED };
+        assert_eq!(s.fixes[3].unwrap().sigmas[3], sigma);
+    }
+    assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 2);
+    let late = Form {
+        shift_s: WEEK_S - 100.0,
+        velocity: false,
+    };
+    let why = write(&record, late, &imu, &gnss).unwrap_err().to_string();
+    assert!(why.starts_with("--shift: 604800.0"), "{why}");
+}
+
+/// Lines as in the demonstration data of KF-GINS: blanks at the end, Windows line ends, commas, an
+/// odometer.
+#[test]
+fn files_of_others_are_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = |name: &str| dir.path().join(name);
+    let imu: String = (0..200)
+        .map(|k| {
+            format!(
+                "{:.6}, 1e-6, 0,\t0, 0, 0, -0.0981 0.5 \r\n",
+                456_250.01 + 0.01 * f64::from(k)
+            )
+        })
+        .collect();
+    let gnss = "456250.000    30.4447858054   114.4718661162     21.095    0.010    0.009    0.019 \n\
+                456251.000    30.4447857891   114.4718661133     21.091    0.010    0.009    0.019 \n";
+    let truth = "2150 456250.000 30.44 114.47 21 1 2 3 0.85 -2.03 185.7\n\
+                 2150 456251.000 30.44 114.47 21 1 2 3 0.85 -2.03 185.9\n";
+    for (name, text) in [("imu", imu.as_str()), ("gnss", gnss), ("truth", truth)] {
+        std::fs::write(path(name), text).unwrap();
+    }
+    let state = read_truth(&path("truth")).unwrap().at(456_250.5);
+    let (roll, pitch, yaw) = host_core::inertial::rotation::to_euler(&state.q_bn);
+    let want = [0.85, -2.03, 185.8 - 360.0].map(|a| a * DEG);
+    for (got, want) in [roll, pitch, yaw].iter().zip(want) {
+        assert!((got - want).abs() < 1e-5, "{got} {want}");
+    }
+    let attitude = Some(InitialAttitude::Known(state.q_bn));
+    let record = read(&path("imu"), &path("gnss"), attitude).unwrap();
+    assert_eq!((record.rate_hz, record.samples.len()), (100, 200));
+    assert_eq!(record.samples[3].dv.z, -0.0981);
+    assert_eq!(record.fixes[1].sigmas[..3], [0.010, 0.009, 0.019]);
+    assert_eq!(record.session().unwrap().epochs(), 1);
+}
+
+fn complaint(imu: &str, gnss: &str) -> String {
+    let dir = tempfile::tempdir().unwrap();
+    let (i, g) = (dir.path().join("in.imu"), dir.path().join("in.gnss"));
+    std::fs::write(&i, imu).unwrap();
+    std::fs::write(&g, gnss).unwrap();
+    let attitude = Some(InitialAttitude::Known(UnitQuaternion::identity()));
+    let session = read(&i, &g, attitude).and_then(|r| r.session());
+    message(&session.map(|s| s.epochs()).unwrap_err())
+}
+
+#[test]
+fn every_fault_names_its_place() {
+    let imu = |k: usize| format!("{:.2} 0 0 0 0 0 -0.0981\n", 100.0 + 0.01 * k as f64);
+    let gnss = |k: usize| format!("{} 45 7 80 1 1 2\n", 100 + k);
+    let (imus, fixes): (String, String) = ((0..300).map(imu).collect(), (0..4).map(gnss).collect());
+    let cases = [
+        (
+            imus.replace("100.05 0 0", "100.05 0 z"),
+            fixes.clone(),
+            "in.imu:6: column 'dtheta_y_rad': 'z' is not a number",
+        ),
+        (
+            imus.replace("100.05 0 0", "100.05 9 0"),
+            fixes.clone(),
+            "in.imu:6: column 'dtheta_x_rad': '9' is out of range",
+        ),
+        (
+            imus.replace("100.05 0 0", "100.05 0"),
+            fixes.clone(),
+            "in.imu:6: 6 columns instead of 7",
+        ),
+        (
+            imus.replace("100.05 0 0", "100.04 0 0"),
+            fixes.clone(),
+            "in.imu:6: column 't_s': time 100.04 follows",
+        ),
+        (
+            imu(0),
+            fixes.clone(),
+            "in.imu:1: column 't_s': '100' is not one of 4 to 8000",
+        ),
+        (String::new(), fixes.clone(), "in.imu: is empty"),
+        (
+            imus.clone(),
+            fixes.replace("102 45", "102 95"),
+            "in.gnss:3: column 'lat_deg': '95' is out of range",
+        ),
+        (
+            imus.clone(),
+            fixes.replace("1 1 2", "1 0 2"),
+            "in.gnss:1: column 'sigma_east_m': '0' is not a standard deviation",
+        ),
+        (
+            imus.clone(),
+            fixes.replace("10", "20"),
+            "in.imu: 'time' has no whole second",
+        ),
+    ];
+    for (i, g, start) in cases {
+        let why = complaint(&i, &g);
+        assert!(why.starts_with(start), "{why}");
+    }
+}

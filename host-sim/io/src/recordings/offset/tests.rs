@@ -1,0 +1,84 @@
+use super::*;
+use crate::recordings::record::NOT_MEASURED;
+use test_bench::recordings::{recorded, simulated};
+
+/// A drive whose fixes carry times that are `off` seconds too early.
+fn drive(off: f64, seed: u64) -> Record {
+    let mut record = Record::from_session(&simulated(20.0, 400.0, seed));
+    record.move_fixes(-off);
+    record
+}
+
+fn found(record: &Record) -> Estimate {
+    estimate(record).unwrap()
+}
+
+#[test]
+fn offsets_of_a_road_drive_are_found_within_their_own_uncertainty() {
+    let mut squares = 0.0;
+    for (seed, off) in [
+        (1, 0.0),
+        (2, 2.9),
+        (3, -2.9),
+        (4, 0.137),
+        (5, 4.6),
+        (6, -0.42),
+    ] {
+        let got = found(&drive(off, seed));
+        let error = got.offset_s - off;
+        println!("{off}: {got:?}, error {error:.4}");
+        assert!(got.sigma_s < 0.1 && error.abs() < 0.1, "{off}: {got:?}");
+        squares += (error / got.sigma_s).powi(2);
+    }
+    // chi-square with 6 degrees of freedom: between its 0.1 % and 99.9 % points
+    assert!((0.38..22.5).contains(&squares), "{squares}");
+}
+
+#[test]
+fn positions_alone_tell_it_too() {
+    let mut record = drive(2.9, 7);
+    for fix in &mut record.fixes {
+        fix.sigmas[3..].fill(NOT_MEASURED);
+        fix.velocity = [f64::NAN; 3];
+    }
+    let got = found(&record);
+    assert!(
+        (got.offset_s - 2.9).abs() < 5.0 * got.sigma_s && got.sigma_s < 0.3,
+        "{got:?}"
+    );
+}
+
+#[test]
+fn what_does_not_move_or_does_not_belong_together_tells_nothing() {
+    let mut still = Record::from_session(&simulated(200.0, 10.0, 1));
+    assert_eq!(estimate(&still), Err(Unknown::Still));
+    still.fixes.clear();
+    assert_eq!(estimate(&still), Err(Unknown::Still));
+    still.samples.edit(Vec::clear);
+    still.time.edit(Vec::clear);
+    assert_eq!(estimate(&still), Err(Unknown::Still));
+    let mut strange = drive(0.0, 8);
+    strange.fixes = drive(0.0, 9).fixes;
+    let why = estimate(&strange);
+    assert!(matches!(why, Err(Unknown::Even | Unknown::Far)), "{why:?}");
+    let far = estimate(&drive(9.0, 8));
+    assert!(far.is_err(), "{far:?}");
+}
+
+/// The reference of the KITTI drives comes from the same box as the samples: there is no offset.
+#[test]
+fn recordings_of_one_box_have_no_offset() {
+    use crate::recordings::kitti::{DRIVES, session};
+    for (drive, skip) in DRIVES {
+        let Some(path) = recorded(&format!("kitti-2011_09_30_drive_{drive}.csv.gz")) else {
+            return;
+        };
+        for off in [0.0, 2.9] {
+            let mut record = Record::from_session(&session(&path, skip).unwrap());
+            record.move_fixes(-off);
+            let got = found(&record);
+            println!("{drive}: {got:?}");
+            assert!((got.offset_s - off).abs() < 0.05, "{drive}: {got:?}");
+        }
+    }
+}

@@ -1,0 +1,358 @@
+//! Tables of numbers from text files, plain or gzipped. Every error names file, line and column.
+
+mod source;
+
+use source::named;
+pub use source::{Separator, Source};
+
+use host_core::error::{Error, excerpt};
+use std::fmt::Display;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A number that a table can hold.
+pub trait Cell: Copy + Display {
+    /// What a user should write.
+    const REMEDY: &str;
+
+    /// The number in `text`, or what `text` is instead.
+    fn parse(text: &str) -> Result<Self, &'static str>;
+}
+
+impl Cell for f64 {
+    const REMEDY: &str = "give a decimal number, with a point and without unit";
+
+    fn parse(text: &str) -> Result<Self, &'static str> {
+        match text.parse::<Self>() {
+            Err(_) if text.is_empty() => Err("missing"),
+            Err(_) => Err("not a number"),
+            Ok(x) if !x.is_finite() => Err("not finite"),
+            Ok(x) => Ok(x),
+        }
+    }
+}
+
+/// Which columns of a file are read, and in which order.
+#[derive(Debug)]
+pub struct Layout<'a, T = f64> {
+    /// Lines before the data.
+    pub skip: usize,
+    /// Names of all columns of a line.
+    pub names: &'a [String],
+    /// Positions in `names` of the columns wanted.
+    pub wanted: &'a [usize],
+    /// What an empty value reads as; without it an empty value is an error.
+    pub gap: Option<T>,
+}
+
+/// Numbers by rows; columns in the order wanted.
+#[derive(Debug)]
+pub struct Table<T = f64> {
+    /// Path as given.
+    pub file: PathBuf,
+    names: Vec<String>,
+    values: Vec<T>,
+    rows: usize,
+    first_line: usize,
+}
+
+impl<T: Cell> Table<T> {
+    /// Reads `source`.
+    pub fn read(source: &Source, layout: &Layout<'_, T>) -> Result<Self, Error> {
+        Self::read_first(source, layout, layout.wanted.len(), |_| Ok(()))
+    }
+
+    /// Reads `source` and keeps the first `kept` columns wanted. The values of the others go to
+    /// `rest`, row by row.
+    pub fn read_first(
+        source: &Source,
+        layout: &Layout<'_, T>,
+        kept: usize,
+        mut rest: impl FnMut(&[T]) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let wanted = layout.wanted.iter();
+        let names: Vec<String> = wanted.map(|&c| layout.names[c].clone()).collect();
+        let mut table = Self {
+            file: source.file.clone(),
+            names: names[..kept].to_vec(),
+            values: Vec::new(),
+            rows: 0,
+            first_line: layout.skip + 1,
+        };
+        let mut row = Vec::with_capacity(names.len());
+        let mut lines = source.lines()?;
+        while let Some(line) = lines.next()? {
+            if line <= layout.skip {
+                continue;
+            }
+            table.check_count(line, lines.cells().len(), layout)?;
+            row.clear();
+            for (&column, name) in layout.wanted.iter().zip(&names) {
+                row.push(table.value(line, name, &lines.cell(column), layout.gap)?);
+            }
+            let (keep, other) = row.split_at(kept);
+            table.values.extend_from_slice(keep);
+            table.rows += 1;
+            rest(other)?;
+        }
+        if table.rows == 0 {
+            let names = layout.names.join(",");
+            return Err(match layout.skip {
+                0 => source.empty("is empty", format!("lines of {names}, without a header")),
+                _ => source.empty("has a header and no data", named(&names)),
+            });
+        }
+        Ok(table)
+    }
+
+    /// Checks that a line has as many values as the file has columns.
+    fn check_count(&self, line: usize, found: usize, layout: &Layout<'_, T>) -> Result<(), Error> {
+        if found == layout.names.len() {
+            return Ok(());
+        }
+        Err(Error::ColumnCount {
+            file: self.file.clone(),
+            line,
+            found,
+            expected: layout.names.len(),
+            columns: layout.names.join(","),
+        })
+    }
+
+    /// The number that stands as `text` in the column `name`.
+    fn value(&self, line: usize, name: &str, text: &str, gap: Option<T>) -> Result<T, Error> {
+        let value = match gap {
+            Some(gap) if text.is_empty() => Ok(gap),
+            _ => T::parse(text),
+        };
+        value.map_err(|fault| Error::Value {
+            file: self.file.clone(),
+            line,
+            field: name.to_owned(),
+            text: excerpt(text),
+            fault,
+            remedy: T::REMEDY.to_owned(),
+        })
+    }
+
+    /// Reads a comma-separated file whose first line is exactly `header`.
+    pub fn with_header(file: &Path, header: &str) -> Result<Self, Error> {
+        let source = Source::open(file, Separator::COMMA)?;
+        let names = source.header(header)?;
+        if names.join(",") != header {
+            return Err(Error::Header {
+                file: file.to_path_buf(),
+                found: excerpt(&names.join(",")),
+                expected: header.to_owned(),
+            });
+        }
+        Self::first_columns(&source, 1, &names, names.len())
+    }
+
+    /// Reads the first `count` columns of a file with the columns `names`, which begins after
+    /// `skip` lines.
+    pub fn first_columns(
+        source: &Source,
+        skip: usize,
+        names: &[String],
+        count: usize,
+    ) -> Result<Self, Error> {
+        let wanted: Vec<usize> = (0..count).collect();
+        let layout = Layout {
+            skip,
+            names,
+            wanted: &wanted,
+            gap: None,
+        };
+        Self::read(source, &layout)
+    }
+
+    /// Number of rows.
+    pub fn count(&self) -> usize {
+        self.rows
+    }
+
+    /// Row `i`.
+    pub fn row(&self, i: usize) -> &[T] {
+        let n = self.names.len();
+        &self.values[i * n..(i + 1) * n]
+    }
+
+    /// All rows.
+    pub fn rows(&self) -> std::slice::ChunksExact<'_, T> {
+        self.values.chunks_exact(self.names.len())
+    }
+
+    /// All values, row by row.
+    pub fn values(&self) -> &[T] {
+        &self.values
+    }
+
+    /// An error in the value at row `i` of `column`.
+    pub fn complain(&self, i: usize, column: usize, fault: &'static str, remedy: &str) -> Error {
+        self.complain_of(i, &self.names[column], &self.row(i)[column], fault, remedy)
+    }
+
+    /// An error in a `value` of the column `name` on the line of row `i`.
+    pub fn complain_of(
+        &self,
+        i: usize,
+        name: &str,
+        value: &T,
+        fault: &'static str,
+        remedy: &str,
+    ) -> Error {
+        Error::Value {
+            file: self.file.clone(),
+            line: self.first_line + i,
+            field: name.to_owned(),
+            text: value.to_string(),
+            fault,
+            remedy: remedy.to_owned(),
+        }
+    }
+}
+
+impl Table {
+    /// Checks that `column` rises on every line.
+    pub fn check_rising(&self, column: usize) -> Result<(), Error> {
+        for i in 1..self.count() {
+            let (before, now) = (self.row(i - 1)[column], self.row(i)[column]);
+            if now <= before {
+                return Err(self.time_back(i, &self.names[column], [before, now]));
+            }
+        }
+        Ok(())
+    }
+
+    /// The error of a time that does not rise from the row before row `i`.
+    pub fn time_back(&self, i: usize, name: &str, [before, now]: [f64; 2]) -> Error {
+        Error::TimeBack {
+            file: self.file.clone(),
+            line: self.first_line + i,
+            field: name.to_owned(),
+            before,
+            now,
+        }
+    }
+
+    /// Checks that no value of the columns lies outside `-limit..=limit`.
+    pub fn check_within(
+        &self,
+        columns: Range<usize>,
+        limit: f64,
+        remedy: &str,
+    ) -> Result<(), Error> {
+        for (i, row) in self.rows().enumerate() {
+            for c in columns.clone() {
+                if row[c].abs() > limit {
+                    return Err(self.complain(i, c, "out of range", remedy));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use test_bench::recordings::{file, message};
+
+    fn complaint(bytes: &[u8]) -> String {
+        let (_dir, path) = file("in.csv", bytes);
+        message(&Table::<f64>::with_header(&path, "t,x").unwrap_err())
+    }
+
+    #[test]
+    fn plain_gzip_and_windows_files_read_alike() {
+        let plain = b"t,x\n0.5,-1e-3\n1, 2\n".to_vec();
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        gzip.write_all(&plain).unwrap();
+        let windows = String::from_utf8(plain.clone())
+            .unwrap()
+            .replace('\n', "\r\n");
+        for bytes in [
+            plain.clone(),
+            gzip.finish().unwrap(),
+            windows.into_bytes(),
+            [b"\xef\xbb\xbf".as_slice(), &plain].concat(),
+        ] {
+            let (_dir, path) = file("in.csv", &bytes);
+            let table = Table::<f64>::with_header(&path, "t,x").unwrap();
+            let rows: Vec<&[f64]> = table.rows().collect();
+            assert_eq!(rows, [[0.5, -1e-3], [1.0, 2.0]]);
+            table.check_rising(0).unwrap();
+        }
+    }
+
+    #[test]
+    fn every_fault_names_its_place() {
+        for (bytes, start) in [
+            (b"".as_slice(), "in.csv: is empty"),
+            (b"t,x\n", "in.csv: has a header and no data"),
+            (b"\x7fELF\x02,x\n1,2\n", "in.csv: is no text"),
+            (b"t,y\n1,2\n", "in.csv:1: header is 't,y'"),
+            (b"t,x\n1,2\n3\n", "in.csv:3: 1 columns instead of 2"),
+            (b"t,x\n1,2\n\n3,4\n", "in.csv:3: 0 columns"),
+            (b"t,x\n1,2,3\n", "in.csv:2: 3 columns"),
+            (b"t,x\n1,a\n", "in.csv:2: column 'x': 'a' is not a number"),
+            (b"t,x\n1,\n", "in.csv:2: column 'x': '' is missing"),
+            (b"t,x\nNaN,1\n", "in.csv:2: column 't': 'NaN' is not finite"),
+            (
+                b"t,x\n1,\xff\n",
+                "in.csv:2: column 'x': '\u{fffd}' is not a number",
+            ),
+            (b"\x1f\x8b\x08", "in.csv:0: the gzip stream is cut short"),
+        ] {
+            let got = complaint(bytes);
+            assert!(got.starts_with(start), "{got}");
+        }
+        let missing = Table::<f64>::with_header(Path::new("no/such.csv"), "t,x").unwrap_err();
+        assert!(matches!(missing, Error::Missing { .. }));
+    }
+
+    #[test]
+    fn a_long_file_is_read_in_pieces_and_keeps_only_what_is_wanted() {
+        let mut text = String::from("t,x,y\n");
+        for i in 0..20_000 {
+            text += &format!("{i},{},7\n", 2 * i);
+        }
+        let (_dir, path) = file("in.csv", text.trim_end().as_bytes());
+        let source = Source::open(&path, Separator::COMMA).unwrap();
+        let layout = Layout {
+            skip: 1,
+            names: &["t", "x", "y"].map(String::from),
+            wanted: &[0, 1],
+            gap: None,
+        };
+        for _ in 0..2 {
+            let mut rest = Vec::new();
+            let table = Table::<f64>::read_first(&source, &layout, 1, |row| {
+                rest.extend_from_slice(row);
+                Ok(())
+            });
+            let times: Vec<f64> = (0..20_000).map(f64::from).collect();
+            assert_eq!(table.unwrap().values(), times);
+            assert!(rest.iter().zip(&times).all(|(x, t)| *x == 2.0 * t));
+            assert_eq!(rest.len(), 20_000);
+        }
+    }
+
+    #[test]
+    fn time_must_rise_and_values_stay_in_range() {
+        let (_dir, path) = file("in.csv", b"t,x\n1,2\n2,-9\n2,3\n");
+        let table = Table::<f64>::with_header(&path, "t,x").unwrap();
+        let back = message(&table.check_rising(0).unwrap_err());
+        assert!(
+            back.starts_with("in.csv:4: column 't': time 2 follows 2"),
+            "{back}"
+        );
+        let wide = message(&table.check_within(1..2, 5.0, "give m").unwrap_err());
+        assert_eq!(
+            wide,
+            "in.csv:3: column 'x': '-9' is out of range; remedy: give m"
+        );
+    }
+}

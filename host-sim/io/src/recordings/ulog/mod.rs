@@ -1,0 +1,237 @@
+//! Logs of PX4 (`ULog`): increments of `vehicle_imu` or mean rates of `sensor_combined` as samples,
+//! `vehicle_gps_position` or `sensor_gps` as fixes.
+//!
+//! The axes of the samples are those of the body, forward-right-down. PX4 has turned the axes of
+//! the sensor into them and applied its calibration. The default profile of its logger keeps
+//! `sensor_combined` whole and of `vehicle_imu` only every hundredth message, so the former is read
+//! where increments are missing. The time of a fix is that of its arrival, less a delay: that of
+//! the autopilot's parameter `EKF2_GPS_DELAY` unless the user tells another one.
+
+mod format;
+mod row;
+mod topics;
+
+#[cfg(test)]
+mod tests;
+
+use crate::recordings::InitialAttitude;
+use crate::recordings::input::{Input, Progress};
+use crate::recordings::record::{Kind, Record, TimedFix};
+use crate::recordings::session::complain;
+use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
+use format::{Summary, Walk};
+use host_core::error::Error;
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
+use std::path::Path;
+use topics::{Collected, Piece, SENSOR_COMBINED, Stream, VEHICLE_IMU, known};
+
+/// Share of the time that increments must cover.
+const COVERED: f64 = 0.9;
+/// How far the attitude of the autopilot may be from the first fix, s.
+const NEAR_S: f64 = 0.5;
+/// Delay of the fixes behind the samples in the logs, ms.
+const DELAY: &str = "EKF2_GPS_DELAY";
+
+/// What to read of a log.
+#[derive(Debug, Clone, Default)]
+pub struct Choice {
+    /// Instance of `vehicle_imu`.
+    pub instance: Option<u8>,
+    /// Time from validity to arrival of a fix, s; `None` for the autopilot's parameter.
+    pub fix_delay_s: Option<f64>,
+    /// Whether the attitude at the first fix is the autopilot's.
+    pub attitude: bool,
+    /// Longest step between samples that is interpolated, s; `None` for the usual one.
+    pub max_gap_s: Option<f64>,
+    /// Turns axes of the log into forward-right-down.
+    pub mounting: Rotation3<f64>,
+}
+
+/// Reads a log.
+///
+/// # Errors
+/// Any fault of the file, with topic and message; there are no usable samples.
+pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Reading, Error> {
+    let mut collected = Collected::default();
+    let mut input = Input::open(file, progress)?;
+    let mut wanted = |topic: &str, _| known(topic).is_some();
+    let mut take = |row: &row::Row<'_>| collected.take(row);
+    let summary = Walk::new(&mut wanted, &mut take).file(&mut input);
+    let summary = summary.map_err(|(problem, remedy)| {
+        let key = format!("ULog, byte {}", input.at);
+        complain(file, &key, problem, remedy)
+    })?;
+    let mut notes = notes(file, &summary, &collected, input.at);
+    let (stream, pieces) = choose(file, choice, &mut collected, &summary, &mut notes)?;
+    let place = Place::new(file, format!("{} {}", stream.0, stream.1));
+    let fixes = fixes(file, choice, &mut collected, &summary, &mut notes)?;
+    let samples = samples(&place, choice, &pieces)?;
+    let mut record = samples.record(file, choice.max_gap_s, &fixes)?;
+    if choice.attitude {
+        let origin = pieces.first().map_or(0, |p| p.end);
+        record.initial_attitude = Some(attitude(&record, &collected, origin)?);
+    }
+    Ok(Reading {
+        record,
+        notes,
+        origin_s: None,
+    })
+}
+
+/// What the user should know of the file.
+fn notes(file: &Path, summary: &Summary, collected: &Collected, end: u64) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut note = |text: String| notes.push(format!("{}: {text}", file.display()));
+    if summary.cut {
+        note(format!(
+            "ends within a message and is read up to byte {end}"
+        ));
+    }
+    if summary.damaged > 0 {
+        note(format!("{} damaged bytes are left out", summary.damaged));
+    }
+    if let (count @ 1.., ms) = summary.dropouts {
+        note(format!(
+            "the logger dropped out {count} times, {ms} ms in all"
+        ));
+    }
+    if collected.invalid > 0 {
+        note(format!(
+            "{} samples of {SENSOR_COMBINED} without accelerometers are left out",
+            collected.invalid
+        ));
+    }
+    notes
+}
+
+/// Whether increments cover the time from first to last.
+fn whole(pieces: &[Piece]) -> bool {
+    let [first, .., last] = pieces else {
+        return false;
+    };
+    let covered: f64 = pieces.iter().skip(1).map(|p| p.length[0]).sum();
+    covered >= COVERED * (last.end - first.end) as f64 * 1e-6
+}
+
+/// The increments to use.
+///
+/// # Errors
+/// There are none, or none that cover the time.
+fn choose(
+    file: &Path,
+    choice: &Choice,
+    collected: &mut Collected,
+    summary: &Summary,
+    notes: &mut Vec<String>,
+) -> Result<(Stream, Vec<Piece>), Error> {
+    let is_asked = |(topic, instance): &Stream| match choice.instance {
+        Some(asked) => *topic == VEHICLE_IMU && *instance == asked,
+        None => true,
+    };
+    let all = collected.pieces.iter();
+    let streams = |wanted: &str| -> Vec<Stream> {
+        let all = all
+            .clone()
+            .filter(|((topic, _), pieces)| *topic == wanted && whole(pieces));
+        all.map(|(stream, _)| *stream).filter(is_asked).collect()
+    };
+    let (increments, means) = (streams(VEHICLE_IMU), streams(SENSOR_COMBINED));
+    if let [_, _, ..] = increments[..] {
+        let instances: Vec<String> = increments.iter().map(|(_, n)| n.to_string()).collect();
+        notes.push(format!(
+            "{}: {VEHICLE_IMU} has the instances {}; --instance chooses another than the first",
+            file.display(),
+            instances.join(", ")
+        ));
+    }
+    let stream = increments.first().or(means.first()).copied();
+    if let Some((stream, pieces)) = stream.and_then(|s| collected.pieces.remove_entry(&s)) {
+        return Ok((stream, pieces));
+    }
+    if let Some(asked) = choice.instance {
+        let seen = collected.pieces.contains_key(&(VEHICLE_IMU, asked));
+        let problem = match seen {
+            true => format!("{asked} is not logged whole: messages of {VEHICLE_IMU} are missing"),
+            false => format!("{asked} of {VEHICLE_IMU} is not in the log"),
+        };
+        let remedy = "leave the option out for sensor_combined, or log vehicle_imu without an \
+                      interval (etc/logging/logger_topics.txt on the SD card)";
+        return Err(complain(file, "--instance", problem, remedy));
+    }
+    let names: Vec<&str> = summary.topics.keys().map(String::as_str).collect();
+    let problem = format!("is not logged whole, nor {VEHICLE_IMU}");
+    let remedy = format!(
+        "log {SENSOR_COMBINED}, as the default SDLOG_PROFILE does; the log has {}",
+        names.join(", ")
+    );
+    Err(complain(file, SENSOR_COMBINED, problem, &remedy))
+}
+
+/// The increments as samples.
+fn samples(place: &Place, choice: &Choice, pieces: &[Piece]) -> Result<Samples, Error> {
+    let mut samples = Samples::new(place.clone(), Kind::Increment);
+    for (k, piece) in pieces.iter().enumerate() {
+        let [gyro, accel] = piece.length;
+        if !(gyro > 0.0 && accel > 0.0) {
+            let problem = format!("covers {gyro} and {accel} s");
+            return Err(place.complain(k, problem, "cut the log there"));
+        }
+        let sample = turned(&choice.mounting, piece.dtheta, piece.dv);
+        samples.push(piece.end.saturating_mul(1000), sample, gyro.min(accel))?;
+    }
+    Ok(samples)
+}
+
+fn fixes(
+    file: &Path,
+    choice: &Choice,
+    collected: &mut Collected,
+    summary: &Summary,
+    notes: &mut Vec<String>,
+) -> Result<Vec<(i64, TimedFix)>, Error> {
+    let Some(((topic, instance), all)) = collected.receiver() else {
+        return Ok(Vec::new());
+    };
+    let told = summary.parameters.get(DELAY).map(|ms| ms * 1e-3);
+    let delay_s = choice.fix_delay_s.or(told).unwrap_or(0.0);
+    let mut fixes = Fixes::new(Place::new(file, format!("{topic} {instance}")));
+    if choice.fix_delay_s.is_none() {
+        notes.push(fixes.note(&match told {
+            Some(s) => format!(
+                "fixes count as {s:.3} s old, as {DELAY} says; --fix-delay-s tells another delay"
+            ),
+            None => "fixes count as valid when they arrived; --fix-delay-s tells a delay".into(),
+        }));
+    }
+    let delay = (delay_s * 1e9).round() as i64;
+    for (k, (us, fix)) in all.iter().enumerate() {
+        fixes.push(k, us.saturating_mul(1000).saturating_sub(delay), *fix)?;
+    }
+    Ok(fixes.all)
+}
+
+/// The autopilot's attitude at the first fix.
+fn attitude(record: &Record, collected: &Collected, origin: i64) -> Result<InitialAttitude, Error> {
+    let first = record.first_epoch();
+    let away = |us: i64| ((us - origin) as f64 * 1e-6 - first).abs();
+    let nearest = collected
+        .attitudes
+        .iter()
+        .min_by(|a, b| away(a.0).total_cmp(&away(b.0)));
+    let found = nearest.filter(|(us, q)| {
+        let norm: f64 = q.iter().map(|x| x * x).sum();
+        away(*us) < NEAR_S && (norm - 1.0).abs() < 0.01
+    });
+    let Some((_, [w, x, y, z])) = found else {
+        let problem = "finds no attitude of the autopilot (vehicle_attitude) at the first fix";
+        let remedy = "give --attitude or --standstill-s";
+        return Err(complain(
+            &record.file,
+            "--attitude-from-log",
+            problem.into(),
+            remedy,
+        ));
+    };
+    let q = UnitQuaternion::new_normalize(Quaternion::new(*w, *x, *y, *z));
+    Ok(InitialAttitude::Known(q))
+}

@@ -1,0 +1,198 @@
+//! Abuse: the device's own code, bytes in and bytes out, in a hostile world.
+//!
+//! A run is one unit. It drives with fixes, while a case disturbs it, and the device learns. Then
+//! the fixes end, and a navigation computer behind the device goes on free inertial: once with the
+//! device's output, once with the sensor's. After that the same unit is switched on again, and what
+//! the device has stored acts from the first sample on; again a navigation computer is judged with
+//! and without it. Corrected errors should never exceed the raw ones.
+
+mod act;
+mod case;
+mod computer;
+mod device;
+mod line;
+mod markdown;
+mod motion;
+mod names;
+#[cfg(test)]
+mod page_tests;
+mod receiver;
+mod run;
+mod sensor;
+mod summary;
+mod table;
+#[cfg(test)]
+mod tests;
+mod times;
+mod told;
+mod world;
+
+pub use case::{Case, chosen};
+pub use markdown::markdown;
+pub use names::{Activation, Computer, Sensor};
+pub use run::{Judged, Teach, fix_learner};
+pub use summary::{LIMITS, Summary, summarise};
+pub use times::{RECOVERY_S, Times};
+
+use crate::campaign::runs::{Runs, Stamp, gathered, same_stamp};
+use host_core::error::Error;
+use motion::Motion;
+use rayon::prelude::*;
+use run::Bench;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Cases that are done in one piece: what an interruption loses at most.
+const PIECE: usize = 12;
+
+const STAMP: Stamp = Stamp {
+    file: "abuse.txt",
+    other: "holds runs of 'abuse' with another version, or other cases, sensors or times",
+    foreign: "holds a directory 'runs' that is not of 'abuse'",
+};
+
+/// What to run.
+#[derive(Debug, Clone)]
+pub struct Abuse {
+    /// Cases, each once.
+    pub cases: Vec<Case>,
+    /// Kinds of sensors.
+    pub sensors: Vec<Sensor>,
+    /// Navigation computers.
+    pub computers: Vec<Computer>,
+    /// When corrections act.
+    pub activations: Vec<Activation>,
+    /// How long the parts of a drive last.
+    pub times: Times,
+    /// Units, numbered from 0.
+    pub runs: u32,
+    /// Of them only those with `number % shards == shard`.
+    pub shard: (u32, u32),
+    /// Directory of results.
+    pub out: PathBuf,
+    /// Keep what is there already.
+    pub resume: bool,
+}
+
+/// Some cases of one unit with one kind of sensor and one motion.
+struct Piece<'a> {
+    /// Number of the file that keeps its rows.
+    number: u32,
+    run: u32,
+    sensor: Sensor,
+    cases: Vec<&'a Case>,
+}
+
+impl Abuse {
+    /// Runs what is missing on rayon's threads and gives all rows of this shard. Calls `progress`
+    /// after each case of each unit and sensor. After `stop` nothing more begins; the rows are then
+    /// not all there.
+    ///
+    /// # Errors
+    /// Unwritable directory; a directory of other runs; values that no device takes.
+    pub fn execute(
+        &self,
+        teach: Teach<'_>,
+        stop: &AtomicBool,
+        progress: &(dyn Fn() + Sync),
+    ) -> Result<Vec<Judged>, Error> {
+        let pieces = self.pieces();
+        let runs = Runs::open(&self.out, &STAMP, &self.fingerprint())?;
+        match (self.resume, self.shard.1) {
+            (true, _) => {}
+            (false, 1) => runs.forget_all(None)?,
+            (false, _) => {
+                let numbers: Vec<u32> = pieces.iter().map(|piece| piece.number).collect();
+                runs.forget(&numbers)?;
+            }
+        }
+        runs.begin()?;
+        let done: Result<Vec<Vec<Judged>>, Error> = pieces
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|piece| {
+                if let Some(rows) = runs.load(piece.number)? {
+                    piece.cases.iter().for_each(|_| progress());
+                    return Ok(rows);
+                }
+                let bench = Bench::new(self, piece.sensor, piece.run, teach);
+                let mut rows = Vec::new();
+                for case in &piece.cases {
+                    if stop.load(Ordering::Relaxed) {
+                        return Ok(Vec::new());
+                    }
+                    rows.extend(bench.judge(case)?);
+                    progress();
+                }
+                runs.save(piece.number, &rows)?;
+                Ok(rows)
+            })
+            .collect();
+        Ok(done?.into_iter().flatten().collect())
+    }
+
+    /// How many cases of units and sensors this shard has.
+    #[must_use]
+    pub fn length(&self) -> u64 {
+        self.pieces()
+            .iter()
+            .map(|piece| piece.cases.len() as u64)
+            .sum()
+    }
+
+    /// All pieces of this shard.
+    fn pieces(&self) -> Vec<Piece<'_>> {
+        let mut groups: Vec<(Motion, Vec<&Case>)> = Vec::new();
+        for case in &self.cases {
+            let motion = case.motion();
+            let room = groups.iter_mut().rev();
+            let mut room = room.filter(|(of, cases)| *of == motion && cases.len() < PIECE);
+            match room.next() {
+                Some((_, cases)) => cases.push(case),
+                None => groups.push((motion, vec![case])),
+            }
+        }
+        let each = (groups.len() * self.sensors.len()) as u32;
+        let wanted = (0..self.runs).filter(|run| run % self.shard.1 == self.shard.0);
+        wanted
+            .flat_map(|run| {
+                let of = |sensor: Sensor| groups.iter().map(move |group| (sensor, group));
+                let all = self.sensors.iter().flat_map(move |&sensor| of(sensor));
+                all.enumerate()
+                    .map(move |(index, (sensor, (_, cases)))| Piece {
+                        number: run * each + index as u32,
+                        run,
+                        sensor,
+                        cases: cases.clone(),
+                    })
+            })
+            .collect()
+    }
+
+    /// A name for everything that decides the numbers.
+    fn fingerprint(&self) -> String {
+        let cases: Vec<String> = self
+            .cases
+            .iter()
+            .map(|case| format!("{case} {:?}", case.acts))
+            .collect();
+        format!(
+            "{}|{}|{:?}|{:?}|{:?}|{:?}",
+            env!("CARGO_PKG_VERSION"),
+            cases.join("|"),
+            self.sensors,
+            self.computers,
+            self.activations,
+            self.times,
+        )
+    }
+}
+
+/// All rows that some directories of one abuse hold, as its shards have left them.
+///
+/// # Errors
+/// Directories that are not of `abuse` or do not belong together; broken files.
+pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Vec<Judged>, Error> {
+    same_stamp(dirs, &STAMP)?;
+    gathered(dirs)
+}

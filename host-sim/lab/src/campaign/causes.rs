@@ -1,0 +1,181 @@
+//! The causes of the groups: how large those of the fixes are, and what it means that the schemes
+//! are told of one.
+//!
+//! | cause | not told | told |
+//! |---|---|---|
+//! | of the sensors | the unit's datasheet | that, with a larger bias and a faster walk |
+//! | coloured, optimistic fixes | the accuracy without the cause | the true standard deviation |
+//! | late fixes, lever arm | there is none | its exact value |
+//! | gaps | - | (a fix that does not come tells it) |
+//! | multipath | the accuracy without the cause | the standard deviation with it, during bursts |
+
+use super::group::{FixErrors, Group};
+use crate::learning::teacher::Assumptions;
+use host_core::inertial::session::Session;
+use host_core::inertial::sins::Increment;
+use host_core::simulator::gnss::{AntennaPrior, Coloured, Gaps, GnssSpec, Multipath};
+use host_core::simulator::session::{Drive, Fixes};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// A receiver in a town: errors of position and of velocity that last (assumed; the position's like
+/// that of a single-frequency receiver among houses).
+const COLOURED: Coloured = Coloured {
+    horizontal_m: 3.0,
+    vertical_m: 4.5,
+    velocity_mps: 0.08,
+    time_s: 120.0,
+    velocity_time_s: 30.0,
+};
+/// White noise divided by what is told of it.
+const OPTIMISTIC: f64 = 3.0;
+/// From validity to arrival, s.
+const LATENCY_S: f64 = 0.5;
+/// From the IMU to the antenna: forward, right, down, m. From the rear of a car to its roof.
+const LEVER_ARM_M: [f64; 3] = [1.5, 0.6, -1.2];
+/// A tunnel or an underpass every three minutes.
+const GAPS: Gaps = Gaps {
+    mean_interval_s: 180.0,
+    mean_length_s: 30.0,
+};
+/// Reflections among high buildings.
+const MULTIPATH: Multipath = Multipath {
+    mean_interval_s: 300.0,
+    mean_length_s: 60.0,
+    horizontal_m: 20.0,
+    vertical_m: 30.0,
+    velocity_mps: 0.3,
+    in_streets: false,
+};
+
+/// The receiver of a scenario with the cause of a group.
+pub(super) fn receiver(own: &GnssSpec, group: Group) -> GnssSpec {
+    let mut out = *own;
+    match group.fixes {
+        FixErrors::AsInScenario => {}
+        FixErrors::Coloured => out.coloured = COLOURED,
+        FixErrors::Optimistic => {
+            out.horizontal_m *= OPTIMISTIC;
+            out.vertical_m *= OPTIMISTIC;
+            out.velocity_mps *= OPTIMISTIC;
+        }
+        FixErrors::Late => out.latency_s = Some(LATENCY_S),
+        FixErrors::LeverArm => out.lever_arm_m = Some(LEVER_ARM_M),
+        FixErrors::Gaps => out.gaps = GAPS,
+        FixErrors::Multipath => out.multipath = MULTIPATH,
+    }
+    match group.fixes {
+        FixErrors::Late => out.told_antenna.age_s = [0.0; 2],
+        FixErrors::LeverArm => {
+            out.told_antenna = AntennaPrior {
+                age_s: own.told_antenna.age_s,
+                ..AntennaPrior::default()
+            }
+        }
+        _ => {}
+    }
+    if group.told {
+        match group.fixes {
+            FixErrors::Late => out.told_antenna.age_s = [LATENCY_S, 0.0],
+            FixErrors::LeverArm => out.told_antenna.lever_arm_m = LEVER_ARM_M,
+            _ => {}
+        }
+    }
+    out
+}
+
+/// The fixes of [`receiver`] on a drive, with the accuracy that the schemes of the group are told.
+pub(super) fn fixes(drive: &Drive, own: &GnssSpec, group: Group) -> Fixes {
+    let with = receiver(own, group);
+    let mut fixes = drive.fixes(&with);
+    match (group.fixes, group.told) {
+        (FixErrors::Coloured | FixErrors::Optimistic, false) => {
+            let sigmas = own.told();
+            fixes
+                .iter_mut()
+                .flatten()
+                .for_each(|fix| fix.sigmas = sigmas);
+        }
+        (FixErrors::Multipath, true) => {
+            let m = MULTIPATH;
+            let shift = [m.horizontal_m, m.horizontal_m, m.vertical_m];
+            let shift = [shift, [m.velocity_mps; 3]];
+            let plain = drive.fixes(own);
+            for (fix, plain) in fixes.iter_mut().zip(plain) {
+                let (Some(fix), Some(plain)) = (fix, plain) else {
+                    continue;
+                };
+                if fix.position != plain.position {
+                    let all = fix.sigmas.iter_mut().zip(shift.as_flattened());
+                    all.for_each(|(sigma, shift)| *sigma = sigma.hypot(*shift));
+                }
+            }
+        }
+        _ => {}
+    }
+    fixes
+}
+
+/// How large an error of the sensors is: gyros (rad/s), accelerometers (m/s2).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Size {
+    /// Root mean square over the part with fixes.
+    pub bias: [f64; 2],
+    /// Root mean square of the change in it, as a random walk over an hour.
+    pub walk: [f64; 2],
+}
+
+/// Seconds at each end of the part with fixes over which an error is averaged for its change.
+const END_S: usize = 120;
+
+impl Size {
+    /// Of what several units have beside the errors that are told: its mean in each second, axis by
+    /// axis. `aided`: the seconds with fixes.
+    pub(super) fn of(units: &[&[Increment]], aided: Range<usize>) -> Self {
+        let mut out = Self::default();
+        let (ends, hours) = (END_S.min(aided.len() / 2), aided.len() as f64 / 3600.0);
+        for triad in 0..2 {
+            let (mut squares, mut changes, mut n) = (0.0, 0.0, 0.0);
+            for unit in units {
+                let part = &unit[aided.clone()];
+                for axis in 0..3 {
+                    let of = |w: &Increment| [w.dtheta, w.dv][triad][axis];
+                    let mean =
+                        |part: &[Increment]| part.iter().map(of).sum::<f64>() / part.len() as f64;
+                    let square = part.iter().map(|w| of(w).powi(2)).sum::<f64>();
+                    squares += square / part.len() as f64;
+                    changes += (mean(&part[part.len() - ends..]) - mean(&part[..ends])).powi(2);
+                    n += 1.0;
+                }
+            }
+            out.bias[triad] = f64::sqrt(squares / n);
+            out.walk[triad] = f64::sqrt(changes / n / hours);
+        }
+        out
+    }
+}
+
+/// A datasheet that tells of an error of this size too.
+pub(super) fn telling(told: &Assumptions, size: &Size) -> Assumptions {
+    let mut out = *told;
+    let prior = [&mut out.prior.gyro_bias, &mut out.prior.accel_bias];
+    for (triad, prior) in prior.into_iter().enumerate() {
+        let walk = (out.in_run[triad] * *prior).hypot(size.walk[triad]);
+        *prior = prior.hypot(size.bias[triad]);
+        out.in_run[triad] = walk / *prior;
+    }
+    out
+}
+
+/// What a session's sensors err by in each second more than those of another session on the same
+/// drive, with the same seeds.
+pub(super) fn beside(session: &Session, other: &Session) -> Vec<Increment> {
+    let seconds = |of: &Session| of.systematic.clone().unwrap_or_default();
+    let pairs = seconds(session).into_iter().zip(seconds(other));
+    pairs
+        .map(|(a, b)| Increment {
+            dtheta: a.dtheta - b.dtheta,
+            dv: a.dv - b.dv,
+        })
+        .collect()
+}

@@ -1,0 +1,54 @@
+//! The limit of all memory: the unit is known exactly, what is new at the turn-on is not.
+
+use super::schemes::{Case, aided_free_inertial, oracle, without_beyond};
+use host_core::inertial::ekf::{ErrorModel, Parameter, SlowErrors};
+use host_core::inertial::free_inertial::FreeInertial;
+use host_core::inertial::sins::Increment;
+use nalgebra::DVector;
+
+/// The errors that the unit has at every turn-on are taken off, and a filter with parameters for
+/// those that are new at this turn-on does the rest. Errors by the environment are taken off as for
+/// the oracle. How much of its warm-up a warm unit has left is known.
+pub(super) fn limit(case: &Case<'_>) -> Option<FreeInertial> {
+    let told = oracle(case.knows.simulated, case.session);
+    let unit = &case.knows.unit;
+    let values: Vec<f64> = told.parameters.iter().map(|p| unit.value(p)).collect();
+    let fresh = |(p, value): (&Parameter, &f64)| {
+        let sigma = unit.turn_on(p, *value);
+        let changes = sigma > 0.0 || p.walk > 0.0;
+        changes.then_some(Parameter { sigma, ..*p })
+    };
+    let fresh = ErrorModel {
+        parameters: told
+            .parameters
+            .iter()
+            .zip(&values)
+            .filter_map(fresh)
+            .collect(),
+        known: told.known.clone(),
+        delay_s: 0.0,
+    };
+    let corrected = corrected(
+        case,
+        &without_beyond(case),
+        &told,
+        &DVector::from_vec(values),
+    );
+    aided_free_inertial(case, &corrected, case.knows.told, fresh)
+}
+
+/// The increments without the errors of a model with known parameters.
+pub(super) fn corrected(
+    case: &Case<'_>,
+    increments: &[Increment],
+    model: &ErrorModel,
+    theta: &DVector<f64>,
+) -> Vec<Increment> {
+    let dt = case.session.step_s();
+    let mut slow = SlowErrors::default();
+    let each = increments.iter().enumerate().map(|(k, w)| {
+        let around = [&increments[k.saturating_sub(1)], w];
+        model.corrected(theta, around, dt, (k as f64 + 0.5) * dt, &mut slow)
+    });
+    each.collect()
+}

@@ -1,0 +1,217 @@
+//! Schemes with a memory: what they keep of the earlier drives of a unit over power-off.
+//!
+//! The classical filters keep mean and covariance of each model that they pick from
+//! ([`Belief`]), and the densities of all fixes so far. The device keeps what its firmware stores:
+//! what is known of the unit ([`firmware::learn::unit`]), and the networks that act from the next
+//! power-on.
+
+use super::against_none::NONE;
+use super::laws::{Models, biases, exponentials, inputs, temperatures};
+use super::limit::corrected;
+use super::schemes::{Case, FILTERS};
+use crate::learning::fix_learner::{self, Stored, datasheet};
+use crate::learning::teacher::{Assumptions, aligned_knowing};
+use firmware::learn::bank::{ALL, Gates};
+use host_core::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
+use host_core::inertial::free_inertial::FreeInertial;
+use host_core::inertial::free_inertial::from_filter;
+use host_core::inertial::sins::Increment;
+use host_io::unit::Unit;
+
+/// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
+/// the models that they pick from.
+pub const REMEMBERING: [(&str, usize, Models); 4] = [
+    ("ekf6-memory", 0, biases),
+    ("ekf-exp-memory", 4, exponentials),
+    ("ekf-temp-memory", 5, temperatures),
+    ("ekf-inputs-memory", 6, inputs),
+];
+
+/// The device's learner: the scheme that keeps networks.
+pub const DEVICE: &str = "rnn-kalman";
+
+/// How the name ends of a filter with a memory that does not learn in the judged drive.
+const FROZEN: &str = "-frozen";
+
+/// The scheme that a filter with a memory is before its first drive.
+#[must_use]
+pub fn without_memory(scheme: &str) -> Option<&'static str> {
+    let index = (0..REMEMBERING.len()).find(|&index| uses(scheme, index))?;
+    let (_, filter, _) = REMEMBERING[index];
+    Some(if scheme.ends_with(FROZEN) {
+        NONE
+    } else {
+        FILTERS[filter]
+    })
+}
+
+/// Whether a scheme uses what it has kept of earlier drives.
+#[must_use]
+pub fn remembers(scheme: &str) -> bool {
+    without_memory(scheme).is_some() || scheme == DEVICE
+}
+
+/// Whether a scheme uses what the filter number `index` has kept.
+#[must_use]
+pub fn uses(scheme: &str, index: usize) -> bool {
+    scheme.trim_end_matches(FROZEN) == REMEMBERING[index].0
+}
+
+/// One model of a filter after some drives.
+#[derive(Debug, Clone)]
+pub struct Kept {
+    /// The parameters of the unit.
+    pub(super) unit: Belief,
+    /// Logarithm of the density of all fixes so far.
+    pub(super) score: f64,
+}
+
+/// What is kept of the drives so far.
+#[derive(Debug, Clone, Default)]
+pub struct Memory {
+    /// Of each of [`REMEMBERING`] its models; empty before the first drive.
+    filters: [Vec<Kept>; REMEMBERING.len()],
+    /// What the device's store holds.
+    stored: Stored,
+}
+
+/// One model taken through a drive.
+pub(super) struct Passed {
+    filter: Aided,
+    score: f64,
+    time_s: f64,
+}
+
+impl Memory {
+    /// Before the first drive of a unit: the device has what a fleet has taught of its type, if the
+    /// unit's file tells that.
+    #[must_use]
+    pub fn new(unit: &Unit) -> Self {
+        let told = Assumptions::of(unit);
+        let prior = unit.prior.as_ref();
+        Self {
+            stored: prior.map_or_else(Stored::default, |of| Stored::of_type(of, &datasheet(&told))),
+            ..Self::default()
+        }
+    }
+
+    /// What the filter number `index` has kept.
+    #[must_use]
+    pub fn of(&self, index: usize) -> &[Kept] {
+        &self.filters[index]
+    }
+
+    /// What the device's store holds.
+    #[must_use]
+    pub fn stored(&self) -> &Stored {
+        &self.stored
+    }
+
+    /// The filter number `index` has passed a drive. `None`: no attitude.
+    pub(super) fn keep(&mut self, index: usize, case: &Case<'_>) -> Option<()> {
+        let turn_on = case.tuned.turn_on[index];
+        let passed = pass(index, case, turn_on, &self.filters[index])?;
+        self.filters[index] = kept(index, case, turn_on, &self.filters[index], &passed);
+        Some(())
+    }
+
+    /// The device has passed a drive, and stores what it has learnt if that has proved itself.
+    pub(super) fn store(&mut self, case: &Case<'_>) -> Option<()> {
+        let gates = Gates {
+            enabled: ALL,
+            ..Gates::default()
+        };
+        let told = case.knows.told;
+        let learnt =
+            fix_learner::learn_on(&self.stored, case.session, told, gates, None, case.until)?;
+        if let Some(next) = learnt.next {
+            self.stored = next;
+        }
+        Some(())
+    }
+}
+
+fn models(index: usize, case: &Case<'_>) -> (Assumptions, Vec<ErrorModel>) {
+    let told = case.knows.told;
+    let assumptions = told.walking(told.datasheet_walk());
+    let models = REMEMBERING[index].2(case.session, &assumptions.prior);
+    (assumptions, models)
+}
+
+/// Each model from power-on to the end of the fixes.
+pub(super) fn pass(
+    index: usize,
+    case: &Case<'_>,
+    turn_on: TurnOn,
+    kept: &[Kept],
+) -> Option<Vec<Passed>> {
+    let (assumptions, models) = models(index, case);
+    let (session, increments) = (case.session, case.increments());
+    let each = models.into_iter().enumerate().map(|(i, model)| {
+        let unit = kept.get(i).map(|k| k.unit.clone());
+        let unit = unit.unwrap_or_else(|| Belief::of_unit(&model, turn_on));
+        let known = unit.turned_on(&model, turn_on);
+        let aligned = aligned_knowing(session, increments, &model, &known)?;
+        let filter = aligned.filter_knowing(model, &assumptions, &known);
+        let (filter, score) = aligned.scored_from(filter, session, increments, case.until);
+        Some(Passed {
+            filter,
+            score: score + kept.get(i).map_or(0.0, |k| k.score),
+            time_s: (case.until - aligned.first) as f64,
+        })
+    });
+    each.collect()
+}
+
+/// The increments without what is known of the unit by the model that gave the fixes of all drives
+/// the greatest density. `None` before the first drive.
+pub(super) fn corrected_by_memory(
+    index: usize,
+    case: &Case<'_>,
+    kept: &[Kept],
+) -> Option<Vec<Increment>> {
+    let (_, models) = models(index, case);
+    let each = models.iter().zip(kept);
+    let (model, kept) = each.max_by(|a, b| a.1.score.total_cmp(&b.1.score))?;
+    Some(corrected(case, case.increments(), model, &kept.unit.mean))
+}
+
+/// What is kept of a drive.
+pub(super) fn kept(
+    index: usize,
+    case: &Case<'_>,
+    turn_on: TurnOn,
+    before: &[Kept],
+    passed: &[Passed],
+) -> Vec<Kept> {
+    let (_, models) = models(index, case);
+    let each = models.iter().zip(passed).enumerate();
+    let each = each.map(|(i, (model, passed))| {
+        let unit = before.get(i).map(|k| k.unit.clone());
+        let unit = unit.unwrap_or_else(|| Belief::of_unit(model, turn_on));
+        let after = Belief::of_filter(&passed.filter);
+        Kept {
+            unit: unit.powered_off(model, turn_on, &after, passed.time_s),
+            score: passed.score,
+        }
+    });
+    each.collect()
+}
+
+/// Free inertial by the model that gave all fixes, those of the earlier drives included, the
+/// greatest density.
+pub(super) fn recalled(
+    index: usize,
+    case: &Case<'_>,
+    turn_on: TurnOn,
+    kept: &[Kept],
+) -> Option<FreeInertial> {
+    let passed = pass(index, case, turn_on, kept)?.into_iter();
+    let best = passed.max_by(|a, b| a.score.total_cmp(&b.score))?;
+    Some(from_filter(
+        &best.filter,
+        case.session,
+        case.increments(),
+        case.until,
+    ))
+}

@@ -1,0 +1,328 @@
+//! `docs/RESULTS.md`: prose of `assets/results.md` around generated tables.
+
+use super::memory::without_memory;
+use super::schemes::{FILTERS, TUNED};
+use super::statistics::{Summary, between};
+use super::studies::{Topic, of_causes, of_drives, of_labelled};
+use super::tuning::{factor_text, walk_text};
+use super::{Group, Merged, Ratio, Row, SCHEMES};
+use std::fmt::Write;
+
+const TEMPLATE: &str = include_str!("../../../assets/results.md");
+const STUDIES: &str = include_str!("../../../assets/studies.md");
+/// Time that the tables are for, min.
+const T_MIN: u32 = 22;
+const FLOOR: &str = "floor";
+
+/// The whole file. `command` is what regenerates it.
+#[must_use]
+pub fn results(
+    command: &str,
+    campaign: &Merged,
+    summary: &[Summary],
+    ratios: &[Ratio],
+    studies: &[(Topic, Vec<Row>)],
+) -> String {
+    let shown = |scheme: &str| without_memory(scheme).is_none();
+    let last = summary.iter();
+    let last: Vec<&Summary> = last
+        .filter(|s| s.t_min == T_MIN && shown(&s.scheme))
+        .collect();
+    let ratios: Vec<&Ratio> = ratios.iter().filter(|r| r.t_min == T_MIN).collect();
+    let runs = last.iter().map(|s| s.n).max().unwrap_or(0);
+    let mut out = TEMPLATE
+        .replace("{command}", command)
+        .replace("{runs}", &runs.to_string())
+        .replace("{version}", env!("CARGO_PKG_VERSION"))
+        .replace("{fingerprint}", &super::fingerprint(&campaign.fingerprint))
+        .replace("{medians}", &by_scheme(&last, |s| metres(s.median_m)))
+        .replace("{goals}", &goals(&last))
+        .replace("{spread}", &spread(&last))
+        .replace("{overall}", &overall(&ratios))
+        .replace("{tuning}", &tuning(campaign, &last))
+        .replace("{studies}", &of_studies(studies));
+    for (name, _) in SCHEMES {
+        let key = format!("{{ratios {name}}}");
+        if out.contains(&key) {
+            out = out.replace(&key, &against(name, &ratios));
+        }
+    }
+    out
+}
+
+/// The part of the file about the studies: prose of `assets/studies.md` around their tables.
+fn of_studies(studies: &[(Topic, Vec<Row>)]) -> String {
+    if studies.is_empty() {
+        return "The campaign ran without `--studies`.".to_owned();
+    }
+    let rows = |topic: Topic| {
+        let found = studies.iter().find(|(of, _)| *of == topic);
+        found.map_or(&[][..], |(_, rows)| rows)
+    };
+    let labelled = |name: &dyn Fn(Topic) -> Option<&'static str>| -> Vec<(String, Vec<Row>)> {
+        let all = studies.iter();
+        all.filter_map(|(topic, rows)| Some((name(*topic)?.to_owned(), rows.clone())))
+            .collect()
+    };
+    let starts = labelled(&|topic| match topic {
+        Topic::Start(name) => Some(name),
+        _ => None,
+    });
+    let vehicles = labelled(&|topic| match topic {
+        Topic::Vehicle(name) => Some(name),
+        _ => None,
+    });
+    let causes = rows(Topic::Causes);
+    let runs = causes.iter().map(|row| row.run + 1).max().unwrap_or(0);
+    STUDIES
+        .trim_end()
+        .replace("{study runs}", &runs.to_string())
+        .replace("{causes}", &of_causes(causes, "linear"))
+        .replace("{causes alone}", &of_causes(causes, "noise"))
+        .replace("{starts}", &of_labelled("start, errors", &starts))
+        .replace("{vehicles}", &of_labelled("vehicle, errors", &vehicles))
+        .replace("{drives}", &of_drives(rows(Topic::Drives)))
+}
+
+pub(super) fn metres(x: f64) -> String {
+    format!("{x:.0}")
+}
+
+fn interval(r: &Ratio) -> String {
+    let ends = between(r.interval(), |x| format!("{x:.2}"));
+    format!("{:.2} ({ends})", r.ratio)
+}
+
+fn models(last: &[&Summary]) -> Vec<Group> {
+    Group::present(last.iter().map(|s| s.error_model))
+}
+
+/// Names of the schemes, the floor last. Filters with a memory have nothing to remember here.
+fn names() -> Vec<&'static str> {
+    let names = SCHEMES.iter().map(|(name, _)| *name);
+    let shown = names.filter(|name| without_memory(name).is_none());
+    shown.chain([FLOOR]).collect()
+}
+
+pub(super) fn table(head: &[String], rows: &[Vec<String>]) -> String {
+    let mut out = String::new();
+    let rule = vec!["---".to_string(); head.len()];
+    for row in [head, &rule]
+        .into_iter()
+        .chain(rows.iter().map(Vec::as_slice))
+    {
+        let _ = writeln!(out, "| {} |", row.join(" | "));
+    }
+    out.trim_end().to_string()
+}
+
+pub(super) fn header<'a>(first: &'a str, rest: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    [first].into_iter().chain(rest).map(String::from).collect()
+}
+
+/// One row a group of errors, one column a scheme.
+fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
+    let rows: Vec<Vec<String>> = models(last)
+        .into_iter()
+        .map(|model| {
+            let found = |name: &str| {
+                last.iter()
+                    .find(|s| s.error_model == model && s.scheme == name)
+                    .map_or_else(String::new, |s| cell(s))
+            };
+            let mut row = vec![model.to_string()];
+            row.extend(names().into_iter().map(found));
+            row
+        })
+        .collect();
+    table(&header("errors", names()), &rows)
+}
+
+/// The filters that a sceptic would use instead.
+fn classical() -> impl Iterator<Item = &'static str> {
+    names().into_iter().filter(|name| name.starts_with("ekf"))
+}
+const LEARNER: &str = "rnn-kalman";
+
+/// The learner from fixes divided by the best classical filter, the oracle, no model and the floor.
+fn goals(last: &[&Summary]) -> String {
+    let groups = models(last);
+    let of = |by: Measure, name: &str, model: Group| {
+        let found = last
+            .iter()
+            .find(|s| s.error_model == model && s.scheme == name);
+        found.map_or(f64::NAN, |s| by(s))
+    };
+    let measures: [Measure; 2] = [|s| s.median_m, |s| s.mean_m];
+    let least = |by: &dyn Fn(&str) -> f64| {
+        let all = classical().map(|name| (name, by(name)));
+        all.min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or(("", f64::NAN))
+    };
+    let line = |label: String, value: &dyn Fn(Measure, &str) -> f64| {
+        let mut row = vec![label];
+        for by in measures {
+            let (name, best) = least(&|name| value(by, name));
+            row.push(format!("{:.2} ({name})", value(by, LEARNER) / best));
+        }
+        for other in ["oracle", "none", FLOOR] {
+            let [a, b] = measures.map(|by| value(by, LEARNER) / value(by, other));
+            row.push(format!("{a:.2} / {b:.2}"));
+        }
+        row
+    };
+    let mut rows: Vec<Vec<String>> = groups
+        .iter()
+        .map(|&model| line(model.to_string(), &|by, name| of(by, name, model)))
+        .collect();
+    rows.push(line("geometric mean".into(), &|by, name| {
+        let sum: f64 = groups.iter().map(|&m| of(by, name, m).ln()).sum();
+        (sum / groups.len() as f64).exp()
+    }));
+    let head = [
+        "best classical, median",
+        "mean",
+        "oracle, median / mean",
+        "none",
+        "floor",
+    ];
+    table(&header("errors", head), &rows)
+}
+
+type Measure = fn(&Summary) -> f64;
+
+/// Everything about the last time.
+fn spread(last: &[&Summary]) -> String {
+    let rows: Vec<Vec<String>> = last
+        .iter()
+        .map(|s| {
+            vec![
+                s.error_model.to_string(),
+                s.scheme.clone(),
+                metres(s.median_m),
+                between(s.lo95_m.zip(s.hi95_m), metres),
+                metres(s.mean_m),
+                metres(s.max_m),
+            ]
+        })
+        .collect();
+    let head = ["scheme", "median", "95 % of the median", "mean", "worst"];
+    table(&header("errors", head), &rows)
+}
+
+/// One scheme against each other, by group of errors and over all.
+fn against(scheme: &str, ratios: &[&Ratio]) -> String {
+    let baselines: Vec<&str> = names().into_iter().filter(|n| *n != scheme).collect();
+    let mut groups: Vec<Option<Group>> = Vec::new();
+    for r in ratios {
+        if !groups.contains(&r.error_model) {
+            groups.push(r.error_model);
+        }
+    }
+    let rows: Vec<Vec<String>> = groups
+        .into_iter()
+        .map(|group| {
+            let cell = |baseline: &&str| {
+                ratios
+                    .iter()
+                    .find(|r| {
+                        r.error_model == group && r.scheme == scheme && r.baseline == *baseline
+                    })
+                    .map_or_else(String::new, |r| {
+                        format!("{}, {} of {}", interval(r), r.better, r.n)
+                    })
+            };
+            let name = group.map_or("all groups".to_string(), |m| m.to_string());
+            [name]
+                .into_iter()
+                .chain(baselines.iter().map(cell))
+                .collect()
+        })
+        .collect();
+    table(&header("errors", baselines), &rows)
+}
+
+/// Every scheme against every other, over all groups.
+fn overall(ratios: &[&Ratio]) -> String {
+    let rows: Vec<Vec<String>> = names()
+        .into_iter()
+        .map(|scheme| {
+            let cell = |baseline: &str| {
+                ratios
+                    .iter()
+                    .find(|r| {
+                        r.error_model.is_none() && r.scheme == scheme && r.baseline == baseline
+                    })
+                    .map_or_else(|| "1".to_string(), |r| interval(r))
+            };
+            [scheme.to_string()]
+                .into_iter()
+                .chain(names().into_iter().map(cell))
+                .collect()
+        })
+        .collect();
+    table(&header("scheme / baseline", names()), &rows)
+}
+
+fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
+    let rows: Vec<Vec<String>> = models(last)
+        .into_iter()
+        .map(|model| {
+            let t = campaign.tuning.of(model);
+            let walks = t.walks.map(walk_text);
+            let factors = [t.none_factor, t.rnn_factor].map(factor_text);
+            let name = [model.to_string()];
+            name.into_iter().chain(walks).chain(factors).collect()
+        })
+        .collect();
+    let filters = FILTERS.map(|name| format!("walk of `{name}{TUNED}`"));
+    let factors = ["noise factor of `none`", "of `rnn-window`"].map(str::to_owned);
+    let head = filters.iter().chain(&factors).map(String::as_str);
+    table(&header("errors", head), &rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::{Row, Tuning, ratios, summarise};
+    use host_core::simulator::imu::ErrorModelName;
+    use host_core::simulator::imu::world::StartName;
+
+    #[test]
+    fn every_place_in_the_text_is_filled() {
+        let mut rows = Vec::new();
+        for run in 0..3_u32 {
+            for (i, name) in names().into_iter().enumerate() {
+                let h = f64::from(run + 1) * (i + 1) as f64 * 100.0;
+                rows.push(Row::north(ErrorModelName::All, run, name, h));
+            }
+        }
+        let merged = Merged {
+            rows: rows.clone(),
+            tuning: Tuning::default(),
+            fingerprint: "x".into(),
+        };
+        let cold = StartName::Cold;
+        let text = results(
+            "the command",
+            &merged,
+            &summarise(&rows, cold),
+            &ratios(&rows, cold),
+            &[
+                (Topic::Causes, rows.clone()),
+                (Topic::Start("hot"), rows.clone()),
+            ],
+        );
+        assert!(!text.contains(['{', '}']), "{text}");
+        assert!(text.contains("| hot, all | 200 |"), "{text}");
+        assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
+        // rnn-kalman is the nineteenth scheme, ekf6 the second and the best classical one, the
+        // oracle the seventeenth
+        assert!(
+            text.contains("| all | 9.50 (ekf6) | 9.50 (ekf6) | 1.12 / 1.12 |"),
+            "{text}"
+        );
+        // rnn-window is the eighteenth
+        assert!(text.contains("9.00 (too few runs), 0 of 3"), "{text}");
+    }
+}

@@ -1,0 +1,418 @@
+//! The schemes of a campaign. Each is aided by fixes up to an epoch and navigates free inertial
+//! from there, on the same samples.
+
+use super::bench::{self, Bench, Task};
+use super::causes::{Size, telling};
+use super::limit::limit;
+use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
+use super::zupt::zupt;
+use crate::learning::fit::{Use, fit};
+use crate::learning::fix_learner;
+use crate::learning::teacher::{Assumptions, IN_RUN, aligned};
+use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
+use firmware::learn::bank::{
+    ALL, Gates, HYPOTHESES, KEYS, LARGEST, STORED, WITH_NETWORKS, ZERO_CORRECTION,
+};
+use firmware::model::Nets;
+use host_core::inertial::ekf::{Aided, ErrorModel, Known, Noise, TurnOn};
+use host_core::inertial::free_inertial::{FreeInertial, from_filter};
+use host_core::inertial::session::{Session, Surroundings};
+use host_core::inertial::sins::Increment;
+use host_core::simulator::imu::{ImuSpec, UnitErrors};
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+/// The classical filters, whose biases walk by a share of their prior in an hour. Each is a scheme
+/// with the walk that the datasheet tells, which the device's learner has too, and one with the
+/// walk that was best on other units: the same search for all of them.
+pub const FILTERS: [&str; 7] = [
+    "ekf6",
+    "ekf12",
+    "ekf24",
+    "ekf-ramp",
+    "ekf-exp",
+    "ekf-temp",
+    "ekf-inputs",
+];
+
+/// How the name of a filter with a tuned walk ends.
+pub const TUNED: &str = "-tuned";
+
+/// What was chosen for one group.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Tuned {
+    /// Walks for the tuned classical filters.
+    pub walks: [f64; FILTERS.len()],
+    /// Noise factor for `none`.
+    pub none_factor: f64,
+    /// Noise factor for the filter behind the networks.
+    pub rnn_factor: f64,
+    /// What is new at every turn-on, for the filters with a memory.
+    pub turn_on: [TurnOn; REMEMBERING.len()],
+    /// Of a group whose schemes are told of its cause: how large it is on other units.
+    #[serde(default)]
+    pub cause: Size,
+}
+
+impl Tuned {
+    /// The walk of a tuned filter by its scheme's name; of all other schemes that of `ekf6-tuned`.
+    #[must_use]
+    pub fn walk_of(&self, scheme: &str) -> f64 {
+        let filter = scheme.trim_end_matches(TUNED);
+        let index = FILTERS.iter().position(|name| *name == filter);
+        self.walks[index.unwrap_or(0)]
+    }
+}
+
+impl Default for Tuned {
+    fn default() -> Self {
+        Self {
+            walks: [IN_RUN[0]; FILTERS.len()],
+            none_factor: 1.0,
+            rnn_factor: 1.0,
+            turn_on: [TurnOn::of_all(0.1); REMEMBERING.len()],
+            cause: Size::default(),
+        }
+    }
+}
+
+/// One task: a session measured with one group of errors.
+#[derive(Debug, Clone, Copy)]
+pub struct Case<'a> {
+    /// The session, aided to `until`.
+    pub session: &'a Session,
+    /// Its [`Session::increments`], computed when a scheme asks for them.
+    pub increments: &'a OnceCell<Vec<Increment>>,
+    /// The classical filters that have run on it.
+    pub bench: &'a Bench,
+    /// What may be known of the IMU.
+    pub knows: Knowledge<'a>,
+    /// What was tuned for this group of errors on other units.
+    pub tuned: Tuned,
+    /// Epoch at which the fixes end.
+    pub until: usize,
+    /// The drive has fixes; without them they end with the standstill.
+    pub fixes: bool,
+    /// What is known of earlier drives, if there were any.
+    pub memory: Option<&'a Memory>,
+}
+
+impl<'a> Case<'a> {
+    /// Calls `then` with the case of a group for which this was tuned. Where the schemes are told
+    /// of the group's cause, their datasheet tells of it.
+    pub(super) fn tuned<R>(&self, tuned: Tuned, then: impl FnOnce(&Case<'_>) -> R) -> R {
+        let told = telling(self.knows.told, &tuned.cause);
+        then(&self.with(tuned, &told))
+    }
+
+    /// The case with what was tuned, and what the datasheet then tells.
+    pub(super) fn with<'b>(&self, tuned: Tuned, told: &'b Assumptions) -> Case<'b>
+    where
+        'a: 'b,
+    {
+        let knows = Knowledge { told, ..self.knows };
+        Case {
+            tuned,
+            knows,
+            ..*self
+        }
+    }
+
+    /// [`Session::increments`].
+    pub fn increments(&self) -> &'a [Increment] {
+        self.increments.get_or_init(|| self.session.increments())
+    }
+}
+
+/// What a scheme may know.
+#[derive(Debug, Clone, Copy)]
+pub struct Knowledge<'a> {
+    /// What the unit's datasheet tells, for all schemes. It does not tell which groups of errors
+    /// are simulated.
+    pub told: &'a Assumptions,
+    /// The simulated IMU: for the oracle.
+    pub simulated: &'a ImuSpec,
+    /// The unit itself: for the limit.
+    pub unit: &'a UnitErrors,
+    /// For the oracle: what the sensors err by in each second beyond what it has parameters for,
+    /// rad/s and m/s2. Empty: nothing.
+    pub beyond: &'a [Increment],
+}
+
+/// A scheme: aided to [`Case::until`], free inertial from there to the end. `None` if the
+/// standstill gives no attitude.
+pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
+
+/// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
+pub const SCHEMES: [(&str, Scheme); 28] = [
+    ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
+    ("ekf6", |c| told::<0>(c)),
+    ("ekf6-tuned", |c| tuned::<0>(c)),
+    ("ekf12", |c| told::<1>(c)),
+    ("ekf12-tuned", |c| tuned::<1>(c)),
+    ("ekf24", |c| told::<2>(c)),
+    ("ekf24-tuned", |c| tuned::<2>(c)),
+    ("ekf-ramp", |c| told::<3>(c)),
+    ("ekf-ramp-tuned", |c| tuned::<3>(c)),
+    ("ekf-exp", |c| told::<4>(c)),
+    ("ekf-exp-tuned", |c| tuned::<4>(c)),
+    ("ekf-temp", |c| told::<5>(c)),
+    ("ekf-temp-tuned", |c| tuned::<5>(c)),
+    ("ekf-inputs", |c| told::<6>(c)),
+    ("ekf-inputs-tuned", |c| tuned::<6>(c)),
+    (REMEMBERING[0].0, |c| remembering::<0>(c)),
+    (REMEMBERING[1].0, |c| remembering::<1>(c)),
+    (REMEMBERING[2].0, |c| remembering::<2>(c)),
+    (REMEMBERING[3].0, |c| remembering::<3>(c)),
+    ("ekf6-memory-frozen", |c| frozen::<0>(c)),
+    ("ekf-exp-memory-frozen", |c| frozen::<1>(c)),
+    ("ekf-temp-memory-frozen", |c| frozen::<2>(c)),
+    ("ekf-inputs-memory-frozen", |c| frozen::<3>(c)),
+    ("limit", limit),
+    ("oracle", |c| {
+        let assumptions = *c.knows.told;
+        let model = oracle(c.knows.simulated, c.session);
+        aided_free_inertial(c, &without_beyond(c), &assumptions, model)
+    }),
+    ("rnn-window", |c| {
+        none(c, &rnn_increments(c)?, c.tuned.rnn_factor)
+    }),
+    ("rnn-kalman", |c| rnn_kalman(c, ALL)),
+    ("zupt", zupt),
+];
+
+/// Parts of the bank, to measure what each is worth: their names, and the hypotheses that take
+/// part, one bit each. A hypothesis alone is used whatever its evidence.
+pub fn ablations() -> impl Iterator<Item = (String, u8)> {
+    let alone = (0..HYPOTHESES)
+        .filter(|&index| ![ZERO_CORRECTION, STORED].contains(&index))
+        .map(|index| (format!("only-{}", KEYS[index]), 1 << index));
+    let all = ALL & !(1 << STORED);
+    let without = [
+        ("no-networks".to_owned(), all & !WITH_NETWORKS),
+        (format!("no-{}", KEYS[LARGEST]), all & !(1 << LARGEST)),
+    ];
+    alone.chain(without)
+}
+
+/// The device's learner from fixes ([`fix_learner`]). Hypotheses whose bit in `enabled` is set take
+/// part.
+pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
+    if !case.fixes {
+        return stored(case);
+    }
+    let assumptions = *case.knows.told;
+    let gates = Gates {
+        enabled,
+        ..Gates::default()
+    };
+    let (session, until) = (case.session, case.until);
+    let known = case.memory.map(Memory::stored).cloned().unwrap_or_default();
+    let learnt = fix_learner::learn_on(&known, session, &assumptions, gates, None, until)?;
+    if learnt.running == ZERO_CORRECTION {
+        // the device changes nothing
+        return none(case, case.increments(), case.tuned.none_factor);
+    }
+    Some(learnt.free_inertial(session, &assumptions, until))
+}
+
+/// The device in mode frozen: the stored networks act from power-on, nothing is learnt, and the
+/// navigation computer aligns with the corrected samples.
+fn stored(case: &Case<'_>) -> Option<FreeInertial> {
+    let factor = case.tuned.none_factor;
+    let nets = case.memory.and_then(|memory| memory.stored().nets);
+    let Some(Nets { gyro, accel }) = nets else {
+        return none(case, case.increments(), factor);
+    };
+    let session = case.session;
+    let compensator = compensator(session, &[gyro, accel], case.knows.told);
+    let corrected = corrected_increments(session, &compensator, 0..session.epochs());
+    none(case, &corrected, factor)
+}
+
+/// One of [`REMEMBERING`] after the earlier drives. Before the first one it is the filter without
+/// memory.
+fn remembering<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    let kept = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
+    if kept.is_empty() {
+        let (_, filter, _) = REMEMBERING[INDEX];
+        return filtered(case, filter, case.knows.told.datasheet_walk());
+    }
+    recalled(INDEX, case, case.tuned.turn_on[INDEX], kept)
+}
+
+/// What one of [`REMEMBERING`] remembers, used as the device uses what it remembers: taken off the
+/// samples from power-on, before a navigator that has no model of the IMU. So nothing of this drive
+/// teaches it, neither fixes nor the standstill.
+fn frozen<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    let corrected = case
+        .memory
+        .and_then(|memory| corrected_by_memory(INDEX, case, memory.of(INDEX)));
+    let increments = corrected.as_deref().unwrap_or(case.increments());
+    none(case, increments, case.tuned.none_factor)
+}
+
+/// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
+/// know.
+pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<FreeInertial> {
+    if std::ptr::eq(increments, case.increments()) {
+        return case.bench.free(case, bench::NONE, factor);
+    }
+    nones(case, increments, &[factor])?.pop()
+}
+
+/// [`none`] with each of these factors.
+pub(super) fn nones(
+    case: &Case<'_>,
+    increments: &[Increment],
+    factors: &[f64],
+) -> Option<Vec<FreeInertial>> {
+    let (session, until) = (case.session, case.until);
+    let aligned = aligned(session, increments)?;
+    let of = |factor: &f64| {
+        let mut assumptions = *case.knows.told;
+        assumptions.noise = Noise {
+            gyro: assumptions.noise.gyro * factor,
+            accel: assumptions.noise.accel * factor,
+        };
+        Task {
+            filter: aligned.filter(ErrorModel::default(), &assumptions),
+            first: aligned.first,
+            until,
+            session,
+            increments,
+        }
+    };
+    let scored = bench::scored(factors.iter().map(of).collect());
+    let filters: Vec<&Aided> = scored.iter().map(|(filter, _)| filter).collect();
+    Some(bench::flown(&filters, session, increments, until))
+}
+
+/// One of [`FILTERS`] with the datasheet's walk.
+fn told<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    filtered(case, FILTER, case.knows.told.datasheet_walk())
+}
+
+/// One of [`FILTERS`] with the walk that was best on other units.
+fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    filtered(case, FILTER, case.tuned.walks[FILTER])
+}
+
+/// One of [`FILTERS`] with this walk. Of several models the one that gave the fixes the greatest
+/// density goes on.
+pub(super) fn filtered(case: &Case<'_>, filter: usize, walk: f64) -> Option<FreeInertial> {
+    case.bench.free(case, filter, walk)
+}
+
+pub(super) fn aided_free_inertial(
+    case: &Case<'_>,
+    increments: &[Increment],
+    assumptions: &Assumptions,
+    model: ErrorModel,
+) -> Option<FreeInertial> {
+    let session = case.session;
+    let aligned = aligned(session, increments)?;
+    let filter = aligned.aided(model, assumptions, session, increments, case.until);
+    Some(from_filter(&filter, session, increments, case.until))
+}
+
+/// The increments behind networks taught over the aided part. Where no network is promoted they are
+/// the session's own, as they are without fixes.
+pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
+    if !case.fixes {
+        return Some(Cow::Borrowed(case.increments()));
+    }
+    let assumptions = *case.knows.told;
+    let session = case.session;
+    let learnt = fit(
+        session,
+        case.increments(),
+        assumptions,
+        &NetworkSpec::default(),
+        case.until,
+        true,
+    )?;
+    let silent = Use {
+        gyro: false,
+        accel: false,
+    };
+    if learnt.promoted == silent {
+        return Some(Cow::Borrowed(case.increments()));
+    }
+    let compensator = compensator(session, &learnt.nets, &learnt.assumptions);
+    let increments = corrected_increments(session, &compensator, 0..session.epochs());
+    Some(Cow::Owned(increments))
+}
+
+/// The filter that knows the simulator: it has parameters for exactly the errors that are
+/// simulated, with their exact statistics, and knows the temperature and the field in each second.
+/// Errors by the environment, which have no parameters, are taken off before.
+#[must_use]
+pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
+    let mut out = ErrorModel {
+        known: known(session),
+        delay_s: imu.accel.delay_s,
+        ..ErrorModel::default()
+    };
+    out.extend(|axis, triad| imu.told(triad, axis));
+    out
+}
+
+/// The increments without what the oracle knows and has no parameters for.
+pub(super) fn without_beyond<'a>(case: &Case<'a>) -> Cow<'a, [Increment]> {
+    let (session, all) = (case.session, case.increments());
+    if case.knows.beyond.is_empty() {
+        return Cow::Borrowed(all);
+    }
+    let step = session.step_s();
+    let seconds = all.chunks(session.steps_per_epoch());
+    let less = |(second, error): (&'a [Increment], &Increment)| {
+        let less = *error;
+        second.iter().map(move |w| Increment {
+            dtheta: w.dtheta - less.dtheta * step,
+            dv: w.dv - less.dv * step,
+        })
+    };
+    seconds.zip(case.knows.beyond).flat_map(less).collect()
+}
+
+/// Temperature and field as simulated, and the vibration that the samples show, second by second.
+fn known(session: &Session) -> Arc<[Known]> {
+    let surroundings = session.surroundings.as_deref().unwrap_or_default();
+    let of = |(around, vibration): (&Surroundings, _)| Known {
+        around: *around,
+        vibration,
+        ..Known::default()
+    };
+    surroundings
+        .iter()
+        .zip(session.vibration())
+        .map(of)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ablations_are_the_documented_parts_of_the_bank() {
+        let want = [
+            ("only-biases", 0b00_0010),
+            ("only-output", 0b00_0100),
+            ("only-output-wide", 0b00_1000),
+            ("only-driven", 0b01_0000),
+            ("only-curved", 0b10_0000),
+            ("only-all-weights", 0b1000_0000),
+            ("no-networks", 0b00_0011),
+        ];
+        let got: Vec<(String, u8)> = ablations().collect();
+        for (name, bits) in want {
+            assert!(got.contains(&(name.to_owned(), bits)), "{name}: {got:?}");
+        }
+        let (name, bits) = got.last().unwrap();
+        assert!(name.starts_with("no-") && bits.count_ones() as usize == HYPOTHESES - 2);
+    }
+}

@@ -1,0 +1,281 @@
+//! What is new at every turn-on, for the filters with a memory. The search that finds the walks
+//! finds it, too, on the same further units. They have earlier drives with the same kind of start.
+//!
+//! First all have the same share; then that of the gyros' biases is searched for, the
+//! accelerometers', and the laws'. For biases the density counts that the best model of each unit
+//! gives to the fixes of all its earlier drives, each before it learnt from them: the errors of a
+//! dozen free-inertial drives scatter too much to tell their shares apart. Of laws the density
+//! knows less: where starts are cold, warm and hot it calls a law new at every turn-on that only is
+//! the wrong law. For them the geometric mean counts of the errors of all units, each after one,
+//! two and four drives, smoothed over neighbouring shares. Of equals the largest is taken: it
+//! trusts the past least.
+
+use super::laws::Models;
+use super::memory::{Kept, REMEMBERING, kept, pass, recalled, uses};
+use super::schemes::Case;
+use super::tuning::{FIRST_UNIT, Tuning, error_m};
+use super::{Campaign, Error, Group};
+use host_core::inertial::ekf::TurnOn;
+use host_core::simulator::imu::ImuSpec;
+use rayon::prelude::*;
+
+/// Candidates for a share of the prior variance, ascending. The last one is the end of its range:
+/// nothing is remembered. Below the first one a bias walks more in a drive. They are dense where
+/// turn-ons of good sensors lie: a tenth of the whole bias is a share of 0.01.
+const SHARES: [f64; 11] = [1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.3, 0.6, 1.0];
+/// Drives of a unit that is tuned on. The first one tells nothing of what is new at a turn-on.
+const DRIVES: u32 = 4;
+/// Of them those after which errors are judged.
+const JUDGED: [u32; 3] = [1, 2, 4];
+
+/// What is searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    All,
+    Law,
+    Gyro,
+    Accel,
+}
+
+/// The searches, one after the other.
+const STAGES: [Stage; 4] = [Stage::All, Stage::Gyro, Stage::Accel, Stage::Law];
+/// How often each unit is simulated for them.
+pub(super) const ROUNDS: u32 = STAGES.len() as u32;
+
+impl Stage {
+    fn candidate(self, share: f64, best: TurnOn) -> TurnOn {
+        match self {
+            Self::All => TurnOn::of_all(share),
+            Self::Law => TurnOn { law: share, ..best },
+            Self::Gyro => TurnOn {
+                gyro: share,
+                ..best
+            },
+            Self::Accel => TurnOn {
+                accel: share,
+                ..best
+            },
+        }
+    }
+
+    /// A filter without laws has no search for theirs.
+    fn concerns(self, index: usize) -> bool {
+        self != Self::Law || !is_alone(REMEMBERING[index].2)
+    }
+}
+
+fn is_alone(models: Models) -> bool {
+    std::ptr::fn_addr_eq(models, super::laws::biases as Models)
+}
+
+/// The candidates of one filter for one group of errors, and what each has kept.
+struct Trial {
+    model: Group,
+    index: usize,
+    candidates: Vec<TurnOn>,
+    /// Whether errors count, not densities.
+    judges: bool,
+    /// What each candidate has kept after the drives so far.
+    kept: Vec<Vec<Kept>>,
+    /// The same after the drives of [`JUDGED`], where errors count.
+    after: Vec<Vec<Vec<Kept>>>,
+    /// Logarithm of the error of each candidate in the judged drive, summed up.
+    errors: Vec<f64>,
+}
+
+impl Trial {
+    /// The next drive, `number` from 1. All candidates are alike before the first one.
+    fn keep(&mut self, case: &Case<'_>, number: u32) -> Option<()> {
+        let index = self.index;
+        if self.kept.is_empty() {
+            let passed = pass(index, case, *self.candidates.first()?, &[])?;
+            let of = |turn_on: &TurnOn| kept(index, case, *turn_on, &[], &passed);
+            self.kept = self.candidates.iter().map(of).collect();
+        } else {
+            let of = |(turn_on, before): (&TurnOn, &Vec<Kept>)| {
+                let passed = pass(index, case, *turn_on, before)?;
+                Some(kept(index, case, *turn_on, before, &passed))
+            };
+            let each = self.candidates.iter().zip(&self.kept).map(of);
+            self.kept = each.collect::<Option<_>>()?;
+        }
+        if self.judges && JUDGED.contains(&number) {
+            self.after.push(self.kept.clone());
+        }
+        Some(())
+    }
+
+    /// The judged drive, after each number of drives.
+    fn judge(&mut self, case: &Case<'_>) -> Option<()> {
+        for kept in &self.after {
+            for ((turn_on, kept), sum) in self.candidates.iter().zip(kept).zip(&mut self.errors) {
+                let free = recalled(self.index, case, *turn_on, kept)?;
+                *sum += error_m(&free)?.ln();
+            }
+        }
+        Some(())
+    }
+
+    /// Of a candidate: less the sum of its errors' logarithms, or the logarithm of the density that
+    /// its best model gave to all fixes.
+    fn score(&self, candidate: usize) -> f64 {
+        if self.judges {
+            return self.errors.get(candidate).map_or(f64::NAN, |sum| -sum);
+        }
+        let models = self.kept.get(candidate).into_iter().flatten();
+        models
+            .map(|kept| kept.score)
+            .fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+impl Campaign {
+    /// Which of [`REMEMBERING`] are tuned: none without earlier drives.
+    fn remembering(&self) -> Vec<usize> {
+        let drives = self.drives.iter().any(|&drives| drives > 0);
+        let wanted = |index: &usize| {
+            let mut schemes = self.schemes();
+            drives && schemes.any(|(name, _)| uses(name, *index))
+        };
+        (0..REMEMBERING.len()).filter(wanted).collect()
+    }
+
+    /// How often a unit is simulated to tune all filters.
+    #[must_use]
+    pub fn tuning_rounds(&self) -> u32 {
+        match self.remembering().is_empty() {
+            true => 1,
+            false => 1 + ROUNDS,
+        }
+    }
+}
+
+/// Adds to `tuning` what is best for the filters with a memory.
+pub(super) fn search(
+    campaign: &Campaign,
+    imu: &ImuSpec,
+    tuning: &mut Tuning,
+    progress: &(dyn Fn() + Sync),
+) -> Result<(), Error> {
+    let filters = campaign.remembering();
+    if filters.is_empty() {
+        return Ok(());
+    }
+    for stage in STAGES {
+        let trials = trials(campaign, &filters, stage, tuning);
+        let so_far = &*tuning;
+        let units: Result<Vec<Vec<Trial>>, Error> = (0..campaign.tuning_units)
+            .into_par_iter()
+            .map(|k| {
+                let tried = unit(campaign, imu, so_far, FIRST_UNIT + k, trials());
+                progress();
+                tried
+            })
+            .collect();
+        let units = units?;
+        for (i, trial) in trials().iter().enumerate() {
+            let of = |candidate: usize| units.iter().map(|unit| unit[i].score(candidate)).sum();
+            let scores: Vec<f64> = (0..trial.candidates.len()).map(of).collect();
+            let scores = if trial.judges {
+                smoothed(&scores)
+            } else {
+                scores
+            };
+            tuning.set_turn_on(trial.model, trial.index, trial.candidates[best(&scores)]);
+        }
+    }
+    Ok(())
+}
+
+/// Each with half of its weight, and its neighbours with a quarter each; at an end the end itself
+/// counts for the missing one.
+fn smoothed(scores: &[f64]) -> Vec<f64> {
+    let at = |k: usize| scores[k.min(scores.len() - 1)];
+    let of = |k: usize| 0.25 * (at(k.saturating_sub(1)) + 2.0 * at(k) + at(k + 1));
+    (0..scores.len()).map(of).collect()
+}
+
+/// The last candidate of the greatest score.
+fn best(scores: &[f64]) -> usize {
+    let most = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let good = |score: &f64| *score >= most;
+    scores.iter().rposition(good).unwrap_or(scores.len() - 1)
+}
+
+/// What a stage tries on each unit.
+fn trials<'a>(
+    campaign: &'a Campaign,
+    filters: &'a [usize],
+    stage: Stage,
+    tuning: &Tuning,
+) -> impl Fn() -> Vec<Trial> + Sync + use<'a> {
+    let found: Vec<(Group, [TurnOn; REMEMBERING.len()])> = campaign
+        .models
+        .iter()
+        .map(|&model| (model, tuning.of(model).turn_on))
+        .collect();
+    move || {
+        let each = found.iter().flat_map(|(model, best)| {
+            let filters = filters.iter().filter(|&&index| stage.concerns(index));
+            filters.map(|&index| Trial {
+                model: *model,
+                index,
+                candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
+                judges: stage == Stage::Law,
+                kept: Vec::new(),
+                after: Vec::new(),
+                errors: vec![0.0; SHARES.len()],
+            })
+        });
+        each.collect()
+    }
+}
+
+/// All trials on one unit.
+fn unit(
+    campaign: &Campaign,
+    imu: &ImuSpec,
+    tuning: &Tuning,
+    k: u32,
+    mut trials: Vec<Trial>,
+) -> Result<Vec<Trial>, Error> {
+    let lost = || campaign.scenario.no_attitude();
+    for number in 1..=DRIVES {
+        campaign.earlier(imu, k, number, |model, case| {
+            let mut own = trials.iter_mut().filter(|trial| trial.model == model);
+            case.tuned(tuning.of(model), |case| {
+                own.try_for_each(|trial| trial.keep(case, number))
+                    .ok_or_else(lost)
+            })
+        })?;
+    }
+    if trials.iter().any(|trial| trial.judges) {
+        campaign.sessions(imu, k, |model, case| {
+            let mut own = trials.iter_mut().filter(|trial| trial.model == model);
+            case.tuned(tuning.of(model), |case| {
+                own.try_for_each(|trial| trial.judge(case)).ok_or_else(lost)
+            })
+        })?;
+    }
+    Ok(trials)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_single_lucky_candidate_counts_for_half() {
+        let smooth = smoothed(&[0.0, 8.0, 0.0, 6.0, 6.0, 6.0]);
+        assert_eq!(smooth, [2.0, 4.0, 3.5, 4.5, 6.0, 6.0]);
+        assert_eq!(best(&smooth), 5);
+    }
+
+    #[test]
+    fn the_greatest_density_is_taken_and_the_last_of_equals() {
+        assert_eq!(best(&[-5.0, 3.0, 2.99, 1.0, -9.0]), 1);
+        assert_eq!(best(&[3.0, 3.0, 3.0]), 2);
+        assert_eq!(best(&[-1.0, -2.0, -3.0]), 0);
+        assert_eq!(best(&[f64::NAN, f64::NAN]), 1);
+    }
+}

@@ -1,0 +1,141 @@
+//! What stops are worth: `ekf6` that goes on as a filter after the fixes end, with the zero
+//! velocity of the vehicle's stops as its only measurement. Samples alone tell when it stands.
+
+use super::schemes::Case;
+use super::statistics::median;
+use crate::learning::aiding::ZERO_VELOCITY_MPS;
+use host_core::inertial::free_inertial::FreeInertial;
+use host_core::inertial::gnss::{Fix, NOT_MEASURED};
+use host_core::inertial::session::{Session, to_si};
+use nalgebra::Vector3;
+
+/// Its number among the classical filters.
+const EKF6: usize = 0;
+/// Standard deviation of the height that damps the vertical channel, m.
+const HEIGHT_M: f64 = 1.0;
+/// A vehicle stands in a second if the samples in it and in those before and after it scatter no
+/// more, in variance, than this many times what they do in the median of the standstill.
+const ROUGHER: f64 = 3.0;
+
+/// The scheme `zupt`.
+pub(super) fn zupt(case: &Case<'_>) -> Option<FreeInertial> {
+    let (session, increments, until) = (case.session, case.increments(), case.until);
+    let walk = case.knows.told.datasheet_walk();
+    let mut filter = case.bench.best(case, EKF6, walk)?.0.clone();
+    let standing = standing(session, until);
+    let n = session.steps_per_epoch();
+    let mut out = FreeInertial::default();
+    out.note(session, &filter.sins.nav, until, until);
+    for (k, stands) in (until..).zip(standing) {
+        for increment in &increments[k * n..(k + 1) * n] {
+            filter.step(increment, session.step_s());
+        }
+        let below = (filter.sins.nav.q_bn * session.reference_arm).z;
+        let mut site = filter.sins.nav.position;
+        site.h = session.reference[k + 1].position.h + below;
+        let velocity = if stands {
+            ZERO_VELOCITY_MPS
+        } else {
+            NOT_MEASURED
+        };
+        let none = NOT_MEASURED;
+        let sigmas = [none, none, HEIGHT_M, velocity, velocity, velocity];
+        let _ = filter.take(Some(&Fix::new(site, Vector3::zeros(), sigmas)));
+        out.note(session, &filter.sins.nav, until, k + 1);
+    }
+    Some(out)
+}
+
+/// Whether the vehicle stands, second by second from second `from` on: a slow start or stop is
+/// smooth, so the two seconds beside a rough one do not count.
+fn standing(session: &Session, from: usize) -> Vec<bool> {
+    let n = session.samples_per_epoch();
+    let roughness = |second: usize| {
+        let around = second.saturating_sub(1) * n..((second + 2) * n).min(session.counts.len());
+        let around = session.counts.block(around);
+        let si: Vec<_> = around.iter().map(|c| to_si(c, &session.lsb)).collect();
+        let dtheta = variance(si.iter().map(|w| w.dtheta));
+        [dtheta, variance(si.iter().map(|w| w.dv))]
+    };
+    let epochs = session.epochs();
+    let still: Vec<[f64; 2]> = (0..session.standstill.min(epochs)).map(roughness).collect();
+    let limits = [0, 1].map(|triad| {
+        let mut still: Vec<f64> = still.iter().map(|r| r[triad]).collect();
+        ROUGHER * median(&mut still)
+    });
+    let first = from.saturating_sub(2);
+    let quiet = |second: usize| {
+        let [dtheta, dv] = roughness(second);
+        dtheta <= limits[0] && dv <= limits[1]
+    };
+    let quiet: Vec<bool> = (first..epochs).map(quiet).collect();
+    let around =
+        |k: usize| &quiet[k.saturating_sub(2).max(first) - first..(k + 3).min(epochs) - first];
+    (from..epochs)
+        .map(|k| around(k).iter().all(|quiet| *quiet))
+        .collect()
+}
+
+/// Mean square of the distance from the mean.
+fn variance(of: impl Iterator<Item = Vector3<f64>> + Clone) -> f64 {
+    let n = of.clone().count() as f64;
+    let mean = of.clone().sum::<Vector3<f64>>() / n;
+    of.map(|x| (x - mean).norm_squared()).sum::<f64>() / n
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::{Campaign, tests};
+    use host_core::simulator::imu::ErrorModelName;
+
+    /// No second counts in which the true vehicle moves, and nearly all count in which it has stood
+    /// for some seconds. Engine and wind rock it at up to 2 cm/s.
+    #[test]
+    fn samples_tell_when_the_vehicle_stands() {
+        let campaign: Campaign = tests::of_one_run();
+        let (mut found, mut all) = (0, 0);
+        let each = |group, case: &Case<'_>| {
+            if group != ErrorModelName::All.into() {
+                return Ok(());
+            }
+            let speed = |k: usize| case.session.reference[k].velocity.norm();
+            let standing = standing(case.session, 0);
+            let judged = case.session.standstill + 5..standing.len() - 5;
+            for (k, stands) in standing.iter().enumerate() {
+                if !judged.contains(&k) {
+                    continue;
+                }
+                if *stands {
+                    let fast = speed(k).max(speed(k + 1));
+                    assert!(fast < 0.05, "second {k}: {fast} m/s");
+                }
+                if (k - 4..k + 6).all(|k| speed(k) < 0.02) {
+                    (found, all) = (found + usize::from(*stands), all + 1);
+                }
+            }
+            Ok(())
+        };
+        campaign.sessions(&campaign.imu(), 3, each).unwrap();
+        assert!(all > 50 && 10 * found > 8 * all, "{found} of {all} s");
+    }
+
+    #[test]
+    fn stops_bound_the_error() {
+        let campaign: Campaign = tests::of_one_run();
+        let each = |group, case: &Case<'_>| {
+            if group == ErrorModelName::All.into() {
+                let end = |free: FreeInertial| free.position.last().unwrap().xy().norm();
+                let [with, without] = ["zupt", "ekf6"].map(|name| {
+                    let mut schemes = crate::campaign::SCHEMES.iter();
+                    let (_, scheme) = schemes.find(|(known, _)| *known == name).unwrap();
+                    end(scheme(case).unwrap())
+                });
+                println!("{with} m, {without} m without stops");
+                assert!(with < 0.1 * without, "{with} {without}");
+            }
+            Ok(())
+        };
+        campaign.sessions(&campaign.imu(), 3, each).unwrap();
+    }
+}

@@ -1,0 +1,84 @@
+//! The MEMS recording with a FOG navigator as its reference: learnt on one part and judged on the
+//! other, and the other way round.
+
+use crate::experiment::outcome::Outcome;
+use crate::experiment::protocol::{Settings, Split, judge};
+use crate::learning::teacher::Assumptions;
+use crate::learning::window::NetworkSpec;
+use host_core::error::Error;
+use host_core::inertial::ekf::InitialSigma;
+use host_core::inertial::session::Session;
+use host_core::inertial::units::DEG;
+use host_io::recordings::fog_mems::SIGMAS;
+use host_io::unit::Unit;
+
+/// Name of the preset of the recorded MEMS unit.
+pub const UNIT: &str = "fog-mems";
+
+/// How the recording is replayed with a unit like its own.
+#[must_use]
+pub fn settings(unit: &Unit) -> Settings {
+    Settings {
+        assumptions: Assumptions::of(unit),
+        start_sigma: Some(InitialSigma {
+            tilt: 0.3 * DEG,
+            heading: 0.5 * DEG,
+            velocity: SIGMAS[3],
+            position: SIGMAS[0],
+        }),
+        promoted_only: false,
+        network: NetworkSpec::short(),
+        times_s: vec![10, 20, 30, 40],
+    }
+}
+
+/// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged.
+///
+/// # Errors
+/// As [`judge`].
+pub fn replay(session: &Session, unit: &Unit) -> Result<Vec<Outcome>, Error> {
+    let (settings, n) = (settings(unit), session.epochs());
+    [30, 50, 70]
+        .iter()
+        .flat_map(|&t| [Split::forward(n, t), Split::exchanged(n, t)])
+        .filter(|split| !split.judge.is_empty() && !split.learn.is_empty())
+        .filter_map(|split| judge("fog-mems", session, &split, &settings).transpose())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::outcome::table;
+    use test_bench::recordings::fog_mems as recorded;
+
+    #[test]
+    fn every_scheme_learns_in_every_case() {
+        let Some(session) = recorded() else { return };
+        let all = replay(&session, &Unit::preset(UNIT).unwrap()).unwrap();
+        println!("{}", table(&all));
+        assert_eq!(all.len(), 6);
+        for o in &all {
+            println!("{}: {}", o.case, o.notes.join(" "));
+            let last = o.rows.iter().map(|r| r.t_s).max().unwrap();
+            let raw = o.horizontal("raw", last).unwrap();
+            for scheme in [
+                "ls-bias",
+                "ls-3x3",
+                "ekf6",
+                "ekf12",
+                "ekf24",
+                "rnn",
+                "rnn-kalman",
+            ] {
+                let left = o.horizontal(scheme, last).unwrap() / raw;
+                // 70 s are too short for rehearsals to prove anything
+                if scheme == "rnn-kalman" {
+                    assert!((left - 1.0).abs() < 1e-9, "{}: {left}", o.case);
+                    continue;
+                }
+                assert!(left < 0.25, "{}, {scheme}: {left} of raw", o.case);
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
+
+use crate::experiment::doubts::Warning;
+use crate::experiment::error_bound::error_bound;
+use crate::experiment::results::Curves;
+use crate::learning::fix_learner::{Learnt, diary::Diary};
+use crate::learning::teacher::Assumptions;
+use firmware::model::Nets;
+use host_core::inertial::free_inertial::FreeInertial;
+use host_core::inertial::session::Session;
+use serde::Serialize;
+use std::ops::Range;
+
+/// Errors of one scheme at one time, compared with the recording's reference.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Seconds since the start of free-inertial navigation.
+    pub t_s: u32,
+    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `rnn-kalman`.
+    pub scheme: String,
+    /// Position error north, m.
+    pub d_north_m: f64,
+    /// Position error east, m.
+    pub d_east_m: f64,
+    /// North velocity error, m/s.
+    pub d_vn_mps: f64,
+    /// East velocity error, m/s.
+    pub d_ve_mps: f64,
+    /// Horizontal position error, m.
+    pub horizontal_m: f64,
+}
+
+/// What the device made of the part that was learnt from, and what limits it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bench {
+    /// The course of its learning.
+    pub diary: Diary,
+    /// Networks of the candidate in force, its biases folded in.
+    pub nets: Nets,
+    /// The candidate in force at the end, by its place in `firmware::learn::bank::NAMES`.
+    pub running: usize,
+    /// Most metres that corrections within their limits add 5, 10, 15, 20 and 22 min after an
+    /// alignment.
+    pub bound_m: [u32; 5],
+    /// The same in a sentence.
+    pub bound: String,
+    /// Time of second 0 on the clock of the recording, s.
+    pub begin_s: f64,
+    /// What was learnt from, s since power-on.
+    pub learn: Range<usize>,
+    /// What was judged, s since power-on.
+    pub judge: Range<usize>,
+    /// Standard deviation of the fixes that judge, along the worse of north and east, m: the median
+    /// over the judged part. `None` where a better solution judges.
+    pub reference_sigma_m: Option<f64>,
+}
+
+impl Bench {
+    /// Of a session that was judged against its fixes.
+    #[must_use]
+    pub fn of(
+        learnt: &Learnt,
+        session: &Session,
+        assumptions: &Assumptions,
+        learn: Range<usize>,
+        judge: Range<usize>,
+    ) -> Self {
+        let (bound, sentence) = error_bound(session, assumptions);
+        let fixes = session.fixes.get(judge.clone()).unwrap_or_default();
+        let sigma = fixes.iter().flatten().filter(|fix| fix.has(0..2));
+        let mut sigma: Vec<f64> = sigma.map(|fix| fix.sigmas[0].max(fix.sigmas[1])).collect();
+        sigma.sort_by(f64::total_cmp);
+        Self {
+            diary: learnt.diary.clone(),
+            nets: learnt.nets,
+            running: learnt.running,
+            bound_m: bound.table(),
+            bound: sentence,
+            begin_s: 0.0,
+            learn,
+            judge,
+            reference_sigma_m: sigma.get(sigma.len() / 2).copied(),
+        }
+    }
+}
+
+/// One case of a replay.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Recording, for example `fog-mems` or `kitti-0027`.
+    pub recording: String,
+    /// What was learnt from and what was judged.
+    pub case: String,
+    /// Rows, times ascending, schemes in display order within a time.
+    pub rows: Vec<Row>,
+    /// What the reader must know, in sentences.
+    pub notes: Vec<String>,
+    /// Where the recording contradicts what is said of it.
+    pub warnings: Vec<Warning>,
+    /// What the page draws.
+    #[serde(skip)]
+    pub curves: Curves,
+    /// The device's side of it.
+    #[serde(skip)]
+    pub bench: Option<Box<Bench>>,
+}
+
+/// Rows of several solutions of one case. Times after the end of a solution are left out.
+#[must_use]
+pub fn rows(solutions: &[(&str, FreeInertial)], times_s: &[u32]) -> Vec<Row> {
+    let row = |scheme: &str, free: &FreeInertial, t_s: u32| {
+        let k = t_s as usize;
+        let (p, v) = (free.position.get(k)?, free.velocity.get(k)?);
+        Some(Row {
+            t_s,
+            scheme: scheme.to_owned(),
+            d_north_m: p.x,
+            d_east_m: p.y,
+            d_vn_mps: v.x,
+            d_ve_mps: v.y,
+            horizontal_m: p.xy().norm(),
+        })
+    };
+    times_s
+        .iter()
+        .flat_map(|t| solutions.iter().filter_map(|(s, c)| row(s, c, *t)))
+        .collect()
+}
+
+impl Outcome {
+    /// Horizontal error of a scheme at a time, m.
+    #[must_use]
+    pub fn horizontal(&self, scheme: &str, t_s: u32) -> Option<f64> {
+        let hit = |r: &&Row| r.scheme == scheme && r.t_s == t_s;
+        self.rows.iter().find(hit).map(|r| r.horizontal_m)
+    }
+}
+
+/// Horizontal errors as a text table, one line a case and scheme, one column a time.
+#[must_use]
+pub fn table(outcomes: &[Outcome]) -> String {
+    let mut times: Vec<u32> = outcomes
+        .iter()
+        .flat_map(|o| o.rows.iter().map(|r| r.t_s))
+        .collect();
+    times.sort_unstable();
+    times.dedup();
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::ASCII_MARKDOWN);
+    let head = ["recording", "case", "scheme"].map(String::from);
+    table.set_header(
+        head.into_iter()
+            .chain(times.iter().map(|t| format!("{t} s, m"))),
+    );
+    for outcome in outcomes {
+        let mut schemes: Vec<&str> = Vec::new();
+        for row in &outcome.rows {
+            if !schemes.contains(&row.scheme.as_str()) {
+                schemes.push(&row.scheme);
+            }
+        }
+        for scheme in schemes {
+            let cell = |t: &u32| {
+                outcome
+                    .horizontal(scheme, *t)
+                    .map_or("-".into(), |m| format!("{m:.1}"))
+            };
+            let start = [
+                outcome.recording.clone(),
+                outcome.case.clone(),
+                scheme.to_owned(),
+            ];
+            table.add_row(start.into_iter().chain(times.iter().map(cell)));
+        }
+    }
+    table.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    #[test]
+    fn rows_end_with_the_coast_and_the_table_says_so() {
+        let free = |n: usize, e: f64| FreeInertial {
+            position: (0..n)
+                .map(|k| Vector3::new(3.0 * e, 4.0 * e, 9.0) * k as f64)
+                .collect(),
+            velocity: vec![Vector3::new(1.0, 2.0, 3.0); n],
+            track: Vec::new(),
+        };
+        let rows = rows(&[("raw", free(21, 1.0)), ("rnn", free(11, 0.1))], &[10, 20]);
+        let got: Vec<(u32, &str)> = rows.iter().map(|r| (r.t_s, r.scheme.as_str())).collect();
+        assert_eq!(got, [(10, "raw"), (10, "rnn"), (20, "raw")]);
+        let outcome = Outcome {
+            recording: "r".into(),
+            case: "c".into(),
+            rows,
+            notes: Vec::new(),
+            warnings: Vec::new(),
+            curves: Curves::default(),
+            bench: None,
+        };
+        assert_eq!(outcome.horizontal("raw", 20), Some(100.0));
+        let text = table(&[outcome]);
+        assert!(
+            text.contains("20 s, m") && text.contains("100.0") && text.contains("5.0"),
+            "{text}"
+        );
+        let rnn = text.lines().find(|l| l.contains("rnn")).unwrap();
+        assert!(rnn.trim_end_matches(['|', ' ']).ends_with('-'), "{rnn}");
+    }
+}

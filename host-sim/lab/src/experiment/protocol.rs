@@ -1,0 +1,326 @@
+//! Learning from one part of a recording of a moving vehicle and judging on another. Every scheme
+//! gets the same fixes and the same samples.
+//!
+//! Without a standstill, the first attitude is the reference's. Over the learning part fixes of the
+//! reference teach. Then navigation is free inertial.
+//!
+//! When the judged part follows the learning part, each scheme's own aided navigator carries its
+//! state over. It has no sensor errors in its state, except in the filters. When the judged part
+//! precedes the learning part, free-inertial navigation begins at the reference's state, and the
+//! compensator starts there with its networks' state at power-on.
+//!
+//! What was learnt belongs to the attitude that the teacher found. That attitude differs from the
+//! reference's by the mounting: a tilt of 1 mrad and an accelerometer bias of 1000 ug are the same
+//! to the teacher. So for all schemes that learnt, the first attitude is turned by the mean
+//! difference over the learning part; for the filters and the device, by the difference at its end.
+//!
+//! | scheme | increments of the judged part |
+//! |---|---|
+//! | `raw` | as recorded |
+//! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
+//! | `ekf6`, `ekf12`, `ekf24` | less the filter's last estimate (biases; scale factors; 3x3) |
+//! | `rnn` | through the compensator, with two networks taught from the same references |
+//! | `rnn-kalman` | through the compensator, as the device has learnt (`learning::fix_learner`) |
+
+mod learnt;
+
+use crate::experiment::correction::Correction;
+use crate::experiment::outcome::{Bench, Outcome, rows};
+use crate::experiment::results::Curves;
+use crate::experiment::run::{learning_curves, traces};
+use crate::learning::baseline::LinearModel;
+use crate::learning::corrected::corrected_motion;
+use crate::learning::fit::{FittedNetworks, fit_from};
+use crate::learning::teacher::{Assumptions, Nominal};
+use crate::learning::window::{NetworkSpec, compensator};
+use firmware::learn::bank::{NAMES, ZERO_CORRECTION};
+use host_core::error::Error;
+use host_core::inertial::ekf::{ErrorModel, InitialSigma, Smoothed, smooth};
+use host_core::inertial::free_inertial::{FreeInertial, free_inertial};
+use host_core::inertial::motion::Increments;
+use host_core::inertial::rotation::from_rotvec;
+use host_core::inertial::session::Session;
+use host_core::inertial::sins::NavState;
+use learnt::{Learnt, aided};
+use nalgebra::{UnitQuaternion, Vector3};
+use std::ops::Range;
+
+/// What is learnt from and what is judged, in epochs of the session.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Split {
+    /// Fixes teach.
+    pub learn: Range<usize>,
+    /// Free inertial.
+    pub judge: Range<usize>,
+}
+
+impl Split {
+    /// Learn from the first `learn` of `epochs`, judge on the rest.
+    #[must_use]
+    pub fn forward(epochs: usize, learn: usize) -> Self {
+        let cut = learn.min(epochs);
+        Self {
+            learn: 0..cut,
+            judge: cut..epochs,
+        }
+    }
+
+    /// The roles exchanged: learn from the last `learn` of `epochs`, judge on the first.
+    #[must_use]
+    pub fn exchanged(epochs: usize, learn: usize) -> Self {
+        let cut = epochs.saturating_sub(learn);
+        Self {
+            learn: cut..epochs,
+            judge: 0..cut,
+        }
+    }
+
+    /// A description.
+    #[must_use]
+    pub fn case(&self) -> String {
+        let (l, j) = (&self.learn, &self.judge);
+        format!(
+            "learn {}-{} s, judge {}-{} s",
+            l.start, l.end, j.start, j.end
+        )
+    }
+}
+
+/// What is assumed of the sensors and how the networks are taught.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Sensors.
+    pub assumptions: Assumptions,
+    /// Errors of the reference as the state of this IMU, mounting included. `None`: those of a
+    /// self-alignment.
+    pub start_sigma: Option<InitialSigma>,
+    /// Teaching.
+    pub network: NetworkSpec,
+    /// Whether `rnn` uses only networks that prove themselves on a held-back part, as the device
+    /// does.
+    pub promoted_only: bool,
+    /// Times of the table, s after the start of the judged part.
+    pub times_s: Vec<u32>,
+}
+
+/// Learns, then judges every scheme. `None` when a standstill does not give an attitude.
+///
+/// # Errors
+/// A long recording needs temporary files, and they cannot be written or read.
+pub fn judge(
+    recording: &str,
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+) -> Result<Option<Outcome>, Error> {
+    let judged = judge_and_correct(recording, session, split, settings, None)?;
+    Ok(judged.map(|(outcome, _)| outcome))
+}
+
+/// [`judge`], with what one of the schemes takes off the samples. The judged part must follow the
+/// learning part, which begins with the session.
+///
+/// # Errors
+/// As [`judge`].
+pub fn judge_and_correct(
+    recording: &str,
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+    corrected_by: Option<&str>,
+) -> Result<Option<(Outcome, Correction)>, Error> {
+    let Some(learnt) = Learnt::from(session, split, settings)? else {
+        session.counts.check()?;
+        return Ok(None);
+    };
+    let records = learnt.nominal.records.clone();
+    let correction = corrected_by.map_or(Correction::Nothing, |scheme| {
+        learnt.correction(scheme, session, &settings.assumptions)
+    });
+    let outcome = outcome(recording, session, split, settings, learnt);
+    session.counts.check()?;
+    records.check()?;
+    Ok(outcome.map(|outcome| (outcome, correction)))
+}
+
+/// Judges every scheme.
+fn outcome(
+    recording: &str,
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+    learnt: Learnt,
+) -> Option<Outcome> {
+    let solutions = solutions(session, split, settings, &learnt)?;
+    let Learnt {
+        lesson,
+        nominal,
+        fitted,
+        device,
+        ..
+    } = learnt;
+    let note = match settings.promoted_only {
+        true => fitted.verdict(),
+        false => gate(&lesson, &nominal, settings),
+    };
+    let judged = |t: &usize| session.judges(split.judge.start + t);
+    let mut times_s = settings.times_s.clone();
+    times_s.retain(|t| judged(&(*t as usize)));
+    let mut notes = vec![note, in_force(device.running, device.diary.since())];
+    let left = settings.times_s.len() - times_s.len();
+    if left > 0 {
+        notes.push(format!(
+            "{left} of {} times are left out of the table, because there is no reference then.",
+            settings.times_s.len()
+        ));
+    }
+    let origin = session.reference[split.judge.start].position;
+    let reference: Vec<[f64; 2]> = session.reference[split.judge.start..=split.judge.end]
+        .iter()
+        .map(|s| s.position.ned_from(&origin))
+        .map(|p| [p.x, p.y])
+        .collect();
+    let bench = Bench::of(
+        &device,
+        session,
+        &settings.assumptions,
+        split.learn.clone(),
+        split.judge.clone(),
+    );
+    Some(Outcome {
+        recording: recording.to_owned(),
+        case: split.case(),
+        rows: rows(&solutions, &times_s),
+        notes,
+        warnings: Vec::new(),
+        curves: Curves {
+            learning: learning_curves(&fitted),
+            traces: traces(&lesson, &fitted),
+            ..Curves::of(&solutions, &reference, judged)
+        },
+        bench: Some(Box::new(bench)),
+    })
+}
+
+/// Free inertial navigation of every scheme over the part that is judged.
+fn solutions(
+    session: &Session,
+    split: &Split,
+    settings: &Settings,
+    learnt: &Learnt,
+) -> Option<Vec<(&'static str, FreeInertial)>> {
+    let a = &settings.assumptions;
+    let follows = split.learn.end == split.judge.start;
+    let (range, from) = match follows {
+        true => (split.learn.start..split.judge.end, learnt.lesson.epochs()),
+        false => (split.judge.clone(), 0),
+    };
+    let run = session.cut(&range);
+    let to = run.epochs();
+    let mut turned = run.referenced(0);
+    if !follows {
+        turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
+    }
+    let mut out: Vec<(&str, FreeInertial)> = Vec::new();
+    for (scheme, increments) in corrected(&run, &learnt.fitted) {
+        let nav = match (follows, scheme) {
+            (true, _) => {
+                let filter = aided(&run, &increments, ErrorModel::default(), settings, from)?;
+                filter.sins.nav
+            }
+            (false, "raw") => run.referenced(0),
+            (false, _) => turned,
+        };
+        out.push((scheme, free_inertial(&run, &increments, nav, from, to)));
+    }
+    let end = &learnt.lesson.reference[learnt.lesson.epochs()];
+    let as_left = |nav: &NavState| NavState {
+        q_bn: run.reference[0].q_bn * (end.q_bn.inverse() * nav.q_bn),
+        ..run.referenced(0)
+    };
+    for (k, (name, filter)) in learnt.filters.iter().enumerate() {
+        let step = run.step_s();
+        let frozen = run.motion().map(move |w| filter.corrected(w, step));
+        let nav = if follows {
+            filter.sins.nav
+        } else {
+            as_left(&filter.sins.nav)
+        };
+        out.insert(3 + k, (name, free_inertial(&run, &frozen, nav, from, to)));
+    }
+    let device = match follows {
+        // it changes nothing
+        _ if learnt.device.running == ZERO_CORRECTION => out.first()?.1.clone(),
+        true => learnt.device.free_inertial(&run, a, from),
+        false => {
+            let nets = [learnt.device.nets.gyro, learnt.device.nets.accel];
+            let increments = corrected_motion(&run, compensator(&run, &nets, a));
+            let nav = as_left(&learnt.device.nav);
+            free_inertial(&run, &increments, nav, from, to)
+        }
+    };
+    out.push(("rnn-kalman", device));
+    Some(out)
+}
+
+/// Mean rotation from the reference's body axes to those the teacher found.
+fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
+    let smoothed = smooth(&nominal.records);
+    let turn = |k: usize, s: &Smoothed| {
+        (lesson.reference[nominal.first + k].q_bn.inverse() * s.nav.q_bn).scaled_axis()
+    };
+    let sum: Vector3<f64> = smoothed.iter().enumerate().map(|(k, s)| turn(k, s)).sum();
+    from_rotvec(&(sum / smoothed.len().max(1) as f64))
+}
+
+/// Increments of the schemes that need no filter of their own.
+fn corrected<'a>(
+    run: &'a Session,
+    fitted: &'a FittedNetworks,
+) -> [(&'static str, Increments<'a>); 4] {
+    let linear = |m: &'a LinearModel| run.motion().map(|w| m.correct(w, run.dt));
+    let nets = compensator(run, &fitted.nets, &fitted.assumptions);
+    [
+        ("raw", run.motion()),
+        ("ls-bias", linear(&fitted.bias)),
+        ("ls-3x3", linear(&fitted.linear)),
+        ("rnn", corrected_motion(run, nets)),
+    ]
+}
+
+/// What the device's row is. `since`: when that candidate came into force, s after power-on.
+fn in_force(running: usize, since: Option<usize>) -> String {
+    if running == ZERO_CORRECTION {
+        return "The row `rnn-kalman` is the device. By the end of the learning part nothing had \
+                proved itself, so it corrects nothing."
+            .to_owned();
+    }
+    let since = since.map_or(String::new(), |s| {
+        format!(", since {s} s after the beginning of that part")
+    });
+    format!(
+        "The row `rnn-kalman` is the device. At the end of the learning part its candidate \"{}\" \
+         had proved itself and was in force{since}.",
+        NAMES[running]
+    )
+}
+
+/// The verdict of the device's test on networks taught from the same part, with its end held back.
+fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
+    let held = fit_from(
+        lesson,
+        &lesson.motion(),
+        nominal,
+        settings.assumptions,
+        &settings.network,
+        true,
+    );
+    let percent = 100.0 * settings.network.held_back;
+    format!(
+        "The row `rnn` is learnt from the whole learning part and unjudged. With its last {percent:.0} % held back: {}",
+        held.verdict()
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,175 @@
+//! What is learnt from one part of a recording, by every scheme.
+
+use super::{Settings, Split};
+use crate::experiment::correction::Correction;
+use crate::learning::corrected::estimates;
+use crate::learning::fit::{FittedNetworks, fit_from};
+use crate::learning::fix_learner::{self, learn};
+use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
+use crate::learning::window::compensator;
+use firmware::learn::bank::Gates;
+use host_core::error::Error;
+use host_core::inertial::align;
+use host_core::inertial::ekf::{Aided, ErrorModel};
+use host_core::inertial::motion::Motion;
+use host_core::inertial::session::Session;
+use nalgebra::Vector3;
+
+/// The classical filters beside the networks, with the walk of the biases that the datasheet tells.
+fn classical(told: &Assumptions) -> [(&'static str, ErrorModel); 3] {
+    let prior = told.walking(told.datasheet_walk()).prior;
+    [
+        ("ekf6", ErrorModel::biases(&prior)),
+        ("ekf12", ErrorModel::with_scale(&prior)),
+        ("ekf24", ErrorModel::with_matrices(&prior)),
+    ]
+}
+
+/// What was made of the part to learn from.
+pub(super) struct Learnt {
+    pub(super) lesson: Session,
+    pub(super) nominal: Nominal,
+    pub(super) fitted: FittedNetworks,
+    pub(super) filters: Vec<(&'static str, Aided)>,
+    pub(super) device: fix_learner::Learnt,
+}
+
+impl Learnt {
+    /// Learns. `None` when a standstill does not give an attitude.
+    ///
+    /// # Errors
+    /// A long part needs a temporary file, and it cannot be written.
+    pub(super) fn from(
+        session: &Session,
+        split: &Split,
+        settings: &Settings,
+    ) -> Result<Option<Self>, Error> {
+        let a = &settings.assumptions;
+        let lesson = session.cut(&split.learn);
+        let (increments, until) = (lesson.motion(), lesson.epochs());
+        let Some((first, start)) = begin(&lesson, &increments, settings) else {
+            return Ok(None);
+        };
+        let nominal = navigate_from(&lesson, &increments, a, &start, first, until);
+        nominal.records.check()?;
+        let fitted = fit_from(
+            &lesson,
+            &increments,
+            &nominal,
+            *a,
+            &settings.network,
+            settings.promoted_only,
+        );
+        let filters = classical(a)
+            .into_iter()
+            .map(|(name, model)| Some((name, aided(&lesson, &increments, model, settings, until)?)))
+            .collect::<Option<_>>();
+        let device = device(&lesson, &increments, settings, until);
+        drop(increments);
+        let learnt = filters.zip(device).map(|(filters, device)| Self {
+            filters,
+            device,
+            lesson,
+            nominal,
+            fitted,
+        });
+        Ok(learnt)
+    }
+
+    /// What a scheme takes off the samples of the whole session.
+    pub(super) fn correction(
+        &self,
+        scheme: &str,
+        session: &Session,
+        a: &Assumptions,
+    ) -> Correction {
+        let filter = self.filters.iter().find(|(name, _)| *name == scheme);
+        match (scheme, filter) {
+            (_, Some((_, filter))) => {
+                Correction::Filter(Box::new(filter.clone()), self.lesson.epochs())
+            }
+            ("ls-bias", _) => Correction::Linear(self.fitted.bias),
+            ("ls-3x3", _) => Correction::Linear(self.fitted.linear),
+            ("rnn", _) => {
+                let compensator = compensator(session, &self.fitted.nets, &self.fitted.assumptions);
+                let mut errors = vec![compensator.power_on(false).estimate()];
+                errors.extend(estimates(session, &compensator));
+                Correction::Epochs(errors)
+            }
+            ("rnn-kalman", _) => {
+                let until = self.lesson.epochs();
+                let mut errors = vec![[[0.0; 3]; 2]; until];
+                errors.extend(self.device.estimates(session, a, until));
+                Correction::Epochs(errors)
+            }
+            _ => Correction::Nothing,
+        }
+    }
+}
+
+/// The device's learner from fixes at the end of the learning part.
+fn device(
+    session: &Session,
+    increments: &(impl Motion + ?Sized),
+    settings: &Settings,
+    until: usize,
+) -> Option<fix_learner::Learnt> {
+    let start = match session.standstill {
+        0 => Some(begin(session, increments, settings)?.1),
+        _ => None,
+    };
+    let a = &settings.assumptions;
+    learn(session, a, Gates::default(), start.as_ref(), until)
+}
+
+/// First epoch after alignment and the state there. Without a standstill it is the session's own
+/// start, else the reference's.
+fn begin(
+    session: &Session,
+    increments: &(impl Motion + ?Sized),
+    settings: &Settings,
+) -> Option<(usize, Start)> {
+    let first = session.standstill;
+    if let Some(start) = session.start.filter(|_| first == 0) {
+        return Some((0, start));
+    }
+    let mut nav = session.referenced(first);
+    if first > 0 {
+        let still = increments.beginning(first, session.samples_per_epoch());
+        nav.q_bn = align::inertial_frame(
+            &still,
+            session.dt,
+            session.samples(),
+            session.nearest_fix(0).position,
+        )?;
+        let fix = session.nearest_fix(first);
+        nav.position = session.imu_position(&fix.position, &nav.q_bn);
+        nav.velocity = Vector3::zeros();
+    }
+    let sigmas = session.nearest_fix(first).start_sigmas();
+    let aligned = || settings.assumptions.initial_sigma(&nav, &sigmas);
+    let sigma = settings.start_sigma.unwrap_or_else(aligned);
+    Some((first, Start { nav, sigma }))
+}
+
+/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the
+/// reference's first state.
+pub(super) fn aided(
+    session: &Session,
+    increments: &(impl Motion + ?Sized),
+    model: ErrorModel,
+    settings: &Settings,
+    until: usize,
+) -> Option<Aided> {
+    let a = &settings.assumptions;
+    if session.standstill > 0 {
+        return Some(aligned(session, increments)?.aided(model, a, session, increments, until));
+    }
+    let (first, start) = begin(session, increments, settings)?;
+    let mut filter =
+        Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
+    for k in first..until {
+        aid(&mut filter, session, increments, k);
+    }
+    Some(filter)
+}

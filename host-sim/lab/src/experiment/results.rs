@@ -1,0 +1,149 @@
+//! What an experiment gives: rows of the table, curves, and all that a report shows.
+
+use crate::experiment::outcome::Bench;
+use host_core::inertial::free_inertial::FreeInertial;
+use host_core::inertial::session::EPOCH_S;
+use host_core::inertial::units::MIN;
+
+/// Errors of one scheme at one time, compared with the reference.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Row {
+    /// Minutes since the start of free-inertial navigation.
+    pub t_min: u32,
+    /// `raw`, `ls-bias`, `ls-3x3`, `rnn`.
+    pub scheme: String,
+    /// Latitude error in metres, positive north.
+    pub d_lat_m: f64,
+    /// Longitude error in metres, positive east.
+    pub d_lon_m: f64,
+    /// North velocity error, m/s.
+    pub d_vn_mps: f64,
+    /// East velocity error, m/s.
+    pub d_ve_mps: f64,
+    /// Horizontal position error, m.
+    pub horizontal_m: f64,
+}
+
+impl Row {
+    /// Row of the table after `t_min` minutes of free-inertial navigation, if it lasts so long.
+    #[must_use]
+    pub fn of(free: &FreeInertial, scheme: &str, t_min: u32) -> Option<Self> {
+        let k = t_min as usize * 60;
+        let (p, v) = (free.position.get(k)?, free.velocity.get(k)?);
+        Some(Self {
+            t_min,
+            scheme: scheme.to_string(),
+            d_lat_m: p.x,
+            d_lon_m: p.y,
+            d_vn_mps: v.x,
+            d_ve_mps: v.y,
+            horizontal_m: p.xy().norm(),
+        })
+    }
+}
+
+/// The result table; its serialised form is the `--json` format and stays stable.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Results {
+    /// Scenario name, or `lasergyro` and so on for a replay.
+    pub scenario: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// One row for each time and scheme, times ascending, schemes in display order within a time.
+    pub rows: Vec<Row>,
+}
+
+/// One curve: same length of `x` and `y`.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curve {
+    /// Legend text: a scheme's name or `reference`; for learning `network: part`, as in
+    /// `gyros: held back`.
+    pub name: String,
+    /// Abscissae.
+    pub x: Vec<f64>,
+    /// Ordinates.
+    pub y: Vec<f64>,
+}
+
+/// True sensor error and the output of the network, for one axis (the paper's figure 2).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ErrorTrace {
+    /// For example `gyro x`.
+    pub axis: String,
+    /// For example `deg/h`.
+    pub unit: String,
+    /// Minutes since power-on.
+    pub t_min: Vec<f64>,
+    /// Slow error of the sensor (running median over a minute); empty if it is not known
+    /// (recordings).
+    pub truth: Vec<f64>,
+    /// Estimate of the teacher while learning; NaN where there was none; may be empty.
+    pub teacher: Vec<f64>,
+    /// Output of the network.
+    pub network: Vec<f64>,
+}
+
+/// What the pictures of an experiment show.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curves {
+    /// East (x) and north (y) of the reference and of each scheme, m.
+    pub track: Vec<Curve>,
+    /// Horizontal error in metres over minutes, one curve for each scheme.
+    pub error_over_time: Vec<Curve>,
+    /// Cost over passes, one curve for each network and part of the data (learnt from, held back).
+    pub learning: Vec<Curve>,
+    /// Sensor errors of six axes on the data learnt from, gyros first.
+    pub traces: Vec<ErrorTrace>,
+}
+
+impl Curves {
+    /// Track and errors of several solutions beside the reference's track (north, east, m). Only
+    /// errors at epochs that are `judged` are shown.
+    #[must_use]
+    pub fn of(
+        solutions: &[(&str, FreeInertial)],
+        reference: &[[f64; 2]],
+        judged: impl Fn(&usize) -> bool,
+    ) -> Self {
+        let curve = |name: &str, points: Vec<(f64, f64)>| {
+            let (x, y) = points.into_iter().unzip();
+            Curve {
+                name: name.to_owned(),
+                x,
+                y,
+            }
+        };
+        let track = |p: &[[f64; 2]]| p.iter().map(|p| (p[1], p[0])).collect();
+        let error = |c: &FreeInertial| {
+            let all = c.position.iter().enumerate().filter(|(k, _)| judged(k));
+            all.map(|(k, p)| (k as f64 * EPOCH_S / MIN, p.xy().norm()))
+                .collect()
+        };
+        let mut out = Self::default();
+        out.track.push(curve("reference", track(reference)));
+        for (scheme, c) in solutions {
+            out.track.push(curve(scheme, track(&c.track)));
+            out.error_over_time.push(curve(scheme, error(c)));
+        }
+        out
+    }
+}
+
+/// All that the page shows.
+#[derive(Debug, Clone)]
+pub struct Report {
+    /// One line.
+    pub title: String,
+    /// The table.
+    pub results: Results,
+    /// Label and value of what was run: preset, rates, durations, seeds, settings of learning. A
+    /// value labelled `command` is the command that makes this report again.
+    pub set_up: Vec<(String, String)>,
+    /// What the reader must know, in sentences: which alignment, whether the correction stayed at
+    /// zero and why, and so on.
+    pub notes: Vec<String>,
+    /// What the pictures show.
+    pub curves: Curves,
+    /// The device's side of a replay.
+    pub bench: Option<Box<Bench>>,
+}

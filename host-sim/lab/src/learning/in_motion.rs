@@ -1,0 +1,219 @@
+//! The device's alignment in motion on a session of the desktop: counts and fixes give the attitude
+//! where nobody has told it and the vehicle has not stood.
+//!
+//! The alignment and the detection of a standstill are the firmware's, called as its learner calls
+//! them. Fixes of position alone give velocities by their differences.
+
+use crate::learning::fix_learner::{arrival, firmware_fix, nav_state};
+use crate::learning::teacher::Assumptions;
+use firmware::align::motion::{Config, Found, InMotion, Progress};
+use firmware::align::{Align, Sensors};
+use firmware::control::Way;
+use firmware::fix::Heading;
+use firmware::nav::{self, Transition};
+use host_core::inertial::ekf::InitialSigma;
+use host_core::inertial::gnss::{Fix, NOT_MEASURED};
+use host_core::inertial::session::{EPOCH_S, Session, Start};
+use host_core::inertial::sins::Sins;
+use host_io::unit::around::Kind;
+use std::ops::Range;
+
+/// As for the device's learner: a vehicle that is faster by the receiver does not stand, m/s;
+/// seconds after which a standstill is believed; the standard deviation of its velocity, m/s.
+const STANDS_MPS: f64 = 0.3;
+const STILL_S: u32 = 3;
+const STILL_MPS: f64 = 0.01;
+
+/// What is known beside samples and fixes.
+#[derive(Debug, Clone, Copy)]
+pub struct Known {
+    /// How the vehicle moves.
+    pub vehicle: Kind,
+    /// Heading at the first fix and its standard deviation, rad.
+    pub heading: Option<[f64; 2]>,
+}
+
+/// An attitude that was found.
+#[derive(Debug, Clone, Copy)]
+pub struct Aligned {
+    /// The epoch at which it is known.
+    pub epoch: usize,
+    /// The state there.
+    pub start: Start,
+    /// What gave the heading.
+    pub way: Way,
+    /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
+    pub residual: f64,
+    /// Alignments before it that were given up because their innovations were too large.
+    pub refused: u32,
+}
+
+/// Finds the attitude in `epochs` of a session.
+///
+/// # Errors
+/// How far it came when it does not.
+pub fn align(
+    session: &Session,
+    epochs: &Range<usize>,
+    told: Known,
+    assumptions: &Assumptions,
+) -> Result<Aligned, Progress> {
+    let config = config(session, told.vehicle, assumptions);
+    let mut motion = InMotion::new(config, [0.0; 6]);
+    let sensors = Sensors {
+        noise: [config.navigator.noise.gyro, config.navigator.noise.accel],
+        bias: config.bias,
+    };
+    let mut standing = Align::new(sensors, session.lsb, session.dt);
+    let mut heading = told.heading;
+    let mut scratch = Transition::ZEROED;
+    let n = session.samples_per_epoch();
+    let due = |epoch: usize| {
+        let fix = with_velocity(session, epoch)?;
+        Some((arrival(session, epoch, &fix), epoch, fix))
+    };
+    let mut fixes = (epochs.start + 1..=epochs.end).filter_map(due).peekable();
+    let samples = epochs.start * n..epochs.end * n;
+    let counts = session.counts.part(samples.clone());
+    for (k, counts) in samples.zip(counts.each()) {
+        motion.sample(&counts);
+        standing.sample(&counts);
+        let Some((_, epoch, fix)) = fixes.next_if(|(after, ..)| *after <= k + 1) else {
+            continue;
+        };
+        let sigma = fix.start_sigmas()[3];
+        if fix.has(3..5) && fix.velocity.norm() > STANDS_MPS.max(5.0 * sigma) {
+            standing.moves();
+        }
+        let still = standing.still() >= STILL_S;
+        let used = if still {
+            at_rest(fix, standing.gain_mps())
+        } else {
+            fix
+        };
+        let fix = firmware_fix(&used, epoch);
+        let found = motion.fix(&fix, [0.0; 2], still, &mut scratch);
+        if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
+            motion.heading(Heading {
+                angle: angle as f32,
+                sigma: sigma as f32,
+            });
+            heading = None;
+        }
+        if let Some(found) = found {
+            let found = aligned(
+                session,
+                k + 1,
+                (&found, &scratch),
+                motion.progress().refused,
+            );
+            if found.epoch <= epochs.end {
+                return Ok(found);
+            }
+        }
+    }
+    Err(motion.progress())
+}
+
+/// What was found after sample `after`, at the end of its epoch.
+fn aligned(
+    session: &Session,
+    after: usize,
+    (found, scratch): (&Found, &Transition),
+    refused: u32,
+) -> Aligned {
+    let n = session.samples_per_epoch();
+    let epoch = after.div_ceil(n);
+    let mut sins = Sins::new(nav_state(&found.state)).with_samples(session.samples());
+    let rest = session.counts.block(after..epoch * n);
+    for increment in session.navigable(rest.iter().copied()) {
+        sins.step(&increment, session.step_s());
+    }
+    let sigmas = Found::sigmas(scratch).map(f64::from);
+    let largest = |range: Range<usize>| sigmas[range].iter().copied().fold(0.0, f64::max);
+    Aligned {
+        epoch,
+        start: Start {
+            nav: sins.nav,
+            sigma: InitialSigma {
+                tilt: largest(0..2),
+                heading: f64::from(found.heading_sigma),
+                velocity: largest(3..6),
+                position: largest(6..9),
+            },
+        },
+        way: found.way,
+        residual: f64::from(found.residual),
+        refused,
+    }
+}
+
+fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config {
+    let Assumptions {
+        prior,
+        noise,
+        in_run,
+        ..
+    } = assumptions;
+    let noise = nav::Noise {
+        gyro: noise.gyro as f32,
+        accel: noise.accel as f32,
+    };
+    let mut navigator = nav::Config::new(session.lsb, session.dt, noise);
+    navigator.lever_arm = session.lever_arm.map(|metres| metres as f32).into();
+    let pieces = (1..=navigator.piece_samples).rev();
+    let whole = pieces.filter(|p| session.samples_per_epoch().is_multiple_of(usize::from(*p)));
+    navigator.piece_samples = whole.into_iter().next().unwrap_or(1);
+    let bias = [prior.gyro_bias as f32, prior.accel_bias as f32];
+    let per_root_second = 1.0 / 3600.0_f64.sqrt();
+    Config {
+        navigator,
+        bias,
+        walk: [0, 1].map(|k| bias[k] * (in_run[k] * per_root_second) as f32),
+        scale: [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32),
+        forward: [1.0, 0.0, 0.0],
+        lever_arm_sigma: 0.0,
+        rolls: vehicle == Kind::Land,
+        stands: vehicle != Kind::Ship,
+    }
+}
+
+/// A fix of a vehicle that stands.
+fn at_rest(mut fix: Fix, gain_mps: f32) -> Fix {
+    let sigma = STILL_MPS.hypot(10.0 * f64::from(gain_mps));
+    if sigma < fix.sigmas[3] {
+        fix.velocity.fill(0.0);
+        fix.sigmas[3..].fill(sigma);
+    }
+    fix
+}
+
+/// The fix of an epoch with a velocity: its own, or that between the positions before and after it.
+fn with_velocity(session: &Session, epoch: usize) -> Option<Fix> {
+    let mut fix = session.fixes.get(epoch).copied().flatten()?;
+    if fix.has(3..5) {
+        return Some(fix);
+    }
+    let placed = |epoch: usize| {
+        let fix = session.fixes.get(epoch).copied().flatten()?;
+        let time = epoch as f64 * EPOCH_S - fix.age_s;
+        fix.has(0..2).then_some((time, fix))
+    };
+    let around = epoch.checked_sub(1).and_then(placed).zip(placed(epoch + 1));
+    if let Some(((from, a), (to, b))) = around {
+        let passed = to - from;
+        fix.velocity = b.position.ned_from(&a.position) / passed;
+        let level = a.has(2..3) && b.has(2..3);
+        for axis in 0..3 {
+            fix.sigmas[3 + axis] = a.sigmas[axis].hypot(b.sigmas[axis]) / passed;
+        }
+        if !level {
+            fix.velocity.z = 0.0;
+            fix.sigmas[5] = NOT_MEASURED;
+        }
+    }
+    Some(fix)
+}
+
+#[cfg(test)]
+mod tests;

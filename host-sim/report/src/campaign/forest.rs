@@ -1,0 +1,160 @@
+//! The forest plot of a group of errors: the ratio of each scheme to none with its interval.
+
+use crate::axis::{Axis, extent};
+use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
+use crate::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
+use host_lab::campaign::{AgainstNone, Decided};
+
+/// Room for the longest name of a scheme.
+const NAMES: f64 = 190.0;
+/// Ratios beyond these are drawn at the end of the axis.
+const LEAST: f64 = 0.03;
+const GREATEST: f64 = 30.0;
+/// Where a scheme is as good as none.
+const EVEN: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
+
+/// How a decision is drawn.
+fn look(decided: Decided) -> Look {
+    match decided {
+        Decided::Better => BETTER,
+        Decided::Worse => WORSE,
+        Decided::Equal | Decided::Nothing => UNDECIDED,
+    }
+}
+
+/// The picture, with the names at the left.
+pub(super) fn forest(rows: &[AgainstNone]) -> Picture {
+    const LEGEND: f64 = 20.0;
+    let names = rows.iter().map(|of| of.scheme.clone()).collect();
+    let left = NAMES + 8.0;
+    let panel = Panel {
+        at: (left, 62.0),
+        size: (WIDTH - left - 24.0, 21.0 * rows.len() as f64),
+        title: sides(),
+        x: ratios(rows),
+        y: Axis::names(names, NAMES),
+        marks: marks(rows),
+    };
+    picture(panel, (left, LEGEND))
+}
+
+fn picture(panel: Panel, legend: (f64, f64)) -> Picture {
+    let entry = |(words, look): (&str, Look)| (words.to_owned(), look);
+    let entries = [
+        ("better than none", BETTER),
+        ("worse than none", WORSE),
+        ("equal, or not decided", UNDECIDED),
+    ];
+    Picture {
+        size: (WIDTH, panel.at.1 + panel.size.1 + 48.0),
+        legends: vec![Legend {
+            at: legend,
+            width: WIDTH - legend.0,
+            entries: entries.map(entry).to_vec(),
+        }],
+        panels: vec![panel],
+        notes: vec![],
+    }
+}
+
+/// What the sides of the line mean.
+fn sides() -> [String; 2] {
+    ["smaller errors", "larger errors"].map(String::from)
+}
+
+fn shown(ratio: f64) -> f64 {
+    ratio.clamp(LEAST, GREATEST)
+}
+
+/// The axis over all intervals and 1.
+fn ratios(rows: &[AgainstNone]) -> Axis {
+    let ends = rows.iter().flat_map(|of| {
+        let (low, high) = of.interval.unwrap_or((of.ratio, of.ratio));
+        [low, high]
+    });
+    let (low, high) = extent(ends.map(shown).chain([0.8, 1.25])).unwrap_or((0.8, 1.25));
+    Axis::log(
+        "error divided by that of none (median of the runs, 95 %)",
+        (low / 1.08, high * 1.08),
+    )
+}
+
+fn marks(rows: &[AgainstNone]) -> Vec<Mark> {
+    let bottom = Axis::row(rows.len()) + 0.5;
+    let mut marks = vec![Mark::Line(vec![(1.0, 0.5), (1.0, bottom)], EVEN)];
+    for (row, of) in rows.iter().enumerate() {
+        let (y, look) = (Axis::row(row), look(of.decided()));
+        let at = |ratio: f64| (shown(ratio), y);
+        if let Some((low, high)) = of.interval {
+            marks.push(Mark::Line(vec![at(low), at(high)], look));
+        }
+        marks.push(Mark::Signs(vec![at(of.ratio)], look));
+    }
+    marks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::palette::RNN;
+
+    fn row(scheme: &str, ratio: f64, width: f64) -> AgainstNone {
+        AgainstNone {
+            group: None,
+            drives: 0,
+            scheme: scheme.into(),
+            runs: 20,
+            compared: 20,
+            worse: 3,
+            better: 17,
+            worst: 2.0,
+            ratio,
+            interval: Some((ratio / width, ratio * width)),
+            median_m: None,
+        }
+    }
+
+    /// Each decision has a sign of its own, and colours apart.
+    #[test]
+    fn decisions_differ_in_sign_and_colour() {
+        let rows = [
+            row("a", 0.3, 1.2),
+            row("b", 3.0, 1.2),
+            row("c", 1.0, 1.2),
+            row("d", 0.2, 1.3),
+        ];
+        let svg = forest(&rows).svg("", "").unwrap();
+        // one in the legend, two rows
+        let disc = format!("r=\"18\" opacity=\"1\" fill=\"{}\"", RNN.light);
+        assert_eq!(svg.matches(&disc).count(), 3, "{svg}");
+        assert_eq!(svg.matches("<polygon").count(), 2, "{svg}");
+        for name in ["\na\n", "\nb\n", "worse than none"] {
+            assert!(svg.contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn nothing_lies_beyond_the_axes_and_long_names_fit() {
+        let name = "ekf-inputs-memory-frozen";
+        let rows = [row(name, 1e-9, 10.0), row("b", 1e9, 1.0)];
+        let picture = forest(&rows);
+        let axis = &picture.panels[0].x;
+        assert!(
+            [LEAST, 1.0, GREATEST]
+                .iter()
+                .all(|ratio| axis.holds(*ratio))
+        );
+        let signs = picture.panels[0].marks.iter();
+        let signs = signs.filter_map(|mark| match mark {
+            Mark::Signs(at, _) => Some(at),
+            _ => None,
+        });
+        for (x, y) in signs.flatten() {
+            assert!(axis.holds(*x) && picture.panels[0].y.holds(*y));
+        }
+        let svg = picture.svg("", "").unwrap();
+        assert!(svg.contains(name) && !picture.has_scales());
+        // 7 pixels a letter of 12 pixels at most
+        assert!(7.2 * name.len() as f64 <= NAMES);
+    }
+}

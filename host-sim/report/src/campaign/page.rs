@@ -1,0 +1,270 @@
+//! The page of a campaign.
+
+use super::{T_MIN, forest, groups, quotient, studies, verdict};
+use crate::document::{Document, Figure, Part, Table};
+use crate::terms::scheme;
+use host_core::error::Error;
+use host_lab::campaign::{
+    AgainstNone, Decided, FEWEST, Group, Merged, Ratio, Row, Summary, Topic, against_none, between,
+    fingerprint, missing,
+};
+
+/// What made a campaign.
+#[derive(Debug, Clone)]
+pub struct Made {
+    /// The commands, without what changes nothing.
+    pub commands: Vec<String>,
+}
+
+/// The page, as `Document::page` writes it. `studied`: the rows of each study beside the campaign.
+///
+/// # Errors
+/// [`Error::Option`] for a campaign without the scheme `none`.
+pub fn document(
+    campaign: &Merged,
+    summary: &[Summary],
+    ratios: &[Ratio],
+    studied: &[(Topic, Vec<Row>)],
+    made: &Made,
+) -> Result<Document, Error> {
+    let all = against_none(&campaign.rows, ratios, summary);
+    if all.is_empty() {
+        return Err(Error::Option {
+            option: "--report".into(),
+            problem: "the campaign has no other scheme beside 'none', or not 'none' itself, which \
+                      all others are compared with"
+                .into(),
+            remedy: "leave --schemes out, or name none and another one".into(),
+        });
+    }
+    let setting = &campaign.tuning.setting;
+    let several = setting.drives.len() > 1;
+    let mut verdict = vec![];
+    let mut parts = vec![];
+    for of in all.chunk_by(|a, b| a.drives == b.drives) {
+        let drives = of.first().map_or(0, |of| of.drives);
+        let after = match several {
+            true => format!(", after {drives} earlier drives"),
+            false => String::new(),
+        };
+        let sentences = verdict::sentences(&of.iter().collect::<Vec<_>>());
+        verdict.extend(sentences.into_iter().map(|text| match several {
+            true => format!("After {drives} earlier drives: {text}"),
+            false => text,
+        }));
+        let groups = of.chunk_by(|a, b| a.group == b.group);
+        parts.extend(groups.map(|of| part(of, drives, &after)));
+    }
+    let studied = studies::compared(studied, setting.start);
+    verdict.extend(studies::sentence(&studied));
+    parts.extend(studies::parts(&studied));
+    verdict.extend(gaps(campaign));
+    parts.push(measured(campaign, &all));
+    parts.push(schemes(&all));
+    parts.push(versions(campaign, made));
+    let runs = all.iter().map(|of| of.runs).max().unwrap_or(0);
+    Ok(Document {
+        title: format!("Campaign of {runs} runs: each scheme against no correction"),
+        verdict,
+        parts,
+        ..Document::default()
+    })
+}
+
+/// Runs that are missing.
+fn gaps(campaign: &Merged) -> Option<String> {
+    let runs: Vec<String> = missing(&campaign.rows).iter().map(u32::to_string).collect();
+    (!runs.is_empty()).then(|| {
+        format!(
+            "Runs are missing, so this is not the whole campaign: {}. Start their shards again \
+             with --resume.",
+            runs.join(", ")
+        )
+    })
+}
+
+/// A group of errors, or all of them.
+fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
+    let group = rows.first().and_then(|of| of.group);
+    let (id, title) = match group {
+        Some(group) => (group.to_string(), format!("Errors: {group}{after}")),
+        None => ("groups".into(), format!("All groups of errors{after}")),
+    };
+    let about = match group {
+        Some(group) => groups::sentence(group),
+        None => "Each run counts once for each group of errors. Of each run the ratio is the \
+                 geometric mean over the groups."
+            .into(),
+    };
+    Part {
+        sentences: vec![about, harmed(rows)],
+        figures: vec![Figure {
+            name: "forest",
+            title: format!("Errors divided by those of none: {}{after}", name(group)),
+            caption: format!(
+                "After {T_MIN} min without fixes; left of the dotted line a scheme is better than \
+                 none. The line of a scheme is its 95 % interval. Blue with a disc: smaller \
+                 errors, the interval ends below 1. Orange with a triangle: larger errors, it \
+                 begins above 1. Grey with a ring: equal in every run, or \
+                 not decided. What lies beyond an end of the axis stands at that end."
+            ),
+            picture: forest::forest(rows),
+        }],
+        tables: vec![table(rows)],
+        ..Part::new(format!("{id}-{drives}"), &title)
+    }
+}
+
+fn name(group: Option<Group>) -> String {
+    group.map_or_else(|| "all groups".into(), |group| group.to_string())
+}
+
+/// The schemes that do harm here.
+fn harmed(rows: &[AgainstNone]) -> String {
+    let worse = rows.iter().filter(|of| of.decided() == Decided::Worse);
+    let worse: Vec<String> = worse
+        .map(|of| format!("{} in {} of {} runs", of.scheme, of.worse, of.compared))
+        .collect();
+    match worse.is_empty() {
+        true => "No scheme is shown to be worse than none here in most runs; single runs are: see \
+                 the table."
+            .into(),
+        false => format!("Worse than none in most runs: {}.", worse.join(", ")),
+    }
+}
+
+/// What is decided, with its mark.
+pub(super) fn decided(of: &AgainstNone) -> &'static str {
+    match of.decided() {
+        Decided::Better => "\u{25cf} better",
+        Decided::Worse => "\u{25b2} worse",
+        Decided::Equal => "\u{25cb} equal",
+        Decided::Nothing => "\u{25cb} not decided",
+    }
+}
+
+fn table(rows: &[AgainstNone]) -> Table {
+    let row = |of: &AgainstNone| {
+        let mut cells = vec![
+            of.scheme.clone(),
+            decided(of).to_owned(),
+            quotient(of.ratio),
+            between(of.interval, quotient),
+            format!("{} of {}", of.worse, of.compared),
+            quotient(of.worst),
+        ];
+        cells.extend(of.median_m.map(|m| format!("{m:.0}")));
+        cells
+    };
+    let mut head = vec![
+        "scheme",
+        "against none",
+        "ratio",
+        "95 % interval",
+        "worse than none in",
+        "at worst, times none",
+    ];
+    if rows.iter().any(|of| of.median_m.is_some()) {
+        head.push("median error, m");
+    }
+    let meaning = |of: &AgainstNone| scheme(&of.scheme).map(|words| format!("{words}."));
+    Table {
+        head: head.into_iter().map(String::from).collect(),
+        rows: rows.iter().map(row).collect(),
+        text: 2,
+        meanings: rows.iter().map(meaning).collect(),
+        ..Table::default()
+    }
+}
+
+/// How it was measured.
+fn measured(campaign: &Merged, all: &[AgainstNone]) -> Part {
+    let (tuning, setting) = (&campaign.tuning, &campaign.tuning.setting);
+    let drive = match setting.fixes {
+        true => "drives for 22 min with fixes, from which every scheme learns, ",
+        false => "gets no fixes from then on, so only what is known before counts, ",
+    };
+    let groups = Group::present(all.iter().filter_map(|of| of.group));
+    let groups: Vec<String> = groups.iter().map(Group::to_string).collect();
+    let drives: Vec<String> = setting.drives.iter().map(u32::to_string).collect();
+    let runs = all.iter().map(|of| of.runs).max().unwrap_or(0);
+    let simulated = &tuning.simulated;
+    let pair = |label: &str, value: String| (label.to_owned(), value);
+    let mut pairs = vec![
+        pair("runs", runs.to_string()),
+        pair("groups of errors", groups.join(", ")),
+    ];
+    for (label, value) in [("unit", &simulated.unit), ("vehicle", &simulated.vehicle)] {
+        if !value.is_empty() {
+            pairs.push(pair(label, value.clone()));
+        }
+    }
+    pairs.extend([
+        pair("at power-on the unit is", setting.start.to_string()),
+        pair("earlier drives of the unit", drives.join(", ")),
+    ]);
+    if tuning.units > 0 {
+        pairs.push(pair(
+            "other units that were tuned on",
+            tuning.units.to_string(),
+        ));
+    }
+    Part {
+        sentences: vec![
+            format!(
+                "Each run has a simulated unit of its own, with errors drawn at power-on, and a \
+                 road of its own. It stands for 5 min, {drive}and then navigates for {T_MIN} min \
+                 without fixes, by its sensors alone. There its horizontal error is measured. All \
+                 schemes see the same samples, so they are compared run by run."
+            ),
+            "none corrects nothing. A ratio of 0.5 means half the error of none, one of 2 means \
+             twice as much: harm."
+                .into(),
+            format!(
+                "The ratio is the median over the runs. Its 95 % interval is that of the sign test, \
+                 which holds for every distribution of the ratios. So larger or smaller means: in \
+                 more than half of all runs that could be made. How large the harm in the others \
+                 is, the columns on the right show. With fewer than {FEWEST} runs there is no \
+                 interval, and nothing counts as decided. Of 100 schemes that make no difference \
+                 at most five are expected to have an interval beside 1."
+            ),
+        ],
+        tables: vec![Table::of_pairs(pairs)],
+        ..Part::new("measured", "How it was measured")
+    }
+}
+
+/// What each scheme is.
+fn schemes(all: &[AgainstNone]) -> Part {
+    let mut names = vec!["none"];
+    for of in all {
+        if !names.contains(&of.scheme.as_str()) {
+            names.push(&of.scheme);
+        }
+    }
+    let pairs = names.into_iter().filter_map(|name| {
+        let words = scheme(name)?;
+        Some((name.to_owned(), format!("{words}.")))
+    });
+    Part {
+        tables: vec![Table::of_pairs(pairs)],
+        ..Part::new("schemes", "The schemes")
+    }
+}
+
+fn versions(campaign: &Merged, made: &Made) -> Part {
+    let pair = |label: &str, value: String| (label.to_owned(), value);
+    Part {
+        sentences: vec![
+            "The same commands make this page again, byte for byte. What decides its numbers has \
+             the fingerprint below, which the Parquet file has, too."
+                .into(),
+        ],
+        tables: vec![Table::of_pairs([
+            pair("host-sim", env!("CARGO_PKG_VERSION").to_owned()),
+            pair("fingerprint", fingerprint(&campaign.fingerprint)),
+        ])],
+        commands: made.commands.clone(),
+        ..Part::new("made", "Version and commands")
+    }
+}

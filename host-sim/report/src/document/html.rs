@@ -1,0 +1,131 @@
+//! The page: one file with its style, its pictures and their script inside. It fetches nothing.
+//!
+//! Without the script everything can be read. The script adds zooming and reading of values.
+
+use super::{Document, Figure, Part, Table};
+use crate::chart::Picture;
+use crate::html::{frame, verdict};
+use crate::text::unbroken;
+use host_core::error::Error;
+use maud::{Markup, PreEscaped, html};
+
+/// The whole page.
+///
+/// # Errors
+/// [`Error::Drawing`].
+pub(super) fn page(document: &Document) -> Result<String, Error> {
+    let parts = document.parts.iter().map(part);
+    let parts = parts.collect::<Result<Vec<Markup>, Error>>()?;
+    let mut figures = document.parts.iter().flat_map(|part| &part.figures);
+    let body = html! {
+        @if let Some(date) = &document.date { p.sub { (date) } }
+        (verdict(&document.verdict))
+        @if !document.beside.is_empty() {
+            p.sub {
+                @for (k, (file, words)) in document.beside.iter().enumerate() {
+                    @if k > 0 { ", " }
+                    a href=(file) { (words) }
+                }
+            }
+        }
+        nav {
+            ul {
+                @for part in &document.parts {
+                    li { a href={ "#" (part.id) } { (part.title) } }
+                }
+            }
+        }
+        @for part in parts { (part) }
+        style { (PreEscaped(include_str!("document.css"))) }
+        @if figures.any(|figure| figure.picture.has_scales()) {
+            script { (PreEscaped(include_str!("plots.js"))) }
+        }
+    };
+    Ok(frame(&document.title, &body).into_string())
+}
+
+fn part(part: &Part) -> Result<Markup, Error> {
+    let figures = part.figures.iter().map(figure);
+    let figures = figures.collect::<Result<Vec<Markup>, Error>>()?;
+    Ok(html! {
+        h2 id=(part.id) { (part.title) }
+        @if let Some(why) = &part.left_out { p.sub { "Left out: " (why) } }
+        @match part.sentences.as_slice() {
+            [] => {}
+            [only] => p { (unbroken(only)) }
+            all => ul.said { @for sentence in all { li { (unbroken(sentence)) } } }
+        }
+        @for t in &part.tables { (table(t)) }
+        @for figure in figures { (figure) }
+        @for command in &part.commands { pre { (command) } }
+    })
+}
+
+fn table(table: &Table) -> Markup {
+    let text = |column: usize| table.is_text(column);
+    let meaning = |row: usize| table.meanings.get(row)?.as_deref();
+    html! {
+        div.wide {
+            table.figures[!table.head.is_empty()].pairs[table.head.is_empty()] {
+                @if let Some(caption) = &table.caption { caption { (caption) } }
+                @if !table.head.is_empty() {
+                    thead {
+                        tr {
+                            @for (k, name) in table.head.iter().enumerate() {
+                                th.text[text(k)] { (name) }
+                            }
+                        }
+                    }
+                }
+                tbody {
+                    @for (line, row) in table.rows.iter().enumerate() {
+                        tr {
+                            @for (k, cell) in row.iter().enumerate() {
+                                td.text[text(k)] {
+                                    @match meaning(line).filter(|_| k == 0) {
+                                        None => (cell),
+                                        Some(words) => details {
+                                            summary { (unbroken(cell)) }
+                                            (unbroken(words))
+                                        }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn figure(figure: &Figure) -> Result<Markup, Error> {
+    let Figure {
+        name,
+        title,
+        picture,
+        ..
+    } = figure;
+    let svg = picture.svg(name, title)?;
+    Ok(html! {
+        section {
+            figure.plot {
+                div.sheet { div.wide { (PreEscaped(svg)) } (data(picture)) }
+                figcaption { b { (title) ". " } (unbroken(&figure.caption)) }
+            }
+        }
+    })
+}
+
+/// The data by which the script zooms a picture with scales.
+fn data(picture: &Picture) -> Markup {
+    // '<' would end the script element
+    let data = picture
+        .has_scales()
+        .then(|| picture.data().to_string().replace('<', "\\u003c"));
+    html! {
+        @if let Some(data) = data {
+            script type="application/json" { (PreEscaped(data)) }
+        }
+    }
+}

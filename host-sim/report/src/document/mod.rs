@@ -1,0 +1,147 @@
+//! A report in words, tables and pictures, and the files that are made from it: a page and JSON of
+//! the same contents.
+//!
+//! Who knows what a report is about fills a [`Document`]: the report of a unit, and that of a
+//! campaign. The same document gives the same bytes.
+
+mod html;
+
+use super::chart::Picture;
+use host_core::error::Error;
+use serde_json::{Value, json};
+
+/// The whole report.
+#[derive(Debug, Default)]
+pub struct Document {
+    pub(super) title: String,
+    pub(super) date: Option<String>,
+    /// The shortest answer first.
+    pub(super) verdict: Vec<String>,
+    /// Files that lie beside the page: the name of each, and what the page calls it.
+    pub(super) beside: Vec<(&'static str, &'static str)>,
+    pub(super) parts: Vec<Part>,
+}
+
+/// A part of the report.
+#[derive(Debug, Default)]
+pub(super) struct Part {
+    /// Its name in links and in the JSON.
+    pub id: String,
+    pub title: String,
+    /// Why there is nothing in it.
+    pub left_out: Option<String>,
+    pub sentences: Vec<String>,
+    pub tables: Vec<Table>,
+    pub figures: Vec<Figure>,
+    pub commands: Vec<String>,
+    /// The figures themselves, for the JSON.
+    pub data: Value,
+}
+
+/// A table. Its first `text` columns are texts, the others numbers.
+#[derive(Debug, Default)]
+pub(super) struct Table {
+    pub caption: Option<String>,
+    pub head: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+    pub text: usize,
+    /// What the first cells of the rows mean, for readers of the page who ask there; empty, or one
+    /// for each row.
+    pub meanings: Vec<Option<String>>,
+}
+
+/// A picture with its words.
+#[derive(Debug)]
+pub(super) struct Figure {
+    pub name: &'static str,
+    pub title: String,
+    pub caption: String,
+    pub picture: Picture,
+}
+
+impl Table {
+    /// Whether a column is to be read from the left.
+    fn is_text(&self, column: usize) -> bool {
+        column < self.text
+    }
+
+    /// Labels and values.
+    pub fn of_pairs(pairs: impl IntoIterator<Item = (String, String)>) -> Self {
+        Self {
+            rows: pairs.into_iter().map(|(a, b)| vec![a, b]).collect(),
+            text: 2,
+            ..Self::default()
+        }
+    }
+}
+
+impl Part {
+    pub fn new(id: impl Into<String>, title: &str) -> Self {
+        Self {
+            id: id.into(),
+            title: title.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    /// A part with nothing in it.
+    pub fn without(id: &str, title: &str, why: &str) -> Self {
+        Self {
+            left_out: Some(why.to_owned()),
+            ..Self::new(id, title)
+        }
+    }
+}
+
+impl Document {
+    /// The verdict, the shortest answer first.
+    #[must_use]
+    pub fn verdict(&self) -> &[String] {
+        &self.verdict
+    }
+
+    /// The contents as data.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let table = |table: &Table| {
+            let Table {
+                caption,
+                head,
+                rows,
+                ..
+            } = table;
+            json!({ "caption": caption, "head": head, "rows": rows })
+        };
+        let figure = |figure: &Figure| {
+            json!({
+                "title": figure.title, "caption": figure.caption, "picture": figure.picture.data(),
+            })
+        };
+        let part = |part: &Part| {
+            json!({
+                "id": part.id,
+                "title": part.title,
+                "left_out": part.left_out,
+                "sentences": part.sentences,
+                "tables": part.tables.iter().map(table).collect::<Vec<_>>(),
+                "figures": part.figures.iter().map(figure).collect::<Vec<_>>(),
+                "commands": part.commands,
+                "data": part.data,
+            })
+        };
+        json!({
+            "title": self.title,
+            "date": self.date,
+            "verdict": self.verdict,
+            "parts": self.parts.iter().map(part).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The page: one file that fetches nothing.
+    ///
+    /// # Errors
+    /// [`Error::Drawing`].
+    pub fn page(&self) -> Result<String, Error> {
+        html::page(self)
+    }
+}

@@ -1,0 +1,201 @@
+//! The results as a printed table, in the layout of table 1 of the paper.
+//!
+//! Each time has a block, and each scheme a line in it.
+
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
+use host_lab::experiment::results::{Results, Row};
+
+/// The scheme that all others are compared with: the samples without correction.
+pub(super) const BASELINE: &str = "raw";
+
+/// Change of the horizontal error against `raw` at the same time, per cent; negative is smaller.
+///
+/// `None` for `raw` itself, and where there is no `raw` or its error is zero.
+#[must_use]
+pub(super) fn change_percent(results: &Results, row: &Row) -> Option<f64> {
+    let same_time = |other: &&Row| other.t_min == row.t_min && other.scheme == BASELINE;
+    let raw = results.rows.iter().find(same_time)?.horizontal_m;
+    (row.scheme != BASELINE && raw > 0.0).then(|| 100.0 * (row.horizontal_m / raw - 1.0))
+}
+
+/// Whether `row` has the least horizontal error of its time.
+#[must_use]
+pub(super) fn is_best(results: &Results, row: &Row) -> bool {
+    let same_time = results.rows.iter().filter(|other| other.t_min == row.t_min);
+    same_time.clone().count() > 1
+        && same_time
+            .map(|other| other.horizontal_m)
+            .all(|other| row.horizontal_m <= other)
+}
+
+/// The rows of each time, times in their order.
+pub(super) fn blocks(results: &Results) -> impl Iterator<Item = &[Row]> {
+    results.rows.chunk_by(|a, b| a.t_min == b.t_min)
+}
+
+/// A change in whole per cent with its sign; `-` where there is none.
+pub(super) fn percent(change: Option<f64>) -> String {
+    match change {
+        None => "-".to_owned(),
+        Some(change) if change > 9999.0 => "> +9999 %".to_owned(),
+        Some(change) => format!("{:+.0} %", change.round() + 0.0), // -0 becomes +0
+    }
+}
+
+/// The table as text, without a final line break.
+///
+/// It has at most 100 columns as long as errors stay below 10 000 km.
+#[must_use]
+pub fn table(results: &Results) -> String {
+    let mut table = Table::new();
+    table
+        .load_preset(presets::UTF8_FULL)
+        .set_content_arrangement(ContentArrangement::Disabled);
+    let header = [
+        "time\nmin",
+        "scheme",
+        "latitude\nerror, m",
+        "longitude\nerror, m",
+        "north vel.\nerror, m/s",
+        "east vel.\nerror, m/s",
+        "horizontal\nerror, m",
+        "change\nagainst raw",
+    ];
+    let aligned = |text| match text {
+        "scheme" => Cell::new(text),
+        _ => Cell::new(text).set_alignment(CellAlignment::Right),
+    };
+    table.set_header(header.map(aligned));
+    for block in blocks(results) {
+        let column = |text: &dyn Fn(&Row) -> String| {
+            let lines: Vec<String> = block.iter().map(text).collect();
+            Cell::new(lines.join("\n")).set_alignment(CellAlignment::Right)
+        };
+        table.add_row([
+            Cell::new(block[0].t_min).set_alignment(CellAlignment::Right),
+            column(&|row| row.scheme.clone()).set_alignment(CellAlignment::Left),
+            column(&|row| format!("{:+.2}", row.d_lat_m)),
+            column(&|row| format!("{:+.2}", row.d_lon_m)),
+            column(&|row| format!("{:+.3}", row.d_vn_mps)),
+            column(&|row| format!("{:+.3}", row.d_ve_mps)),
+            column(&|row| {
+                format!(
+                    "{}{:.2}",
+                    if is_best(results, row) { "* " } else { "" },
+                    row.horizontal_m
+                )
+            }),
+            column(&|row| percent(change_percent(results, row))),
+        ]);
+    }
+    format!(
+        "{table}
+\
+         change: of the horizontal error against raw at the same time: - is a smaller error, + a larger one
+\
+         *: least horizontal error of its time"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample;
+    use super::*;
+
+    fn row(scheme: &str, horizontal_m: f64) -> Row {
+        Row {
+            t_min: 5,
+            scheme: scheme.into(),
+            d_lat_m: 0.0,
+            d_lon_m: 0.0,
+            d_vn_mps: 0.0,
+            d_ve_mps: 0.0,
+            horizontal_m,
+        }
+    }
+
+    fn results(rows: Vec<Row>) -> Results {
+        Results {
+            scenario: "test".into(),
+            seed: 1,
+            rows,
+        }
+    }
+
+    #[test]
+    fn change_is_negative_for_a_smaller_error_and_honest_about_a_larger_one() {
+        let results = results(vec![
+            row("raw", 200.0),
+            row("ls-bias", 224.0),
+            row("rnn", 92.0),
+        ]);
+        let texts: Vec<String> = results
+            .rows
+            .iter()
+            .map(|row| percent(change_percent(&results, row)))
+            .collect();
+        assert_eq!(texts, ["-", "+12 %", "-54 %"]);
+        assert_eq!(
+            results
+                .rows
+                .iter()
+                .map(|row| is_best(&results, row))
+                .collect::<Vec<_>>(),
+            [false, false, true]
+        );
+    }
+
+    #[test]
+    fn no_baseline_or_no_error_gives_no_percentage() {
+        let alone = results(vec![row("rnn", 92.0)]);
+        assert_eq!(
+            (
+                change_percent(&alone, &alone.rows[0]),
+                is_best(&alone, &alone.rows[0])
+            ),
+            (None, false)
+        );
+        let zero = results(vec![row("raw", 0.0), row("rnn", 92.0)]);
+        assert_eq!(change_percent(&zero, &zero.rows[1]), None);
+        assert_eq!(percent(Some(-0.3)), "+0 %");
+    }
+
+    #[test]
+    fn the_printed_table_fits_and_holds_every_row() {
+        let report = sample::report();
+        let text = table(&report.results);
+        println!("{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 100));
+        let last = report.results.rows.last().unwrap();
+        let line = text
+            .lines()
+            .rev()
+            .find(|line| line.contains("rnn"))
+            .unwrap();
+        assert!(
+            line.contains(&format!("{:+.2}", last.d_lat_m))
+                && line.contains(&format!("{:+.3}", last.d_ve_mps))
+        );
+        assert_eq!(text.matches("ls-3x3").count(), 5);
+        assert_eq!(text.matches(" * ").count(), 5);
+    }
+
+    #[test]
+    fn errors_of_a_thousand_kilometres_fit_too() {
+        let mut worst = row("ls-bias", 1_200_000.123);
+        (worst.t_min, worst.d_lat_m, worst.d_lon_m) = (1440, -1_058_132.32, -1_181_780.08);
+        (worst.d_vn_mps, worst.d_ve_mps) = (-1234.5678, 1234.5678);
+        let text = table(&results(vec![
+            Row {
+                scheme: "raw".into(),
+                horizontal_m: 1.0,
+                ..worst.clone()
+            },
+            worst,
+        ]));
+        assert!(
+            text.lines().next().unwrap().chars().count() <= 100,
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,128 @@
+//! The report of one unit, to be filed: a page and JSON of the same contents.
+//!
+//! [`Contents`] holds what the commands `allan`, `learnability` and `replay` compute, or what a
+//! device tells. [`Report`] puts it in words, tables and pictures. The same contents give the same
+//! bytes.
+
+mod parts;
+mod verdict;
+
+pub use parts::device::Readout;
+
+use super::document::{Document, Figure, Part, Table};
+use super::page;
+use host_core::error::Error;
+use host_io::unit::Unit;
+use host_lab::analysis::allan::findings::Findings;
+use host_lab::analysis::learnability::Answer;
+use host_lab::experiment::outcome::Outcome;
+use sha2::{Digest, Sha256};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Name of the weights beside the page.
+const WEIGHTS: &str = "weights.bin";
+
+/// What a part holds, or in a sentence why it is left out.
+pub type Found<T> = Result<T, String>;
+
+/// What the report is made of.
+#[derive(Debug)]
+pub struct Contents {
+    /// The unit file.
+    pub unit: Unit,
+    /// What was typed for it; `None`: nothing, and it is only assumed.
+    pub unit_name: Option<String>,
+    /// Date or note of the user for the head.
+    pub date: Option<String>,
+    /// Label and value of what is known of the recording or the device.
+    pub source: Vec<(String, String)>,
+    /// Files that were read, and their SHA-256 in hexadecimal digits.
+    pub files: Vec<(String, String)>,
+    /// Where the samples contradict what is said of them, and whatever else comes first.
+    pub warnings: Vec<String>,
+    /// Allan analysis at rest.
+    pub noise: Found<Findings>,
+    /// What can be learnt on a drive.
+    pub learnable: Found<Answer>,
+    /// Replays: learnt from one part and judged on another.
+    pub outcomes: Found<Vec<Outcome>>,
+    /// Time on the recording's clock, s, and temperature, degrees C.
+    pub temperatures: Found<Vec<(f64, f64)>>,
+    /// What a device tells.
+    pub device: Option<Readout>,
+    /// The commands that made the report, and those that give its parts alone.
+    pub commands: Vec<String>,
+}
+
+/// The report, and the weights that lie beside it.
+#[derive(Debug)]
+pub struct Report {
+    document: Document,
+    /// Image of the weights, if there are any.
+    weights: Option<Vec<u8>>,
+}
+
+impl Report {
+    /// Puts the contents in words.
+    ///
+    /// # Errors
+    /// [`Error::BadResult`] for results that are not finite.
+    pub fn of(contents: &Contents) -> Result<Self, Error> {
+        let Contents { unit, .. } = contents;
+        let serial = match unit.serial.as_str() {
+            "" => "without a serial number".to_owned(),
+            serial => format!("serial number {serial}"),
+        };
+        let weights = parts::weights::image(contents);
+        let beside = weights.as_ref().map(|_| (WEIGHTS, "weights"));
+        let document = Document {
+            title: format!("Report of unit {}, {serial}", unit.name),
+            date: contents.date.clone(),
+            verdict: verdict::sentences(contents),
+            beside: beside.into_iter().collect(),
+            parts: parts::all(contents)?,
+        };
+        Ok(Self { document, weights })
+    }
+
+    /// The report in words, tables and pictures.
+    #[must_use]
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// Writes the page and the weights into `dir`, all or nothing. Gives the page's path.
+    ///
+    /// # Errors
+    /// As [`page::write`].
+    pub fn write(&self, dir: &Path) -> Result<PathBuf, Error> {
+        page::place(dir, || {
+            let mut files = vec![(page::PAGE, self.document.page()?.into_bytes())];
+            files.extend(self.weights.clone().map(|image| (WEIGHTS, image)));
+            Ok(files)
+        })
+    }
+}
+
+/// SHA-256 in hexadecimal digits, as `sha256sum` prints it.
+///
+/// # Errors
+/// What the reader says.
+pub fn hash(mut from: impl Read) -> io::Result<String> {
+    let mut digest = Sha256::new();
+    let mut piece = [0; 1 << 14];
+    loop {
+        match from.read(&mut piece)? {
+            0 => break,
+            len => digest.update(piece.get(..len).unwrap_or_default()),
+        }
+    }
+    let digest = digest.finalize();
+    Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// The same of bytes in memory.
+fn hash_of(bytes: &[u8]) -> String {
+    hash(bytes).unwrap_or_default() // a slice can be read
+}

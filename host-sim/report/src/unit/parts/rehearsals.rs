@@ -1,0 +1,205 @@
+//! What the device's rehearsals said of each candidate, and what its gates let pass.
+
+use super::super::{Contents, Figure, Part, Table};
+use super::{benches, case};
+use crate::allan::figures;
+use crate::axis::Axis;
+use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
+use crate::palette::{INK, Look, numbered};
+use firmware::learn::bank::{HYPOTHESES, NAMES, STORED, ZERO_CORRECTION};
+use firmware::learn::rehearsal::{self, HORIZONS_S};
+use host_lab::experiment::outcome::Bench;
+use host_lab::learning::fix_learner::diary::{Candidate, Diary};
+use serde_json::{Value, json};
+
+const TITLE: &str = "Rehearsals and gates";
+const PROVED: f64 = rehearsal::PROVED as f64;
+const PROOF: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
+
+pub(super) fn part(contents: &Contents) -> Part {
+    let benches = match benches(contents) {
+        Ok(benches) => benches,
+        Err(why) => return Part::without("rehearsals", TITLE, why),
+    };
+    let mut part = Part::new("rehearsals", TITLE);
+    part.sentences.push(format!(
+        "In a rehearsal the device navigates for some time as if it had no fixes, with each \
+         candidate's correction and without any, and compares both with the next fix. A candidate \
+         that wins bets on itself {PROVED} times its stake has proved itself and comes into force. \
+         One that loses them does harm and does not."
+    ));
+    let mut all = vec![];
+    for (outcome, bench) in benches {
+        let diary = &bench.diary;
+        part.sentences
+            .push(format!("{}: {}", case(outcome), in_force(bench)));
+        part.sentences
+            .push(format!("{}: {}", case(outcome), gates(diary)));
+        part.tables.push(candidates(&case(outcome), diary));
+        if !diary.entries.is_empty() {
+            part.figures.push(Figure {
+                name: "rehearsals",
+                title: format!("Capital of each candidate: {}", case(outcome)),
+                caption: "What the bets on each candidate have won, in stakes. At the dotted line \
+                          it has proved itself."
+                    .into(),
+                picture: picture(diary),
+            });
+        }
+        part.sentences.extend(outcome.notes.iter().cloned());
+        all.push(diary_as_data(&case(outcome), bench));
+    }
+    part.data = Value::Array(all);
+    part
+}
+
+/// Which candidate runs, and since when.
+pub(in super::super) fn in_force(bench: &Bench) -> String {
+    let changes = &bench.diary.changes;
+    let given_up = changes
+        .iter()
+        .filter(|(_, to)| *to == ZERO_CORRECTION)
+        .count();
+    let mut text = match (bench.running, bench.diary.since()) {
+        (ZERO_CORRECTION, None) => {
+            "no candidate has ever been in force: the device corrects nothing.".to_owned()
+        }
+        (ZERO_CORRECTION, Some(since)) => {
+            format!("no candidate is in force since {since} s: the device corrects nothing.")
+        }
+        (running, since) => format!(
+            "\"{}\" is in force since {} s.",
+            NAMES[running],
+            since.unwrap_or(0)
+        ),
+    };
+    if given_up > 0 {
+        text += &format!(" A candidate was given up again {given_up} time(s).");
+    }
+    text
+}
+
+fn gates(diary: &Diary) -> String {
+    let [fixes, refused] = diary.fixes;
+    let lengths = HORIZONS_S.iter().zip(&diary.rehearsals);
+    let rehearsed: Vec<String> = lengths.map(|(s, n)| format!("{n} of {s} s")).collect();
+    format!(
+        "{fixes} fixes were compared with the navigator; of {refused} of them a component was \
+         refused as an outlier, and {} came too late. Rehearsals: {}.",
+        diary.late,
+        rehearsed.join(", ")
+    )
+}
+
+/// The candidates that take part. What is stored takes none where there is nothing stored.
+fn shown(diary: &Diary) -> impl Iterator<Item = (usize, &Candidate)> {
+    let each = diary.candidates.iter().enumerate();
+    each.filter(|(h, of)| *h != ZERO_CORRECTION && (*h != STORED || of.proved || of.harms))
+}
+
+fn candidates(case: &str, diary: &Diary) -> Table {
+    let last = diary.entries.last();
+    let row = |(h, of): (usize, &Candidate)| {
+        let capital = |of: Option<f32>| of.map_or("-".into(), |x| figures(f64::from(x)));
+        let state = match (of.proved, of.harms) {
+            (true, _) => "has proved itself",
+            (_, true) => "does harm",
+            _ => "not proved",
+        };
+        vec![
+            NAMES[h].to_owned(),
+            state.to_owned(),
+            capital(last.map(|l| l.proof[h])),
+            capital(last.map(|l| l.check[h])),
+            match of.evidence.is_finite() {
+                true => format!("{:+.1}", of.evidence),
+                false => "-".into(),
+            },
+        ]
+    };
+    let head = [
+        "candidate",
+        "at the end",
+        "won by proof, stakes",
+        "left of the check, stakes",
+        "log-likelihood against none",
+    ];
+    Table {
+        caption: Some(case.to_owned()),
+        head: head.map(String::from).to_vec(),
+        rows: shown(diary).map(row).collect(),
+        text: 2,
+        ..Table::default()
+    }
+}
+
+fn picture(diary: &Diary) -> Picture {
+    let size = (WIDTH, 400.0);
+    let t = |k: usize| diary.entries[k].t_s as f64 / 60.0;
+    let look = |h: usize| Look {
+        dash: [None, Some((9.0, 4.0)), Some((3.0, 3.0))][h / 4 % 3],
+        ..numbered(h)
+    };
+    let drawn: Vec<usize> = shown(diary)
+        .map(|(h, _)| h)
+        .filter(|h| *h < HYPOTHESES)
+        .collect();
+    let least = (0.03, 300.0);
+    let line = |h: &usize| {
+        let points = diary.entries.iter().enumerate();
+        let points = points.map(|(k, e)| (t(k), f64::from(e.proof[*h]).clamp(least.0, 1.2e4)));
+        Mark::Line(points.collect(), look(*h))
+    };
+    let most = diary
+        .entries
+        .iter()
+        .flat_map(|e| e.proof)
+        .fold(0.0, f32::max);
+    let (from, to) = (t(0), t(diary.entries.len() - 1).max(t(0) + 0.5));
+    let proof = Mark::Line(vec![(from, PROVED), (to, PROVED)], PROOF);
+    Picture {
+        size,
+        legends: vec![Legend {
+            at: (76.0, 20.0),
+            width: size.0 - 90.0,
+            entries: drawn
+                .iter()
+                .map(|h| (NAMES[*h].to_owned(), look(*h)))
+                .chain([("proved".to_owned(), PROOF)])
+                .collect(),
+        }],
+        panels: vec![Panel {
+            at: (76.0, 66.0),
+            size: (size.0 - 100.0, size.1 - 118.0),
+            title: Default::default(),
+            x: Axis::linear("time, min", (from, to), 10),
+            y: Axis::log(
+                "capital, stakes",
+                (least.0, (1.5 * f64::from(most)).clamp(least.1, 1.5e4)),
+            ),
+            marks: drawn.iter().map(line).chain([proof]).collect(),
+        }],
+        notes: vec![],
+    }
+}
+
+fn diary_as_data(case: &str, bench: &Bench) -> Value {
+    let diary = &bench.diary;
+    let candidates = diary.candidates.iter().enumerate();
+    let candidates = candidates.map(|(h, of)| {
+        json!({
+            "name": NAMES[h], "proved": of.proved, "harms": of.harms, "evidence": of.evidence,
+        })
+    });
+    json!({
+        "case": case,
+        "running": NAMES[bench.running],
+        "since_s": diary.since(),
+        "changes": diary.changes.iter().map(|(t, h)| json!([t, NAMES[*h]])).collect::<Vec<_>>(),
+        "candidates": candidates.collect::<Vec<_>>(),
+        "rehearsals": HORIZONS_S.iter().zip(&diary.rehearsals).collect::<Vec<_>>(),
+        "fixes": diary.fixes[0],
+        "refused": diary.fixes[1],
+        "late": diary.late,
+    })
+}

@@ -1,0 +1,78 @@
+//! The verdict: what the report says, harm first.
+
+use super::parts::device::name;
+use super::parts::{against, halved, in_force};
+use super::{Contents, Readout};
+use crate::verdict::{Compared, of_outcomes};
+
+/// All sentences. The first is the shortest answer.
+pub(super) fn sentences(contents: &Contents) -> Vec<String> {
+    let mut out = vec![];
+    if contents.unit_name.is_none() {
+        out.push(
+            "No unit was told, so the datasheet of a preset is assumed: what is said against it \
+             means little."
+                .to_owned(),
+        );
+    }
+    match (&contents.outcomes, &contents.device) {
+        (Ok(outcomes), _) => {
+            let Compared {
+                headline,
+                device,
+                others,
+            } = of_outcomes(outcomes);
+            out.insert(0, headline);
+            out.extend(device);
+            out.extend(others);
+            for outcome in outcomes {
+                if let Some(bench) = &outcome.bench {
+                    out.push(format!("Device, {}: {}", outcome.case, in_force(bench)));
+                }
+            }
+        }
+        (Err(_), Some(device)) => out.extend(of_device(device)),
+        (Err(why), None) => out.insert(
+            0,
+            format!(
+                "Verdict: whether a correction helps or does harm is not known, because {why}."
+            ),
+        ),
+    }
+    if let Ok(findings) = &contents.noise {
+        out.extend(against(findings));
+    }
+    if let Ok(answer) = &contents.learnable {
+        out.extend(halved(answer));
+    }
+    out
+}
+
+/// The verdict on a device by what it tells.
+fn of_device(told: &Readout) -> Vec<String> {
+    let (info, learner) = (&told.info, &told.info.learner);
+    let faults: Vec<&str> = told.faults.iter().map(|fault| fault.name).collect();
+    let mut out = vec![];
+    out.push(match (info.configured, faults.is_empty()) {
+        (false, _) => "Verdict: the device has no configuration and corrects nothing.".to_owned(),
+        (true, true) => "Verdict: the device reports no fault.".to_owned(),
+        (true, false) => format!("Verdict: the device reports faults: {}.", faults.join(", ")),
+    });
+    out.push(match learner.winner {
+        0 => "No candidate is in force: what is learnt in this drive corrects nothing.".to_owned(),
+        winner => format!("The candidate in force is \"{}\".", name(winner)),
+    });
+    if learner.rollbacks > 0 {
+        out.push(format!(
+            "Since power-on a candidate was given up {} time(s), because it did harm or lost its \
+             proof.",
+            learner.rollbacks
+        ));
+    }
+    out.push(
+        "How far navigation gets with the correction and without it a device cannot tell: make a \
+         report from a recording of it."
+            .into(),
+    );
+    out
+}
