@@ -259,11 +259,19 @@ struct Reopened {
     stop: fn() -> usize,
 }
 
+/// All has left when it looks so this many times in a row.
+const LOOKS: u32 = 256;
+
 impl Reopened {
     /// Waits until what is to be sent has left.
     fn wait(&self) {
         let left = || self.line.has_sent() && self.uart.sr().read().tc().bit_is_set();
-        let _ = (0..PATIENCE).any(|_| left());
+        let mut looks = 0;
+        let _ = (0..PATIENCE).any(|_| {
+            // between the last two bytes both may be so for a moment
+            looks = if left() { looks + 1 } else { 0 };
+            looks == LOOKS
+        });
     }
 
     /// Whether DMA moves its bytes.
