@@ -293,7 +293,8 @@ fn each_room_imports_only_rooms_below_it() {
 fn the_reader_of_imports_sees_groups_and_leaves_out_tests() {
     let mut mentions = Mentions::default();
     let source = "use crate::{a::{x, y}, b}; // crate::c\n fn f() { crate::d::g(\"crate::e\") }\n\
-                  #[cfg(test)] mod tests; #[cfg(test)] mod inline { use crate::h; } use crate::i::j;\
+                  #[cfg(test)] mod tests; #[cfg(test)] mod inline { use crate::h; }\
+                  use crate::i::j;\
                   use host_core::{k, l::m}; use host_report::n;";
     mentions.read(source.parse().expect("Rust"));
     assert!(mentions.own.iter().eq(["a", "b", "d", "i"]));

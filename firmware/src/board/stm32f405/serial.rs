@@ -259,7 +259,7 @@ struct Reopened {
     stop: fn() -> usize,
 }
 
-/// All has left when it looks so this many times in a row.
+/// A line counts as empty after this many looks in a row that find it so.
 const LOOKS: u32 = 256;
 
 impl Reopened {
@@ -268,7 +268,7 @@ impl Reopened {
         let left = || self.line.has_sent() && self.uart.sr().read().tc().bit_is_set();
         let mut looks = 0;
         let _ = (0..PATIENCE).any(|_| {
-            // between the last two bytes both may be so for a moment
+            // one look is not enough: a burst has lost its last byte after it
             looks = if left() { looks + 1 } else { 0 };
             looks == LOOKS
         });

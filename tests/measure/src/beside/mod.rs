@@ -32,7 +32,8 @@ struct Place {
 impl Place {
     fn new() -> Result<Self> {
         succeed(&mut cargo_with(
-            "build --quiet --release --package host-sim --package host-lab --bin host-sim --example beside",
+            "build --quiet --release --package host-sim --package host-lab --bin host-sim \
+             --example beside",
         ))?;
         let target = target_directory()?;
         let folder = target.join("xtask-beside");
