@@ -13,9 +13,9 @@ use host_core::inertial::ekf::{Aided, ErrorModel};
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG_PER_H;
 use host_io::recordings::{InitialAttitude, kfgins};
-use host_io::unit::Unit;
 use host_lab::analysis::allan::{Kind, Series, analyse};
 use host_lab::learning::teacher::Assumptions;
+use host_unit::Unit;
 use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
 

@@ -13,7 +13,7 @@ use firmware::model::Nets;
 use firmware::wire::ImuFormat;
 use host_core::error::Error;
 use host_device::hil::{Drive, Input, MemoryLine, SetClock, drive_told};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use lines::Socket;
 use std::io;
 use std::net::TcpListener;

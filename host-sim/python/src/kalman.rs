@@ -42,7 +42,7 @@ const MODELS: [(&str, Model); 4] = [
 ];
 
 /// What is assumed of a unit, with this walk of its biases.
-fn assumed(unit: &host_io::unit::Unit, walk: Option<f64>) -> PyResult<Assumptions> {
+fn assumed(unit: &host_unit::Unit, walk: Option<f64>) -> PyResult<Assumptions> {
     let told = Assumptions::of(unit);
     let walk = walk.unwrap_or(told.datasheet_walk());
     if !(walk.is_finite() && walk >= 0.0) {

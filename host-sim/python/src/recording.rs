@@ -10,7 +10,6 @@ use host_io::recordings::InitialAttitude;
 use host_io::recordings::generic::{self, NamedUnit};
 use host_io::recordings::kfgins;
 use host_io::recordings::record::{Kind, NOT_MEASURED, Record, TimedFix};
-use host_io::unit;
 use host_lab::experiment::doubts::{Field, Says};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2};
@@ -33,7 +32,7 @@ pub struct Recording {
     /// What it says of itself.
     pub says: Says,
     /// The unit that it names.
-    pub unit: Option<unit::Unit>,
+    pub unit: Option<host_unit::Unit>,
     /// Name of the form, for reports.
     pub form: &'static str,
 }

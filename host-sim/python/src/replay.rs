@@ -8,7 +8,6 @@ use crate::unit::UnitOrName;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
 use host_io::recordings::record::Record;
-use host_io::unit::Unit;
 use host_lab::experiment::doubts::Says;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::{Curve, Curves};
@@ -16,6 +15,7 @@ use host_lab::experiment::starting::{Wishes, start};
 use host_lab::experiment::user_recording::{LEAST_S, Plan};
 use host_lab::learning::teacher::Assumptions;
 use host_report::verdict;
+use host_unit::Unit;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 

@@ -15,7 +15,6 @@ use host_core::inertial::session::{self, EPOCH_S};
 use host_core::inertial::sins::{Increment, NavState};
 use host_io::recordings::generic;
 use host_io::recordings::record::{Record, TimedFix};
-use host_io::unit;
 use host_lab::learning::fit::fit;
 use host_lab::learning::fix_learner::{Stored, learn_on};
 use host_lab::learning::teacher::Assumptions;
@@ -32,7 +31,7 @@ pub struct Session {
     /// Fixes, and when they arrive.
     pub fixes: Vec<(f64, Fix)>,
     /// The unit that measured.
-    pub unit: unit::Unit,
+    pub unit: host_unit::Unit,
 }
 
 type Table<'py> = PyResult<Bound<'py, PyArray2<f64>>>;

@@ -3,7 +3,7 @@
 use crate::arrays::from_json;
 use crate::errors::{raised, refused};
 use host_core::error::Error;
-use host_io::unit::{self, Finding, presets, schema};
+use host_unit::{Finding, presets, schema};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[pyclass(module = "lrnn_imu", frozen)]
 pub struct Unit {
     /// What is known of the sensor.
-    pub unit: unit::Unit,
+    pub unit: host_unit::Unit,
     /// What can be used but is hardly meant, one sentence each.
     #[pyo3(get)]
     warnings: Vec<String>,
@@ -32,11 +32,11 @@ impl UnitOrName {
     /// The unit.
     ///
     /// # Errors
-    /// As those of [`unit::Unit::load`].
-    pub fn unit(self) -> PyResult<unit::Unit> {
+    /// As those of [`host_unit::Unit::load`].
+    pub fn unit(self) -> PyResult<host_unit::Unit> {
         match self {
             Self::Unit(unit) => Ok(unit.get().unit.clone()),
-            Self::Name(name) => unit::Unit::load(&name.to_string_lossy()).map_err(raised),
+            Self::Name(name) => host_unit::Unit::load(&name.to_string_lossy()).map_err(raised),
         }
     }
 
@@ -49,8 +49,8 @@ impl UnitOrName {
     }
 }
 
-impl From<unit::Unit> for Unit {
-    fn from(unit: unit::Unit) -> Self {
+impl From<host_unit::Unit> for Unit {
+    fn from(unit: host_unit::Unit) -> Self {
         Self {
             unit,
             warnings: Vec::new(),
@@ -59,7 +59,7 @@ impl From<unit::Unit> for Unit {
 }
 
 fn parsed(text: &str, file: &Path) -> PyResult<Unit> {
-    let (unit, found) = unit::examine(text);
+    let (unit, found) = host_unit::examine(text);
     let (doubts, wrong): (Vec<Finding>, _) = found.into_iter().partition(|f| f.doubt);
     let faults = |wrong: Vec<Finding>| wrong.into_iter().map(|f| f.error(file)).collect();
     let unit = unit.ok_or_else(|| raised(Error::Several(faults(wrong))))?;
@@ -77,7 +77,7 @@ impl Unit {
     fn new(name: PathBuf) -> PyResult<Self> {
         let text = name.to_string_lossy();
         if name.extension().is_none_or(|end| end != "toml") && name.components().count() < 2 {
-            return unit::Unit::load(&text).map(Self::from).map_err(raised);
+            return host_unit::Unit::load(&text).map(Self::from).map_err(raised);
         }
         let read = std::fs::read_to_string(&name);
         parsed(&read.map_err(|e| raised(Error::reading(&name, e)))?, &name)

@@ -6,10 +6,10 @@ use super::progress;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
-use host_io::unit::Unit;
 use host_lab::analysis::allan::columns::{Choice, load};
 use host_lab::analysis::allan::findings::Findings;
 use host_lab::analysis::allan::{Column, at_rest};
+use host_unit::Unit;
 use std::path::PathBuf;
 
 /// Arguments of `allan`.
@@ -145,8 +145,8 @@ impl Args {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_io::unit::presets;
     use host_lab::analysis::allan::{Coefficient, Kind};
+    use host_unit::presets;
 
     /// Distance of `truth` from the interval, in half widths of it. 0 inside.
     fn outside(c: &Coefficient, truth: f64) -> f64 {

@@ -8,11 +8,11 @@ use firmware::inputs::{Inputs as DeviceInputs, Source};
 use firmware::model::IMAGES_LEN;
 use host_core::error::Error;
 use host_io::output::write_atomic;
-use host_io::unit::Unit;
-use host_io::unit::networks::Input;
-use host_io::unit::prior::{Prior, Triad};
 use host_lab::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
 use host_lab::campaign::{Campaign, Group};
+use host_unit::Unit;
+use host_unit::networks::Input;
+use host_unit::prior::{Prior, Triad};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `fleet`.

@@ -11,7 +11,7 @@ use firmware::wire::ImuFormat;
 use host_core::error::Error;
 use host_device::device::read_key;
 use host_device::hil::{Control, Report, Setup, run};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 

@@ -7,9 +7,9 @@ use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
-use host_io::unit::Unit;
 use host_lab::analysis::learnability::{Question, answer};
 use host_report::replay::Head;
+use host_unit::Unit;
 
 /// Arguments of `learnability`.
 #[derive(Debug, ClapArgs)]

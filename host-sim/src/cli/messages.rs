@@ -13,9 +13,9 @@ use host_core::inertial::units::DEG;
 use host_io::recordings::corrected::Original;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, Progress, Reading, euroc, mcap, ubx, ulog};
-use host_io::unit::Unit;
-use host_io::unit::mounting::Mounting;
 use host_lab::experiment::doubts::{Field, Says};
+use host_unit::Unit;
+use host_unit::mounting::Mounting;
 use nalgebra::{Matrix3, Rotation3};
 use std::path::{Path, PathBuf};
 

@@ -8,8 +8,8 @@ use super::report::given::{parsed, words};
 use super::user_recording::{Loaded, Options};
 use host_core::error::Error;
 use host_io::recordings::record::Record;
-use host_io::unit::Unit;
 use host_lab::experiment::doubts::Says;
+use host_unit::Unit;
 use std::path::PathBuf;
 
 /// A recording that was read.

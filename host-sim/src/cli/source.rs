@@ -12,8 +12,8 @@ use host_io::recordings::corrected::Original;
 use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, generic, kfgins, novatel};
-use host_io::unit::Unit;
 use host_lab::experiment::doubts::{Field, Says};
+use host_unit::Unit;
 use std::path::PathBuf;
 
 /// CSV files with a TOML header.

@@ -5,7 +5,7 @@ use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
 use host_io::recordings::record::Record;
-use host_io::unit::Unit;
+use host_unit::Unit;
 
 /// What files of some formats cannot tell.
 #[derive(Debug, ClapArgs)]

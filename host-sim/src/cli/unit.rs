@@ -5,7 +5,7 @@ use super::progress;
 use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_io::output::write_atomic;
-use host_io::unit::{Finding, Unit, ask, examine, presets, schema};
+use host_unit::{Finding, Unit, ask, examine, presets, schema};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `unit`.

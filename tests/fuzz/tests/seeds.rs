@@ -4,7 +4,7 @@
 use firmware::configuration::SCHEMA;
 use firmware::configuration::record::encode;
 use firmware::wire::{Fields, ImuFormat, framer::LONGEST, ubx::Pvt};
-use host_io::unit::{Unit, presets};
+use host_unit::{Unit, presets};
 use std::path::Path;
 
 fn write(target: &str, name: &str, bytes: &[u8]) {

@@ -7,7 +7,7 @@
 
 use assert_cmd::Command;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use std::path::Path;
 use system::{horizontal, json};
 

@@ -3,7 +3,7 @@
 use firmware::configuration::SCHEMA;
 use firmware::control::{Field, Reason};
 use firmware::wire::command::Request;
-use host_io::unit::key;
+use host_unit::key;
 
 /// Problem and remedy of a refused request.
 #[must_use]

@@ -19,7 +19,7 @@ use firmware::model::Nets;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::Increment;
-use host_io::unit::sensor::FormatName;
+use host_unit::sensor::FormatName;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
 

@@ -11,7 +11,7 @@ use firmware::learn::{Learner, Report, Winner};
 use firmware::model::Nets;
 use firmware::sample::StreamScale;
 use host_device::hil::networks;
-use host_io::unit::sensor::FormatName;
+use host_unit::sensor::FormatName;
 use lrnn_nostd::State;
 
 const SHORT: Times = Times {

@@ -3,9 +3,9 @@
 
 use super::names::Sensor as Kind;
 use firmware::configuration::Configuration;
-use host_io::unit::Unit;
-use host_io::unit::around::Kind as VehicleKind;
-use host_io::unit::sensor::{FormatName, Sensor};
+use host_unit::Unit;
+use host_unit::around::Kind as VehicleKind;
+use host_unit::sensor::{FormatName, Sensor};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 /// A piece of the configuration that is wrong.

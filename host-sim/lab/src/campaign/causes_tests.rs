@@ -107,7 +107,7 @@ fn the_size_of_a_cause_is_its_root_mean_square_and_its_change() {
 
 #[test]
 fn a_datasheet_that_tells_of_a_cause_has_it_in_its_biases() {
-    let told = Assumptions::of(&host_io::unit::Unit::default());
+    let told = Assumptions::of(&host_unit::Unit::default());
     assert_eq!(
         telling(&told, &Size::default()).prior.gyro_bias,
         told.prior.gyro_bias

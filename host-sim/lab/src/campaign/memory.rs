@@ -16,7 +16,7 @@ use host_core::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::sins::Increment;
-use host_io::unit::Unit;
+use host_unit::Unit;
 
 /// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
 /// the models that they pick from.

@@ -4,7 +4,7 @@ use super::*;
 use crate::learning::teacher::Assumptions;
 use host_core::inertial::ekf::{Regressor, Triad, TurnOn};
 use host_core::inertial::units::{DEG_PER_H, UG};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 fn campaign(drives: &[u32], fixes: bool, schemes: &[&str]) -> Campaign {

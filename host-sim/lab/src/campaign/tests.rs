@@ -3,7 +3,7 @@
 use super::bench::Bench;
 use super::*;
 use host_core::inertial::session::Session;
-use host_io::unit::Unit;
+use host_unit::Unit;
 use std::cell::OnceCell;
 
 /// One run of the group `all` with the default scenario.

@@ -10,7 +10,7 @@ use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
 use host_io::recordings::fog_mems::SIGMAS;
-use host_io::unit::Unit;
+use host_unit::Unit;
 
 /// Name of the preset of the recorded MEMS unit.
 pub const UNIT: &str = "fog-mems";

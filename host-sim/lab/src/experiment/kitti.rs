@@ -9,7 +9,7 @@ use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
 use host_io::recordings::kitti::SIGMAS;
-use host_io::unit::Unit;
+use host_unit::Unit;
 
 /// Name of the preset of the recorded RT3003.
 pub const UNIT: &str = "kitti";

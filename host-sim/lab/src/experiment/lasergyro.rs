@@ -18,7 +18,7 @@ use host_core::inertial::session::{EPOCH_S, Session};
 use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::DEG;
 use host_io::recordings::lasergyro::Recording;
-use host_io::unit::Unit;
+use host_unit::Unit;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Least length of the learning part, s: a third of it is alignment.

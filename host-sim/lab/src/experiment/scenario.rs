@@ -9,7 +9,7 @@ use host_core::simulator::imu::{ImuSpec, World};
 use host_core::simulator::truth::{
     Aircraft, City, HandHeld, Segment, Ship, Standing, Traffic, Train, VehicleName,
 };
-use host_io::unit::Unit;
+use host_unit::Unit;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

@@ -16,7 +16,7 @@ use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, Prepared};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use std::ops::Range;
 use std::path::Path;
 

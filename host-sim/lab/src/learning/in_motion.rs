@@ -15,7 +15,7 @@ use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::gnss::{Fix, NOT_MEASURED};
 use host_core::inertial::session::{EPOCH_S, Session, Start};
 use host_core::inertial::sins::Sins;
-use host_io::unit::around::Kind;
+use host_unit::around::Kind;
 use std::ops::Range;
 
 /// As for the device's learner: a vehicle that is faster by the receiver does not stand, m/s;

@@ -19,8 +19,8 @@ use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::{ARCSEC, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
 use host_core::list::{IN_MEMORY, List};
 use host_core::simulator::imu::ImuSpec;
-use host_io::unit::Unit;
-use host_io::unit::triads::MRAD;
+use host_unit::Unit;
+use host_unit::triads::MRAD;
 use nalgebra::Vector3;
 
 /// What the teacher assumes of the sensors.
@@ -95,7 +95,7 @@ impl Assumptions {
             g_sensitivity: g.g_sensitivity_dphpg * DEG_PER_H / G0,
             limit: given.then(|| unit.limits()[0]),
             inputs: unit.networks.inputs(),
-            shape: unit.prior.as_ref().map(host_io::unit::prior::Prior::nets),
+            shape: unit.prior.as_ref().map(host_unit::prior::Prior::nets),
         }
     }
 

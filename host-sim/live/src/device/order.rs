@@ -5,7 +5,7 @@ use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use host_core::error::Error;
 use host_device::device::{Link, MODES, configure, mode_name, store};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use serde::Deserialize;
 use std::fs;
 use std::path::Path;

@@ -4,7 +4,7 @@ use crate::cli::options::refused;
 use firmware::configuration::Configuration;
 use host_core::error::Error;
 use host_device::device::{Info, Link, can_store, configuration, configure, info, store};
-use host_io::unit::Unit;
+use host_unit::Unit;
 
 /// What a device is told of the unit of a file or preset.
 pub(super) fn told(name: &str) -> Result<Configuration, Error> {

@@ -3,8 +3,8 @@
 use firmware::configuration::Configuration;
 use host_core::error::Error;
 use host_device::device::{Link, configuration, info, recording};
-use host_io::unit::Unit;
 use host_report::unit::Readout;
+use host_unit::Unit;
 
 /// What was read.
 pub(super) struct Read {

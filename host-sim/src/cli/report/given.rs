@@ -11,13 +11,13 @@ use clap::Parser;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
 use host_io::recordings::record::Record;
-use host_io::unit::Unit;
 use host_lab::analysis::allan::columns::{Choice, load};
 use host_lab::campaign::fleet::readings;
 use host_lab::experiment::outcome::{Outcome, Row};
 use host_lab::experiment::results::Report;
 use host_lab::experiment::{fog_mems, kitti, lasergyro};
 use host_report::unit::Found;
+use host_unit::Unit;
 use std::path::{Path, PathBuf};
 
 /// File of temperatures beside the header of a CSV, as `simulate` writes it.

@@ -17,10 +17,10 @@ use given::Given;
 use host_core::error::Error;
 use host_core::simulator::gnss::GnssSpec;
 use host_io::output::check_writable;
-use host_io::unit::Unit;
 use host_lab::analysis::allan::findings::Findings;
 use host_lab::analysis::learnability::{Answer, Question, answer};
 use host_report::unit::{Contents, Found, Report};
+use host_unit::Unit;
 use std::path::PathBuf;
 
 const NOISE: &str = "noise at rest";

@@ -2,7 +2,7 @@
 //! read again the same.
 
 use firmware::configuration::record::{decode, encode};
-use host_io::unit::Unit;
+use host_unit::Unit;
 
 /// Whether the unit file was read.
 pub fn run(input: &[u8]) -> bool {

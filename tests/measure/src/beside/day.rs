@@ -19,7 +19,7 @@ use host_io::output::CsvWriter;
 use host_io::recordings::columns::IMU;
 use host_io::recordings::generic;
 use host_io::recordings::record::Record;
-use host_io::unit::Unit;
+use host_unit::Unit;
 use qemu::budget::Budgets;
 
 use super::{Place, peak};

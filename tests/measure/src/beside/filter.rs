@@ -20,8 +20,8 @@ use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use host_io::recordings::kfgins::{self, Form};
 use host_io::recordings::record::Record;
-use host_io::unit::Unit;
 use host_lab::learning::teacher::Assumptions;
+use host_unit::Unit;
 use serde::Deserialize;
 
 use super::{Place, ROUNDS, peak, seconds};

@@ -12,7 +12,7 @@ mod watching;
 
 use assert_cmd::Command;
 use firmware::wire::command::{Response, Version, encode};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use serde_json::Value;
 use software::{Device, Kind};
 use std::io::{Read, Write};

@@ -2,7 +2,7 @@
 
 use super::software::{Device, Kind};
 use super::{UNIT, command, output};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};

@@ -112,7 +112,7 @@ fn what_was_recorded_plays_again() {
 fn play_as(format: ImuFormat, memory: &[u8]) -> Vec<Page> {
     let mut settings = firmware::wire::Settings::DEFAULT;
     (format.simulated()[0].settings)(&mut settings);
-    let mut told = host_io::unit::Unit::default()
+    let mut told = host_unit::Unit::default()
         .configuration()
         .expect("a configuration");
     told.sensor = Some(firmware::configuration::Sensor::Stream(
@@ -216,9 +216,7 @@ fn a_changed_bit_is_found() {
 #[test]
 fn a_file_is_read_as_it_was_written() {
     let memory = recorded(ImuFormat::Stim300, 100, |_, _| {});
-    let told = host_io::unit::Unit::default()
-        .configuration()
-        .expect("told");
+    let told = host_unit::Unit::default().configuration().expect("told");
     let fetched = crate::device::Fetched {
         firmware: [0, 1, 0],
         recording: Default::default(),

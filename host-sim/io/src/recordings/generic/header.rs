@@ -1,8 +1,8 @@
 //! The header file: its keys, and the units it may name.
 
 use crate::recordings::record::Kind;
-use crate::unit::mounting::Mounting;
 use host_core::inertial::units::{ARCSEC, DEG, DEG_PER_H, G0};
+use host_unit::mounting::Mounting;
 use serde::Deserialize;
 use std::path::PathBuf;
 

@@ -4,10 +4,10 @@ use super::header::{Gnss, Header, Turned, Unit};
 use crate::recordings::record::Kind;
 use crate::recordings::session::complain;
 use crate::recordings::table::Separator;
-use crate::unit;
-use crate::unit::mounting::Mounting;
+
 use host_core::error::Error;
 use host_core::inertial::axes::Axes;
+use host_unit::mounting::Mounting;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
 
@@ -158,10 +158,10 @@ impl Read {
     }
 
     /// The unit that the header names.
-    pub(super) fn unit(&self) -> Result<Option<unit::Unit>, Error> {
+    pub(super) fn unit(&self) -> Result<Option<host_unit::Unit>, Error> {
         let named = self.header.unit.as_deref();
         named
-            .map(|name| unit::Unit::load_beside(name, &self.file))
+            .map(|name| host_unit::Unit::load_beside(name, &self.file))
             .transpose()
     }
 

@@ -226,12 +226,12 @@ fn a_mounting_is_told_in_several_ways() {
             &imu(601).replace(",0,0,1.", ",0.1,0.2,1."),
             &gnss(6),
         );
-        let unit = crate::unit::Unit {
-            mounting: crate::unit::mounting::Mounting {
+        let unit = host_unit::Unit {
+            mounting: host_unit::mounting::Mounting {
                 axes: Some("y x -z".into()),
                 ..Default::default()
             },
-            ..crate::unit::Unit::default()
+            ..host_unit::Unit::default()
         };
         let text = unit.to_text("made by a test").unwrap();
         std::fs::write(folder.0.path().join("u.toml"), text).unwrap();

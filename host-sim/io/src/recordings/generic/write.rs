@@ -5,12 +5,12 @@ use crate::output::{CsvWriter, write_atomic};
 use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::InitialAttitude;
-use crate::unit::Unit;
 use host_core::error::Error;
 use host_core::inertial::rotation::to_euler;
 use host_core::inertial::session::{EPOCH_S, Readings, Session};
 use host_core::inertial::sins::Increment;
 use host_core::inertial::units::DEG;
+use host_unit::Unit;
 use std::path::Path;
 
 /// Name of the unit's file.

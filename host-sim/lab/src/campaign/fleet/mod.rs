@@ -1,4 +1,4 @@
-//! What a fleet of units teaches about a type of sensor: [`host_io::unit::prior::Prior`].
+//! What a fleet of units teaches about a type of sensor: [`host_unit::prior::Prior`].
 //!
 //! Each drive of each unit becomes a series of errors (`series`). That is most of the work, and
 //! it is kept unit by unit (`runs`). Then a fit finds, for each triad by itself, the
@@ -22,9 +22,9 @@ use firmware::learn::prior::Datasheet;
 use fit::{DriveData, Fitted, Law, Parts, STARTS, UnitData, mean_of};
 use host_core::error::Error;
 use host_core::inertial::units::{DEG_PER_H, UG};
-use host_io::unit::Unit;
-use host_io::unit::networks::Networks;
-use host_io::unit::prior::{Prior, Triad};
+use host_unit::Unit;
+use host_unit::networks::Networks;
+use host_unit::prior::{Prior, Triad};
 use linear::Point;
 use lrnn_nostd::Normalisation;
 use rayon::prelude::*;

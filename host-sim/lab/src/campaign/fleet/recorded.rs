@@ -11,7 +11,7 @@ use host_core::error::Error;
 use host_core::inertial::session::{Readings, Session};
 use host_core::inertial::units::DEG;
 use host_io::recordings::{generic, read};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 

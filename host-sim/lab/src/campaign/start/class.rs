@@ -4,7 +4,7 @@ use host_core::error::Error;
 use host_core::simulator::truth::{
     Aircraft, City, HandHeld, Ship, Standing, Traffic, Train, Vehicle,
 };
-use host_io::unit::around::Kind;
+use host_unit::around::Kind;
 use serde::Serialize;
 
 /// A class of trials.

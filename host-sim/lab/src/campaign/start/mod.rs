@@ -18,7 +18,7 @@ pub use summary::{Share, Spread, Summary};
 pub use trial::{Attitude, LATER_S, MOST_HZ, Prepared, Started, Trial};
 
 use host_core::error::Error;
-use host_io::unit::Unit;
+use host_unit::Unit;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -18,7 +18,7 @@ use host_core::inertial::units::DEG;
 use host_core::simulator::imu::magnetic::dipole_field;
 use host_core::simulator::imu::{Imu, ImuSpec};
 use host_core::simulator::truth::{Journey, Truth};
-use host_io::unit::Unit;
+use host_unit::Unit;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

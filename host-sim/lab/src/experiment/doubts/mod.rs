@@ -15,7 +15,7 @@ use firmware::wire::command::fault;
 use host_core::inertial::units::{DEG_PER_H, DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
 use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
-use host_io::unit::{Unit, presets};
+use host_unit::{Unit, presets};
 use nalgebra::Vector3;
 use seen::Seen;
 use serde::Serialize;

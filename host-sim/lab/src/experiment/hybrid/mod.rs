@@ -40,7 +40,7 @@ use host_core::inertial::units::DEG_PER_H;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::truth::{DriveConfig, Segment, Truth, random_drive};
 use host_io::recordings::lasergyro::Recording;
-use host_io::unit::Unit;
+use host_unit::Unit;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

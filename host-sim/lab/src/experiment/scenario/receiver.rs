@@ -199,7 +199,7 @@ mod tests {
         let unit =
             "[receiver]\nlever_arm_m = [1, 0, -2]\nlever_arm_sigma_m = 0.3\nfix_delay_ms = 80";
         let dir = tempfile::tempdir().unwrap();
-        let medium = host_io::unit::presets::text("medium").unwrap();
+        let medium = host_unit::presets::text("medium").unwrap();
         let start = medium.find("[receiver]").unwrap();
         let end = start + medium[start..].find("\n\n").unwrap();
         let text = format!("{}{unit}{}", &medium[..start], &medium[end..]);

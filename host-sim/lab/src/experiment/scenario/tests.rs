@@ -33,7 +33,7 @@ fn a_file_says_only_what_differs() {
 #[test]
 fn a_unit_file_lies_beside_the_scenario() {
     let dir = tempfile::tempdir().unwrap();
-    let text = host_io::unit::presets::text("tactical").unwrap();
+    let text = host_unit::presets::text("tactical").unwrap();
     std::fs::write(
         dir.path().join("my.toml"),
         text.replace("\"tactical\"", "\"mine\""),

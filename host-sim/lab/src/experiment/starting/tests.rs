@@ -9,8 +9,8 @@ use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::EPOCH_S;
 use host_io::recordings::record::Record;
 use host_io::recordings::track::Track;
-use host_io::unit::Unit;
-use host_io::unit::around::Kind;
+use host_unit::Unit;
+use host_unit::around::Kind;
 use nalgebra::Vector3;
 use test_bench::recordings::simulated;
 

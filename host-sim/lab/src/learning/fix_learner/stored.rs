@@ -3,7 +3,7 @@
 use firmware::learn::prior::{Datasheet, Shapes};
 use firmware::learn::unit;
 use firmware::model::Nets;
-use host_io::unit::prior::Prior;
+use host_unit::prior::Prior;
 
 /// What the device's store holds of a unit.
 #[derive(Debug, Clone, Default)]

@@ -1,7 +1,7 @@
 use super::*;
 use host_core::inertial::rotation::to_euler;
 use host_core::inertial::units::DEG;
-use host_io::unit::Unit;
+use host_unit::Unit;
 use test_bench::recordings::simulated;
 
 fn assumptions() -> Assumptions {

@@ -1,7 +1,7 @@
 //! The table of a KVH.
 
 use super::{Section, Sensor};
-use crate::unit::finding::Finding;
+use crate::finding::Finding;
 use firmware::wire::{ImuFormat, Settings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! The table of a VectorNav.
 
 use super::{Section, Sensor};
-use crate::unit::finding::Finding;
+use crate::finding::Finding;
 use firmware::wire::Settings;
 use firmware::wire::vectornav::Values;
 use schemars::JsonSchema;

@@ -158,8 +158,8 @@ pub(super) fn not_given(unit: &Unit, told: &Configuration) -> Vec<Finding> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::unit::examine;
-    use crate::unit::tests::SHORT;
+    use crate::examine;
+    use crate::tests::SHORT;
     use firmware::inputs::OWN;
 
     /// The short file with these lines before its accelerometers, and all that is found in it.

@@ -99,7 +99,7 @@ macro_rules! sensor {
 
             /// The sensor at a serial line that a device is told to have.
             #[allow(unreachable_patterns, reason = "a format that has no row yet")]
-            pub(in crate::unit) fn of_stream(told: FormatSettings) -> Self {
+            pub(crate) fn of_stream(told: FormatSettings) -> Self {
                 let mut settings = Settings::DEFAULT;
                 told.apply(&mut settings);
                 match told {
@@ -120,7 +120,7 @@ macro_rules! sensor {
             }
 
             /// Keys of the tables that are given, with the format that each belongs to.
-            pub(in crate::unit) fn tables(&self) -> Vec<(&'static str, FormatName)> {
+            pub(crate) fn tables(&self) -> Vec<(&'static str, FormatName)> {
                 let mut given = Vec::new();
                 $(
                     if self.$field.is_some() {

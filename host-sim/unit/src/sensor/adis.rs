@@ -1,7 +1,7 @@
 //! The table of an ADIS at the board's SPI, and of one whose bursts come in frames over a UART.
 
 use super::{Section, Sensor};
-use crate::unit::finding::Finding;
+use crate::finding::Finding;
 use firmware::wire::adis::{Form, Model, Rate, Settings};
 use firmware::wire::{self, ImuFormat};
 use schemars::JsonSchema;
@@ -60,7 +60,7 @@ impl Section for AdisUart {
 
 impl Adis {
     /// The model of a device's settings, if there is one.
-    pub(in crate::unit) fn of(settings: &Settings) -> Option<Self> {
+    pub(crate) fn of(settings: &Settings) -> Option<Self> {
         let framed = settings.framed;
         names()
             .map(|model| Self { model, framed })
@@ -74,7 +74,7 @@ impl Adis {
     }
 
     /// What is wrong with this rate, Hz, if the sensor cannot be set to it.
-    pub(in crate::unit) fn refused(&self, rate_hz: f64) -> Option<Finding> {
+    pub(crate) fn refused(&self, rate_hz: f64) -> Option<Finding> {
         let form = self.settings().ok()?.form;
         if Rate::near(form, rate_hz).is_some() {
             return None;

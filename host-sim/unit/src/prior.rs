@@ -221,7 +221,7 @@ pub(crate) mod tests {
         std::fs::write(&file, &text).unwrap();
         let back = Unit::read(&file).unwrap();
         assert_eq!(back, unit);
-        let (other, found) = crate::unit::examine(&text.replacen("vibration", "rate-x", 1));
+        let (other, found) = crate::examine(&text.replacen("vibration", "rate-x", 1));
         assert!(other.is_none() && found.iter().any(|f| f.key == "prior"));
         let nets = back.prior.unwrap().nets();
         let want = [0.25, 0.0, -0.5].map(|b| (b * 0.3 * DEG_PER_H) as f32);

@@ -1,7 +1,7 @@
 //! The table of an Epson IMU.
 
 use super::{Section, Sensor};
-use crate::unit::finding::Finding;
+use crate::finding::Finding;
 use firmware::wire::epson::{Layout, Model, Protocol, Refused, Settings as Configured};
 use firmware::wire::{ImuFormat, ImuProtocol, Settings};
 use schemars::JsonSchema;

@@ -5,6 +5,8 @@
 //! every command of the desktop reads the same file. The JSON Schema for editors is written from
 //! the same types.
 
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
+
 pub mod around;
 pub mod ask;
 pub mod mounting;

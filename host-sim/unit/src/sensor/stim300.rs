@@ -1,7 +1,7 @@
 //! The table of a STIM300.
 
 use super::{Section, Sensor};
-use crate::unit::finding::Finding;
+use crate::finding::Finding;
 use firmware::sample::{Quantity, Unit};
 use firmware::wire::stim300::config::{Config, Range};
 use firmware::wire::stim300::{Contents, Extra};

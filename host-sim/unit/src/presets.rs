@@ -6,7 +6,7 @@ macro_rules! presets {
     ($($name:literal,)+) => {
         /// Names and texts of the presets.
         pub const PRESETS: &[(&str, &str)] = &[
-            $(($name, include_str!(concat!("../../../assets/units/", $name, ".toml"))),)+
+            $(($name, include_str!(concat!("../../assets/units/", $name, ".toml"))),)+
         ];
     };
 }

@@ -1,7 +1,7 @@
 //! The table of MAVLink.
 
 use super::{Section, Sensor};
-use crate::unit::finding::Finding;
+use crate::finding::Finding;
 use firmware::wire::Settings;
 use firmware::wire::mavlink::Imu;
 use schemars::JsonSchema;

@@ -223,7 +223,7 @@ pub(super) fn words(schema: &Value) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// `LRNN_UPDATE=1 cargo nextest run -p host-io schema_in_the_repository` writes it anew.
+    /// `LRNN_UPDATE=1 cargo nextest run -p host-unit schema_in_the_repository` writes it anew.
     #[test]
     fn the_schema_in_the_repository_is_that_of_the_types() {
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/unit.schema.json");

@@ -1,7 +1,7 @@
 //! The table of NovAtel logs.
 
 use super::{Section, Sensor};
-use crate::unit::finding::Finding;
+use crate::finding::Finding;
 use firmware::wire::novatel::{ImuType, SHORT_LEN};
 use firmware::wire::{ImuFormat, Settings};
 use schemars::JsonSchema;
