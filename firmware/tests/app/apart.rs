@@ -291,11 +291,11 @@ fn a_request_waits_for_the_learner() {
 /// A board that stores in the main thread: what is stored is as by [`App::store`].
 #[test]
 fn what_is_stored_apart_is_the_same() {
-    let told = crate::record::told(KIND);
+    let configuration = crate::record::configured(KIND);
     let job = |store: &mut dyn FnMut(&mut Device<Mock>)| {
         let config = Config {
             store: true,
-            ..Config::of(&told)
+            ..Config::of(&configuration)
         };
         let mut device = Device::new(config);
         device.order(&Request::SetMode(Mode::Bypass));

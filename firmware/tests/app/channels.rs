@@ -257,8 +257,8 @@ fn of_type(kind: u8, n: u32) -> Vec<u8> {
     frame
 }
 
-/// More kinds than can be told apart, or one whose units are not known: the fault says it, and
-/// everything passes.
+/// More kinds of frames than the device can distinguish, or one whose units are not known: a fault
+/// reports it, and everything passes.
 #[test]
 fn more_kinds_than_there_is_room_for() {
     let known = [11, 26, 8, 13, 31];

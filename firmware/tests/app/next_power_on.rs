@@ -2,7 +2,7 @@
 //! meanwhile acts from the next power-on on.
 
 use crate::frames::Kind;
-use crate::record::{HARDWARE, configure, record, told};
+use crate::record::{HARDWARE, configure, configured, record};
 use crate::stored::Flash;
 use crate::taught::{Bench, with};
 use firmware::app::App;
@@ -19,7 +19,7 @@ const OLD: f32 = 1e-3;
 const NEW: f32 = 2e-3;
 
 fn unit() -> Configuration {
-    let mut unit = told(KIND);
+    let mut unit = configured(KIND);
     unit.correction.mode = Mode::Learn;
     unit.correction.limit.accel = 0.1;
     unit.correction.slew.accel = 1e-4;

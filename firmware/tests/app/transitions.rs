@@ -3,7 +3,7 @@
 
 use crate::device::{broken, nets};
 use crate::frames::Kind;
-use crate::record::{configure, record, told};
+use crate::record::{configure, configured, record};
 use crate::taught::{Bench, with};
 use firmware::app::{Activation, App, Config};
 use firmware::configuration::{Configuration, VehicleKind};
@@ -110,7 +110,7 @@ enum Rule {
 }
 
 fn unit(kind: Kind, activation: Activation, mode: Mode) -> Configuration {
-    let mut unit = told(kind);
+    let mut unit = configured(kind);
     unit.vehicle.kind = VehicleKind::Ship; // whose rest is not judged
     let correction = &mut unit.correction;
     (correction.mode, correction.activation) = (mode, activation);
@@ -209,7 +209,7 @@ impl Event {
         }
     }
 
-    /// What the table says.
+    /// The rule that the table gives.
     fn rule(self, state: State, phase: Option<Alignment>) -> Rule {
         let started = phase == Some(Alignment::Started);
         let free = phase.is_none() && state == State::Frozen;
@@ -279,7 +279,7 @@ fn every_state_and_every_event() {
     every_event(Kind::RAWIMUSX);
 }
 
-/// The same with an ADIS at the SPI.
+/// As `every_state_and_every_event`, with an ADIS at the SPI.
 #[test]
 fn every_state_and_every_event_at_the_spi() {
     every_event(Kind::SPI);
@@ -490,10 +490,10 @@ fn a_silent_sensor_ends_the_fade() {
     bench.device.order(&Request::SetMode(Mode::Bypass));
     bench.run(0.5);
     let unit = unit(bench.kind, Activation::Commanded, Mode::Bypass);
-    let told = record(&unit);
-    assert_eq!(configure(&mut bench.device, &told), Err(Reason::Mode));
+    let encoded = record(&unit);
+    assert_eq!(configure(&mut bench.device, &encoded), Err(Reason::Mode));
     bench.silence(2.5);
-    assert_eq!(configure(&mut bench.device, &told), Ok(()));
+    assert_eq!(configure(&mut bench.device, &encoded), Ok(()));
     // in other modes it stays
     let mut bench = begun(Kind::RAWIMUSX, State::Frozen, Some(Alignment::Finished));
     bench.silence(2.5);

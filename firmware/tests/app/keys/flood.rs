@@ -89,8 +89,8 @@ fn the_stream_goes_on_and_the_right_user_gets_in_at_once() {
     assert!(security(&mut device).forged > 1000);
 }
 
-/// An attacker who heard a request that never arrived has a good door, and uses up the tries of the
-/// session. A new session is not affected.
+/// An attacker who intercepted a request that never arrived has a valid door, and uses up the tries
+/// of the session. A new session is not affected.
 #[test]
 fn who_has_heard_a_door_ends_a_session_at_most() {
     let mut device = keyed(11);
@@ -118,7 +118,7 @@ fn who_has_heard_a_door_ends_a_session_at_most() {
         "{tried} {waits}"
     );
     assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
-    // the right user is told to wait, begins another session, and is in
+    // the right user is asked to wait, begins another session, and gets in
     let Reason::Wait(_) = refused(&mut device, &lost) else {
         panic!("there were tries left");
     };

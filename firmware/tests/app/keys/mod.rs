@@ -8,7 +8,7 @@ mod wear;
 
 use crate::device::Device;
 use crate::frames::Kind;
-use crate::record::{HARDWARE, told};
+use crate::record::{HARDWARE, configured};
 use firmware::app::{App, Config, Phase};
 use firmware::control::recording::Order;
 use firmware::control::{Alignment, Mode, Reason, Window};
@@ -125,7 +125,7 @@ fn security(device: &mut Device) -> Security {
 /// A device that is configured, stands in bypass, can store, and has a key.
 fn keyed(seed: u8) -> Device {
     let mut device = Device::new(Config::default());
-    let mut unit = told(STIM);
+    let mut unit = configured(STIM);
     unit.correction.mode = Mode::Bypass;
     device.app = App::new(Config {
         store: true,
