@@ -17,11 +17,11 @@
 /// delays a byte; 16 frames of 44 bytes take up every phase of bursts of 64 bytes, twice.
 const WINDOW_US: u64 = 500_000;
 const FRAMES: u32 = 32;
-/// After a pause of so many periods, and at least so long, microseconds, the window begins anew:
-/// frames that were held up come at once then, and all of them are late.
+/// After a pause of so many periods, and at least so long, microseconds, the window restarts:
+/// delayed frames then come at once, and all of them are late.
 const PAUSE: f32 = 4.0;
 const PAUSE_US: u64 = 20_000;
-/// The drift is learnt from so many windows before a hole is told.
+/// The drift is learnt from so many windows before a hole is reported.
 const FIRST: usize = 8;
 /// Least share of a period by which m must move more than by the drift.
 const LEAST: f32 = 0.6;

@@ -48,7 +48,7 @@ pub struct Judged {
 /// Gathers the means of the blocks at rest and judges them.
 #[derive(Debug)]
 pub struct Rest {
-    told: Expected,
+    expected: Expected,
     blocks: u16,
     seconds: f32,
     /// Rate and force of the first block. Sums are of differences from them.
@@ -67,9 +67,9 @@ pub struct Rest {
 impl Rest {
     /// Nothing seen yet.
     #[must_use]
-    pub const fn new(told: Expected) -> Rest {
+    pub const fn new(expected: Expected) -> Rest {
         Rest {
-            told,
+            expected,
             blocks: 0,
             seconds: 0.0,
             first: [[0.0; 3]; 2],
@@ -85,7 +85,7 @@ impl Rest {
     pub fn restart(&mut self) {
         *self = Rest {
             fix: self.fix,
-            ..Rest::new(self.told)
+            ..Rest::new(self.expected)
         };
     }
 
@@ -107,7 +107,7 @@ impl Rest {
             _ => None,
         };
         let finite = rate.iter().chain(&force).all(|value| value.is_finite());
-        let needs_fixes = self.told.vehicle != VehicleKind::Land;
+        let needs_fixes = self.expected.vehicle != VehicleKind::Land;
         if !finite || rests == Some(false) || (rests.is_none() && needs_fixes) {
             self.restart();
             return None;
@@ -138,7 +138,7 @@ impl Rest {
         let (means, blocks) = (self.means(), self.blocks);
         self.restart();
         Some(Judged {
-            faults: means.judge(&self.told) & judged,
+            faults: means.judge(&self.expected) & judged,
             judged,
             means,
             blocks,
@@ -146,7 +146,7 @@ impl Rest {
     }
 
     fn is_steady(&self, block_s: f32, force: [f32; 3]) -> bool {
-        let noise = self.told.accel.white_noise / (G as f32 * sqrtf(block_s));
+        let noise = self.expected.accel.white_noise / (G as f32 * sqrtf(block_s));
         let most = norm(self.first[1]) * (STEADY + NOISE * noise);
         let pairs = force.iter().zip(&self.first[1]);
         pairs.fold(true, |all, (now, first)| {

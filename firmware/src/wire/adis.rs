@@ -67,10 +67,11 @@ impl Settings {
         self.form.bytes() + frame
     }
 
-    /// A burst as it leaves: bare, or in a frame in `buffer`. `time_us`: when it was fetched.
+    /// A burst as the device sends it: bare, or in a frame in `buffer`. `time_us`: when it was
+    /// fetched.
     ///
     /// # Errors
-    /// [`Error::Length`] when a burst for a frame is not of the form told.
+    /// [`Error::Length`] when a burst for a frame is not of the configured form.
     pub fn leaving<'b>(
         &self,
         reply: &'b mut [u8],

@@ -68,12 +68,12 @@ impl<F: Framing, const N: usize> Detector<F, N> {
         }
     }
 
-    /// Begins anew, in place: a new one would be built on the stack first. `told` gives the format
-    /// to be looked for instead of each.
-    pub fn begin_anew(&mut self, told: impl Fn(F) -> F) {
+    /// Restarts in place: a new one would be built on the stack first. `configured` gives the
+    /// format to be searched for instead of each.
+    pub fn begin_anew(&mut self, configured: impl Fn(F) -> F) {
         self.bytes.clear();
         for candidate in &mut self.candidates {
-            *candidate = Candidate::new(told(candidate.finder.format()));
+            *candidate = Candidate::new(configured(candidate.finder.format()));
         }
     }
 
@@ -166,14 +166,14 @@ mod tests {
     #[test]
     fn special_datagrams_are_handed_over() {
         use crate::wire::stim300::config::Config;
-        let told = Config::DEFAULT.with_unit_codes(0, 0).emit();
+        let datagram = Config::DEFAULT.with_unit_codes(0, 0).emit();
         let mut detector = Detector::new();
         let mut heard = std::vec::Vec::new();
-        for &byte in &told {
+        for &byte in &datagram {
             detector.push(&[byte], |format, message| {
                 heard.push((format, message.to_vec()));
             });
         }
-        assert_eq!(heard, [(ImuFormat::Stim300, told.to_vec())]);
+        assert_eq!(heard, [(ImuFormat::Stim300, datagram.to_vec())]);
     }
 }

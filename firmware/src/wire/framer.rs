@@ -345,8 +345,8 @@ impl<F: Framing> Framer<F> {
         }
     }
 
-    /// Begins anew with this format, in place: a new one would be built on the stack first. What it
-    /// holds is dropped.
+    /// Restarts with this format, in place: a new framer would be built on the stack first. Pending
+    /// bytes are dropped.
     pub fn restart(&mut self, format: F) {
         self.bytes.clear();
         self.finder = Finder::new(format);

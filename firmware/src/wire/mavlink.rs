@@ -18,8 +18,8 @@
 //! make the navigation computer refuse them. Their units are called unknown, so that the device
 //! raises a fault and passes everything through: switch signing off at the sensor.
 //!
-//! **Several senders.** The correction belongs to one IMU, which the device is told ([`Imu`]).
-//! Those of other IMUs pass unchanged.
+//! **Several senders.** The correction belongs to one IMU, which is configured ([`Imu`]). Those of
+//! other IMUs pass unchanged.
 //!
 //! All other messages of the dialect `common` pass unchanged. The CRC of messages of other dialects
 //! cannot be checked, so their bytes are no message to the device.
@@ -88,7 +88,7 @@ impl Imu {
     };
 
     fn is(self, [system, component, id]: [u8; 3]) -> bool {
-        let same = |told, sent| told == 0 || told == sent;
+        let same = |configured, sent| configured == 0 || configured == sent;
         same(self.system, system) && same(self.component, component) && self.id == id
     }
 }
@@ -278,7 +278,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         let (gyro, accel) = (self.triad(at::GYRO), self.triad(at::ACCEL));
         let new = match self.updated() & updated::ALL {
             0 => updated::ALL,
-            told => told,
+            stated => stated,
         };
         let valid = Axes::new(
             finite(&gyro) & (new / updated::GYRO_X) as u8,

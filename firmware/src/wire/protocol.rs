@@ -68,7 +68,7 @@ pub trait ImuProtocol {
     fn read(frame: &[u8]) -> Option<Reading>;
 
     /// Changes values, own fault bit and checksum. The checksum is changed by the difference and
-    /// never made anew. Returns the axes whose value saturated.
+    /// never recomputed. Returns the axes whose value saturated.
     fn change(frame: &mut [u8], change: &Change, settings: &Self::Settings) -> Option<Axes>;
 
     /// Whether a frame of such a sensor may tell its temperature ([`Reading::temperature`]).
@@ -87,7 +87,7 @@ pub trait ImuProtocol {
         false
     }
 
-    /// Makes the checksum of a frame anew, for simulators and tests.
+    /// Recomputes the checksum of a frame, for simulators and tests.
     fn seal(frame: &mut [u8]);
 }
 
@@ -162,7 +162,7 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    /// What a device is told about it.
+    /// Settings of a device for this sensor.
     pub fn told(&self) -> Settings {
         let mut settings = Settings {
             rate: f64::from(self.rate),

@@ -144,7 +144,7 @@ pub(super) mod testing {
         pub heading_sigma: Option<f32>,
     }
 
-    /// A message of 32-bit words, apart and joined again, with a checksum that is made anew.
+    /// A message of 32-bit words, taken apart and joined again, with a recomputed checksum.
     pub fn remade(
         format: ReceiverFormat,
         frame: &[u8],

@@ -52,8 +52,8 @@ macro_rules! imu_formats {
             /// Which format it is, with the layout of its frames.
             pub const fn format(self) -> ImuFormat {
                 match self {
-                    $(FormatSettings::$format(_told) => {
-                        ImuFormat::$format $((_told.$layout))?
+                    $(FormatSettings::$format(_settings) => {
+                        ImuFormat::$format $((_settings.$layout))?
                     })+
                 }
             }
@@ -61,7 +61,7 @@ macro_rules! imu_formats {
             /// Whether a frame of such a sensor may tell its temperature.
             pub fn has_thermometer(self) -> bool {
                 match self {
-                    $(FormatSettings::$format(told) => $module::Protocol::has_thermometer(&told),)+
+                    $(FormatSettings::$format(settings) => $module::Protocol::has_thermometer(&settings),)+
                 }
             }
 
@@ -109,7 +109,7 @@ macro_rules! imu_formats {
                 }
             }
 
-            /// Makes the checksum of a frame anew, for simulators and tests.
+            /// Recomputes the checksum of a frame, for simulators and tests.
             pub fn seal(self, frame: &mut [u8]) {
                 match self {
                     $(ImuFormat::$format { .. } => $module::Protocol::seal(frame),)+

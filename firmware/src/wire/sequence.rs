@@ -1,16 +1,16 @@
 //! Units, rate and gap rule of a stream, and the gaps themselves.
 //!
-//! An overrun looks like plausible frozen data, so the counter of the sensor is kept and compared,
-//! and never made anew. A gap of a whole turn of the counter cannot be seen: 256 internal samples
-//! of a STIM300 (128 ms), 128 frames of a KVH.
+//! An overrun looks like plausible frozen data, so the counter of the sensor is stored and
+//! compared, and never replaced. A gap of a whole turn of the counter cannot be detected: 256
+//! internal samples of a STIM300 (128 ms), 128 frames of a KVH.
 
 use super::Reading;
 use crate::sample::Units;
 
-/// What the samples of a stream mean.
+/// Units, rate and gap rule of the samples of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stream {
-    /// What a count is worth.
+    /// Units of a count.
     pub units: Units,
     /// Samples a second.
     pub rate: f64,
@@ -88,7 +88,7 @@ impl Stream {
             _ => Gap::None,
         };
         match gap {
-            // a time that advances, but by too little, is another rate than the one told
+            // a time that advances by too little is another rate than the configured one
             Gap::Duplicate if before == last.time => {
                 last.repeats = last.repeats.saturating_add(1);
             }
@@ -108,8 +108,7 @@ impl Stream {
         }
     }
 
-    /// Whether counter or time have begun anew: of those that run for so long that this says
-    /// something.
+    /// Whether counter or time have restarted. False for those that wrap too soon to show it.
     pub fn has_begun_anew(&self, last: &Last, reading: &Reading) -> bool {
         match (self.sequence, reading.counter, reading.time) {
             (Sequence::Counter(rule), Some(now), _) => {

@@ -25,8 +25,8 @@
 //! increments, uncompensated rates in the same message are changed by the same amount, as they have
 //! the same errors. Compensated rates pass unchanged, in this message and in others: the sensor's
 //! filter has subtracted its own estimate of the same errors, and ours would be subtracted from it
-//! once more. The device can be told to take the compensated rates instead ([`Values`]). Then they
-//! alone are read and changed, and the bias that is learnt moves with the sensor's filter.
+//! once more. The device can be configured to take the compensated rates instead ([`Values`]). Then
+//! they alone are read and changed, and the bias that is learnt moves with the sensor's filter.
 //!
 //! Increments must be in body axes (register 82, as delivered). The rate of the messages must be
 //! configured.

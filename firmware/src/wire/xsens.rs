@@ -312,7 +312,7 @@ fn write(message: &mut [u8], at: usize, bytes: [u8; 4]) {
     put(message, end, [sum]);
 }
 
-/// Makes the sum anew.
+/// Recomputes the sum.
 fn seal(message: &mut [u8]) {
     let end = message.len().saturating_sub(1);
     let sum = sum_bytes(message.get(1..end).unwrap_or_default());

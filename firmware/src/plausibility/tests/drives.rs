@@ -48,7 +48,7 @@ const fn sheet(name: &'static str, gyro_bias: f64, arw: f64, accel_bias: f64, vr
 }
 
 impl Sheet {
-    pub fn told(&self, vehicle: VehicleKind) -> Expected {
+    pub fn expected(&self, vehicle: VehicleKind) -> Expected {
         let triad = |bias: f64, noise: f64, range: f32| Triad {
             bias_turn_on: bias as f32,
             bias_in_run: 0.0,
@@ -166,7 +166,7 @@ impl Drive {
     /// at which something was judged.
     pub fn run(&self, seed: u64) -> (u32, Option<f64>, Vec<f64>) {
         let mut random = Random(seed);
-        let mut rest = Rest::new(self.sheet.told(self.vehicle));
+        let mut rest = Rest::new(self.sheet.expected(self.vehicle));
         // the worst sign of the biases is not known: each is drawn
         let mut biases = |sigma: f64| {
             [0; 3].map(|_| {

@@ -96,7 +96,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     }
 }
 
-/// Makes both checksums anew, that of the burst first.
+/// Recomputes both checksums, that of the burst first.
 fn seal(frame: &mut [u8]) {
     if let Some(form) = form(frame) {
         form.seal(burst_mut(frame));

@@ -29,7 +29,7 @@ pub mod unwell {
     pub const LINKS: u8 = 1 << 1;
     /// The learner's work does not end: of older firmware, a newer one goes on without it.
     pub const LEARNER: u8 = 1 << 2;
-    /// The navigation line does not send, although it was opened anew.
+    /// The navigation line does not send, although it was reopened.
     pub const OUTPUT: u8 = 1 << 3;
 }
 
@@ -51,7 +51,7 @@ pub enum ClockSource {
 pub struct Crystal {
     /// What the firmware was built for, MHz.
     pub built_mhz: u8,
-    /// What is in use, MHz; 0: the crystal is not in use.
+    /// Crystal frequency in use, MHz; 0: the crystal is not in use.
     pub used_mhz: u8,
     /// As measured at start against the internal oscillator, kHz, and as exact as that is; 0: it
     /// could not be measured.
@@ -69,8 +69,8 @@ pub enum CrashKind {
     ClockStopped,
     /// A panic.
     Panic,
-    /// The window watchdog was about to bite: `unwell` says why it was not fed; 0: the frame path
-    /// did not turn.
+    /// The window watchdog was about to bite: `unwell` gives why it was not fed; 0: the frame path
+    /// did not run.
     NotFed,
 }
 
@@ -83,7 +83,7 @@ pub enum LoopPhase {
     Burst,
     /// A pass of the application.
     Poll,
-    /// Lines were opened anew.
+    /// Lines were reopened.
     Open,
     /// The store.
     Store,
@@ -148,7 +148,7 @@ pub struct Reset {
     pub brown_out: Option<u8>,
     /// The supply is too low for writing flash.
     pub supply_low: bool,
-    /// Times since start that the navigation line was opened anew, since it did not send.
+    /// Times since start that the navigation line was reopened, since it did not send.
     pub reopened: u16,
     /// The last crash since power-on.
     pub crash: Option<Crash>,

@@ -68,7 +68,7 @@ fn one_damaged_frame_costs_one_frame_and_is_named() {
 
 /// Another format is not a line of bad checksums.
 #[test]
-fn an_unknown_format_is_told_apart_from_damage() {
+fn an_unknown_format_is_distinguished_from_damage() {
     for format in all() {
         for other in all().into_iter().filter(|other| *other != format) {
             let stream: Vec<_> = (0..=255).flat_map(|n| other.example(n)).collect();

@@ -92,8 +92,8 @@ impl LaidOut for Protocol {
     }
 
     #[inline(always)]
-    fn change(_: Imu, frame: &mut [u8], change: &Change, told: &Settings) -> Option<Axes> {
-        <Protocol as ImuProtocol>::change(frame, change, told)
+    fn change(_: Imu, frame: &mut [u8], change: &Change, settings: &Settings) -> Option<Axes> {
+        <Protocol as ImuProtocol>::change(frame, change, settings)
     }
 }
 

@@ -123,23 +123,23 @@ fn what_cannot_be_changed_is_not() {
     assert_eq!(bytes, SIGNED);
 }
 
-/// Of several IMUs on a line the one that is told is corrected.
+/// Of several IMUs on a line the configured one is corrected.
 #[test]
 fn others_imus_pass() {
-    let told = |system, component, id| Imu {
+    let configured = |system, component, id| Imu {
         system,
         component,
         id,
     };
     for (imu, is_frame) in [
-        (told(0, 0, 2), true),
-        (told(7, 0, 2), true),
-        (told(0, 11, 2), true),
-        (told(7, 11, 2), true),
-        (told(0, 0, 0), false),
-        (told(0, 0, 1), false),
-        (told(6, 0, 2), false),
-        (told(0, 12, 2), false),
+        (configured(0, 0, 2), true),
+        (configured(7, 0, 2), true),
+        (configured(0, 11, 2), true),
+        (configured(7, 11, 2), true),
+        (configured(0, 0, 0), false),
+        (configured(0, 0, 1), false),
+        (configured(6, 0, 2), false),
+        (configured(0, 12, 2), false),
     ] {
         let expected = match is_frame {
             true => Scan::Frame(75),
@@ -164,7 +164,7 @@ fn fields_that_are_not_new_are_not_valid() {
             .valid
     };
     assert_eq!(valid(updated::ALL), Axes::ALL);
-    assert_eq!(valid(0), Axes::ALL); // not told
+    assert_eq!(valid(0), Axes::ALL); // not stated
     assert_eq!(valid(OWN_FAULT), Axes::ALL);
     assert_eq!(
         valid(updated::ALL & !(updated::GYRO_X << 1)),

@@ -125,7 +125,7 @@ fn golden_accuracy_and_heading() {
 }
 
 #[test]
-fn what_is_not_measured_is_not_told() {
+fn what_is_not_measured_is_not_reported() {
     let gga = |quality: &str, rest: &str| {
         of(&format!(
             "GPGGA,092725,4717.1,N,00833.9,E,{quality},12,{rest}"

@@ -12,8 +12,8 @@ use crate::units::DEGREE;
 /// A message that is not newer than the newest epoch, but older by at most this, belongs to it or
 /// to one that is over, ms. With more, the receiver's time has gone back.
 const LATE_MS: u32 = 1000;
-/// So does it only when it comes this soon after the newest epoch began, microseconds. Later, the
-/// receiver's time has gone back as well: it has started anew.
+/// A late message of an older epoch comes this soon after the newest epoch began, microseconds.
+/// Later, the receiver's time has gone back as well: the receiver has restarted.
 const LATE_US: u64 = 2_000_000;
 const DAY_MS: u32 = 86_400_000;
 const WEEK_MS: u32 = 7 * DAY_MS;
@@ -50,8 +50,8 @@ pub enum Time {
 /// Standard deviations of position (m) and velocity (m/s), in the order of [`OBSERVATIONS`].
 pub type Sigmas = [f32; OBSERVATIONS];
 
-/// What the messages of an epoch have told so far. A message writes what it measures and leaves
-/// the rest.
+/// Values that the messages of an epoch have given so far. A message writes what it measures and
+/// leaves the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Values {
     /// Position.
@@ -74,7 +74,7 @@ pub struct Values {
 }
 
 impl Values {
-    /// Nothing is told.
+    /// No value is given.
     pub const NONE: Values = Values {
         position: Position {
             latitude: 0.0,
@@ -152,7 +152,7 @@ pub struct Joiner {
     kinds: u8,
     usual: u8,
     /// It has been handed over.
-    told: bool,
+    handed_over: bool,
     /// The line was silent since, so a message without a time is not of it.
     over: bool,
     /// Day of the week, of receivers that tell the time of the day: by their last date, and by the
@@ -172,7 +172,7 @@ impl Joiner {
             values: Values::NONE,
             kinds: 0,
             usual,
-            told: true,
+            handed_over: true,
             over: false,
             day: 0,
             ready: false,
@@ -204,7 +204,7 @@ impl Joiner {
                     self.day = (self.day + 1) % 7;
                 }
                 (self.time, self.arrival) = (Some(new), arrival);
-                (self.kinds, self.told, self.over) = (0, false, false);
+                (self.kinds, self.handed_over, self.over) = (0, false, false);
                 self.values = Values::NONE;
             }
         }
@@ -223,7 +223,7 @@ impl Joiner {
 
     /// Whether an epoch waits for messages.
     pub fn waits(&self) -> bool {
-        !self.told
+        !self.handed_over
     }
 
     /// The line is silent: nothing more comes of the epoch.
@@ -240,7 +240,7 @@ impl Joiner {
     /// Makes the fix, if there is a position or a velocity.
     #[inline(never)]
     fn hand_over(&mut self) {
-        if core::mem::replace(&mut self.told, true) {
+        if core::mem::replace(&mut self.handed_over, true) {
             return;
         }
         self.day = self.values.day.unwrap_or(self.day);

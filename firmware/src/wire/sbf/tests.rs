@@ -4,7 +4,7 @@ use crate::wire::receiver::testing::{self, NONE, Part};
 use crate::wire::{Error, ReceiverFormat};
 use std::vec::Vec;
 
-/// Made anew: CRC of all that is behind it.
+/// Recomputes the CRC of all bytes behind it.
 fn seal(frame: &mut [u8]) {
     let sum = xmodem(&frame[4..]);
     put(frame, 2, sum.to_le_bytes());
@@ -92,7 +92,7 @@ fn golden_blocks() {
 }
 
 #[test]
-fn what_is_not_measured_is_not_told() {
+fn what_is_not_measured_is_not_reported() {
     for mode in [0, 3, 9, 11, 0x84] {
         assert_eq!(changed(&PVT, 14, [mode]).position, None, "{mode}");
         assert_eq!(changed(&POSITION_COVARIANCE, 14, [mode]).stated, NONE);

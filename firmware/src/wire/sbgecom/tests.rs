@@ -95,7 +95,7 @@ fn the_status_names_good_axes() {
     assert_eq!(frame.reading().valid, Axes::new(0b110, 7));
 }
 
-/// 71 minutes after its start the time stamp begins anew.
+/// 71 minutes after its start the time stamp wraps.
 #[test]
 fn a_turn_of_the_time_stamp_is_no_gap() {
     let stream = ImuFormat::SbgEcom.stream(&Settings::DEFAULT, 44).unwrap();

@@ -10,7 +10,7 @@ use crate::wire::sequence::{Rule, Sequence, Stream};
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
 use serde::{Deserialize, Serialize};
 
-/// What a device is told about a STIM300.
+/// Configuration of a STIM300.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The sensor's configuration, until it sends it. With `answer_us`, also what `C` is answered

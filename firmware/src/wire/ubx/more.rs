@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_measured_is_not_told() {
+    fn what_is_not_measured_is_not_reported() {
         let part = changed(&COVARIANCE, 5, [0, 1]).unwrap();
         assert!(part.stated[..3] == NONE[..3] && part.stated[5] == 0.1);
         let nan = changed(&COVARIANCE, 28, f32::NAN.to_le_bytes()).unwrap();

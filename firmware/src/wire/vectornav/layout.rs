@@ -262,7 +262,7 @@ impl Layout {
         }
     }
 
-    /// The triad that is read as the sample's: of the values told, the best quantity that the
+    /// The triad that is read as the sample's: of the configured values, the best quantity that the
     /// message has.
     pub fn best(&self, values: Values, accel: bool) -> Option<&'static Triad> {
         let best = if accel { &ACCELS } else { &GYROS };

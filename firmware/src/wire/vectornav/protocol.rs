@@ -138,8 +138,8 @@ const fn simulated(
 }
 
 const SIMULATED: [Simulated; 3] = [
-    // 1000 Hz, as a device expects that is told nothing; 1e-9 rad and 1e-7 m/s, which the
-    // quantisation of a simulated pulse must not show
+    // 1000 Hz, as an unconfigured device expects; 1e-9 rad and 1e-7 m/s, which the quantisation of
+    // a simulated pulse must not show
     Simulated {
         rate: 1000,
         count: [1e-9, 1e-7],

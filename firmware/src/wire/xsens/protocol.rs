@@ -124,8 +124,8 @@ const fn simulated(
 }
 
 const SIMULATED: [Simulated; 3] = [
-    // 1000 Hz, as a device expects that is told nothing; 1e-9 rad and 1e-7 m/s, which the
-    // quantisation of a simulated pulse must not show
+    // 1000 Hz, as an unconfigured device expects; 1e-9 rad and 1e-7 m/s, which the quantisation of
+    // a simulated pulse must not show
     Simulated {
         count: [1e-9, 1e-7],
         ..simulated("xsens, increments", 1000, [2.0, 1.0], |fields, buffer| {

@@ -79,7 +79,7 @@ fn golden_logs() {
 }
 
 #[test]
-fn what_is_not_measured_is_not_told() {
+fn what_is_not_measured_is_not_reported() {
     for status in [1_u32, 6, 18] {
         let bytes = status.to_le_bytes();
         assert_eq!(changed(&POSITION, 0, bytes).position, None, "{status}");
