@@ -67,7 +67,7 @@ pub struct Fix {
     /// counted from the arrival, and this is added.
     pub waited: u32,
     /// Its age at the last sample before it was complete, s, by the receiver's time pulse: exact,
-    /// whatever was told of the delay. `None` without a pulse.
+    /// whatever delay is configured. `None` without a pulse.
     pub age: Option<f32>,
 }
 

@@ -83,7 +83,7 @@ pub struct Sources {
     pub rate: [f32; 3],
     /// Mean specific force, m/s2.
     pub force: [f32; 3],
-    /// Mean of the sensor's temperature, degrees C; [`REFERENCE_DEGC`] while it has told none.
+    /// Mean of the sensor's temperature, degrees C; [`REFERENCE_DEGC`] before the first reading.
     pub temperature: f32,
     /// Rate of change of the temperature, K/s; 0 while it is not known: see [`Thermometer`].
     pub temperature_rate: f32,
@@ -135,7 +135,7 @@ impl Sources {
 const LOW_PASS_S: f32 = 60.0;
 /// Time after the first reading in which the rate of change counts as unknown, s.
 const UNKNOWN_S: f32 = 10.0;
-/// After so long without a reading the low-pass starts anew, s.
+/// After so long without a reading the low-pass restarts, s.
 const GAP_S: f32 = 60.0;
 /// Readings outside of these are no temperatures of a sensor that works, degrees C.
 const PLAUSIBLE_DEGC: core::ops::RangeInclusive<f32> = -100.0..=200.0;

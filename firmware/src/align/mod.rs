@@ -150,7 +150,7 @@ impl Align {
         libm::hypotf(libm::hypotf(gyro * turn, lean), slope)
     }
 
-    /// Begins anew. `commanded`: the vehicle stands whatever the detector finds.
+    /// Restarts. `commanded`: the vehicle stands whatever the detector finds.
     pub fn restart(&mut self, commanded: bool) {
         if !self.gather.is_empty() {
             self.gather.end();
@@ -165,7 +165,7 @@ impl Align {
         self.begin_second();
     }
 
-    /// Samples are missing: begins anew.
+    /// Samples are missing: restarts.
     pub fn gap(&mut self) {
         self.standstill.moves();
         self.restart(self.commanded);

@@ -5,7 +5,7 @@ use crate::inputs::{Inputs, Source, Sources, settles};
 use lrnn_nostd::Step;
 
 impl Compensator {
-    /// What enters the networks: [`crate::inputs::OWN`], unless [`Compensator::set_inputs`] told
+    /// Inputs of the networks: [`crate::inputs::OWN`], unless [`Compensator::set_inputs`] has set
     /// other sources.
     pub fn inputs(&self) -> &Inputs {
         &self.inputs

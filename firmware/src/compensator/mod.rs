@@ -108,7 +108,7 @@ pub struct State {
     pub given_up: u32,
     /// Times memory was found changed by nobody, and was mended, since start.
     pub mended: u32,
-    /// The compensator itself was found changed and must be made anew. Until then the correction
+    /// The compensator itself has changed in memory and must be rebuilt. Until then the correction
     /// stays as it is.
     pub unsound: bool,
     /// How often the correction was set, modulo 2^32.

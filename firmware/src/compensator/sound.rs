@@ -123,22 +123,22 @@ impl Compensator {
             ^ floats(counts_per_error.as_flattened())
     }
 
-    /// The estimate in force is no longer what was put there. What the first outlet subtracts still
-    /// shows it. The caller moves it and takes its sum.
+    /// The estimate in force is corrupted. It is restored from what the first outlet subtracts. The
+    /// caller moves it and takes its sum.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_estimate(&self, state: &mut State) {
         let [first, ..] = &state.outlets;
         let [per_error, ..] = self.counts_per_error;
-        let told = state.estimate.iter_mut().zip(&first.due_float);
-        for ((estimate, due), per_error) in told.zip(per_error) {
+        let axes = state.estimate.iter_mut().zip(&first.due_float);
+        for ((estimate, due), per_error) in axes.zip(per_error) {
             *estimate = due.map(|counts| -counts / per_error);
         }
         state.estimate = self.within_limit(state.estimate);
         state.mended = state.mended.saturating_add(1);
     }
 
-    /// What an outlet subtracts is no longer what was put there: it is made anew from the estimate.
+    /// What an outlet subtracts is corrupted: it is recomputed from the estimate.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_outlet(&self, state: &mut State, outlet: usize) {

@@ -1,5 +1,5 @@
-//! What a device is told about its unit: the sensor, its mounting, the receiver, the vehicle, and
-//! how corrections act.
+//! The configuration of a device: the sensor, its mounting, the receiver, the vehicle, and how
+//! corrections act.
 //!
 //! A user writes one file in datasheet units (`host-sim unit`). The desktop turns it into a
 //! [`Configuration`] in SI units and sends it to the device as a [`record`]. The device and every
@@ -29,7 +29,7 @@ pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
 pub const SERIAL_LEN: usize = 24;
 
-/// All that a device is told about its unit. SI units throughout.
+/// The configuration of a device. SI units throughout.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Configuration {
     /// Whose sensor it is.
@@ -120,8 +120,8 @@ pub enum Sensor {
 /// The errors of a triad by its datasheet. All are standard deviations and >= 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Triad {
-    /// Bias that is drawn anew at each power-on, with what is left of the calibration; rad/s or
-    /// m/s2, > 0.
+    /// Bias that changes at each power-on, with what is left of the calibration; rad/s or m/s2, >
+    /// 0.
     pub bias_turn_on: f32,
     /// Random walk of the bias in an hour; rad/s or m/s2.
     pub bias_in_run: f32,
@@ -145,11 +145,11 @@ pub struct Receiver {
     pub protocol: ReceiverProtocol,
     /// From the IMU to the antenna in body axes (forward, right, down), m, each -100 to 100.
     pub lever_arm: [f32; 3],
-    /// Standard deviation of the lever arm along each axis, m, 0 to 100. 0: it is exactly as told.
+    /// Standard deviation of the lever arm along each axis, m, 0 to 100. 0: it is known exactly.
     pub lever_arm_sigma: f32,
     /// Least age of a fix when it arrives, s, 0 to 1.
     pub fix_delay: f32,
-    /// Standard deviation of that age, s, 0 to 1. 0: it is exactly as told.
+    /// Standard deviation of that age, s, 0 to 1. 0: it is known exactly.
     pub fix_delay_sigma: f32,
     /// The receiver's time pulse is wired to the board.
     pub pulse: bool,

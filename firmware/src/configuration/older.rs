@@ -57,7 +57,7 @@ pub struct Receiver1 {
 }
 
 impl From<Receiver1> for Receiver {
-    /// Lever arm and delay stay exactly as told, which is what they meant in schema 1.
+    /// Lever arm and delay count as known exactly, which is what they meant in schema 1.
     fn from(configuration: Receiver1) -> Receiver {
         Receiver {
             protocol: configuration.protocol,

@@ -28,7 +28,7 @@ pub enum Cause {
     Reset,
 }
 
-/// What is told of it.
+/// State of the recording, as reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Recording {
     /// What it does.

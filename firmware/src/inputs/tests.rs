@@ -105,7 +105,7 @@ fn rare_readings_give_the_same_and_a_gap_starts_anew() {
     assert!(celsius == 49.0 && (rate + 0.1).abs() < 2e-6, "{rate}");
     // while it is silent, the last reading stays, and after 60 s its rate is unknown
     let silent: Vec<[f32; 2]> = (0..61).map(|_| thermometer.end_block(1.0)).collect();
-    assert!(silent[..60].iter().all(|told| *told == [49.0, rate]));
+    assert!(silent[..60].iter().all(|output| *output == [49.0, rate]));
     assert_eq!(silent[60], [49.0, 0.0]);
 }
 

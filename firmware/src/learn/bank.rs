@@ -363,7 +363,7 @@ impl<T: Real> Bank<T> {
         self.each(|h| h.inflate(variance));
     }
 
-    /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
+    /// The stream restarts: the networks' states are those of power-on; what was learnt stays.
     pub fn reset_networks(&mut self) {
         self.each(|h| h.reset_networks());
         self.fresh = table::SETTLING;

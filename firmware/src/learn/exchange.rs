@@ -48,7 +48,7 @@ pub enum Order {
     Gap,
     /// Nothing is known of the unit any more: [`Learner::recall`].
     ForgetUnit,
-    /// The learner begins anew. [`View`] follows.
+    /// The learner restarts. [`View`] follows.
     Anew(Anew),
     /// [`Learner::block`], with its own number and that of its last sample. [`Answer`] and [`View`]
     /// follow.
@@ -65,7 +65,7 @@ pub enum Order {
     Remember,
 }
 
-/// Why the learner begins anew.
+/// Why the learner restarts.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap")]
 pub enum Anew {
@@ -443,7 +443,7 @@ impl<'m> Port<'m> {
         }
     }
 
-    /// The learner begins anew. What it knew does not count any more.
+    /// Restarts the learner. Its earlier results do not count any more.
     pub fn begin_anew(&mut self, anew: Anew) {
         (self.answer, self.awaits) = (None, false);
         self.stopped &= !self.has_caught_up();

@@ -149,17 +149,17 @@ impl<'m> FixLearner<'m> {
     #[inline(never)]
     fn begin_shapes(&mut self) {
         let Settings { sheet, inputs, .. } = &self.settings;
-        let told = self.shapes.driven;
-        self.shapes = Shapes::new(&told, sheet, inputs);
+        let driven = self.shapes.driven;
+        self.shapes = Shapes::new(&driven, sheet, inputs);
     }
 
     /// The hypothesis that believes the networks that correct this drive, if they do anything.
     #[inline(never)]
     fn begin_stored(&mut self) {
-        let told = &self.shapes.driven;
-        if *told != [Nets::NONE.gyro, Nets::NONE.accel] {
+        let driven = &self.shapes.driven;
+        if *driven != [Nets::NONE.gyro, Nets::NONE.accel] {
             let bank = &mut self.memory.bank;
-            bank.begin_stored(told, &self.settings.sheet, UNALIGNED);
+            bank.begin_stored(driven, &self.settings.sheet, UNALIGNED);
         }
     }
 
@@ -216,8 +216,8 @@ impl<'m> FixLearner<'m> {
         self.forget_stream();
     }
 
-    /// The stream begins anew.
-    fn anew(&mut self) {
+    /// The stream restarts.
+    fn restart_stream(&mut self) {
         self.choice.running = ZERO_CORRECTION;
         self.samples.scale = None;
         self.forget_stream();

@@ -77,8 +77,8 @@ pub struct Report {
     pub residual: f32,
     /// Alignments in motion that were refused because they contradicted the fixes.
     pub refused_alignments: u32,
-    /// The networks that [`Learner::begin`] was given, and that correct the samples of this drive,
-    /// navigate worse than none by the rehearsals of this drive. Until the learner begins anew.
+    /// By the rehearsals of this drive, the networks that [`Learner::begin`] was given, and that
+    /// correct the samples of this drive, navigate worse than none. Until the learner restarts.
     pub stored_harms: bool,
 }
 
@@ -150,10 +150,10 @@ pub trait Learner: Send {
     /// [`Learner::begin`].
     fn configure(&mut self, _settings: &Settings) {}
 
-    /// Begins anew, from a copy of `nets`.
+    /// Restarts from a copy of `nets`.
     fn begin(&mut self, nets: &Nets, stream: StreamScale);
 
-    /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
+    /// The stream restarts: the networks' states are those of power-on; what was learnt stays.
     fn restart(&mut self);
 
     /// An uncorrected sample and its number, after its frame has left.

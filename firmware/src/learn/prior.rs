@@ -30,8 +30,8 @@ pub struct Datasheet<T = f32> {
     pub turn_on: [T; 2],
 }
 
-/// [`Datasheet::turn_on`] where nothing is told (assumed: calibrated sensors of all grades repeat
-/// to some tenth of their bias).
+/// [`Datasheet::turn_on`] where the datasheet does not state it (assumed: calibrated sensors of all
+/// grades repeat to some tenth of their bias).
 pub const TURN_ON: [f32; 2] = [0.1; 2];
 
 impl Datasheet<f32> {
@@ -197,22 +197,22 @@ impl<T: Real> Shapes<T> {
         &self.reaches
     }
 
-    /// The built-in shapes for these inputs, or the shape of a type of sensor, if `told` has one:
-    /// hidden layers that are alive. Then both are `told`. Networks that were learnt with one of
-    /// the built-in shapes are kept, and so are the scales of any that are alive.
+    /// The built-in shapes for these inputs, or the shape of a type of sensor, if `given` has one:
+    /// hidden layers that are alive. Then both are `given`. Networks that were learnt with one of
+    /// the built-in shapes stay, and so do the scales of any that are alive.
     #[must_use]
-    pub fn new(told: &[LearnerNet<T>; 2], sheet: &Datasheet<T>, inputs: &Inputs) -> Self {
+    pub fn new(given: &[LearnerNet<T>; 2], sheet: &Datasheet<T>, inputs: &Inputs) -> Self {
         let mut all = Self::NONE;
         let scales = sheet.driven_normalisation(inputs);
-        let told = told.iter().zip(scales).zip(inputs);
+        let given = given.iter().zip(scales).zip(inputs);
         for (((net, scales), which), (driven, curved)) in
-            told.zip(all.driven.iter_mut().zip(&mut all.curved))
+            given.zip(all.driven.iter_mut().zip(&mut all.curved))
         {
-            let of_told = is_alive(&net.weights) && net.weights.is_finite();
-            let scales = if of_told { net.normalisation } else { scales };
+            let is_given = is_alive(&net.weights) && net.weights.is_finite();
+            let scales = if is_given { net.normalisation } else { scales };
             *driven = Net::new(wired(columns(which)), scales);
             *curved = Net::new(wired(curved_columns(which)), scales);
-            if of_told {
+            if is_given {
                 let (own, bent) = (same_hidden(net, driven), same_hidden(net, curved));
                 if own || !bent {
                     *driven = *net;

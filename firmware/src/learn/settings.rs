@@ -23,7 +23,7 @@ pub struct Settings {
     /// Least age of a fix when it arrives, s, 0 to 1. What a fix is later than the earliest is
     /// measured: see [`super::age`].
     pub fix_age_s: f32,
-    /// Standard deviation of that least age, s, >= 0. 0: it is exactly as told.
+    /// Standard deviation of that least age, s, >= 0. 0: it is known exactly.
     pub fix_age_sigma: f32,
     /// Scale factor errors of gyros and accelerometers, as ratios.
     pub scale: [f32; 2],
@@ -37,7 +37,7 @@ pub struct Settings {
     pub forward: [f32; 3],
     /// From the IMU to the receiver's antenna in the sensor's axes, m.
     pub lever_arm: [f32; 3],
-    /// Standard deviation of the lever arm along each axis, m, >= 0. 0: it is exactly as told.
+    /// Standard deviation of the lever arm along each axis, m, >= 0. 0: it is known exactly.
     pub lever_arm_sigma: f32,
     /// Rotation from the sensor's axes to body axes: unit quaternion w, x, y, z. Only for what the
     /// learner reports.

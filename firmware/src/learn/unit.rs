@@ -38,15 +38,15 @@ const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2];
 pub const LEN: usize = HEAD + 4 * VALUES;
 const _: () = assert!(LEN <= MEMORY_LEN);
 
-/// The datasheet's scatter of the turn-on counts as so many moments: two drives.
-const TOLD: f32 = 6.0;
+/// Weight of the datasheet's scatter of the turn-on, in moments: two drives.
+const DATASHEET_MOMENTS: f32 = 6.0;
 /// Scatter of the turn-on at least and at most, as a share of the bias.
 const SCATTER: [f32; 2] = [0.01, 0.9];
-/// A fleet's scatter of the turn-on counts as so many moments: ten drives.
+/// Weight of a fleet's scatter of the turn-on, in moments: ten drives.
 const MOMENTS: f32 = 30.0;
 /// By how much each variance grows from drive to drive, as a share of its prior: sensors age, and a
-/// unit that never changed would never be learnt anew. (Assumed: a hundredth of the bias in a
-/// drive.)
+/// unit whose variances never grew would never be learnt again. (Assumed: a hundredth of the bias
+/// in a drive.)
 const AGES: f32 = 1e-4;
 /// By how much the best hypothesis is ahead of another one in the next drive by the evidence of
 /// earlier ones, at most.
@@ -96,13 +96,14 @@ impl Head {
     };
 
     /// Scatter of the turn-on, as a share of the datasheet's bias: gyros, accelerometers.
-    pub fn turn_on(&self, told: &Datasheet) -> [f32; 2] {
+    pub fn turn_on(&self, sheet: &Datasheet) -> [f32; 2] {
         let [gyro, accel] = self.moments;
-        let of = |(sum, told): (f32, f32)| {
-            let variance = (TOLD * told * told + sum) / (TOLD + self.count);
+        let of = |(sum, stated): (f32, f32)| {
+            let variance =
+                (DATASHEET_MOMENTS * stated * stated + sum) / (DATASHEET_MOMENTS + self.count);
             libm::sqrtf(variance).clamp(SCATTER[0], SCATTER[1])
         };
-        [(gyro, told.turn_on[0]), (accel, told.turn_on[1])].map(of)
+        [(gyro, sheet.turn_on[0]), (accel, sheet.turn_on[1])].map(of)
     }
 }
 
@@ -209,10 +210,10 @@ impl Unit {
     /// their output layers and biases this spread.
     pub fn of_type(shapes: &Shapes, sheet: &Datasheet, spread: &[Spread; 2]) -> Unit {
         let mut unit = Unit::NEW;
-        let told = [sheet.gyro_bias, sheet.accel_bias];
+        let bias = [sheet.gyro_bias, sheet.accel_bias];
         let share = |k: usize| {
             let scale = shapes.driven[k].normalisation.output_scale[0];
-            (scale / told[k], spread[k].turn_on * scale / told[k])
+            (scale / bias[k], spread[k].turn_on * scale / bias[k])
         };
         let [(of_gyro, gyro), (of_accel, accel)] = [share(0), share(1)];
         let count = MOMENTS;

@@ -65,7 +65,7 @@ pub trait Line {
     }
 
     /// After a [`Line::receive`]: whether another call at once may find more. Bytes that an
-    /// interrupt will report need not be told.
+    /// interrupt will report need not count.
     fn has_more(&self) -> bool {
         !self.is_idle()
     }

@@ -96,8 +96,8 @@ impl Uart {
         (self.to_send.popped().wrapping_add(moved), !self.has_sent())
     }
 
-    /// The line is closed, to be opened anew. No interrupt and no transfer is under way any more;
-    /// the receiving one had `left` bytes to move. What came before stays; what was to be sent is
+    /// The line is closed, to be reopened. No interrupt and no transfer is under way any more; the
+    /// receiving one had `left` bytes to move. Bytes received before stay; bytes to be sent are
     /// dropped.
     pub fn closed(&self, left: usize) {
         let arriving = self.arriving.load(Ordering::Relaxed);
@@ -196,12 +196,12 @@ impl<S: Progress> Port<'_, S> {
 
     /// Whether nothing has come since start.
     pub fn is_silent(&self) -> bool {
-        self.uart.received.pushed() == 0 && !(S::DMA && self.has_untold())
+        self.uart.received.pushed() == 0 && !(S::DMA && self.has_unreported())
     }
 
     /// Whether DMA has moved bytes that no interrupt has reported.
     #[inline(always)]
-    fn has_untold(&self) -> bool {
+    fn has_unreported(&self) -> bool {
         let arriving = self.uart.arriving.load(Ordering::Relaxed);
         // An interrupt in between makes the result wrong. It has then reported all bytes and woken
         // the loop.
@@ -214,8 +214,8 @@ impl<S: Progress> Port<'_, S> {
     #[inline(always)]
     fn has_work(&self) -> bool {
         let pushed = self.uart.received.count(); // the bytes are not read here
-        let untold = S::DMA && self.has_untold();
-        if pushed == self.received.popped() && !untold {
+        let unreported = S::DMA && self.has_unreported();
+        if pushed == self.received.popped() && !unreported {
             return false;
         }
         let missing = self
@@ -230,7 +230,7 @@ impl<S: Progress> Port<'_, S> {
 
 impl<S: Progress> Line for Port<'_, S> {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        if S::DMA && self.has_untold() {
+        if S::DMA && self.has_unreported() {
             (self.sync)();
         }
         let read = self.received.read_by(buffer, S::get).map_err(|_| Lost);

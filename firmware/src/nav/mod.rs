@@ -259,7 +259,7 @@ impl Navigator {
         self.gather.estimate()
     }
 
-    /// Ends the piece in progress, gives how errors moved since the last call, and starts anew.
+    /// Ends the piece in progress, gives how errors moved since the last call, and restarts.
     pub fn take_transition(&mut self) -> Transition {
         self.end_piece();
         self.interval
@@ -360,7 +360,7 @@ impl Navigator {
         };
         self.interval.piece(&motion);
         // two long computations in one pass of the frame path are put off for some pieces at most
-        if self.interval.is_due(step.anew) {
+        if self.interval.is_due(step.recomputed) {
             let here = self.solution.place().coarse();
             self.interval.step(here, self.config.noise);
         }

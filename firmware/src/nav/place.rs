@@ -1,9 +1,9 @@
 //! The Earth's quantities along the way: exact ones where the vehicle has been a short time ago,
 //! and how they change from there.
 //!
-//! [`Local::at`] and the slopes take 11 000 instructions in f64. So they are computed anew only
-//! when the vehicle has moved by [`NORTH`] or [`UP`], which at 300 m/s is once a second. Between,
-//! with `d` the way north as an angle and `h` the way up,
+//! [`Local::at`] and the slopes take 11 000 instructions in f64. So they are recomputed only when
+//! the vehicle has moved by [`NORTH`] or [`UP`], which at 300 m/s is once a second. Between, with
+//! `d` the way north as an angle and `h` the way up,
 //!
 //! ```text
 //! x(d, h)  = x + x_d d + x_h h                    1/(M + h), 1/(N + h), gravity, Earth rate
@@ -131,7 +131,7 @@ impl Place {
         self.at.curvature[0]
     }
 
-    /// Computes the surroundings anew where a latitude and height are outside. True: it did.
+    /// Recomputes the surroundings where a latitude and height are outside. True: it did.
     #[inline]
     pub fn follow(&mut self, latitude: i64, height: i64) -> bool {
         let (d, h) = (latitude - self.latitude, height - self.height);

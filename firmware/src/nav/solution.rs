@@ -61,8 +61,8 @@ pub struct Solution {
 
 /// What a step found beside the new solution, for the error dynamics.
 pub struct Step {
-    /// The Earth was computed anew.
-    pub anew: bool,
+    /// The Earth's quantities were recomputed.
+    pub recomputed: bool,
     /// Change of velocity over ground, fixed point.
     pub change: [i64; 3],
     /// Integral of the specific force, north, east, down, m/s.
@@ -170,7 +170,7 @@ impl Solution {
         let ahead = mul::<62>(velocity[0], half);
         let latitude = at[0] + (mul::<62>(ahead, self.place.meridian()) >> 3);
         let middle = height - mul::<62>(velocity[2], half);
-        let anew = self.place.follow(latitude, middle);
+        let recomputed = self.place.follow(latitude, middle);
         let here = self.place.here(latitude, middle);
         let [m, n] = here.curvature;
 
@@ -226,7 +226,7 @@ impl Solution {
         self.now = next;
         let middle = core::array::from_fn(|i| coarse(q_bn[i], next.q_bn[i]));
         Some(Step {
-            anew,
+            recomputed,
             change,
             force: dv_n.map(|x| to_f32(x, VELOCITY)),
             v_mid: v_mid.map(|x| to_f32(x, VELOCITY)),

@@ -24,7 +24,7 @@ pub struct Content<'c> {
     pub record: &'c Record,
     /// What the learner remembers.
     pub memory: Memory<'c>,
-    /// The unit that networks and configuration are of: [`unit()`]; 0: not told.
+    /// The unit that networks and configuration are of: [`unit()`]; 0: not stated.
     pub unit: u32,
     /// How long the device has run since power-on, minutes.
     pub minutes: u32,
@@ -44,7 +44,7 @@ pub enum Memory<'c> {
 }
 
 impl<'c> Content<'c> {
-    /// Without a memory, of a unit that is not told.
+    /// Without a memory, of an unstated unit.
     #[must_use]
     pub fn new(nets: &'c Nets, record: &'c Record) -> Content<'c> {
         Content {

@@ -18,7 +18,7 @@
 //! | 14 | 2 | length b of the rest, 59 + c + d |
 //! | 16 | a | the gyro network's image, then the accelerometer network's |
 //! | 16 + a | 2 | length c of the configuration record; 0: none |
-//! | 18 + a | 4 | the unit that all this is of: [`unit()`]; 0: not told |
+//! | 18 + a | 4 | the unit that all this is of: [`unit()`]; 0: not stated |
 //! | 22 + a | 20 | the device's [`Life`] |
 //! | 42 + a | 33 | the device's key ([`Key::to_bytes`]) |
 //! | 75 + a | c | the configuration record ([`crate::configuration::record`]) |
@@ -34,11 +34,12 @@
 //! Weights, configuration and memory are in one record, so weights are always found with the
 //! configuration, and so the sensor, that they were in use with.
 //!
-//! Flash wears out and forgets. What does not read back as written is not used: the record goes to
-//! the next place of the slot that keeps it, and when the slot keeps nothing any more, behind the
-//! newest record in the other one. A record that no longer has its checksum is none; the one before
-//! is used, and [`Stored::damaged`] tells. A device that fails again and again with the newest
-//! record can ask for the one before ([`Store::load_older`]), which is the last that it ran with.
+//! Flash wears out and forgets. A record that does not read back as written is not used: it goes to
+//! the next position of the slot that retains it, and when the slot retains nothing any more,
+//! behind the newest record in the other one. A record that no longer has its checksum is none; the
+//! one before is used, and [`Stored::damaged`] reports it. A device that fails again and again with
+//! the newest record can ask for the one before ([`Store::load_older`]), which is the last that it
+//! ran with.
 //!
 //! Erasing halts most processors while it lasts (STM32F405: 1 to 2 s for a sector of 128 KiB). So
 //! [`Store::save`], which erases, is for bypass and on command only. The frames lost meanwhile show

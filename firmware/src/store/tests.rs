@@ -223,7 +223,7 @@ fn key_of(n: u8) -> Key {
 fn with<T>(n: u8, work: impl FnOnce(&Content) -> T) -> T {
     work(&Content {
         nets: &nets(n),
-        record: &told(n),
+        record: &record_of(n),
         memory: Memory::New(notes(n), &Remembers(n), learnt(n).len()),
         unit: unit_of(n),
         minutes: 0,
@@ -242,8 +242,8 @@ fn memory<const UNIT: usize>(store: &mut Store<Flash<UNIT>>) -> Vec<u8> {
 fn framed(n: u8, generation: u32) -> Vec<u8> {
     let mut images = std::vec![0; IMAGES_LEN];
     nets(n).write_images(0, &mut images);
-    let told = told(n);
-    let mut rest = (told.len() as u16).to_le_bytes().to_vec();
+    let record = record_of(n);
+    let mut rest = (record.len() as u16).to_le_bytes().to_vec();
     rest.extend(unit_of(n).to_le_bytes());
     rest.extend([0; LIFE_LEN]);
     match key_of(n) {
@@ -256,7 +256,7 @@ fn framed(n: u8, generation: u32) -> Vec<u8> {
             rest.extend([0; 32]);
         }
     }
-    rest.extend(told);
+    rest.extend(record);
     let of = notes(n);
     rest.extend(of.unit.to_le_bytes());
     rest.extend(of.minutes.to_le_bytes());
@@ -273,7 +273,7 @@ fn store<const UNIT: usize>(flash: Flash<UNIT>) -> Store<Flash<UNIT>> {
 }
 
 /// A configuration record of a length of its own.
-fn told(n: u8) -> Record {
+fn record_of(n: u8) -> Record {
     (0..usize::from(n) * 2).map(|k| n ^ k as u8).collect()
 }
 
@@ -281,7 +281,7 @@ fn told(n: u8) -> Record {
 fn found<const UNIT: usize>(flash: &Flash<UNIT>) -> Option<u8> {
     let mut store = store(flash.clone());
     let stored = store.load().expect("no newer version")?;
-    let n = (0..=255).find(|&n| nets(n) == stored.nets && told(n) == stored.record);
+    let n = (0..=255).find(|&n| nets(n) == stored.nets && record_of(n) == stored.record);
     let n = n.expect("a record that was never stored");
     assert_eq!(stored.unit, Some(unit_of(n)));
     let memory = memory(&mut store);

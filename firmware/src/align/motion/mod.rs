@@ -15,7 +15,7 @@
 //!
 //! The attitude is handed over ([`Start`]) when tilt and heading are known well enough, the norm is
 //! 1 within its standard deviation, and the innovations are as large as predicted, all for several
-//! fixes in a row. An alignment whose innovations stay too large begins anew and is counted.
+//! fixes in a row. An alignment whose innovations stay too large restarts and is counted.
 
 mod begin;
 mod filter;
@@ -55,12 +55,12 @@ const NORM_FLOOR: f32 = 0.02;
 /// Largest mean normalised innovation squared of an alignment that is handed over; it is 1 when all
 /// assumptions hold.
 const GOOD_RESIDUAL: f32 = 2.0;
-/// Above this the alignment begins anew.
+/// Above this the alignment restarts.
 const BAD_RESIDUAL: f32 = 3.5;
 /// Fixes before the mean says anything.
 const LEAST_FIXES: u16 = 6;
-/// Uncertainty of attitude at which the equations are no longer linear, rad: the alignment begins
-/// anew.
+/// Uncertainty of attitude at which the equations are no longer linear, rad: the alignment
+/// restarts.
 const LINEAR: f32 = 0.3;
 
 /// A fix is wild that is farther than this from where the navigator is, m, up to so many in a row.
@@ -98,7 +98,7 @@ pub struct Progress {
     pub heading_sigma: f32,
     /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
     pub residual: f32,
-    /// Alignments that began anew because their innovations were too large.
+    /// Alignments that restarted because their innovations were too large.
     pub refused: u32,
 }
 
@@ -163,7 +163,7 @@ impl InMotion {
         }
     }
 
-    /// The samples are interrupted: begins anew. What was refused stays counted.
+    /// The samples are interrupted: restarts. The count of refused alignments stays.
     pub fn gap(&mut self) {
         // in place, and not by `new`, which would be built on the stack first
         (self.navigator, self.filter, self.given) = (None, None, None);
@@ -223,7 +223,7 @@ impl InMotion {
         (self.passes, self.norm_fails) = (0, 0);
     }
 
-    /// The alignment contradicts the fixes: it begins anew, with other data.
+    /// The alignment contradicts the fixes: it restarts, with other data.
     fn refuse(&mut self, fix: &Fix) {
         self.refused = self.refused.saturating_add(1);
         self.begin_level(fix);

@@ -214,7 +214,7 @@ impl InMotion {
     }
 
     /// Matching: how the vehicle has moved, what the navigator shows, and what follows for both.
-    /// `None`: the alignment begins anew.
+    /// `None`: the alignment restarts.
     #[inline(never)]
     fn matches(&mut self, taken: &Taken, scratch: &mut Transition<ERRORS>) -> Option<()> {
         let (config, known, given, last) = (&self.config, &self.known, self.given, self.last);
@@ -228,10 +228,10 @@ impl InMotion {
         let nis = filter.observe(&view, &seen(filter));
         let goes_on = filter.finish(&view, nis, &taken.fix)
             && filter.correct(navigator, &view, &seen(filter))
-            // the azimuth may be looked for anew
+            // the azimuth may be searched for again
             && (!filter.watch(&taken.fix)
-                || filter.look_anew(&seen(filter), scratch)
-                    && filter.is_anew(navigator, &seen(filter), scratch));
+                || filter.free_azimuth(&seen(filter), scratch)
+                    && filter.restart_azimuth(navigator, &seen(filter), scratch));
         if !goes_on {
             self.gap();
             return None;

@@ -35,7 +35,7 @@ struct Outcome {
     way: Way,
 }
 
-/// A vehicle with its sensors, and what is told of it.
+/// A vehicle with its sensors and its configuration.
 #[derive(Clone, Copy)]
 struct Case {
     motion: Motion,

@@ -55,7 +55,7 @@ impl Antenna {
     pub(super) fn wander(&self, all: &mut Transition<STATES>) {
         for j in 0..ANTENNA {
             let walk = WALK.get(j).copied().unwrap_or(0.0);
-            let told = self.sigma.get(j).copied().unwrap_or(0.0) > 0.0;
+            let uncertain = self.sigma.get(j).copied().unwrap_or(0.0) > 0.0;
             let jump = if j + 1 == ANTENNA { self.jump } else { 0.0 };
             let variance = walk * walk * (all.time / HOUR_S) + jump;
             let mut column = [0.0; STATES];
@@ -64,7 +64,7 @@ impl Antenna {
                     *to = *of;
                 }
             }
-            if let Some(own) = column.get_mut(NAV + j).filter(|_| told) {
+            if let Some(own) = column.get_mut(NAV + j).filter(|_| uncertain) {
                 *own = 1.0;
                 for (row, a) in all.q.iter_mut().zip(column) {
                     let entries = row.iter_mut().zip(column);

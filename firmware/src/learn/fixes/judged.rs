@@ -2,10 +2,10 @@
 //!
 //! What is remembered of a unit acts from power-on, before any fix. Evidence does not tell which
 //! hypothesis is best at that: it is earned while each of them learns from the same drive, and
-//! there a law that fits every drive anew wins over a constant, even if it never repeats. So in
-//! each drive the learner compares what each of [`REMEMBERING`] knew at power-on with what the best
-//! of all hypotheses knows now. The mean square of the difference, in units of the datasheet's
-//! bias, is kept for the next drives.
+//! there a law that is fitted again in every drive wins over a constant, even if it never repeats.
+//! So in each drive the learner compares what each of [`REMEMBERING`] knew at power-on with what
+//! the best of all hypotheses knows now. The mean square of the difference, in units of the
+//! datasheet's bias, is stored for the next drives.
 
 use crate::learn::bank::{Bank, DRIVEN, REMEMBERED, REMEMBERING, SIX_BIASES, ZERO_CORRECTION};
 use crate::learn::prior::{Datasheet, Shapes};

@@ -10,7 +10,7 @@
 //!
 //! What the variance grows beyond the largest before is noise for the hypotheses; the largest is
 //! forgotten at the same pace. For a turn that goes on this is the noise of a constant that is
-//! drawn anew each `T` (first-order Gauss-Markov).
+//! drawn again each `T` (first-order Gauss-Markov).
 //!
 //! The larger growth of two memories counts. The long one is for steady turns, whose error passes
 //! for a bias and then ends with them. The short one is for a turn back: the fixes have corrected

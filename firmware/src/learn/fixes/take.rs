@@ -87,7 +87,7 @@ impl FixLearner<'_> {
         }
     }
 
-    /// The hypotheses learn from a fix, and are chosen anew.
+    /// The hypotheses learn from a fix, and the best is selected again.
     fn learn_from(&mut self, compared: &Compared) {
         if !self.interval_is_over() {
             return;

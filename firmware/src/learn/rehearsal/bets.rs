@@ -54,8 +54,8 @@ pub(super) const MOST: f32 = 4.0;
 const BET: f32 = 0.95;
 /// Share that is at stake at each coast when checking for harm.
 const CHECK_BET: f32 = 0.3;
-/// The capital is kept between these. Below the least one, the bets begin anew, so that a past
-/// failure does not count for ever; the largest one bounds how long a past success does.
+/// The capital stays between these. Below the least one, the bets restart, so that an early failure
+/// does not count for ever; the largest one bounds how long an early success does.
 const PROOF: [f32; 2] = [0.05, 1e4];
 const CHECK: [f32; 2] = [0.05, 2.0];
 /// Scores whose mean is kept.

@@ -52,8 +52,8 @@ const ALIKE: f32 = 0.2;
 /// so much later: a share of it, and s.
 const EARLY: f32 = 0.3;
 const LATE: [f32; 2] = [0.5, 2.0];
-/// After a new start of the navigator, past proofs count no more than this.
-const ANEW: f32 = 10.0;
+/// After a restart of the navigator, earlier proofs count no more than this.
+const CARRIED: f32 = 10.0;
 /// A proof that was not renewed for this time is none any more, s (assumed).
 const TRUST_S: f32 = 3600.0;
 
@@ -116,7 +116,7 @@ impl Rehearsal {
         since_s: 0.0,
     };
 
-    /// Begins anew, in place.
+    /// Restarts in place.
     pub fn begin(&mut self) {
         self.horizons.fill(Horizon::NONE);
         self.drop_coasts();
@@ -132,12 +132,12 @@ impl Rehearsal {
         self.coasts().for_each(|coast| coast.runs = false);
     }
 
-    /// The navigator was lost, or starts anew: the coasts in progress end without a result, and
-    /// what has been proved must be proved again, from a smaller capital.
+    /// The navigator was lost, or restarts: the coasts in progress end without a result, and what
+    /// has been proved must be proved again, from a smaller capital.
     pub fn interrupted(&mut self) {
         self.drop_coasts();
         for horizon in &mut self.horizons {
-            horizon.bets.limit(ANEW);
+            horizon.bets.limit(CARRIED);
         }
         self.proved = [false; HYPOTHESES];
     }

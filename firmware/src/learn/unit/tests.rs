@@ -107,8 +107,8 @@ fn memory_belongs_to_its_networks() {
 #[test]
 fn the_scatter_of_the_turn_ons_is_learnt() {
     let sheet = &Settings::MEDIUM.sheet;
-    let told = Head::NEW.turn_on(sheet);
-    assert!((told[0] - sheet.turn_on[0]).abs() < 1e-6);
+    let turn_on = Head::NEW.turn_on(sheet);
+    assert!((turn_on[0] - sheet.turn_on[0]).abs() < 1e-6);
     for scatter in [0.02_f32, 0.5] {
         let head = Head {
             moments: [300.0 * scatter * scatter; 2],

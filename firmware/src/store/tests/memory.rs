@@ -6,7 +6,7 @@ use super::*;
 #[test]
 fn the_same_memory_stays_through_other_records() {
     let mut store = store(<Flash>::new(8 * ERASE));
-    let record = told(3);
+    let record = record_of(3);
     let empty = Content {
         memory: Memory::Same,
         ..Content::new(&Nets::NONE, &record)
@@ -18,7 +18,7 @@ fn the_same_memory_stays_through_other_records() {
     assert_eq!(first.len(), NOTES_LEN + learnt(3).len());
     // records of other lengths, so that it moves within its pieces
     for n in [0, 1, 17, 18, 250] {
-        let (nets_of, record) = (nets(n), told(n));
+        let (nets_of, record) = (nets(n), record_of(n));
         let content = Content {
             memory: Memory::Same,
             ..Content::new(&nets_of, &record)
@@ -31,10 +31,10 @@ fn the_same_memory_stays_through_other_records() {
             }
         }
         let stored = store.load().unwrap().unwrap();
-        assert!(stored.nets == nets(n) && stored.record == told(n));
+        assert!(stored.nets == nets(n) && stored.record == record_of(n));
         assert_eq!(memory(&mut store), first, "{n}");
     }
-    store.save(&Content::new(&nets(2), &told(2))).unwrap();
+    store.save(&Content::new(&nets(2), &record_of(2))).unwrap();
     assert_eq!(memory(&mut store), []);
 }
 
@@ -113,15 +113,15 @@ fn a_record_of_version_2_is_read_and_renewed() {
     for place in [0, 1152, ERASE] {
         let mut flash: Flash = Flash::new(2 * ERASE);
         flash.bytes.fill(0xFF);
-        let record = of_version(2, 9, &images, &told(5));
+        let record = of_version(2, 9, &images, &record_of(5));
         flash.bytes[place..][..record.len()].copy_from_slice(&record);
         let mut store = store(flash);
         let stored = store.load().unwrap().unwrap();
-        assert!(stored.nets == nets(5) && stored.record == told(5));
+        assert!(stored.nets == nets(5) && stored.record == record_of(5));
         assert_eq!((stored.generation, memory(&mut store)), (9, std::vec![]));
         store.make_room().unwrap();
         let stored = store.load().unwrap().unwrap();
-        assert!(stored.nets == nets(5) && stored.record == told(5));
+        assert!(stored.nets == nets(5) && stored.record == record_of(5));
         assert_eq!((stored.generation, memory(&mut store)), (10, std::vec![]));
         let slot = if place < ERASE { ERASE } else { 0 };
         assert_eq!(store.flash.bytes[slot..][..8], *b"LRNS\x04\0\0\0");
@@ -137,17 +137,17 @@ fn a_record_of_version_2_is_read_and_renewed() {
 fn a_memory_is_of_one_sensor_with_its_inputs() {
     use crate::configuration::Configuration;
     use crate::inputs::Source;
-    let told = |serial: &str, last| {
-        let mut told = Configuration::default();
-        told.identity.serial = serial.try_into().unwrap();
-        told.inputs[1][2] = last;
-        unit(&told)
+    let unit_with = |serial: &str, last| {
+        let mut configuration = Configuration::default();
+        configuration.identity.serial = serial.try_into().unwrap();
+        configuration.inputs[1][2] = last;
+        unit(&configuration)
     };
     let all = [
-        told("", Source::ForceZ),
-        told("N1", Source::ForceZ),
-        told("N2", Source::ForceZ),
-        told("N1", Source::Temperature),
+        unit_with("", Source::ForceZ),
+        unit_with("N1", Source::ForceZ),
+        unit_with("N2", Source::ForceZ),
+        unit_with("N1", Source::Temperature),
     ];
     for (k, one) in all.iter().enumerate() {
         assert!(all[..k].iter().all(|other| other != one), "{k}");

@@ -144,7 +144,7 @@ fn readable(flash: &Wide, n: u8) -> bool {
 fn a_record_without_a_key_is_one_with_another() {
     let mut images = std::vec![0; IMAGES_LEN];
     nets(5).write_images(0, &mut images);
-    let old = of_version(2, 9, &images, &told(5));
+    let old = of_version(2, 9, &images, &record_of(5));
     let mut flash = Wide::new(2 * WIDE);
     flash.bytes.fill(0xFF);
     flash.bytes[..old.len()].copy_from_slice(&old);

@@ -55,8 +55,8 @@ fn coasts_start_apart() {
 #[test]
 fn a_coast_starts_from_what_is_believed() {
     let mut memory = Box::new(Memory::ZEROED);
-    let told = Settings::MEDIUM;
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, BIASED, 5);
+    let settings = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, BIASED, 5);
     drive.seconds(20);
     let mut coast = Coast::NONE;
     coast.time = 9.0;
