@@ -15,7 +15,7 @@ pub(super) struct Count(u64);
 pub(super) type Counts = Counters<Count>;
 
 impl Count {
-    /// So much has been counted.
+    /// A counter with this value.
     pub const fn of(counted: u64) -> Count {
         Count(counted)
     }
@@ -30,7 +30,7 @@ impl Count {
         self.0 == 0
     }
 
-    /// What was counted since then.
+    /// Number of events since `then`.
     pub fn since(self, then: Count) -> u64 {
         self.0.wrapping_sub(then.0)
     }
@@ -40,7 +40,7 @@ impl Count {
         self.0 as u32
     }
 
-    /// What the command link shows, which saturates.
+    /// Value for the command link, which saturates.
     pub fn shown(self) -> u32 {
         u32::try_from(self.0).unwrap_or(u32::MAX)
     }
@@ -52,7 +52,7 @@ impl Counts {
         Counts::default().map(|_| Count::of(counted))
     }
 
-    /// What the command link shows.
+    /// Values for the command link.
     #[inline(never)]
     pub fn shown(&self) -> Counters {
         self.map(Count::shown)

@@ -73,7 +73,7 @@ impl Machine {
         self.entered = times;
     }
 
-    /// Back in state `Start`, with the counters kept.
+    /// A machine in state `Start`, with the same counters.
     #[must_use]
     pub fn restarted(self) -> Machine {
         Machine {

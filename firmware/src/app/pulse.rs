@@ -15,7 +15,7 @@
 //!
 //! **Other seconds.** A line that is inverted, as by a chip for RS-232, rises at the end of the
 //! pulse. Fixes then seem to come before they are valid, or nearly a second late. So an age must be
-//! possible, and near to what was told where something is told of how well it is known.
+//! possible, and near to the configured delay where its standard deviation is configured.
 //!
 //! **Noise.** Five pulses evenly a second apart are believed. From the third on, only an edge where
 //! the next pulse is expected counts. Other edges do no harm, whether they come twice, too often,
@@ -23,7 +23,7 @@
 
 use crate::configuration::Receiver;
 
-/// Edges that are kept until pulses are found among them.
+/// Edges that are stored until pulses are found among them.
 const KEPT: usize = 12;
 /// An edge so soon after another one is its echo, microseconds: a line without a driver, a switch.
 const ECHO_US: u64 = 10_000;
@@ -37,7 +37,7 @@ const NEAR_US: u64 = 500;
 const ENOUGH: u8 = 2;
 /// Without a pulse for so many seconds the relation is lost, before and after it is believed.
 const LOST_S: [u64; 2] = [2, 5];
-/// An age on arrival that is so many standard deviations off what was told is not believed.
+/// An age on arrival that is this many standard deviations off the configured one is not believed.
 const SIGMAS: f32 = 5.0;
 /// After so many fixes in a row whose age cannot be, pulses mark other seconds than was thought.
 const WRONG: u8 = 5;
@@ -47,7 +47,7 @@ const AGE_US: core::ops::RangeInclusive<i32> = -20_000..=1_000_000;
 /// A GPS week, ms.
 const WEEK_MS: i32 = 604_800_000;
 
-/// What is known of the pulses.
+/// State of the pulses.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TimePulse {
     /// The last edges, while there is no rhythm; 0: none.
@@ -123,7 +123,7 @@ impl TimePulse {
 
     /// Age in seconds, at the board's time `at_us`, of a fix that was valid at `time_ms` of the
     /// week and has arrived at `arrived_us`. `None` without pulses, and when it cannot be or
-    /// contradicts what is told of the receiver.
+    /// contradicts the receiver's configuration.
     #[inline(never)]
     pub fn age(
         &mut self,

@@ -111,13 +111,13 @@ impl Reverse {
         notice
     }
 
-    /// The sensor's settings may now change, and it may start anew.
+    /// The sensor's settings may now change, and it may restart.
     pub fn changes(&mut self, flow: &mut Flow) {
         flow.forget_units();
         self.forget();
     }
 
-    /// What the sensor has told is no longer answered, and nothing is due.
+    /// Stored datagrams of the sensor are no longer answered, and nothing is due.
     fn forget(&mut self) {
         for (datagram, _) in &mut self.stored {
             datagram.clear();

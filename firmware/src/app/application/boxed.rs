@@ -44,7 +44,7 @@ impl<'m> App<'m> {
     }
 }
 
-/// For a replay of what a black box holds.
+/// For a replay of a black box.
 impl App<'_> {
     /// Goes on from a key, when the first frame of its page has passed. False: the application is
     /// not in the state that the key tells, so it is another configuration's.
@@ -63,8 +63,8 @@ impl App<'_> {
         self.flow.impose(estimate);
     }
 
-    /// Takes over the fault bits that do not follow from the stream alone, and gives the others:
-    /// those told, and those that are so here.
+    /// Takes over the fault bits that do not follow from the stream alone, and returns the others:
+    /// those of the configuration, and those in force here.
     pub fn impose_faults(&mut self, configuration: u32) -> [u32; 2] {
         self.flow.health.impose(configuration, !FOLLOWS);
         [configuration & FOLLOWS, self.flow.health.faults & FOLLOWS]

@@ -1,4 +1,4 @@
-//! From the sensor's bytes to its frames, and the changes of state that they lead to.
+//! Finds frames in the sensor's bytes, and makes the changes of state that they lead to.
 
 use super::service::Service;
 use super::{App, PIECE};
@@ -51,8 +51,8 @@ impl App<'_> {
         taken != Ok(0) && sensor.has_more()
     }
 
-    /// What the sensor has sent was lost on its way: bytes, or a burst that the board could not
-    /// hand to [`App::burst`].
+    /// Data of the sensor was lost on its way: bytes, or a burst that the board could not hand to
+    /// [`App::burst`].
     pub fn lost(&mut self) {
         self.flow.health.counters.lost.add(1);
         self.flow.gap();
@@ -128,7 +128,7 @@ impl App<'_> {
         }
     }
 
-    /// Which format it is is found out.
+    /// Whether the format is still to be detected.
     fn detects(&self) -> bool {
         self.flow.config.format.is_none() && !self.is_at_spi()
     }
@@ -173,8 +173,8 @@ impl App<'_> {
         self.machine.transition_to_run(self.flow.session.mode);
     }
 
-    /// A bit of the framer's memory has flipped: what it holds is lost. If that was a bit of its
-    /// format, the format is the one that the device was told, or is looked for again.
+    /// A bit of the framer's memory has flipped: its pending bytes are lost. If that was a bit of
+    /// its format, the configured format is used, or the format is detected again.
     #[cold]
     pub(super) fn framer_anew(&mut self) {
         let sensor = &self.flow.config.sensor;

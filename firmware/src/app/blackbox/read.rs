@@ -29,7 +29,7 @@ pub(super) const BREAK: u8 = 7;
 
 /// Bytes of an entry before its own.
 pub(super) const ENTRY_LEN: usize = 4;
-/// Where a page's first frame is.
+/// Offset of a page's first frame.
 pub(super) const PRIMER_AT: usize = 12 + KEY_LEN;
 
 /// A page.
@@ -44,12 +44,12 @@ pub struct Page<'b> {
     entries: &'b [u8],
 }
 
-/// What an entry tells.
+/// Content of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Content<'b> {
     /// Bytes of the sensor, and the lower half of the hash of all that had left before.
     Piece(u16, &'b [u8]),
-    /// The same of a burst.
+    /// A piece of a burst.
     Burst(u16, &'b [u8]),
     /// More of the same piece.
     More(&'b [u8]),
@@ -66,7 +66,7 @@ pub enum Content<'b> {
 pub struct Entry<'b> {
     /// Microseconds since the device's start.
     pub at_us: u64,
-    /// What it tells.
+    /// Content of the entry.
     pub content: Content<'b>,
 }
 

@@ -15,7 +15,7 @@ const LONGEST: usize = 128;
 const RESERVE: usize = 64;
 /// After a fault so many more pages are begun.
 const FOLLOWING: u8 = 2;
-/// The bits that make it hold. The others tell of what the device was told, not of what happens.
+/// The bits that make it hold. The others describe the configuration, not events.
 const CAUSES: u32 = !(fault::NOT_CONFIGURED | fault::WEIGHTS);
 /// A fix within this time after another one is no event, ms.
 const FIXES_MS: u32 = 10_000;
@@ -33,7 +33,7 @@ pub struct BlackBox<'m> {
     full: bool,
     /// Pages to come until it holds.
     follow: u8,
-    /// Where the next entry goes.
+    /// Position of the next entry.
     page: usize,
     at: usize,
     /// Length of the first frame of the page to come, once it is there.
@@ -46,12 +46,12 @@ pub struct BlackBox<'m> {
     /// Hash of all that has left, and bytes that have left since the last piece came.
     hash: u32,
     left: u16,
-    /// What was noted last.
+    /// Last noted state.
     noted: Noted,
     fix_ms: u32,
 }
 
-/// What is compared in every pass.
+/// State that is compared in every pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::app) struct Noted {
     /// Fault bits.
@@ -88,7 +88,7 @@ impl<'m> BlackBox<'m> {
         }
     }
 
-    /// What is told over the command link; `None`: there is no memory.
+    /// The report for the command link; `None`: there is no memory.
     pub(in crate::app) fn reported(&self) -> Option<Recording> {
         self.memory.as_ref()?;
         let Head {
@@ -132,7 +132,7 @@ impl<'m> BlackBox<'m> {
         Ok(())
     }
 
-    /// By request. The cause that was first stays.
+    /// Holds by request. The first cause stays.
     fn freeze(&mut self) {
         if self.head.state == State::Records {
             self.head.cause = Cause::Request;
@@ -406,7 +406,7 @@ impl<'m> BlackBox<'m> {
         }
     }
 
-    /// What leaves no longer follows from the page's key. The next frame begins a page.
+    /// The output no longer follows from the page's key. The next frame begins a page.
     #[cold]
     pub(in crate::app) fn part(&mut self) {
         if self.records {

@@ -5,7 +5,7 @@ use crate::compensator::OUTLETS;
 use crate::wire::Source;
 use heapless::Vec;
 
-/// What tells the kinds of frames apart: source and content.
+/// Identifies a kind of frames: source and content.
 pub type Kind = (Source, u8);
 
 #[derive(Debug, Clone, Copy)]
@@ -15,8 +15,8 @@ struct Channel {
     leads: bool,
 }
 
-/// The kinds of frames on one line, in the order of their first frames. Their places are those of
-/// the compensator's outlets. The first one leads.
+/// The kinds of frames on one line, in the order of their first frames. Their positions are those
+/// of the compensator's output streams. The first one leads.
 #[derive(Debug, Default)]
 pub(in crate::app) struct Channels {
     /// The kind of the last frame; `None`: the next frame is looked at more closely.
@@ -83,7 +83,7 @@ impl Channels {
         self.list.len() == 1
     }
 
-    /// Where the present frame comes from.
+    /// Source of the present frame.
     pub fn source(&self) -> Option<Source> {
         self.kind.map(|(source, _)| source)
     }

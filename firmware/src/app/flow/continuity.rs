@@ -67,7 +67,7 @@ impl Continuity {
         (self.last, self.still) = (Last::default(), Still::default());
     }
 
-    /// So many samples are missing before the last one.
+    /// Counts `samples` as missing before the last one.
     pub fn skip(&mut self, samples: u32) {
         self.sample = self.sample.wrapping_add(samples.into());
     }

@@ -1,4 +1,4 @@
-//! What samples are corrected by.
+//! The corrector: compensator, networks and the stream that they work on.
 
 use super::channels::Channels;
 use super::guarded::Guarded;
@@ -41,7 +41,7 @@ pub(in crate::app) struct Corrector {
     pub nets_sum: u32,
     /// The kinds of frames that `correction` was made for.
     pub channels: Channels,
-    /// Of the samples that make blocks, and the axes that they have.
+    /// Stream of the samples that make blocks, and the axes that they have.
     pub stream: Option<Stream>,
     pub present: Axes,
     /// Its frames have neither counter nor time.
@@ -101,7 +101,7 @@ impl Corrector {
         self.estimate() != [[0.0; 3]; 2]
     }
 
-    /// What the networks said for the last block: rad/s, m/s2.
+    /// Output of the networks for the last block: rad/s, m/s2.
     pub fn network_output(&self) -> [[f32; 3]; 2] {
         self.block
             .map_or([[0.0; 3]; 2], |block| block.network_output)
@@ -121,7 +121,7 @@ impl Corrector {
         }
     }
 
-    /// So many samples are missing.
+    /// Counts `samples` as missing.
     #[cold]
     pub fn miss(&mut self, samples: u32) {
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
@@ -136,7 +136,7 @@ impl Corrector {
         }
     }
 
-    /// The next frame decides anew what samples are corrected by; its units have not changed.
+    /// The next frame selects the correction again; its units have not changed.
     pub fn look_again(&mut self) {
         self.correction.clear();
         self.channels.clear();

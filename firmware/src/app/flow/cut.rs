@@ -1,4 +1,4 @@
-//! Frames that are cut through: what the interrupt is told ([`crate::link::cut`]).
+//! Frames that are cut through: the plan for the interrupt ([`crate::link::cut`]).
 //!
 //! A frame that was cut comes to the loop like any other, which does all its work but does not send
 //! it. The compensator corrects it once more, so that its carried remainder goes on as the

@@ -1,5 +1,5 @@
-//! What follows when a frame has left: gaps, samples that come twice, sensors that stand still or
-//! start anew, and the networks' and the learner's share of the sample.
+//! Work after a frame has left: gaps, repeated samples, sensors whose values do not change or that
+//! restart, and the networks' and the learner's share of the sample.
 
 use super::{Correction, Flow};
 use crate::app::blackbox::What;
@@ -15,7 +15,7 @@ use crate::wire::{Checked, Reading};
 /// cable that was pulled, and cables carry the power.
 const POWER_CYCLE_US: u64 = 1_000_000;
 
-/// The same in periods of the samples, for slow sensors.
+/// The time of a power cycle in periods of the samples, for slow sensors.
 const POWER_CYCLE_PERIODS: f64 = 10.0;
 
 /// After so many frames beside those that make blocks it is compared which come more often.
@@ -255,10 +255,10 @@ impl Flow<'_> {
         }
     }
 
-    /// The sensor has started anew. Its errors differ from turn-on to turn-on, so nothing that has
-    /// come into force in the drive before is applied, and the learner begins anew. The networks in
-    /// use are those that a power-on of the board would find, and act from the first sample on.
-    /// What the sensor told about itself must be told again.
+    /// The sensor has restarted. Its errors differ from turn-on to turn-on, so nothing that came
+    /// into force in the drive before is applied, and the learner restarts. The networks in use are
+    /// those that a power-on of the board would find, and act from the first sample on. Settings
+    /// that the sensor reported are no longer valid until it reports them again.
     #[cold]
     pub fn restarted(&mut self) {
         self.continuity.silent_us = None;

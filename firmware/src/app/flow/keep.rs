@@ -1,10 +1,10 @@
-//! What is kept for the next power-on of the sensor (activation `NextPowerOn`).
+//! Networks that are stored for the next power-on of the sensor (activation `NextPowerOn`).
 //!
-//! In mode learn the networks in use correct all samples of a drive and stay as they are. What the
-//! learner has proved meanwhile is stored beside them and comes into use when the sensor is powered
-//! on again, with the board or by itself. A learner that has proved nothing leaves the store as it
-//! is. When the rehearsals of this drive show that the networks in use do harm, zero networks are
-//! stored. What the learner remembers of the unit is stored beside them ([`super::memory`]).
+//! In mode learn the networks in use correct all samples of a drive and stay as they are. Networks
+//! that the learner has proved meanwhile are stored beside them and come into use when the sensor
+//! is powered on again, with the board or by itself. A learner that has proved nothing leaves the
+//! store as it is. When the rehearsals of this drive show that the networks in use do harm, zero
+//! networks are stored. The learner's memory of the unit is stored beside them ([`super::memory`]).
 
 use super::Flow;
 use super::memory::Memo;
@@ -14,22 +14,23 @@ use crate::store::Step;
 
 /// It is looked for something to store once in so many seconds.
 pub(super) const LOOK_S: f32 = 10.0;
-/// What has settled is stored while the vehicle stands, since then the least is lost if a frame
-/// leaves late; or at the latest after so long, s.
+/// Settled networks are stored while the vehicle stands, since then the least is lost if a frame
+/// leaves late; or at the latest after this time, s.
 const LATEST_S: f32 = 300.0;
 /// At most one record is stored in so long, s: flash wears, and drives last for hours.
 const PAUSE_S: f32 = 600.0;
 
-/// What the store holds, or is to hold, for the next power-on.
+/// Content of the store for the next power-on, stored or to be stored.
 #[derive(Debug, Default)]
 pub(in crate::app) struct Keep {
-    /// What is in use is to be stored, by command.
+    /// The networks in use are to be stored, by command.
     pub commanded: bool,
-    /// So many records more by command, each of which erases what is older: the key has changed.
+    /// Number of records still to be stored by command, each of which erases older ones: the key
+    /// has changed.
     pub renewals: u8,
     /// The configuration in use is the stored one, so weights may be stored beside it.
     pub beside: bool,
-    /// What is remembered of the unit.
+    /// Memory of the unit.
     pub memo: Memo,
     /// A record is being written, a piece at a time.
     pub begun: bool,
@@ -82,7 +83,7 @@ impl Keep {
         }
     }
 
-    /// What is to be stored, with networks `in_use`.
+    /// Networks to be stored, with networks `in_use`.
     pub fn nets<'n>(&'n self, in_use: &'n Nets) -> &'n Nets {
         self.next.as_ref().unwrap_or(in_use)
     }

@@ -1,4 +1,4 @@
-//! How a correction is made for the frames that come, and what changes it: modes, alignments,
+//! Makes the correction for the frames that come, and handles what changes it: modes, alignments,
 //! networks.
 
 use super::channels::Kind;
@@ -176,7 +176,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Forgets the stream's units and rate: the next frame decides anew.
+    /// Forgets the stream's units and rate: the next frame sets them again.
     pub fn forget(&mut self) {
         self.blackbox.part();
         self.corrector.retain_counts(&mut self.health.counters);
@@ -187,7 +187,7 @@ impl Flow<'_> {
         self.health.flag(fault::UNITS, false);
     }
 
-    /// The sensor has told its configuration.
+    /// The sensor has reported its configuration.
     pub fn configured(&mut self, stim: stim300::config::Config) {
         let known =
             self.continuity.units != Units::Unknown && self.config.sensor.stim300.config == stim;

@@ -9,9 +9,9 @@
 
 use crate::sample::RawSample;
 
-/// Fewest equal samples in a row that are told.
+/// Fewest equal samples in a row that are reported.
 const SAMPLES: u32 = 100;
-/// Shortest time of equal samples that is told, s.
+/// Shortest time of equal samples that is reported, s.
 const TIME_S: f64 = 1.0;
 
 /// How long the values have been the same.

@@ -12,7 +12,7 @@ pub const SLOWEST: u32 = 81;
 pub const FASTEST: u32 = 46;
 /// Crystals that the chip takes, whole MHz (DS8626, section 6.3.8).
 pub const CRYSTALS: core::ops::RangeInclusive<u8> = 4..=26;
-/// Of several values that fit, one is taken only when it is so near, per mille.
+/// Of several values that fit, one is taken only when it is as near as this, per mille.
 const NEAR: u32 = 15;
 
 /// The crystal's frequency, kHz: `periods` of it have taken `ticks` of the internal oscillator.
@@ -25,10 +25,10 @@ pub fn measured_khz(periods: u32, ticks: u32) -> Option<u32> {
 
 /// The value to take, MHz; `None`: none fits, so the internal oscillator is the better clock.
 ///
-/// The value that the firmware was built for is kept as long as the measurement may be of it: a
-/// right one is never given up because the oscillator is cold. Of the others, the only one that may
-/// be it is taken, or else the nearest if it is near. A wrong choice of that kind makes the clock
-/// no worse than the internal oscillator is, by 1.5 % at most.
+/// The value that the firmware was built for stays as long as the measurement may be of it: a right
+/// one is never given up because the oscillator is cold. Of the others, the only one that may be it
+/// is taken, or else the nearest if it is near. A wrong choice of that kind makes the clock no
+/// worse than the internal oscillator is, by 1.5 % at most.
 #[must_use]
 pub fn choose(built_mhz: u8, measured_khz: u32) -> Option<u8> {
     if may_be(built_mhz, measured_khz) {
@@ -63,7 +63,7 @@ fn may_be(mhz: u8, khz: u32) -> bool {
 mod tests {
     use super::*;
 
-    /// What is measured of a crystal with an internal oscillator that is off by `per_mille`.
+    /// Measured frequency of a crystal with an internal oscillator that is off by `per_mille`.
     fn seen(mhz: u8, per_mille: i32) -> u32 {
         let oscillator = 16_000.0 * (1.0 + f64::from(per_mille) / 1000.0);
         (f64::from(mhz) * 16e6 / oscillator) as u32

@@ -25,7 +25,7 @@ const LOOK_US: u64 = 250_000;
 /// Bytes of an image that the digest takes at a time.
 const PIECE: usize = 128;
 
-/// What may still be stored.
+/// Budget of records that may still be stored.
 #[derive(Debug)]
 pub(in crate::app) struct Wear {
     /// Digest of what the newest record holds; `None`: not known.
