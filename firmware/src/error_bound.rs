@@ -92,7 +92,8 @@ impl ErrorBound {
         SQRT_3 * (gyro + accel * rectified(turn) / (omega * omega))
     }
 
-    /// The same when the alignment, at standstill, was made with a correction within the limits.
+    /// Bound of the position error, m, when the alignment, at standstill, was made with a
+    /// correction within the limits.
     #[must_use]
     pub fn metres(&self, t: f64) -> f64 {
         let omega = libm::sqrt(GRAVITY / RADIUS);

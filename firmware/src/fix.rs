@@ -71,7 +71,7 @@ pub struct Fix {
     pub age: Option<f32>,
 }
 
-/// Where the vehicle's forward axis points.
+/// Direction of the vehicle's forward axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
     /// Clockwise from true north, rad.

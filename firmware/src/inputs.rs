@@ -1,6 +1,6 @@
-//! What the networks are driven by: three sources for each triad, out of what a block tells.
+//! The inputs of the networks: three sources for each triad, from the sums of a block.
 //!
-//! The paper's networks see their own triad's rates or forces ([`OWN`]). Errors that follow
+//! The paper's networks get their own triad's rates or forces ([`OWN`]). Errors that follow
 //! temperature, vibration or the other triad need other inputs. A unit's configuration chooses
 //! them.
 
@@ -35,7 +35,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// All of them, in the order of their numbers.
+    /// All sources, in the order of their numbers.
     pub const ALL: [Source; 10] = [
         Source::RateX,
         Source::RateY,
@@ -76,7 +76,7 @@ pub fn settles(inputs: &Inputs) -> bool {
 /// Temperature that stands for an unknown one, degrees C: that of most calibrations.
 pub const REFERENCE_DEGC: f32 = 25.0;
 
-/// What a block of samples tells.
+/// Sources from a block of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sources {
     /// Mean rate, rad/s.
@@ -93,7 +93,7 @@ pub struct Sources {
 }
 
 impl Sources {
-    /// Of a block whose means these are, of which no more is known.
+    /// Sources of a block with these means, of which no more is known.
     #[must_use]
     pub const fn of(rate: [f32; 3], force: [f32; 3]) -> Sources {
         Sources {
@@ -148,8 +148,8 @@ const PLAUSIBLE_DEGC: core::ops::RangeInclusive<f32> = -100.0..=200.0;
 /// a straight line, so it does not depend on how often the thermometer is read.
 #[derive(Debug, Clone, Default)]
 pub struct Thermometer {
-    /// Of the block in progress: its first reading, the sum of what the others differ from it, and
-    /// their number. So the mean of equal readings is that reading.
+    /// Readings of the block in progress: the first one, the sum of the differences of the others
+    /// to it, and their number. So the mean of equal readings is that reading.
     first: f32,
     sum: f32,
     readings: u16,

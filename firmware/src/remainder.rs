@@ -1,7 +1,7 @@
 //! Corrections smaller than the resolution of a sample: what one sample cannot hold is carried over
 //! to the next, so that the sum of all corrections is exact however many samples there are.
 
-/// What one value of a sample is corrected by, and what earlier samples have left.
+/// Correction of one value of a sample, and the remainder of earlier samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Owed {
     /// Steps of 2^-32 counts to be subtracted, or the bits of a float to be added.
@@ -28,7 +28,7 @@ pub fn saturate_i24(value: i32) -> (i32, bool) {
     (saturated, saturated != value)
 }
 
-/// What is carried when nothing is: half a count, in steps of 2^-32 counts. So the whole counts
+/// Remainder when nothing is carried: half a count, in steps of 2^-32 counts. So the whole counts
 /// that are due are the upper half of a sum, and need no rounding.
 pub const HALF: u32 = 1 << 31;
 
@@ -62,7 +62,7 @@ pub fn carried(due: i64, remainder: &mut i32) -> i32 {
     (sum.wrapping_add(1 << 31) >> 32) as i32
 }
 
-/// The same values with those saturated that have wrapped around.
+/// The values with those saturated that have wrapped around.
 #[cold]
 fn saturated(sample: [i32; 3], wrapped: [i32; 3]) -> ([i32; 3], u8) {
     let mut out = wrapped;
@@ -181,7 +181,7 @@ fn two_sum(a: f32, b: f32) -> (f32, f32) {
 mod tests {
     use super::*;
 
-    /// What is carried arrives with the next value, also when that is not corrected itself. A
+    /// A carried remainder arrives with the next value, also when that is not corrected itself. A
     /// correction that takes it back leaves nothing.
     #[test]
     fn what_is_carried_arrives_once() {
@@ -218,8 +218,8 @@ mod tests {
         assert!(value + correction == value);
     }
 
-    /// What the remainder cannot hold either is not lost: values and remainder together are the
-    /// exact sum to 48 bits.
+    /// A change too small for the remainder is not lost either: values and remainder together are
+    /// the exact sum to 48 bits.
     #[test]
     fn nothing_is_lost_below_the_remainder() {
         let correction = f32::from_bits(0x3280_0001); // 2^-26 and one bit in its last place

@@ -71,7 +71,7 @@ impl Axes {
     }
 }
 
-/// What a value measures.
+/// Quantity of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Angle or velocity gained since the last sample.
@@ -87,7 +87,7 @@ pub enum Quantity {
 /// Quantity and unit of one triad's values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Unit {
-    /// What is measured.
+    /// Quantity that is measured.
     pub quantity: Quantity,
     /// One count (or 1.0 of a float) in rad or rad/s, m/s or m/s^2.
     pub lsb: f64,

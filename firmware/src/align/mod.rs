@@ -14,8 +14,8 @@
 //!               + side (cos W t0 - cos W t1) / W
 //! ```
 //!
-//! So three sums of vectors are kept, one for each function of time, and a position is needed only
-//! at the end: `B = sum u v'`, and Wahba's problem gives the rotation between both sets.
+//! So the vectors are summed three times, once for each function of time, and a position is needed
+//! only at the end: `B = sum u v'`, and Wahba's problem gives the rotation between both sets.
 //! `host_sim::inertial::align` does the same over stored samples.
 
 pub mod motion;
@@ -102,7 +102,7 @@ pub struct Align {
     solved: Option<Solved>,
 }
 
-/// Place, time gathered, and the rotation from the standstill's beginning.
+/// Position, time gathered, and the rotation from the standstill's beginning.
 #[derive(Debug, Clone)]
 struct Solved {
     here: Local,
@@ -111,7 +111,7 @@ struct Solved {
 }
 
 impl Align {
-    /// For samples of this count value, one every `sample_s` seconds (> 0).
+    /// A new alignment for samples of this count value, one every `sample_s` seconds (> 0).
     #[must_use]
     pub fn new(sensors: Sensors, lsb: Lsb, sample_s: f64) -> Self {
         let piece_samples = (libm::round(PIECE_S / sample_s) as u16).max(1);
@@ -313,8 +313,8 @@ impl Align {
         self.begin_second();
     }
 
-    /// The vehicle moves. A standstill that was long enough is kept: the gyros carry the attitude
-    /// on.
+    /// The vehicle moves. A standstill that was long enough stays in use: the gyros carry the
+    /// attitude on.
     fn moved(&mut self) {
         if self.gathered < LEAST_S {
             self.restart(false);

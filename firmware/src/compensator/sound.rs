@@ -15,7 +15,7 @@ pub(super) fn floats(values: &[f32]) -> u32 {
     values.iter().fold(0, |sum, value| sum ^ value.to_bits())
 }
 
-/// Of the words of 64 bits.
+/// Check of words of 64 bits.
 fn wide(words: impl IntoIterator<Item = u64>) -> u32 {
     let sum = words.into_iter().fold(0, |sum, word| sum ^ word);
     (sum >> 32) as u32 ^ sum as u32
@@ -37,13 +37,13 @@ pub fn of_nets(nets: &Nets) -> u32 {
 }
 
 impl Outlet {
-    /// Of what integer samples are corrected by.
+    /// Check of the corrections of integer samples.
     #[inline(always)]
     pub(super) fn counts_sum(&self) -> u32 {
         wide(self.due.as_flattened().iter().map(|due| *due as u64))
     }
 
-    /// Of what float samples are corrected by, with what is carried over.
+    /// Check of the corrections and remainders of float samples.
     #[inline(always)]
     pub(super) fn floats_sum(&self) -> u32 {
         floats(self.due_float.as_flattened()) ^ floats(self.remainder_float.as_flattened())
@@ -88,7 +88,7 @@ impl Compensator {
         self.sum = nets ^ self.others_sum();
     }
 
-    /// Of all but the networks.
+    /// Check of everything but the networks.
     #[inline(never)]
     fn others_sum(&self) -> u32 {
         let Self {
@@ -123,8 +123,8 @@ impl Compensator {
             ^ floats(counts_per_error.as_flattened())
     }
 
-    /// The estimate in force is corrupted. It is restored from what the first outlet subtracts. The
-    /// caller moves it and takes its sum.
+    /// The estimate in force is corrupted. It is restored from what the first output stream
+    /// subtracts. The caller moves it and takes its sum.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_estimate(&self, state: &mut State) {
@@ -138,7 +138,7 @@ impl Compensator {
         state.mended = state.mended.saturating_add(1);
     }
 
-    /// What an outlet subtracts is corrupted: it is recomputed from the estimate.
+    /// The correction of an output stream is corrupted: it is recomputed from the estimate.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_outlet(&self, state: &mut State, outlet: usize) {

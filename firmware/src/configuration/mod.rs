@@ -32,7 +32,7 @@ pub const SERIAL_LEN: usize = 24;
 /// The configuration of a device. SI units throughout.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Configuration {
-    /// Whose sensor it is.
+    /// Identity of unit and sensor.
     pub identity: Identity,
     /// The serial lines.
     pub lines: SerialLines,
@@ -52,11 +52,12 @@ pub struct Configuration {
     pub vehicle: Vehicle,
     /// How corrections act.
     pub correction: Correction,
-    /// What drives the networks. What needs a thermometer stays constant where the sensor has none.
+    /// Inputs of the networks. Those that need a thermometer stay constant where the sensor has
+    /// none.
     pub inputs: Inputs,
 }
 
-/// Whose sensor it is.
+/// Identity of unit and sensor.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// Name of the unit, ASCII without control characters, not empty.
@@ -85,7 +86,7 @@ pub struct SerialLines {
 }
 
 impl SerialLines {
-    /// Of a device without a configuration: STIM300 and KVH as delivered, u-blox.
+    /// Lines of a device without a configuration: STIM300 and KVH as delivered, u-blox.
     pub const DEFAULT: SerialLines = SerialLines {
         sensor_baud: 921_600,
         parity: Parity::None,
@@ -141,9 +142,10 @@ pub struct Triad {
 /// The receiver whose fixes teach the networks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Receiver {
-    /// What it speaks.
+    /// Protocol of the receiver.
     pub protocol: ReceiverProtocol,
-    /// From the IMU to the antenna in body axes (forward, right, down), m, each -100 to 100.
+    /// Lever arm from the IMU to the antenna in body axes (forward, right, down), m, each -100 to
+    /// 100.
     pub lever_arm: [f32; 3],
     /// Standard deviation of the lever arm along each axis, m, 0 to 100. 0: it is known exactly.
     pub lever_arm_sigma: f32,
@@ -158,7 +160,7 @@ pub struct Receiver {
     pub heading_offset: f32,
 }
 
-/// What a receiver speaks.
+/// Protocol of a receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum ReceiverProtocol {
     /// u-blox UBX-NAV-PVT.
@@ -177,13 +179,13 @@ pub enum ReceiverProtocol {
 /// The vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Vehicle {
-    /// How it moves.
+    /// Kind of the vehicle.
     pub kind: VehicleKind,
     /// Largest speed over ground, m/s, > 0 to 1000.
     pub speed: f32,
 }
 
-/// How a vehicle moves.
+/// Kind of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum VehicleKind {
     /// On land; it can stand still.
@@ -246,7 +248,7 @@ pub struct Correction {
 }
 
 impl Configuration {
-    /// What the sensor's frames do not tell, for the decoder.
+    /// Settings that the sensor's frames do not contain, for the decoder.
     #[must_use]
     pub fn wire_settings(&self) -> Settings {
         let mut settings = Settings {

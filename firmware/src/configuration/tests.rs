@@ -168,10 +168,10 @@ fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
     }
 }
 
-/// The same as the firmware of schema 2 has written it.
+/// The same record written by the firmware of schema 2.
 const SCHEMA_2: &[u8] = include_bytes!("schema_2.bin");
 
-/// And as that of schema 3 has.
+/// The same record written by the firmware of schema 3.
 const SCHEMA_3: &[u8] = include_bytes!("schema_3.bin");
 
 /// The values of an older record stay: its activation is not the new default. Its networks get

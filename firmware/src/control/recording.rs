@@ -1,8 +1,8 @@
-//! What may be asked of the black box (`app::blackbox`), and what it tells.
+//! Requests to the black box (`app::blackbox`), and its reports.
 
 use serde::{Deserialize, Serialize};
 
-/// What the black box does.
+/// State of the black box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum State {
     /// It records; the oldest page is overwritten.
@@ -31,7 +31,7 @@ pub enum Cause {
 /// State of the recording, as reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Recording {
-    /// What it does.
+    /// State of the black box.
     pub state: State,
     /// Why it holds.
     pub cause: Cause,
@@ -45,7 +45,7 @@ pub struct Recording {
     pub len: u32,
 }
 
-/// What it is to do.
+/// Order to the black box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Order {
     /// Hold what it has, so that it can be read.

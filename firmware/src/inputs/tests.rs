@@ -59,7 +59,7 @@ fn the_rate_of_a_ramp_is_exact_after_ten_seconds() {
     }
 }
 
-/// Against the solution of the low-pass's equation, for an exponential warm-up.
+/// Compared with the solution of the low-pass's equation, for an exponential warm-up.
 #[test]
 fn the_rate_of_a_curve_is_that_of_the_low_pass() {
     let (amplitude, time) = (12.0f64, 400.0f64);
@@ -119,7 +119,7 @@ fn without_a_thermometer_or_with_a_broken_one_the_temperature_is_the_reference()
 }
 
 proptest! {
-    /// Against the variance of all samples in f64 by its definition.
+    /// Compared with the variance of all samples in f64 by its definition.
     #[test]
     fn vibration_is_the_variance_of_the_forces(
         level in prop::array::uniform3(-2_000_000_000i32..2_000_000_000),

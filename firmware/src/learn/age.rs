@@ -50,7 +50,7 @@ pub struct FixAge {
     /// validity of the last one.
     too_late: u8,
     too_late_ms: u32,
-    /// By how much the last fix came sooner than any before, microseconds, >= 0.
+    /// Lead of the last fix over the earliest before it, microseconds, >= 0.
     sooner_us: i64,
     /// Least age by the time pulse, s, instead of the configured one.
     least_s: Option<f32>,
@@ -123,7 +123,7 @@ impl FixAge {
         self.least_s
     }
 
-    /// By how much the last fix came sooner after its validity than any before it, s, drift of the
+    /// Lead of the last fix, relative to its validity, over all fixes before it, s, drift of the
     /// clocks apart. The least age was of a later fix until then.
     pub fn sooner_s(&self) -> f32 {
         self.sooner_us as f32 * 1e-6

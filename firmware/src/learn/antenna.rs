@@ -41,7 +41,7 @@ use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Work
 const STATES: usize = NAV + ANTENNA;
 const PACKED: usize = OUTPUTS * (OUTPUTS + 1) / 2;
 type Filter = Kalman<Biases, STATES, OUTPUTS, PACKED, Rational>;
-/// What an antenna's errors do to each observation.
+/// Effect of an antenna's errors on each observation.
 type Effect = [[f32; ANTENNA]; OBSERVATIONS];
 
 /// Neither is ever known better than this, m and s (assumed: the antenna's centre of phase, the
@@ -176,7 +176,7 @@ impl Antenna {
         libm::sqrtf(self.variance(NAV + ANTENNA - 1))
     }
 
-    /// What is known, for reading. It is that of the last finished fix.
+    /// Estimates, for reading. They are those of the last finished fix.
     pub fn known(&self) -> Known {
         self.known
     }
@@ -196,7 +196,8 @@ impl Antenna {
 
     /// A new navigator with errors `by` times the sensors' errors that were left after `applied`
     /// had been subtracted, plus others of covariance `rest`. When it was started at a fix, `seen`
-    /// is what that showed: its errors are then those of the fix, as seen by the antenna.
+    /// is the observation of that fix: its errors are then those of the fix, as seen by the
+    /// antenna.
     pub fn navigates(
         &mut self,
         by: &[[f32; OUTPUTS]; NAV],

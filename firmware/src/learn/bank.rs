@@ -255,7 +255,7 @@ impl<T: Real> Bank<T> {
         self.takes_part(ZERO_CORRECTION)
     }
 
-    /// Which hypothesis leads.
+    /// Selects the leading hypothesis.
     fn choose(&mut self) {
         let scores = self.scores();
         self.note_open(&scores);
@@ -305,7 +305,7 @@ impl<T: Real> Bank<T> {
         }
     }
 
-    /// What the device's own navigator is to subtract, rad/s and m/s^2.
+    /// Estimate that the device's own navigator is to subtract, rad/s and m/s^2.
     #[must_use]
     pub fn navigating_estimate(&self) -> &[T; OUTPUTS] {
         self.get(self.navigating()).estimate()
@@ -412,7 +412,7 @@ impl<T: Real> Bank<T> {
         self.bias_sigma_of(SIX_BIASES)
     }
 
-    /// The same by any hypothesis.
+    /// [`Self::bias_sigma`] of any hypothesis.
     #[must_use]
     pub fn bias_sigma_of(&self, index: usize) -> [T; OUTPUTS] {
         self.get(index).bias_sigma()
@@ -430,7 +430,7 @@ impl<T: Real> Bank<T> {
         self.get(index).unit_nets()
     }
 
-    /// What they say now: [`Bank::estimate_of`] without the biases of this turn-on.
+    /// Estimate of the present output: [`Bank::estimate_of`] without the biases of this turn-on.
     #[must_use]
     pub fn unit_estimate_of(&self, index: usize) -> [T; OUTPUTS] {
         self.get(index).unit_estimate()

@@ -36,7 +36,7 @@ use bank::HYPOTHESES;
 use lrnn_nostd::State;
 use rehearsal::Standing;
 
-/// What a learner reports.
+/// Report of a learner.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Report {
     /// First and last sample of the window that awaits a reference.
@@ -50,7 +50,7 @@ pub struct Report {
     pub doubted: u32,
     /// Fixes used.
     pub fixes: u32,
-    /// Of these, with a component that was refused as an outlier.
+    /// Number of these with a component that was refused as an outlier.
     pub refused: u32,
     /// Fixes not used because they arrived too late: see [`age::MAX_AGE_S`].
     pub late: u32,
@@ -66,8 +66,8 @@ pub struct Report {
     pub still_s: u32,
     /// Lever arm and delay of the receiver's fixes.
     pub antenna: Known,
-    /// What gave the navigator its heading; while it does not navigate, what gives the alignment in
-    /// motion its heading so far.
+    /// Source of the navigator's heading; while it does not navigate, source of the heading of the
+    /// alignment in motion so far.
     pub way: Way,
     /// Standard deviation of the heading by the hypothesis in force, rad; while it does not
     /// navigate, that of the alignment in motion. Infinite while the heading is unknown.
@@ -105,7 +105,7 @@ pub struct Winner {
     pub settled: bool,
 }
 
-/// What the learner's navigator knows, to be looked at.
+/// State of the learner's navigator, for reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
     /// Its state.
@@ -116,7 +116,7 @@ pub struct Solution {
     pub sigma: [[f32; 3]; 2],
 }
 
-/// How the hypotheses stand, to be looked at.
+/// State of the hypotheses, for reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trials {
     /// The one with the most evidence.
@@ -127,7 +127,7 @@ pub struct Trials {
     pub each: [Trial; HYPOTHESES],
 }
 
-/// How a hypothesis stands.
+/// State of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
     /// It takes part.
@@ -146,7 +146,7 @@ pub const MEMORY_LEN: usize = 2816;
 /// A way to learn. Results depend on the order of the calls alone, so that the same input gives the
 /// same bits on every machine. A call may take as long as it needs.
 pub trait Learner: Send {
-    /// What it must know of the unit. What was learnt before is forgotten: it waits for
+    /// Configures it for a unit. Everything learnt before is forgotten: it waits for
     /// [`Learner::begin`].
     fn configure(&mut self, _settings: &Settings) {}
 
@@ -222,22 +222,22 @@ pub trait Learner: Send {
     /// as they are.
     fn write_memory(&self, _start: usize, _piece: &mut [u8]) {}
 
-    /// What was known of the unit at the last power-off, before [`Learner::begin`]. Bytes of
-    /// another layout are ignored. Empty: nothing is known.
+    /// Gives the memory of the unit at the last power-off, before [`Learner::begin`]. Bytes of
+    /// another layout are ignored. Empty: there is none.
     fn recall(&mut self, _memory: &[u8]) {}
 
-    /// What was learnt, and the networks' states now.
+    /// The learnt networks, and the networks' states now.
     fn learnt(&mut self) -> (Nets, [State; 2]);
 
     /// Counters and state, for reading only.
     fn report(&self) -> Report;
 
-    /// What its navigator knows; `None` while it does not navigate.
+    /// State of its navigator; `None` while it does not navigate.
     fn solution(&self) -> Option<Solution> {
         None
     }
 
-    /// How its hypotheses stand; `None` where it has none.
+    /// State of its hypotheses; `None` where it has none.
     fn trials(&self) -> Option<Trials> {
         None
     }

@@ -1,4 +1,4 @@
-//! What is known of the sensors before any learning: from the datasheet, the same for every unit.
+//! Prior knowledge of the sensors: from the datasheet, the same for every unit.
 
 use crate::inputs::{Inputs, REFERENCE_DEGC, Source};
 use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
@@ -48,7 +48,7 @@ impl Datasheet<f32> {
         }
     }
 
-    /// The same in another number type.
+    /// This datasheet in another number type.
     #[must_use]
     pub fn cast<T: Real>(&self) -> Datasheet<T> {
         let to = |x: f32| T::from_f64(f64::from(x));
@@ -75,10 +75,10 @@ const W1: [[f64; 3]; 3] = [
 ];
 const B1: [f64; 3] = [0.17, -0.08, -0.26];
 
-/// What the hidden layers of a hypothesis' networks make of their input.
+/// Use of the input by the hidden layers of a hypothesis' networks.
 #[derive(Clone, Copy, Debug)]
 pub enum Layers<'n, T> {
-    /// Nothing: their slow units, started at power-on, tell the time since then. The standard
+    /// None: their slow units, started at power-on, measure the time since then. The standard
     /// deviations of their weights when their path may add 1 ([`weights`]).
     Time(&'n Weights<T>),
     /// Three functions of the inputs, which [`Inputs`] chooses: the networks, and what their units
@@ -156,7 +156,7 @@ pub struct Shapes<T: Real = f32> {
     /// As `driven`, but instead of the last input that is not of the thermometer there is the
     /// square of the temperature.
     pub curved: [LearnerNet<T>; 2],
-    /// What the units of both reach ([`amplitudes`]): see [`Shapes::reach`].
+    /// Reach of the units of both ([`amplitudes`]): see [`Shapes::reach`].
     reaches: [[[f64; 3]; 2]; 2],
 }
 
@@ -191,7 +191,7 @@ impl<T: Real> Shapes<T> {
         }
     }
 
-    /// What the units of `driven` and of `curved` reach.
+    /// Reach of the units of `driven` and of `curved`.
     #[must_use]
     pub fn reaches(&self) -> &[[[f64; 3]; 2]; 2] {
         &self.reaches
@@ -225,7 +225,7 @@ impl<T: Real> Shapes<T> {
         all
     }
 
-    /// Both of them.
+    /// Both networks of both kinds.
     pub fn iter(&self) -> impl Iterator<Item = &LearnerNet<T>> {
         self.driven.iter().chain(&self.curved)
     }
@@ -245,7 +245,7 @@ fn columns(which: &[Source; 3]) -> [usize; 3] {
     })
 }
 
-/// The same where the temperature is followed once more in place of an input that is not of the
+/// [`columns`] where the temperature is followed once more instead of an input that is not of the
 /// thermometer, if there are both.
 fn curved_columns(which: &[Source; 3]) -> [usize; 3] {
     let mut columns = columns(which);
@@ -332,8 +332,8 @@ pub fn spread<T: Real>(
     sigma
 }
 
-/// By how much each unit of the second layer moves in the end when one input goes from its mean to
-/// 1 in network units: the most of the three.
+/// Final movement of each unit of the second layer when one input goes from its mean to 1 in
+/// network units: the most of the three.
 #[must_use]
 pub fn amplitudes<T: Real>(net: &LearnerNet<T>) -> [f64; 3] {
     let scales = &net.normalisation;

@@ -1,4 +1,4 @@
-//! What is remembered of a unit over power-off.
+//! Memory of a unit over power-off.
 //!
 //! Some hypotheses of the bank divide what they learn into what the unit is and what this turn-on
 //! is ([`super::bank::REMEMBERING`]). The first part is stored, with its covariance, and is their
@@ -44,27 +44,27 @@ const DATASHEET_MOMENTS: f32 = 6.0;
 const SCATTER: [f32; 2] = [0.01, 0.9];
 /// Weight of a fleet's scatter of the turn-on, in moments: ten drives.
 const MOMENTS: f32 = 30.0;
-/// By how much each variance grows from drive to drive, as a share of its prior: sensors age, and a
-/// unit whose variances never grew would never be learnt again. (Assumed: a hundredth of the bias
-/// in a drive.)
+/// Growth of each variance from drive to drive, as a share of its prior: sensors age, and a unit
+/// whose variances never grew would never be learnt again. (Assumed: a hundredth of the bias in a
+/// drive.)
 const AGES: f32 = 1e-4;
-/// By how much the best hypothesis is ahead of another one in the next drive by the evidence of
-/// earlier ones, at most.
+/// Largest lead of the best hypothesis over another one in the next drive, by the evidence of
+/// earlier ones.
 const EVIDENCE: f32 = 20.0;
 
-/// How the units of a type differ, and the turn-ons of each, in units of the networks' output
-/// scale.
+/// Differences between the units of a type, and between the turn-ons of each, in units of the
+/// networks' output scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Standard deviation over units of the output layer's three columns, > 0.
     pub columns: [f32; 3],
-    /// The same of its biases, > 0.
+    /// Spread of its biases, > 0.
     pub bias: f32,
     /// Standard deviation of a bias that is new at each turn-on, > 0.
     pub turn_on: f32,
 }
 
-/// What is known of a unit, without the values.
+/// Memory of a unit, without the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Head {
     /// Drives that have taught something; 0: nothing is known.
@@ -83,7 +83,7 @@ pub struct Head {
 }
 
 impl Head {
-    /// Nothing is known.
+    /// An empty memory.
     pub const NEW: Head = Head {
         drives: 0,
         seconds: 0.0,
@@ -107,7 +107,7 @@ impl Head {
     }
 }
 
-/// What is known of a unit.
+/// Memory of a unit.
 #[derive(Debug, Clone)]
 pub struct Unit {
     /// Counters and scatter.
@@ -116,7 +116,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// Nothing is known.
+    /// An empty memory.
     pub const NEW: Unit = Unit {
         head: Head::NEW,
         values: [0.0; VALUES],
@@ -206,7 +206,7 @@ impl Unit {
         known && bank.recall(&self.values, AGES, evidence)
     }
 
-    /// What a fleet teaches of a unit that has not driven yet: its networks have this shape, and
+    /// Memory of a unit that has not driven yet, from a fleet: its networks have this shape, and
     /// their output layers and biases this spread.
     pub fn of_type(shapes: &Shapes, sheet: &Datasheet, spread: &[Spread; 2]) -> Unit {
         let mut unit = Unit::NEW;

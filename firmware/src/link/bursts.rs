@@ -49,7 +49,7 @@ pub struct Bursts<const N: usize, const LONGEST: usize, const STALL_US: u32> {
 }
 
 impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGEST, STALL_US> {
-    /// Of no sensor yet.
+    /// A queue without a sensor.
     #[allow(clippy::new_without_default, reason = "a static")]
     pub const fn new() -> Self {
         const {
@@ -72,7 +72,8 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         self.length.store(length.min(LONGEST), Ordering::Relaxed);
     }
 
-    /// For the interrupt: the sensor has a new sample. Returns whether to wake the frame path.
+    /// Called by the interrupt: the sensor has a new sample. Returns whether to wake the frame
+    /// path.
     #[inline(always)]
     pub fn ready<'b>(&'b self, bus: &impl Exchange<'b>) -> bool {
         let length = self.length.load(Ordering::Relaxed);
@@ -100,7 +101,8 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         false
     }
 
-    /// For the interrupt: the transfer has ended or failed. Returns whether to wake the frame path.
+    /// Called by the interrupt: the transfer has ended or failed. Returns whether to wake the frame
+    /// path.
     #[inline(always)]
     pub fn ended<'b>(&'b self, bus: &impl Exchange<'b>) -> bool {
         if self.running.load(Ordering::Relaxed) == 0 {
@@ -136,10 +138,10 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         true
     }
 
-    /// For the frame path: the oldest reply that was not taken, copied by `copy` to `reply`.
+    /// Called by the frame path: the oldest reply that was not taken, copied by `copy` to `reply`.
     ///
     /// # Errors
-    /// [`Lost`], once for each burst that was lost, before what is still there.
+    /// [`Lost`], once for each burst that was lost, before the bursts that are left.
     pub fn take<'r>(
         &self,
         reply: &'r mut [u8; LONGEST],

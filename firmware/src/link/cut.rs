@@ -1,8 +1,8 @@
 //! Cut-through: the bytes of a frame leave corrected while the frame still arrives.
 //!
-//! The receiving interrupt hands each byte to [`Cut::came`] and sends what it gives. A byte leaves
-//! when [`HOLD`] more have come. So every byte has the same delay. With the frame's
-//! last byte all that is held leaves, and the line's own pace spaces it.
+//! The receiving interrupt hands each byte to [`Cut::came`] and sends what it returns. A byte
+//! leaves when [`HOLD`] more have come. So every byte has the same delay. With the frame's last
+//! byte all pending bytes leave, and the line's own pace spaces them.
 //!
 //! **Saturation.** A value whose least significant byte comes first is corrected byte by byte. That
 //! it saturates is known with its last byte, when its first one has left. So it leaves with the
@@ -73,14 +73,14 @@ impl Leaving {
     }
 }
 
-/// Where the cutting is.
+/// State of the cutting.
 #[derive(Debug)]
 pub struct Cut {
     plan: Plan,
-    /// What each value is corrected by, and what earlier frames have left of it.
+    /// Correction of each value, and the remainder of earlier frames.
     due: [u64; 6],
     carried: [u32; 6],
-    /// What the frame under way leaves; carried when its CRC was right.
+    /// Remainder that the frame under way leaves; carried when its CRC was right.
     left: [u32; 6],
     /// Frames are cut.
     on: bool,
@@ -95,14 +95,14 @@ pub struct Cut {
     /// from what came.
     held: u32,
     bits: u32,
-    /// What is added to the value under way, less its bytes that have come, and the carry included.
+    /// Correction of the value under way, less its bytes that have come, and the carry included.
     adds: i32,
     /// CRC of what came, and of the bits changed in what has left.
     crc: u32,
     change: u32,
-    /// Place in the stream of the frame under way or the next one, modulo 2^32.
+    /// Position in the stream of the frame under way or the next one, modulo 2^32.
     next: u32,
-    /// Place behind the last byte that has left.
+    /// Position behind the last byte that has left.
     gone: u32,
     /// Check of plan, dues and remainders.
     sum: u32,
@@ -115,7 +115,7 @@ impl Default for Cut {
 }
 
 impl Cut {
-    /// Nothing is cut.
+    /// A state in which nothing is cut.
     pub const fn new() -> Cut {
         Cut {
             plan: Plan::NONE,
@@ -215,7 +215,7 @@ impl Cut {
         gone
     }
 
-    /// The cutting ends, wherever it is. What is held is the loop's.
+    /// The cutting ends, wherever it is. The pending bytes are the loop's.
     pub fn end(&mut self) {
         self.on = false;
     }
@@ -262,7 +262,7 @@ impl Cut {
         self.leave(at)
     }
 
-    /// Takes a byte of the frame and changes what is held.
+    /// Takes a byte of the frame and changes the pending bytes.
     #[inline(always)]
     fn take(&mut self, at: u8, byte: u8) {
         let Plan { word, len, .. } = self.plan;
@@ -296,7 +296,7 @@ impl Cut {
         }
     }
 
-    /// What leaves with the byte that has come.
+    /// Bytes that leave with the byte that has come.
     #[inline(always)]
     fn leave(&mut self, at: u8) -> Leaving {
         let Plan { word, len, .. } = self.plan;

@@ -33,7 +33,7 @@ pub struct Uart {
     pub(super) ahead: AtomicUsize,
     /// Bytes of the receiving DMA transfer; 0: there is none. Written by the interrupt.
     pub(super) arriving: AtomicUsize,
-    /// The same of the sending transfer.
+    /// Bytes of the sending DMA transfer; 0: there is none. Written by the interrupt.
     pub(super) leaving: AtomicUsize,
 }
 
@@ -50,7 +50,7 @@ impl Uart {
         }
     }
 
-    /// For the interrupt: a byte came. Returns whether to wake the frame path.
+    /// Called by the interrupt: a byte came. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn came(&self, byte: u8) -> bool {
         let pushed = self.received.push(byte);
@@ -58,8 +58,8 @@ impl Uart {
         pushed.wrapping_sub(wanted).cast_signed() >= 0
     }
 
-    /// The same for the sensor's line, whose frames may be cut: what leaves goes to `out`. Returns
-    /// whether to wake the frame path, and whether `out` has something to send.
+    /// [`Self::came`] for the sensor's line, whose frames may be cut: the output goes to `out`.
+    /// Returns whether to wake the frame path, and whether `out` has something to send.
     #[inline(always)]
     pub fn came_through(&self, byte: u8, cut: &mut Cut, out: &Uart) -> (bool, bool) {
         let place = self.received.pushed();
@@ -78,8 +78,8 @@ impl Uart {
         (wake, !leaving.is_empty())
     }
 
-    /// For the interrupt: bytes were lost before they came here (overrun, framing, parity). Wake
-    /// the frame path.
+    /// Called by the interrupt: bytes were lost before they came here (overrun, framing, parity).
+    /// Wake the frame path.
     pub fn lost(&self) {
         self.received.inlet().mark_lost();
     }
@@ -107,7 +107,7 @@ impl Uart {
         self.to_send.clear();
     }
 
-    /// For the interrupt: the next byte to be sent.
+    /// Called by the interrupt: the next byte to be sent.
     #[inline(always)]
     pub fn next(&self) -> Option<u8> {
         self.to_send.pop()

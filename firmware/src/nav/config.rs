@@ -6,7 +6,7 @@ use crate::sample::Lsb;
 /// Length of a piece that [`Config::new`] aims at, s.
 const PIECE_S: f64 = 0.05;
 
-/// What a navigator must know.
+/// Configuration of a navigator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
     /// Value of a count.
@@ -18,7 +18,7 @@ pub struct Config {
     pub piece_samples: u16,
     /// White noise of the sensors.
     pub noise: Noise,
-    /// From the sensors to the antenna whose fixes are compared, body axes, m.
+    /// Lever arm from the sensors to the antenna whose fixes are compared, body axes, m.
     pub lever_arm: [f32; 3],
 }
 

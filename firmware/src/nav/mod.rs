@@ -85,7 +85,7 @@ pub struct Innovation {
     pub velocity: [f32; 3],
 }
 
-/// What went wrong since the start.
+/// Faults since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults {
     /// Implausible samples (beyond 0.5 rad, 10 m/s); each was replaced by the last good one.
@@ -134,7 +134,7 @@ impl Navigator {
         Self::begin(&config, &Beginning::new(state)?)
     }
 
-    /// The same from a state that has been checked.
+    /// [`Self::new`] from a state that has been checked.
     ///
     /// # Errors
     /// Names the parameter that is out of range.

@@ -26,7 +26,7 @@ const UP: i64 = 100 << LENGTH;
 /// Longest way north by the cosine of the latitude.
 const BY_COSINE: f64 = 1.0 / 1024.0;
 
-/// The Earth's quantities at one place, fixed point.
+/// The Earth's quantities at one position, fixed point.
 #[derive(Debug, Clone, Copy)]
 pub struct Here {
     /// Earth rate, north and down, rad/s.
@@ -41,7 +41,7 @@ pub struct Here {
     pub gravity: i64,
 }
 
-/// The same in f32, for the error dynamics; good to 1e-3 within a place's surroundings.
+/// The quantities in f32, for the error dynamics; good to 1e-3 within a position's surroundings.
 #[derive(Debug, Clone, Copy)]
 pub struct Coarse {
     pub sin: f32,
@@ -52,7 +52,7 @@ pub struct Coarse {
     pub g: f32,
 }
 
-/// A place and its surroundings.
+/// A position and its surroundings.
 #[derive(Debug, Clone)]
 pub struct Place {
     latitude: i64,
@@ -121,7 +121,7 @@ impl Place {
         }
     }
 
-    /// For the error dynamics.
+    /// Quantities for the error dynamics.
     pub fn coarse(&self) -> &Coarse {
         &self.coarse
     }

@@ -59,7 +59,7 @@ pub struct Solution {
     place: Place,
 }
 
-/// What a step found beside the new solution, for the error dynamics.
+/// Findings of a step beside the new solution, for the error dynamics.
 pub struct Step {
     /// The Earth's quantities were recomputed.
     pub recomputed: bool,
@@ -74,7 +74,7 @@ pub struct Step {
 }
 
 impl Solution {
-    /// From a state in range with a unit quaternion.
+    /// A solution from a state in range with a unit quaternion.
     #[inline(never)]
     pub fn new(state: &State) -> Self {
         let Position {

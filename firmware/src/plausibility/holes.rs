@@ -1,6 +1,6 @@
 //! Frames that are missing without a trace: of formats that have neither counter nor time.
 //!
-//! Such frames come once a period by the sensor's clock, and each is seen some time after it was
+//! Such frames come once a period by the sensor's clock, and each arrives some time after it was
 //! sent: a line, DMA and the frame path delay it by a little, or by a lot and then the next ones
 //! come at once. So a frame may be late but not early, and of all frames in a window the least late
 //! one tells where the sensor's clock is:

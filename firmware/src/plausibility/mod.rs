@@ -38,14 +38,14 @@ const SWAY: f32 = rest::STEADY;
 /// A ship at anchor swings, and the receiver calls it at rest: so much rate is allowed, rad/s.
 const SWING: f32 = 0.5 * DEGREE as f32;
 
-/// What the checks must know of the unit.
+/// Values that the checks expect of the unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected {
     /// Compare the samples' rate with the clock.
     pub check_rate: bool,
     /// Direction of the specific force at rest, which points up, in sensor axes; length 1.
     pub up: [f32; 3],
-    /// How the vehicle moves.
+    /// Kind of the vehicle.
     pub vehicle: VehicleKind,
     /// Gyros, as in [`Configuration`].
     pub gyro: Triad,
@@ -54,7 +54,7 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// What a configuration tells.
+    /// Values expected by a configuration.
     #[must_use]
     pub fn of(configuration: &Configuration) -> Expected {
         Expected {

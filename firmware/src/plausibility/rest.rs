@@ -32,12 +32,12 @@ pub(super) const STEADY: f32 = 1.5e-3;
 /// Noise of the difference of two blocks that is allowed, in standard deviations of one block.
 const NOISE: f32 = 8.5;
 
-/// What a time at rest has shown.
+/// Result of a time at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged {
-    /// What is wrong: bits of [`super::AT_REST`].
+    /// Faults: bits of [`super::AT_REST`].
     pub faults: u32,
-    /// What could be judged: likewise.
+    /// Checks that could be made: likewise.
     pub judged: u32,
     /// The means.
     pub means: Means,
@@ -54,7 +54,7 @@ pub struct Rest {
     /// Rate and force of the first block. Sums are of differences from them.
     first: [[f32; 3]; 2],
     sums: [[f32; 3]; 2],
-    /// Of the rates.
+    /// Squares of the rates.
     squares: [f32; 3],
     /// A fix covers every block.
     covered: bool,
@@ -65,7 +65,7 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Nothing seen yet.
+    /// No measurement yet.
     #[must_use]
     pub const fn new(expected: Expected) -> Rest {
         Rest {

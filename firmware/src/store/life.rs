@@ -1,4 +1,4 @@
-//! What a record tells of the device's life.
+//! The device's life in a record.
 
 use crate::wire::field::{put, take};
 

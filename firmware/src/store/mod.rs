@@ -100,7 +100,7 @@ pub enum Error<E> {
     Newer(Newer),
     /// There is no room behind the newest record, or there is no record.
     Full,
-    /// Nothing was begun, or what is to be stored is not what was begun.
+    /// Nothing was begun, or the content is not the one that was begun.
     NotBegun,
 }
 
@@ -109,7 +109,7 @@ pub enum Error<E> {
 pub enum Progress {
     /// Stored.
     Done,
-    /// Not stored; the newest good record is still the previous one.
+    /// Not stored; the newest good record is the previous one.
     Failed,
     /// More is to be written.
     GoesOn,
@@ -159,14 +159,14 @@ pub struct Stored {
     pub life: Life,
     /// The device's key.
     pub key: Key,
-    /// What was stored after this record cannot be read: it was damaged, or the power failed while
-    /// it was written.
+    /// A record stored after this one cannot be read: it was damaged, or the power failed while it
+    /// was written.
     pub damaged: bool,
     /// An older record can still be read, and it has another key.
     pub other_key: bool,
     /// Newer good records that were passed over: see [`Store::load_older`].
     pub passed: u8,
-    /// Where it begins.
+    /// Address of the record.
     at: u32,
 }
 

@@ -1,5 +1,5 @@
-//! Against a flash stricter than any chip: a byte is written once per erase, and power fails at any
-//! byte.
+//! Tests with a flash stricter than any chip: a byte is written once per erase, and power fails at
+//! any byte.
 
 use super::*;
 use crate::compensator::Block;
@@ -33,7 +33,7 @@ struct Flash<const UNIT: usize = ERASE> {
     bytes: Vec<u8>,
     written: Vec<bool>,
     left: usize,
-    /// What the byte at the cut becomes.
+    /// Value of the byte at the cut.
     torn: u8,
     /// Bytes erased or written in all.
     work: usize,
@@ -150,7 +150,7 @@ fn nets(n: u8) -> Nets {
     }
 }
 
-/// What the learner of number `n` remembers, of a length of its own.
+/// Memory of the learner of number `n`, of a length of its own.
 fn learnt(n: u8) -> Vec<u8> {
     let len = (usize::from(n) * 97) % (crate::learn::MEMORY_LEN + 1);
     (0..len).map(|k| (k as u8).wrapping_mul(31) ^ n).collect()
@@ -386,7 +386,7 @@ proptest! {
         prop_assert_eq!(found(&flash), None);
     }
 
-    /// The same behind a good magic and version, with any lengths.
+    /// A header behind a good magic and version, with any lengths.
     #[test]
     fn any_header(
         bytes in prop::collection::vec(any::<u8>(), 2 * ERASE), version in 0..6u8, length: u16
@@ -434,7 +434,7 @@ fn of_version(version: u32, generation: u32, images: &[u8], rest: &[u8]) -> Vec<
     record
 }
 
-/// What version 0.1.0 of the firmware has stored: weights alone.
+/// A record of version 0.1.0 of the firmware: weights alone.
 #[test]
 fn version_1_is_still_read() {
     let mut images = std::vec![0; IMAGES_LEN];

@@ -250,7 +250,7 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Where the slot begins that the next record erases.
+    /// Address of the slot that the next record erases.
     #[inline(never)]
     fn other_slot(&mut self) -> Result<u32, Newer> {
         let newest = self.load()?;

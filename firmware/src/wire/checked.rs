@@ -14,7 +14,7 @@ use crate::sample::Axes;
 /// sends up to 2000 a second.
 pub(crate) const USUAL: usize = stim300::USUAL.1;
 
-/// Where a frame comes from.
+/// Origin of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Out of a stream of bytes.

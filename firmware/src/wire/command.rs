@@ -151,7 +151,7 @@ pub enum Request<'a> {
     GetStore,
     /// Answer: [`Response::Recording`].
     GetRecording,
-    /// What the black box is to do.
+    /// An order to the black box.
     Record(Order),
     /// Answer: [`Response::Image`] with a piece of the black box, while it holds.
     ReadRecording {
@@ -227,8 +227,8 @@ pub struct Health {
     pub busy: Option<u16>,
     /// Load of the busiest second since power-on.
     pub busiest: Option<u16>,
-    /// What gave the learner's navigator its heading; while it does not navigate, what gives the
-    /// alignment in progress its heading so far.
+    /// How the learner's navigator got its heading; while it does not navigate, how the alignment
+    /// in progress gets its heading.
     pub way: Way,
     /// Standard deviation of that heading, mrad; `None` while it is unknown.
     pub heading_sigma: Option<u16>,
@@ -346,7 +346,7 @@ pub struct Counters<T = u32> {
 pub enum Response<'a> {
     /// Carried out.
     Done,
-    /// Not carried out.
+    /// The request was not carried out.
     Refused(Reason),
     /// To [`Request::GetVersion`].
     Version(Version),
@@ -387,7 +387,7 @@ pub enum Response<'a> {
     Trials(Trials),
 }
 
-/// What the store remembers of the unit from earlier drives.
+/// Memory of the unit from earlier drives, in the store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Remembered {
     /// Drives that it was learnt on; 0: nothing is remembered.
@@ -403,13 +403,13 @@ pub struct Remembered {
     pub of_another: bool,
 }
 
-/// What the device found in its store when it started.
+/// Content of the store when the device started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Kept {
     /// Number of the record in use; `None`: nothing was found, or nothing that is used.
     pub generation: Option<u32>,
-    /// Of the device's whole life until that record was stored, saturating: times it started, how
-    /// many of these followed a failure, minutes it ran.
+    /// Totals over the device's life until that record was stored, saturating: times it started,
+    /// how many of these followed a failure, minutes it ran.
     pub starts: u32,
     /// See above.
     pub failures: u32,
@@ -427,7 +427,7 @@ pub struct Kept {
 /// on as estimated from them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Antenna {
-    /// From the IMU to the antenna, body axes (forward, right, down), m.
+    /// Lever arm from the IMU to the antenna, body axes (forward, right, down), m.
     pub lever_arm: [f32; 3],
     /// Its standard deviation along each axis, m; 0: known exactly.
     pub lever_arm_sigma: [f32; 3],

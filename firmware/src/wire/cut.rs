@@ -42,7 +42,7 @@ pub fn in_order<T: Copy>(word: Word, values: [T; 6]) -> [T; 6] {
     }
 }
 
-/// What is owed, in that order; nothing where nothing is corrected.
+/// Corrections owed, in that order; zeros where nothing is corrected.
 pub fn owed_in_order(word: Word, owed: Option<[Owed; 6]>) -> [Owed; 6] {
     in_order(word, owed.unwrap_or_default())
 }

@@ -16,7 +16,7 @@ pub const ENOUGH: u8 = 3;
 /// Meanwhile the caller passes the bytes on unchanged.
 #[derive(Debug)]
 pub struct Detector<F = ImuFormat, const N: usize = { ImuFormat::ALL.len() }> {
-    /// For all of them; read is what all have read.
+    /// Bytes that are not read yet, shared by all candidates.
     bytes: Unread,
     candidates: [Candidate<F>; N],
 }
@@ -60,7 +60,7 @@ impl Detector {
 }
 
 impl<F: Framing, const N: usize> Detector<F, N> {
-    /// Of these formats.
+    /// A detector of these formats.
     pub fn of(formats: [F; N]) -> Detector<F, N> {
         Detector {
             bytes: Unread::new(),
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(push(&mut detector, &line), Some(ImuFormat::Stim300));
     }
 
-    /// What a STIM300 tells at power-on, in front of its first frame.
+    /// Datagrams that a STIM300 sends at power-on, in front of its first frame.
     #[test]
     fn special_datagrams_are_handed_over() {
         use crate::wire::stim300::config::Config;

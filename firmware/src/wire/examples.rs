@@ -15,9 +15,9 @@ pub(super) trait Examples {
 /// Any format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Any {
-    /// Of an IMU.
+    /// Format of an IMU.
     Imu(ImuFormat),
-    /// Of a receiver.
+    /// Format of a receiver.
     Receiver(ReceiverFormat),
 }
 

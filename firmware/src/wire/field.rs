@@ -135,12 +135,12 @@ pub fn put_be_i24(bytes: &mut [u8], at: usize, value: i32) {
     put(bytes, at, [high, middle, low]);
 }
 
-/// How a start mark compares with the bytes at hand.
+/// Result of comparing a start mark with the bytes at hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// All bytes of the mark are there.
     Whole,
-    /// What is there agrees, but more bytes are needed.
+    /// The bytes at hand agree, but more are needed.
     Part,
     /// Something disagrees.
     No,

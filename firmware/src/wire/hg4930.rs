@@ -166,7 +166,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Message::from_id(id).map(|message| Frame { buffer, message })
     }
 
-    /// Which message.
+    /// Kind of the message.
     pub fn message(&self) -> Message {
         self.message
     }
@@ -322,7 +322,7 @@ pub const OWN_FAULT: u16 = 0x4000;
 /// Every field of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Repr {
-    /// Which message.
+    /// Kind of the message.
     pub message: Message,
     /// Angular rate.
     pub rate: [i16; 3],

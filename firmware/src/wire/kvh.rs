@@ -34,7 +34,7 @@ mod at {
 pub enum Layout {
     /// The default.
     A,
-    /// With a time stamp.
+    /// Format with a time stamp.
     B,
     /// With temperature and magnetic field in turn.
     C,
@@ -153,7 +153,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Layout::from_header(take(buffer.as_ref(), 0)).map(|layout| Frame { buffer, layout })
     }
 
-    /// Which of the three formats.
+    /// The layout, one of three.
     pub fn layout(&self) -> Layout {
         self.layout
     }
@@ -255,7 +255,7 @@ fn put_values(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
 /// a header.
 pub const OWN_FAULT: u8 = 0x08;
 
-/// How the CRC changes.
+/// Change of the CRC.
 fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
     crc32_mpeg2_change(bits, after).to_be_bytes()
 }
@@ -269,7 +269,7 @@ fn seal(frame: &mut [u8]) {
 /// Every field of a message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repr {
-    /// Which format.
+    /// The layout.
     pub layout: Layout,
     /// Increments or rates.
     pub gyro: [f32; 3],

@@ -93,7 +93,7 @@ impl Imu {
     }
 }
 
-/// What the beginning of a message tells.
+/// Header of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
     /// MAVLink 2, not 1.
@@ -108,7 +108,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// Of the message at the beginning of `bytes`.
+    /// The header of the message at the beginning of `bytes`.
     fn of(bytes: &[u8]) -> Result<Header, Scan> {
         let two = match bytes.first() {
             None | Some(0xFD) => true,
@@ -146,12 +146,12 @@ impl Header {
         })
     }
 
-    /// Where the payload begins.
+    /// Offset of the payload.
     fn payload(&self) -> usize {
         if self.two { 10 } else { 6 }
     }
 
-    /// Where the CRC stands.
+    /// Offset of the CRC.
     fn crc(&self) -> usize {
         self.payload() + usize::from(self.length)
     }

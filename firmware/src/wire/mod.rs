@@ -153,7 +153,7 @@ fn exactly(bytes: &[u8], scan: impl FnOnce(&[u8]) -> Scan) -> Result<bool, Error
     }
 }
 
-/// What a frame holds: see [`Checked::read`].
+/// Content of a frame: see [`Checked::read`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// The six values. They are zero where the frame has none.

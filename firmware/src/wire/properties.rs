@@ -36,7 +36,7 @@ fn any_imu_frame() -> impl Strategy<Value = (ImuFormat, &'static Simulated, Vec<
     })
 }
 
-/// The same with receivers: an example with any bytes in its fields.
+/// Any frame, of receivers too: an example with any bytes in its fields.
 fn any_frame() -> impl Strategy<Value = (Any, Vec<u8>)> {
     let imu = any_imu_frame().prop_map(|(format, _, bytes)| (Any::Imu(format), bytes));
     let body = prop::collection::vec(any::<u8>(), 128);

@@ -1,4 +1,4 @@
-//! What every wire format states about itself.
+//! The interface of a wire format.
 //!
 //! An IMU format implements [`ImuProtocol`] in its own file and is named once, in the list of
 //! [`super`]. Everything that loops over the formats follows from that list: framing, detection,
@@ -16,8 +16,8 @@ pub trait Framing: Copy + PartialEq {
     /// Looks for a message at the beginning of `bytes`.
     fn scan(self, bytes: &[u8]) -> Scan;
 
-    /// The length of a good frame at the beginning of `bytes`, where that is seen sooner than by
-    /// [`Framing::scan`]. `None` tells nothing.
+    /// The length of a good frame at the beginning of `bytes`, where that is known sooner than by
+    /// [`Framing::scan`]. `None`: not known.
     #[inline(always)]
     fn usual(self, _bytes: &[u8]) -> Option<usize> {
         None
@@ -33,7 +33,7 @@ pub trait Framing: Copy + PartialEq {
 /// A wire format of an IMU. `scan` checks length and checksum; all other functions get a frame that
 /// `scan` has found good, and check nothing again.
 pub trait ImuProtocol {
-    /// What the frames do not tell. It is part of the device's configuration.
+    /// Settings that the frames do not contain. They are part of the device's configuration.
     type Settings: Debug + Copy + PartialEq + Serialize + DeserializeOwned;
     /// The settings of a sensor as delivered.
     const DEFAULT: Self::Settings;
@@ -93,8 +93,8 @@ pub trait ImuProtocol {
 
 /// A format whose frames do not tell what is in them. Their layout follows from the settings.
 pub trait LaidOut: ImuProtocol {
-    /// Where everything is in a frame. The constant `USUAL` of this type is the layout that
-    /// [`ImuProtocol`]'s own functions take.
+    /// Layout of a frame. The constant `USUAL` of this type is the layout that [`ImuProtocol`]'s
+    /// own functions take.
     type Layout: Copy;
 
     /// As [`ImuProtocol::scan`].
@@ -118,14 +118,14 @@ pub trait LaidOut: ImuProtocol {
     ) -> Option<Axes>;
 }
 
-/// What is changed in a frame.
+/// Changes of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Change<'c> {
     /// The six values. Those the frame does not have are left out.
     pub sample: &'c RawSample,
     /// Set our own fault bit, where the format has room. It is never cleared.
     pub mark: bool,
-    /// What else the format is to change.
+    /// Settings of the format, some of which change the frame too.
     pub settings: &'c Settings,
 }
 
@@ -139,14 +139,14 @@ pub struct Simulated {
     pub name: &'static str,
     /// Frames a second.
     pub rate: u32,
-    /// What a count of [`Fields`] is worth as an increment: rad, m/s.
+    /// Increment of a count of [`Fields`]: rad, m/s.
     pub count: [f64; 2],
-    /// What a count of the frame (or 1.0, of a float) is worth as an increment: rad, m/s. By the
-    /// format's documentation and not by the code that it checks.
+    /// Increment of a count of the frame (or 1.0, of a float): rad, m/s. By the format's
+    /// documentation and not by the code that it checks.
     pub unit: [f64; 2],
     /// Bits of a count in the frame; 32 for floats.
     pub bits: u32,
-    /// What a quiet sensor has in [`Fields::rest`].
+    /// Value of a quiet sensor in [`Fields::rest`].
     pub rest: u32,
     /// Whether the frame has accelerometers.
     pub has_accel: bool,
@@ -173,7 +173,7 @@ impl Simulated {
     }
 }
 
-/// What a simulated frame tells.
+/// Content of a simulated frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Fields {
     /// Number of the frame, from 0.

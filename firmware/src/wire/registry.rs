@@ -21,7 +21,7 @@ macro_rules! imu_formats {
             $($(#[$doc])* $format $(($Layout))?,)+
         }
 
-        /// What the frames of a sensor do not tell, for every format.
+        /// Settings that the frames of a sensor do not contain, for every format.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Settings {
             /// Samples a second where the stream does not tell, Hz, > 0.
@@ -65,7 +65,7 @@ macro_rules! imu_formats {
                 }
             }
 
-            /// Puts it in place of that format's settings.
+            /// Replaces that format's settings.
             pub fn apply(self, settings: &mut Settings) {
                 match self {
                     $(FormatSettings::$format(of_format) => settings.$module = of_format,)+
@@ -81,12 +81,12 @@ macro_rules! imu_formats {
                 }
             }
 
-            /// The same format with the layout of frames that the settings tell.
+            /// This format with the layout of frames by the settings.
             pub const fn configured(self, settings: &Settings) -> ImuFormat {
                 self.settings(settings).format()
             }
 
-            /// All of them, with the usual layout of their frames.
+            /// All formats, with the usual layout of their frames.
             pub const ALL: [ImuFormat; [$(stringify!($format)),+].len()] =
                 [$(ImuFormat::$format $((<$Layout>::USUAL))?),+];
 

@@ -14,11 +14,11 @@ pub struct Stream {
     pub units: Units,
     /// Samples a second.
     pub rate: f64,
-    /// How missing frames are noticed.
+    /// How missing frames are detected.
     pub sequence: Sequence,
 }
 
-/// How missing frames are noticed.
+/// How missing frames are detected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sequence {
     /// By the sensor's counter.
@@ -62,7 +62,7 @@ impl Last {
 }
 
 impl Stream {
-    /// What a frame says about those before it.
+    /// Gap between this frame and those before it.
     #[inline(always)]
     pub fn gap(&self, last: &mut Last, reading: &Reading) -> Gap {
         if let (Sequence::Counter(rule), Some(counter)) = (self.sequence, reading.counter)
@@ -137,7 +137,7 @@ const LATE_S: f64 = 1.0;
 /// A sensor whose time is less has just started, s.
 const BEGINNING_S: f64 = 10.0;
 
-/// How a counter advances.
+/// Step and range of a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rule {
     /// Counts in one turn; a power of two.
@@ -146,14 +146,14 @@ pub struct Rule {
     step: u32,
 }
 
-/// What the counter says about the frames before this one.
+/// Result of comparing the counter with that of the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gap {
     /// The first frame, or the next one.
     None,
     /// The same frame again.
     Duplicate,
-    /// So many frames are missing, or so many and whole turns of the counter.
+    /// Number of missing frames, or this number and whole turns of the counter.
     Missed(u32),
     /// Not a whole number of frames: the sensor restarted, or another rate than the rule's.
     Jump,

@@ -275,7 +275,7 @@ pub(super) mod tests {
     use super::super::field::hex;
     use super::*;
 
-    /// With a start mark in its data.
+    /// An example with a start mark in its data.
     pub(in crate::wire) fn example(n: u8) -> std::vec::Vec<u8> {
         let pvt = Pvt {
             time_of_week: u32::from(n),

@@ -124,7 +124,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         floats(take(self.buffer.as_ref(), self.layout.at(triad)))
     }
 
-    /// What the gyros and the accelerometers of the sample measure.
+    /// Quantities of the gyros and the accelerometers of the sample.
     pub fn quantities(&self) -> (Quantity, Option<Quantity>) {
         (self.gyro.quantity, self.accel.map(|triad| triad.quantity))
     }
@@ -189,7 +189,7 @@ struct Corrected {
 }
 
 impl Corrected {
-    /// What another triad with the same errors becomes; `None` where it has others.
+    /// Corrected values of another triad with the same errors; `None` where it has others.
     fn applied(&self, other: &Triad, mut values: [f32; 3]) -> Option<[f32; 3]> {
         if core::ptr::eq(self.triad, other) {
             return Some(self.after);

@@ -95,7 +95,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
 pub struct Frame<T> {
     buffer: T,
     layout: Layout,
-    /// Which of the packets is the sample's.
+    /// Packet of the sample's gyros.
     gyro: usize,
     accel: Option<usize>,
     precision: Precision,
@@ -148,7 +148,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         [0, 4, 8].map(|axis| take(self.buffer.as_ref(), at + axis))
     }
 
-    /// Which packets are the sample: 0 increments, 1 rates, 2 rates at the full rate.
+    /// Packets that are the sample: 0 increments, 1 rates, 2 rates at the full rate.
     pub fn packets(&self) -> (usize, Option<usize>) {
         (self.gyro, self.accel)
     }
@@ -256,8 +256,8 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         Some(())
     }
 
-    /// Puts a triad in the place of the sample's, and adds as much to the other packets of the same
-    /// sensors. `rate`: the worth of an increment in the unit of the rates.
+    /// Replaces a triad of the sample, and adds as much to the other packets of the same sensors.
+    /// `rate`: value of an increment in the unit of the rates.
     fn replace(&mut self, gyro: bool, which: usize, new: [[u8; 4]; 3], rate: f32) {
         let old = self.triad(gyro, which);
         let places = if gyro {

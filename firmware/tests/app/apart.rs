@@ -260,7 +260,8 @@ fn a_full_queue_stops_the_learner() {
     assert!(full.is_some());
 }
 
-/// What needs the learner's word is answered when it has given it, and other requests wait behind.
+/// A request that needs the learner's verdict is answered when the learner has given it, and other
+/// requests wait behind.
 #[test]
 fn a_request_waits_for_the_learner() {
     let mut there = device();

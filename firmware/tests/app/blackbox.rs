@@ -20,7 +20,7 @@ fn config() -> Config {
     }
 }
 
-/// Of a device that records in new memory.
+/// A device that records in new memory.
 fn recording(config: Config) -> Device<Mock> {
     let mut device = Device::new(config);
     device.app.record_in(Box::leak(Box::new(Memory::ZEROED)));

@@ -27,7 +27,7 @@ fn config(kind: Kind) -> Config {
     }
 }
 
-/// What has been subtracted from one kind of frame.
+/// Sum of the corrections of one kind of frame.
 struct Log {
     kind: Kind,
     frames: u32,

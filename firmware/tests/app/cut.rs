@@ -15,7 +15,7 @@ use std::rc::Rc;
 
 const CAN: [ImuFormat; 3] = [ImuFormat::Stim300, ImuFormat::Kvh, ImuFormat::Novatel];
 
-/// What interrupt and loop share.
+/// State shared by interrupt and loop.
 #[derive(Debug, Default)]
 struct Shared {
     cut: Cut,
@@ -69,13 +69,13 @@ fn config(format: ImuFormat, sensor: &Simulated, cut_through: bool) -> Config {
     }
 }
 
-/// What leaves of a stream. The loop runs after the numbers of bytes in `turns`, cyclically. Also
-/// gives the number of bytes that the interrupt has sent.
+/// Output for a stream. The loop runs after the numbers of bytes in `turns`, cyclically. Also gives
+/// the number of bytes that the interrupt has sent.
 fn through(config: Config, stream: &[u8], turns: &[usize]) -> (Vec<u8>, usize) {
     run(config, stream, turns, true)
 }
 
-/// The same, also of a board whose interrupt cuts nothing.
+/// [`through`], also for a board whose interrupt cuts nothing.
 fn run(config: Config, stream: &[u8], turns: &[usize], cuts: bool) -> (Vec<u8>, usize) {
     let output = Output::default();
     let mut app = App::new(config);

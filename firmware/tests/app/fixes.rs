@@ -63,7 +63,7 @@ pub struct Bench {
     number: u32,
     /// Receiver's time at the start, ms of the week.
     pub week_ms: u32,
-    /// What has left since it was last asked for.
+    /// Bytes that have left since the last look.
     pub left: Vec<u8>,
 }
 

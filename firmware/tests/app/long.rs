@@ -52,7 +52,7 @@ struct Run {
     random: u32,
 }
 
-/// Nothing is connected until then.
+/// Runs without any input until then.
 fn idle_until(device: &mut Device, clock_s: u64) {
     for _ in 0..clock_s.saturating_sub(10) / 60 {
         device.pass_us(60_000_000);
@@ -240,7 +240,7 @@ fn corrects(config: Config) -> Config {
     }
 }
 
-/// Nothing but the numbers shown depends on how long a device has run, whatever its sensor sends.
+/// Only the reported counters depend on how long a device has run, whatever its sensor sends.
 #[test]
 fn months_change_nothing_but_the_numbers_shown() {
     for (k, kind) in kinds().into_iter().enumerate() {
@@ -256,7 +256,7 @@ fn months_change_nothing_but_the_numbers_shown() {
     }
 }
 
-/// The same of a device without a configuration, in which all is raw and nothing has a format.
+/// Likewise for a device without a configuration, in which all is raw and nothing has a format.
 #[test]
 fn months_change_nothing_without_a_configuration() {
     for history in histories(1000.0) {
@@ -270,7 +270,7 @@ fn months_change_nothing_without_a_configuration() {
     }
 }
 
-/// The same with an ADIS at the SPI, and noise on the line that it does not use.
+/// Likewise with an ADIS at the SPI, and noise on the line that it does not use.
 #[test]
 fn months_change_nothing_at_the_spi() {
     for (model, history) in [
@@ -321,9 +321,9 @@ fn months_do_not_change_which_kind_leads() {
     }
 }
 
-/// What the learner from fixes makes of a drive at rest does not depend on how long the device has
-/// run: the numbers of its samples and the lower half of its clock end while it aligns itself,
-/// while it navigates, and while what it has learnt is in force; so does the receiver's week.
+/// The results of the learner from fixes in a drive at rest do not depend on how long the device
+/// has run: the numbers of its samples and the lower half of its clock wrap while it aligns itself,
+/// while it navigates, and while a learnt correction is in force; so does the receiver's week.
 #[test]
 fn months_do_not_change_what_is_learnt() {
     let learns = |end_s: Option<u64>| {

@@ -1,5 +1,5 @@
-//! What the learner remembers is stored while samples are corrected, and comes back at the next
-//! power-on of the board or of the sensor, if it is of the same unit.
+//! The learner's memory is stored while samples are corrected, and comes back at the next power-on
+//! of the board or of the sensor, if it is of the same unit.
 
 use crate::frames::Kind;
 use crate::record::{HARDWARE, configure, configured, record};
@@ -57,7 +57,7 @@ impl Board {
         })
     }
 
-    /// What a pass of the main loop stores, if anything.
+    /// Step of storing in a pass of the main loop, if any.
     fn pass(&mut self, bench: &mut Bench) -> Option<Step> {
         let mut seen = None;
         bench.device.app.store(|step, content| {
@@ -236,8 +236,8 @@ fn flash_is_spared() {
     assert_eq!(bench.says.took.get(), 0);
 }
 
-/// What changes while a record is being written ends it; the newest record stays, and the next one
-/// is whole.
+/// A change of the content while a record is being written ends it; the newest record stays, and
+/// the next one is whole.
 #[test]
 fn other_networks_end_a_record_in_progress() {
     let mut board = Board::new(&unit());

@@ -20,7 +20,7 @@ const SLOT: usize = 2 * 8192;
 /// The word of an STM32H7's flash, which has check bits of its own (RM0433 4.3.9).
 const WORD: usize = 32;
 
-/// What the chip does when a word is read whose check bits do not fit.
+/// Reaction of the chip to reading a word whose check bits do not fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Torn {
     /// A bus fault, and so a crash.

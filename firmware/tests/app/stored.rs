@@ -1,4 +1,4 @@
-//! What a device has stored comes back at power-on, weights and configuration together.
+//! The content of the store comes back at power-on, weights and configuration together.
 
 use crate::device::{Device, constant, nets};
 use crate::frames::Kind;
@@ -21,7 +21,7 @@ const STIM: Kind = Kind::STIM;
 pub struct Flash(Vec<u8>);
 
 impl Flash {
-    /// Nothing is stored.
+    /// Empty flash.
     pub fn new() -> Flash {
         Flash(vec![0xFF; 4 * 8192])
     }

@@ -26,7 +26,7 @@ pub struct Says {
     pub learns: Shared<Vec<u8>>,
     /// Memory that it last recorded or was given back.
     pub knows: Shared<Vec<u8>>,
-    /// What it knew when it began.
+    /// Memory that it had when it began.
     pub knew: Shared<Vec<u8>>,
     /// How often it recorded its memory, and how often a drive began.
     pub took: Shared<u32>,

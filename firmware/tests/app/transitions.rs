@@ -21,7 +21,7 @@ const UPLOADED: f32 = -0.03;
 pub const SLEW: f32 = 0.01;
 pub const BLOCK: f32 = 0.1;
 
-/// Where a correction is.
+/// State of a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// Mode learn, live, nothing proved.
@@ -101,7 +101,7 @@ const EVENTS: [Event; 23] = [
     Event::Service,
 ];
 
-/// How a correction may change.
+/// Allowed change of a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Rule {
     Holds,
@@ -232,7 +232,7 @@ impl Event {
     }
 }
 
-/// Frames with wrong checksums for so long, s.
+/// Sends frames with wrong checksums for this time, s.
 pub fn damaged(bench: &mut Bench, seconds: f64) {
     for _ in 0..(seconds * bench.kind.rate()) as u32 {
         let mut frame = bench.frame();
@@ -245,7 +245,7 @@ pub fn damaged(bench: &mut Bench, seconds: f64) {
     }
 }
 
-/// So many bytes of no format on the sensor's line.
+/// Sends this number of bytes of no format on the sensor's line.
 pub fn noise(bench: &mut Bench, bytes: u32) {
     let of = |n: u32| (n.wrapping_mul(2_654_435_761) >> 24) as u8 & 0x7F;
     for piece in (0..bytes).map(of).collect::<Vec<_>>().chunks(50) {
@@ -320,7 +320,7 @@ fn every_event(kind: Kind) {
     }
 }
 
-/// Where a correction ends up. The first column is the event, then the state, then the correction
+/// Final value of a correction. The first column is the event, then the state, then the correction
 /// after ten seconds.
 #[test]
 fn where_it_goes() {
@@ -389,7 +389,7 @@ fn commanded() -> Bench {
     bench
 }
 
-/// What has been proved since an alignment began does not come into force when the request is sent
+/// An error proved since an alignment began does not come into force when the request is sent
 /// again, since its answer was lost.
 #[test]
 fn an_alignment_reported_twice_changes_nothing() {

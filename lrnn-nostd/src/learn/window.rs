@@ -1,4 +1,4 @@
-//! A reference over a window, with constant memory: sums are kept instead of samples.
+//! A reference over a window, with constant memory: sums are stored instead of samples.
 
 use crate::gradient::Sensitivities;
 use crate::normalisation::Normalisation;

@@ -52,7 +52,7 @@ const VERTICAL_TILT: f32 = 0.03;
 /// for knowledge of the biases, which is prevented by a noise of the vertical velocity that it
 /// causes in this time, s.
 const VERTICAL_S: f32 = 60.0;
-/// What the times of the fixes may be wrong, s: an acceleration makes a velocity of it (assumed).
+/// Errors of the times of the fixes, s: an acceleration makes a velocity of it (assumed).
 const TIMING_S: f32 = 0.03;
 /// An observation farther from its prediction than this, in squared standard deviations, is not
 /// believed.
@@ -75,13 +75,13 @@ pub struct Match<'a> {
     pub age: [f32; 2],
     /// The vehicle stands, and does not turn.
     pub still: bool,
-    /// Where the forward axis pointed in `w`, horizontally, and the heading given for it.
+    /// Direction of the forward axis in `w`, horizontally, and the heading given for it.
     pub given: Option<([f32; 2], Heading)>,
     /// Attitude and receiver's velocity at the last fix.
     pub last: (Q, V),
 }
 
-/// What the navigator shows at a fix, kept from one part of the work to the next.
+/// The navigator's state at a fix, passed from one part of the work to the next.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
     step: Step,
@@ -169,7 +169,7 @@ impl Filter {
         (self.step(&state, time, rotation, seen), rotation)
     }
 
-    /// What the navigator shows, `time` seconds after the last fix; `z` is its innovation.
+    /// The navigator's state, `time` seconds after the last fix; `z` is its innovation.
     #[inline(never)]
     pub fn look(
         &mut self,

@@ -42,7 +42,7 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 
 /// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
 pub const MAX_HEADING: f32 = 0.1;
-/// The same for the tilt, rad.
+/// The largest standard deviation of the tilt, rad.
 const MAX_TILT: f32 = 0.05;
 /// Fixes in a row that must pass all tests.
 const PASSES: u8 = 3;
@@ -67,7 +67,7 @@ const LINEAR: f32 = 0.3;
 const FAR_M: f32 = 2e4;
 const FARS: u8 = 3;
 
-/// What an alignment in motion must know.
+/// Configuration of an alignment in motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
     /// The navigator's configuration: counts, sample period, noise, lever arm.
@@ -92,7 +92,7 @@ pub struct Config {
 /// How far an alignment is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Progress {
-    /// What gives the heading so far; [`Way::None`] while levelling.
+    /// Source of the heading so far; [`Way::None`] while levelling.
     pub way: Way,
     /// Standard deviation of the heading, rad; infinite while it is unknown.
     pub heading_sigma: f32,
@@ -185,7 +185,7 @@ impl InMotion {
         });
     }
 
-    /// The alignment has begun: a given heading is kept.
+    /// Whether the alignment has begun: a given heading then stays in use.
     #[must_use]
     pub fn has_begun(&self) -> bool {
         self.navigator.is_some()

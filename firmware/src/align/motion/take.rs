@@ -1,4 +1,4 @@
-//! What a fix leads to.
+//! Processing of a fix.
 
 use super::begin::first;
 use super::filter::{ERRORS, Filter, Match};
@@ -23,9 +23,9 @@ pub struct Found {
     pub state: nav::State,
     /// The alignment's estimate of the sensors' errors, rad/s and m/s2.
     pub applied: [f32; OUTPUTS],
-    /// What the fixes have shown of them.
+    /// Observations of them by the fixes.
     pub shown: Shown,
-    /// What gave the heading.
+    /// Source of the heading.
     pub way: Way,
     /// Standard deviation of the heading, rad.
     pub heading_sigma: f32,
@@ -72,7 +72,7 @@ struct Taken {
 impl InMotion {
     /// Takes a fix that was valid `age` before the last sample: seconds and their standard
     /// deviation. `still`: the vehicle stands, and the fix says so. A fix without a horizontal
-    /// velocity is not used, nor is one without a place before the first with one.
+    /// velocity is not used, nor is one without a position before the first with one.
     ///
     /// Gives the attitude when it is known well enough; its matrices are in `scratch` then.
     pub fn fix(
@@ -132,7 +132,7 @@ impl InMotion {
         true
     }
 
-    /// How the navigator's errors have moved since the last fix. False: it is lost.
+    /// Changes of the navigator's errors since the last fix. False: it is lost.
     #[inline(never)]
     fn take_interval(&mut self, scratch: &mut Transition<ERRORS>) -> bool {
         let Some(navigator) = &mut self.navigator else {
@@ -297,7 +297,7 @@ impl InMotion {
     }
 }
 
-/// What a fix is matched with. A heading that was given counts while the filter wants one.
+/// Data with which a fix is matched. A heading that was given counts while the filter wants one.
 fn seen<'a>(
     config: &'a Config,
     known: &'a [f32; OUTPUTS],

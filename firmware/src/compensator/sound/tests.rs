@@ -186,8 +186,8 @@ fn two_upsets_at_the_same_time_correct_nothing_wrong() {
     }
 }
 
-/// Where the correction has gone to zero, floats are owed nothing any more: a value with a
-/// finer last place leaves as it came.
+/// Where the correction has gone to zero, floats are owed nothing any more: a value with a finer
+/// last digit leaves unchanged.
 #[test]
 fn floats_are_owed_nothing_at_zero_correction() {
     let made = compensator();

@@ -1,11 +1,11 @@
-//! How the errors that the antenna sees move, with lever arm and age among them.
+//! Dynamics of the errors that the antenna sees, with lever arm and age among them.
 
 use super::{Antenna, STATES, state};
 use crate::learn::prior::NAV;
 use crate::nav::ANTENNA;
 use lrnn_nostd::learn::kalman::Transition;
 
-/// By how much they may change in an hour, m and s (assumed: load of the receiver).
+/// Standard deviation of their changes in an hour, m and s (assumed: load of the receiver).
 const WALK: [f32; ANTENNA] = [0.01, 0.01, 0.01, 0.002];
 const HOUR_S: f32 = 3600.0;
 impl Antenna {
@@ -20,7 +20,7 @@ impl Antenna {
         all
     }
 
-    /// The same without the noise: enough for the means.
+    /// The transition without the noise: enough for the means.
     pub(super) fn moves(&self, block: Option<&Transition<NAV>>) -> Transition<STATES> {
         let mut all = Transition::ZEROED;
         for (i, row) in all.phi.iter_mut().enumerate() {

@@ -126,7 +126,7 @@ fn it_starts_from_rest() {
     assert!(report.antenna.lever_arm_sigma[2] > 1.0, "{report:?}");
 }
 
-/// What the filter is for: when the wrong values are believed, they are taken for errors of the
+/// The purpose of the filter: when wrong values are believed, they are taken for errors of the
 /// sensors. Such errors have more evidence than none, but they do not prove themselves.
 #[test]
 fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
@@ -141,7 +141,7 @@ fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
     }
 }
 
-/// What goes into lever arm and delay is lost to the biases, but not more: 1.3 times the errors
+/// Estimating lever arm and delay costs the biases accuracy, but not much: 1.3 times the errors
 /// over 12 drives, more or less in each.
 #[test]
 fn biases_are_learnt_nearly_as_well_as_with_a_known_antenna() {
@@ -168,8 +168,8 @@ fn biases_are_learnt_nearly_as_well_as_with_a_known_antenna() {
     assert!(found < 1.8 * known, "{found} {known}");
 }
 
-/// On a straight line at one speed neither shows. The position at the start is not better known
-/// than the antenna's.
+/// On a straight line at constant speed neither is observable. The position at the start is not
+/// better known than the antenna's.
 #[test]
 fn on_a_straight_line_nothing_is_claimed() {
     let mut memory = memory();

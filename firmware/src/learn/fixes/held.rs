@@ -2,9 +2,9 @@
 //!
 //! A fix and the end of a block each take the learner several hundred thousand instructions. Apart
 //! they never add up, and the answer to a block is ready well before it comes into force. So a fix
-//! waits until there is time before and after it; the navigator retains its past and uses the fix
-//! as of its own time. How long it waits depends on the numbers of the samples alone, so the same
-//! recording gives the same bits on every machine.
+//! waits until there is time before and after it; the navigator retains its history and uses the
+//! fix as of its own time. How long it waits depends on the numbers of the samples alone, so the
+//! same recording gives the same bits on every machine.
 
 use crate::fix::Fix;
 use crate::sample::StreamScale;

@@ -13,10 +13,10 @@ use crate::learn::prior::{Datasheet, Shapes};
 /// The first blocks do not count, in which the best hypothesis knows little more than at power-on:
 /// five minutes at the usual second.
 const SKIPPED: u32 = 300;
-/// So many more make a judgement.
+/// Least number for a judgement.
 const LEAST: u32 = 300;
-/// What the judgement of a drive counts for after the next one: memory gets better from drive to
-/// drive (assumed).
+/// Weight of the judgement of a drive after the next one: memory gets better from drive to drive
+/// (assumed).
 const STAYS: f32 = 0.8;
 /// A hypothesis whose memory was less wrong by this factor takes the place of the one with the
 /// greatest evidence: less is chance (assumed).
@@ -33,7 +33,7 @@ const OF_LAYER: usize = 24;
 pub(super) struct Judged {
     /// Before this drive, as [`crate::learn::unit::Head::judged`].
     before: [f32; 3],
-    /// What was known at power-on; `None`: nothing.
+    /// Means of the memory at power-on; `None`: there was none.
     known: Option<[f32; MEANS]>,
     squares: [f32; 3],
     blocks: u32,

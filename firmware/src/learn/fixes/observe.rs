@@ -1,5 +1,5 @@
-//! What is made of a fix: its age, how much it weighs, whether the vehicle stands, and the
-//! observation that the hypotheses get.
+//! Processing of a fix: its age, its weight, whether the vehicle stands, and the observation that
+//! the hypotheses get.
 
 use super::FixLearner;
 use super::take::{Compared, Fresh, Looked};
@@ -54,7 +54,7 @@ impl Mean {
     }
 }
 
-/// Where the vehicle was when it came to a standstill, by a receiver that measures no velocity.
+/// Position at which the vehicle came to a standstill, by a receiver that measures no velocity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rest {
     position: Position,
@@ -226,8 +226,8 @@ impl FixLearner<'_> {
         Some(standing).filter(|standing| *standing < sigma)
     }
 
-    /// Whether the vehicle rests by its positions alone: so long at one place that it would have
-    /// been seen at another, had it moved.
+    /// Whether the vehicle rests by its positions alone: they agree for so long that a motion would
+    /// have shown.
     fn rests(&mut self, fix: &Fix) -> bool {
         let Fix {
             position,

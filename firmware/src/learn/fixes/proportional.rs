@@ -29,7 +29,7 @@ use crate::nav::vector::{Q, V, V32, add, narrow, product, scale};
 /// The times `T`, s (assumed): in which fixes correct an attitude, and of the longest turns.
 const MEMORIES_S: [f32; 2] = [15.0, 150.0];
 
-/// What sensors add to their errors in proportion to the motion: standard deviations.
+/// Errors of the sensors in proportion to the motion: standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratios {
     /// Scale factors of gyros and accelerometers, as ratios.
@@ -48,7 +48,7 @@ struct Sum {
 }
 
 impl Sum {
-    /// By how much the squares grow beyond the largest.
+    /// Growth of the squares beyond the largest.
     fn adds(&mut self, change: V32, time: f32) -> V32 {
         let mut most = [0.0; 3];
         for ((sum, largest), memory) in self.sums.iter_mut().zip(MEMORIES_S) {

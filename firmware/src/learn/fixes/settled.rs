@@ -14,7 +14,7 @@ const AGAIN_S: f32 = 60.0;
 /// See the module.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settled {
-    /// Where it was when it moved last, and its standard deviations then.
+    /// Estimate when it moved last, and its standard deviations then.
     anchor: [f32; OUTPUTS],
     sigma: [f32; OUTPUTS],
     /// Time with fixes since then, s.

@@ -148,7 +148,7 @@ fn a_shape_is_taken_only_if_it_is_alive() {
     assert_eq!(Shapes::new(&learnt, &SHEET, &DRIVEN).driven[0], driven[0]);
 }
 
-/// Networks that were learnt with one of the built-in shapes do not take the other's place.
+/// Networks that were learnt with one of the built-in shapes do not replace the other's.
 #[test]
 fn what_was_learnt_with_one_shape_leaves_the_other() {
     let built_in = Shapes::new(&SHEET.nets(1.0), &SHEET, &DRIVEN);

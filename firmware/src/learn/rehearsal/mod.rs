@@ -86,7 +86,7 @@ impl Horizon {
     }
 }
 
-/// How a hypothesis stands.
+/// State of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
     /// Greatest capital of the proof over the horizons.
@@ -183,7 +183,7 @@ impl Rehearsal {
         }
     }
 
-    /// How a hypothesis stands.
+    /// State of a hypothesis.
     pub fn standing(&self, hypothesis: usize) -> Standing {
         let mut standing = Standing {
             proof: 0.0,

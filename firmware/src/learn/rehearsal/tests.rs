@@ -1,4 +1,4 @@
-//! What rehearsals prove, by chance and by drives.
+//! Proofs by rehearsals, by chance and in drives.
 
 mod bets;
 mod coasts;

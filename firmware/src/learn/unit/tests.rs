@@ -93,7 +93,7 @@ fn bytes_of_something_else_are_no_memory() {
     }
 }
 
-/// What was learnt of networks with other inputs, or of another shape, means nothing to these.
+/// The memory of networks with other inputs, or of another shape, is not used for these.
 #[test]
 fn memory_belongs_to_its_networks() {
     let unit = after(&Head::NEW, &THERMAL);
@@ -103,7 +103,7 @@ fn memory_belongs_to_its_networks() {
     assert!(!unit.recall(&mut bank(&THERMAL), &other));
 }
 
-/// From the datasheet's guess to the scatter of the unit itself.
+/// The scatter goes from the datasheet's guess to that of the unit itself.
 #[test]
 fn the_scatter_of_the_turn_ons_is_learnt() {
     let sheet = &Settings::MEDIUM.sheet;

@@ -11,7 +11,7 @@ pub struct Behind<'l, L> {
 }
 
 impl<'l, L: Line> Behind<'l, L> {
-    /// Nothing has left already.
+    /// No byte has left yet.
     pub fn nothing(line: &'l mut L) -> Behind<'l, L> {
         Behind { line, gone: 0 }
     }

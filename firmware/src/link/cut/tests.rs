@@ -1,4 +1,4 @@
-//! What leaves with cut-through, against what leaves without.
+//! Output with cut-through, compared with the output without.
 
 use super::*;
 use crate::compensator::{Compensator, Limit, State};
@@ -89,7 +89,7 @@ fn armed(format: ImuFormat, frame: &[u8], state: &State, mark: bool, settings: &
     cut
 }
 
-/// What leaves of a stream.
+/// Output for a stream.
 fn through(cut: &mut Cut, from: u32, bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     for (n, byte) in (from..).zip(bytes) {

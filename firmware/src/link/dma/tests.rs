@@ -61,17 +61,18 @@ struct Board {
     overrun: Cell<bool>,
     /// Interrupts made pending by the frame path: receiving, sending.
     pending: [Cell<bool>; 2],
-    /// In an interrupt, or interrupts are held off.
+    /// In an interrupt, or interrupts are masked.
     masked: Cell<bool>,
     awake: Cell<bool>,
     overruns: Cell<usize>,
-    /// What is going to arrive at the next moments in which the other side looks at the stream.
+    /// Numbers of bytes that arrive at the next moments in which the other side looks at the
+    /// stream.
     moments: RefCell<VecDeque<u8>>,
     /// Next byte of the sensor, which counts.
     next: Cell<u8>,
     /// Bytes that reached the line's receiver and were not overrun.
     arrived: RefCell<Vec<u8>>,
-    /// What left.
+    /// Bytes that have left.
     sent: RefCell<Vec<u8>>,
     interrupts: Cell<usize>,
 }
@@ -258,9 +259,9 @@ fn read_all(port: &mut impl Line, into: &mut Vec<u8>) -> usize {
 
 #[derive(Debug, Clone)]
 enum Step {
-    /// So many bytes arrive.
+    /// This number of bytes arrives.
     Arrive(usize),
-    /// The same while interrupts are held off: after the end of a transfer two bytes are one too
+    /// Bytes arrive while interrupts are masked: after the end of a transfer two bytes are one too
     /// many.
     Late(usize),
     /// The frame path asks for so many.

@@ -46,8 +46,8 @@ impl Stream {
                 continue;
             }
             came += bytes;
-            // the end of the frame is seen with the burst that holds it, whose last byte belongs to
-            // a later frame if the frame does not end with the burst
+            // the end of the frame is detected with the burst that contains it, whose last byte
+            // belongs to a later frame if the frame does not end with the burst
             let behind = (burst - came % burst) % burst;
             let held = if burst > bytes {
                 (behind / bytes).ceil()

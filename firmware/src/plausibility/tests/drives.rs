@@ -86,7 +86,7 @@ impl Random {
     }
 }
 
-/// What a vehicle does at a moment: roll, pitch, heading (rad) with their rates, and acceleration
+/// Motion of a vehicle at a moment: roll, pitch, heading (rad) with their rates, and acceleration
 /// north, east, down (m/s2).
 #[derive(Clone, Copy, Default)]
 pub struct Motion {
@@ -121,12 +121,12 @@ pub fn truth(m: &Motion, latitude: f64) -> [[f64; 3]; 2] {
 
 /// A motion by time.
 pub type Moves = fn(f64) -> Motion;
-/// What a mistake makes of a block's rate and force.
+/// Effect of a mistake on a block's rate and force.
 pub type Mistake = fn([[f32; 3]; 2]) -> [[f32; 3]; 2];
 /// Another mounting.
 pub type Turn = fn([f32; 3]) -> [f32; 3];
 
-/// What the receiver says at a time: speed and its standard deviation.
+/// Report of the receiver at a time: speed and its standard deviation.
 pub type Receiver = Option<fn(f64) -> (f32, f32)>;
 
 /// A drive of some seconds: its motion by time, and the sensor.
@@ -139,7 +139,7 @@ pub struct Drive {
     pub sigmas: f64,
     pub receiver: Receiver,
     pub motion: Moves,
-    /// What the mistake makes of a block's rate and force.
+    /// Effect of the mistake on a block's rate and force.
     pub mistake: Mistake,
 }
 
@@ -312,7 +312,7 @@ pub fn ferry(t: f64) -> Motion {
     }
 }
 
-/// The same mooring in a calm harbour: only the slow turn.
+/// The mooring in a calm harbour: only the slow turn.
 pub fn anchor(t: f64) -> Motion {
     let Motion { angles, rates, .. } = ferry(t);
     Motion {

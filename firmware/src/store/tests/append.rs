@@ -96,7 +96,7 @@ fn what_does_not_read_back_is_reported() {
         let mut first = store(Wide::new(2 * WIDE));
         with(1, |content| first.save(content)).unwrap();
         let mut flash = first.into_inner();
-        // a cell behind the record that stays as it is, in either place
+        // a cell behind the record that stays as it is, at either position
         for at in [padded(1) + bad, WIDE + bad] {
             flash.stuck.push(at);
         }

@@ -1,4 +1,4 @@
-//! What is at a limit, or beyond it: other flashes, counters that are full, too long a memory.
+//! Limits and values beyond them: other flashes, counters that are full, too long a memory.
 
 use super::*;
 use crate::learn::MEMORY_LEN;

@@ -1,4 +1,4 @@
-//! What is remembered of a unit is stored with the weights, a piece at a time, and stays.
+//! The memory of a unit is stored with the weights, a piece at a time, and stays.
 
 use super::*;
 
@@ -66,8 +66,8 @@ fn a_pass_writes_one_piece() {
     assert_eq!(found(&store.flash), Some(18));
 }
 
-/// What was begun and is given up leaves the newest record in force, and the next one finds room
-/// behind it. A content that is suddenly another one is not stored.
+/// A record that is given up leaves the newest record in force, and the next one finds room behind
+/// it. A content that changes meanwhile is not stored.
 #[test]
 fn what_is_given_up_half_way_is_no_record() {
     let mut store = store(<Flash>::new(8 * ERASE));
@@ -132,7 +132,7 @@ fn a_record_of_version_2_is_read_and_renewed() {
     }
 }
 
-/// What belongs to one unit does not belong to another one, or behind other inputs.
+/// The memory of one unit does not belong to another one, or to other inputs.
 #[test]
 fn a_memory_is_of_one_sensor_with_its_inputs() {
     use crate::configuration::Configuration;
@@ -176,7 +176,7 @@ fn a_record_that_cannot_be_renewed_is_used() {
     assert!(stored.nets == nets(5) && stored.generation == 7);
 }
 
-/// Temperatures that were never seen stay unknown.
+/// Temperatures that were never measured stay unknown.
 #[test]
 fn unknown_temperatures_come_back_as_unknown() {
     for temperatures in [None, Some([-3, 40])] {

@@ -78,7 +78,7 @@ fn an_old_key_that_stays_is_not_called_gone() {
     }
 }
 
-/// The slot that held the old key keeps nothing new, but it can be erased.
+/// The slot that held the old key retains nothing new, but it can be erased.
 #[test]
 fn an_old_key_that_was_erased_is_gone() {
     for slot in [0, 1] {

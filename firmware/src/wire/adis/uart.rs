@@ -1,7 +1,7 @@
 //! Our own frame around an ADIS burst, for a line without chip select.
 //!
-//! A bare burst has no start mark. A reader of a serial line that has lost its place cannot find
-//! the next one. This frame can be found, tells what is in it, and is guarded by a CRC:
+//! A bare burst has no start mark. A reader of a serial line that has lost synchronisation cannot
+//! find the next one. This frame can be found, states its content, and is guarded by a CRC:
 //!
 //! ```text
 //! AD 15 | bytes of the burst u8 (20, 32, 40) | flags u8 | time u32 | burst | CRC-32 u32

@@ -30,10 +30,10 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// What the device holds.
+/// Key of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Key {
-    /// Nothing was chosen yet: as delivered.
+    /// No choice was made yet: as delivered.
     #[default]
     Unprovisioned,
     /// Somebody chose to do without.
@@ -62,7 +62,7 @@ impl Key {
         bytes
     }
 
-    /// From its stored form; `None`: it is none of this firmware's.
+    /// Decodes the stored form; `None`: it is none of this firmware's.
     #[must_use]
     pub fn from_bytes(bytes: &[u8; KEY_LEN]) -> Option<Key> {
         let [first, secret @ ..] = bytes;
@@ -81,7 +81,7 @@ impl Key {
 pub struct Challenge(pub [u8; 16]);
 
 impl Challenge {
-    /// By which packets name the session.
+    /// Number by which packets name the session.
     #[must_use]
     pub fn session(&self) -> [u8; 4] {
         let [a, b, c, d, ..] = self.0;
@@ -89,7 +89,7 @@ impl Challenge {
     }
 }
 
-/// Whose message an authentication code is of.
+/// Sender of the message that an authentication code covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// A request to the device.
@@ -177,7 +177,7 @@ impl Secret {
 pub struct Digest(Secret);
 
 impl Digest {
-    /// Of nothing.
+    /// The digest of nothing.
     #[must_use]
     pub fn new() -> Digest {
         Digest(Secret([0; SECRET_LEN]))
@@ -188,7 +188,7 @@ impl Digest {
         self.0 = Secret(self.0.code(5, [piece, &[], &[]]));
     }
 
-    /// Of all pieces so far.
+    /// The digest of all pieces so far.
     #[must_use]
     pub fn value(self) -> [u8; 16] {
         take(&self.0.0, 0)

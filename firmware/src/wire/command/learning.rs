@@ -1,4 +1,4 @@
-//! What the learner knows and what its rehearsals have shown, to be looked at.
+//! Reports on the learner: its estimates, and the results of its rehearsals.
 
 use serde::{Deserialize, Serialize};
 

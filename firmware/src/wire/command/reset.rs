@@ -11,7 +11,7 @@ pub mod cause {
     pub const PIN: u8 = 1 << 1;
     /// Power-on.
     pub const POWER_ON: u8 = 1 << 2;
-    /// By software: a fault of the core, a stopped crystal, a debug probe.
+    /// Reset by software: a fault of the core, a stopped crystal, a debug probe.
     pub const SOFTWARE: u8 = 1 << 3;
     /// The independent watchdog.
     pub const WATCHDOG: u8 = 1 << 4;
@@ -33,7 +33,7 @@ pub mod unwell {
     pub const OUTPUT: u8 = 1 << 3;
 }
 
-/// Where the core's clock comes from.
+/// Source of the core's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ClockSource {
     /// Crystal and PLL.
@@ -58,7 +58,7 @@ pub struct Crystal {
     pub measured_khz: u32,
 }
 
-/// What ended the run before.
+/// Cause of the end of the run before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CrashKind {
     /// A fault of the core: `cfsr` and `hfsr` say which.
@@ -74,7 +74,7 @@ pub enum CrashKind {
     NotFed,
 }
 
-/// What the frame path was doing.
+/// Phase of the frame path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LoopPhase {
     /// It had not begun.
@@ -98,13 +98,13 @@ pub enum LoopPhase {
 /// The record of a crash. It survives the reset, in RAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crash {
-    /// What it was.
+    /// Cause of the crash.
     pub kind: CrashKind,
-    /// What the frame path was doing.
+    /// Phase of the frame path.
     pub phase: LoopPhase,
     /// Bits of [`unwell`].
     pub unwell: u8,
-    /// Where the program was; 0: not known, since the stack could not be read.
+    /// Program counter; 0: not known, since the stack could not be read.
     pub pc: u32,
     /// The return address there.
     pub lr: u32,
@@ -136,7 +136,7 @@ pub struct Reset {
     /// Safe start: the last starts ended too early, so the device stays in bypass and does not use
     /// the stored weights.
     pub safe: bool,
-    /// Where the clock comes from.
+    /// Source of the clock.
     pub clock: ClockSource,
     /// The core's clock, Hz.
     pub core_hz: u32,

@@ -1,4 +1,4 @@
-//! What is in a burst, and where.
+//! Content and layout of a burst.
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ pub enum Field {
 }
 
 impl Field {
-    /// All of them.
+    /// All fields.
     pub const ALL: [Field; 11] = [
         Field::Flags,
         Field::Temperature,
@@ -100,7 +100,7 @@ impl fmt::Display for Refused {
     }
 }
 
-/// What is in a burst, and where. Positions are bytes from the start mark.
+/// Content and layout of a burst. Positions are bytes from the start mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "[u16; 2]", into = "[u16; 2]")]
 pub struct Layout {
@@ -217,7 +217,7 @@ impl Layout {
         (self.gyro.into(), self.is_wide(self.gyro_field()))
     }
 
-    /// The same of the accelerometer values.
+    /// Offset of the accelerometer values, and whether they have 32 bits.
     pub(super) fn accel(self) -> (usize, bool) {
         (self.accel.into(), self.is_wide(self.accel_field()))
     }

@@ -35,7 +35,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// All of them.
+    /// All models.
     pub const ALL: [Model; 11] = [
         Model::G320,
         Model::G354,

@@ -8,7 +8,7 @@ use crate::wire::field::{put, take};
 /// Every number of a burst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Repr {
-    /// What is in it.
+    /// Layout of the burst.
     pub layout: Layout,
     /// The numbers of all fields but the checksum in the order of [`Field::ALL`], of a quaternion
     /// four, of a triad three. What the layout does not have is not sent. Numbers of 16 bits keep

@@ -131,7 +131,7 @@ fn what_is_found_does_not_depend_on_how_much_has_come() {
     }
 }
 
-/// The worst place for a byte that looks like an identifier: where one is expected.
+/// The worst position of a byte that looks like an identifier: where one is expected.
 #[test]
 fn a_stray_identifier_between_frames_costs_none() {
     let (a, b) = (ImuFormat::Stim300.example(1), ImuFormat::Stim300.example(2));

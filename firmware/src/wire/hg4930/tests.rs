@@ -106,7 +106,7 @@ fn status_says_failed_with_ones() {
     assert_eq!(valid(0, 0, [PATTERN; 3]), Axes::NONE);
 }
 
-/// What the sum cannot see, so that nobody believes it can.
+/// Damage that the sum cannot detect.
 #[test]
 fn exchanged_words_pass_the_sum() {
     let mut bytes = INERTIAL_FRAME;

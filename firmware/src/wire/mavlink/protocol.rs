@@ -15,7 +15,7 @@ pub struct Protocol;
 /// The time stamp has 64 bits of microseconds.
 const TURN: f64 = power_of_two(64) * 1e-6;
 
-/// What the messages do not tell.
+/// Settings that the messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Which of the IMUs on the line.
@@ -97,7 +97,7 @@ impl LaidOut for Protocol {
     }
 }
 
-/// What the floats of the tests are worth: 2^-20, so that sums of them stay exact.
+/// Unit of the tests' floats: 2^-20, so that sums of them stay exact.
 const FLOAT: f32 = 9.536_743e-7;
 
 const fn simulated(

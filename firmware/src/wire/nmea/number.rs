@@ -56,7 +56,7 @@ impl Number {
         if self.negative { -value } else { value }
     }
 
-    /// What one in the last digit is worth.
+    /// Value of one in the last digit.
     pub fn digit(self) -> f32 {
         1.0 / self.scale.get() as f32
     }

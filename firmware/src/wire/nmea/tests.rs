@@ -5,7 +5,7 @@ use std::format;
 use std::string::String;
 use std::vec::Vec;
 
-/// With its end and checksum, which is computed here from the definition.
+/// A sentence with its end and checksum, which is computed here from the definition.
 pub(in crate::wire) fn sentence(text: &str) -> Vec<u8> {
     let sum = text.bytes().fold(0, |sum, byte| sum ^ byte);
     format!("${text}*{sum:02X}\r\n").into_bytes()
@@ -43,7 +43,7 @@ fn part(text: &str) -> Part {
     parse(text.as_bytes()).unwrap()
 }
 
-/// Of a sentence without checksum and end.
+/// Values of a sentence without checksum and end.
 fn of(text: &str) -> Part {
     parse(&sentence(text)).unwrap()
 }

@@ -1,4 +1,4 @@
-//! What the `NovAtel` logs state about themselves: [`ImuProtocol`].
+//! The `NovAtel` logs as a wire format: [`ImuProtocol`].
 
 use super::{Frame, Header, ImuType, Log, Repr, scan, seal};
 use crate::sample::{Axes, RawSample};
@@ -8,7 +8,7 @@ use crate::wire::sequence::{Sequence, Stream};
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
 use serde::{Deserialize, Serialize};
 
-/// What the logs do not tell.
+/// Settings that the logs do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The IMU behind RAWIMU and RAWIMUS.

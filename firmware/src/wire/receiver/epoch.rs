@@ -21,7 +21,7 @@ const WEEK_MS: u32 = 7 * DAY_MS;
 /// When a byte came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Arrival {
-    /// By the board's clock, microseconds.
+    /// Board's clock, microseconds.
     pub us: u64,
     /// Number of the last sample before it.
     pub sample: u32,
@@ -58,8 +58,8 @@ pub struct Values {
     pub position: Position,
     /// Velocity north, east, down, m/s.
     pub velocity: [f64; 3],
-    /// What is to be added to each standard deviation because of the digits of the message, or
-    /// because of its age; [`NOT_MEASURED`] for a value that has not come.
+    /// Addition to each standard deviation because of the digits of the message, or because of
+    /// its age; [`NOT_MEASURED`] for a value that has not come.
     pub own: Sigmas,
     /// Standard deviations that the receiver states; [`NOT_MEASURED`] where it does not.
     pub stated: Sigmas,

@@ -32,7 +32,7 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Of this format; `None`: it is found out.
+    /// A receiver of this format; `None`: it is detected.
     #[inline(never)]
     pub fn new(configured: Option<ReceiverFormat>) -> Receiver {
         let format = configured.unwrap_or(ReceiverFormat::Ubx);

@@ -10,7 +10,7 @@ fn seal(frame: &mut [u8]) {
     put(frame, 2, sum.to_le_bytes());
 }
 
-/// With a start mark in its data.
+/// An example with a start mark in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let mut frame = PVT.to_vec();
     put(&mut frame, 8, u32::from(n).to_le_bytes());

@@ -1,4 +1,4 @@
-//! What sbgECom states about itself: [`ImuProtocol`].
+//! sbgECom as a wire format: [`ImuProtocol`].
 
 use super::{Frame, Message, Repr, scan, seal, status};
 use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
@@ -105,7 +105,7 @@ const fn simulated(
     }
 }
 
-/// What a count of the fields is worth in `IMU_DATA`: 2^-20 m/s^2 and rad/s.
+/// Unit of the fields in `IMU_DATA`: 2^-20 m/s^2 and rad/s.
 const FLOAT: f32 = 9.536_743e-7;
 
 const SIMULATED: [Simulated; 3] = [

@@ -145,7 +145,7 @@ fn others_pass_and_damage_does_not() {
     assert_eq!(scan(&[0xFF, 0x5B]), Scan::Garbage);
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         message: Message::Short,

@@ -1,4 +1,4 @@
-//! What the STIM300 states about itself: [`ImuProtocol`].
+//! The STIM300 as a wire format: [`ImuProtocol`].
 
 use super::config::{self, Config};
 use super::words::{change_words, read};
@@ -98,7 +98,7 @@ impl ImuProtocol for Protocol {
         Frame::over(message).is_some_and(|frame| frame.gyro().status & status::START_UP != 0)
     }
 
-    /// By the datagram that the sensor is set up to send.
+    /// Whether the datagram that the sensor is set up to send has a temperature.
     fn has_thermometer(settings: &Settings) -> bool {
         settings.config.contents().temperature
     }
@@ -108,7 +108,7 @@ impl ImuProtocol for Protocol {
     }
 }
 
-/// By bytes: frames without accelerometers, and those whose identifier changes.
+/// Changes a frame byte by byte: frames without accelerometers, and those whose identifier changes.
 #[inline(never)]
 fn change_otherwise(
     frame: &mut [u8],

@@ -1,4 +1,4 @@
-//! What VectorNav's binary messages state about themselves: [`ImuProtocol`] and [`LaidOut`].
+//! VectorNav's binary messages as a wire format: [`ImuProtocol`] and [`LaidOut`].
 
 use super::checksum::seal;
 use super::layout::{Layout, Quantity, Values};
@@ -19,10 +19,10 @@ const TURN: f64 = power_of_two(64) * 1e-9;
 /// In [`ImuProtocol::content`], instead of a quantity: the message has no such values.
 const NONE: u8 = 3;
 
-/// What the messages do not tell.
+/// Settings that the messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Which of their values are to be corrected.
+    /// Values that are to be corrected.
     pub values: Values,
 }
 
@@ -114,7 +114,7 @@ impl LaidOut for Protocol {
     }
 }
 
-/// What the floats of the tests are worth: 2^-20, so that sums of them stay exact.
+/// Unit of the tests' floats: 2^-20, so that sums of them stay exact.
 const FLOAT: f32 = 9.536_743e-7;
 
 const fn simulated(

@@ -12,7 +12,7 @@ use crate::wire::framer::LONGEST;
 /// are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repr {
-    /// Which values the sample has.
+    /// Values of the sample.
     pub values: Values,
     /// The start mark, groups and words, then all fields; those below have no meaning here.
     pub message: [u8; LONGEST],

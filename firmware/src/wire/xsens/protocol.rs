@@ -1,4 +1,4 @@
-//! What Xsens' `MTData2` states about itself: [`ImuProtocol`].
+//! Xsens' `MTData2` as a wire format: [`ImuProtocol`].
 
 use super::layout::Precision;
 use super::{Frame, Repr, scan, seal};
@@ -99,7 +99,7 @@ impl ImuProtocol for Protocol {
     }
 }
 
-/// What the floats of the tests are worth: 2^-20, so that sums of them stay exact.
+/// Unit of the tests' floats: 2^-20, so that sums of them stay exact.
 const FLOAT: f32 = 9.536_743e-7;
 
 const fn simulated(

@@ -220,7 +220,7 @@ fn others_pass_and_damage_does_not() {
     }
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let packets = [
         (0x1020, 2),

@@ -6,7 +6,7 @@ use firmware::wire::command::seal::Seal;
 /// Bytes that the command link carries in a millisecond at 921 600 bit/s.
 const LINE: usize = 92;
 
-/// What an attacker sends, packet by packet.
+/// Packets of an attacker, one by one.
 type Flood<'f> = &'f mut dyn FnMut(u32) -> Vec<u8>;
 
 /// Frames at 1000 Hz, from a number on, through a device whose command link is full. Gives its
@@ -42,7 +42,7 @@ fn with(seal: Seal, n: u32) -> Vec<u8> {
     })
 }
 
-/// What an attacker knows who hears everything and has no key.
+/// Packets of an attacker who hears everything and has no key.
 fn forgery(session: [u8; 4], counter: u32, door: Option<[u8; 4]>) -> impl FnMut(u32) -> Vec<u8> {
     move |n| {
         let mut tag = [0x55; 16];

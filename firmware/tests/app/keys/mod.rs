@@ -188,7 +188,7 @@ fn changes() -> Vec<Request<'static>> {
     ]
 }
 
-/// What an attacker wants to change.
+/// State that an attacker wants to change.
 fn state(device: &mut Device) -> String {
     let mode = device.ask(&Request::GetHealth, |answer| match answer {
         Response::Health(health) => health.mode,

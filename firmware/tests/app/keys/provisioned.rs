@@ -1,4 +1,4 @@
-//! How a device gets its key, another one, or none.
+//! A device gets its key, another one, or none.
 
 use super::*;
 use firmware::model::Nets;
@@ -12,7 +12,7 @@ fn new() -> Device {
     device
 }
 
-/// What the board stores, pass by pass.
+/// Steps of storing that the board carries out, pass by pass.
 fn stored(device: &mut Device) -> Vec<Step> {
     let mut steps = Vec::new();
     while device.app.wants_to_store() {

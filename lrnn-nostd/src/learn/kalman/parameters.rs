@@ -33,8 +33,8 @@ pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     const BIASES: bool;
     /// Number of learnt weights of each network.
     const WEIGHTS: usize;
-    /// Of the learnt weights of a network, the index of the first bias of the output layer, if they
-    /// are learnt: what belongs to the unit, beside the explicit biases of this turn-on.
+    /// Index of the first bias of the output layer among the learnt weights of a network, if they
+    /// are learnt: it belongs to the unit, beside the explicit biases of this turn-on.
     const OUTPUT_BIAS: Option<usize> = None;
     /// Whether there are networks at all; without, their output is 0.
     const NETWORK: bool = true;

@@ -196,8 +196,8 @@ fn a_fix_beside_the_end_of_a_block_waits() {
     }
 }
 
-/// A receiver that measures no velocity: the vehicle rests after a time at one place. The samples
-/// count that time, whether the receiver's time passes the week's end or jumps.
+/// A receiver that measures no velocity: the vehicle rests after a time at one position. The
+/// samples count that time, whether the receiver's time passes the week's end or jumps.
 #[test]
 fn rest_is_timed_by_the_samples() {
     use crate::fix::Position;

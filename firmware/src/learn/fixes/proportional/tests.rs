@@ -60,7 +60,7 @@ fn braking_counts_as_a_whole() {
     assert!((0.00192..0.00201).contains(&turn), "{turn}");
 }
 
-/// The same with accelerometers that are misaligned by 5 mrad.
+/// As before, with accelerometers that are misaligned by 5 mrad.
 #[test]
 fn misaligned_accelerometers_show_braking_across_too() {
     let ratios = Ratios {

@@ -15,7 +15,7 @@ struct Trip<'m> {
     compensator: (Compensator, crate::compensator::State),
     world: World,
     number: u32,
-    /// What becomes of a fix.
+    /// Change of a fix.
     spoil: fn(&mut Fix),
     /// Receiver's time at the start, ms of the week.
     week_ms: u32,
@@ -63,7 +63,7 @@ impl<'m> Trip<'m> {
         }
     }
 
-    /// So many seconds; without samples if `lost`.
+    /// Runs for a number of seconds; without samples if `lost`.
     fn run(&mut self, seconds: u32, lost: bool) {
         for _ in 0..seconds {
             for _ in 0..RATE {

@@ -171,8 +171,8 @@ fn an_interruption_ends_coasts_without_a_result() {
     assert_eq!(times(&rehearsal), [(false, 5.0); 2]);
 }
 
-/// What corrects the navigator after an interval moves the shadows apart from it by as much, once,
-/// and after the interval's own motion.
+/// A correction of the navigator after an interval moves the shadows apart from it by as much,
+/// once, and after the interval's own motion.
 #[test]
 fn shadows_do_not_follow_what_corrects_the_navigator() {
     let mut twice = second();

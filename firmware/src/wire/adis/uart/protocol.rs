@@ -1,4 +1,4 @@
-//! What the frames around ADIS bursts state about themselves: [`ImuProtocol`].
+//! The frames around ADIS bursts as a wire format: [`ImuProtocol`].
 
 use super::{INCREMENTS, LONGEST, at, scan, seal, wrap};
 use crate::sample::Axes;
@@ -10,7 +10,7 @@ use crate::wire::sequence::Stream;
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
 use serde::{Deserialize, Serialize};
 
-/// What the frames do not tell.
+/// Settings that the frames do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The sensor, by which the scales go.

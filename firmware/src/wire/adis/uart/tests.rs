@@ -90,7 +90,7 @@ fn a_length_that_no_burst_has_is_known_at_once() {
     assert_eq!(short, Err(Error::Length));
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let burst = crate::wire::adis::Burst {
         gyro: [0x15AD_15AD, n.into(), 0x0020_15AD],
