@@ -131,12 +131,12 @@ pub fn first_byte(bits: u32, correction: f32, mut remainder: f32) -> u8 {
 }
 
 /// [`add_carried`] where the corrected value begins with this byte. If it does not, the nearest
-/// number that does leaves in its place, and the difference is carried over with the rest.
+/// number that does leaves instead, and the difference is carried over with the rest.
 ///
 /// With the byte of [`first_byte`] the difference is at most 128 units in the last place of `value`
 /// (2^-16 of it) and one of what leaves: no number that begins so is nearer to the sum than the
-/// nearest, and that of the middle is no farther. The next value makes it good. Of what is carried
-/// then, 24 bits are kept.
+/// nearest, and that of the middle is no farther. The next value makes it good. The remainder then
+/// has 24 bits.
 #[inline(always)]
 pub fn add_behind(value: f32, correction: f32, remainder: &mut f32, begins: u8) -> f32 {
     let sent = add_carried(value, correction, remainder);

@@ -235,7 +235,7 @@ impl Align {
         self.closed && self.gathered >= LEAST_S
     }
 
-    /// The attitude now, at a place of this latitude (rad) and height (m). `None` before
+    /// The attitude now, at a position of this latitude (rad) and height (m). `None` before
     /// [`LEAST_S`] seconds of standstill, or when the samples determine no rotation (all zero, for
     /// example).
     pub fn finish(&mut self, latitude: f64, height: f64) -> Option<Aligned> {

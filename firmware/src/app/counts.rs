@@ -1,9 +1,8 @@
 //! Counters since power-on.
 //!
-//! A counter that is full stands still. What judges by movement would take that for a device that
-//! does nothing any more. So the counters have 64 bits, which nothing fills: bytes at 12 Mbit/s
-//! take 400 000 years. Only what is shown over the command link ends at 32 bits, and there a
-//! [`Count`] must be asked for it.
+//! A counter that is full no longer changes. A check that watches for changes would take that for a
+//! device that has stopped. So the counters have 64 bits, which nothing fills: bytes at 12 Mbit/s
+//! take 400 000 years. Only the values for the command link saturate at 32 bits ([`Count::shown`]).
 
 use crate::wire::command::Counters;
 

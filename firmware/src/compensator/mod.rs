@@ -117,7 +117,7 @@ pub struct State {
 }
 
 impl State {
-    /// As before the first sample. By itself, so that it is made in its place.
+    /// The state before the first sample. A function of its own, so that it is built in place.
     #[inline(never)]
     pub fn clear(&mut self) {
         *self = State::default();

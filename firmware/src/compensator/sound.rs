@@ -1,9 +1,9 @@
-//! Checks of memory: whether what corrects the samples is still what was put there.
+//! Checks of memory: whether the values that correct the samples are intact.
 //!
-//! A bit that flips in memory must not become a correction beyond the limit. So what is constant
-//! carries the exclusive or of its words, which any single bit changes. It costs an instruction or
-//! two a word: what a sample is corrected by is looked at with each sample, all else at the end of
-//! a block, before it is used.
+//! A bit that flips in memory must not become a correction beyond the limit. So constant data has a
+//! check word: the exclusive or of its words, which any single bit changes. It costs an instruction
+//! or two a word: the correction is checked with each sample, all else at the end of a block,
+//! before it is used.
 
 use super::outlet::Outlet;
 use super::{Compensator, State};

@@ -188,12 +188,12 @@ pub struct Vehicle {
 /// Kind of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum VehicleKind {
-    /// On land; it can stand still.
+    /// On land; it can stop.
     #[default]
     Land,
-    /// On water; it never stands still.
+    /// On water; it is never stationary.
     Ship,
-    /// In the air; it stands still only on the ground.
+    /// In the air; it is stationary only on the ground.
     Air,
 }
 

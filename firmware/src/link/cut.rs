@@ -203,7 +203,7 @@ impl Cut {
         free
     }
 
-    /// How many of `len` bytes from this place of the stream on have left. If not all have, the
+    /// How many of `len` bytes from this position of the stream on have left. If not all have, the
     /// cutting ends, and the rest is to be sent by whoever asks.
     pub fn claim(&mut self, start: u32, len: u32) -> u32 {
         let gone = self.gone.wrapping_sub(start).cast_signed();
@@ -235,7 +235,7 @@ impl Cut {
         })
     }
 
-    /// A byte has come, at this place of the stream. `room`: bytes that find room at the output.
+    /// A byte has come, at this position of the stream. `room`: bytes that find room at the output.
     /// What leaves always finds room.
     #[inline(never)]
     pub fn came(&mut self, place: u32, byte: u8, room: usize) -> Leaving {

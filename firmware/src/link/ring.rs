@@ -13,8 +13,8 @@
 //! 1. The inlet stores a byte and then the higher `pushed` (release). The outlet loads `pushed`
 //!    (acquire) and then the byte. So it finds the byte, or a count from before the byte.
 //! 2. The outlet loads a byte and then stores the higher `popped` (release). The inlet loads
-//!    `popped` (acquire) before it stores into the same place again. So it overwrites no byte that
-//!    has not been read.
+//!    `popped` (acquire) before it stores into the same position again. So it overwrites no byte
+//!    that has not been read.
 //! 3. A count that is out of date is too low. The inlet then sees less room than there is, and the
 //!    outlet fewer bytes: never more than `N` bytes lie between the counts.
 //! 4. An end that is interrupted by the other one between its load and its store is the case of 3:

@@ -199,8 +199,8 @@ impl<F: NorFlash> Store<F> {
         Some(())
     }
 
-    /// The frame of the record at a place, if its checksum is right. It is read in pieces: a newer
-    /// version may be longer than ours.
+    /// The frame of the record at an address, if its checksum is right. It is read in pieces: a
+    /// newer version may be longer than ours.
     #[inline(never)]
     pub(super) fn header(&mut self, start: u32) -> Option<Header> {
         // most places hold none: no more is read, and no more cleared, than shows it

@@ -8,8 +8,8 @@
 //!
 //! A frame is reported only if its checksum is right.
 //!
-//! Bytes are kept no longer than needed to decide. A false start delays what follows it by at most
-//! the length it claims. When a line falls silent, [`Framer::flush`] returns what is left.
+//! Bytes are delayed no longer than needed to decide. A false start delays what follows it by at
+//! most the length it claims. When a line falls silent, [`Framer::flush`] returns what is left.
 //!
 //! The buffer is a straight piece of memory and not a ring, so that a frame is one slice. When its
 //! end is reached, the unread bytes move to the front.

@@ -172,7 +172,7 @@ fn two_messages_of_one_sensor() {
                     device.feed(&frame);
                 }
             }
-            // where the slower one came first, the faster one soon takes its place
+            // where the slower one came first, the faster one soon replaces it
             if begun == 0 && n == 500 {
                 begun = device.counters().blocks + 1;
                 // both are counted from here on

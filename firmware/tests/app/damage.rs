@@ -41,7 +41,7 @@ proptest! {
     }
 
     /// Garbage of any kind between frames costs none of them. It is counted byte for byte and
-    /// leaves in its place.
+    /// leaves in order.
     #[test]
     fn garbage_is_counted_and_passes(
         which in 0..kinds().len(), piece in 1..80usize,

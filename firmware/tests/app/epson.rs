@@ -21,8 +21,8 @@ fn device(kind: Kind) -> Device {
     })
 }
 
-/// A client reads registers while bursts come: each answer passes whole and in its place, with a
-/// start mark of a burst in it too.
+/// A client reads registers while bursts come: each answer passes whole and in order, with a start
+/// mark of a burst in it too.
 #[test]
 fn answers_of_registers_pass_between_the_bursts() {
     let kind = increments();

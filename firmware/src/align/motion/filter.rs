@@ -8,7 +8,7 @@
 //! 0..3  phi     attitude error in w; about down it is 0 at the beginning, because w is defined so
 //! 3..6  u       dv - H (1 - c, -s): error of the velocity as the receiver shows it
 //! 6, 7          1 - c and -s
-//! 8             a combination of the others, made anew for each fix, to be observed
+//! 8             a combination of the others, recomputed for each fix, to be observed
 //! ```
 //!
 //! With the receiver's velocity `V` and `H = [Vn Ve; Ve -Vn]` the true velocity in `w` is
@@ -385,7 +385,7 @@ impl Filter {
         self.doubted
     }
 
-    /// Corrects the navigator by what the filter has found; its place is the fix's. False: it does
+    /// Corrects the navigator by the filter's estimates; its position is the fix's. False: it does
     /// not take the correction.
     #[inline(never)]
     pub fn correct(&mut self, navigator: &mut Navigator, view: &View, seen: &Match<'_>) -> bool {

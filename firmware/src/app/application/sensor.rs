@@ -128,7 +128,7 @@ impl App<'_> {
         }
     }
 
-    /// Whether the format is still to be detected.
+    /// Whether the format is to be detected.
     fn detects(&self) -> bool {
         self.flow.config.format.is_none() && !self.is_at_spi()
     }
@@ -205,7 +205,7 @@ impl App<'_> {
         }
     }
 
-    /// Bytes of the sensor, from a place of its stream on, while its frames are not being
+    /// Bytes of the sensor, from a position of its stream on, while its frames are not being
     /// corrected.
     fn sensor(&mut self, (start, bytes): (u32, &[u8]), out: &mut impl Line, now: u64) {
         match self.machine.phase() {
@@ -266,7 +266,7 @@ impl App<'_> {
             .wrapping_sub(self.link.framer.pending() as u32)
     }
 
-    /// The frames that are now complete. All that is no frame passes in its place.
+    /// The frames that are now complete. All other bytes pass in order.
     #[inline(never)]
     fn frames(&mut self, out: &mut impl Line, now: u64) {
         let format = self.link.framer.format();
@@ -355,7 +355,7 @@ fn obeys(service: &mut Service, event: &Event<ImuFormat>) -> bool {
     heard.any(|byte| service.obeyed(byte))
 }
 
-/// A frame, before this place of the stream.
+/// A frame, before this position of the stream.
 #[inline(never)]
 fn frame(event: Event<ImuFormat>, next: u32, out: &mut Behind<impl Line>, flow: &mut Flow) {
     if let Some(frame) = event.frame() {
@@ -413,7 +413,7 @@ fn between(
     }
 }
 
-/// The line for bytes from this place of the stream on that are the loop's: no frame is cut any
+/// The line for bytes from this position of the stream on that are the loop's: no frame is cut any
 /// more, and what has left of them does not leave again.
 fn whole<L: Line>(out: &mut L, start: u32, len: usize) -> Behind<'_, L> {
     out.cut(&mut Cut::end);

@@ -81,7 +81,7 @@ pub fn events(bytes: &[u8]) -> impl Iterator<Item = Event> {
     })
 }
 
-/// The page at this place of the ring; `None` where there is none.
+/// The page at this position of the ring; `None` where there is none.
 #[must_use]
 pub fn page(bytes: &[u8], place: usize) -> Option<Page<'_>> {
     let at = LEN - PAGES * PAGE_LEN + place.min(PAGES) * PAGE_LEN;

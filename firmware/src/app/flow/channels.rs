@@ -25,7 +25,7 @@ pub(in crate::app) struct Channels {
     current: u8,
     /// Whether it leads.
     leads: bool,
-    /// The place of the last frame whose sample was counted.
+    /// The position of the last frame whose sample was counted.
     counted: u8,
     list: Vec<Channel, OUTLETS>,
 }
@@ -55,7 +55,7 @@ impl Channels {
         self.kind = None;
     }
 
-    /// Adds a kind, which is then the present one, and gives its place. `None`: there is no more
+    /// Adds a kind, which is then the present one, and gives its position. `None`: there is no more
     /// room.
     pub fn add(&mut self, kind: Kind, leads: bool) -> Option<usize> {
         self.list.push(Channel { kind, leads }).ok()?;
@@ -88,7 +88,7 @@ impl Channels {
         self.kind.map(|(source, _)| source)
     }
 
-    /// The place of the present kind.
+    /// The position of the present kind.
     #[inline(always)]
     pub fn current(&self) -> usize {
         self.current.into()

@@ -1,4 +1,4 @@
-//! Which samples are missing, came twice or stand still, and whether the sensor has restarted.
+//! Which samples are missing, came twice or are constant, and whether the sensor has restarted.
 
 use super::still::Still;
 use crate::app::counts::Count;

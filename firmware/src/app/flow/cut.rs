@@ -18,8 +18,8 @@ impl Flow<'_> {
         self.config.lines().cut_through
     }
 
-    /// [`Flow::frame`], and a plan for those that follow from this place of the stream on, if they
-    /// are to be cut.
+    /// [`Flow::frame`], and a plan for those that follow from this position of the stream on, if
+    /// they are to be cut.
     #[inline(never)]
     pub fn frame_and_plan(&mut self, frame: Checked, next: u32, out: &mut Behind<impl Line>) {
         let plan = match frame.source() {
@@ -44,7 +44,8 @@ impl Flow<'_> {
         plan.filter(|_| self.corrector.channels.is_one())
     }
 
-    /// Offers the plan of the frames from this place of the stream on, with what is now in force.
+    /// Offers the plan of the frames from this position of the stream on, with the correction now
+    /// in force.
     fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
         let floats = plan.word == Word::F32;
         let outlet = self.corrector.channels.current();

@@ -38,7 +38,7 @@ pub(in crate::app) struct Keep {
     pub edition: u8,
     /// Networks for the next power-on, if they are not those in use.
     next: Option<Nets>,
-    /// They are still to be stored.
+    /// They are to be stored.
     waits: bool,
     /// Their output when they were taken, rad/s and m/s2.
     output: [[f32; 3]; 2],

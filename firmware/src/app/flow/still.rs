@@ -1,4 +1,4 @@
-//! Whether a sensor's values stand still.
+//! Whether a sensor's values are constant.
 //!
 //! An overrun or a frozen sensor looks like plausible data. A sensor at rest does not repeat all
 //! six values for long: white noise with a standard deviation of s counts lets one value round to

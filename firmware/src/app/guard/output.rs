@@ -1,4 +1,4 @@
-//! Whether a line still sends what it was given.
+//! Whether a line sends what it was given.
 
 /// A line that has something to send and does not send for so long is stuck, microseconds. At the
 /// slowest bit rate a byte takes 8 ms.

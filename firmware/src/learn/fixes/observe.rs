@@ -31,7 +31,7 @@ const MEAN: f32 = 20.0;
 /// Fixes in a row by which a vehicle that aligns itself by command moves nevertheless.
 const MOVES: u8 = 5;
 
-/// The receiver's mean velocity while the sensors are still.
+/// The receiver's mean velocity while the sensors are at rest.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Mean {
     velocity: [f32; 3],

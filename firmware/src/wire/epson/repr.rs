@@ -17,8 +17,8 @@ pub struct Repr {
 }
 
 impl Repr {
-    /// Calls `f` with each field that is there, but for the checksum: its place among the numbers,
-    /// and position and width of each of its numbers.
+    /// Calls `f` with each field that is there, but for the checksum: its position among the
+    /// numbers, and position and width of each of its numbers.
     fn each(layout: Layout, mut f: impl FnMut([usize; 2], usize, bool)) {
         let mut at = 1;
         for (n, field) in Field::ALL.into_iter().enumerate().take(10) {

@@ -183,7 +183,7 @@ impl Joiner {
         }
     }
 
-    /// The place for the values of a message whose first byte came at `arrival`; `None` when it
+    /// The memory for the values of a message whose first byte came at `arrival`; `None` when it
     /// belongs to an epoch that is over. A message that begins a new epoch ends the one before it.
     /// [`Joiner::take`] is to be asked before the next message.
     #[inline(never)]

@@ -84,8 +84,8 @@ pub struct FixedWeights;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Biases;
 
-/// Biases, and the weights W of the output layer (9 of each network). The output layer mixes anew
-/// what the lower layers make of power-on time and input, and the filter stays exactly linear. This
+/// Biases, and the weights W of the output layer (9 of each network). The output layer mixes the
+/// lower layers' functions of power-on time and input, and the filter stays exactly linear. This
 /// needs an output layer without feedback (R = 0), which [`super::ErrorModel::new`] ensures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputWeights;
