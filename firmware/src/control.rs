@@ -23,9 +23,9 @@ pub enum Mode {
 /// Report of the navigation computer about its alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Alignment {
-    /// It begins. Until now a correction may be switched on at once.
+    /// Started. Until now a correction may be switched on at once.
     Started,
-    /// It is done. From now on a correction may only be faded in or out.
+    /// Finished. From now on a correction may only be faded in or out.
     Finished,
 }
 
@@ -80,7 +80,7 @@ pub enum Reason {
     Window,
     /// An alignment is in progress or done.
     Alignment,
-    /// This board does not have the function.
+    /// The board does not have the function.
     Unsupported,
     /// Not on this board, or not yet available.
     NotAvailable,

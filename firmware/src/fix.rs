@@ -35,8 +35,8 @@ impl Position {
 /// A GPS week, ms.
 pub const WEEK_MS: u32 = 604_800_000;
 
-/// From one time of the week to a later one, ms: less than a week, whether one ends in between or
-/// not.
+/// Time from one time of the week to a later one, ms: less than a week, whether one ends in between
+/// or not.
 #[must_use]
 pub fn ms_since(then_ms: u32, now_ms: u32) -> u32 {
     let [then, now] = [then_ms, now_ms].map(|ms| ms % WEEK_MS);
@@ -61,7 +61,7 @@ pub struct Fix {
     pub heading: Option<Heading>,
     /// Time of validity, ms of the GPS week.
     pub time_ms: u32,
-    /// When the first byte of its first message came, by the board's clock, microseconds.
+    /// Arrival of the first byte of its first message, by the board's clock, microseconds.
     pub arrived_us: u64,
     /// Samples of the sensor that came after that byte and before the fix was complete. Its age is
     /// counted from the arrival, and this is added.
@@ -76,7 +76,7 @@ pub struct Fix {
 pub struct Heading {
     /// Clockwise from true north, rad.
     pub angle: f32,
-    /// Its standard deviation, rad, > 0.
+    /// Standard deviation of the heading, rad, > 0.
     pub sigma: f32,
 }
 

@@ -26,7 +26,7 @@ pub enum Source {
     ForceZ,
     /// Temperature of the sensor, degrees C.
     Temperature,
-    /// Its rate of change, K/s.
+    /// Rate of change of the temperature, K/s.
     TemperatureRate,
     /// Vibration, (m/s2)^2: see [`Sources::vibration`].
     Vibration,
@@ -140,7 +140,7 @@ const GAP_S: f32 = 60.0;
 /// Readings outside of these are no temperatures of a sensor that works, degrees C.
 const PLAUSIBLE_DEGC: core::ops::RangeInclusive<f32> = -100.0..=200.0;
 
-/// Mean and rate of change of what the sensor's thermometer tells.
+/// Mean and rate of change of the readings of the sensor's thermometer.
 ///
 /// The rate is that by which the temperature T leads its first-order low-pass L with time constant
 /// c = 60 s, started at the first reading: `(T - L) / c / (1 - exp(-t / c))` at time t after that

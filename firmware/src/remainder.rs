@@ -83,7 +83,7 @@ pub fn add_float(sample: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]
     }
 }
 
-/// The same by [`add_early`]. By itself, so that it costs other frames nothing.
+/// [`add_float`] by [`add_early`]. A function of its own, so that it costs other frames nothing.
 #[inline(never)]
 pub fn add_float_early(sample: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]) {
     for ((value, due), left) in sample.iter_mut().zip(due).zip(remainder) {

@@ -257,7 +257,7 @@ impl Align {
         });
     }
 
-    /// There is a solution, which [`Self::aligned`] has not taken.
+    /// Whether there is a solution that [`Self::aligned`] has not taken.
     #[must_use]
     pub fn is_solved(&self) -> bool {
         self.solved.is_some()

@@ -42,7 +42,7 @@ pub struct Standstill {
 }
 
 impl Standstill {
-    /// With thresholds from the sensors' noise and biases.
+    /// A detector with thresholds from the sensors' noise and biases.
     #[must_use]
     pub fn new(sensors: &Sensors) -> Self {
         let [gyro, accel] = [0, 1].map(|i| {

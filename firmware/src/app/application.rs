@@ -56,7 +56,7 @@ const MINUTE_US: u64 = 60_000_000;
 #[derive(Debug)]
 pub struct App<'m> {
     machine: Machine,
-    /// From frames to the output stream.
+    /// The flow from frames to the output stream.
     flow: Flow<'m>,
     link: SensorLink,
     spi: SpiSensor,
@@ -66,7 +66,7 @@ pub struct App<'m> {
     upkeep: Upkeep,
     /// Lines that the board must reopen.
     to_open: Option<SerialLines>,
-    /// When the command link and the receiver last had their turn, microseconds.
+    /// Time at which the command link and the receiver were last served, microseconds.
     served_us: u64,
 }
 
@@ -79,7 +79,7 @@ struct SensorLink {
     undetected: u32,
     /// Bytes taken from the line since start, modulo 2^32.
     taken: u32,
-    /// When the sensor's last byte came, microseconds.
+    /// Time of the sensor's last byte, microseconds.
     heard_us: u64,
     /// Since when no frame has come, microseconds, and how many had come until then.
     frameless_us: u64,
@@ -108,7 +108,7 @@ impl SensorLink {
 #[derive(Debug, Default)]
 struct SpiSensor {
     found: Option<Found>,
-    /// It must be set to another rate.
+    /// Whether it must be set to another rate.
     set_up: bool,
 }
 
@@ -171,7 +171,7 @@ struct Upkeep {
 }
 
 impl<'m> App<'m> {
-    /// From its configuration. The first [`App::poll`] starts it.
+    /// An application by its configuration. The first [`App::poll`] starts it.
     pub fn new(config: Config) -> App<'m> {
         App::with_learner(config, None)
     }
@@ -316,7 +316,7 @@ impl<'m> App<'m> {
         })
     }
 
-    /// How far the job is.
+    /// Reports the progress of the job.
     pub fn stored(&mut self, done: &Done) {
         let &Done {
             step,

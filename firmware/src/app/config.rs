@@ -31,7 +31,7 @@ pub struct Config {
     /// Largest speed of the vehicle over ground, m/s; only for the error bound
     /// ([`crate::error_bound`]).
     pub speed: f32,
-    /// In mode learn: when what was learnt comes into force.
+    /// In mode learn: condition under which learnt networks come into force.
     pub activation: Activation,
     /// The sensor counts as silent when no byte has come for this time, microseconds.
     pub silence_us: u32,

@@ -46,7 +46,7 @@ impl Count {
 }
 
 impl Counts {
-    /// As if so much of everything had been counted.
+    /// Counters that all have this value.
     pub fn all(counted: u64) -> Counts {
         Counts::default().map(|_| Count::of(counted))
     }

@@ -20,7 +20,7 @@ pub struct Hardware {
     pub parity: bool,
     /// Sets of pins to choose from, at least 1.
     pub pin_sets: u8,
-    /// Why and how the board started; `None`: it cannot tell.
+    /// Cause and kind of the board's start; `None`: not known.
     pub reset: Option<Reset>,
 }
 

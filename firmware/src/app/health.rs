@@ -19,12 +19,12 @@ pub(super) struct Health {
     pub load: Load,
     /// The configuration against the samples.
     pub plausibility: Plausibility,
-    /// They disagree: nothing is corrected or learnt.
+    /// Whether configuration and measurements disagree: nothing is corrected or learnt.
     pub disagrees: bool,
 }
 
 impl Health {
-    /// At power-on or with another configuration.
+    /// The state at power-on or with another configuration.
     pub fn new(config: &Config) -> Health {
         let found = &config.found;
         let unread = if found.unread { fault::STORE } else { 0 };

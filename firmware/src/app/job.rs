@@ -58,7 +58,7 @@ impl Job {
         }
     }
 
-    /// This is how far it is.
+    /// Progress of this job.
     pub fn done(&self, progress: Progress) -> Done {
         Done {
             step: self.step,
@@ -68,7 +68,7 @@ impl Job {
     }
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Debug, Clone, Copy)]
 pub struct Done {
     pub(super) step: Step,
@@ -93,7 +93,7 @@ impl Jobs {
         }
     }
 
-    /// Both sides.
+    /// Both ends.
     pub fn split(&mut self) -> (Gives<'_>, Stores<'_>) {
         let (jobs_in, jobs_out) = self.jobs.split();
         let (done_in, done_out) = self.done.split();

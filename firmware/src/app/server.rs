@@ -1,6 +1,6 @@
 //! The command link: requests in, answers out.
 //!
-//! `guard` tells who may change something, `wear` what may be stored, both with `bucket`. `take`
+//! `guard` decides who may change something, `wear` what may be stored, both with `bucket`. `take`
 //! and `tell` carry out the requests.
 
 mod bucket;
@@ -59,10 +59,10 @@ enum Waiting {
     Sealed,
 }
 
-/// How far a configuration is that was taken while the device runs.
+/// Progress of a configuration that was accepted while the device runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Renewal {
-    /// The one in use stays.
+    /// The configuration in use stays.
     None,
     /// The application must restart with it.
     Taken,
@@ -104,7 +104,7 @@ impl Held {
 }
 
 impl Server {
-    /// With what is known at power-on.
+    /// A server with the state at power-on.
     pub fn new(held: Held) -> Server {
         Server {
             received: Vec::new(),

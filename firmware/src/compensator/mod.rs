@@ -112,7 +112,7 @@ pub struct State {
     /// The compensator itself has changed in memory and must be rebuilt. Until then the correction
     /// stays as it is.
     pub unsound: bool,
-    /// How often the correction was set, modulo 2^32.
+    /// Number of changes of the correction, modulo 2^32.
     pub changes: u32,
 }
 
@@ -285,7 +285,7 @@ impl Compensator {
         self.slew
     }
 
-    /// From now on the correction changes no faster than this.
+    /// Limits the changes of the correction from now on.
     pub fn set_slew(&mut self, slew: Option<Limit>) {
         self.slew = slew;
         self.seal();

@@ -59,7 +59,7 @@ impl State {
 
 #[cfg(test)]
 impl Compensator {
-    /// As if a bit of its memory had flipped.
+    /// Flips a bit of its memory.
     pub fn upset(&mut self) {
         self.limit.gyro = f32::from_bits(self.limit.gyro.to_bits() ^ 1 << 20);
     }

@@ -38,7 +38,7 @@ pub struct Configuration {
     pub lines: SerialLines,
     /// Format of the sensor's frames; `None`: detected at start.
     pub sensor: Option<Sensor>,
-    /// Samples a second where the frames do not tell, Hz, 1 to 20 000.
+    /// Sample rate where the frames do not contain it, Hz, 1 to 20 000.
     pub rate: f64,
     /// Rotation from sensor axes to body axes (forward, right, down): unit quaternion w, x, y, z.
     pub mounting: [f32; 4],
@@ -50,7 +50,7 @@ pub struct Configuration {
     pub receiver: Receiver,
     /// Vehicle.
     pub vehicle: Vehicle,
-    /// How corrections act.
+    /// Settings of the corrections.
     pub correction: Correction,
     /// Inputs of the networks. Those that need a thermometer stay constant where the sensor has
     /// none.
@@ -77,7 +77,7 @@ pub struct SerialLines {
     pub two_stop_bits: bool,
     /// Bit rate of the receiver's line, bit/s.
     pub receiver_baud: u32,
-    /// Which of the board's sets of pins the lines use; 0 is the board's usual one.
+    /// Set of the board's pins that the lines use; 0 is the board's usual one.
     pub pins: u8,
     /// Bytes of the sensor's frames leave while the frame still arrives
     /// ([`crate::link::cut`]). At the record's end, since earlier schemas do not have it.
@@ -109,7 +109,7 @@ pub enum Parity {
     Odd,
 }
 
-/// The sensor's frames, with what they do not tell.
+/// Format of the sensor's frames, with the settings that they do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Sensor {
     /// A stream of bytes on the sensor's line.
@@ -172,7 +172,7 @@ pub enum ReceiverProtocol {
     Novatel,
     /// Septentrio Binary Format.
     Sbf,
-    /// Whichever of these the line carries.
+    /// Any of these that the line carries.
     Detect,
 }
 
@@ -221,12 +221,12 @@ pub enum Activation {
     NextPowerOn,
 }
 
-/// How corrections act.
+/// Settings of the corrections.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// Mode at power-on.
     pub mode: Mode,
-    /// When what was learnt comes into force.
+    /// Condition under which learnt networks come into force.
     pub activation: Activation,
     /// Largest correction.
     pub limit: Limit,
@@ -263,7 +263,8 @@ impl Configuration {
         settings
     }
 
-    /// Whether the sensor's frames may tell its temperature; `None` while its format is not known.
+    /// Whether the sensor's frames may contain its temperature; `None` while its format is not
+    /// known.
     #[must_use]
     pub fn has_thermometer(&self) -> Option<bool> {
         Some(match self.sensor? {

@@ -31,7 +31,7 @@ pub type Schema3 = Older<Receiver>;
 pub type Schema1 = Older<Receiver1>;
 
 impl<R: Into<Receiver>> Older<R> {
-    /// With these inputs of the networks.
+    /// The configuration with these inputs of the networks.
     pub fn with(self, inputs: Inputs) -> Configuration {
         Configuration {
             identity: self.identity,

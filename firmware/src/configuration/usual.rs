@@ -10,7 +10,7 @@ use crate::inputs::OWN;
 use heapless::String;
 
 /// A correction may be as large as so many standard deviations of the bias, at power-on and in run
-/// together, unless the file tells a limit. Of a unit that is as its sheet says, one axis in 370
+/// together, unless the file gives a limit. Of a unit that is as its sheet says, one axis in 370
 /// has a greater bias and is corrected by that much only. More would let the networks do more harm
 /// than they can do good.
 pub const LIMIT_SIGMAS: f32 = 3.0;

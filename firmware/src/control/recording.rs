@@ -5,19 +5,19 @@ use serde::{Deserialize, Serialize};
 /// State of the black box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum State {
-    /// It records; the oldest page is overwritten.
+    /// Recording; the oldest page is overwritten.
     #[default]
     Records,
     /// A fault has come, and it still records what follows.
     Follows,
-    /// It holds what it has until it is released.
+    /// Holding the recording until it is released.
     Holds,
 }
 
 /// Why it holds, or soon will.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Cause {
-    /// It does not.
+    /// Not holding.
     #[default]
     None,
     /// A fault.
@@ -37,11 +37,11 @@ pub struct Recording {
     pub cause: Cause,
     /// Fault bits at the cause.
     pub faults: u32,
-    /// When that was, microseconds after the device's start; 0 for a reset.
+    /// Time of the cause, microseconds after the device's start; 0 for a reset.
     pub at_us: u64,
     /// Pages begun since its memory was blank.
     pub pages: u32,
-    /// Its bytes.
+    /// Length of the recording, bytes.
     pub len: u32,
 }
 

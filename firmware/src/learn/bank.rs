@@ -42,7 +42,7 @@ pub struct Bank<T: Real = f32> {
     unmodelled: [T; OUTPUTS],
     refused: [Refusals; OBSERVATIONS],
     leading: usize,
-    /// Those that have not fallen behind the best after the last fix; one bit for each hypothesis.
+    /// Hypotheses that have not fallen behind the best after the last fix; one bit each.
     open: u8,
     /// The alignment has estimated the sensors' errors: see [`Self::navigating`].
     believed: bool,
@@ -164,7 +164,7 @@ impl<T: Real> Bank<T> {
         );
     }
 
-    /// Of [`REMEMBERING`], the second moments of the biases of this turn-on about zero.
+    /// Second moments of the biases of this turn-on about zero, of [`REMEMBERING`].
     pub fn turn_on_moments(&self, index: usize) -> [T; OUTPUTS] {
         self.get(index).turn_on_moments()
     }

@@ -196,7 +196,7 @@ pub struct Here<'m> {
 }
 
 impl<'m> Here<'m> {
-    /// With this learner.
+    /// The end with this learner.
     pub fn new(learner: &'m mut dyn Learner) -> Here<'m> {
         Here {
             view: View::of(learner),
@@ -258,7 +258,7 @@ impl Exchange {
         }
     }
 
-    /// Both sides: of the frame path, and of the priority that runs `here`'s learner.
+    /// Both ends: of the frame path, and of the priority that runs `here`'s learner.
     pub fn split<'m>(&'m mut self, here: Here<'m>) -> (Ends<'m>, Background<'m>) {
         let (next_in, next_out) = self.next.split();
         let (others_in, others_out) = self.others.split();
@@ -377,7 +377,7 @@ pub struct Port<'m> {
 }
 
 impl core::fmt::Debug for Port<'_> {
-    /// Without the learner's numbers, which would bring the formatting of floats into every image.
+    /// Omits the learner's numbers, which would bring the formatting of floats into every image.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self.runs {
             Runs::Nobody => "None",
@@ -388,7 +388,7 @@ impl core::fmt::Debug for Port<'_> {
 }
 
 impl<'m> Port<'m> {
-    /// Without a learner.
+    /// A port without a learner.
     pub const NONE: Port<'m> = Port {
         runs: Runs::Nobody,
         number: 0,
@@ -421,7 +421,7 @@ impl<'m> Port<'m> {
         }
     }
 
-    /// There is a learner.
+    /// Whether there is a learner.
     pub fn exists(&self) -> bool {
         !matches!(self.runs, Runs::Nobody)
     }

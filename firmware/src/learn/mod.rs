@@ -56,13 +56,13 @@ pub struct Report {
     pub late: u32,
     /// The hypothesis in force, 0 for "the sensors are right": see [`rehearsal`].
     pub winner: u8,
-    /// How often a hypothesis other than 0 was promoted.
+    /// Number of promotions of a hypothesis other than 0.
     pub promotions: u32,
-    /// How often it was given up for 0.
+    /// Number of times that it was given up for 0.
     pub rollbacks: u32,
     /// The learner's navigator is aligned and is compared with fixes.
     pub navigates: bool,
-    /// How long the vehicle has stood, s.
+    /// Time for which the vehicle has been stationary, s.
     pub still_s: u32,
     /// Lever arm and delay of the receiver's fixes.
     pub antenna: Known,
@@ -94,9 +94,9 @@ pub const SETTLED_AFTER_S: f32 = 300.0;
 pub struct Winner {
     /// Networks, biases folded in.
     pub nets: Nets,
-    /// Their states after the last block.
+    /// States of the networks after the last block.
     pub states: [State; 2],
-    /// Their output for the present block: rad/s, m/s2.
+    /// Output of the networks for the present block: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
     /// Standard deviation of that output, rad/s, m/s2; 0 where the learner does not know it.
     pub sigma: [[f32; 3]; 2],
@@ -108,18 +108,18 @@ pub struct Winner {
 /// State of the learner's navigator, for reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
-    /// Its state.
+    /// State of the navigator.
     pub state: nav::State,
     /// Sensor errors by the hypothesis that it follows: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
-    /// Their standard deviations.
+    /// Standard deviations of the estimates.
     pub sigma: [[f32; 3]; 2],
 }
 
 /// State of the hypotheses, for reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trials {
-    /// The one with the most evidence.
+    /// Index of the hypothesis with the most evidence.
     pub leading: usize,
     /// Rehearsals that have ended, at each horizon.
     pub ended: [u16; 6],
@@ -130,13 +130,13 @@ pub struct Trials {
 /// State of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
-    /// It takes part.
+    /// Whether the hypothesis takes part.
     pub enabled: bool,
-    /// It has proved itself.
+    /// Whether the hypothesis has proved itself.
     pub proved: bool,
-    /// Its evidence: see [`bank::Bank::evidence`].
+    /// Evidence of the hypothesis: see [`bank::Bank::evidence`].
     pub evidence: f64,
-    /// Its rehearsals.
+    /// Result of its rehearsals.
     pub standing: Standing,
 }
 

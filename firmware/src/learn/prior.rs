@@ -174,7 +174,7 @@ impl<T: Real> Shapes<T> {
     /// Parts of [`Shapes::reach`].
     pub const REACHES: usize = 4;
 
-    /// With all that they reach.
+    /// Computes the reach of all units.
     #[must_use]
     pub fn complete(mut self) -> Self {
         (0..Self::REACHES).for_each(|part| self.reach(part));
@@ -388,8 +388,8 @@ impl<T: Real> Datasheet<T> {
         ]
     }
 
-    /// The same for networks that are driven by these inputs: each is near 1 at the most that is
-    /// usual.
+    /// Normalisation of networks that are driven by these inputs: each is near 1 at the most that
+    /// is usual.
     #[must_use]
     pub fn driven_normalisation(&self, inputs: &Inputs) -> [Normalisation<T>; 2] {
         let (to, [rate, force]) = (T::from_f64, self.range.map(|range| T::ONE / range));

@@ -16,7 +16,7 @@ pub struct Settings {
     pub sheet: Datasheet,
     /// White noise of the sensors.
     pub noise: Noise,
-    /// When an observation is refused and when a hypothesis is promoted.
+    /// Limits at which an observation is refused and a hypothesis is promoted.
     pub gates: Gates,
     /// Length of an alignment that is not commanded, s, >= [`crate::align::LEAST_S`].
     pub align_s: f64,

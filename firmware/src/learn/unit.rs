@@ -3,7 +3,7 @@
 //! Some hypotheses of the bank divide what they learn into what the unit is and what this turn-on
 //! is ([`super::bank::REMEMBERING`]). The first part is stored, with its covariance, and is their
 //! prior in the next drive. Of the second part the scatter is stored: how much of a bias is new at
-//! every turn-on. A datasheet tells it seldom; the learner finds it.
+//! every turn-on. A datasheet seldom states it; the learner finds it.
 //!
 //! Little-endian bytes:
 //!

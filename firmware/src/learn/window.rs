@@ -223,7 +223,7 @@ impl Default for WindowLearner {
 }
 
 impl Learner for WindowLearner {
-    /// It needs to know what drives the networks: the scales are those of the networks.
+    /// It needs the inputs of the networks: the scales are those of the networks.
     fn configure(&mut self, settings: &Settings) {
         (self.inputs, self.configured) = (settings.inputs, true);
         self.taken = None; // the numbers of the samples restart

@@ -39,7 +39,7 @@ pub struct Bursts<const N: usize, const LONGEST: usize, const STALL_US: u32> {
     length: AtomicUsize,
     /// A transfer is under way: 1, else 0.
     running: AtomicU8,
-    /// When the sensor was released last, microseconds.
+    /// Time at which the sensor was last released, microseconds.
     released_us: AtomicU32,
     /// Bursts that have come, been lost, been taken, and been reported as lost, wrapping.
     came: AtomicUsize,

@@ -19,11 +19,11 @@
 //! at i disagrees with what left, and the frame is as damaged as it was. The bytes behind i leave
 //! as they come, since one that was lost makes them the next frame's.
 //!
-//! **Who decides.** The frame path tells the [`Plan`] ([`Cut::arm`]) and from which byte of the
-//! stream on it holds. From there every frame is cut that looks as planned, has followed the last
-//! one without a byte between, and finds room. The first that does not ends it. What has left is
-//! counted in bytes of the stream; the loop sends all that is behind ([`Cut::claim`]) as it would
-//! without. Only one of both sends at a time: the loop ends the cutting before it sends.
+//! **Who decides.** The frame path gives the [`Plan`] ([`Cut::arm`]) and the byte of the stream
+//! from which on it holds. From there every frame is cut that looks as planned, has followed the
+//! last one without a byte between, and finds room. The first that does not ends it. What has left
+//! is counted in bytes of the stream; the loop sends all that is behind ([`Cut::claim`]) as it
+//! would without. Only one of both sends at a time: the loop ends the cutting before it sends.
 //!
 //! The interrupt has `Cut` for itself, and the loop has it with interrupts masked. Nothing here can
 //! panic, and a byte costs a bounded number of steps.
@@ -62,7 +62,7 @@ impl Leaving {
         }
     }
 
-    /// How many.
+    /// Number of bytes.
     pub fn len(self) -> usize {
         self.len.into()
     }

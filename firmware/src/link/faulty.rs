@@ -6,7 +6,7 @@
 
 use super::{Full, Line, Lost};
 
-/// How often each fault happens. With all 0 the line is perfect.
+/// Probabilities of the faults. With all 0 the line is perfect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Chances {
     /// One bit of a byte is inverted.

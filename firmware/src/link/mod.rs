@@ -36,7 +36,8 @@ pub trait Clock {
     /// Microseconds since any fixed moment before power-on was complete. Never goes back.
     fn now_us(&self) -> u64;
 
-    /// How many of these microseconds the processor has slept; `None` where that is not known.
+    /// Part of these microseconds for which the processor has slept; `None` where that is not
+    /// known.
     fn asleep_us(&self) -> Option<u64> {
         None
     }

@@ -30,7 +30,7 @@ pub struct Rate {
     pub divider: u32,
     /// The rate, bit/s, rounded.
     pub baud: u32,
-    /// How far it is from the wanted one, hundredths of a per cent, rounded.
+    /// Error of the rate, hundredths of a per cent, rounded.
     pub error: u32,
 }
 

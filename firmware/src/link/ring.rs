@@ -180,7 +180,7 @@ impl<const N: usize> Ring<N> {
     }
 }
 
-/// At most `len` places from a count on, not beyond the ring's end.
+/// At most `len` bytes from a count on, not beyond the ring's end.
 #[inline(always)]
 fn piece(bytes: &[AtomicU8], count: usize, len: usize) -> &[AtomicU8] {
     let (to_end, _) = from(bytes, count);

@@ -15,7 +15,7 @@ pub(super) struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
 unsafe impl<T: Send> Sync for Slot<T> {}
 
 impl<T> Slot<T> {
-    /// Without a value.
+    /// A slot without a value.
     pub const fn new() -> Slot<T> {
         Slot(UnsafeCell::new(MaybeUninit::uninit()))
     }

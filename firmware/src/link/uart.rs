@@ -118,7 +118,7 @@ impl Uart {
         self.port_over(NoStream, || (), wake)
     }
 
-    /// The frame path's end of a line that DMA may serve. `stream` tells how far the receiving
+    /// The frame path's end of a line that DMA may serve. `stream` gives how far the receiving
     /// transfer is. `sync` makes the interrupt pending that calls [`Uart::received_by`], `wake` the
     /// one that sends.
     pub fn port_over<S: Progress>(&self, stream: S, sync: fn(), wake: fn()) -> Port<'_, S> {
@@ -145,7 +145,7 @@ pub struct Port<'u, S = NoStream> {
     received: Outlet<'u>,
     to_send: Inlet<'u>,
     stream: S,
-    /// How far the line was at the last look: bytes reported, and bytes left of the transfer.
+    /// Progress of the line at the last look: bytes reported, and bytes left of the transfer.
     seen: Cell<[usize; 2]>,
     sync: fn(),
     wake: fn(),

@@ -23,7 +23,8 @@ pub struct Config {
 }
 
 impl Config {
-    /// With pieces of 50 ms, to the nearest whole sample, and the antenna at the sensors.
+    /// A configuration with pieces of 50 ms, to the nearest whole sample, and the antenna at the
+    /// sensors.
     #[must_use]
     pub fn new(lsb: Lsb, sample_s: f64, noise: Noise) -> Self {
         // `as` saturates and makes 0 of NaN

@@ -106,7 +106,7 @@ impl Local {
         }
     }
 
-    /// How radii and gravity change from here, where the height is `h` m.
+    /// Slopes of radii and gravity from here, where the height is `h` m.
     #[must_use]
     pub fn slopes(&self, h: f32) -> Slopes {
         const E: f32 = E2 as f32;

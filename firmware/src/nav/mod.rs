@@ -101,7 +101,7 @@ pub struct Faults {
 pub struct Beginning(Solution);
 
 impl Beginning {
-    /// From a state.
+    /// A beginning from a state.
     ///
     /// # Errors
     /// [`ConfigError::State`]: it is out of range.
@@ -172,8 +172,8 @@ impl Navigator {
         })
     }
 
-    /// As [`Self::begin`] with the same configuration, in place: a new one would be built on the
-    /// stack first.
+    /// [`Self::begin`] with the same configuration, in place: a new one would be built on the stack
+    /// first.
     pub fn restart(&mut self, state: &Beginning) {
         self.solution = state.0.clone();
         let Config {

@@ -74,7 +74,7 @@ const BY_METRE: [u32; 2] = [CURVATURE + 17, RATE + 19];
 const BY_ANGLE: [u32; 2] = [35, 23];
 
 impl Place {
-    /// At a latitude (rad) and height (m).
+    /// The surroundings of a latitude (rad) and height (m).
     pub fn new(latitude: i64, height: i64) -> Self {
         let latitude = latitude.clamp(-LATITUDE, LATITUDE);
         let (phi, h) = (to_f64(latitude, ANGLE), to_f64(height, LENGTH));

@@ -27,7 +27,7 @@ const MAX_PIECE: [i64; 2] = [(1 << ANGLE) / 10 * 8, 4096 << VELOCITY];
 pub const LONGEST_S: f64 = 2.0;
 /// Greatest turn of the navigation frame in a piece, rad.
 const MAX_FRAME: i64 = 1 << (ANGLE - 3);
-/// Its greatest rate, rad/s.
+/// Largest rate, rad/s.
 const MAX_RATE: i64 = 1 << RATE;
 /// Bounds of a solution, and a whole turn.
 pub(super) const LATITUDE: i64 = fixed(MAX_LATITUDE, ANGLE);
@@ -95,7 +95,7 @@ impl Solution {
         }
     }
 
-    /// As f64.
+    /// The state as f64.
     pub fn state(&self) -> State {
         let [latitude, longitude] = self.now.at.map(|x| to_f64(x, ANGLE));
         State {

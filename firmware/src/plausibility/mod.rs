@@ -22,7 +22,7 @@ use rest::Rest;
 
 /// The faults that a device steps aside for: it corrects nothing and learns nothing.
 pub const ASIDE: u32 = fault::RATE | AT_REST;
-/// Those of them that are judged at rest.
+/// Faults that are judged at rest.
 pub const AT_REST: u32 = fault::GRAVITY | fault::EARTH_RATE | fault::AXES;
 
 /// Rotation of the Earth, rad/s (WGS 84).
@@ -98,7 +98,7 @@ impl Expected {
 /// Means of the samples over a time at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Means {
-    /// How long, s, > 0.
+    /// Length of the mean, s, > 0.
     pub seconds: f32,
     /// Rate, rad/s.
     pub rate: [f32; 3],

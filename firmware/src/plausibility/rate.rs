@@ -25,7 +25,7 @@ const SECOND: u64 = 1_000_000;
 pub struct Seen {
     /// Samples, with those missing by the sensor's counter.
     pub samples: u32,
-    /// How many of these were missing.
+    /// Number of these that were missing.
     pub missed: u32,
     /// Anything that loses an unknown number of samples: damage, garbage, jumps of the counter.
     pub damage: u32,
@@ -110,7 +110,7 @@ impl Meter {
 /// Compares the rate of a stream with the clock.
 #[derive(Debug)]
 pub struct RateWatch {
-    /// When to look next, microseconds. Never, for a watch that is off.
+    /// Time of the next look, microseconds. Never, for a watch that is off.
     due: u64,
     /// Configured rate, Hz; 0 before the first look.
     rate: f32,

@@ -21,11 +21,11 @@ use libm::sqrtf;
 pub const WITH_FIXES_S: f32 = 30.0;
 /// Rest that is enough without fixes, s.
 pub const WITHOUT_FIXES_S: f32 = 60.0;
-/// A fix tells nothing about blocks that end later, s.
+/// Time after which a fix says nothing about the blocks that end, s.
 const FIX_LASTS_S: f32 = 2.5;
 /// A vehicle that is faster by the receiver moves, m/s.
 const MOVES_MPS: f32 = 0.3;
-/// A fix whose velocity is less accurate tells nothing, m/s.
+/// Largest standard deviation of a velocity that is used, m/s.
 const GOOD_MPS: f32 = 0.5;
 /// Steadiness of the specific force, as a share.
 pub(super) const STEADY: f32 = 1.5e-3;

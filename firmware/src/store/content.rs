@@ -26,7 +26,7 @@ pub struct Content<'c> {
     pub memory: Memory<'c>,
     /// The unit that networks and configuration are of: [`unit()`]; 0: not stated.
     pub unit: u32,
-    /// How long the device has run since power-on, minutes.
+    /// Time since power-on, minutes.
     pub minutes: u32,
     /// The device's key.
     pub key: Key,
@@ -45,7 +45,7 @@ pub enum Memory<'c> {
 }
 
 impl<'c> Content<'c> {
-    /// Without a memory, of an unstated unit.
+    /// A content without a memory, of an unstated unit.
     #[must_use]
     pub fn new(nets: &'c Nets, record: &'c Record) -> Content<'c> {
         Content {

@@ -26,10 +26,9 @@
 //! | 16 + a + b | 4 | CRC-32 (zlib's) of bytes 0..16 + a + b |
 //!
 //! Version 3 has neither unit nor life nor key. In version 2 the rest is the configuration record
-//! alone.
-//! Version 1 has no rest. Every later version keeps this frame of magic, version, generation, two
-//! lengths and CRC, so that an older firmware tells a newer record from a damaged one. It reports
-//! [`Newer`] and overwrites nothing.
+//! alone. Version 1 has no rest. Every later version keeps this frame of magic, version,
+//! generation, two lengths and CRC, so that an older firmware distinguishes a newer record from a
+//! damaged one. It reports [`Newer`] and overwrites nothing.
 //!
 //! Weights, configuration and memory are in one record, so weights are always found with the
 //! configuration, and so the sensor, that they were in use with.
@@ -104,7 +103,7 @@ pub enum Error<E> {
     NotBegun,
 }
 
-/// How far a record is.
+/// Progress of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
     /// Stored.
@@ -125,7 +124,7 @@ impl From<bool> for Progress {
     }
 }
 
-/// How something is to be stored now.
+/// Next step of storing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// As a whole. The processor may halt for long: where there is no room behind the newest
@@ -153,7 +152,7 @@ pub struct Stored {
     pub record: Record,
     /// Counts the records stored, and those that failed.
     pub generation: u32,
-    /// The unit that all this is of; `None`: the record does not tell.
+    /// The unit that all this is of; `None`: the record does not state it.
     pub unit: Option<u32>,
     /// The device's life until then.
     pub life: Life,
@@ -182,7 +181,7 @@ pub struct Store<F> {
     next: u32,
     /// The record in progress.
     written: Option<Written>,
-    /// The device's life as the newest record found at start tells it, and since then.
+    /// The device's life by the newest record found at start, and since then.
     before: Option<Life>,
     since: Life,
 }

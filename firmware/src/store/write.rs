@@ -26,7 +26,7 @@ pub(super) struct Written {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Stores as a step tells it.
+    /// Carries out a step of storing.
     pub fn carry_out(&mut self, step: Step, content: &Content) -> Progress {
         let done = match step {
             Step::Save => {

@@ -146,7 +146,7 @@ impl<'a> Checked<'a> {
         saturated.ok_or(Error::Content)
     }
 
-    /// Whether it tells that the sensor has just started: see [`super::ImuProtocol::starts_up`].
+    /// Whether it shows that the sensor has just started: see [`super::ImuProtocol::starts_up`].
     pub fn starts_up(&self) -> bool {
         match self.source {
             Source::Stream(format) => format.starts_up(self.bytes),

@@ -206,7 +206,7 @@ pub fn xmodem(bytes: &[u8]) -> u16 {
     XMODEM.checksum(bytes)
 }
 
-/// How either of both changes: as [`crc32_mpeg2_change`].
+/// Change of either Kermit CRC: as [`crc32_mpeg2_change`].
 #[inline(never)] // four callers
 pub fn kermit_change(difference: &[u8], after: usize) -> u16 {
     let mut digest = KERMIT.digest(); // from zero and without inversion
@@ -223,7 +223,7 @@ pub fn crc32_novatel(bytes: &[u8]) -> u32 {
     reflected(table, 0, bytes)
 }
 
-/// How [`crc32_novatel`] changes: as [`crc32_mpeg2_change`].
+/// Change of [`crc32_novatel`]: as [`crc32_mpeg2_change`].
 pub fn crc32_novatel_change(difference: &[u8], after: usize) -> u32 {
     let [table] = NOVATEL.table();
     let crc = reflected(table, 0, difference);
@@ -273,7 +273,7 @@ pub fn fletcher8(bytes: &[u8]) -> [u8; 2] {
     })
 }
 
-/// How many bytes each checksum was computed over, for the test that it happens once.
+/// Number of bytes over which each checksum was computed, for the test that it happens once.
 #[cfg(test)]
 pub(super) mod count {
     use std::cell::RefCell;
@@ -291,7 +291,7 @@ pub(super) mod count {
         PASSES.with_borrow_mut(Vec::clear);
     }
 
-    /// Those over at least `len` bytes.
+    /// Number of checksums over at least `len` bytes.
     pub(in crate::wire) fn passes(len: usize) -> usize {
         PASSES.with_borrow(|passes| passes.iter().filter(|&&pass| pass >= len).count())
     }

@@ -60,7 +60,7 @@ pub struct Estimate {
     pub learnt: [[f32; 3]; 2],
     /// References used, of windows since power-on.
     pub used: u32,
-    /// How many of these had an axis that was not believed.
+    /// Number of these with an axis that was not believed.
     pub doubted: u32,
 }
 
@@ -83,14 +83,14 @@ pub enum Request<'a> {
     },
     /// Checks the image received and uses it from the next sample on.
     CommitImage {
-        /// Its length, bytes.
+        /// Length of the image, bytes.
         length: u32,
     },
     /// Answer: [`Response::Image`] with the weights in use.
     ReadImage {
         /// Offset in the image.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// A reference to learn from.
@@ -109,7 +109,7 @@ pub enum Request<'a> {
     ReadLearnt {
         /// Offset in the image.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// Uses the weights learnt from the next block on.
@@ -125,14 +125,14 @@ pub enum Request<'a> {
     /// Checks the received record as a whole and restarts with it. [`Request::StoreImage`] stores
     /// it, with the weights, over a power cycle.
     CommitConfiguration {
-        /// Its length, bytes.
+        /// Length of the record, bytes.
         length: u32,
     },
     /// Answer: [`Response::Image`] with the configuration record in use; empty without one.
     ReadConfiguration {
         /// Offset in the record.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// Answer: [`Response::Board`].
@@ -157,7 +157,7 @@ pub enum Request<'a> {
     ReadRecording {
         /// Offset in its memory.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// Answer: [`Response::Security`].
@@ -327,11 +327,11 @@ pub struct Counters<T = u32> {
     pub given_up: T,
     /// Requests of the navigation computer.
     pub requests: T,
-    /// How many of these the device answered because the sensor did not.
+    /// Number of these that the device answered because the sensor did not.
     pub answered: T,
     /// Fixes received.
     pub fixes: T,
-    /// How many of these the receiver calls good.
+    /// Number of these that the receiver calls good.
     pub good_fixes: T,
     /// Times each state was entered: detection, run, fault.
     pub entered: [T; 3],

@@ -52,8 +52,8 @@ impl Detector {
         Detector::of(ImuFormat::ALL)
     }
 
-    /// [`Detector::begin_anew`]. Frames that do not tell what is in them are looked for in the
-    /// layout that the settings tell.
+    /// [`Detector::begin_anew`]. Frames that do not state their content are searched for in the
+    /// layout of the settings.
     pub fn restart(&mut self, settings: &Settings) {
         self.begin_anew(|format| format.configured(settings));
     }
@@ -78,7 +78,7 @@ impl<F: Framing, const N: usize> Detector<F, N> {
     }
 
     /// Receives some bytes. Returns the format as soon as it is clear. Hands all other good
-    /// messages to `other` (the special datagrams of a STIM300 above all, which tell its units
+    /// messages to `other` (the special datagrams of a STIM300 above all, which state its units
     /// before the first frame). Formats with weak checksums may take a few bytes of another format
     /// for theirs.
     pub fn push(&mut self, bytes: &[u8], mut other: impl FnMut(F, &[u8])) -> Option<F> {

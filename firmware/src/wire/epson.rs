@@ -51,7 +51,7 @@ const TRAILER: usize = 3;
 /// Bit of FLAG: some diagnosis of the sensor reports an error (EA).
 pub const ERROR: u16 = 1 << 0;
 
-/// Looks for a burst at the beginning of `bytes`.
+/// Scans for a burst at the beginning of `bytes`.
 pub fn scan(layout: Layout, bytes: &[u8]) -> Scan {
     match bytes.first() {
         None => return Scan::Partial(1),

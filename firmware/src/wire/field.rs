@@ -27,7 +27,7 @@ pub fn put<const N: usize>(bytes: &mut [u8], at: usize, field: [u8; N]) {
     }
 }
 
-/// Lets `work` write to the `N` bytes from `at` and tells which bits it changed. `None`, and
+/// Lets `work` write to the `N` bytes from `at` and returns which bits it changed. `None`, and
 /// nothing is done, where the buffer is too short. Four bytes are compared at a time, so `N` is a
 /// multiple of four.
 #[inline(always)]
@@ -54,8 +54,8 @@ pub(super) fn changed<const N: usize, R>(
 }
 
 /// Does `work` on the `N` bytes at `at`, and changes the four bytes of the CRC at the frame's end
-/// with them. `crc` tells how, from the changed bits and the number of bytes between them and the
-/// CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
+/// with them. `crc` gives the change, from the changed bits and the number of bytes between them
+/// and the CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
 #[inline(always)]
 pub fn resealed<const N: usize, R>(
     frame: &mut [u8],

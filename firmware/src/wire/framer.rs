@@ -167,7 +167,7 @@ impl Unread {
         (self.start, self.end, self.sum) = (0, 0, 0);
     }
 
-    /// Those from the `skipped`th on.
+    /// Bytes from the `skipped`th on.
     #[inline(always)]
     pub(super) fn from(&self, skipped: usize) -> &[u8] {
         let from = self.start + skipped;
@@ -248,7 +248,7 @@ impl<F: Framing> Finder<F> {
         self.format
     }
 
-    /// What `unread` begins with, and of how many bytes. `None` when more are needed.
+    /// Kind and length of the bytes with which `unread` begins. `None` when more are needed.
     #[inline(never)] // three callers
     pub(super) fn find(&mut self, unread: &[u8]) -> Option<(Kind, usize)> {
         if unread.is_empty() || unread.len() < self.needed {

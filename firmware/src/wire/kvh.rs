@@ -36,7 +36,7 @@ pub enum Layout {
     A,
     /// Format with a time stamp.
     B,
-    /// With temperature and magnetic field in turn.
+    /// Format with temperature and magnetic field in turn.
     C,
 }
 
@@ -76,7 +76,7 @@ impl Layout {
     }
 }
 
-/// Units by the sensor's settings (`=ROTFMT`, `=ROTUNITS`); the message itself does not tell.
+/// Units by the sensor's settings (`=ROTFMT`, `=ROTUNITS`); the message itself does not state them.
 pub fn units(delta: bool, degrees: bool) -> Units {
     Units {
         gyro: Unit {
@@ -94,7 +94,7 @@ pub fn units(delta: bool, degrees: bool) -> Units {
     }
 }
 
-/// Looks for a message at the beginning of `bytes`.
+/// Scans for a message at the beginning of `bytes`.
 pub fn scan(bytes: &[u8]) -> Scan {
     match (
         mark(bytes, &[0xFE, 0x81, 0xFF]),
@@ -199,7 +199,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
     }
 
     /// The six values and what goes with them. A value that is no finite number is not valid. The
-    /// message does not tell the temperature's unit, so the temperature is not here.
+    /// message does not state the temperature's unit, so the temperature is not here.
     pub fn reading(&self) -> Reading {
         let (gyro, accel) = (self.gyro(), self.accel());
         let finite = |values: [f32; 3]| {

@@ -55,7 +55,7 @@ mod at {
 }
 
 /// Bits of `fields_updated`: 1 = the field is new in this message. A sender that leaves all of them
-/// zero does not tell.
+/// zero does not state it.
 pub mod updated {
     /// Acceleration x; y and z follow.
     pub const ACCEL_X: u16 = 1 << 0;
@@ -68,14 +68,14 @@ pub mod updated {
 /// Our own fault bit in `fields_updated`, of which bits 13 to 15 are not used.
 pub const OWN_FAULT: u16 = 0x8000;
 
-/// Which IMU is corrected.
+/// The IMU that is corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Imu {
-    /// Its system; 0: any, for a line with one system.
+    /// System of the IMU; 0: any, for a line with one system.
     pub system: u8,
-    /// Its component; 0: any, for a line with one component that sends `HIGHRES_IMU`.
+    /// Component of the IMU; 0: any, for a line with one component that sends `HIGHRES_IMU`.
     pub component: u8,
-    /// Its number, `id`.
+    /// Number of the IMU, `id`.
     pub id: u8,
 }
 
@@ -168,7 +168,7 @@ impl Header {
     }
 }
 
-/// Looks for a message at the beginning of `bytes`. That of this IMU is a frame.
+/// Scans for a message at the beginning of `bytes`. That of this IMU is a frame.
 pub fn scan(imu: Imu, bytes: &[u8]) -> Scan {
     let header = match Header::of(bytes) {
         Ok(header) => header,

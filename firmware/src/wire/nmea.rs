@@ -100,7 +100,7 @@ impl Sentence {
     }
 }
 
-/// Looks for a sentence at the beginning of `bytes`.
+/// Scans for a sentence at the beginning of `bytes`.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     match bytes.split_first() {
@@ -164,7 +164,7 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Writes what such a sentence tells.
+/// Writes the values of such a sentence.
 #[inline(never)]
 pub(super) fn read(frame: &[u8], values: &mut Values) {
     let fields = Fields::of(frame);

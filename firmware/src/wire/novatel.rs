@@ -105,8 +105,8 @@ impl Log {
     }
 }
 
-/// Which log a header announces, and the lengths of header and payload. `None` while the header is
-/// incomplete.
+/// The log that a header announces, and the lengths of header and payload. `None` while the header
+/// is incomplete.
 fn header(bytes: &[u8]) -> Option<(Option<Log>, usize, usize)> {
     let short = bytes.get(2) == Some(&0x13);
     let header = if short { 12 } else { 28 };

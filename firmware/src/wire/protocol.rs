@@ -11,9 +11,9 @@ use core::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// How frames of a format are found in a stream of bytes.
+/// Framing of a format in a stream of bytes.
 pub trait Framing: Copy + PartialEq {
-    /// Looks for a message at the beginning of `bytes`.
+    /// Scans for a message at the beginning of `bytes`.
     fn scan(self, bytes: &[u8]) -> Scan;
 
     /// The length of a good frame at the beginning of `bytes`, where that is known sooner than by
@@ -24,7 +24,7 @@ pub trait Framing: Copy + PartialEq {
     }
 
     /// Whether a start mark is long enough to mean something by itself. If not, a wrong checksum
-    /// behind it tells nothing, except where a frame is expected.
+    /// behind it has no meaning, except where a frame is expected.
     fn has_start_mark(self) -> bool {
         true
     }
@@ -61,7 +61,7 @@ pub trait ImuProtocol {
     }
 
     /// Units, rate and gap rule of frames of this [`ImuProtocol::content`], or `None` when they are
-    /// not known. `rate` is the configured one, Hz, for formats that do not tell theirs.
+    /// not known. `rate` is the configured one, Hz, for formats that do not state theirs.
     fn stream(settings: &Self::Settings, content: u8, rate: f64) -> Option<Stream>;
 
     /// The six values and what goes with them.
@@ -71,7 +71,7 @@ pub trait ImuProtocol {
     /// never recomputed. Returns the axes whose value saturated.
     fn change(frame: &mut [u8], change: &Change, settings: &Self::Settings) -> Option<Axes>;
 
-    /// Whether a frame of such a sensor may tell its temperature ([`Reading::temperature`]).
+    /// Whether a frame of such a sensor may contain its temperature ([`Reading::temperature`]).
     fn has_thermometer(_settings: &Self::Settings) -> bool {
         false
     }
@@ -81,7 +81,7 @@ pub trait ImuProtocol {
         false
     }
 
-    /// Whether a good message tells that the sensor has just started: a status bit of a frame, or a
+    /// Whether a good message shows that the sensor has just started: a status bit of a frame, or a
     /// message that is sent at power-on only. A frame is asked only if it calls an axis invalid.
     fn starts_up(_message: &[u8]) -> bool {
         false
@@ -91,7 +91,7 @@ pub trait ImuProtocol {
     fn seal(frame: &mut [u8]);
 }
 
-/// A format whose frames do not tell what is in them. Their layout follows from the settings.
+/// A format whose frames do not state their content. Their layout follows from the settings.
 pub trait LaidOut: ImuProtocol {
     /// Layout of a frame. The constant `USUAL` of this type is the layout that [`ImuProtocol`]'s
     /// own functions take.
@@ -150,9 +150,9 @@ pub struct Simulated {
     pub rest: u32,
     /// Whether the frame has accelerometers.
     pub has_accel: bool,
-    /// Whether the frame tells that the sensor is faulty.
+    /// Whether the frame reports that the sensor is faulty.
     pub has_status: bool,
-    /// Sets what the frames do not tell.
+    /// Sets the settings that the frames do not contain.
     pub settings: fn(&mut Settings),
     /// Writes a frame and returns its length. Counts keep their low bits.
     pub emit: fn(&Fields, &mut [u8]) -> Result<usize, Error>,

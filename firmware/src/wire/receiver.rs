@@ -1,4 +1,4 @@
-//! The formats of GNSS receivers. Their frames tell of fixes and hold no inertial values.
+//! The formats of GNSS receivers. Their frames contain fixes and no inertial values.
 //!
 //! | format | messages | joined with |
 //! |---|---|---|

@@ -75,7 +75,7 @@ impl Block {
     }
 }
 
-/// Looks for a block at the beginning of `bytes`. Others with a right CRC pass.
+/// Scans for a block at the beginning of `bytes`. Others with a right CRC pass.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     match mark(bytes, b"$@") {
@@ -113,7 +113,7 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Writes what such a block tells.
+/// Writes the values of such a block.
 #[inline(never)]
 pub(super) fn read(frame: &[u8], values: &mut Values) {
     let block = Block::of(u16::from_le_bytes(take(frame, 4)));

@@ -39,14 +39,14 @@ pub enum Sequence {
 pub struct Last {
     counter: Option<u16>,
     time: Option<f64>,
-    /// How often counter or time have been the same in a row since.
+    /// Number of times in a row that counter or time have been the same since.
     repeats: u16,
 }
 
 /// A sensor whose counter, or time, stays the same for so many frames in a row is stuck.
 const STUCK_AFTER: u16 = 10;
 
-/// The longest gap that a time stamp tells, s. Where the time advances by more, the clock was set.
+/// The longest gap that a time stamp shows, s. Where the time advances by more, the clock was set.
 const LONGEST_GAP_S: f64 = 10.0;
 
 impl Last {
@@ -151,7 +151,7 @@ pub struct Rule {
 pub enum Gap {
     /// The first frame, or the next one.
     None,
-    /// The same frame again.
+    /// The frame repeats the one before.
     Duplicate,
     /// Number of missing frames, or this number and whole turns of the counter.
     Missed(u32),

@@ -61,7 +61,7 @@ pub mod status {
 /// Our own fault bit in `ImuStatus`, of which bits 10 to 15 are not used.
 pub const OWN_FAULT: u16 = 0x8000;
 
-/// Looks for a message at the beginning of `bytes`. One that has these values is a frame.
+/// Scans for a message at the beginning of `bytes`. One that has these values is a frame.
 pub fn scan(values: Values, bytes: &[u8]) -> Scan {
     let layout = match Layout::of(bytes) {
         Ok(layout) => layout,
@@ -129,7 +129,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         (self.gyro.quantity, self.accel.map(|triad| triad.quantity))
     }
 
-    /// Nanoseconds since the sensor started, else GPS time, if the message tells one of them.
+    /// Nanoseconds since the sensor started, else GPS time, if the message contains one of them.
     pub fn time_ns(&self) -> Option<u64> {
         self.field(self.layout.time()).map(u64::from_le_bytes)
     }

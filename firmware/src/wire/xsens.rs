@@ -42,7 +42,7 @@ use crate::sample::{Axes, RawSample};
 
 /// `MTData2`.
 const DATA: u8 = 0x36;
-/// A length that says that two more bytes tell it.
+/// A length byte that announces a length in two more bytes.
 const EXTENDED: u8 = 0xFF;
 
 /// Bits of `StatusWord`: 1 = at the end of the range.

@@ -104,7 +104,7 @@ fn may_change(format: ImuFormat, frame: &[u8]) -> Vec<bool> {
             *changed |= a != b;
         }
     }
-    // six values, twice where a frame tells them twice, and two checksums
+    // six values, twice where a frame contains them twice, and two checksums
     let most = 2 * 6 * 4 + 8;
     assert!(changed.iter().filter(|c| **c).count() <= most, "{format:?}");
     changed
@@ -256,7 +256,7 @@ proptest! {
     }
 }
 
-/// A sensor of another format than the one configured: all of its bytes pass, and the fault tells
+/// A sensor of another format than the one configured: all of its bytes pass, and a fault reports
 /// it.
 #[test]
 fn another_format_than_the_configured_one_passes() {

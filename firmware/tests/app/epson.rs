@@ -1,4 +1,4 @@
-//! An Epson IMU in a layout that only its settings tell, and its conversation with a client.
+//! An Epson IMU in a layout that only its settings give, and its conversation with a client.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, kinds};

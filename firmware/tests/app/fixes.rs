@@ -171,7 +171,7 @@ fn a_command_aligns_sooner() {
     assert!(bench.health().navigates);
 }
 
-/// A heading is taken while the learner aligns itself, and tells how it was used.
+/// A heading is taken while the learner aligns itself, and the report shows how it was used.
 #[test]
 fn a_heading_is_taken_over_the_command_link() {
     let ask = |bench: &mut Bench, angle: f32, sigma: f32| {

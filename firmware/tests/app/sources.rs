@@ -15,7 +15,7 @@ const INPUTS: Inputs = [[
     Source::Vibration,
 ]; 2];
 
-/// Sensors whose frames tell a temperature that is read.
+/// Sensors whose frames contain a temperature that is read.
 const WITH_THERMOMETER: [&str; 18] = [
     "stim300 0xA7, rates",
     "stim300 0xF7, averages",

@@ -18,7 +18,7 @@ pub struct Shown {
     pub rows: [[f32; OUTPUTS]; OUTPUTS],
     /// The observed values.
     pub z: [f32; OUTPUTS],
-    /// Its variance; infinite where nothing has been shown.
+    /// Variance of the values; infinite where there is no observation.
     pub variance: [f32; OUTPUTS],
     /// The sensors' errors that were known before, rad/s and m/s2.
     pub from: [f32; OUTPUTS],

@@ -46,7 +46,7 @@ pub struct Levelled {
     pub turn: Q,
     /// The receiver's mean acceleration by gravity, north and east: the tilt that is left.
     pub slope: [f32; 2],
-    /// Variance of the tilt by what the receiver does not tell, rad^2.
+    /// Variance of the tilt by motion that the receiver does not measure, rad^2.
     pub tilt: f32,
     /// Gravity, m/s2.
     pub gravity: f32,

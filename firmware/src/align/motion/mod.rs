@@ -74,7 +74,7 @@ pub struct Config {
     pub navigator: nav::Config,
     /// Standard deviations of the biases, rad/s and m/s2.
     pub bias: [f32; 2],
-    /// Their random walks, rad/s and m/s2 per sqrt(s).
+    /// Random walks of the biases, rad/s and m/s2 per sqrt(s).
     pub walk: [f32; 2],
     /// Errors in proportion to the motion (scale factors and misalignments together), as ratios:
     /// gyros, accelerometers.
@@ -89,7 +89,7 @@ pub struct Config {
     pub stands: bool,
 }
 
-/// How far an alignment is.
+/// Progress of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Progress {
     /// Source of the heading so far; [`Way::None`] while levelling.
@@ -191,7 +191,7 @@ impl InMotion {
         self.navigator.is_some()
     }
 
-    /// How far it is.
+    /// Progress of the alignment.
     #[must_use]
     pub fn progress(&self) -> Progress {
         let refused = self.refused;

@@ -44,7 +44,7 @@ pub struct Row {
     pub white: f32,
     /// Variance that no number of observations goes below.
     pub constant: f32,
-    /// It is a course.
+    /// Whether it is a course.
     pub course: bool,
 }
 

@@ -52,7 +52,7 @@ pub struct Start {
     pub time_s: f64,
 }
 
-/// From `w` to north, east, down.
+/// Rotation from `w` to north, east, down.
 #[derive(Debug, Clone, Copy)]
 pub struct Turned {
     /// Cosine and sine of the azimuth.

@@ -239,7 +239,7 @@ impl InMotion {
         Some(())
     }
 
-    /// From where the navigator starts.
+    /// Hands over the state from which the navigator starts.
     #[inline(never)]
     fn hand_over(&mut self, taken: &Taken, scratch: &mut Transition<ERRORS>) -> Option<Found> {
         let (config, known, given, last) = (&self.config, &self.known, self.given, self.last);

@@ -59,8 +59,8 @@ impl<'m> App<'m> {
     }
 }
 
-/// From what the store holds. By itself, so that the stack is free again when the application is
-/// made.
+/// The application's settings and the report on the store, from the content of the store. A
+/// function of its own, so that the stack is free again when the application is made.
 #[inline(never)]
 fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) -> (Config, Kept) {
     let store = stored.is_some();

@@ -230,7 +230,7 @@ impl App<'_> {
         }
     }
 
-    /// One byte more to find the format by. What a STIM300 tells about itself counts already.
+    /// One byte more to find the format by. Special datagrams of a STIM300 count already.
     fn search(&mut self, byte: u8, now: u64) -> Option<ImuFormat> {
         self.link.undetected = self.link.undetected.saturating_add(1);
         if self.link.undetected > UNKNOWN_AFTER {
@@ -344,7 +344,7 @@ impl App<'_> {
     }
 }
 
-/// Whether these bytes tell that the sensor has obeyed a request for its service mode.
+/// Whether these bytes show that the sensor has obeyed a request for its service mode.
 #[cold]
 #[inline(never)]
 fn obeys(service: &mut Service, event: &Event<ImuFormat>) -> bool {

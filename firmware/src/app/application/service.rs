@@ -9,7 +9,7 @@ const TEXT: u8 = 16;
 /// Frames that are still on their way do not show that the sensor is in its normal mode.
 #[derive(Debug)]
 pub(super) struct Service {
-    /// When it was asked, microseconds.
+    /// Time of the request, microseconds.
     asked_us: u64,
     /// Characters in a row.
     text: u8,

@@ -62,7 +62,7 @@ mod tests {
     use crate::link::NoLine;
     use crate::wire::ImuFormat;
 
-    /// Whatever of the configuration flips is mended, a second and a third time as the first.
+    /// Any upset of the configuration is repaired, a second and a third time as the first.
     #[test]
     fn every_upset_is_mended_not_only_the_first() {
         let configuration = example(ImuFormat::Stim300);

@@ -8,14 +8,14 @@ const KNOWN_US: u64 = 1_000_000;
 /// Bytes that come must leave within this time, microseconds. The slowest bytes that make up a
 /// frame, each just not late enough to be silence, take half of it.
 const LEAVES_US: u64 = 60_000_000;
-/// The command link and the receiver have their turn within this time, microseconds.
+/// The command link and the receiver must be served within this time, microseconds.
 const SERVED_US: u64 = 1_000_000;
 /// State of the health check.
 #[derive(Debug, Default)]
 pub(super) struct Well {
     /// All that has left on the navigation line, or was dropped there for want of room.
     left: u64,
-    /// When that changed last, or nothing came, microseconds.
+    /// Time of its last change, or at which no byte had come, microseconds.
     left_us: u64,
 }
 

@@ -45,7 +45,7 @@ const ALL: [What; 10] = [
 /// One event: number u32, time u32 in ms, value u32, what u8, 0, and the sum of these 14 bytes u16.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
-    /// Its number since the memory was blank.
+    /// Number of the event since the memory was blank.
     pub number: u32,
     /// Milliseconds since the device's start, modulo 2^32.
     pub at_ms: u32,
@@ -56,7 +56,7 @@ pub struct Event {
 }
 
 impl Event {
-    /// Its bytes.
+    /// Encodes the event.
     #[must_use]
     pub fn bytes(&self) -> [u8; EVENT_LEN] {
         let mut bytes = [0; EVENT_LEN];

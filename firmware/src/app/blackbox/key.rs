@@ -41,7 +41,7 @@ pub struct Key {
     pub format: u8,
     /// The samples are floats.
     pub floats: bool,
-    /// There is a correction.
+    /// Whether there is a correction.
     pub corrects: bool,
     /// The page can be played: frames are read, and of one kind.
     pub plays: bool,

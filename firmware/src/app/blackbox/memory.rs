@@ -110,7 +110,7 @@ impl Head {
         })
     }
 
-    /// Its bytes.
+    /// Encodes the head.
     #[must_use]
     pub fn bytes(&self) -> [u8; HEAD_LEN] {
         let mut bytes = [0; HEAD_LEN];

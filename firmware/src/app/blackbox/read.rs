@@ -35,7 +35,7 @@ pub(super) const PRIMER_AT: usize = 12 + KEY_LEN;
 /// A page.
 #[derive(Debug, Clone, Copy)]
 pub struct Page<'b> {
-    /// Its number: pages begun since the memory was blank.
+    /// Number of the page: pages begun since the memory was blank.
     pub number: u32,
     /// The state after its first frame.
     pub key: Key,
@@ -102,7 +102,7 @@ pub fn page(bytes: &[u8], place: usize) -> Option<Page<'_>> {
 }
 
 impl<'b> Page<'b> {
-    /// Its entries.
+    /// Entries of the page.
     pub fn entries(&self) -> impl Iterator<Item = Entry<'b>> {
         let mut rest = self.entries;
         let mut at_us = self.key.at_us;

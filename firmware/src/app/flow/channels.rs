@@ -11,7 +11,7 @@ pub type Kind = (Source, u8);
 #[derive(Debug, Clone, Copy)]
 struct Channel {
     kind: Kind,
-    /// Its samples have the stream's units and make its blocks.
+    /// Whether its samples have the stream's units and make its blocks.
     leads: bool,
 }
 
@@ -21,7 +21,7 @@ struct Channel {
 pub(in crate::app) struct Channels {
     /// The kind of the last frame; `None`: the next frame is looked at more closely.
     kind: Option<Kind>,
-    /// Its place.
+    /// Its position.
     current: u8,
     /// Whether it leads.
     leads: bool,

@@ -35,7 +35,8 @@ impl Correction {
 #[derive(Debug)]
 pub(in crate::app) struct Corrector {
     pub correction: Guarded<Correction>,
-    /// What `correction` was made for before its first frame: see `Flow::prepare`.
+    /// Stream and limit for which `correction` was made before its first frame: see
+    /// `Flow::prepare`.
     pub prepared: Option<(Stream, Option<Limit>)>,
     /// Check sum of the configured networks.
     pub nets_sum: u32,
@@ -44,7 +45,7 @@ pub(in crate::app) struct Corrector {
     /// Stream of the samples that make blocks, and the axes that they have.
     pub stream: Option<Stream>,
     pub present: Axes,
-    /// Its frames have neither counter nor time.
+    /// Whether its frames have neither counter nor time.
     pub uncounted: bool,
     /// The samples of the stream are floats.
     pub floats: bool,
@@ -91,7 +92,7 @@ impl Corrector {
         correction.map_or([[0.0; 3]; 2], |c| c.state.estimate())
     }
 
-    /// There is a correction, which may be zero, or be fading out.
+    /// Whether there is a correction, which may be zero, or be fading out.
     pub fn corrects(&self) -> bool {
         self.correction.is_some()
     }
@@ -114,7 +115,7 @@ impl Corrector {
         }
     }
 
-    /// From now on the correction changes no faster.
+    /// Limits the changes of the correction from now on.
     pub fn slow_down(&mut self, slew: Limit) {
         if let Some(correction) = self.correction.get_mut() {
             correction.compensator.set_slew(Some(slew));
@@ -184,7 +185,7 @@ impl Corrector {
         clipped
     }
 
-    /// As if corrections had been clipped so often.
+    /// Sets the number of clipped corrections.
     pub fn has_clipped(&mut self, counted: u64) {
         self.clipped = Count::of(counted);
     }

@@ -32,7 +32,7 @@ impl Flow<'_> {
         }
     }
 
-    /// How frames like this one, which has just come, are cut; `None`: the next one is not.
+    /// Plan for frames like this one, which has just come; `None`: the next one is not cut.
     fn planned(&self, format: ImuFormat, frame: &Checked) -> Option<Plan> {
         let good = frame
             .read()

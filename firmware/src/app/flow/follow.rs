@@ -11,8 +11,8 @@ use crate::wire::command::fault;
 use crate::wire::sequence::Gap;
 use crate::wire::{Checked, Reading};
 
-/// A silence of this length, microseconds, is taken for a power cycle: nothing tells it from a
-/// cable that was pulled, and cables carry the power.
+/// A silence of this length, microseconds, is taken for a power cycle: nothing distinguishes it
+/// from a cable that was pulled, and cables carry the power.
 const POWER_CYCLE_US: u64 = 1_000_000;
 
 /// The time of a power cycle in periods of the samples, for slow sensors.
@@ -132,7 +132,7 @@ impl Flow<'_> {
     }
 
     /// Bytes that belong to no frame have gone by. Where the frames are counted or timed, the next
-    /// one tells whether one is missing.
+    /// one shows whether one is missing.
     pub fn unframed(&mut self, bytes: usize) {
         self.continuity.unframed = self.continuity.unframed.saturating_add(bytes as u32);
         self.corrector.channels.unselect();
@@ -151,7 +151,7 @@ impl Flow<'_> {
         self.corrector.channels.unselect();
     }
 
-    /// A message that is no frame may tell that the sensor has just started.
+    /// A message that is no frame may show that the sensor has just started.
     pub fn start_message(&mut self) {
         if self.continuity.silent_us.is_some() {
             self.restarted();
@@ -181,7 +181,7 @@ impl Flow<'_> {
         self.corrector.channels.select((frame.source(), content))
     }
 
-    /// A frame that neither a counter nor a time numbers: the clock tells whether some are missing
+    /// A frame that neither a counter nor a time numbers: the clock shows whether some are missing
     /// before it, up to a second ago.
     #[inline(never)]
     fn look_for_hole(&mut self) {

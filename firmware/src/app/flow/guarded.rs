@@ -50,25 +50,25 @@ impl<T> Guarded<T> {
         self.is_none().then_some(&mut self.value)
     }
 
-    /// From now on there is nothing.
+    /// Clears the value.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.marks = [NOTHING; 2];
     }
 
-    /// There is a value.
+    /// Whether there is a value.
     #[inline(always)]
     pub fn is_some(&self) -> bool {
         self.marks == [THERE; 2]
     }
 
-    /// There is none.
+    /// Whether there is no value.
     #[inline(always)]
     pub fn is_none(&self) -> bool {
         !self.is_some()
     }
 
-    /// Both say the same.
+    /// Whether both words agree.
     pub fn agrees(&self) -> bool {
         self.marks == [THERE; 2] || self.marks == [NOTHING; 2]
     }
@@ -76,7 +76,7 @@ impl<T> Guarded<T> {
 
 #[cfg(test)]
 impl<T> Guarded<T> {
-    /// As if a bit of its memory had flipped.
+    /// Flips a bit of its memory.
     pub fn upset(&mut self) {
         self.marks[1] ^= 1 << 7;
     }

@@ -12,12 +12,12 @@ use crate::compensator::Block;
 use crate::model::Nets;
 use crate::store::Step;
 
-/// It is looked for something to store once in so many seconds.
+/// Interval between two checks for content to store, s.
 pub(super) const LOOK_S: f32 = 10.0;
 /// Settled networks are stored while the vehicle stands, since then the least is lost if a frame
 /// leaves late; or at the latest after this time, s.
 const LATEST_S: f32 = 300.0;
-/// At most one record is stored in so long, s: flash wears, and drives last for hours.
+/// Least time between two records, s: flash wears, and drives last for hours.
 const PAUSE_S: f32 = 600.0;
 
 /// Content of the store for the next power-on, stored or to be stored.
@@ -38,14 +38,14 @@ pub(in crate::app) struct Keep {
     pub edition: u8,
     /// Networks for the next power-on, if they are not those in use.
     next: Option<Nets>,
-    /// They are to be stored.
+    /// Whether they are to be stored.
     waits: bool,
-    /// Their output when they were taken, rad/s and m/s2.
+    /// Output of the networks when they were taken, rad/s and m/s2.
     output: [[f32; 3]; 2],
     /// Until the next look, and until something may be stored again, s.
     look_s: f32,
     pause_s: f32,
-    /// How long the correction that the learner has found has been settled, s.
+    /// Time for which the correction that the learner has found has been settled, s.
     settled_s: f32,
 }
 
@@ -73,7 +73,7 @@ impl Keep {
         self.renewals <= 1
     }
 
-    /// How to go on with it.
+    /// Next step of storing.
     pub fn step(&self) -> Step {
         match (self.commanded, self.begun) {
             (true, _) if self.renewals > 0 => Step::Renew,
@@ -137,7 +137,7 @@ impl Keep {
 }
 
 impl Flow<'_> {
-    /// At the end of a block: whether something is to be stored.
+    /// Called at the end of a block: whether something is to be stored.
     pub(super) fn retain(&mut self, block: &Block, block_s: f32) {
         let keep = &mut self.pending;
         keep.pause_s = (keep.pause_s - block_s).max(0.0);

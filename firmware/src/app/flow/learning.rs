@@ -72,7 +72,7 @@ impl<'m> Learning<'m> {
         self.port.answer().filter(|_| self.follows())
     }
 
-    /// How long the vehicle has been stationary, as the learner measures it, s.
+    /// Time for which the vehicle has been stationary, as the learner measures it, s.
     pub fn still_s(&self) -> u32 {
         self.port.answer().map_or(0, |answer| answer.still_s)
     }

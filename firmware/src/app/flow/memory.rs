@@ -163,7 +163,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Has the learner take down what it knows, if that is due. `with_nets`: networks are stored
+    /// Makes the learner record its memory, if that is due. `with_nets`: networks are stored
     /// anyway.
     pub(super) fn take_down(&mut self, stands: bool, with_nets: bool) {
         let memo = &self.pending.memo;

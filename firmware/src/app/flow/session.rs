@@ -9,7 +9,7 @@ use crate::control::{Alignment, Mode};
 pub(in crate::app) struct Session {
     pub mode: Mode,
     pub alignment: Option<Alignment>,
-    /// In mode learn: a promoted hypothesis corrects the samples.
+    /// In mode learn: whether a promoted hypothesis corrects the samples.
     pub promoted: bool,
     /// The compensator has the learner's networks instead of the configured ones.
     pub learner_nets: bool,
@@ -22,7 +22,7 @@ pub(in crate::app) struct Session {
 }
 
 impl Session {
-    /// At power-on.
+    /// The state at power-on.
     pub fn new(mode: Mode) -> Session {
         Session {
             mode,

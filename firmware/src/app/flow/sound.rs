@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Whatever flips is mended, a second and a third time as the first.
+    /// Any upset is repaired, a second and a third time as the first.
     #[test]
     fn every_upset_is_mended_not_only_the_first() {
         type Upset = (fn(&mut Flow), bool);

@@ -2,7 +2,7 @@
 //!
 //! That oscillator has 16 MHz within 1 % at 25 degrees C, within 4 % from -10 to 85, and from -8 %
 //! to +4.5 % from -40 to 105 (DS8626, table 41). The low-speed one has 17 to 47 kHz (table 42), a
-//! factor of 2.8, which does not tell 8 MHz from 12. So the former measures.
+//! factor of 2.8, which does not distinguish 8 MHz from 12. So the former measures.
 
 /// Frequency of the internal oscillator, kHz.
 pub const INTERNAL_KHZ: u32 = 16_000;

@@ -85,7 +85,7 @@ impl Kept {
         }
     }
 
-    /// As words of RAM.
+    /// Encodes the state as words of RAM.
     #[must_use]
     pub fn words(&self) -> [u32; WORDS] {
         let mut words = [0; WORDS];
@@ -123,7 +123,7 @@ impl Kept {
         words
     }
 
-    /// From words of RAM; `None`: they are something else, or damaged.
+    /// Decodes words of RAM; `None`: they are something else, or damaged.
     #[must_use]
     pub fn from_words(words: &[u32; WORDS]) -> Option<Kept> {
         let [all @ .., _, stated] = words;

@@ -7,7 +7,7 @@ use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
 
-/// How long two erasures may take (STM32F405), ms.
+/// Longest time of two erasures (STM32F405), ms.
 const RENEWAL_MS: u32 = 4000;
 
 impl Server {

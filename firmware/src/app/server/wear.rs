@@ -98,7 +98,7 @@ impl Server {
         Ok(())
     }
 
-    /// Has the board store what is in use, unless the store holds it already.
+    /// Makes the board store the content in use, unless it is stored already.
     pub(super) fn store(&mut self, flow: &mut Flow, now_us: u64) -> Result<(), Reason> {
         Self::may_store(flow)?;
         if flow.pending.commanded {

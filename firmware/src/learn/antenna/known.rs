@@ -9,11 +9,11 @@ use crate::nav::vector::{dot, matrix32};
 pub struct Known {
     /// Lever arm from the IMU to the antenna, body axes (forward, right, down), m.
     pub lever_arm: [f32; 3],
-    /// Its standard deviation along each axis, m.
+    /// Standard deviation of the lever arm along each axis, m.
     pub lever_arm_sigma: [f32; 3],
     /// Least age of a fix when it arrives, s.
     pub fix_delay: f32,
-    /// Its standard deviation, s.
+    /// Standard deviation of the delay, s.
     pub fix_delay_sigma: f32,
 }
 

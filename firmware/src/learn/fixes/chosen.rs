@@ -123,7 +123,7 @@ impl FixLearner<'_> {
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     hypothesis: usize,
-    /// Its log-likelihood.
+    /// Log-likelihood of the hypothesis.
     evidence: f64,
     /// How wrong its memory was at the power-ons so far: [`Judged::so_far`](super::judged::Judged).
     wrong: f32,

@@ -79,7 +79,7 @@ impl Held {
         self.work = work.min(self.block / SHARE);
     }
 
-    /// There is time before and after this sample.
+    /// Whether there is time before and after this sample.
     fn is_free(&self) -> bool {
         self.busy == 0 && self.in_block.saturating_add(self.work) <= self.block
     }

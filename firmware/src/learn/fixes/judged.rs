@@ -1,6 +1,6 @@
 //! Which hypothesis' memory would have been best without fixes.
 //!
-//! What is remembered of a unit acts from power-on, before any fix. Evidence does not tell which
+//! What is remembered of a unit acts from power-on, before any fix. Evidence does not show which
 //! hypothesis is best at that: it is earned while each of them learns from the same drive, and
 //! there a law that is fitted again in every drive wins over a constant, even if it never repeats.
 //! So in each drive the learner compares what each of [`REMEMBERING`] knew at power-on with what
@@ -21,7 +21,8 @@ const STAYS: f32 = 0.8;
 /// A hypothesis whose memory was less wrong by this factor takes the place of the one with the
 /// greatest evidence: less is chance (assumed).
 pub(super) const BETTER: f32 = 0.85;
-/// It takes so many drives before the present one: memory before the second was of one drive only.
+/// Number of drives before the present one that it takes: memory before the second was of one drive
+/// only.
 pub(super) const DRIVES: u16 = 2;
 
 /// Means of the output layers of the hypotheses that remember.
@@ -120,7 +121,7 @@ impl Judged {
         }
     }
 
-    /// With this drive: smaller is better; zeros before there is any judgement.
+    /// Judgement with this drive: smaller is better; zeros before there is any.
     pub fn so_far(&self) -> [f32; 3] {
         if self.blocks < SKIPPED + LEAST {
             return self.before;

@@ -183,8 +183,8 @@ impl FixLearner<'_> {
     /// Whether the vehicle stands, by receiver and sensors together: the standard deviation of its
     /// velocity, m/s, if that is better than the receiver's.
     ///
-    /// Sensors alone do not tell a standstill from smooth motion. So the receiver's mean velocity
-    /// must be zero too, as far as it is known, and what is not known of it is admitted.
+    /// Sensors alone do not distinguish a standstill from smooth motion. So the receiver's mean
+    /// velocity must be zero too, as far as it is known, and what is not known of it is admitted.
     fn stands(&mut self, fix: &Fix) -> Option<f32> {
         let align = self.navigation.align.as_mut()?;
         let still = align.still() >= STILL_S;

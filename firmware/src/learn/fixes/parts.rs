@@ -76,7 +76,7 @@ pub(super) struct Motion {
     pub mean: Mean,
 }
 
-/// When the fixes came and hold.
+/// Times of the fixes.
 #[derive(Debug, Default)]
 pub(super) struct FixTimes {
     /// Time of validity of the last fix used.
@@ -88,7 +88,7 @@ pub(super) struct FixTimes {
     pub held: Held,
 }
 
-/// Which hypothesis is in force, and which one knows the unit best.
+/// Indices of the hypothesis in force and of the one that knows the unit best.
 #[derive(Debug)]
 pub(super) struct Choice {
     /// The hypothesis in force after the last fix.
@@ -126,9 +126,9 @@ impl Choice {
 /// Memory of the unit.
 #[derive(Debug)]
 pub(super) struct Remembered {
-    /// When the drive began.
+    /// Memory when the drive began.
     pub before: Head,
-    /// When the learner began.
+    /// Memory when the learner began.
     pub base: Head,
     /// The stored part of it.
     pub unit: Unit,

@@ -43,7 +43,7 @@ pub struct Ratios {
 /// One kind of motion: an angle or a velocity, about or along north, east, down.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
-    /// With each memory, and its largest square about or along each axis.
+    /// Sum with each memory, and its largest square about or along each axis.
     sums: [(V32, V32); 2],
 }
 

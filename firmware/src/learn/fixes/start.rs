@@ -243,7 +243,7 @@ impl FixLearner<'_> {
         libm::hypotf(sigma, libm::hypotf(gyro, accel))
     }
 
-    /// The part of the report that tells of the alignment.
+    /// The part of the report on the alignment.
     pub(super) fn aligned(&self) -> Report {
         let before = self.tally.alignments;
         if self.navigation.course.navigates() {

@@ -28,7 +28,7 @@ use crate::fix::OBSERVATIONS;
 use crate::nav::Transition;
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
-/// How long the coasts last, s.
+/// Lengths of the coasts, s.
 pub const HORIZONS_S: [f32; HORIZONS] = [5.0, 10.0, 30.0, 60.0, 120.0, 300.0];
 const HORIZONS: usize = 6;
 /// Coasts of each horizon.
@@ -74,7 +74,7 @@ impl Horizon {
         bets: Bets::NONE,
     };
 
-    /// Which coast may start now: one that does not run, some time after the other.
+    /// A coast that may start now: one that does not run, some time after the other.
     fn free(&mut self, horizon: f32) -> Option<&mut Coast> {
         let [a, b] = &mut self.coasts;
         let waits = |coast: &Coast| coast.time < APART * horizon;

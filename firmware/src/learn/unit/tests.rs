@@ -33,7 +33,7 @@ fn bytes(unit: &Unit) -> Vec<u8> {
     bytes
 }
 
-/// How wrong memory was, any numbers.
+/// Judgements of the memory, any numbers.
 const JUDGED: [f32; 3] = [0.5, 0.25, 2.0];
 
 /// A unit after a drive, with what a bank knows that has learnt nothing.

@@ -64,7 +64,7 @@ impl Crc {
         }
     }
 
-    /// With one byte more.
+    /// The CRC with one byte more.
     #[inline(always)]
     pub fn next(self, crc: u32, byte: u8) -> u32 {
         match self {

@@ -1,6 +1,6 @@
 //! The plan of the frames that are cut.
 
-/// How values are written.
+/// Encoding of values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Word {
     /// 24 bits, most significant byte first.
@@ -35,7 +35,7 @@ pub const CHECKS: usize = 9;
 /// No position in a frame.
 pub const NOWHERE: u8 = u8::MAX;
 
-/// How frames of one kind are changed.
+/// Changes of the frames of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
     /// Encoding of their values.

@@ -59,7 +59,7 @@ fn made(sensor: &Simulated, index: u32, [a, b, c, d, e, f]: [i32; 6], rest: u32)
     buffer[..len].to_vec()
 }
 
-/// As it leaves without cut-through.
+/// Output without cut-through.
 fn whole(
     format: ImuFormat,
     (compensator, state): &mut (Compensator, State),

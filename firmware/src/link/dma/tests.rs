@@ -61,7 +61,7 @@ struct Board {
     overrun: Cell<bool>,
     /// Interrupts made pending by the frame path: receiving, sending.
     pending: [Cell<bool>; 2],
-    /// In an interrupt, or interrupts are masked.
+    /// Whether an interrupt runs, or interrupts are masked.
     masked: Cell<bool>,
     awake: Cell<bool>,
     overruns: Cell<usize>,
@@ -101,7 +101,7 @@ impl Board {
         board
     }
 
-    /// A byte of the sensor; an overrun loses it and tells.
+    /// A byte of the sensor; an overrun loses it and reports that.
     fn arrive(&self) {
         let byte = self.next.get();
         self.next.set(byte.wrapping_add(1));

@@ -8,7 +8,7 @@ use std::vec::Vec;
 struct Stream {
     /// Configured frame rate, Hz.
     rate: f64,
-    /// How much slower the sensor's clock is, as a ratio.
+    /// Drift of the sensor's clock, as a ratio; > 0: it is slower.
     drift: f64,
     /// Largest random delay, periods.
     jitter: f64,

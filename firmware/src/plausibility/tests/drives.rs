@@ -95,7 +95,7 @@ pub struct Motion {
     pub acceleration: [f64; 3],
 }
 
-/// From north-east-down to forward-right-down.
+/// Rotates from north-east-down to forward-right-down.
 pub fn into_body(m: &Motion, v: [f64; 3]) -> [f64; 3] {
     let [(sr, cr), (sp, cp), (sh, ch)] = m.angles.map(f64::sin_cos);
     let (n, e, d) = (v[0] * ch + v[1] * sh, v[1] * ch - v[0] * sh, v[2]);

@@ -35,7 +35,7 @@ fn filled<const PLACES: usize>(records: usize) -> Store<Slots<PLACES>> {
     store
 }
 
-/// As many of the longest records as there are places, and not one more.
+/// As many of the longest records fit as there are positions, and not one more.
 #[test]
 fn a_slot_is_used_to_its_end() {
     let mut store = filled::<TWO>(2);

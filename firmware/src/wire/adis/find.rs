@@ -15,7 +15,7 @@ const SETTLE_US: u32 = 1000;
 /// The sensor that answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// Its model.
+    /// Model of the sensor.
     pub model: Model,
     /// Units of its values.
     pub units: Units,
@@ -36,7 +36,7 @@ impl Found {
     }
 }
 
-/// How often sensors with this form of burst send one.
+/// Rate of the bursts of sensors with this form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
     /// The form.

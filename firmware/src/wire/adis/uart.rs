@@ -184,7 +184,7 @@ pub struct Repr {
     pub form: Form,
     /// See [`INCREMENTS`] and [`OWN_FAULT`].
     pub flags: u8,
-    /// When the burst was fetched, microseconds.
+    /// Time at which the burst was fetched, microseconds.
     pub time_us: u32,
     /// The burst, and zeros behind a shorter one.
     pub burst: [u8; BURST_1649X_LEN],

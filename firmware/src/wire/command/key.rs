@@ -1,6 +1,6 @@
 //! The device's key, and what is computed with it: keyed BLAKE2s (RFC 7693) with 32 bytes of key.
 //!
-//! Each message begins with a byte that tells its purpose, so that a value of one purpose never
+//! Each message begins with a byte that states its purpose, so that a value of one purpose never
 //! serves another. What follows has a fixed length but for the last part.
 //!
 //! Measured on the Cortex-M4F, BLAKE2s takes 6.0 kB of flash and 6400 instructions for the longest
@@ -48,7 +48,7 @@ const OPEN_BY_CHOICE: u8 = 0xC3;
 const WITH_SECRET: u8 = 0x3C;
 
 impl Key {
-    /// As stored: what it is, then the secret or zeros.
+    /// The stored form: the kind, then the secret or zeros.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; KEY_LEN] {
         let mut bytes = [0; KEY_LEN];
@@ -94,7 +94,7 @@ impl Challenge {
 pub enum Direction {
     /// A request to the device.
     Request,
-    /// Its answer.
+    /// Answer of the device.
     Answer,
 }
 
@@ -145,7 +145,7 @@ impl Secret {
         take(&self.code(purpose, parts), 0)
     }
 
-    /// Whether this is the code of the message, in a time that does not tell how much of it is
+    /// Whether this is the code of the message, in a time that does not reveal how much of it is
     /// right.
     #[must_use]
     pub fn verifies(
@@ -172,7 +172,7 @@ impl Secret {
     }
 }
 
-/// A digest, to tell contents apart. A CRC does not serve where the contents end with their own:
+/// A digest, to distinguish contents. A CRC does not serve where the contents end with their own:
 /// what follows such a part has the same CRC whatever is in it.
 pub struct Digest(Secret);
 

@@ -49,7 +49,7 @@ pub enum ClockSource {
 /// The crystal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crystal {
-    /// What the firmware was built for, MHz.
+    /// Crystal that the firmware was built for, MHz.
     pub built_mhz: u8,
     /// Crystal frequency in use, MHz; 0: the crystal is not in use.
     pub used_mhz: u8,
@@ -77,7 +77,7 @@ pub enum CrashKind {
 /// Phase of the frame path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LoopPhase {
-    /// It had not begun.
+    /// The frame path had not begun.
     Starting,
     /// A burst of an ADIS.
     Burst,

@@ -46,7 +46,7 @@ impl Field {
         Field::Checksum,
     ];
 
-    /// Its bit in BURST_CTRL1; for numbers that may have 32 bits, also in BURST_CTRL2.
+    /// Bit of the field in BURST_CTRL1; for numbers that may have 32 bits, also in BURST_CTRL2.
     const fn bit(self) -> u16 {
         match self {
             Field::Flags => 1 << 15,
@@ -122,10 +122,10 @@ impl Layout {
         Err(_) => panic!("it has a checksum and all values"),
     };
 
-    /// From the registers of the sensor.
+    /// The layout by the registers of the sensor.
     ///
     /// # Errors
-    /// What the bursts lack.
+    /// The reason why the bursts cannot be used.
     pub const fn new(burst_ctrl1: u16, burst_ctrl2: u16) -> Result<Layout, Refused> {
         if burst_ctrl1 & Field::Checksum.bit() == 0 {
             return Err(Refused::Checksum);

@@ -50,7 +50,7 @@ impl Model {
         Model::G370Pdt0,
     ];
 
-    /// Its name in Epson's drivers.
+    /// Name of the model in Epson's drivers.
     pub const fn name(self) -> &'static str {
         match self {
             Model::G320 => "G320PDG0",

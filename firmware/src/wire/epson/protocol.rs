@@ -51,7 +51,7 @@ impl ImuProtocol for Protocol {
         scan(Layout::USUAL, bytes)
     }
 
-    /// The rate is the configured one: the bursts do not tell it.
+    /// The rate is the configured one: the bursts do not contain it.
     fn stream(settings: &Settings, _content: u8, rate: f64) -> Option<Stream> {
         Some(Stream {
             units: units(settings)?,

@@ -227,7 +227,7 @@ fn the_counter_shows_gaps_when_its_step_is_configured() {
     assert_eq!(gaps(&configured), expected);
 }
 
-/// With start and end marks in its data.
+/// An example with start and end marks in its data.
 pub(in crate::wire) fn example(n: u8, layout: Layout) -> Vec<u8> {
     let mut numbers = [[0x0D80_0D80, n.into(), -1, 0x0D0D]; 10];
     numbers[0] = [0xFE00, 0, 0, 0];

@@ -117,7 +117,7 @@ fn exchanged_words_pass_the_sum() {
     assert_eq!(scan(&bytes), Scan::BadChecksum);
 }
 
-/// With headers in its data.
+/// An example with headers in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         message: Message::Inertial,

@@ -18,7 +18,7 @@ const TURN: f64 = power_of_two(64) * 1e-6;
 /// Settings that the messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Which of the IMUs on the line.
+    /// The IMU on the line that is corrected.
     pub imu: Imu,
 }
 
@@ -39,7 +39,7 @@ impl ImuProtocol for Protocol {
         u8::from(is_signed(frame))
     }
 
-    /// The rate is the configured one: the messages do not tell it. A signed frame cannot be
+    /// The rate is the configured one: the messages do not contain it. A signed frame cannot be
     /// corrected.
     fn stream(_: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let unit = Unit {

@@ -49,7 +49,7 @@ impl Number {
         })
     }
 
-    /// Its value.
+    /// Value of the number.
     #[inline(never)]
     pub fn value(self) -> f64 {
         let value = self.digits as f64 / self.scale.get() as f64;
@@ -121,7 +121,7 @@ pub fn angle(text: &[u8], side: &[u8], [plus, minus]: [u8; 2], most: u64) -> Opt
     }
 }
 
-/// Without a sign.
+/// A number without a sign.
 fn positive(text: &[u8]) -> Option<Number> {
     Number::of(text).filter(|_| text.first().is_some_and(u8::is_ascii_digit))
 }

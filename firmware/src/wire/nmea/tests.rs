@@ -256,7 +256,7 @@ fn other_sentences_pass_and_damage_does_not() {
     );
 }
 
-/// Whatever is in the fields of a sentence: values in their ranges, or none.
+/// Any fields of a sentence give values in their ranges, or none.
 #[test]
 fn any_fields() {
     use proptest::prelude::*;

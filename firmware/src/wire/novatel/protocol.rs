@@ -43,7 +43,7 @@ impl ImuProtocol for Protocol {
     }
 
     /// The IMU type, and in bit 7 whether the header is long: the same sample may come in several
-    /// logs. The type is 126 when the log does not tell.
+    /// logs. The type is 126 when the log does not state it.
     #[inline(always)]
     fn content(frame: &[u8]) -> u8 {
         Frame::over(frame).map_or(NOT_STATED, |frame| {

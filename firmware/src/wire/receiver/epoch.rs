@@ -18,7 +18,7 @@ const LATE_US: u64 = 2_000_000;
 const DAY_MS: u32 = 86_400_000;
 const WEEK_MS: u32 = 7 * DAY_MS;
 
-/// When a byte came.
+/// Arrival of a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Arrival {
     /// Board's clock, microseconds.
@@ -67,7 +67,7 @@ pub struct Values {
     pub assumed: Sigmas,
     /// Two-antenna heading.
     pub heading: Option<Heading>,
-    /// Its standard deviation by another message, rad.
+    /// Standard deviation of the heading by another message, rad.
     pub heading_sigma: Option<f32>,
     /// Day of the week, 0 for Sunday, by a message with a date.
     pub day: Option<u8>,
@@ -137,7 +137,7 @@ impl Values {
 pub struct Solution {
     /// The fix; `None` when the receiver does not vouch for any value.
     pub fix: Option<Fix>,
-    /// When the first byte of its first message came.
+    /// Arrival of the first byte of its first message.
     pub arrival: Arrival,
 }
 
@@ -151,11 +151,11 @@ pub struct Joiner {
     /// Kinds of messages that it has, a bit each, and that the one before it had.
     kinds: u8,
     usual: u8,
-    /// It has been handed over.
+    /// Whether it has been handed over.
     handed_over: bool,
     /// The line was silent since, so a message without a time is not of it.
     over: bool,
-    /// Day of the week, of receivers that tell the time of the day: by their last date, and by the
+    /// Day of the week, of receivers that give the time of the day: by their last date, and by the
     /// midnights since.
     day: u8,
     /// An epoch that was handed over and not taken yet.

@@ -24,7 +24,7 @@ pub struct Receiver {
     detector: Detector<ReceiverFormat, { ReceiverFormat::ALL.len() }>,
     framer: Framer<ReceiverFormat>,
     joiner: Joiner,
-    /// When the byte at the framer's head came, and the last ones.
+    /// Arrival of the byte at the framer's head, and of the last ones.
     head: Arrival,
     last: Arrival,
     /// Bytes in the framer that came before the last ones.
@@ -94,7 +94,7 @@ impl Receiver {
         self.framer.push(bytes);
     }
 
-    /// Looks for the format.
+    /// Detects the format.
     fn detect(&mut self) {
         self.detector.begin_anew(|format| format);
         self.detects = true;

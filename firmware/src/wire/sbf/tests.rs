@@ -24,7 +24,7 @@ pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
     testing::remade(ReceiverFormat::Sbf, frame, seal)
 }
 
-/// As the format is documented; `pysbf2` reads the same numbers (`tests/qemu`).
+/// A block as the format is documented; `pysbf2` reads the same numbers (`tests/qemu`).
 const PVT: [u8; 96] = hex(
     "24402202a74f600015cd5b0792090400666666666666ea3fdf4f8d976e12c33f9a999999991d8140666640420000a03f000020c00000003e004094439a9999999999b93f0ad7233c00001400010064000300000000010000c800040006000000",
 );

@@ -40,7 +40,7 @@ impl ImuProtocol for Protocol {
         })
     }
 
-    /// The rate is the configured one: the messages do not tell it.
+    /// The rate is the configured one: the messages do not contain it.
     fn stream(_: &(), content: u8, rate: f64) -> Option<Stream> {
         let (gyro, accel) = if content == Message::Data.id() {
             (1.0, 1.0)

@@ -1,4 +1,4 @@
-//! STIM300 special datagrams, above all the configuration datagram, which tells the units of the
+//! STIM300 special datagrams, above all the configuration datagram, which states the units of the
 //! measurements.
 //!
 //! Source: datasheet TS1524 rev 31, tables 5-13, 5-15 to 5-18 and 5-22. Part number, serial number,
@@ -188,7 +188,7 @@ impl Config {
         self.bytes[at::DATAGRAM] & 1 != 0
     }
 
-    /// Bit/s; `None` for a user-defined rate, which the datagram does not tell.
+    /// Bit/s; `None` for a user-defined rate, which the datagram does not contain.
     ///
     /// # Errors
     /// [`Error::Field`] for a code the datasheet does not have.

@@ -59,7 +59,7 @@ impl ImuProtocol for Protocol {
         frame.first().copied().unwrap_or_default() & 1
     }
 
-    /// The counter counts internal samples at 2000 Hz. With an external trigger it tells nothing.
+    /// The counter counts internal samples at 2000 Hz. With an external trigger it shows no gaps.
     fn stream(settings: &Settings, _content: u8, rate: f64) -> Option<Stream> {
         let config = &settings.config;
         Some(Stream {
@@ -124,7 +124,7 @@ fn quarter() -> Config {
     Config::DEFAULT.with_sample_rate_code(1)
 }
 
-/// As many of 1000 Hz, with these unit codes.
+/// A simulated sensor at 1000 Hz, with these unit codes.
 const fn simulated(
     name: &'static str,
     unit: [f64; 2],

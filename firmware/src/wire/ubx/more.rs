@@ -46,7 +46,7 @@ pub fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Writes what such a message tells.
+/// Writes the values of such a message.
 #[inline(never)]
 pub fn read(frame: &[u8], values: &mut Values) {
     let payload = frame.get(PVT_HEADER.len()..).unwrap_or_default();

@@ -82,14 +82,14 @@ pub enum Quantity {
 /// Values that are the sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Values {
-    /// With the sensor's own errors: increments, else uncompensated rates.
+    /// Values with the sensor's own errors: increments, else uncompensated rates.
     Sensors,
     /// Compensated rates, with what the sensor's filter leaves of the errors.
     Filtered,
 }
 
 impl Values {
-    /// Those for navigation.
+    /// The values for navigation.
     pub const USUAL: Values = Values::Sensors;
 
     fn has(self, quantity: Quantity) -> bool {
@@ -134,7 +134,7 @@ pub static TRIADS: [Triad; 12] = [
 
 /// The places in [`TRIADS`] of the gyros' triads, best first.
 static GYROS: [u8; 6] = [4, 8, 3, 7, 0, 11];
-/// Those of the accelerometers.
+/// Fields of the accelerometers.
 static ACCELS: [u8; 6] = [5, 9, 2, 6, 1, 10];
 
 /// Positions of the fields of a message.
@@ -336,7 +336,7 @@ fn walk_second(bytes: &[u8], row: usize, word: u16, at: usize) -> Result<usize, 
     Ok(at + usize::from(word & 2) + 2 * usize::from(word & 4))
 }
 
-/// Bytes of a field that tells at `at` how many blocks follow what is `fixed`.
+/// Length of a field whose byte at `at` gives the number of blocks behind the `fixed` part, bytes.
 #[cold]
 fn satellites(bytes: &[u8], at: usize, fixed: usize, each: usize) -> Result<usize, Scan> {
     let number = bytes.get(at).ok_or(Scan::Partial(at + 1))?;

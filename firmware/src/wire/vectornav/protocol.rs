@@ -53,7 +53,7 @@ impl ImuProtocol for Protocol {
         })
     }
 
-    /// The rate is the configured one: the messages do not tell it.
+    /// The rate is the configured one: the messages do not contain it.
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let unit = |quantity: u8, increment: f64| {
             let increments =

@@ -73,8 +73,7 @@ impl Layout {
         (at == to).then_some(layout)
     }
 
-    /// Which of the three values of a triad is the best for navigation that the message has:
-    /// increments, else rates.
+    /// Index of the best of the three values of a triad for navigation: increments, else rates.
     pub fn best(places: &[u8; 3]) -> Option<usize> {
         places.iter().position(|at| *at != 0)
     }

@@ -46,7 +46,7 @@ impl ImuProtocol for Protocol {
         })
     }
 
-    /// The rate is the configured one: the messages do not tell it.
+    /// The rate is the configured one: the messages do not contain it.
     fn stream(_: &(), content: u8, rate: f64) -> Option<Stream> {
         let count = if content & FIXED == 0 {
             1.0

@@ -27,7 +27,8 @@ impl<T: Real, const M: usize> Zeroed for [[T; NEURONS]; M] {
     const ZEROED: Self = [[T::ZERO; NEURONS]; M];
 }
 
-/// Which parameters are learnt. It is a type, so that a filter occupies only the memory it needs.
+/// The parameters that are learnt. It is a type, so that a filter occupies only the memory it
+/// needs.
 pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     /// Whether each axis has a bias beside the network.
     const BIASES: bool;

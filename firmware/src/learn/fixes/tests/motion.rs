@@ -294,7 +294,7 @@ fn values_may_be_missing() {
     assert!(error.abs() < 4.0 * sigma);
 }
 
-/// With a heading that is given, or that two antennas measure, it starts at rest.
+/// With a given heading, or one that two antennas measure, it starts at rest.
 #[test]
 fn a_given_heading_is_believed_as_far_as_it_says() {
     let mut memory = memory();

@@ -159,7 +159,7 @@ fn a_coast_that_does_not_run_passes_nothing() {
     assert_eq!(times(&rehearsal), [(false, 0.0), (true, 1.0)]);
 }
 
-/// Where the navigator is lost, no coast goes on and no fix of before counts.
+/// When the navigator is lost, no coast goes on and no earlier fix counts.
 #[test]
 fn an_interruption_ends_coasts_without_a_result() {
     let mut rehearsal = under_way(4.0);

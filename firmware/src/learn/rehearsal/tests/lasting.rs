@@ -101,7 +101,7 @@ impl Lasting {
     }
 }
 
-/// When each hypothesis first proves itself within a drive, s.
+/// Time at which each hypothesis first proves itself within a drive, s.
 fn proofs(mut errors: impl FnMut(usize) -> [[f32; 2]; HYPOTHESES]) -> [Option<usize>; HYPOTHESES] {
     let mut rehearsal = Box::new(Rehearsal::ZEROED);
     rehearsal.begin();

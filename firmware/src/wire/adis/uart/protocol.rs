@@ -45,8 +45,8 @@ impl ImuProtocol for Protocol {
         length | if increments { CONTENT_INCREMENTS } else { 0 }
     }
 
-    /// The rate is the configured one: the bursts do not tell it. There are no units when the model
-    /// sends no such burst.
+    /// The rate is the configured one: the bursts do not contain it. There are no units when the
+    /// model sends no such burst.
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let model = settings.model;
         let length = usize::from(content & !CONTENT_INCREMENTS);

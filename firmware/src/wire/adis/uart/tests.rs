@@ -35,7 +35,7 @@ fn golden_frames_read_and_are_made_again() {
     assert_eq!(read(&WIDE).unwrap().counter, Some(7));
 }
 
-/// A burst that was damaged between the sensor and the sender: its own checksum tells.
+/// A burst that was damaged between the sensor and the sender: its own checksum shows it.
 #[test]
 fn a_damaged_burst_in_a_good_frame_passes() {
     let mut frame = NARROW;
