@@ -1,4 +1,4 @@
-//! What may be asked of the device, without the frames of the command link that carry it.
+//! Requests to the device, without the frames of the command link that carry them.
 //!
 //! The command link (`wire::command`) encodes these types; the learner and the application act on
 //! them. The order of the variants is part of the wire format: new ones go to the end.
@@ -7,7 +7,7 @@ pub mod recording;
 
 use serde::{Deserialize, Serialize};
 
-/// What the compensator does with the samples.
+/// Use of the samples by the compensator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// Samples pass through unchanged.
@@ -20,26 +20,26 @@ pub enum Mode {
     Learn,
 }
 
-/// What the navigation computer tells about its alignment.
+/// Report of the navigation computer about its alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Alignment {
-    /// It begins. Until now a correction may be switched on at once.
+    /// Started. Until now a correction may be switched on at once.
     Started,
-    /// It is done. From now on a correction may only be faded in or out.
+    /// Finished. From now on a correction may only be faded in or out.
     Finished,
 }
 
-/// How the learner's navigator was aligned: what gave its heading.
+/// Source of the heading with which the learner's navigator was aligned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Way {
-    /// Not yet, or not any more.
+    /// Not aligned.
     #[default]
     None,
     /// The Earth's rotation, at standstill.
     Gyrocompass,
     /// The course of a land vehicle, whose sign velocities have settled.
     Course,
-    /// Velocities alone: accelerations of the vehicle, seen by sensors and receiver.
+    /// Velocities alone: accelerations of the vehicle, measured by sensors and receiver.
     Velocity,
     /// A heading that was given, by two antennas or by a person.
     Heading,
@@ -80,7 +80,7 @@ pub enum Reason {
     Window,
     /// An alignment is in progress or done.
     Alignment,
-    /// This board does not have the function.
+    /// The board does not have the function.
     Unsupported,
     /// Not on this board, or not yet available.
     NotAvailable,

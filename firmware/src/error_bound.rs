@@ -39,8 +39,8 @@
 //! aligned(t) = (tilt R (1 - cos omega t) + turned(t)) (1 + (Omega + v/R) t)
 //! ```
 //!
-//! **The rate of the words.** A correction is computed for the time between two samples as told. If
-//! they come k times as often, all of the above is k times as large. k is measured against the
+//! **The rate of the words.** A correction is computed for the configured time between two samples.
+//! If they come k times as often, all of the above is k times as large. k is measured against the
 //! clock (`plausibility::rate`): no less than what that check lets pass unnoticed.
 
 use crate::compensator::Limit;
@@ -72,7 +72,7 @@ pub struct ErrorBound {
     pub speed: f32,
     /// Latitude of the alignment, rad.
     pub latitude: f64,
-    /// Samples that come in the time in which one was told to come, >= 1.
+    /// Ratio of measured to configured sample rate, >= 1.
     pub words: f32,
 }
 
@@ -92,7 +92,8 @@ impl ErrorBound {
         SQRT_3 * (gyro + accel * rectified(turn) / (omega * omega))
     }
 
-    /// The same when the alignment, at standstill, was made with a correction within the limits.
+    /// Bound of the position error, m, when the alignment, at standstill, was made with a
+    /// correction within the limits.
     #[must_use]
     pub fn metres(&self, t: f64) -> f64 {
         let omega = libm::sqrt(GRAVITY / RADIUS);

@@ -35,8 +35,8 @@ impl Position {
 /// A GPS week, ms.
 pub const WEEK_MS: u32 = 604_800_000;
 
-/// From one time of the week to a later one, ms: less than a week, whether one ends in between or
-/// not.
+/// Time from one time of the week to a later one, ms: less than a week, whether one ends in between
+/// or not.
 #[must_use]
 pub fn ms_since(then_ms: u32, now_ms: u32) -> u32 {
     let [then, now] = [then_ms, now_ms].map(|ms| ms % WEEK_MS);
@@ -61,22 +61,22 @@ pub struct Fix {
     pub heading: Option<Heading>,
     /// Time of validity, ms of the GPS week.
     pub time_ms: u32,
-    /// When the first byte of its first message came, by the board's clock, microseconds.
+    /// Arrival of the first byte of its first message, by the board's clock, microseconds.
     pub arrived_us: u64,
     /// Samples of the sensor that came after that byte and before the fix was complete. Its age is
     /// counted from the arrival, and this is added.
     pub waited: u32,
     /// Its age at the last sample before it was complete, s, by the receiver's time pulse: exact,
-    /// whatever was told of the delay. `None` without a pulse.
+    /// whatever delay is configured. `None` without a pulse.
     pub age: Option<f32>,
 }
 
-/// Where the vehicle's forward axis points.
+/// Direction of the vehicle's forward axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
     /// Clockwise from true north, rad.
     pub angle: f32,
-    /// Its standard deviation, rad, > 0.
+    /// Standard deviation of the heading, rad, > 0.
     pub sigma: f32,
 }
 

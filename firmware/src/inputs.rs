@@ -1,6 +1,6 @@
-//! What the networks are driven by: three sources for each triad, out of what a block tells.
+//! The inputs of the networks: three sources for each triad, from the sums of a block.
 //!
-//! The paper's networks see their own triad's rates or forces ([`OWN`]). Errors that follow
+//! The paper's networks get their own triad's rates or forces ([`OWN`]). Errors that follow
 //! temperature, vibration or the other triad need other inputs. A unit's configuration chooses
 //! them.
 
@@ -26,7 +26,7 @@ pub enum Source {
     ForceZ,
     /// Temperature of the sensor, degrees C.
     Temperature,
-    /// Its rate of change, K/s.
+    /// Rate of change of the temperature, K/s.
     TemperatureRate,
     /// Vibration, (m/s2)^2: see [`Sources::vibration`].
     Vibration,
@@ -35,7 +35,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// All of them, in the order of their numbers.
+    /// All sources, in the order of their numbers.
     pub const ALL: [Source; 10] = [
         Source::RateX,
         Source::RateY,
@@ -76,14 +76,14 @@ pub fn settles(inputs: &Inputs) -> bool {
 /// Temperature that stands for an unknown one, degrees C: that of most calibrations.
 pub const REFERENCE_DEGC: f32 = 25.0;
 
-/// What a block of samples tells.
+/// Sources from a block of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sources {
     /// Mean rate, rad/s.
     pub rate: [f32; 3],
     /// Mean specific force, m/s2.
     pub force: [f32; 3],
-    /// Mean of the sensor's temperature, degrees C; [`REFERENCE_DEGC`] while it has told none.
+    /// Mean of the sensor's temperature, degrees C; [`REFERENCE_DEGC`] before the first reading.
     pub temperature: f32,
     /// Rate of change of the temperature, K/s; 0 while it is not known: see [`Thermometer`].
     pub temperature_rate: f32,
@@ -93,7 +93,7 @@ pub struct Sources {
 }
 
 impl Sources {
-    /// Of a block whose means these are, of which no more is known.
+    /// Sources of a block with these means, of which no more is known.
     #[must_use]
     pub const fn of(rate: [f32; 3], force: [f32; 3]) -> Sources {
         Sources {
@@ -135,12 +135,12 @@ impl Sources {
 const LOW_PASS_S: f32 = 60.0;
 /// Time after the first reading in which the rate of change counts as unknown, s.
 const UNKNOWN_S: f32 = 10.0;
-/// After so long without a reading the low-pass starts anew, s.
+/// After so long without a reading the low-pass restarts, s.
 const GAP_S: f32 = 60.0;
 /// Readings outside of these are no temperatures of a sensor that works, degrees C.
 const PLAUSIBLE_DEGC: core::ops::RangeInclusive<f32> = -100.0..=200.0;
 
-/// Mean and rate of change of what the sensor's thermometer tells.
+/// Mean and rate of change of the readings of the sensor's thermometer.
 ///
 /// The rate is that by which the temperature T leads its first-order low-pass L with time constant
 /// c = 60 s, started at the first reading: `(T - L) / c / (1 - exp(-t / c))` at time t after that
@@ -148,8 +148,8 @@ const PLAUSIBLE_DEGC: core::ops::RangeInclusive<f32> = -100.0..=200.0;
 /// a straight line, so it does not depend on how often the thermometer is read.
 #[derive(Debug, Clone, Default)]
 pub struct Thermometer {
-    /// Of the block in progress: its first reading, the sum of what the others differ from it, and
-    /// their number. So the mean of equal readings is that reading.
+    /// Readings of the block in progress: the first one, the sum of the differences of the others
+    /// to it, and their number. So the mean of equal readings is that reading.
     first: f32,
     sum: f32,
     readings: u16,

@@ -22,8 +22,8 @@
 //! | [`wire`] | frames of sensors, receivers and the command link |
 //! | [`nav`], [`align`] | strapdown navigation and self-alignment |
 //! | [`compensator`], [`error_bound`] | correction of samples, and its effect at worst |
-//! | [`configuration`] | what a device is told about its unit |
-//! | [`plausibility`] | what was told against what is seen |
+//! | [`configuration`] | the configuration of a device |
+//! | [`plausibility`] | the configuration against the measurements |
 //! | [`learn`] | learning from references and from fixes |
 //! | [`store`] | weights and configuration in flash |
 //! | [`app`] | the application, which composes all of them |

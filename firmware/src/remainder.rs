@@ -1,7 +1,7 @@
 //! Corrections smaller than the resolution of a sample: what one sample cannot hold is carried over
 //! to the next, so that the sum of all corrections is exact however many samples there are.
 
-/// What one value of a sample is corrected by, and what earlier samples have left.
+/// Correction of one value of a sample, and the remainder of earlier samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Owed {
     /// Steps of 2^-32 counts to be subtracted, or the bits of a float to be added.
@@ -28,7 +28,7 @@ pub fn saturate_i24(value: i32) -> (i32, bool) {
     (saturated, saturated != value)
 }
 
-/// What is carried when nothing is: half a count, in steps of 2^-32 counts. So the whole counts
+/// Remainder when nothing is carried: half a count, in steps of 2^-32 counts. So the whole counts
 /// that are due are the upper half of a sum, and need no rounding.
 pub const HALF: u32 = 1 << 31;
 
@@ -62,7 +62,7 @@ pub fn carried(due: i64, remainder: &mut i32) -> i32 {
     (sum.wrapping_add(1 << 31) >> 32) as i32
 }
 
-/// The same values with those saturated that have wrapped around.
+/// The values with those saturated that have wrapped around.
 #[cold]
 fn saturated(sample: [i32; 3], wrapped: [i32; 3]) -> ([i32; 3], u8) {
     let mut out = wrapped;
@@ -83,7 +83,7 @@ pub fn add_float(sample: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]
     }
 }
 
-/// The same by [`add_early`]. By itself, so that it costs other frames nothing.
+/// [`add_float`] by [`add_early`]. A function of its own, so that it costs other frames nothing.
 #[inline(never)]
 pub fn add_float_early(sample: &mut [f32; 3], due: &[f32; 3], remainder: &mut [f32; 3]) {
     for ((value, due), left) in sample.iter_mut().zip(due).zip(remainder) {
@@ -131,12 +131,12 @@ pub fn first_byte(bits: u32, correction: f32, mut remainder: f32) -> u8 {
 }
 
 /// [`add_carried`] where the corrected value begins with this byte. If it does not, the nearest
-/// number that does leaves in its place, and the difference is carried over with the rest.
+/// number that does leaves instead, and the difference is carried over with the rest.
 ///
 /// With the byte of [`first_byte`] the difference is at most 128 units in the last place of `value`
 /// (2^-16 of it) and one of what leaves: no number that begins so is nearer to the sum than the
-/// nearest, and that of the middle is no farther. The next value makes it good. Of what is carried
-/// then, 24 bits are kept.
+/// nearest, and that of the middle is no farther. The next value makes it good. The remainder then
+/// has 24 bits.
 #[inline(always)]
 pub fn add_behind(value: f32, correction: f32, remainder: &mut f32, begins: u8) -> f32 {
     let sent = add_carried(value, correction, remainder);
@@ -181,7 +181,7 @@ fn two_sum(a: f32, b: f32) -> (f32, f32) {
 mod tests {
     use super::*;
 
-    /// What is carried arrives with the next value, also when that is not corrected itself. A
+    /// A carried remainder arrives with the next value, also when that is not corrected itself. A
     /// correction that takes it back leaves nothing.
     #[test]
     fn what_is_carried_arrives_once() {
@@ -218,8 +218,8 @@ mod tests {
         assert!(value + correction == value);
     }
 
-    /// What the remainder cannot hold either is not lost: values and remainder together are the
-    /// exact sum to 48 bits.
+    /// A change too small for the remainder is not lost either: values and remainder together are
+    /// the exact sum to 48 bits.
     #[test]
     fn nothing_is_lost_below_the_remainder() {
         let correction = f32::from_bits(0x3280_0001); // 2^-26 and one bit in its last place

@@ -1,6 +1,6 @@
 //! One inertial sample: three angle increments and three velocity increments.
 //!
-//! A sample comes as integer counts or as single-precision numbers ([`RawSample`]). [`Units`] tells
+//! A sample comes as integer counts or as single-precision numbers ([`RawSample`]). [`Units`] gives
 //! what its six values measure, and [`StreamScale`] how a stream of samples is scaled and timed.
 //!
 //! Corrections are made in counts and never in an f32 increment. At 100 deg/s and 100 Hz one unit
@@ -55,7 +55,7 @@ impl Axes {
     /// All six axes.
     pub const ALL: Axes = Axes(0x3F);
 
-    /// From three bits a triad, x lowest.
+    /// Axes by three bits a triad, x lowest.
     pub fn new(gyro: u8, accel: u8) -> Axes {
         Axes((gyro & 7) | (accel & 7) << 3)
     }
@@ -71,7 +71,7 @@ impl Axes {
     }
 }
 
-/// What a value measures.
+/// Quantity of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Quantity {
     /// Angle or velocity gained since the last sample.
@@ -87,7 +87,7 @@ pub enum Quantity {
 /// Quantity and unit of one triad's values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Unit {
-    /// What is measured.
+    /// Quantity that is measured.
     pub quantity: Quantity,
     /// One count (or 1.0 of a float) in rad or rad/s, m/s or m/s^2.
     pub lsb: f64,

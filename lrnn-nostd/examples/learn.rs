@@ -1,6 +1,6 @@
 //! Learns the error of a gyro triad on a desktop, from a reference that is late: the sum of the
-//! true error over each second. Then it estimates the error of data that it has not seen. Run it
-//! with `cargo run --release --example learn`.
+//! true error over each second. Then it estimates the error of new data. Run it with `cargo run
+//! --release --example learn`.
 
 use lrnn_nostd::learn::{GaussNewton, Learner};
 use lrnn_nostd::{Net, Normalisation, State, Weights};
@@ -21,8 +21,8 @@ fn rate(sample: usize) -> [f32; 3] {
     ]
 }
 
-/// What the gyros add to them, rad/s: a bias, a scale factor, an asymmetry, and some of a
-/// neighbour's rate.
+/// Error that the gyros add, rad/s: a bias, a scale factor, an asymmetry, and some of a neighbour's
+/// rate.
 fn error([_, y, z]: [f32; 3]) -> [f32; 3] {
     let unit = DEG_PER_HOUR;
     [

@@ -216,7 +216,7 @@ pub fn crc32(bytes: &[u8]) -> u32 {
     !crc
 }
 
-/// What four bits do to the CRC.
+/// Effect of four bits on the CRC.
 const NIBBLES: [u32; 16] = {
     let mut table = [0; 16];
     let mut value = 0;

@@ -50,7 +50,7 @@ pub struct Step<T = f32> {
     pub fault: Option<Fault>,
 }
 
-/// What can go wrong in a step. State, sensitivities and results stay finite in any case.
+/// Faults of a step. State, sensitivities and results stay finite in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// An input is infinite or NaN. The step is not made; the last output is repeated.

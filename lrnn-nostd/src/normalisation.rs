@@ -60,8 +60,8 @@ impl<T: Real> Normalisation<T> {
         [a * sa, b * sb, c * sc]
     }
 
-    /// The same scales in another number type: exact from `f32` to `f64`, rounded to nearest the
-    /// other way.
+    /// These scales in another number type: exact from `f32` to `f64`, rounded to nearest the other
+    /// way.
     pub fn cast<U: Real>(&self) -> Normalisation<U> {
         let cast = |values: [T; NEURONS]| values.map(|value| U::from_f64(value.to_f64()));
         Normalisation {

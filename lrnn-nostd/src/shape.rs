@@ -48,7 +48,7 @@ impl Kind {
     }
 }
 
-/// Which entries of R exist: [`Full`] or [`Diagonal`].
+/// The entries of R that exist: [`Full`] or [`Diagonal`].
 pub trait Feedback: Copy + Debug + Default + PartialEq + 'static {
     /// Whether every unit feeds back to every unit of its layer; otherwise each feeds back to
     /// itself only.

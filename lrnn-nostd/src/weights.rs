@@ -63,7 +63,7 @@ impl<T: Real> Layer<T> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Weights<T = f32> {
-    /// From the layer next to the input to the output layer.
+    /// Layers from the input to the output.
     pub layers: [Layer<T>; LAYERS],
 }
 
@@ -168,7 +168,7 @@ impl<T: Real> Weights<T> {
             == T::ZERO
     }
 
-    /// The same weights in another number type: exact from `f32` to `f64`, rounded to nearest the
+    /// These weights in another number type: exact from `f32` to `f64`, rounded to nearest the
     /// other way.
     pub fn cast<U: Real>(&self) -> Weights<U> {
         let mut values = self.iter();

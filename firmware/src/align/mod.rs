@@ -14,8 +14,8 @@
 //!               + side (cos W t0 - cos W t1) / W
 //! ```
 //!
-//! So three sums of vectors are kept, one for each function of time, and a position is needed only
-//! at the end: `B = sum u v'`, and Wahba's problem gives the rotation between both sets.
+//! So the vectors are summed three times, once for each function of time, and a position is needed
+//! only at the end: `B = sum u v'`, and Wahba's problem gives the rotation between both sets.
 //! `host_sim::inertial::align` does the same over stored samples.
 
 pub mod motion;
@@ -102,7 +102,7 @@ pub struct Align {
     solved: Option<Solved>,
 }
 
-/// Place, time gathered, and the rotation from the standstill's beginning.
+/// Position, time gathered, and the rotation from the standstill's beginning.
 #[derive(Debug, Clone)]
 struct Solved {
     here: Local,
@@ -111,7 +111,7 @@ struct Solved {
 }
 
 impl Align {
-    /// For samples of this count value, one every `sample_s` seconds (> 0).
+    /// A new alignment for samples of this count value, one every `sample_s` seconds (> 0).
     #[must_use]
     pub fn new(sensors: Sensors, lsb: Lsb, sample_s: f64) -> Self {
         let piece_samples = (libm::round(PIECE_S / sample_s) as u16).max(1);
@@ -150,7 +150,7 @@ impl Align {
         libm::hypotf(libm::hypotf(gyro * turn, lean), slope)
     }
 
-    /// Begins anew. `commanded`: the vehicle stands whatever the detector finds.
+    /// Restarts. `commanded`: the vehicle stands whatever the detector finds.
     pub fn restart(&mut self, commanded: bool) {
         if !self.gather.is_empty() {
             self.gather.end();
@@ -165,7 +165,7 @@ impl Align {
         self.begin_second();
     }
 
-    /// Samples are missing: begins anew.
+    /// Samples are missing: restarts.
     pub fn gap(&mut self) {
         self.standstill.moves();
         self.restart(self.commanded);
@@ -235,7 +235,7 @@ impl Align {
         self.closed && self.gathered >= LEAST_S
     }
 
-    /// The attitude now, at a place of this latitude (rad) and height (m). `None` before
+    /// The attitude now, at a position of this latitude (rad) and height (m). `None` before
     /// [`LEAST_S`] seconds of standstill, or when the samples determine no rotation (all zero, for
     /// example).
     pub fn finish(&mut self, latitude: f64, height: f64) -> Option<Aligned> {
@@ -257,7 +257,7 @@ impl Align {
         });
     }
 
-    /// There is a solution, which [`Self::aligned`] has not taken.
+    /// Whether there is a solution that [`Self::aligned`] has not taken.
     #[must_use]
     pub fn is_solved(&self) -> bool {
         self.solved.is_some()
@@ -313,8 +313,8 @@ impl Align {
         self.begin_second();
     }
 
-    /// The vehicle moves. A standstill that was long enough is kept: the gyros carry the attitude
-    /// on.
+    /// The vehicle moves. A standstill that was long enough stays in use: the gyros carry the
+    /// attitude on.
     fn moved(&mut self) {
         if self.gathered < LEAST_S {
             self.restart(false);

@@ -8,7 +8,7 @@
 
 use crate::nav::vector::{V32, add, dot, scale};
 
-/// What the detector must know: the sensors' datasheet.
+/// Datasheet of the sensors, for the detector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensors {
     /// White noise of the gyros, rad/sqrt(s), and of the accelerometers, m/s/sqrt(s).
@@ -37,12 +37,12 @@ pub struct Standstill {
     force: f32,
     mean: [V32; 2],
     seconds: u32,
-    /// By how much the last second's force differed from the mean before it, m/s2.
+    /// Difference of the last second's force from the mean before it, m/s2.
     change: f32,
 }
 
 impl Standstill {
-    /// With thresholds from the sensors' noise and biases.
+    /// A detector with thresholds from the sensors' noise and biases.
     #[must_use]
     pub fn new(sensors: &Sensors) -> Self {
         let [gyro, accel] = [0, 1].map(|i| {

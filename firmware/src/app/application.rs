@@ -56,7 +56,7 @@ const MINUTE_US: u64 = 60_000_000;
 #[derive(Debug)]
 pub struct App<'m> {
     machine: Machine,
-    /// From frames to the output stream.
+    /// The flow from frames to the output stream.
     flow: Flow<'m>,
     link: SensorLink,
     spi: SpiSensor,
@@ -64,9 +64,9 @@ pub struct App<'m> {
     commands: Commands,
     gnss: Gnss,
     upkeep: Upkeep,
-    /// Lines that the board must open anew.
+    /// Lines that the board must reopen.
     to_open: Option<SerialLines>,
-    /// When the command link and the receiver last had their turn, microseconds.
+    /// Time at which the command link and the receiver were last served, microseconds.
     served_us: u64,
 }
 
@@ -79,7 +79,7 @@ struct SensorLink {
     undetected: u32,
     /// Bytes taken from the line since start, modulo 2^32.
     taken: u32,
-    /// When the sensor's last byte came, microseconds.
+    /// Time of the sensor's last byte, microseconds.
     heard_us: u64,
     /// Since when no frame has come, microseconds, and how many had come until then.
     frameless_us: u64,
@@ -108,7 +108,7 @@ impl SensorLink {
 #[derive(Debug, Default)]
 struct SpiSensor {
     found: Option<Found>,
-    /// It must be set to another rate.
+    /// Whether it must be set to another rate.
     set_up: bool,
 }
 
@@ -158,25 +158,25 @@ impl Gnss {
     }
 }
 
-/// What the application looks at once a second.
+/// Checks that the application makes once a second.
 #[derive(Debug, Default)]
 struct Upkeep {
     due: bool,
     /// Seconds, modulo 256.
     seconds: u8,
-    /// The configuration in use follows from its record: see [`sound`].
+    /// Whether the configuration in use follows from its record: see [`sound`].
     as_recorded: bool,
-    /// What the watchdogs are fed by.
+    /// Conditions under which the watchdogs are fed.
     well: Well,
 }
 
 impl<'m> App<'m> {
-    /// From its configuration. The first [`App::poll`] starts it.
+    /// An application by its configuration. The first [`App::poll`] starts it.
     pub fn new(config: Config) -> App<'m> {
         App::with_learner(config, None)
     }
 
-    /// The same with a learner, for mode learn.
+    /// An application with a learner, for mode learn.
     pub fn with_learner(config: Config, learner: Option<&'m mut dyn Learner>) -> App<'m> {
         let record = config
             .configuration
@@ -220,7 +220,7 @@ impl<'m> App<'m> {
         server::counters(&self.flow, &self.machine)
     }
 
-    /// What is wrong now: bits of [`fault`]; those of the board included.
+    /// Faults in force: bits of [`fault`]; those of the board included.
     pub fn faults(&self) -> u32 {
         server::faults(&self.flow, &self.machine)
     }
@@ -294,9 +294,10 @@ impl<'m> App<'m> {
         self.commands.storing
     }
 
-    /// What is to be stored: the weights for the next power-on, the configuration record in use,
-    /// and what the learner remembers. The weights are those in use, or what was learnt for the
-    /// next power-on and has proved itself. [`App::stored`] must follow, before there is another.
+    /// The next record to store: the weights for the next power-on, the configuration record in
+    /// use, and the learner's memory. The weights are those in use, or those learnt for the next
+    /// power-on that have proved themselves. [`App::stored`] must follow, before there is another
+    /// job.
     pub fn job(&mut self) -> Option<Job> {
         if !self.wants_to_store() {
             return None;
@@ -315,7 +316,7 @@ impl<'m> App<'m> {
         })
     }
 
-    /// How far the job is.
+    /// Reports the progress of the job.
     pub fn stored(&mut self, done: &Done) {
         let &Done {
             step,
@@ -370,15 +371,15 @@ impl<'m> App<'m> {
         self.commands.server.guard.seed(random);
     }
 
-    /// What the store remembers of the unit ([`crate::store::Store::memory`]), before the first
-    /// pass. It is used if it is of the unit that the device is told of.
+    /// Gives the memory of the unit in the store ([`crate::store::Store::memory`]), before the
+    /// first pass. It is used if it belongs to the configured unit.
     pub fn recall(&mut self, memory: &[u8]) {
         self.flow.recall(memory);
     }
 
-    /// How the board must open the sensor's, the navigation computer's and the receiver's line
-    /// anew, given once when a configuration asks for other lines than those it has. A board opens
-    /// [`SerialLines::DEFAULT`] at start.
+    /// Settings with which the board must reopen the lines of the sensor, the navigation computer
+    /// and the receiver. Given once, when a configuration asks for other lines than those in use. A
+    /// board opens [`SerialLines::DEFAULT`] at start.
     pub fn to_open(&mut self) -> Option<SerialLines> {
         self.to_open.take()
     }

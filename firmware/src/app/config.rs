@@ -16,7 +16,7 @@ pub struct Config {
     /// Format of the sensor; `None`: detected at start. Not used for an ADIS, whose bursts come by
     /// [`super::App::burst`].
     pub format: Option<ImuFormat>,
-    /// What the sensor's frames do not tell.
+    /// Settings that the sensor's frames do not contain.
     pub sensor: Settings,
     /// Mode from the first good frame on.
     pub mode: Mode,
@@ -31,13 +31,13 @@ pub struct Config {
     /// Largest speed of the vehicle over ground, m/s; only for the error bound
     /// ([`crate::error_bound`]).
     pub speed: f32,
-    /// In mode learn: when what was learnt comes into force.
+    /// In mode learn: condition under which learnt networks come into force.
     pub activation: Activation,
     /// The sensor counts as silent when no byte has come for this time, microseconds.
     pub silence_us: u32,
     /// The board stores weights and configuration: see [`super::App::store`].
     pub store: bool,
-    /// What the store was found to hold.
+    /// Faults found in the content of the store.
     pub found: Found,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
@@ -50,7 +50,7 @@ pub struct Config {
     pub hardware: Hardware,
 }
 
-/// What is wrong with what the store holds.
+/// Faults of the store's content.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Found {
     /// Something of a newer firmware, whose version this is. It stays.
@@ -64,7 +64,7 @@ pub struct Found {
 }
 
 impl Config {
-    /// What the application is told by a unit's configuration. Networks, store and hardware are the
+    /// The application's settings by a unit's configuration. Networks, store and hardware are the
     /// board's.
     #[must_use]
     pub fn of(configuration: &Configuration) -> Config {
@@ -92,7 +92,7 @@ impl Config {
         }
     }
 
-    /// Of a board that has no configuration: everything passes unchanged.
+    /// Settings of a board without a configuration: everything passes unchanged.
     #[must_use]
     pub fn unconfigured(hardware: Hardware) -> Config {
         Config {
@@ -102,8 +102,8 @@ impl Config {
         }
     }
 
-    /// Whether what follows from what was told is as in `made`. Networks, store and board do not
-    /// follow from it, nor does what a sensor tells by itself.
+    /// Whether the settings that follow from the configuration are as in `made`. Networks, store
+    /// and board do not follow from it, nor do settings that the sensor itself reports.
     #[must_use]
     pub fn follows(&self, made: &Config) -> bool {
         let correction = |config: &Config| {
@@ -125,7 +125,7 @@ impl Config {
         correction(self) == correction(made)
     }
 
-    /// How the serial lines are.
+    /// Settings of the serial lines.
     #[must_use]
     pub fn lines(&self) -> SerialLines {
         self.configuration
@@ -133,7 +133,7 @@ impl Config {
             .map_or(SerialLines::DEFAULT, |configuration| configuration.lines)
     }
 
-    /// What the receiver speaks; `None`: it is found out.
+    /// Format of the receiver; `None`: it is detected.
     #[must_use]
     pub fn receiver(&self) -> Option<ReceiverFormat> {
         let configuration = self
@@ -158,7 +158,8 @@ impl Config {
     }
 
     /// The effect of the corrections at worst, after an alignment at this latitude (rad), where
-    /// samples come `words` times as often as told. Without a configuration nothing is corrected.
+    /// samples come `words` times as often as configured. Without a configuration nothing is
+    /// corrected.
     pub fn error_bound(&self, latitude: Option<f64>, words: f32) -> ErrorBound {
         let none = Limit {
             gyro: 0.0,

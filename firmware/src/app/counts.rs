@@ -1,9 +1,8 @@
 //! Counters since power-on.
 //!
-//! A counter that is full stands still. What judges by movement would take that for a device that
-//! does nothing any more. So the counters have 64 bits, which nothing fills: bytes at 12 Mbit/s
-//! take 400 000 years. Only what is shown over the command link ends at 32 bits, and there a
-//! [`Count`] must be asked for it.
+//! A counter that is full no longer changes. A check that watches for changes would take that for a
+//! device that has stopped. So the counters have 64 bits, which nothing fills: bytes at 12 Mbit/s
+//! take 400 000 years. Only the values for the command link saturate at 32 bits ([`Count::shown`]).
 
 use crate::wire::command::Counters;
 
@@ -15,7 +14,7 @@ pub(super) struct Count(u64);
 pub(super) type Counts = Counters<Count>;
 
 impl Count {
-    /// So much has been counted.
+    /// A counter with this value.
     pub const fn of(counted: u64) -> Count {
         Count(counted)
     }
@@ -30,7 +29,7 @@ impl Count {
         self.0 == 0
     }
 
-    /// What was counted since then.
+    /// Number of events since `then`.
     pub fn since(self, then: Count) -> u64 {
         self.0.wrapping_sub(then.0)
     }
@@ -40,19 +39,19 @@ impl Count {
         self.0 as u32
     }
 
-    /// What the command link shows, which saturates.
+    /// Value for the command link, which saturates.
     pub fn shown(self) -> u32 {
         u32::try_from(self.0).unwrap_or(u32::MAX)
     }
 }
 
 impl Counts {
-    /// As if so much of everything had been counted.
+    /// Counters that all have this value.
     pub fn all(counted: u64) -> Counts {
         Counts::default().map(|_| Count::of(counted))
     }
 
-    /// What the command link shows.
+    /// Values for the command link.
     #[inline(never)]
     pub fn shown(&self) -> Counters {
         self.map(Count::shown)

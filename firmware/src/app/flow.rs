@@ -47,9 +47,9 @@ pub(super) struct Flow<'m> {
     pub continuity: Continuity,
     pub session: Session,
     pub learning: Learning<'m>,
-    /// What is to be stored, and what the store holds for the next power-on.
+    /// Content to store, and content of the store for the next power-on.
     pub pending: Keep,
-    /// What the receiver has sent.
+    /// State of the receiver's stream.
     pub heard: Heard,
     pub blackbox: BlackBox<'m>,
 }
@@ -105,7 +105,7 @@ impl<'m> Flow<'m> {
         self.through::<false>(frame, out);
     }
 
-    /// The same once more for the usual frames, where the compiler knows format and length.
+    /// [`Self::frame`] for the usual frames, for which the compiler knows format and length.
     #[inline(never)]
     pub fn usual(&mut self, frame: &mut [u8; USUAL], out: &mut Behind<impl Line>) {
         self.through::<true>(Checked::of_usual(frame), out);
@@ -179,7 +179,7 @@ impl<'m> Flow<'m> {
         frame.change(&change).unwrap_or(Axes::NONE)
     }
 
-    /// The same of any frame.
+    /// `change` for any frame.
     #[inline(never)]
     fn change_any(&self, frame: &mut Checked, sample: &RawSample) -> Axes {
         self.change(frame, sample)
@@ -200,7 +200,7 @@ pub(super) fn configure(learner: &mut Port, config: &Config) {
     }
 }
 
-/// What any frame holds.
+/// Reads any frame.
 #[inline(never)]
 fn reading_of(frame: &Checked) -> Option<Reading> {
     frame.reading()

@@ -1,4 +1,4 @@
-//! What the application must know of its board.
+//! Properties of the board.
 
 use crate::configuration::{Parity, SerialLines};
 use crate::control::{Field, Reason};
@@ -9,7 +9,7 @@ use crate::wire::command::{ClockSource, Crash, LoopPhase, Reset, cause, fault};
 /// bits, no parity, one stop bit).
 pub const COMMAND_BAUD: u32 = 921_600;
 
-/// What the application must know of its board.
+/// Properties of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hardware {
     /// Name of the board, at most 32 bytes.
@@ -20,7 +20,7 @@ pub struct Hardware {
     pub parity: bool,
     /// Sets of pins to choose from, at least 1.
     pub pin_sets: u8,
-    /// Why and how the board started; `None`: it cannot tell.
+    /// Cause and kind of the board's start; `None`: not known.
     pub reset: Option<Reset>,
 }
 
@@ -34,7 +34,7 @@ impl Hardware {
         reset: None,
     };
 
-    /// Whether the board's lines can be as they are told to be.
+    /// Whether the board's lines support these settings.
     ///
     /// # Errors
     /// [`Reason::Baud`] with the nearest possible rate, [`Reason::Pins`] with the number of sets,
@@ -57,7 +57,7 @@ impl Hardware {
         Ok(())
     }
 
-    /// What the board says is wrong with itself: bits of [`fault`].
+    /// Faults that the board reports of itself: bits of [`fault`].
     #[must_use]
     pub fn faults(&self, lines: &SerialLines) -> u32 {
         let Some(reset) = &self.reset else {
@@ -123,7 +123,7 @@ fn crashed(reset: &Reset) -> Option<Crash> {
     reset.crash.filter(|crash| crash.starts == 1)
 }
 
-/// The bit rates told for the sensor's, the navigation computer's and the receiver's line.
+/// The configured bit rates of the sensor's, the navigation computer's and the receiver's line.
 #[must_use]
 pub fn bauds(lines: &SerialLines) -> [u32; 3] {
     [lines.sensor_baud, lines.sensor_baud, lines.receiver_baud]

@@ -1,4 +1,4 @@
-//! What the device says of itself: counters, faults, and the checks that find them.
+//! Health of the device: counters, faults, and the checks that find them.
 
 use super::config::Config;
 use super::counts::{Count, Counts};
@@ -11,7 +11,7 @@ use crate::wire::command::fault;
 #[derive(Debug)]
 pub(super) struct Health {
     pub counters: Counts,
-    /// What is wrong now: bits of [`fault`].
+    /// Faults in force: bits of [`fault`].
     pub faults: u32,
     /// The sensor that the board has found is not the configured one: bits of [`fault`]. Nothing
     /// is corrected then.
@@ -19,12 +19,12 @@ pub(super) struct Health {
     pub load: Load,
     /// The configuration against the samples.
     pub plausibility: Plausibility,
-    /// They disagree: nothing is corrected or learnt.
+    /// Whether configuration and measurements disagree: nothing is corrected or learnt.
     pub disagrees: bool,
 }
 
 impl Health {
-    /// At power-on or with another configuration.
+    /// The state at power-on or with another configuration.
     pub fn new(config: &Config) -> Health {
         let found = &config.found;
         let unread = if found.unread { fault::STORE } else { 0 };
@@ -61,7 +61,7 @@ impl Health {
         };
     }
 
-    /// Of the fault bits in `which`, exactly those in `faults` are so.
+    /// Sets the fault bits in `which` to those in `faults`.
     pub fn impose(&mut self, faults: u32, which: u32) {
         self.faults = self.faults & !which | faults & which;
     }
@@ -102,7 +102,7 @@ impl Health {
         .fold(0, u64::wrapping_add)
     }
 
-    /// What was lost of the stream and may hide samples, modulo 2^32.
+    /// Losses of the stream that may hide samples, modulo 2^32.
     pub fn damage(&self) -> u32 {
         let counters = &self.counters;
         [

@@ -1,4 +1,4 @@
-//! What the application has the board store.
+//! Jobs of storing that the application gives to the board.
 
 use super::App;
 use crate::configuration::record::Record;
@@ -8,7 +8,7 @@ use crate::model::Nets;
 use crate::store::{Content, Memory, Notes, Progress, Step};
 use crate::wire::command::key::Key;
 
-/// What is to be stored now, and how. The board carries it out with
+/// A record to store, and how. The board carries it out with
 /// [`Store::carry_out`](crate::store::Store::carry_out) and reports to [`App::stored`].
 #[derive(Debug, Clone)]
 pub struct Job {
@@ -18,7 +18,7 @@ pub struct Job {
     pub nets: Nets,
     /// The configuration record; may be empty.
     pub record: Record,
-    /// What goes with it of the unit.
+    /// Memory of the unit that goes with it.
     pub remembers: Remembers,
     /// The unit: [`Content::unit`].
     pub unit: u32,
@@ -29,19 +29,19 @@ pub struct Job {
     pub(super) edition: u8,
 }
 
-/// What a record remembers of the unit.
+/// Memory of the unit in a record.
 #[derive(Debug, Clone, Copy)]
 pub enum Remembers {
-    /// Nothing.
+    /// No memory.
     Nothing,
-    /// What the newest record remembers.
+    /// The memory of the newest record.
     Same,
-    /// So many bytes that the learner has taken down.
+    /// Notes, and the length of the memory that the learner has recorded, bytes.
     New(Notes, usize),
 }
 
 impl Job {
-    /// What is to be stored, with the learner's own bytes.
+    /// Content to be stored, with the learner's own bytes.
     pub fn content<'c>(&'c self, learner: Option<&'c dyn Learner>) -> Content<'c> {
         let memory = match (self.remembers, learner) {
             (Remembers::New(notes, len), Some(learner)) => Memory::New(notes, learner, len),
@@ -58,7 +58,7 @@ impl Job {
         }
     }
 
-    /// This is how far it is.
+    /// Progress of this job.
     pub fn done(&self, progress: Progress) -> Done {
         Done {
             step: self.step,
@@ -68,7 +68,7 @@ impl Job {
     }
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Debug, Clone, Copy)]
 pub struct Done {
     pub(super) step: Step,
@@ -93,7 +93,7 @@ impl Jobs {
         }
     }
 
-    /// Both sides.
+    /// Both ends.
     pub fn split(&mut self) -> (Gives<'_>, Stores<'_>) {
         let (jobs_in, jobs_out) = self.jobs.split();
         let (done_in, done_out) = self.done.split();

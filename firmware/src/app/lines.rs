@@ -1,4 +1,4 @@
-//! What the application is connected to.
+//! The lines of the application.
 
 /// The four lines of a device; [`crate::link::NoLine`] for one that is not there.
 #[derive(Debug, Default)]

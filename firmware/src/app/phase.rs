@@ -50,7 +50,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// In state `Start`.
+    /// A machine in state `Start`.
     pub const fn new() -> Machine {
         Machine {
             phase: Phase::Start,
@@ -63,17 +63,17 @@ impl Machine {
         self.phase
     }
 
-    /// How often `Detect`, `Run` and `Fault` were entered.
+    /// Number of times that `Detect`, `Run` and `Fault` were entered.
     pub(super) fn entered(&self) -> [Count; 3] {
         self.entered
     }
 
-    /// As if the states had been entered so often.
+    /// Sets the numbers of times that the states were entered.
     pub(super) fn has_entered(&mut self, times: [Count; 3]) {
         self.entered = times;
     }
 
-    /// Back in state `Start`, with the counters kept.
+    /// A machine in state `Start`, with the same counters.
     #[must_use]
     pub fn restarted(self) -> Machine {
         Machine {

@@ -9,13 +9,13 @@
 //! p + (t - s) d      d: length of the receiver's second by the board's clock
 //! ```
 //!
-//! Which second a pulse marks is not on the line. The first fix tells: it comes within a second of
-//! its validity. Whether the receiver counts seconds of GPS or of UTC does not matter, since both
-//! are whole seconds apart.
+//! Which second a pulse marks is not on the line. The first fix shows it: it comes within a second
+//! of its validity. Whether the receiver counts seconds of GPS or of UTC does not matter, since
+//! both are whole seconds apart.
 //!
 //! **Other seconds.** A line that is inverted, as by a chip for RS-232, rises at the end of the
 //! pulse. Fixes then seem to come before they are valid, or nearly a second late. So an age must be
-//! possible, and near to what was told where something is told of how well it is known.
+//! possible, and near to the configured delay where its standard deviation is configured.
 //!
 //! **Noise.** Five pulses evenly a second apart are believed. From the third on, only an edge where
 //! the next pulse is expected counts. Other edges do no harm, whether they come twice, too often,
@@ -23,7 +23,7 @@
 
 use crate::configuration::Receiver;
 
-/// Edges that are kept until pulses are found among them.
+/// Edges that are stored until pulses are found among them.
 const KEPT: usize = 12;
 /// An edge so soon after another one is its echo, microseconds: a line without a driver, a switch.
 const ECHO_US: u64 = 10_000;
@@ -35,9 +35,9 @@ const SECOND_US: core::ops::RangeInclusive<u64> = 980_000..=1_020_000;
 const NEAR_US: u64 = 500;
 /// Pulses where they were expected, after which they are believed.
 const ENOUGH: u8 = 2;
-/// Without a pulse for so many seconds the relation is lost, before and after it is believed.
+/// Time without a pulse after which the relation is lost, before and after it is believed, s.
 const LOST_S: [u64; 2] = [2, 5];
-/// An age on arrival that is so many standard deviations off what was told is not believed.
+/// An age on arrival that is this many standard deviations off the configured one is not believed.
 const SIGMAS: f32 = 5.0;
 /// After so many fixes in a row whose age cannot be, pulses mark other seconds than was thought.
 const WRONG: u8 = 5;
@@ -47,7 +47,7 @@ const AGE_US: core::ops::RangeInclusive<i32> = -20_000..=1_000_000;
 /// A GPS week, ms.
 const WEEK_MS: i32 = 604_800_000;
 
-/// What is known of the pulses.
+/// State of the pulses.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TimePulse {
     /// The last edges, while there is no rhythm; 0: none.
@@ -59,9 +59,9 @@ pub struct TimePulse {
 /// Pulses that are believed.
 #[derive(Debug, Clone, Copy)]
 struct Rhythm {
-    /// When the last one came, microseconds.
+    /// Time of the last pulse, microseconds.
     last_us: u64,
-    /// From one to the next, microseconds.
+    /// Time from one pulse to the next, microseconds.
     period_us: u64,
     /// Pulses where they were expected, at most [`ENOUGH`].
     seen: u8,
@@ -82,7 +82,7 @@ impl TimePulse {
         }
     }
 
-    /// Without a pulse for too long, nothing is known any more.
+    /// Forgets the relation after too long a time without a pulse.
     fn forget(&mut self, now_us: u64) {
         let lost = |rhythm: &Rhythm| {
             let since = now_us.saturating_sub(rhythm.last_us);
@@ -95,7 +95,7 @@ impl TimePulse {
         }
     }
 
-    /// Looks for two earlier edges that are evenly a second apart from this one.
+    /// Searches for two earlier edges that are evenly a second apart from this one.
     fn look_for(&mut self, at_us: u64) {
         let edges = || self.edges.iter().filter(|edge| **edge > 0);
         if edges().any(|edge| at_us.saturating_sub(*edge) < ECHO_US) {
@@ -123,7 +123,7 @@ impl TimePulse {
 
     /// Age in seconds, at the board's time `at_us`, of a fix that was valid at `time_ms` of the
     /// week and has arrived at `arrived_us`. `None` without pulses, and when it cannot be or
-    /// contradicts what is told of the receiver.
+    /// contradicts the receiver's configuration.
     #[inline(never)]
     pub fn age(
         &mut self,

@@ -20,7 +20,7 @@ use heapless::Vec;
 type Datagram = Vec<u8, { config::LEN }>;
 
 /// A datagram that comes within this time after it was asked for is the answer, microseconds. One
-/// that comes by itself tells a start of the sensor.
+/// that comes by itself shows a start of the sensor.
 const ANSWER_US: u64 = 1_000_000;
 
 /// The sensor is asked again for its configuration after this time, microseconds.
@@ -29,9 +29,9 @@ const AGAIN_US: u64 = 1_000_000;
 /// One kind of datagram that can be asked for.
 #[derive(Debug, Clone, Copy)]
 struct Question {
-    /// Its identifier.
+    /// Identifier of the request.
     id: u8,
-    /// When the device answers from what is stored, microseconds.
+    /// Time at which the device answers from stored datagrams, microseconds.
     due_us: Option<u64>,
     /// Until when the sensor's datagram counts as an answer, microseconds.
     expected_us: u64,
@@ -46,7 +46,7 @@ pub(super) struct Reverse {
     is_due: bool,
     /// Part number and serial number, as the sensor sent them, and the number of its start then.
     stored: [(Datagram, Count); 2],
-    /// When the device asked last, microseconds.
+    /// Time of the device's last request, microseconds.
     asked_us: Option<u64>,
 }
 
@@ -111,13 +111,13 @@ impl Reverse {
         notice
     }
 
-    /// The sensor's settings may now change, and it may start anew.
+    /// The sensor's settings may now change, and it may restart.
     pub fn changes(&mut self, flow: &mut Flow) {
         flow.forget_units();
         self.forget();
     }
 
-    /// What the sensor has told is no longer answered, and nothing is due.
+    /// Stored datagrams of the sensor are no longer answered, and nothing is due.
     fn forget(&mut self) {
         for (datagram, _) in &mut self.stored {
             datagram.clear();

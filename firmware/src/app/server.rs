@@ -1,6 +1,6 @@
 //! The command link: requests in, answers out.
 //!
-//! `guard` tells who may change something, `wear` what may be stored, both with `bucket`. `take`
+//! `guard` decides who may change something, `wear` what may be stored, both with `bucket`. `take`
 //! and `tell` carry out the requests.
 
 mod bucket;
@@ -39,11 +39,11 @@ pub(super) struct Server {
     asked: Option<Asked>,
     /// The configuration record in use; empty without one.
     pub record: Record,
-    /// That record is the stored one.
+    /// Whether that record is the stored one.
     pub stored: bool,
-    /// What the store held at power-on.
+    /// Report on the store at power-on.
     pub kept: Kept,
-    /// Whether the application must begin anew with that record.
+    /// Whether the application must restart with that record.
     pub renewal: Renewal,
     pub guard: Guard,
     pub wear: Wear,
@@ -53,20 +53,20 @@ pub(super) struct Server {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Waiting {
     None,
-    /// So many bytes of [`Server::answer`].
+    /// A plain answer: its length in [`Server::answer`].
     Plain(usize),
     /// [`Guard::answer`]
     Sealed,
 }
 
-/// How far a configuration is that was taken while the device runs.
+/// Progress of a configuration that was accepted while the device runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Renewal {
-    /// The one in use stays.
+    /// The configuration in use stays.
     None,
-    /// The application must begin anew with it.
+    /// The application must restart with it.
     Taken,
-    /// The application has begun anew, and the board opens its lines. Then the answer may leave.
+    /// The application has restarted, and the board opens its lines. Then the answer may leave.
     Begun,
 }
 
@@ -77,7 +77,7 @@ struct Asked {
     ticket: Option<Ticket>,
 }
 
-/// What the server begins with.
+/// Initial state of the server.
 #[derive(Debug)]
 pub(super) struct Held {
     /// See [`Server::record`].
@@ -104,7 +104,7 @@ impl Held {
 }
 
 impl Server {
-    /// With what is known at power-on.
+    /// A server with the state at power-on.
     pub fn new(held: Held) -> Server {
         Server {
             received: Vec::new(),

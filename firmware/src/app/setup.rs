@@ -16,7 +16,8 @@ pub(super) fn compensator(
     Some(made)
 }
 
-/// The same in the place of another one, of networks with this check. `None`: it is of no use.
+/// Rebuilds the compensator in the memory of `place`, for networks with this check. `None`: the
+/// settings are of no use.
 pub(super) fn renew(
     place: &mut Compensator,
     stream: &Stream,
@@ -42,7 +43,7 @@ pub(super) fn renew(
         .ok()
 }
 
-/// What a count of these samples is worth as an increment, or `None` where they are of a kind that
+/// Value of a count of these samples as an increment, or `None` where they are of a kind that
 /// cannot be corrected.
 pub(super) fn lsb(stream: &Stream, period: f64) -> Option<Lsb> {
     Some(Lsb {

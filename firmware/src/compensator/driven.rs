@@ -1,11 +1,11 @@
-//! What drives the networks: their inputs, out of what a block tells.
+//! The inputs of the networks, from the sums of a block.
 
 use super::{Compensator, State, step};
 use crate::inputs::{Inputs, Source, Sources, settles};
 use lrnn_nostd::Step;
 
 impl Compensator {
-    /// What enters the networks: [`crate::inputs::OWN`], unless [`Compensator::set_inputs`] told
+    /// Inputs of the networks: [`crate::inputs::OWN`], unless [`Compensator::set_inputs`] has set
     /// other sources.
     pub fn inputs(&self) -> &Inputs {
         &self.inputs
@@ -17,13 +17,13 @@ impl Compensator {
         self.seal();
     }
 
-    /// The same without the check.
+    /// [`Self::set_inputs`] without the check.
     pub(super) fn take_inputs(&mut self, inputs: Inputs) {
         self.inputs = inputs;
         self.vibrates = inputs.as_flattened().contains(&Source::Vibration);
     }
 
-    /// So many samples are missing: time that the thermometer has to know of.
+    /// Counts `samples` as missing: time that the thermometer has to include.
     pub fn miss(&self, state: &mut State, samples: u32) {
         let seconds = f64::from(samples) * self.scale.period_s;
         state.thermometer.give_up(seconds as f32);
@@ -42,7 +42,7 @@ impl Compensator {
         ]
     }
 
-    /// What the block that ends tells.
+    /// Inputs from the block that ends.
     pub(super) fn sources(&self, state: &mut State, per_sum: f32) -> Sources {
         let [per_gyro, per_accel] = self.input_per_count;
         let mean = |sum: [i64; 3], k: f32| sum.map(|s| s as f32 * k * per_sum);

@@ -1,9 +1,10 @@
 //! Samples in, corrected samples out: block sums, two networks, limits, and a carried remainder.
 //!
 //! The networks step once a block of `block_samples` samples, because the noise of one sample hides
-//! a laser gyro's bias by two orders of magnitude (see LEARNING). The estimate of a block is held
-//! over the next one. So the correction of a sample is known before the sample arrives, and the
-//! latency is the same on all axes. With a correction of zero the output is the input, bit for bit.
+//! a laser gyro's bias by two orders of magnitude (see LEARNING). The estimate of a block stays in
+//! force over the next one. So the correction of a sample is known before the sample arrives, and
+//! the latency is the same on all axes. With a correction of zero the output is the input, bit for
+//! bit.
 
 mod driven;
 mod outlet;
@@ -39,7 +40,7 @@ pub enum ConfigError {
     BlockSamples,
     /// A limit is negative or not a number.
     Limit,
-    /// There are only [`OUTLETS`].
+    /// There are only [`OUTLETS`] output streams.
     Outlet,
 }
 
@@ -74,15 +75,15 @@ pub struct Compensator {
     limit: Limit,
     // mean input of a block per summed count, SI
     input_per_count: [f32; 2],
-    // counts per sample for an error of one SI unit, for each outlet
+    // counts per sample for an error of one SI unit, for each output stream
     counts_per_error: [[f32; 2]; OUTLETS],
-    /// Outlets in use: those up to the last one that was set, at least outlet 0.
+    /// Output streams in use: those up to the last one that was set, at least stream 0.
     outlets: usize,
     /// Check of all above: see [`sound`].
     sum: u32,
 }
 
-/// What changes from sample to sample.
+/// State that changes from sample to sample.
 #[derive(Debug, Clone, Default)]
 pub struct State {
     gyro: NetState,
@@ -108,15 +109,15 @@ pub struct State {
     pub given_up: u32,
     /// Times memory was found changed by nobody, and was mended, since start.
     pub mended: u32,
-    /// The compensator itself was found changed and must be made anew. Until then the correction
+    /// The compensator itself has changed in memory and must be rebuilt. Until then the correction
     /// stays as it is.
     pub unsound: bool,
-    /// How often the correction was set, modulo 2^32.
+    /// Number of changes of the correction, modulo 2^32.
     pub changes: u32,
 }
 
 impl State {
-    /// As before the first sample. By itself, so that it is made in its place.
+    /// The state before the first sample. A function of its own, so that it is built in place.
     #[inline(never)]
     pub fn clear(&mut self) {
         *self = State::default();
@@ -150,7 +151,7 @@ impl State {
         }
     }
 
-    /// Takes the networks' states from networks that have seen the same blocks.
+    /// Takes the networks' states from networks that have processed the same blocks.
     pub fn set_nets(&mut self, [gyro, accel]: [NetState; 2]) {
         self.gyro = gyro;
         self.accel = accel;
@@ -161,7 +162,7 @@ impl State {
 /// Result of one block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
-    /// What the networks' inputs were selected from.
+    /// Quantities from which the networks' inputs were selected.
     pub sources: Sources,
     /// Estimated rate error in force from the next sample on, rad/s.
     pub rate_error: [f32; 3],
@@ -201,7 +202,7 @@ impl Compensator {
         Ok(made)
     }
 
-    /// Of zeros, to be renewed.
+    /// A compensator of zeros, to be renewed.
     pub(crate) const BLANK: Compensator = Compensator {
         gyro: Nets::NONE.gyro,
         accel: Nets::NONE.accel,
@@ -225,8 +226,8 @@ impl Compensator {
     };
 
     /// [`Compensator::new`] of networks with this check ([`of_nets`]), with these inputs and this
-    /// slew limit, in the place of another one. The
-    /// first frame of a stream waits for it, and each copy would cost as much as a sample.
+    /// slew limit, built in place of an old one. The first frame of a stream waits for it, and each
+    /// copy would cost as much as a sample.
     ///
     /// # Errors
     /// As [`Compensator::new`].
@@ -284,7 +285,7 @@ impl Compensator {
         self.slew
     }
 
-    /// From now on the correction changes no faster than this.
+    /// Limits the changes of the correction from now on.
     pub fn set_slew(&mut self, slew: Option<Limit>) {
         self.slew = slew;
         self.seal();
@@ -386,7 +387,7 @@ impl Compensator {
         }
     }
 
-    /// Ends the block that another compensator, found unsound, could not end; `sample` was its
+    /// Ends the block that another compensator, found corrupted, could not end; `sample` was its
     /// last.
     pub fn end_in_place(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
         state.unsound = false;

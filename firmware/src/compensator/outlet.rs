@@ -10,14 +10,14 @@ use crate::sample::{Axes, Lsb, RawSample};
 /// Streams of samples that can be corrected beside each other.
 pub const OUTLETS: usize = 4;
 
-/// What one stream of samples is owed.
+/// Corrections owed to one output stream.
 #[derive(Debug, Clone)]
 pub(super) struct Outlet {
     pub(super) due: [[i64; 3]; 2], // the estimate in steps of 2^-32 counts per sample
     pub(super) due_float: [[f32; 3]; 2],
     left: [[u32; 3]; 2], // steps of 2^-32 counts carried over, and `HALF` more
     pub(super) remainder_float: [[f32; 3]; 2],
-    /// Checks of what integer and what float samples are corrected by: see [`super::sound`].
+    /// Checks of the corrections of integer and of float samples: see [`super::sound`].
     counts_sum: u32,
     floats_sum: u32,
 }
@@ -36,9 +36,8 @@ impl Default for Outlet {
 }
 
 impl State {
-    /// What a sample of this outlet is corrected by, and what it carries over, in the order of
-    /// gyros and accelerometers: of counts, or the bits of floats. Zero for an outlet that does not
-    /// exist.
+    /// Correction and remainder of a sample of this output stream, in the order of gyros and
+    /// accelerometers: of counts, or the bits of floats. Zero for a stream that does not exist.
     pub fn owed(&self, outlet: usize, floats: bool) -> [Owed; 6] {
         let mut owed = [Owed::default(); 6];
         let Some(of) = self.outlets.get(outlet) else {
@@ -70,7 +69,7 @@ impl State {
         owed
     }
 
-    /// Puts back what an outlet carries over.
+    /// Restores the remainders of an output stream.
     pub fn set_left(&mut self, outlet: usize, floats: bool, left: [u32; 6]) {
         let Some(of) = self.outlets.get_mut(outlet) else {
             return;
@@ -89,8 +88,8 @@ impl State {
         }
     }
 
-    /// Bits of what the samples of the first outlet carry over to the next one: of counts, or of
-    /// floats.
+    /// Bits of the remainders that the samples of the first output stream carry over to the next
+    /// one: of counts, or of floats.
     pub fn carried(&self, floats: bool) -> [[u32; 3]; 2] {
         let [outlet, ..] = &self.outlets;
         if floats {
@@ -113,9 +112,9 @@ impl State {
 }
 
 impl Compensator {
-    /// States the scale and the timing of the samples of another outlet than 0, in which the same
-    /// sensor sends the same motion once more. Each outlet carries its own remainder, so that what
-    /// leaves by each is exact. Blocks are made of outlet 0 alone. An outlet that was not set is
+    /// Sets the scale and the timing of the samples of another output stream than 0, in which the
+    /// same sensor sends the same motion once more. Each stream carries its own remainder, so that
+    /// the output of each is exact. Blocks are made of stream 0 alone. A stream that was not set is
     /// not corrected.
     ///
     /// # Errors
@@ -141,10 +140,10 @@ impl Compensator {
         Ok(())
     }
 
-    /// Corrects one sample of an outlet by the estimate in force: all that must be done before a
-    /// frame can leave. Returns it and the axes whose count saturated at 32 bits. Nothing happens
-    /// at an outlet that does not exist. `early`: the first byte of a float leaves before its last
-    /// one has come ([`crate::remainder::add_early`]).
+    /// Corrects one sample of an output stream by the estimate in force: all that must be done
+    /// before a frame can leave. Returns it and the axes whose count saturated at 32 bits. Nothing
+    /// happens at a stream that does not exist. `early`: the first byte of a float leaves before
+    /// its last one has come ([`crate::remainder::add_early`]).
     #[inline(always)]
     pub fn corrected(
         &self,
@@ -193,9 +192,9 @@ impl Compensator {
         over
     }
 
-    /// The estimate in counts per sample, for the outlets in use. Floats are owed nothing any more
-    /// where the correction is zero: a value with a finer last place would be changed by what is
-    /// left.
+    /// Computes the estimate in counts per sample, for the streams in use. Floats are owed nothing
+    /// any more where the correction is zero: a remainder would change a value with a finer last
+    /// digit.
     pub(super) fn make_due(&self, state: &mut State) {
         state.changes = state.changes.wrapping_add(1);
         let outlets = state.outlets.iter_mut().zip(self.counts_per_error);

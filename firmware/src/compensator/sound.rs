@@ -1,9 +1,9 @@
-//! Checks of memory: whether what corrects the samples is still what was put there.
+//! Checks of memory: whether the values that correct the samples are intact.
 //!
-//! A bit that flips in memory must not become a correction beyond the limit. So what is constant
-//! carries the exclusive or of its words, which any single bit changes. It costs an instruction or
-//! two a word: what a sample is corrected by is looked at with each sample, all else at the end of
-//! a block, before it is used.
+//! A bit that flips in memory must not become a correction beyond the limit. So constant data has a
+//! check word: the exclusive or of its words, which any single bit changes. It costs an instruction
+//! or two a word: the correction is checked with each sample, all else at the end of a block,
+//! before it is used.
 
 use super::outlet::Outlet;
 use super::{Compensator, State};
@@ -15,7 +15,7 @@ pub(super) fn floats(values: &[f32]) -> u32 {
     values.iter().fold(0, |sum, value| sum ^ value.to_bits())
 }
 
-/// Of the words of 64 bits.
+/// Check of words of 64 bits.
 fn wide(words: impl IntoIterator<Item = u64>) -> u32 {
     let sum = words.into_iter().fold(0, |sum, word| sum ^ word);
     (sum >> 32) as u32 ^ sum as u32
@@ -37,13 +37,13 @@ pub fn of_nets(nets: &Nets) -> u32 {
 }
 
 impl Outlet {
-    /// Of what integer samples are corrected by.
+    /// Check of the corrections of integer samples.
     #[inline(always)]
     pub(super) fn counts_sum(&self) -> u32 {
         wide(self.due.as_flattened().iter().map(|due| *due as u64))
     }
 
-    /// Of what float samples are corrected by, with what is carried over.
+    /// Check of the corrections and remainders of float samples.
     #[inline(always)]
     pub(super) fn floats_sum(&self) -> u32 {
         floats(self.due_float.as_flattened()) ^ floats(self.remainder_float.as_flattened())
@@ -59,7 +59,7 @@ impl State {
 
 #[cfg(test)]
 impl Compensator {
-    /// As if a bit of its memory had flipped.
+    /// Flips a bit of its memory.
     pub fn upset(&mut self) {
         self.limit.gyro = f32::from_bits(self.limit.gyro.to_bits() ^ 1 << 20);
     }
@@ -88,7 +88,7 @@ impl Compensator {
         self.sum = nets ^ self.others_sum();
     }
 
-    /// Of all but the networks.
+    /// Check of everything but the networks.
     #[inline(never)]
     fn others_sum(&self) -> u32 {
         let Self {
@@ -123,22 +123,22 @@ impl Compensator {
             ^ floats(counts_per_error.as_flattened())
     }
 
-    /// The estimate in force is no longer what was put there. What the first outlet subtracts still
-    /// shows it. The caller moves it and takes its sum.
+    /// The estimate in force is corrupted. It is restored from what the first output stream
+    /// subtracts. The caller moves it and takes its sum.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_estimate(&self, state: &mut State) {
         let [first, ..] = &state.outlets;
         let [per_error, ..] = self.counts_per_error;
-        let told = state.estimate.iter_mut().zip(&first.due_float);
-        for ((estimate, due), per_error) in told.zip(per_error) {
+        let axes = state.estimate.iter_mut().zip(&first.due_float);
+        for ((estimate, due), per_error) in axes.zip(per_error) {
             *estimate = due.map(|counts| -counts / per_error);
         }
         state.estimate = self.within_limit(state.estimate);
         state.mended = state.mended.saturating_add(1);
     }
 
-    /// What an outlet subtracts is no longer what was put there: it is made anew from the estimate.
+    /// The correction of an output stream is corrupted: it is recomputed from the estimate.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_outlet(&self, state: &mut State, outlet: usize) {

@@ -5,11 +5,11 @@ use crate::control::Field;
 use crate::wire::adis::Rate;
 
 impl Configuration {
-    /// The rate that an ADIS at the SPI is set to; `None`: the sensor is another one.
+    /// The configured rate of an ADIS at the SPI; `None`: the sensor is another one.
     ///
     /// # Errors
-    /// [`Field::Rate`] if no such sensor has a rate near to that told, [`Field::SensorBaud`] if its
-    /// bursts are more than the navigation line can carry.
+    /// [`Field::Rate`] if no such sensor has a rate near to the configured one,
+    /// [`Field::SensorBaud`] if its bursts are more than the navigation line can carry.
     #[inline(never)] // seldom, by two callers
     pub fn bursts(&self) -> Result<Option<Rate>, Field> {
         let Some(Sensor::Spi(adis)) = &self.sensor else {

@@ -78,7 +78,7 @@ impl Configuration {
             .map_or(Ok(()), |(field, _)| Err(*field))
     }
 
-    /// The sensor's format can be cut through. One that is not told cannot.
+    /// Whether cut-through supports the sensor's format. It does not if no format is configured.
     fn can_be_cut(&self) -> bool {
         let Some(Sensor::Stream(configuration)) = self.sensor else {
             return false;

@@ -1,5 +1,5 @@
-//! What a device is told about its unit: the sensor, its mounting, the receiver, the vehicle, and
-//! how corrections act.
+//! The configuration of a device: the sensor, its mounting, the receiver, the vehicle, and how
+//! corrections act.
 //!
 //! A user writes one file in datasheet units (`host-sim unit`). The desktop turns it into a
 //! [`Configuration`] in SI units and sends it to the device as a [`record`]. The device and every
@@ -29,16 +29,16 @@ pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
 pub const SERIAL_LEN: usize = 24;
 
-/// All that a device is told about its unit. SI units throughout.
+/// The configuration of a device. SI units throughout.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Configuration {
-    /// Whose sensor it is.
+    /// Identity of unit and sensor.
     pub identity: Identity,
     /// The serial lines.
     pub lines: SerialLines,
     /// Format of the sensor's frames; `None`: detected at start.
     pub sensor: Option<Sensor>,
-    /// Samples a second where the frames do not tell, Hz, 1 to 20 000.
+    /// Sample rate where the frames do not contain it, Hz, 1 to 20 000.
     pub rate: f64,
     /// Rotation from sensor axes to body axes (forward, right, down): unit quaternion w, x, y, z.
     pub mounting: [f32; 4],
@@ -50,13 +50,14 @@ pub struct Configuration {
     pub receiver: Receiver,
     /// Vehicle.
     pub vehicle: Vehicle,
-    /// How corrections act.
+    /// Settings of the corrections.
     pub correction: Correction,
-    /// What drives the networks. What needs a thermometer stays constant where the sensor has none.
+    /// Inputs of the networks. Those that need a thermometer stay constant where the sensor has
+    /// none.
     pub inputs: Inputs,
 }
 
-/// Whose sensor it is.
+/// Identity of unit and sensor.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// Name of the unit, ASCII without control characters, not empty.
@@ -76,7 +77,7 @@ pub struct SerialLines {
     pub two_stop_bits: bool,
     /// Bit rate of the receiver's line, bit/s.
     pub receiver_baud: u32,
-    /// Which of the board's sets of pins the lines use; 0 is the board's usual one.
+    /// Set of the board's pins that the lines use; 0 is the board's usual one.
     pub pins: u8,
     /// Bytes of the sensor's frames leave while the frame still arrives
     /// ([`crate::link::cut`]). At the record's end, since earlier schemas do not have it.
@@ -85,7 +86,7 @@ pub struct SerialLines {
 }
 
 impl SerialLines {
-    /// Of a device without a configuration: STIM300 and KVH as delivered, u-blox.
+    /// Lines of a device without a configuration: STIM300 and KVH as delivered, u-blox.
     pub const DEFAULT: SerialLines = SerialLines {
         sensor_baud: 921_600,
         parity: Parity::None,
@@ -108,7 +109,7 @@ pub enum Parity {
     Odd,
 }
 
-/// The sensor's frames, with what they do not tell.
+/// Format of the sensor's frames, with the settings that they do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Sensor {
     /// A stream of bytes on the sensor's line.
@@ -120,8 +121,8 @@ pub enum Sensor {
 /// The errors of a triad by its datasheet. All are standard deviations and >= 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Triad {
-    /// Bias that is drawn anew at each power-on, with what is left of the calibration; rad/s or
-    /// m/s2, > 0.
+    /// Bias that changes at each power-on, with what is left of the calibration; rad/s or m/s2, >
+    /// 0.
     pub bias_turn_on: f32,
     /// Random walk of the bias in an hour; rad/s or m/s2.
     pub bias_in_run: f32,
@@ -141,15 +142,16 @@ pub struct Triad {
 /// The receiver whose fixes teach the networks.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Receiver {
-    /// What it speaks.
+    /// Protocol of the receiver.
     pub protocol: ReceiverProtocol,
-    /// From the IMU to the antenna in body axes (forward, right, down), m, each -100 to 100.
+    /// Lever arm from the IMU to the antenna in body axes (forward, right, down), m, each -100 to
+    /// 100.
     pub lever_arm: [f32; 3],
-    /// Standard deviation of the lever arm along each axis, m, 0 to 100. 0: it is exactly as told.
+    /// Standard deviation of the lever arm along each axis, m, 0 to 100. 0: it is known exactly.
     pub lever_arm_sigma: f32,
     /// Least age of a fix when it arrives, s, 0 to 1.
     pub fix_delay: f32,
-    /// Standard deviation of that age, s, 0 to 1. 0: it is exactly as told.
+    /// Standard deviation of that age, s, 0 to 1. 0: it is known exactly.
     pub fix_delay_sigma: f32,
     /// The receiver's time pulse is wired to the board.
     pub pulse: bool,
@@ -158,7 +160,7 @@ pub struct Receiver {
     pub heading_offset: f32,
 }
 
-/// What a receiver speaks.
+/// Protocol of a receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum ReceiverProtocol {
     /// u-blox UBX-NAV-PVT.
@@ -170,28 +172,28 @@ pub enum ReceiverProtocol {
     Novatel,
     /// Septentrio Binary Format.
     Sbf,
-    /// Whichever of these the line carries.
+    /// Any of these that the line carries.
     Detect,
 }
 
 /// The vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Vehicle {
-    /// How it moves.
+    /// Kind of the vehicle.
     pub kind: VehicleKind,
     /// Largest speed over ground, m/s, > 0 to 1000.
     pub speed: f32,
 }
 
-/// How a vehicle moves.
+/// Kind of a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum VehicleKind {
-    /// On land; it can stand still.
+    /// On land; it can stop.
     #[default]
     Land,
-    /// On water; it never stands still.
+    /// On water; it is never stationary.
     Ship,
-    /// In the air; it stands still only on the ground.
+    /// In the air; it is stationary only on the ground.
     Air,
 }
 
@@ -219,12 +221,12 @@ pub enum Activation {
     NextPowerOn,
 }
 
-/// How corrections act.
+/// Settings of the corrections.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Correction {
     /// Mode at power-on.
     pub mode: Mode,
-    /// When what was learnt comes into force.
+    /// Condition under which learnt networks come into force.
     pub activation: Activation,
     /// Largest correction.
     pub limit: Limit,
@@ -246,7 +248,7 @@ pub struct Correction {
 }
 
 impl Configuration {
-    /// What the sensor's frames do not tell, for the decoder.
+    /// Settings that the sensor's frames do not contain, for the decoder.
     #[must_use]
     pub fn wire_settings(&self) -> Settings {
         let mut settings = Settings {
@@ -261,7 +263,8 @@ impl Configuration {
         settings
     }
 
-    /// Whether the sensor's frames may tell its temperature; `None` while its format is not known.
+    /// Whether the sensor's frames may contain its temperature; `None` while its format is not
+    /// known.
     #[must_use]
     pub fn has_thermometer(&self) -> Option<bool> {
         Some(match self.sensor? {

@@ -31,7 +31,7 @@ pub type Schema3 = Older<Receiver>;
 pub type Schema1 = Older<Receiver1>;
 
 impl<R: Into<Receiver>> Older<R> {
-    /// With these inputs of the networks.
+    /// The configuration with these inputs of the networks.
     pub fn with(self, inputs: Inputs) -> Configuration {
         Configuration {
             identity: self.identity,
@@ -57,7 +57,7 @@ pub struct Receiver1 {
 }
 
 impl From<Receiver1> for Receiver {
-    /// Lever arm and delay stay exactly as told, which is what they meant in schema 1.
+    /// Lever arm and delay count as known exactly, which is what they meant in schema 1.
     fn from(configuration: Receiver1) -> Receiver {
         Receiver {
             protocol: configuration.protocol,

@@ -127,7 +127,7 @@ fn another_schema_and_values_out_of_range_are_named() {
     refused(|r| r.heading_offset = 3.2, Field::HeadingOffset);
 }
 
-/// Cut-through is refused where the format cannot, or is not told.
+/// Cut-through is refused where the format cannot, or is not configured.
 #[test]
 fn cut_through_needs_a_format_that_can() {
     for format in ImuFormat::ALL {
@@ -168,16 +168,16 @@ fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
     }
 }
 
-/// The same as the firmware of schema 2 has written it.
+/// The same record written by the firmware of schema 2.
 const SCHEMA_2: &[u8] = include_bytes!("schema_2.bin");
 
-/// And as that of schema 3 has.
+/// The same record written by the firmware of schema 3.
 const SCHEMA_3: &[u8] = include_bytes!("schema_3.bin");
 
-/// What an older file told stays: its activation is not the new default. Its networks see their
-/// own triads.
+/// The values of an older record stay: its activation is not the new default. Its networks get
+/// their own triads.
 #[test]
-fn records_of_schemas_2_and_3_are_read_as_they_were_told() {
+fn records_of_schemas_2_and_3_are_read_as_they_were_written() {
     let mut configuration = example(ImuFormat::Stim300);
     configuration.inputs = OWN;
     configuration.lines.cut_through = false;

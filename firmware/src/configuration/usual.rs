@@ -10,7 +10,7 @@ use crate::inputs::OWN;
 use heapless::String;
 
 /// A correction may be as large as so many standard deviations of the bias, at power-on and in run
-/// together, unless the file tells a limit. Of a unit that is as its sheet says, one axis in 370
+/// together, unless the file gives a limit. Of a unit that is as its sheet says, one axis in 370
 /// has a greater bias and is corrected by that much only. More would let the networks do more harm
 /// than they can do good.
 pub const LIMIT_SIGMAS: f32 = 3.0;
@@ -18,8 +18,8 @@ pub const LIMIT_SIGMAS: f32 = 3.0;
 impl Default for Configuration {
     /// The medium laser-gyro IMU of `host-sim` (preset `medium`: 0.34 deg/h, 410 ug, 0.005
     /// deg/sqrt(h), 20 ug/sqrt(Hz)) in a land vehicle, with its axes along the body's. Its format
-    /// is detected. Each network sees its own triad. Lever arm and delay of the fixes are exactly
-    /// as told. Mode bypass, limits of [`LIMIT_SIGMAS`], slew one thousandth of that a second.
+    /// is detected. Each network gets its own triad. Lever arm and delay of the fixes are known
+    /// exactly. Mode bypass, limits of [`LIMIT_SIGMAS`], slew one thousandth of that a second.
     fn default() -> Configuration {
         let limit =
             |sheet: &Triad| LIMIT_SIGMAS * libm::hypotf(sheet.bias_turn_on, sheet.bias_in_run);

@@ -1,23 +1,23 @@
-//! What may be asked of the black box (`app::blackbox`), and what it tells.
+//! Requests to the black box (`app::blackbox`), and its reports.
 
 use serde::{Deserialize, Serialize};
 
-/// What the black box does.
+/// State of the black box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum State {
-    /// It records; the oldest page is overwritten.
+    /// Recording; the oldest page is overwritten.
     #[default]
     Records,
     /// A fault has come, and it still records what follows.
     Follows,
-    /// It holds what it has until it is released.
+    /// Holding the recording until it is released.
     Holds,
 }
 
 /// Why it holds, or soon will.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Cause {
-    /// It does not.
+    /// Not holding.
     #[default]
     None,
     /// A fault.
@@ -28,24 +28,24 @@ pub enum Cause {
     Reset,
 }
 
-/// What is told of it.
+/// State of the recording, as reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Recording {
-    /// What it does.
+    /// State of the black box.
     pub state: State,
     /// Why it holds.
     pub cause: Cause,
     /// Fault bits at the cause.
     pub faults: u32,
-    /// When that was, microseconds after the device's start; 0 for a reset.
+    /// Time of the cause, microseconds after the device's start; 0 for a reset.
     pub at_us: u64,
     /// Pages begun since its memory was blank.
     pub pages: u32,
-    /// Its bytes.
+    /// Length of the recording, bytes.
     pub len: u32,
 }
 
-/// What it is to do.
+/// Order to the black box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Order {
     /// Hold what it has, so that it can be read.

@@ -59,7 +59,7 @@ fn the_rate_of_a_ramp_is_exact_after_ten_seconds() {
     }
 }
 
-/// Against the solution of the low-pass's equation, for an exponential warm-up.
+/// Compared with the solution of the low-pass's equation, for an exponential warm-up.
 #[test]
 fn the_rate_of_a_curve_is_that_of_the_low_pass() {
     let (amplitude, time) = (12.0f64, 400.0f64);
@@ -105,7 +105,7 @@ fn rare_readings_give_the_same_and_a_gap_starts_anew() {
     assert!(celsius == 49.0 && (rate + 0.1).abs() < 2e-6, "{rate}");
     // while it is silent, the last reading stays, and after 60 s its rate is unknown
     let silent: Vec<[f32; 2]> = (0..61).map(|_| thermometer.end_block(1.0)).collect();
-    assert!(silent[..60].iter().all(|told| *told == [49.0, rate]));
+    assert!(silent[..60].iter().all(|output| *output == [49.0, rate]));
     assert_eq!(silent[60], [49.0, 0.0]);
 }
 
@@ -119,7 +119,7 @@ fn without_a_thermometer_or_with_a_broken_one_the_temperature_is_the_reference()
 }
 
 proptest! {
-    /// Against the variance of all samples in f64 by its definition.
+    /// Compared with the variance of all samples in f64 by its definition.
     #[test]
     fn vibration_is_the_variance_of_the_forces(
         level in prop::array::uniform3(-2_000_000_000i32..2_000_000_000),

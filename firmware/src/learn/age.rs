@@ -30,7 +30,7 @@ const FORGET_PER_MILLION: i64 = 100;
 pub const MAX_AGE_S: f32 = 1.0;
 
 /// After so many fixes in a row that are too late, the receiver's time has jumped rather than the
-/// fixes been delayed: the earliest arrival is then looked for anew.
+/// fixes been delayed: the earliest arrival is then searched for again.
 const JUMP: u8 = 10;
 
 /// Fixes closer to each other than this count as one of these, ms.
@@ -50,26 +50,26 @@ pub struct FixAge {
     /// validity of the last one.
     too_late: u8,
     too_late_ms: u32,
-    /// By how much the last fix came sooner than any before, microseconds, >= 0.
+    /// Lead of the last fix over the earliest before it, microseconds, >= 0.
     sooner_us: i64,
-    /// Least age by the time pulse, s, in place of that told.
+    /// Least age by the time pulse, s, instead of the configured one.
     least_s: Option<f32>,
 }
 
 impl FixAge {
-    /// The age, in seconds, that a fix has at sample `number` of a stream with this period.
-    /// `told_s` is the least age at its arrival; `keeps`: without a pulse, that of the last pulses
-    /// goes before it. `None`: the fix is older than [`MAX_AGE_S`].
+    /// Age of a fix in seconds at sample `number` of a stream with this period. `configured_s` is
+    /// the least age at its arrival; `keeps`: without a pulse, the age by the last pulses replaces
+    /// it. `None`: the fix is older than [`MAX_AGE_S`].
     pub fn of(
         &mut self,
         number: u32,
         fix: &Fix,
         period_s: f64,
-        told_s: f32,
+        configured_s: f32,
         keeps: bool,
     ) -> Option<f32> {
         let waited = fix.waited as f32 * period_s as f32;
-        let least = self.least_s.filter(|_| keeps).unwrap_or(told_s);
+        let least = self.least_s.filter(|_| keeps).unwrap_or(configured_s);
         let arrived = number.wrapping_sub(fix.waited);
         let by_arrival = self.arrived(arrived, fix.time_ms, period_s, least);
         let age = match fix.age {
@@ -123,7 +123,7 @@ impl FixAge {
         self.least_s
     }
 
-    /// By how much the last fix came sooner after its validity than any before it, s, drift of the
+    /// Lead of the last fix, relative to its validity, over all fixes before it, s, drift of the
     /// clocks apart. The least age was of a later fix until then.
     pub fn sooner_s(&self) -> f32 {
         self.sooner_us as f32 * 1e-6
@@ -245,9 +245,10 @@ mod tests {
         assert_eq!(age.of(610 + 91, &fix, PERIOD_S, LEAST_S, true), None);
     }
 
-    /// With a pulse the age is what it is, not what was told; when the pulse stays away it remains.
+    /// With a pulse the age is measured and not the configured one; when the pulse stays away, the
+    /// measured age remains.
     #[test]
-    fn the_pulse_goes_before_what_was_told() {
+    fn the_pulse_replaces_the_configured_age() {
         let mut age = FixAge::default();
         let mut of = |second: u32, delay: u32, waited: u32, exact: Option<f32>| {
             let fix = Fix {

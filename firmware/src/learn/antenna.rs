@@ -1,14 +1,14 @@
 //! Where the antenna is and how old its fixes are: lever arm and delay as states of a filter.
 //!
-//! Both are told with a standard deviation. An error `d` of the two (estimate minus truth, lever
-//! arm in the sensor's axes, then the age of a fix) makes every fix seem wrong by `M d`, where `M`
-//! follows from the motion ([`Seen::by`]): a lever arm shows in turns, a delay where the velocity
-//! changes. On a straight line at constant speed neither can be told from the navigator's own
-//! errors `x`, and both stay as uncertain as they were.
+//! Both are configured with a standard deviation. An error `d` of the two (estimate minus truth,
+//! lever arm in the sensor's axes, then the age of a fix) makes every fix seem wrong by `M d`,
+//! where `M` follows from the motion ([`Seen::by`]): a lever arm shows in turns, a delay where the
+//! velocity changes. On a straight line at constant speed neither can be separated from the
+//! navigator's own errors `x`, and both stay as uncertain as they were.
 //!
 //! One filter estimates `d` for all hypotheses. It has six biases as the hypothesis `biases`, so
 //! that it does not take the sensors' errors for the antenna's. Since [`Kalman`] observes one state
-//! at a time, its navigation errors are those seen by the antenna:
+//! at a time, its navigation errors are those of the antenna:
 //!
 //! ```text
 //! y = x + M d,    z = y + noise
@@ -19,7 +19,7 @@
 //! M'` of what is left of `d` added, several times, to the fix's own. At the end of a block `d`
 //! moves into the navigator's lever arm and into the age of the fixes.
 //!
-//! If both are told exactly, nothing of this runs.
+//! If both are known exactly, nothing of this runs.
 
 mod equations;
 mod known;
@@ -41,7 +41,7 @@ use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Work
 const STATES: usize = NAV + ANTENNA;
 const PACKED: usize = OUTPUTS * (OUTPUTS + 1) / 2;
 type Filter = Kalman<Biases, STATES, OUTPUTS, PACKED, Rational>;
-/// What an antenna's errors do to each observation.
+/// Effect of an antenna's errors on each observation.
 type Effect = [[f32; ANTENNA]; OBSERVATIONS];
 
 /// Neither is ever known better than this, m and s (assumed: the antenna's centre of phase, the
@@ -53,7 +53,7 @@ const FLOOR: [f32; ANTENNA] = [0.01, 0.01, 0.01, 0.002];
 pub struct Antenna {
     filter: Filter,
     workspace: Workspace<STATES, OUTPUTS>,
-    /// Standard deviations as told.
+    /// Configured standard deviations.
     sigma: [f32; ANTENNA],
     /// The estimate in use: lever arm in the sensor's axes, m, and least age, s.
     arm: [f32; 3],
@@ -106,7 +106,7 @@ impl Antenna {
         },
     };
 
-    /// Nothing is told of it, and nothing is to be estimated.
+    /// The antenna is unknown, and nothing is to be estimated.
     pub fn begin_nothing(&mut self) {
         *self = Antenna::ZEROED;
         self.mounting = [1.0, 0.0, 0.0, 0.0];
@@ -114,7 +114,8 @@ impl Antenna {
         self.known = Known::NONE;
     }
 
-    /// As told, until it begins. In place: it is too large to be moved over the stack.
+    /// Takes the configured values until it begins. In place: it is too large to be moved over the
+    /// stack.
     pub fn configure(&mut self, settings: &Settings) {
         let [x, y, z] = [settings.lever_arm_sigma; 3];
         self.begin_nothing();
@@ -124,7 +125,7 @@ impl Antenna {
         self.report();
     }
 
-    /// Begins from what was told. The biases are those of the datasheet.
+    /// Begins from the configured values. The biases are those of the datasheet.
     #[inline(never)]
     pub fn begin(&mut self, settings: &Settings, block_s: f64) {
         self.configure(settings);
@@ -175,7 +176,7 @@ impl Antenna {
         libm::sqrtf(self.variance(NAV + ANTENNA - 1))
     }
 
-    /// What is known, for reading. It is that of the last finished fix.
+    /// Estimates, for reading. They are those of the last finished fix.
     pub fn known(&self) -> Known {
         self.known
     }
@@ -195,7 +196,8 @@ impl Antenna {
 
     /// A new navigator with errors `by` times the sensors' errors that were left after `applied`
     /// had been subtracted, plus others of covariance `rest`. When it was started at a fix, `seen`
-    /// is what that showed: its errors are then those of the fix, as seen by the antenna.
+    /// is the observation of that fix: its errors are then those of the fix, as seen by the
+    /// antenna.
     pub fn navigates(
         &mut self,
         by: &[[f32; OUTPUTS]; NAV],

@@ -42,7 +42,7 @@ pub struct Bank<T: Real = f32> {
     unmodelled: [T; OUTPUTS],
     refused: [Refusals; OBSERVATIONS],
     leading: usize,
-    /// Those that have not fallen behind the best after the last fix; one bit for each hypothesis.
+    /// Hypotheses that have not fallen behind the best after the last fix; one bit each.
     open: u8,
     /// The alignment has estimated the sensors' errors: see [`Self::navigating`].
     believed: bool,
@@ -164,7 +164,7 @@ impl<T: Real> Bank<T> {
         );
     }
 
-    /// Of [`REMEMBERING`], the second moments of the biases of this turn-on about zero.
+    /// Second moments of the biases of this turn-on about zero, of [`REMEMBERING`].
     pub fn turn_on_moments(&self, index: usize) -> [T; OUTPUTS] {
         self.get(index).turn_on_moments()
     }
@@ -255,7 +255,7 @@ impl<T: Real> Bank<T> {
         self.takes_part(ZERO_CORRECTION)
     }
 
-    /// Which hypothesis leads.
+    /// Selects the leading hypothesis.
     fn choose(&mut self) {
         let scores = self.scores();
         self.note_open(&scores);
@@ -305,7 +305,7 @@ impl<T: Real> Bank<T> {
         }
     }
 
-    /// What the device's own navigator is to subtract, rad/s and m/s^2.
+    /// Estimate that the device's own navigator is to subtract, rad/s and m/s^2.
     #[must_use]
     pub fn navigating_estimate(&self) -> &[T; OUTPUTS] {
         self.get(self.navigating()).estimate()
@@ -363,7 +363,7 @@ impl<T: Real> Bank<T> {
         self.each(|h| h.inflate(variance));
     }
 
-    /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
+    /// The stream restarts: the networks' states are those of power-on; what was learnt stays.
     pub fn reset_networks(&mut self) {
         self.each(|h| h.reset_networks());
         self.fresh = table::SETTLING;
@@ -412,7 +412,7 @@ impl<T: Real> Bank<T> {
         self.bias_sigma_of(SIX_BIASES)
     }
 
-    /// The same by any hypothesis.
+    /// [`Self::bias_sigma`] of any hypothesis.
     #[must_use]
     pub fn bias_sigma_of(&self, index: usize) -> [T; OUTPUTS] {
         self.get(index).bias_sigma()
@@ -430,7 +430,7 @@ impl<T: Real> Bank<T> {
         self.get(index).unit_nets()
     }
 
-    /// What they say now: [`Bank::estimate_of`] without the biases of this turn-on.
+    /// Estimate of the present output: [`Bank::estimate_of`] without the biases of this turn-on.
     #[must_use]
     pub fn unit_estimate_of(&self, index: usize) -> [T; OUTPUTS] {
         self.get(index).unit_estimate()

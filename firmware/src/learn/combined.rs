@@ -12,9 +12,9 @@ use lrnn_nostd::State;
 /// fixes when they have proved themselves, else those learnt from references.
 #[derive(Debug)]
 pub struct CombinedLearner<'m, R, F> {
-    /// From references.
+    /// The learner from references.
     pub references: &'m mut R,
-    /// From fixes.
+    /// The learner from fixes.
     pub fixes: F,
 }
 

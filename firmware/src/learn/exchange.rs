@@ -35,7 +35,7 @@ pub const SAMPLES: usize = 128;
 const OTHERS: usize = 8;
 const REPLIES: usize = 2;
 
-/// What the frame path hands over.
+/// Orders of the frame path.
 #[derive(Debug, Clone, Copy)]
 #[expect(
     clippy::large_enum_variant,
@@ -46,9 +46,9 @@ pub enum Order {
     Sample(u32, RawSample),
     /// [`Learner::gap`].
     Gap,
-    /// Nothing is known of the unit any more: [`Learner::recall`].
+    /// The memory of the unit is no longer valid: [`Learner::recall`].
     ForgetUnit,
-    /// The learner begins anew. [`View`] follows.
+    /// The learner restarts. [`View`] follows.
     Anew(Anew),
     /// [`Learner::block`], with its own number and that of its last sample. [`Answer`] and [`View`]
     /// follow.
@@ -65,7 +65,7 @@ pub enum Order {
     Remember,
 }
 
-/// Why the learner begins anew.
+/// Why the learner restarts.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap")]
 pub enum Anew {
@@ -81,7 +81,7 @@ pub enum Anew {
     Drive,
 }
 
-/// What the learner knows after a block, for the correction and the store.
+/// The learner's results after a block, for the correction and the store.
 #[derive(Debug, Clone, Copy)]
 pub struct Answer {
     /// The block's number.
@@ -100,7 +100,7 @@ pub struct Answer {
     pub stored_harms: bool,
 }
 
-/// What can be looked at.
+/// The learner's state, for reports.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct View {
     /// [`Learner::report`].
@@ -136,16 +136,16 @@ impl Answer {
     }
 }
 
-/// What an order other than a block leads to.
+/// Reply to an order other than a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reply {
     /// Why a heading or a reference was not used.
     Verdict(Result<(), Reason>),
-    /// So many bytes were taken down; 0: nothing is to be stored.
+    /// Number of bytes that were recorded; 0: nothing is to be stored.
     Remembered(usize),
 }
 
-/// What an order leads to.
+/// Result of an order.
 #[expect(clippy::large_enum_variant, reason = "there is no heap")]
 enum Outcome {
     Nothing,
@@ -196,7 +196,7 @@ pub struct Here<'m> {
 }
 
 impl<'m> Here<'m> {
-    /// With this learner.
+    /// The end with this learner.
     pub fn new(learner: &'m mut dyn Learner) -> Here<'m> {
         Here {
             view: View::of(learner),
@@ -227,7 +227,7 @@ impl<'m> Here<'m> {
     }
 }
 
-/// What comes often, or the next of the other orders.
+/// A frequent order, or the next of the other orders.
 #[derive(Debug, Clone, Copy)]
 enum Next {
     Sample(u32, RawSample),
@@ -258,7 +258,7 @@ impl Exchange {
         }
     }
 
-    /// Both sides: of the frame path, and of the priority that runs `here`'s learner.
+    /// Both ends: of the frame path, and of the priority that runs `here`'s learner.
     pub fn split<'m>(&'m mut self, here: Here<'m>) -> (Ends<'m>, Background<'m>) {
         let (next_in, next_out) = self.next.split();
         let (others_in, others_out) = self.others.split();
@@ -356,7 +356,7 @@ impl Background<'_> {
     }
 }
 
-/// Who runs the learner.
+/// How the learner is run.
 #[expect(clippy::large_enum_variant, reason = "there is no heap")]
 enum Runs<'m> {
     Nobody,
@@ -377,7 +377,7 @@ pub struct Port<'m> {
 }
 
 impl core::fmt::Debug for Port<'_> {
-    /// Without the learner's numbers, which would bring the formatting of floats into every image.
+    /// Omits the learner's numbers, which would bring the formatting of floats into every image.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self.runs {
             Runs::Nobody => "None",
@@ -388,7 +388,7 @@ impl core::fmt::Debug for Port<'_> {
 }
 
 impl<'m> Port<'m> {
-    /// Without a learner.
+    /// A port without a learner.
     pub const NONE: Port<'m> = Port {
         runs: Runs::Nobody,
         number: 0,
@@ -397,7 +397,7 @@ impl<'m> Port<'m> {
         stopped: false,
     };
 
-    /// With a learner that is run at once.
+    /// A port to a learner that is run at once.
     pub fn here(learner: Option<&'m mut dyn Learner>) -> Port<'m> {
         Port {
             runs: learner.map_or(Runs::Nobody, |learner| Runs::Here(Here::new(learner))),
@@ -421,7 +421,7 @@ impl<'m> Port<'m> {
         }
     }
 
-    /// There is a learner.
+    /// Whether there is a learner.
     pub fn exists(&self) -> bool {
         !matches!(self.runs, Runs::Nobody)
     }
@@ -443,7 +443,7 @@ impl<'m> Port<'m> {
         }
     }
 
-    /// The learner begins anew. What it knew does not count any more.
+    /// Restarts the learner. Its earlier results do not count any more.
     pub fn begin_anew(&mut self, anew: Anew) {
         (self.answer, self.awaits) = (None, false);
         self.stopped &= !self.has_caught_up();
@@ -487,7 +487,7 @@ impl<'m> Port<'m> {
         self.hand_over(&Order::Block(self.number, last, *block));
     }
 
-    /// What an order has led to, once.
+    /// Reply to an order, once.
     pub fn reply(&mut self) -> Option<Reply> {
         match &mut self.runs {
             Runs::Nobody => None,
@@ -501,7 +501,7 @@ impl<'m> Port<'m> {
         self.answer.as_ref()
     }
 
-    /// What can be looked at; `None` without a learner.
+    /// The learner's state; `None` without a learner.
     pub fn view(&self) -> Option<&View> {
         match &self.runs {
             Runs::Nobody => None,

@@ -52,7 +52,7 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 #[derive(Debug)]
 pub struct Memory {
     bank: Bank,
-    /// Which hypotheses have proved themselves.
+    /// Rehearsals, by which hypotheses prove themselves.
     rehearsal: Rehearsal,
     /// Lever arm and delay of the fixes.
     antenna: Antenna,
@@ -84,7 +84,7 @@ const NOWHERE: (f32, [f32; 2]) = (0.0, [f32::INFINITY, f32::NEG_INFINITY]);
 #[derive(Debug, Clone, Copy, Default)]
 struct Tally {
     used: u32,
-    /// Of these, with a refused component.
+    /// Number of these with a refused component.
     refused: u32,
     promotions: u32,
     rollbacks: u32,
@@ -149,17 +149,17 @@ impl<'m> FixLearner<'m> {
     #[inline(never)]
     fn begin_shapes(&mut self) {
         let Settings { sheet, inputs, .. } = &self.settings;
-        let told = self.shapes.driven;
-        self.shapes = Shapes::new(&told, sheet, inputs);
+        let driven = self.shapes.driven;
+        self.shapes = Shapes::new(&driven, sheet, inputs);
     }
 
     /// The hypothesis that believes the networks that correct this drive, if they do anything.
     #[inline(never)]
     fn begin_stored(&mut self) {
-        let told = &self.shapes.driven;
-        if *told != [Nets::NONE.gyro, Nets::NONE.accel] {
+        let driven = &self.shapes.driven;
+        if *driven != [Nets::NONE.gyro, Nets::NONE.accel] {
             let bank = &mut self.memory.bank;
-            bank.begin_stored(told, &self.settings.sheet, UNALIGNED);
+            bank.begin_stored(driven, &self.settings.sheet, UNALIGNED);
         }
     }
 
@@ -182,7 +182,7 @@ impl<'m> FixLearner<'m> {
         self.memory.antenna.begin(&self.settings, block_s.into());
     }
 
-    /// What is remembered of the unit.
+    /// Begins with the memory of the unit.
     #[inline(never)]
     fn begin_known(&mut self) {
         let bank = &mut self.memory.bank;
@@ -216,8 +216,8 @@ impl<'m> FixLearner<'m> {
         self.forget_stream();
     }
 
-    /// The stream begins anew.
-    fn anew(&mut self) {
+    /// The stream restarts.
+    fn restart_stream(&mut self) {
         self.choice.running = ZERO_CORRECTION;
         self.samples.scale = None;
         self.forget_stream();
@@ -280,8 +280,8 @@ impl<'m> FixLearner<'m> {
         navigator.map(|navigator| navigator.end_piece()).is_some()
     }
 
-    /// How the errors have moved in it. False: not at all, by a fix that arrived after the block's
-    /// last sample.
+    /// Changes of the errors in it. False: none, by a fix that arrived after the block's last
+    /// sample.
     fn take_transition(&mut self) -> bool {
         let Some(navigator) = self.navigation.course.navigator_mut() else {
             return false;
@@ -320,7 +320,7 @@ impl<'m> FixLearner<'m> {
         self.choice.passes(block.time);
     }
 
-    /// What is in force.
+    /// The hypothesis in force.
     #[inline(never)]
     fn in_force(&self) -> Option<Winner> {
         if self.choice.running == ZERO_CORRECTION {
@@ -359,7 +359,7 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// What a block says to the networks: their inputs.
+    /// Inputs of the networks for a block.
     fn take_inputs(&mut self, sources: &Sources) -> [[f32; 3]; 2] {
         self.motion.recent.block(sources, self.settings.sheet.range);
         if let (true, Some(stream)) = (self.navigation.course.navigates(), &self.samples.stream) {
@@ -386,8 +386,8 @@ impl<'m> FixLearner<'m> {
         self.less(*self.memory.bank.error_state())
     }
 
-    /// The same as the hypothesis in force sees it: where free-inertial navigation with its
-    /// correction begins.
+    /// The navigator's state as the hypothesis in force corrects it: where free-inertial navigation
+    /// with its correction begins.
     pub fn nav_in_force(&self) -> Option<nav::State> {
         self.less(*self.memory.bank.error_state_of(self.choice.running))
     }

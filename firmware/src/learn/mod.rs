@@ -36,7 +36,7 @@ use bank::HYPOTHESES;
 use lrnn_nostd::State;
 use rehearsal::Standing;
 
-/// What a learner reports.
+/// Report of a learner.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Report {
     /// First and last sample of the window that awaits a reference.
@@ -50,24 +50,24 @@ pub struct Report {
     pub doubted: u32,
     /// Fixes used.
     pub fixes: u32,
-    /// Of these, with a component that was refused as an outlier.
+    /// Number of these with a component that was refused as an outlier.
     pub refused: u32,
     /// Fixes not used because they arrived too late: see [`age::MAX_AGE_S`].
     pub late: u32,
     /// The hypothesis in force, 0 for "the sensors are right": see [`rehearsal`].
     pub winner: u8,
-    /// How often a hypothesis other than 0 was promoted.
+    /// Number of promotions of a hypothesis other than 0.
     pub promotions: u32,
-    /// How often it was given up for 0.
+    /// Number of times that it was given up for 0.
     pub rollbacks: u32,
     /// The learner's navigator is aligned and is compared with fixes.
     pub navigates: bool,
-    /// How long the vehicle has stood, s.
+    /// Time for which the vehicle has been stationary, s.
     pub still_s: u32,
     /// Lever arm and delay of the receiver's fixes.
     pub antenna: Known,
-    /// What gave the navigator its heading; while it does not navigate, what gives the alignment in
-    /// motion its heading so far.
+    /// Source of the navigator's heading; while it does not navigate, source of the heading of the
+    /// alignment in motion so far.
     pub way: Way,
     /// Standard deviation of the heading by the hypothesis in force, rad; while it does not
     /// navigate, that of the alignment in motion. Infinite while the heading is unknown.
@@ -77,8 +77,8 @@ pub struct Report {
     pub residual: f32,
     /// Alignments in motion that were refused because they contradicted the fixes.
     pub refused_alignments: u32,
-    /// The networks that [`Learner::begin`] was given, and that correct the samples of this drive,
-    /// navigate worse than none by the rehearsals of this drive. Until the learner begins anew.
+    /// By the rehearsals of this drive, the networks that [`Learner::begin`] was given, and that
+    /// correct the samples of this drive, navigate worse than none. Until the learner restarts.
     pub stored_harms: bool,
 }
 
@@ -94,9 +94,9 @@ pub const SETTLED_AFTER_S: f32 = 300.0;
 pub struct Winner {
     /// Networks, biases folded in.
     pub nets: Nets,
-    /// Their states after the last block.
+    /// States of the networks after the last block.
     pub states: [State; 2],
-    /// Their output for the present block: rad/s, m/s2.
+    /// Output of the networks for the present block: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
     /// Standard deviation of that output, rad/s, m/s2; 0 where the learner does not know it.
     pub sigma: [[f32; 3]; 2],
@@ -105,21 +105,21 @@ pub struct Winner {
     pub settled: bool,
 }
 
-/// What the learner's navigator knows, to be looked at.
+/// State of the learner's navigator, for reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
-    /// Its state.
+    /// State of the navigator.
     pub state: nav::State,
     /// Sensor errors by the hypothesis that it follows: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
-    /// Their standard deviations.
+    /// Standard deviations of the estimates.
     pub sigma: [[f32; 3]; 2],
 }
 
-/// How the hypotheses stand, to be looked at.
+/// State of the hypotheses, for reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trials {
-    /// The one with the most evidence.
+    /// Index of the hypothesis with the most evidence.
     pub leading: usize,
     /// Rehearsals that have ended, at each horizon.
     pub ended: [u16; 6],
@@ -127,16 +127,16 @@ pub struct Trials {
     pub each: [Trial; HYPOTHESES],
 }
 
-/// How a hypothesis stands.
+/// State of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trial {
-    /// It takes part.
+    /// Whether the hypothesis takes part.
     pub enabled: bool,
-    /// It has proved itself.
+    /// Whether the hypothesis has proved itself.
     pub proved: bool,
-    /// Its evidence: see [`bank::Bank::evidence`].
+    /// Evidence of the hypothesis: see [`bank::Bank::evidence`].
     pub evidence: f64,
-    /// Its rehearsals.
+    /// Result of its rehearsals.
     pub standing: Standing,
 }
 
@@ -146,14 +146,14 @@ pub const MEMORY_LEN: usize = 2816;
 /// A way to learn. Results depend on the order of the calls alone, so that the same input gives the
 /// same bits on every machine. A call may take as long as it needs.
 pub trait Learner: Send {
-    /// What it must know of the unit. What was learnt before is forgotten: it waits for
+    /// Configures it for a unit. Everything learnt before is forgotten: it waits for
     /// [`Learner::begin`].
     fn configure(&mut self, _settings: &Settings) {}
 
-    /// Begins anew, from a copy of `nets`.
+    /// Restarts from a copy of `nets`.
     fn begin(&mut self, nets: &Nets, stream: StreamScale);
 
-    /// The stream begins anew: the networks' states are those of power-on; what was learnt stays.
+    /// The stream restarts: the networks' states are those of power-on; what was learnt stays.
     fn restart(&mut self);
 
     /// An uncorrected sample and its number, after its frame has left.
@@ -222,22 +222,22 @@ pub trait Learner: Send {
     /// as they are.
     fn write_memory(&self, _start: usize, _piece: &mut [u8]) {}
 
-    /// What was known of the unit at the last power-off, before [`Learner::begin`]. Bytes of
-    /// another layout are ignored. Empty: nothing is known.
+    /// Gives the memory of the unit at the last power-off, before [`Learner::begin`]. Bytes of
+    /// another layout are ignored. Empty: there is none.
     fn recall(&mut self, _memory: &[u8]) {}
 
-    /// What was learnt, and the networks' states now.
+    /// The learnt networks, and the networks' states now.
     fn learnt(&mut self) -> (Nets, [State; 2]);
 
     /// Counters and state, for reading only.
     fn report(&self) -> Report;
 
-    /// What its navigator knows; `None` while it does not navigate.
+    /// State of its navigator; `None` while it does not navigate.
     fn solution(&self) -> Option<Solution> {
         None
     }
 
-    /// How its hypotheses stand; `None` where it has none.
+    /// State of its hypotheses; `None` where it has none.
     fn trials(&self) -> Option<Trials> {
         None
     }

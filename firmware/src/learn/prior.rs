@@ -1,4 +1,4 @@
-//! What is known of the sensors before any learning: from the datasheet, the same for every unit.
+//! Prior knowledge of the sensors: from the datasheet, the same for every unit.
 
 use crate::inputs::{Inputs, REFERENCE_DEGC, Source};
 use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
@@ -30,8 +30,8 @@ pub struct Datasheet<T = f32> {
     pub turn_on: [T; 2],
 }
 
-/// [`Datasheet::turn_on`] where nothing is told (assumed: calibrated sensors of all grades repeat
-/// to some tenth of their bias).
+/// [`Datasheet::turn_on`] where the datasheet does not state it (assumed: calibrated sensors of all
+/// grades repeat to some tenth of their bias).
 pub const TURN_ON: [f32; 2] = [0.1; 2];
 
 impl Datasheet<f32> {
@@ -48,7 +48,7 @@ impl Datasheet<f32> {
         }
     }
 
-    /// The same in another number type.
+    /// This datasheet in another number type.
     #[must_use]
     pub fn cast<T: Real>(&self) -> Datasheet<T> {
         let to = |x: f32| T::from_f64(f64::from(x));
@@ -75,10 +75,10 @@ const W1: [[f64; 3]; 3] = [
 ];
 const B1: [f64; 3] = [0.17, -0.08, -0.26];
 
-/// What the hidden layers of a hypothesis' networks make of their input.
+/// Use of the input by the hidden layers of a hypothesis' networks.
 #[derive(Clone, Copy, Debug)]
 pub enum Layers<'n, T> {
-    /// Nothing: their slow units, started at power-on, tell the time since then. The standard
+    /// None: their slow units, started at power-on, measure the time since then. The standard
     /// deviations of their weights when their path may add 1 ([`weights`]).
     Time(&'n Weights<T>),
     /// Three functions of the inputs, which [`Inputs`] chooses: the networks, and what their units
@@ -156,7 +156,7 @@ pub struct Shapes<T: Real = f32> {
     /// As `driven`, but instead of the last input that is not of the thermometer there is the
     /// square of the temperature.
     pub curved: [LearnerNet<T>; 2],
-    /// What the units of both reach ([`amplitudes`]): see [`Shapes::reach`].
+    /// Reach of the units of both ([`amplitudes`]): see [`Shapes::reach`].
     reaches: [[[f64; 3]; 2]; 2],
 }
 
@@ -174,7 +174,7 @@ impl<T: Real> Shapes<T> {
     /// Parts of [`Shapes::reach`].
     pub const REACHES: usize = 4;
 
-    /// With all that they reach.
+    /// Computes the reach of all units.
     #[must_use]
     pub fn complete(mut self) -> Self {
         (0..Self::REACHES).for_each(|part| self.reach(part));
@@ -191,28 +191,28 @@ impl<T: Real> Shapes<T> {
         }
     }
 
-    /// What the units of `driven` and of `curved` reach.
+    /// Reach of the units of `driven` and of `curved`.
     #[must_use]
     pub fn reaches(&self) -> &[[[f64; 3]; 2]; 2] {
         &self.reaches
     }
 
-    /// The built-in shapes for these inputs, or the shape of a type of sensor, if `told` has one:
-    /// hidden layers that are alive. Then both are `told`. Networks that were learnt with one of
-    /// the built-in shapes are kept, and so are the scales of any that are alive.
+    /// The built-in shapes for these inputs, or the shape of a type of sensor, if `given` has one:
+    /// hidden layers that are alive. Then both are `given`. Networks that were learnt with one of
+    /// the built-in shapes stay, and so do the scales of any that are alive.
     #[must_use]
-    pub fn new(told: &[LearnerNet<T>; 2], sheet: &Datasheet<T>, inputs: &Inputs) -> Self {
+    pub fn new(given: &[LearnerNet<T>; 2], sheet: &Datasheet<T>, inputs: &Inputs) -> Self {
         let mut all = Self::NONE;
         let scales = sheet.driven_normalisation(inputs);
-        let told = told.iter().zip(scales).zip(inputs);
+        let given = given.iter().zip(scales).zip(inputs);
         for (((net, scales), which), (driven, curved)) in
-            told.zip(all.driven.iter_mut().zip(&mut all.curved))
+            given.zip(all.driven.iter_mut().zip(&mut all.curved))
         {
-            let of_told = is_alive(&net.weights) && net.weights.is_finite();
-            let scales = if of_told { net.normalisation } else { scales };
+            let is_given = is_alive(&net.weights) && net.weights.is_finite();
+            let scales = if is_given { net.normalisation } else { scales };
             *driven = Net::new(wired(columns(which)), scales);
             *curved = Net::new(wired(curved_columns(which)), scales);
-            if of_told {
+            if is_given {
                 let (own, bent) = (same_hidden(net, driven), same_hidden(net, curved));
                 if own || !bent {
                     *driven = *net;
@@ -225,7 +225,7 @@ impl<T: Real> Shapes<T> {
         all
     }
 
-    /// Both of them.
+    /// Both networks of both kinds.
     pub fn iter(&self) -> impl Iterator<Item = &LearnerNet<T>> {
         self.driven.iter().chain(&self.curved)
     }
@@ -245,7 +245,7 @@ fn columns(which: &[Source; 3]) -> [usize; 3] {
     })
 }
 
-/// The same where the temperature is followed once more in place of an input that is not of the
+/// [`columns`] where the temperature is followed once more instead of an input that is not of the
 /// thermometer, if there are both.
 fn curved_columns(which: &[Source; 3]) -> [usize; 3] {
     let mut columns = columns(which);
@@ -332,8 +332,8 @@ pub fn spread<T: Real>(
     sigma
 }
 
-/// By how much each unit of the second layer moves in the end when one input goes from its mean to
-/// 1 in network units: the most of the three.
+/// Final movement of each unit of the second layer when one input goes from its mean to 1 in
+/// network units: the most of the three.
 #[must_use]
 pub fn amplitudes<T: Real>(net: &LearnerNet<T>) -> [f64; 3] {
     let scales = &net.normalisation;
@@ -388,8 +388,8 @@ impl<T: Real> Datasheet<T> {
         ]
     }
 
-    /// The same for networks that are driven by these inputs: each is near 1 at the most that is
-    /// usual.
+    /// Normalisation of networks that are driven by these inputs: each is near 1 at the most that
+    /// is usual.
     #[must_use]
     pub fn driven_normalisation(&self, inputs: &Inputs) -> [Normalisation<T>; 2] {
         let (to, [rate, force]) = (T::from_f64, self.range.map(|range| T::ONE / range));

@@ -17,7 +17,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// For samples of this kind, where `lsb` is the value of a count or of 1.0.
+    /// Scale for samples of this kind, where `lsb` is the value of a count or of 1.0.
     pub fn of(sample: &RawSample, lsb: &Lsb) -> Scale {
         let RawSample::Floats { .. } = sample else {
             return Scale::counts_of(*lsb);
@@ -37,7 +37,7 @@ impl Scale {
         }
     }
 
-    /// For samples in counts.
+    /// Scale for samples in counts.
     pub fn counts_of(lsb: Lsb) -> Scale {
         Scale {
             lsb,

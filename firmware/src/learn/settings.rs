@@ -7,23 +7,23 @@ use crate::configuration::{Configuration, Triad, VehicleKind};
 use crate::inputs::{Inputs, OWN};
 use crate::nav::Noise;
 
-/// What the learner must know of the sensors and the receiver.
+/// Settings of the learner: sensors and receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// What drives the networks.
+    /// Inputs of the networks.
     pub inputs: Inputs,
     /// Biases and ranges of the sensors.
     pub sheet: Datasheet,
     /// White noise of the sensors.
     pub noise: Noise,
-    /// When an observation is refused and when a hypothesis is promoted.
+    /// Limits at which an observation is refused and a hypothesis is promoted.
     pub gates: Gates,
     /// Length of an alignment that is not commanded, s, >= [`crate::align::LEAST_S`].
     pub align_s: f64,
     /// Least age of a fix when it arrives, s, 0 to 1. What a fix is later than the earliest is
     /// measured: see [`super::age`].
     pub fix_age_s: f32,
-    /// Standard deviation of that least age, s, >= 0. 0: it is exactly as told.
+    /// Standard deviation of that least age, s, >= 0. 0: it is known exactly.
     pub fix_age_sigma: f32,
     /// Scale factor errors of gyros and accelerometers, as ratios.
     pub scale: [f32; 2],
@@ -31,13 +31,13 @@ pub struct Settings {
     pub misalignment: [f32; 2],
     /// Bias of the gyros by specific force, rad/s per m/s2.
     pub g_sensitivity: f32,
-    /// How the vehicle moves, and its forward axis in the sensor's axes (unit vector).
+    /// Kind of the vehicle, and its forward axis in the sensor's axes (unit vector).
     pub vehicle: VehicleKind,
     /// See [`Self::vehicle`].
     pub forward: [f32; 3],
-    /// From the IMU to the receiver's antenna in the sensor's axes, m.
+    /// Lever arm from the IMU to the receiver's antenna in the sensor's axes, m.
     pub lever_arm: [f32; 3],
-    /// Standard deviation of the lever arm along each axis, m, >= 0. 0: it is exactly as told.
+    /// Standard deviation of the lever arm along each axis, m, >= 0. 0: it is known exactly.
     pub lever_arm_sigma: f32,
     /// Rotation from the sensor's axes to body axes: unit quaternion w, x, y, z. Only for what the
     /// learner reports.
@@ -82,7 +82,7 @@ impl Settings {
         mounting: [1.0, 0.0, 0.0, 0.0],
     };
 
-    /// What a unit's configuration tells. A bias is the root of the squares of its part that is
+    /// Settings by a unit's configuration. A bias is the root of the squares of its part that is
     /// drawn at power-on and of its walk in an hour. The learner works in the sensor's own axes.
     #[must_use]
     pub fn of(configuration: &Configuration) -> Settings {
@@ -135,7 +135,7 @@ impl Settings {
         [0, 1].map(|k| libm::hypotf(scale[k], misalignment[k]))
     }
 
-    /// What the alignment and the standstill detector must know.
+    /// Datasheet for the alignment and the standstill detector.
     #[must_use]
     pub fn sensors(&self) -> Sensors {
         Sensors {

@@ -1,9 +1,9 @@
-//! What is remembered of a unit over power-off.
+//! Memory of a unit over power-off.
 //!
 //! Some hypotheses of the bank divide what they learn into what the unit is and what this turn-on
 //! is ([`super::bank::REMEMBERING`]). The first part is stored, with its covariance, and is their
 //! prior in the next drive. Of the second part the scatter is stored: how much of a bias is new at
-//! every turn-on. A datasheet tells it seldom; the learner finds it.
+//! every turn-on. A datasheet seldom states it; the learner finds it.
 //!
 //! Little-endian bytes:
 //!
@@ -38,33 +38,33 @@ const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2];
 pub const LEN: usize = HEAD + 4 * VALUES;
 const _: () = assert!(LEN <= MEMORY_LEN);
 
-/// The datasheet's scatter of the turn-on counts as so many moments: two drives.
-const TOLD: f32 = 6.0;
+/// Weight of the datasheet's scatter of the turn-on, in moments: two drives.
+const DATASHEET_MOMENTS: f32 = 6.0;
 /// Scatter of the turn-on at least and at most, as a share of the bias.
 const SCATTER: [f32; 2] = [0.01, 0.9];
-/// A fleet's scatter of the turn-on counts as so many moments: ten drives.
+/// Weight of a fleet's scatter of the turn-on, in moments: ten drives.
 const MOMENTS: f32 = 30.0;
-/// By how much each variance grows from drive to drive, as a share of its prior: sensors age, and a
-/// unit that never changed would never be learnt anew. (Assumed: a hundredth of the bias in a
+/// Growth of each variance from drive to drive, as a share of its prior: sensors age, and a unit
+/// whose variances never grew would never be learnt again. (Assumed: a hundredth of the bias in a
 /// drive.)
 const AGES: f32 = 1e-4;
-/// By how much the best hypothesis is ahead of another one in the next drive by the evidence of
-/// earlier ones, at most.
+/// Largest lead of the best hypothesis over another one in the next drive, by the evidence of
+/// earlier ones.
 const EVIDENCE: f32 = 20.0;
 
-/// How the units of a type differ, and the turn-ons of each, in units of the networks' output
-/// scale.
+/// Differences between the units of a type, and between the turn-ons of each, in units of the
+/// networks' output scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spread {
     /// Standard deviation over units of the output layer's three columns, > 0.
     pub columns: [f32; 3],
-    /// The same of its biases, > 0.
+    /// Spread of its biases, > 0.
     pub bias: f32,
     /// Standard deviation of a bias that is new at each turn-on, > 0.
     pub turn_on: f32,
 }
 
-/// What is known of a unit, without the values.
+/// Memory of a unit, without the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Head {
     /// Drives that have taught something; 0: nothing is known.
@@ -83,7 +83,7 @@ pub struct Head {
 }
 
 impl Head {
-    /// Nothing is known.
+    /// An empty memory.
     pub const NEW: Head = Head {
         drives: 0,
         seconds: 0.0,
@@ -96,17 +96,18 @@ impl Head {
     };
 
     /// Scatter of the turn-on, as a share of the datasheet's bias: gyros, accelerometers.
-    pub fn turn_on(&self, told: &Datasheet) -> [f32; 2] {
+    pub fn turn_on(&self, sheet: &Datasheet) -> [f32; 2] {
         let [gyro, accel] = self.moments;
-        let of = |(sum, told): (f32, f32)| {
-            let variance = (TOLD * told * told + sum) / (TOLD + self.count);
+        let of = |(sum, stated): (f32, f32)| {
+            let variance =
+                (DATASHEET_MOMENTS * stated * stated + sum) / (DATASHEET_MOMENTS + self.count);
             libm::sqrtf(variance).clamp(SCATTER[0], SCATTER[1])
         };
-        [(gyro, told.turn_on[0]), (accel, told.turn_on[1])].map(of)
+        [(gyro, sheet.turn_on[0]), (accel, sheet.turn_on[1])].map(of)
     }
 }
 
-/// What is known of a unit.
+/// Memory of a unit.
 #[derive(Debug, Clone)]
 pub struct Unit {
     /// Counters and scatter.
@@ -115,7 +116,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// Nothing is known.
+    /// An empty memory.
     pub const NEW: Unit = Unit {
         head: Head::NEW,
         values: [0.0; VALUES],
@@ -205,14 +206,14 @@ impl Unit {
         known && bank.recall(&self.values, AGES, evidence)
     }
 
-    /// What a fleet teaches of a unit that has not driven yet: its networks have this shape, and
+    /// Memory of a unit that has not driven yet, from a fleet: its networks have this shape, and
     /// their output layers and biases this spread.
     pub fn of_type(shapes: &Shapes, sheet: &Datasheet, spread: &[Spread; 2]) -> Unit {
         let mut unit = Unit::NEW;
-        let told = [sheet.gyro_bias, sheet.accel_bias];
+        let bias = [sheet.gyro_bias, sheet.accel_bias];
         let share = |k: usize| {
             let scale = shapes.driven[k].normalisation.output_scale[0];
-            (scale / told[k], spread[k].turn_on * scale / told[k])
+            (scale / bias[k], spread[k].turn_on * scale / bias[k])
         };
         let [(of_gyro, gyro), (of_accel, accel)] = [share(0), share(1)];
         let count = MOMENTS;

@@ -71,9 +71,9 @@ struct Measured {
 pub struct WindowLearner {
     sides: [Side; 2],
     stream: StreamScale,
-    /// What drives the networks, once it was told; not an `Option`, since that is not all zeros.
+    /// Inputs of the networks, once configured; not an `Option`, since that is not all zeros.
     inputs: Inputs,
-    told: bool,
+    configured: bool,
     open: Span,
     closed: Option<Span>,
     taken: Option<(u32, u32)>,
@@ -187,7 +187,7 @@ impl WindowLearner {
                 block_samples: 0,
             },
             inputs: [[Source::RateX; 3]; 2],
-            told: false,
+            configured: false,
             open: Span::EMPTY,
             closed: None,
             taken: None,
@@ -223,10 +223,10 @@ impl Default for WindowLearner {
 }
 
 impl Learner for WindowLearner {
-    /// It needs to know what drives the networks: the scales are those of the networks.
+    /// It needs the inputs of the networks: the scales are those of the networks.
     fn configure(&mut self, settings: &Settings) {
-        (self.inputs, self.told) = (settings.inputs, true);
-        self.taken = None; // the samples are counted anew
+        (self.inputs, self.configured) = (settings.inputs, true);
+        self.taken = None; // the numbers of the samples restart
         self.restart();
     }
 
@@ -246,7 +246,7 @@ impl Learner for WindowLearner {
 
     fn block(&mut self, last: u32, block: &Block) {
         let dt = self.stream.block_s();
-        let inputs = if self.told { self.inputs } else { OWN };
+        let inputs = if self.configured { self.inputs } else { OWN };
         let [of_gyro, of_accel] = inputs.map(|which| block.sources.select(&which));
         let [gyro, accel] = &mut self.sides;
         let good = gyro.step(of_gyro, dt) & accel.step(of_accel, dt);

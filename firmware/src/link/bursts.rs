@@ -5,13 +5,13 @@
 //! interrupt each other. The frame path takes what has come ([`Bursts::take`]), each burst once and
 //! in order; some wait for it while it is busy.
 //!
-//! Nothing waits here, so nothing hangs. What goes wrong costs bursts, and each is told:
+//! Nothing waits here, so nothing hangs. What goes wrong costs bursts, and each loss is reported:
 //! - A transfer that has not ended when the next sample is ready is given up. That sample is left
 //!   as well: the sensor wants a pause first.
 //! - A sample that is ready within the pause behind a transfer is left.
-//! - So is one without a place, because the frame path was busy for too long.
+//! - So is one without a free buffer, because the frame path was busy for too long.
 //!
-//! A data-ready that never comes is seen in the sensor's counter, or as silence.
+//! A data-ready that never comes shows in the sensor's counter, or as silence.
 
 use super::Lost;
 use super::atomics::{AtomicU8, AtomicU32, AtomicUsize, Ordering};
@@ -39,17 +39,17 @@ pub struct Bursts<const N: usize, const LONGEST: usize, const STALL_US: u32> {
     length: AtomicUsize,
     /// A transfer is under way: 1, else 0.
     running: AtomicU8,
-    /// When the sensor was released last, microseconds.
+    /// Time at which the sensor was last released, microseconds.
     released_us: AtomicU32,
-    /// Bursts that have come, been lost, been taken, and been told as lost, wrapping.
+    /// Bursts that have come, been lost, been taken, and been reported as lost, wrapping.
     came: AtomicUsize,
     lost: AtomicUsize,
     taken: AtomicUsize,
-    told: AtomicUsize,
+    reported: AtomicUsize,
 }
 
 impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGEST, STALL_US> {
-    /// Of no sensor yet.
+    /// A queue without a sensor.
     #[allow(clippy::new_without_default, reason = "a static")]
     pub const fn new() -> Self {
         const {
@@ -63,7 +63,7 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
             came: AtomicUsize::new(0),
             lost: AtomicUsize::new(0),
             taken: AtomicUsize::new(0),
-            told: AtomicUsize::new(0),
+            reported: AtomicUsize::new(0),
         }
     }
 
@@ -72,7 +72,8 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         self.length.store(length.min(LONGEST), Ordering::Relaxed);
     }
 
-    /// For the interrupt: the sensor has a new sample. Returns whether to wake the frame path.
+    /// Called by the interrupt: the sensor has a new sample. Returns whether to wake the frame
+    /// path.
     #[inline(always)]
     pub fn ready<'b>(&'b self, bus: &impl Exchange<'b>) -> bool {
         let length = self.length.load(Ordering::Relaxed);
@@ -100,7 +101,8 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         false
     }
 
-    /// For the interrupt: the transfer has ended or failed. Returns whether to wake the frame path.
+    /// Called by the interrupt: the transfer has ended or failed. Returns whether to wake the frame
+    /// path.
     #[inline(always)]
     pub fn ended<'b>(&'b self, bus: &impl Exchange<'b>) -> bool {
         if self.running.load(Ordering::Relaxed) == 0 {
@@ -136,18 +138,19 @@ impl<const N: usize, const LONGEST: usize, const STALL_US: u32> Bursts<N, LONGES
         true
     }
 
-    /// For the frame path: the oldest reply that was not taken, copied by `copy` to `reply`.
+    /// Called by the frame path: the oldest reply that was not taken, copied by `copy` to `reply`.
     ///
     /// # Errors
-    /// [`Lost`], once for each burst that was lost, before what is still there.
+    /// [`Lost`], once for each burst that was lost, before the bursts that are left.
     pub fn take<'r>(
         &self,
         reply: &'r mut [u8; LONGEST],
         copy: impl FnOnce(&[AtomicU8], &mut [u8]),
     ) -> Result<Option<&'r mut [u8]>, Lost> {
-        let told = self.told.load(Ordering::Relaxed);
-        if told != self.lost.load(Ordering::Acquire) {
-            self.told.store(told.wrapping_add(1), Ordering::Relaxed);
+        let reported = self.reported.load(Ordering::Relaxed);
+        if reported != self.lost.load(Ordering::Acquire) {
+            self.reported
+                .store(reported.wrapping_add(1), Ordering::Relaxed);
             return Err(Lost);
         }
         let taken = self.taken.load(Ordering::Relaxed);
@@ -259,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn one_without_a_place_is_told_as_lost_and_spoils_no_other() {
+    fn one_without_a_buffer_is_reported_as_lost_and_spoils_no_other() {
         let (bursts, bus) = (Waiting::<2>::new(), &Bus::new());
         bursts.found(LENGTH);
         for byte in 0..4 {
@@ -283,7 +286,7 @@ mod tests {
         bus.wait(500);
         bus.whole.set(false);
         assert!(bursts.ready(&bus), "the next sample");
-        assert!(!bus.selected.get(), "a pause before it begins anew");
+        assert!(!bus.selected.get(), "a pause before it restarts");
         bus.whole.set(true);
         assert!(!bursts.ended(&bus), "nothing runs");
         assert_eq!((take(&bursts), take(&bursts)), (Err(Lost), Err(Lost)));
@@ -299,7 +302,7 @@ mod tests {
         bursts.found(LENGTH);
         burst(&bursts, bus, 1);
         bus.wait(STALL_US - 1);
-        assert!(bursts.ready(&bus), "it is told");
+        assert!(bursts.ready(&bus), "it is reported");
         assert_eq!(take(&bursts), Err(Lost));
         bus.wait(1);
         assert!(!bursts.ready(&bus));
@@ -324,6 +327,6 @@ mod tests {
         bursts.found(LENGTH);
         burst(&bursts, bus, 2);
         assert_eq!(take(&bursts), Ok(Some((LENGTH - 2, 2))));
-        assert_eq!(take(&bursts), Ok(None), "none is told as lost");
+        assert_eq!(take(&bursts), Ok(None), "none is reported as lost");
     }
 }

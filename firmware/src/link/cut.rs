@@ -1,8 +1,8 @@
 //! Cut-through: the bytes of a frame leave corrected while the frame still arrives.
 //!
-//! The receiving interrupt hands each byte to [`Cut::came`] and sends what it gives. A byte leaves
-//! when [`HOLD`] more have come. So every byte has the same delay. With the frame's
-//! last byte all that is held leaves, and the line's own pace spaces it.
+//! The receiving interrupt hands each byte to [`Cut::came`] and sends what it returns. A byte
+//! leaves when [`HOLD`] more have come. So every byte has the same delay. With the frame's last
+//! byte all pending bytes leave, and the line's own pace spaces them.
 //!
 //! **Saturation.** A value whose least significant byte comes first is corrected byte by byte. That
 //! it saturates is known with its last byte, when its first one has left. So it leaves with the
@@ -19,11 +19,11 @@
 //! at i disagrees with what left, and the frame is as damaged as it was. The bytes behind i leave
 //! as they come, since one that was lost makes them the next frame's.
 //!
-//! **Who decides.** The frame path tells the [`Plan`] ([`Cut::arm`]) and from which byte of the
-//! stream on it holds. From there every frame is cut that looks as planned, has followed the last
-//! one without a byte between, and finds room. The first that does not ends it. What has left is
-//! counted in bytes of the stream; the loop sends all that is behind ([`Cut::claim`]) as it would
-//! without. Only one of both sends at a time: the loop ends the cutting before it sends.
+//! **Who decides.** The frame path gives the [`Plan`] ([`Cut::arm`]) and the byte of the stream
+//! from which on it holds. From there every frame is cut that looks as planned, has followed the
+//! last one without a byte between, and finds room. The first that does not ends it. What has left
+//! is counted in bytes of the stream; the loop sends all that is behind ([`Cut::claim`]) as it
+//! would without. Only one of both sends at a time: the loop ends the cutting before it sends.
 //!
 //! The interrupt has `Cut` for itself, and the loop has it with interrupts masked. Nothing here can
 //! panic, and a byte costs a bounded number of steps.
@@ -62,7 +62,7 @@ impl Leaving {
         }
     }
 
-    /// How many.
+    /// Number of bytes.
     pub fn len(self) -> usize {
         self.len.into()
     }
@@ -73,14 +73,14 @@ impl Leaving {
     }
 }
 
-/// Where the cutting is.
+/// State of the cutting.
 #[derive(Debug)]
 pub struct Cut {
     plan: Plan,
-    /// What each value is corrected by, and what earlier frames have left of it.
+    /// Correction of each value, and the remainder of earlier frames.
     due: [u64; 6],
     carried: [u32; 6],
-    /// What the frame under way leaves; carried when its CRC was right.
+    /// Remainder that the frame under way leaves; carried when its CRC was right.
     left: [u32; 6],
     /// Frames are cut.
     on: bool,
@@ -95,14 +95,14 @@ pub struct Cut {
     /// from what came.
     held: u32,
     bits: u32,
-    /// What is added to the value under way, less its bytes that have come, and the carry included.
+    /// Correction of the value under way, less its bytes that have come, and the carry included.
     adds: i32,
     /// CRC of what came, and of the bits changed in what has left.
     crc: u32,
     change: u32,
-    /// Place in the stream of the frame under way or the next one, modulo 2^32.
+    /// Position in the stream of the frame under way or the next one, modulo 2^32.
     next: u32,
-    /// Place behind the last byte that has left.
+    /// Position behind the last byte that has left.
     gone: u32,
     /// Check of plan, dues and remainders.
     sum: u32,
@@ -115,7 +115,7 @@ impl Default for Cut {
 }
 
 impl Cut {
-    /// Nothing is cut.
+    /// A state in which nothing is cut.
     pub const fn new() -> Cut {
         Cut {
             plan: Plan::NONE,
@@ -203,7 +203,7 @@ impl Cut {
         free
     }
 
-    /// How many of `len` bytes from this place of the stream on have left. If not all have, the
+    /// How many of `len` bytes from this position of the stream on have left. If not all have, the
     /// cutting ends, and the rest is to be sent by whoever asks.
     pub fn claim(&mut self, start: u32, len: u32) -> u32 {
         let gone = self.gone.wrapping_sub(start).cast_signed();
@@ -215,7 +215,7 @@ impl Cut {
         gone
     }
 
-    /// The cutting ends, wherever it is. What is held is the loop's.
+    /// The cutting ends, wherever it is. The pending bytes are the loop's.
     pub fn end(&mut self) {
         self.on = false;
     }
@@ -235,7 +235,7 @@ impl Cut {
         })
     }
 
-    /// A byte has come, at this place of the stream. `room`: bytes that find room at the output.
+    /// A byte has come, at this position of the stream. `room`: bytes that find room at the output.
     /// What leaves always finds room.
     #[inline(never)]
     pub fn came(&mut self, place: u32, byte: u8, room: usize) -> Leaving {
@@ -262,7 +262,7 @@ impl Cut {
         self.leave(at)
     }
 
-    /// Takes a byte of the frame and changes what is held.
+    /// Takes a byte of the frame and changes the pending bytes.
     #[inline(always)]
     fn take(&mut self, at: u8, byte: u8) {
         let Plan { word, len, .. } = self.plan;
@@ -296,7 +296,7 @@ impl Cut {
         }
     }
 
-    /// What leaves with the byte that has come.
+    /// Bytes that leave with the byte that has come.
     #[inline(always)]
     fn leave(&mut self, at: u8) -> Leaving {
         let Plan { word, len, .. } = self.plan;

@@ -36,9 +36,9 @@ pub trait Stream<'m>: Progress {
 }
 
 impl Uart {
-    /// For the interrupt of the receiving stream, whether a transfer ended or the frame path made
-    /// it pending. It reports the bytes that have come and begins the next transfer, as long as the
-    /// frame path wants. Returns whether to wake the frame path.
+    /// Called by the interrupt of the receiving stream, whether a transfer ended or the frame path
+    /// made it pending. It reports the bytes that have come and begins the next transfer, as long
+    /// as the frame path wants. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn received_by<'u>(&'u self, stream: &impl Stream<'u>) -> bool {
         let left = stream.stop();
@@ -63,9 +63,9 @@ impl Uart {
         missing <= 0
     }
 
-    /// For the interrupt of the sending stream, whether a transfer ended or the frame path made it
-    /// pending. When a transfer has ended, it begins the next. A transfer that failed is not
-    /// repeated: it would fail again.
+    /// Called by the interrupt of the sending stream, whether a transfer ended or the frame path
+    /// made it pending. When a transfer has ended, it begins the next. A transfer that failed is
+    /// not repeated: it would fail again.
     #[inline(always)]
     pub fn sent_by<'u>(&'u self, stream: &impl Stream<'u>) {
         if stream.is_running() {

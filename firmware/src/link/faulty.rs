@@ -6,7 +6,7 @@
 
 use super::{Full, Line, Lost};
 
-/// How often each fault happens. With all 0 the line is perfect.
+/// Probabilities of the faults. With all 0 the line is perfect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Chances {
     /// One bit of a byte is inverted.
@@ -21,7 +21,7 @@ pub struct Chances {
     pub full: u16,
 }
 
-/// What was done so far.
+/// Damage that was done so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Done {
     /// Bytes received that were corrupted, dropped or replaced.
@@ -61,7 +61,7 @@ impl<L> Faulty<L> {
         &mut self.line
     }
 
-    /// What was done so far.
+    /// Damage that was done so far.
     pub fn done(&self) -> Done {
         self.done
     }
@@ -78,7 +78,7 @@ impl<L> Faulty<L> {
         chance > 0 && (self.random() & 0xFFFF) < u32::from(chance)
     }
 
-    /// What becomes of a byte.
+    /// Result of a byte.
     fn damage(&mut self, byte: u8) -> Option<u8> {
         if self.happens(self.chances.burst) {
             self.burst = (self.random() % 32 + 1) as u8;

@@ -36,7 +36,8 @@ pub trait Clock {
     /// Microseconds since any fixed moment before power-on was complete. Never goes back.
     fn now_us(&self) -> u64;
 
-    /// How many of these microseconds the processor has slept; `None` where that is not known.
+    /// Part of these microseconds for which the processor has slept; `None` where that is not
+    /// known.
     fn asleep_us(&self) -> Option<u64> {
         None
     }
@@ -65,7 +66,7 @@ pub trait Line {
     }
 
     /// After a [`Line::receive`]: whether another call at once may find more. Bytes that an
-    /// interrupt will report need not be told.
+    /// interrupt will report need not count.
     fn has_more(&self) -> bool {
         !self.is_idle()
     }

@@ -3,7 +3,7 @@
 use super::ring;
 use core::sync::atomic::AtomicU8;
 
-/// How far a transfer is.
+/// Progress of a transfer.
 pub trait Progress {
     /// Whether a DMA controller moves the bytes. If not, the code for it is left out.
     const DMA: bool = true;

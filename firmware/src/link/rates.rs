@@ -7,12 +7,12 @@
 
 /// Greatest error of a rate with 16 looks a bit, hundredths of a per cent.
 pub const MAX_ERROR: u32 = 200;
-/// The same with 8 looks a bit.
+/// The largest error with 8 looks a bit.
 pub const MAX_ERROR_8: u32 = 100;
 /// From this divider on there are 16 looks a bit.
 pub const LOOKS: u32 = 16;
 
-/// What a UART's bit rate is made from.
+/// Clock of a UART, from which its bit rate is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clock {
     /// Hz; 0: not known, and every rate is taken for possible.
@@ -30,20 +30,20 @@ pub struct Rate {
     pub divider: u32,
     /// The rate, bit/s, rounded.
     pub baud: u32,
-    /// How far it is from the wanted one, hundredths of a per cent, rounded.
+    /// Error of the rate, hundredths of a per cent, rounded.
     pub error: u32,
 }
 
 impl Clock {
-    /// Not known.
+    /// A clock that is not known.
     pub const ANY: Clock = Clock {
         hz: 0,
         least: 1,
         most: 1,
     };
 
-    /// Of a USART of an STM32F405: mantissa and fraction of its divider are together a number of 16
-    /// bits. Below 16 it looks 8 times a bit (OVER8), and 8 is the least (RM0090 30.3.4).
+    /// Clock of a USART of an STM32F405: mantissa and fraction of its divider are together a number
+    /// of 16 bits. Below 16 it looks 8 times a bit (OVER8), and 8 is the least (RM0090 30.3.4).
     #[must_use]
     pub const fn stm32(hz: u32) -> Clock {
         Clock {
@@ -53,7 +53,7 @@ impl Clock {
         }
     }
 
-    /// Of an Arm CMSDK UART (DDI 0479, section 4.3: 20 bits, at least 16).
+    /// Clock of an Arm CMSDK UART (DDI 0479, section 4.3: 20 bits, at least 16).
     #[must_use]
     pub const fn cmsdk(hz: u32) -> Clock {
         Clock {
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(Clock::ANY.rate(12_345).map(|rate| rate.baud), Ok(12_345));
     }
 
-    /// Against division in f64 over many rates: no other divider is nearer.
+    /// Compared with division in f64 over many rates: no other divider is nearer.
     #[test]
     fn the_nearest_is_the_nearest() {
         for clock in [FAST, SLOW, Clock::cmsdk(25_000_000)] {

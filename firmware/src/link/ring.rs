@@ -13,8 +13,8 @@
 //! 1. The inlet stores a byte and then the higher `pushed` (release). The outlet loads `pushed`
 //!    (acquire) and then the byte. So it finds the byte, or a count from before the byte.
 //! 2. The outlet loads a byte and then stores the higher `popped` (release). The inlet loads
-//!    `popped` (acquire) before it stores into the same place again. So it overwrites no byte that
-//!    has not been read.
+//!    `popped` (acquire) before it stores into the same position again. So it overwrites no byte
+//!    that has not been read.
 //! 3. A count that is out of date is too low. The inlet then sees less room than there is, and the
 //!    outlet fewer bytes: never more than `N` bytes lie between the counts.
 //! 4. An end that is interrupted by the other one between its load and its store is the case of 3:
@@ -91,7 +91,7 @@ impl<const N: usize> Ring<N> {
         self.counts.pushed.load(Ordering::Acquire)
     }
 
-    /// The same for who does not look at the bytes then.
+    /// Number of bytes, for a caller that does not look at them then.
     #[inline(always)]
     pub fn count(&self) -> usize {
         self.counts.pushed.load(Ordering::Relaxed)
@@ -130,7 +130,7 @@ impl<const N: usize> Ring<N> {
     }
 }
 
-/// For a controller that moves bytes by itself (module `dma`), in place of inlet or outlet.
+/// For a controller that moves bytes by itself (module `dma`), instead of inlet or outlet.
 impl<const N: usize> Ring<N> {
     /// The places where the next bytes go in, as far as they are free and in one piece.
     #[inline(always)]
@@ -180,14 +180,14 @@ impl<const N: usize> Ring<N> {
     }
 }
 
-/// At most `len` places from a count on, not beyond the ring's end.
+/// At most `len` bytes from a count on, not beyond the ring's end.
 #[inline(always)]
 fn piece(bytes: &[AtomicU8], count: usize, len: usize) -> &[AtomicU8] {
     let (to_end, _) = from(bytes, count);
     to_end.get(..len).unwrap_or(to_end)
 }
 
-/// Where bytes go in.
+/// The end at which bytes go in.
 #[derive(Debug)]
 pub struct Inlet<'a> {
     bytes: &'a [AtomicU8],
@@ -222,7 +222,7 @@ impl Inlet<'_> {
         self.put_all_by(bytes, put)
     }
 
-    /// The same with this function in place of [`put`].
+    /// [`Self::put_all`] with this function instead of [`put`].
     #[inline(always)]
     pub fn put_all_by(&mut self, bytes: &[u8], put: fn(&[AtomicU8], &[u8])) -> bool {
         let popped = self.counts.popped.load(Ordering::Acquire);
@@ -261,7 +261,7 @@ impl Inlet<'_> {
     }
 }
 
-/// Where bytes come out.
+/// The end at which bytes come out.
 #[derive(Debug)]
 pub struct Outlet<'a> {
     bytes: &'a [AtomicU8],
@@ -295,7 +295,7 @@ impl Outlet<'_> {
         pushed == self.counts.popped.load(Ordering::Relaxed)
     }
 
-    /// [`Read::read`] with this function in place of [`get`].
+    /// [`Read::read`] with this function instead of [`get`].
     ///
     /// # Errors
     /// [`Overrun`], once for all losses since the last call.
@@ -336,7 +336,7 @@ impl Outlet<'_> {
     }
 }
 
-/// The place of a count; the length is a power of two.
+/// The position of a count; the length is a power of two.
 fn place(bytes: &[AtomicU8], count: usize) -> Option<&AtomicU8> {
     bytes.get(count & bytes.len().wrapping_sub(1))
 }

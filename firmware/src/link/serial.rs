@@ -19,7 +19,7 @@ pub struct Serial<R, W> {
 }
 
 impl<R, W> Serial<R, W> {
-    /// From a reader and a writer.
+    /// A line from a reader and a writer.
     pub const fn new(reader: R, writer: W) -> Serial<R, W> {
         Serial {
             reader,

@@ -1,4 +1,4 @@
-//! The place of one value in a [`spsc`](super::spsc) queue.
+//! Memory of one value in a [`spsc`](super::spsc) queue.
 #![allow(
     unsafe_code,
     reason = "memory that two priorities share; each block says why it is sound"
@@ -15,18 +15,18 @@ pub(super) struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
 unsafe impl<T: Send> Sync for Slot<T> {}
 
 impl<T> Slot<T> {
-    /// Without a value.
+    /// A slot without a value.
     pub const fn new() -> Slot<T> {
         Slot(UnsafeCell::new(MaybeUninit::uninit()))
     }
 
-    /// For the end that puts, while the queue counts no value here.
+    /// Called by the producer, while the queue counts no value here.
     pub fn write(&self, value: T) {
         // SAFETY: the other end reads only what is counted.
         unsafe { (*self.0.get()).write(value) };
     }
 
-    /// For the end that takes, once for each value counted here.
+    /// Called by the consumer, once for each value counted here.
     pub fn read(&self) -> T {
         // SAFETY: it was written before it was counted, and the other end writes again only when it
         // is counted as taken.

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_told_once() {
+    fn a_fault_is_reported_once() {
         let mut bus = bus(1);
         bus.registers().overrun = true;
         assert_eq!(bus.write(&[1]), Err(Error::Fault));

@@ -14,7 +14,7 @@ use super::slot::Slot;
 #[derive(Debug)]
 pub struct Queue<T, const N: usize> {
     slots: [Slot<T>; N],
-    /// How many have been put and taken, modulo 2^32 or 2^64.
+    /// Numbers of values that have been put and taken, modulo 2^32 or 2^64.
     pushed: AtomicUsize,
     taken: AtomicUsize,
 }
@@ -36,7 +36,7 @@ impl<T, const N: usize> Queue<T, N> {
         }
     }
 
-    /// Its two ends.
+    /// The two ends of the queue.
     pub fn split(&mut self) -> (Producer<'_, T, N>, Consumer<'_, T, N>) {
         (Producer(self), Consumer(self))
     }
@@ -51,7 +51,7 @@ impl<T, const N: usize> Queue<T, N> {
 pub struct Producer<'q, T, const N: usize>(&'q Queue<T, N>);
 
 impl<T, const N: usize> Producer<'_, T, N> {
-    /// There is room.
+    /// Whether there is room.
     pub fn has_room(&self) -> bool {
         let Queue { pushed, taken, .. } = self.0;
         let waiting = pushed.load(Ordering::Relaxed);

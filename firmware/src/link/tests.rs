@@ -6,7 +6,7 @@ use super::{Line, Lost, Serial};
 use embedded_io::Read;
 
 #[test]
-fn losses_are_told_once() {
+fn losses_are_reported_once() {
     let (receive, transmit) = (Ring::<4>::new(), Ring::<4>::new());
     let (mut interrupt, reader) = (receive.inlet(), receive.outlet());
     let (writer, mut wire) = (transmit.inlet(), transmit.outlet());

@@ -33,7 +33,7 @@ pub struct Uart {
     pub(super) ahead: AtomicUsize,
     /// Bytes of the receiving DMA transfer; 0: there is none. Written by the interrupt.
     pub(super) arriving: AtomicUsize,
-    /// The same of the sending transfer.
+    /// Bytes of the sending DMA transfer; 0: there is none. Written by the interrupt.
     pub(super) leaving: AtomicUsize,
 }
 
@@ -50,7 +50,7 @@ impl Uart {
         }
     }
 
-    /// For the interrupt: a byte came. Returns whether to wake the frame path.
+    /// Called by the interrupt: a byte came. Returns whether to wake the frame path.
     #[inline(always)]
     pub fn came(&self, byte: u8) -> bool {
         let pushed = self.received.push(byte);
@@ -58,8 +58,8 @@ impl Uart {
         pushed.wrapping_sub(wanted).cast_signed() >= 0
     }
 
-    /// The same for the sensor's line, whose frames may be cut: what leaves goes to `out`. Returns
-    /// whether to wake the frame path, and whether `out` has something to send.
+    /// [`Self::came`] for the sensor's line, whose frames may be cut: the output goes to `out`.
+    /// Returns whether to wake the frame path, and whether `out` has something to send.
     #[inline(always)]
     pub fn came_through(&self, byte: u8, cut: &mut Cut, out: &Uart) -> (bool, bool) {
         let place = self.received.pushed();
@@ -78,8 +78,8 @@ impl Uart {
         (wake, !leaving.is_empty())
     }
 
-    /// For the interrupt: bytes were lost before they came here (overrun, framing, parity). Wake
-    /// the frame path.
+    /// Called by the interrupt: bytes were lost before they came here (overrun, framing, parity).
+    /// Wake the frame path.
     pub fn lost(&self) {
         self.received.inlet().mark_lost();
     }
@@ -96,8 +96,8 @@ impl Uart {
         (self.to_send.popped().wrapping_add(moved), !self.has_sent())
     }
 
-    /// The line is closed, to be opened anew. No interrupt and no transfer is under way any more;
-    /// the receiving one had `left` bytes to move. What came before stays; what was to be sent is
+    /// The line is closed, to be reopened. No interrupt and no transfer is under way any more; the
+    /// receiving one had `left` bytes to move. Bytes received before stay; bytes to be sent are
     /// dropped.
     pub fn closed(&self, left: usize) {
         let arriving = self.arriving.load(Ordering::Relaxed);
@@ -107,7 +107,7 @@ impl Uart {
         self.to_send.clear();
     }
 
-    /// For the interrupt: the next byte to be sent.
+    /// Called by the interrupt: the next byte to be sent.
     #[inline(always)]
     pub fn next(&self) -> Option<u8> {
         self.to_send.pop()
@@ -118,7 +118,7 @@ impl Uart {
         self.port_over(NoStream, || (), wake)
     }
 
-    /// The frame path's end of a line that DMA may serve. `stream` tells how far the receiving
+    /// The frame path's end of a line that DMA may serve. `stream` gives how far the receiving
     /// transfer is. `sync` makes the interrupt pending that calls [`Uart::received_by`], `wake` the
     /// one that sends.
     pub fn port_over<S: Progress>(&self, stream: S, sync: fn(), wake: fn()) -> Port<'_, S> {
@@ -145,7 +145,7 @@ pub struct Port<'u, S = NoStream> {
     received: Outlet<'u>,
     to_send: Inlet<'u>,
     stream: S,
-    /// How far the line was at the last look: bytes reported, and bytes left of the transfer.
+    /// Progress of the line at the last look: bytes reported, and bytes left of the transfer.
     seen: Cell<[usize; 2]>,
     sync: fn(),
     wake: fn(),
@@ -196,12 +196,12 @@ impl<S: Progress> Port<'_, S> {
 
     /// Whether nothing has come since start.
     pub fn is_silent(&self) -> bool {
-        self.uart.received.pushed() == 0 && !(S::DMA && self.has_untold())
+        self.uart.received.pushed() == 0 && !(S::DMA && self.has_unreported())
     }
 
     /// Whether DMA has moved bytes that no interrupt has reported.
     #[inline(always)]
-    fn has_untold(&self) -> bool {
+    fn has_unreported(&self) -> bool {
         let arriving = self.uart.arriving.load(Ordering::Relaxed);
         // An interrupt in between makes the result wrong. It has then reported all bytes and woken
         // the loop.
@@ -214,8 +214,8 @@ impl<S: Progress> Port<'_, S> {
     #[inline(always)]
     fn has_work(&self) -> bool {
         let pushed = self.uart.received.count(); // the bytes are not read here
-        let untold = S::DMA && self.has_untold();
-        if pushed == self.received.popped() && !untold {
+        let unreported = S::DMA && self.has_unreported();
+        if pushed == self.received.popped() && !unreported {
             return false;
         }
         let missing = self
@@ -230,7 +230,7 @@ impl<S: Progress> Port<'_, S> {
 
 impl<S: Progress> Line for Port<'_, S> {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        if S::DMA && self.has_untold() {
+        if S::DMA && self.has_unreported() {
             (self.sync)();
         }
         let read = self.received.read_by(buffer, S::get).map_err(|_| Lost);

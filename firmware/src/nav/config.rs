@@ -6,7 +6,7 @@ use crate::sample::Lsb;
 /// Length of a piece that [`Config::new`] aims at, s.
 const PIECE_S: f64 = 0.05;
 
-/// What a navigator must know.
+/// Configuration of a navigator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
     /// Value of a count.
@@ -18,12 +18,13 @@ pub struct Config {
     pub piece_samples: u16,
     /// White noise of the sensors.
     pub noise: Noise,
-    /// From the sensors to the antenna whose fixes are compared, body axes, m.
+    /// Lever arm from the sensors to the antenna whose fixes are compared, body axes, m.
     pub lever_arm: [f32; 3],
 }
 
 impl Config {
-    /// With pieces of 50 ms, to the nearest whole sample, and the antenna at the sensors.
+    /// A configuration with pieces of 50 ms, to the nearest whole sample, and the antenna at the
+    /// sensors.
     #[must_use]
     pub fn new(lsb: Lsb, sample_s: f64, noise: Noise) -> Self {
         // `as` saturates and makes 0 of NaN

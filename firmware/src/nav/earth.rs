@@ -59,7 +59,7 @@ pub fn wrapped(angle: f64) -> f64 {
     }
 }
 
-/// The Earth's quantities at one place.
+/// The Earth's quantities at one position.
 #[derive(Debug, Clone, Copy)]
 pub struct Local {
     /// Sine of the latitude.
@@ -77,13 +77,13 @@ pub struct Local {
 /// Derivatives: of the radii and of gravity by the latitude, of gravity by the height.
 #[derive(Debug, Clone, Copy)]
 pub struct Slopes {
-    /// Of the meridian radius, m/rad.
+    /// Slope of the meridian radius, m/rad.
     pub m: f32,
-    /// Of the prime-vertical radius, m/rad.
+    /// Slope of the prime-vertical radius, m/rad.
     pub n: f32,
-    /// Of gravity, m/s2 a rad.
+    /// Slope of gravity, m/s2 a rad.
     pub g: f32,
-    /// Of gravity, m/s2 a metre up.
+    /// Slope of gravity, m/s2 a metre up.
     pub g_up: f32,
 }
 
@@ -106,7 +106,7 @@ impl Local {
         }
     }
 
-    /// How radii and gravity change from here, where the height is `h` m.
+    /// Slopes of radii and gravity from here, where the height is `h` m.
     #[must_use]
     pub fn slopes(&self, h: f32) -> Slopes {
         const E: f32 = E2 as f32;

@@ -184,7 +184,7 @@ fn parts(x: f64) -> (f64, i32) {
     (fraction, (of >> 52) as i32 - 1022 - less)
 }
 
-/// What a count is worth, for exact sums of counts.
+/// Value of a count, for exact sums of counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     factor: i64,

@@ -13,7 +13,7 @@
 //!
 //! The first line is the Baker-Campbell-Hausdorff series to third order.
 //!
-//! Both results are kept as differences from the plain sums, so that f32 rounds only second-order
+//! Both results are stored as differences from the plain sums, so that f32 rounds only second-order
 //! terms: 3e-10 rad/sqrt(s) at 100 deg/s and 200 Hz, a thousandth of the angle random walk of a
 //! laser gyro.
 
@@ -156,8 +156,8 @@ impl Gather {
     }
 
     /// Takes the same sample at most `samples` times and returns how often: to the end of the
-    /// piece, or of another [`REPEATED`] times its length, when it is long. Of the rotation within
-    /// them only the first order is kept.
+    /// piece, or of another [`REPEATED`] times its length, when it is long. The rotation within
+    /// them is to the first order only.
     pub fn repeat(&mut self, counts: &Counts, samples: u32) -> u32 {
         if samples <= u32::from(self.piece_samples) || !self.is_empty() {
             return u32::from(self.sample(counts));

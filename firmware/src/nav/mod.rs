@@ -85,7 +85,7 @@ pub struct Innovation {
     pub velocity: [f32; 3],
 }
 
-/// What went wrong since the start.
+/// Faults since the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults {
     /// Implausible samples (beyond 0.5 rad, 10 m/s); each was replaced by the last good one.
@@ -101,7 +101,7 @@ pub struct Faults {
 pub struct Beginning(Solution);
 
 impl Beginning {
-    /// From a state.
+    /// A beginning from a state.
     ///
     /// # Errors
     /// [`ConfigError::State`]: it is out of range.
@@ -134,7 +134,7 @@ impl Navigator {
         Self::begin(&config, &Beginning::new(state)?)
     }
 
-    /// The same from a state that has been checked.
+    /// [`Self::new`] from a state that has been checked.
     ///
     /// # Errors
     /// Names the parameter that is out of range.
@@ -172,8 +172,8 @@ impl Navigator {
         })
     }
 
-    /// As [`Self::begin`] with the same configuration, in place: a new one would be built on the
-    /// stack first.
+    /// [`Self::begin`] with the same configuration, in place: a new one would be built on the stack
+    /// first.
     pub fn restart(&mut self, state: &Beginning) {
         self.solution = state.0.clone();
         let Config {
@@ -259,7 +259,7 @@ impl Navigator {
         self.gather.estimate()
     }
 
-    /// Ends the piece in progress, gives how errors moved since the last call, and starts anew.
+    /// Ends the piece in progress, gives how errors moved since the last call, and restarts.
     pub fn take_transition(&mut self) -> Transition {
         self.end_piece();
         self.interval
@@ -360,7 +360,7 @@ impl Navigator {
         };
         self.interval.piece(&motion);
         // two long computations in one pass of the frame path are put off for some pieces at most
-        if self.interval.is_due(step.anew) {
+        if self.interval.is_due(step.recomputed) {
             let here = self.solution.place().coarse();
             self.interval.step(here, self.config.noise);
         }

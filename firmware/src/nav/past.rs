@@ -1,5 +1,5 @@
-//! What the navigator has passed in the last second: where it was, how it moved and how it pointed
-//! when a fix was valid that arrives now.
+//! History of the navigator over the last second: its position, motion and attitude when a fix was
+//! valid that arrives now.
 //!
 //! The pieces are added up to links of 40 ms or more. Within a link the acceleration over ground
 //! and the rate count as constant, and beyond the oldest link they go on as they were there.
@@ -8,10 +8,10 @@ use super::vector::{Q, V32, add, from_rotvec, matrix32, product, scale, widen};
 
 /// A link that is this long is complete, s.
 const LINK_S: f32 = 0.04;
-/// Links kept: 1.25 s at least.
+/// Number of links: 1.25 s at least.
 const LINKS: usize = 32;
 
-/// What has changed over a link.
+/// Changes over a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Link {
     /// Velocity over ground, north, east, down, m/s.
@@ -34,7 +34,7 @@ impl Link {
 #[derive(Debug, Clone)]
 pub struct Past {
     links: [Link; LINKS],
-    /// Where the newest one is.
+    /// Index of the newest one.
     newest: usize,
 }
 

@@ -1,9 +1,9 @@
 //! The Earth's quantities along the way: exact ones where the vehicle has been a short time ago,
 //! and how they change from there.
 //!
-//! [`Local::at`] and the slopes take 11 000 instructions in f64. So they are computed anew only
-//! when the vehicle has moved by [`NORTH`] or [`UP`], which at 300 m/s is once a second. Between,
-//! with `d` the way north as an angle and `h` the way up,
+//! [`Local::at`] and the slopes take 11 000 instructions in f64. So they are recomputed only when
+//! the vehicle has moved by [`NORTH`] or [`UP`], which at 300 m/s is once a second. Between, with
+//! `d` the way north as an angle and `h` the way up,
 //!
 //! ```text
 //! x(d, h)  = x + x_d d + x_h h                    1/(M + h), 1/(N + h), gravity, Earth rate
@@ -26,7 +26,7 @@ const UP: i64 = 100 << LENGTH;
 /// Longest way north by the cosine of the latitude.
 const BY_COSINE: f64 = 1.0 / 1024.0;
 
-/// The Earth's quantities at one place, fixed point.
+/// The Earth's quantities at one position, fixed point.
 #[derive(Debug, Clone, Copy)]
 pub struct Here {
     /// Earth rate, north and down, rad/s.
@@ -41,7 +41,7 @@ pub struct Here {
     pub gravity: i64,
 }
 
-/// The same in f32, for the error dynamics; good to 1e-3 within a place's surroundings.
+/// The quantities in f32, for the error dynamics; good to 1e-3 within a position's surroundings.
 #[derive(Debug, Clone, Copy)]
 pub struct Coarse {
     pub sin: f32,
@@ -52,7 +52,7 @@ pub struct Coarse {
     pub g: f32,
 }
 
-/// A place and its surroundings.
+/// A position and its surroundings.
 #[derive(Debug, Clone)]
 pub struct Place {
     latitude: i64,
@@ -74,7 +74,7 @@ const BY_METRE: [u32; 2] = [CURVATURE + 17, RATE + 19];
 const BY_ANGLE: [u32; 2] = [35, 23];
 
 impl Place {
-    /// At a latitude (rad) and height (m).
+    /// The surroundings of a latitude (rad) and height (m).
     pub fn new(latitude: i64, height: i64) -> Self {
         let latitude = latitude.clamp(-LATITUDE, LATITUDE);
         let (phi, h) = (to_f64(latitude, ANGLE), to_f64(height, LENGTH));
@@ -121,7 +121,7 @@ impl Place {
         }
     }
 
-    /// For the error dynamics.
+    /// Quantities for the error dynamics.
     pub fn coarse(&self) -> &Coarse {
         &self.coarse
     }
@@ -131,7 +131,7 @@ impl Place {
         self.at.curvature[0]
     }
 
-    /// Computes the surroundings anew where a latitude and height are outside. True: it did.
+    /// Recomputes the surroundings where a latitude and height are outside. True: it did.
     #[inline]
     pub fn follow(&mut self, latitude: i64, height: i64) -> bool {
         let (d, h) = (latitude - self.latitude, height - self.height);

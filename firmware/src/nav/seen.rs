@@ -7,7 +7,7 @@
 //! h_v(l, a) = v(t - a) + C(t - a) (omega(t - a) x l)
 //! ```
 //!
-//! The past second is known here ([`super::past`]), where [`Navigator::innovation`] goes back with
+//! The last second is known here ([`super::past`]), where [`Navigator::innovation`] goes back with
 //! the last piece's acceleration and rate. The derivative by the age is a secant as wide as the age
 //! is uncertain, so that it holds for all ages that are likely.
 
@@ -16,11 +16,11 @@ use super::vector::{V32, add, cross, dot, narrow};
 use super::{Navigator, State};
 use crate::fix::{Fix, OBSERVATIONS};
 
-/// What an antenna may have wrong: the lever arm along three axes (m), and the age (s).
+/// Number of errors of an antenna: the lever arm along three axes (m), and the age (s).
 pub const ANTENNA: usize = 4;
-/// The secant goes so far to either side at least, s: a link of the past.
+/// Least width of the secant to either side, s: a link of the history.
 const LEAST_S: f32 = 0.04;
-/// And at most so far, s: the past is not known for much longer.
+/// Largest width of the secant to either side, s: the history is not much longer.
 const MOST_S: f32 = 0.5;
 
 /// Estimate minus fix, and what it depends on. Rows in the order of [`OBSERVATIONS`].
@@ -28,7 +28,7 @@ const MOST_S: f32 = 0.5;
 pub struct Seen {
     /// Estimate minus fix, m and m/s.
     pub z: [f32; OBSERVATIONS],
-    /// How it changes with the lever arm (body axes, the first three columns) and with the age.
+    /// Derivative by the lever arm (body axes, the first three columns) and by the age.
     pub by: [[f32; ANTENNA]; OBSERVATIONS],
     /// Variance of what the secant leaves out.
     pub bent: [f32; OBSERVATIONS],
@@ -127,7 +127,7 @@ impl Seen {
     }
 }
 
-/// Place and motion in body axes as observations.
+/// Position and motion in body axes as observations.
 fn turned(c: &[V32; 3], place: V32, motion: V32) -> [f32; OBSERVATIONS] {
     let [a, b, d] = c.map(|row| dot(row, place));
     let [e, f, g] = c.map(|row| dot(row, motion));

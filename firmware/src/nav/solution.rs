@@ -27,7 +27,7 @@ const MAX_PIECE: [i64; 2] = [(1 << ANGLE) / 10 * 8, 4096 << VELOCITY];
 pub const LONGEST_S: f64 = 2.0;
 /// Greatest turn of the navigation frame in a piece, rad.
 const MAX_FRAME: i64 = 1 << (ANGLE - 3);
-/// Its greatest rate, rad/s.
+/// Largest rate, rad/s.
 const MAX_RATE: i64 = 1 << RATE;
 /// Bounds of a solution, and a whole turn.
 pub(super) const LATITUDE: i64 = fixed(MAX_LATITUDE, ANGLE);
@@ -59,10 +59,10 @@ pub struct Solution {
     place: Place,
 }
 
-/// What a step found beside the new solution, for the error dynamics.
+/// Findings of a step beside the new solution, for the error dynamics.
 pub struct Step {
-    /// The Earth was computed anew.
-    pub anew: bool,
+    /// The Earth's quantities were recomputed.
+    pub recomputed: bool,
     /// Change of velocity over ground, fixed point.
     pub change: [i64; 3],
     /// Integral of the specific force, north, east, down, m/s.
@@ -74,7 +74,7 @@ pub struct Step {
 }
 
 impl Solution {
-    /// From a state in range with a unit quaternion.
+    /// A solution from a state in range with a unit quaternion.
     #[inline(never)]
     pub fn new(state: &State) -> Self {
         let Position {
@@ -95,7 +95,7 @@ impl Solution {
         }
     }
 
-    /// As f64.
+    /// The state as f64.
     pub fn state(&self) -> State {
         let [latitude, longitude] = self.now.at.map(|x| to_f64(x, ANGLE));
         State {
@@ -170,7 +170,7 @@ impl Solution {
         let ahead = mul::<62>(velocity[0], half);
         let latitude = at[0] + (mul::<62>(ahead, self.place.meridian()) >> 3);
         let middle = height - mul::<62>(velocity[2], half);
-        let anew = self.place.follow(latitude, middle);
+        let recomputed = self.place.follow(latitude, middle);
         let here = self.place.here(latitude, middle);
         let [m, n] = here.curvature;
 
@@ -226,7 +226,7 @@ impl Solution {
         self.now = next;
         let middle = core::array::from_fn(|i| coarse(q_bn[i], next.q_bn[i]));
         Some(Step {
-            anew,
+            recomputed,
             change,
             force: dv_n.map(|x| to_f32(x, VELOCITY)),
             v_mid: v_mid.map(|x| to_f32(x, VELOCITY)),

@@ -1,9 +1,9 @@
 //! Frames that are missing without a trace: of formats that have neither counter nor time.
 //!
-//! Such frames come once a period by the sensor's clock, and each is seen some time after it was
+//! Such frames come once a period by the sensor's clock, and each arrives some time after it was
 //! sent: a line, DMA and the frame path delay it by a little, or by a lot and then the next ones
 //! come at once. So a frame may be late but not early, and of all frames in a window the least late
-//! one tells where the sensor's clock is:
+//! one shows where the sensor's clock is:
 //!
 //! ```text
 //! e(k) = t(k) - k P          m = least e(k) of a window of 0.5 s and 32 frames or more
@@ -17,15 +17,15 @@
 /// delays a byte; 16 frames of 44 bytes take up every phase of bursts of 64 bytes, twice.
 const WINDOW_US: u64 = 500_000;
 const FRAMES: u32 = 32;
-/// After a pause of so many periods, and at least so long, microseconds, the window begins anew:
-/// frames that were held up come at once then, and all of them are late.
+/// After a pause of so many periods, and at least so long, microseconds, the window restarts:
+/// delayed frames then come at once, and all of them are late.
 const PAUSE: f32 = 4.0;
 const PAUSE_US: u64 = 20_000;
-/// The drift is learnt from so many windows before a hole is told.
+/// The drift is learnt from so many windows before a hole is reported.
 const FIRST: usize = 8;
 /// Least share of a period by which m must move more than by the drift.
 const LEAST: f32 = 0.6;
-/// How far a hole may be from a whole number of frames if their number is to be believed.
+/// Largest distance of a hole from a whole number of frames if their number is to be believed.
 const SURE: f32 = 0.4;
 /// Weight of a new window in the drift and in the unrest.
 const WEIGHT: f32 = 0.1;
@@ -35,7 +35,7 @@ const UNREST: f32 = 8.0;
 /// Frames that are missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hole {
-    /// So many.
+    /// Number of missing frames.
     Of(u32),
     /// An unknown number.
     Unknown,
@@ -50,7 +50,7 @@ struct Least {
     late: f32,
 }
 
-/// Looks for holes in a stream of frames.
+/// Detects holes in a stream of frames.
 #[derive(Debug)]
 pub struct HoleWatch {
     on: bool,
@@ -58,9 +58,9 @@ pub struct HoleWatch {
     anchor: Option<u64>,
     /// Frames since.
     number: u32,
-    /// When the window in progress began, microseconds, and the number of its first frame.
+    /// Start of the window in progress, microseconds, and the number of its first frame.
     began: (u64, u32),
-    /// When the last frame came, microseconds.
+    /// Arrival of the last frame, microseconds.
     last: u64,
     least: Option<Least>,
     /// Drift, as a ratio: the first values, how many there are, and what came of them.

@@ -1,12 +1,12 @@
-//! What a device was told about its sensor, against what it sees.
+//! Compares the configuration of the sensor with what the device measures.
 //!
 //! A wrong rate, unit, range or mounting makes every correction wrong by the same factor and
 //! teaches the learner nonsense, and nothing in the frames shows it. Three things outside the
 //! sensor do: the board's clock ([`rate`]), gravity, and the rotation of the Earth ([`rest`]). The
 //! application steps aside while one of them disagrees.
 //!
-//! This room holds the rules only. It sees block means, counters, speeds and times, and gives bits
-//! of [`fault`]. The desktop uses the same rules to warn about a recording.
+//! This module holds the rules only. It gets block means, counters, speeds and times, and returns
+//! bits of [`fault`]. The desktop uses the same rules to warn about a recording.
 
 pub mod holes;
 pub mod rate;
@@ -22,7 +22,7 @@ use rest::Rest;
 
 /// The faults that a device steps aside for: it corrects nothing and learns nothing.
 pub const ASIDE: u32 = fault::RATE | AT_REST;
-/// Those of them that are judged at rest.
+/// Faults that are judged at rest.
 pub const AT_REST: u32 = fault::GRAVITY | fault::EARTH_RATE | fault::AXES;
 
 /// Rotation of the Earth, rad/s (WGS 84).
@@ -38,14 +38,14 @@ const SWAY: f32 = rest::STEADY;
 /// A ship at anchor swings, and the receiver calls it at rest: so much rate is allowed, rad/s.
 const SWING: f32 = 0.5 * DEGREE as f32;
 
-/// What the checks must know of the unit.
+/// Values that the checks expect of the unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected {
     /// Compare the samples' rate with the clock.
     pub check_rate: bool,
     /// Direction of the specific force at rest, which points up, in sensor axes; length 1.
     pub up: [f32; 3],
-    /// How the vehicle moves.
+    /// Kind of the vehicle.
     pub vehicle: VehicleKind,
     /// Gyros, as in [`Configuration`].
     pub gyro: Triad,
@@ -54,15 +54,15 @@ pub struct Expected {
 }
 
 impl Expected {
-    /// What a configuration tells.
+    /// Values expected by a configuration.
     #[must_use]
-    pub fn of(told: &Configuration) -> Expected {
+    pub fn of(configuration: &Configuration) -> Expected {
         Expected {
-            check_rate: told.correction.check_rate,
-            up: told.in_sensor_axes([0.0, 0.0, -1.0]),
-            vehicle: told.vehicle.kind,
-            gyro: told.gyro,
-            accel: told.accel,
+            check_rate: configuration.correction.check_rate,
+            up: configuration.in_sensor_axes([0.0, 0.0, -1.0]),
+            vehicle: configuration.vehicle.kind,
+            gyro: configuration.gyro,
+            accel: configuration.accel,
         }
     }
 
@@ -98,7 +98,7 @@ impl Expected {
 /// Means of the samples over a time at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Means {
-    /// How long, s, > 0.
+    /// Length of the mean, s, > 0.
     pub seconds: f32,
     /// Rate, rad/s.
     pub rate: [f32; 3],
@@ -113,42 +113,47 @@ impl Means {
     ///
     /// A triad that reads exactly zero is not there and is not judged.
     #[must_use]
-    pub fn judge(&self, told: &Expected) -> u32 {
+    pub fn judge(&self, expected: &Expected) -> u32 {
         let size = norm(self.force);
         let mut faults = 0;
         if size > 0.0 {
-            if (size / G as f32 - 1.0).abs() > told.force_share() {
+            if (size / G as f32 - 1.0).abs() > expected.force_share() {
                 faults |= fault::GRAVITY;
             }
-            let along: f32 = self.force.iter().zip(&told.up).map(|(f, u)| f * u).sum();
+            let along: f32 = self
+                .force
+                .iter()
+                .zip(&expected.up)
+                .map(|(f, u)| f * u)
+                .sum();
             if along < TILT * size {
                 faults |= fault::AXES;
             }
         }
-        if norm(self.rate) > 0.0 && (self.turns(told) || self.is_too_still(told)) {
+        if norm(self.rate) > 0.0 && (self.turns(expected) || self.is_too_still(expected)) {
             faults |= fault::EARTH_RATE;
         }
         faults
     }
 
     /// More rate than the Earth, the datasheet and the sway of the vehicle explain.
-    fn turns(&self, told: &Expected) -> bool {
-        let swing = match told.vehicle {
+    fn turns(&self, expected: &Expected) -> bool {
+        let swing = match expected.vehicle {
             VehicleKind::Ship => SWING,
             VehicleKind::Land | VehicleKind::Air => 0.0,
         };
-        let most = EARTH + told.rate_error(self.seconds) + SWAY / self.seconds + swing;
+        let most = EARTH + expected.rate_error(self.seconds) + SWAY / self.seconds + swing;
         let axes = self.rate.iter().zip(&self.scatter);
         axes.fold(false, |any, (rate, scatter)| {
             any | (rate.abs() > most + scatter)
         })
     }
 
-    /// Less rate than the Earth's. It can only be told of gyros whose bias does not hide the Earth,
-    /// all three of which are there.
-    fn is_too_still(&self, told: &Expected) -> bool {
-        let least = EARTH - told.rate_error(self.seconds);
-        told.vehicle != VehicleKind::Ship
+    /// Less rate than the Earth's. Only gyros whose bias does not hide the Earth can show it, and
+    /// only if all three are there.
+    fn is_too_still(&self, expected: &Expected) -> bool {
+        let least = EARTH - expected.rate_error(self.seconds);
+        expected.vehicle != VehicleKind::Ship
             && !self.rate.contains(&0.0)
             && norm(self.rate) + norm(self.scatter) < least
     }
@@ -166,18 +171,18 @@ pub struct Plausibility {
     pub rate: RateWatch,
     /// Frames that are missing without a trace.
     pub holes: HoleWatch,
-    /// What is seen at rest; `None` when the device was told nothing.
+    /// Check of the measurements at rest; `None` without a configuration.
     pub rest: Option<Rest>,
 }
 
 impl Plausibility {
-    /// For what was told; `None`: nothing is ever wrong.
+    /// With the values expected by the configuration; `None`: no fault is ever raised.
     #[must_use]
-    pub fn new(told: Option<Expected>) -> Plausibility {
+    pub fn new(expected: Option<Expected>) -> Plausibility {
         Plausibility {
-            rate: RateWatch::new(told.is_some_and(|told| told.check_rate)),
-            holes: HoleWatch::new(told.is_some_and(|told| told.check_rate)),
-            rest: told.map(Rest::new),
+            rate: RateWatch::new(expected.is_some_and(|expected| expected.check_rate)),
+            holes: HoleWatch::new(expected.is_some_and(|expected| expected.check_rate)),
+            rest: expected.map(Rest::new),
         }
     }
 }

@@ -12,7 +12,7 @@
 //! 2 %: the nearest rates that sensors have in common are 2.4 % apart (125 and 128 Hz, 1000 and
 //! 1024 Hz). Crystals are within 0.01 %. The internal oscillator of an STM32F405 is within 1 % at
 //! room temperature (DS8626, table 41), a MEMS sensor's own within 3 % at most: a rate that far off
-//! spoils the learner's navigation, and the rate that is measured can be told instead.
+//! spoils the learner's navigation, and the measured rate can be configured instead.
 
 /// A rate that is off by no more than this share passes unnoticed.
 const TOLERANCE: f32 = 0.02;
@@ -25,7 +25,7 @@ const SECOND: u64 = 1_000_000;
 pub struct Seen {
     /// Samples, with those missing by the sensor's counter.
     pub samples: u32,
-    /// How many of these were missing.
+    /// Number of these that were missing.
     pub missed: u32,
     /// Anything that loses an unknown number of samples: damage, garbage, jumps of the counter.
     pub damage: u32,
@@ -110,9 +110,9 @@ impl Meter {
 /// Compares the rate of a stream with the clock.
 #[derive(Debug)]
 pub struct RateWatch {
-    /// When to look next, microseconds. Never, for a watch that is off.
+    /// Time of the next look, microseconds. Never, for a watch that is off.
     due: u64,
-    /// The rate told, Hz; 0 before the first look.
+    /// Configured rate, Hz; 0 before the first look.
     rate: f32,
     coarse: Meter,
     fine: Meter,
@@ -132,8 +132,8 @@ impl RateWatch {
         }
     }
 
-    /// Samples that have come in the time in which one was told to come, at most: in the window of
-    /// 10 s with the most, and no less than what passes unnoticed. 1 for a watch that is off.
+    /// Largest ratio of measured to configured sample rate: of the 10 s window with the most
+    /// samples, and no less than what passes unnoticed. 1 for a watch that is off.
     #[must_use]
     pub fn words(&self) -> f32 {
         if self.due == u64::MAX {
@@ -150,9 +150,9 @@ impl RateWatch {
         now >= self.due
     }
 
-    /// Looks at the clock (microseconds), the rate that was told (Hz), and the counters. `None` for
-    /// the rate: samples are not being read, or the sensor is silent, and all windows begin anew.
-    /// True: the rate is wrong.
+    /// Looks at the clock (microseconds), the configured rate (Hz), and the counters. `None` for
+    /// the rate: samples are not being read, or the sensor is silent, and all windows restart.
+    /// Returns whether the rate is wrong.
     pub fn look(&mut self, now: u64, rate: Option<f32>, seen: Seen) -> bool {
         self.due = now.saturating_add(SECOND);
         match rate {

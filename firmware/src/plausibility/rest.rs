@@ -21,23 +21,23 @@ use libm::sqrtf;
 pub const WITH_FIXES_S: f32 = 30.0;
 /// Rest that is enough without fixes, s.
 pub const WITHOUT_FIXES_S: f32 = 60.0;
-/// A fix tells nothing about blocks that end later, s.
+/// Time after which a fix says nothing about the blocks that end, s.
 const FIX_LASTS_S: f32 = 2.5;
 /// A vehicle that is faster by the receiver moves, m/s.
 const MOVES_MPS: f32 = 0.3;
-/// A fix whose velocity is less accurate tells nothing, m/s.
+/// Largest standard deviation of a velocity that is used, m/s.
 const GOOD_MPS: f32 = 0.5;
 /// Steadiness of the specific force, as a share.
 pub(super) const STEADY: f32 = 1.5e-3;
 /// Noise of the difference of two blocks that is allowed, in standard deviations of one block.
 const NOISE: f32 = 8.5;
 
-/// What a time at rest has shown.
+/// Result of a time at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged {
-    /// What is wrong: bits of [`super::AT_REST`].
+    /// Faults: bits of [`super::AT_REST`].
     pub faults: u32,
-    /// What could be judged: likewise.
+    /// Checks that could be made: likewise.
     pub judged: u32,
     /// The means.
     pub means: Means,
@@ -48,13 +48,13 @@ pub struct Judged {
 /// Gathers the means of the blocks at rest and judges them.
 #[derive(Debug)]
 pub struct Rest {
-    told: Expected,
+    expected: Expected,
     blocks: u16,
     seconds: f32,
     /// Rate and force of the first block. Sums are of differences from them.
     first: [[f32; 3]; 2],
     sums: [[f32; 3]; 2],
-    /// Of the rates.
+    /// Squares of the rates.
     squares: [f32; 3],
     /// A fix covers every block.
     covered: bool,
@@ -65,11 +65,11 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Nothing seen yet.
+    /// No measurement yet.
     #[must_use]
-    pub const fn new(told: Expected) -> Rest {
+    pub const fn new(expected: Expected) -> Rest {
         Rest {
-            told,
+            expected,
             blocks: 0,
             seconds: 0.0,
             first: [[0.0; 3]; 2],
@@ -85,7 +85,7 @@ impl Rest {
     pub fn restart(&mut self) {
         *self = Rest {
             fix: self.fix,
-            ..Rest::new(self.told)
+            ..Rest::new(self.expected)
         };
     }
 
@@ -107,7 +107,7 @@ impl Rest {
             _ => None,
         };
         let finite = rate.iter().chain(&force).all(|value| value.is_finite());
-        let needs_fixes = self.told.vehicle != VehicleKind::Land;
+        let needs_fixes = self.expected.vehicle != VehicleKind::Land;
         if !finite || rests == Some(false) || (rests.is_none() && needs_fixes) {
             self.restart();
             return None;
@@ -138,7 +138,7 @@ impl Rest {
         let (means, blocks) = (self.means(), self.blocks);
         self.restart();
         Some(Judged {
-            faults: means.judge(&self.told) & judged,
+            faults: means.judge(&self.expected) & judged,
             judged,
             means,
             blocks,
@@ -146,7 +146,7 @@ impl Rest {
     }
 
     fn is_steady(&self, block_s: f32, force: [f32; 3]) -> bool {
-        let noise = self.told.accel.white_noise / (G as f32 * sqrtf(block_s));
+        let noise = self.expected.accel.white_noise / (G as f32 * sqrtf(block_s));
         let most = norm(self.first[1]) * (STEADY + NOISE * noise);
         let pairs = force.iter().zip(&self.first[1]);
         pairs.fold(true, |all, (now, first)| {

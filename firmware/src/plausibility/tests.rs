@@ -91,7 +91,7 @@ fn every_wrong_unit_raises_its_fault() {
         ("mg for m/s2", GRAVITY, |m| times(m, 1.0, 101.97)),
         ("feet for metres", GRAVITY, |m| times(m, 1.0, 3.281)),
         ("metres for feet", GRAVITY, |m| times(m, 1.0, 0.3048)),
-        ("5 g told 10 g", GRAVITY, |m| times(m, 1.0, 2.0)),
+        ("5 g configured as 10 g", GRAVITY, |m| times(m, 1.0, 2.0)),
         ("increments at half the rate", GRAVITY, |m| {
             times(m, 0.5, 0.5)
         }),
@@ -152,7 +152,7 @@ fn every_wrong_mounting_raises_axes_and_nothing_else() {
     for sheet in SHEETS {
         for (what, turn) in mistakes {
             for seed in 1..=SEEDS {
-                let mut rest = Rest::new(sheet.told(VehicleKind::Land));
+                let mut rest = Rest::new(sheet.expected(VehicleKind::Land));
                 let mut random = Random(seed);
                 let mut found = None;
                 let [rate, force] = truth(&Motion::default(), 0.8);
@@ -171,27 +171,27 @@ fn every_wrong_mounting_raises_axes_and_nothing_else() {
 }
 
 #[test]
-fn a_mounting_that_was_told_is_right() {
-    let mut told = crate::configuration::tests::example(crate::wire::ImuFormat::Kvh);
+fn the_configured_mounting_is_right() {
+    let mut configuration = crate::configuration::tests::example(crate::wire::ImuFormat::Kvh);
     // the sensor's z axis points up and its x axis forward: half a turn about x
-    told.mounting = [0.0, 1.0, 0.0, 0.0];
+    configuration.mounting = [0.0, 1.0, 0.0, 0.0];
     let means = |force| Means {
         seconds: 60.0,
         force,
         ..Means::default()
     };
-    let told = Expected::of(&told);
-    assert_eq!(means([0.1, 0.2, 9.79]).judge(&told), 0);
-    assert_eq!(means([0.1, 0.2, -9.79]).judge(&told), fault::AXES);
-    assert_eq!(means([9.79, 0.0, 0.0]).judge(&told), fault::AXES);
+    let expected = Expected::of(&configuration);
+    assert_eq!(means([0.1, 0.2, 9.79]).judge(&expected), 0);
+    assert_eq!(means([0.1, 0.2, -9.79]).judge(&expected), fault::AXES);
+    assert_eq!(means([9.79, 0.0, 0.0]).judge(&expected), fault::AXES);
     // no accelerometer: nothing to judge
-    assert_eq!(means([0.0; 3]).judge(&told), 0);
+    assert_eq!(means([0.0; 3]).judge(&expected), 0);
 }
 
 #[test]
 fn faults_go_when_the_next_rest_is_seen_right() {
     let sheet = TACTICAL;
-    let mut rest = Rest::new(sheet.told(VehicleKind::Land));
+    let mut rest = Rest::new(sheet.expected(VehicleKind::Land));
     let [rate, force] = truth(&Motion::default(), 0.8).map(|v| v.map(|x| x as f32));
     let mut all = Vec::new();
     for second in 0..240 {

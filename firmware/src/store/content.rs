@@ -1,4 +1,4 @@
-//! What a record holds, and the bytes that it becomes, a piece at a time.
+//! Content of a record, and its bytes, a piece at a time.
 
 use super::life::{LIFE_LEN, Life};
 use super::{CRC_LEN, HEADER_LEN, PIECE};
@@ -15,36 +15,37 @@ pub const NOTES_LEN: usize = 20;
 /// Most bytes of a memory: notes, and what the learner took down.
 pub const MEMORY_MAX: usize = NOTES_LEN + MEMORY_LEN;
 
-/// What is to be stored.
+/// Content to be stored.
 #[derive(Clone, Copy)]
 pub struct Content<'c> {
     /// The networks for the next power-on.
     pub nets: &'c Nets,
     /// The configuration record; may be empty.
     pub record: &'c Record,
-    /// What the learner remembers.
+    /// Memory of the learner.
     pub memory: Memory<'c>,
-    /// The unit that networks and configuration are of: [`unit()`]; 0: not told.
+    /// The unit that networks and configuration are of: [`unit()`]; 0: not stated.
     pub unit: u32,
-    /// How long the device has run since power-on, minutes.
+    /// Time since power-on, minutes.
     pub minutes: u32,
     /// The device's key.
     pub key: Key,
 }
 
-/// What a record remembers of the unit.
+/// Memory of the unit in a record.
 #[derive(Clone, Copy)]
 pub enum Memory<'c> {
-    /// Nothing.
+    /// No memory.
     None,
-    /// What the newest record remembers.
+    /// The memory of the newest record.
     Same,
-    /// What the learner took down last ([`Learner::remember`]): notes, learner, number of bytes.
+    /// The memory that the learner recorded last ([`Learner::remember`]): notes, learner, number of
+    /// bytes.
     New(Notes, &'c dyn Learner, usize),
 }
 
 impl<'c> Content<'c> {
-    /// Without a memory, of a unit that is not told.
+    /// A content without a memory, of an unstated unit.
     #[must_use]
     pub fn new(nets: &'c Nets, record: &'c Record) -> Content<'c> {
         Content {
@@ -58,7 +59,7 @@ impl<'c> Content<'c> {
     }
 }
 
-/// What goes with the learner's bytes.
+/// Notes that go with the learner's bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Notes {
     /// The unit that it was learnt of: [`unit()`].
@@ -128,7 +129,7 @@ pub fn unit(configuration: &Configuration) -> u32 {
     sum.value()
 }
 
-/// Where the parts of a record begin and end.
+/// Offsets of the parts of a record.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Layout {
     /// Bytes of the configuration record.
@@ -143,13 +144,13 @@ pub(super) const COUNT_LEN: usize = 2;
 pub(super) const UNIT_LEN: usize = 4;
 /// All that stands between images and configuration record.
 pub(super) const FIXED_LEN: usize = COUNT_LEN + UNIT_LEN + LIFE_LEN + KEY_LEN;
-/// Where the key is among these.
+/// Offset of the key among these.
 pub(super) const KEY_AT: usize = COUNT_LEN + UNIT_LEN + LIFE_LEN;
 const COUNT_AT: usize = HEADER_LEN + IMAGES_LEN;
 const RECORD_AT: usize = COUNT_AT + FIXED_LEN;
 
 impl Layout {
-    /// Of a content whose [`Memory::Same`] has `same` bytes.
+    /// Layout of a content whose [`Memory::Same`] has `same` bytes.
     pub fn of(content: &Content, same: usize) -> Layout {
         let memory = match content.memory {
             Memory::None => 0,
@@ -167,12 +168,12 @@ impl Layout {
         FIXED_LEN + self.record + self.memory
     }
 
-    /// Where the memory begins.
+    /// Offset of the memory.
     pub fn memory_at(&self) -> usize {
         RECORD_AT + self.record
     }
 
-    /// Where the checksum is.
+    /// Offset of the checksum.
     pub fn end(&self) -> usize {
         self.memory_at() + self.memory
     }

@@ -42,7 +42,7 @@ impl Header {
         }
     }
 
-    /// Where the checksum is.
+    /// Address of the checksum.
     fn end(&self) -> usize {
         let [images, rest] = self.parts;
         HEADER_LEN + images + rest
@@ -65,7 +65,7 @@ impl Header {
     }
 }
 
-/// What there is beside a record.
+/// Records other than a given one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beside {
     /// The frame of a newer one whose checksum is wrong.
@@ -102,7 +102,7 @@ impl<F: NorFlash> Store<F> {
         len
     }
 
-    /// Where the newest record's memory begins, and its length.
+    /// Address and length of the newest record's memory.
     pub(super) fn memory_place(&mut self) -> Option<(u32, usize)> {
         let (at, header) = self.newest?;
         let [images, rest] = header.parts;
@@ -138,7 +138,7 @@ impl<F: NorFlash> Store<F> {
         newest
     }
 
-    /// What there is beside the record of this generation and key.
+    /// Records other than that of this generation and key.
     #[inline(never)]
     pub(super) fn beside(&mut self, generation: u32, key: &Key) -> Beside {
         let mut beside = Beside {
@@ -181,7 +181,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Reads bytes from any place, at most [`PIECE`].
+    /// Reads bytes from any address, at most [`PIECE`].
     pub(super) fn read_bytes(&mut self, from: u32, into: &mut [u8]) -> Option<()> {
         let mut pieces = [0; 2 * PIECE];
         let (first, second) = pieces.split_at_mut(PIECE);
@@ -199,8 +199,8 @@ impl<F: NorFlash> Store<F> {
         Some(())
     }
 
-    /// The frame of the record at a place, if its checksum is right. It is read in pieces: a newer
-    /// version may be longer than ours.
+    /// The frame of the record at an address, if its checksum is right. It is read in pieces: a
+    /// newer version may be longer than ours.
     #[inline(never)]
     pub(super) fn header(&mut self, start: u32) -> Option<Header> {
         // most places hold none: no more is read, and no more cleared, than shows it

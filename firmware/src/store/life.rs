@@ -1,4 +1,4 @@
-//! What a record tells of the device's life.
+//! The device's life in a record.
 
 use crate::wire::field::{put, take};
 
@@ -11,7 +11,7 @@ pub const LIFE_LEN: usize = 20;
 pub struct Life {
     /// Times the device started.
     pub starts: u32,
-    /// How many of these followed a failure: a watchdog, a fault of the processor, a clock that
+    /// Number of these that followed a failure: a watchdog, a fault of the processor, a clock that
     /// stopped.
     pub failures: u32,
     /// Time it ran, minutes.
@@ -21,7 +21,7 @@ pub struct Life {
 }
 
 impl Life {
-    /// As stored: five u32, little-endian, in the order of the fields.
+    /// The stored form: five u32, little-endian, in the order of the fields.
     #[must_use]
     pub fn bytes(&self) -> [u8; LIFE_LEN] {
         let [first, second] = self.erased;
@@ -45,7 +45,7 @@ impl Life {
         }
     }
 
-    /// With what has happened since then.
+    /// The sum with a later part of the life.
     #[must_use]
     pub(super) fn and(self, later: &Life) -> Life {
         let [first, second] = self.erased;

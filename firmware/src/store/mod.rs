@@ -18,7 +18,7 @@
 //! | 14 | 2 | length b of the rest, 59 + c + d |
 //! | 16 | a | the gyro network's image, then the accelerometer network's |
 //! | 16 + a | 2 | length c of the configuration record; 0: none |
-//! | 18 + a | 4 | the unit that all this is of: [`unit()`]; 0: not told |
+//! | 18 + a | 4 | the unit that all this is of: [`unit()`]; 0: not stated |
 //! | 22 + a | 20 | the device's [`Life`] |
 //! | 42 + a | 33 | the device's key ([`Key::to_bytes`]) |
 //! | 75 + a | c | the configuration record ([`crate::configuration::record`]) |
@@ -26,19 +26,19 @@
 //! | 16 + a + b | 4 | CRC-32 (zlib's) of bytes 0..16 + a + b |
 //!
 //! Version 3 has neither unit nor life nor key. In version 2 the rest is the configuration record
-//! alone.
-//! Version 1 has no rest. Every later version keeps this frame of magic, version, generation, two
-//! lengths and CRC, so that an older firmware tells a newer record from a damaged one. It reports
-//! [`Newer`] and overwrites nothing.
+//! alone. Version 1 has no rest. Every later version keeps this frame of magic, version,
+//! generation, two lengths and CRC, so that an older firmware distinguishes a newer record from a
+//! damaged one. It reports [`Newer`] and overwrites nothing.
 //!
 //! Weights, configuration and memory are in one record, so weights are always found with the
 //! configuration, and so the sensor, that they were in use with.
 //!
-//! Flash wears out and forgets. What does not read back as written is not used: the record goes to
-//! the next place of the slot that keeps it, and when the slot keeps nothing any more, behind the
-//! newest record in the other one. A record that no longer has its checksum is none; the one before
-//! is used, and [`Stored::damaged`] tells. A device that fails again and again with the newest
-//! record can ask for the one before ([`Store::load_older`]), which is the last that it ran with.
+//! Flash wears out and forgets. A record that does not read back as written is not used: it goes to
+//! the next position of the slot that retains it, and when the slot retains nothing any more,
+//! behind the newest record in the other one. A record that no longer has its checksum is none; the
+//! one before is used, and [`Stored::damaged`] reports it. A device that fails again and again with
+//! the newest record can ask for the one before ([`Store::load_older`]), which is the last that it
+//! ran with.
 //!
 //! Erasing halts most processors while it lasts (STM32F405: 1 to 2 s for a sector of 128 KiB). So
 //! [`Store::save`], which erases, is for bypass and on command only. The frames lost meanwhile show
@@ -99,16 +99,16 @@ pub enum Error<E> {
     Newer(Newer),
     /// There is no room behind the newest record, or there is no record.
     Full,
-    /// Nothing was begun, or what is to be stored is not what was begun.
+    /// Nothing was begun, or the content is not the one that was begun.
     NotBegun,
 }
 
-/// How far a record is.
+/// Progress of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
     /// Stored.
     Done,
-    /// Not stored; the newest good record is still the previous one.
+    /// Not stored; the newest good record is the previous one.
     Failed,
     /// More is to be written.
     GoesOn,
@@ -124,7 +124,7 @@ impl From<bool> for Progress {
     }
 }
 
-/// How something is to be stored now.
+/// Next step of storing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// As a whole. The processor may halt for long: where there is no room behind the newest
@@ -152,20 +152,20 @@ pub struct Stored {
     pub record: Record,
     /// Counts the records stored, and those that failed.
     pub generation: u32,
-    /// The unit that all this is of; `None`: the record does not tell.
+    /// The unit that all this is of; `None`: the record does not state it.
     pub unit: Option<u32>,
     /// The device's life until then.
     pub life: Life,
     /// The device's key.
     pub key: Key,
-    /// What was stored after this record cannot be read: it was damaged, or the power failed while
-    /// it was written.
+    /// A record stored after this one cannot be read: it was damaged, or the power failed while it
+    /// was written.
     pub damaged: bool,
     /// An older record can still be read, and it has another key.
     pub other_key: bool,
     /// Newer good records that were passed over: see [`Store::load_older`].
     pub passed: u8,
-    /// Where it begins.
+    /// Address of the record.
     at: u32,
 }
 
@@ -181,7 +181,7 @@ pub struct Store<F> {
     next: u32,
     /// The record in progress.
     written: Option<Written>,
-    /// The device's life as the newest record found at start tells it, and since then.
+    /// The device's life by the newest record found at start, and since then.
     before: Option<Life>,
     since: Life,
 }

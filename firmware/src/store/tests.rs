@@ -1,5 +1,5 @@
-//! Against a flash stricter than any chip: a byte is written once per erase, and power fails at any
-//! byte.
+//! Tests with a flash stricter than any chip: a byte is written once per erase, and power fails at
+//! any byte.
 
 use super::*;
 use crate::compensator::Block;
@@ -33,7 +33,7 @@ struct Flash<const UNIT: usize = ERASE> {
     bytes: Vec<u8>,
     written: Vec<bool>,
     left: usize,
-    /// What the byte at the cut becomes.
+    /// Value of the byte at the cut.
     torn: u8,
     /// Bytes erased or written in all.
     work: usize,
@@ -150,7 +150,7 @@ fn nets(n: u8) -> Nets {
     }
 }
 
-/// What the learner of number `n` remembers, of a length of its own.
+/// Memory of the learner of number `n`, of a length of its own.
 fn learnt(n: u8) -> Vec<u8> {
     let len = (usize::from(n) * 97) % (crate::learn::MEMORY_LEN + 1);
     (0..len).map(|k| (k as u8).wrapping_mul(31) ^ n).collect()
@@ -223,7 +223,7 @@ fn key_of(n: u8) -> Key {
 fn with<T>(n: u8, work: impl FnOnce(&Content) -> T) -> T {
     work(&Content {
         nets: &nets(n),
-        record: &told(n),
+        record: &record_of(n),
         memory: Memory::New(notes(n), &Remembers(n), learnt(n).len()),
         unit: unit_of(n),
         minutes: 0,
@@ -242,8 +242,8 @@ fn memory<const UNIT: usize>(store: &mut Store<Flash<UNIT>>) -> Vec<u8> {
 fn framed(n: u8, generation: u32) -> Vec<u8> {
     let mut images = std::vec![0; IMAGES_LEN];
     nets(n).write_images(0, &mut images);
-    let told = told(n);
-    let mut rest = (told.len() as u16).to_le_bytes().to_vec();
+    let record = record_of(n);
+    let mut rest = (record.len() as u16).to_le_bytes().to_vec();
     rest.extend(unit_of(n).to_le_bytes());
     rest.extend([0; LIFE_LEN]);
     match key_of(n) {
@@ -256,7 +256,7 @@ fn framed(n: u8, generation: u32) -> Vec<u8> {
             rest.extend([0; 32]);
         }
     }
-    rest.extend(told);
+    rest.extend(record);
     let of = notes(n);
     rest.extend(of.unit.to_le_bytes());
     rest.extend(of.minutes.to_le_bytes());
@@ -273,7 +273,7 @@ fn store<const UNIT: usize>(flash: Flash<UNIT>) -> Store<Flash<UNIT>> {
 }
 
 /// A configuration record of a length of its own.
-fn told(n: u8) -> Record {
+fn record_of(n: u8) -> Record {
     (0..usize::from(n) * 2).map(|k| n ^ k as u8).collect()
 }
 
@@ -281,7 +281,7 @@ fn told(n: u8) -> Record {
 fn found<const UNIT: usize>(flash: &Flash<UNIT>) -> Option<u8> {
     let mut store = store(flash.clone());
     let stored = store.load().expect("no newer version")?;
-    let n = (0..=255).find(|&n| nets(n) == stored.nets && told(n) == stored.record);
+    let n = (0..=255).find(|&n| nets(n) == stored.nets && record_of(n) == stored.record);
     let n = n.expect("a record that was never stored");
     assert_eq!(stored.unit, Some(unit_of(n)));
     let memory = memory(&mut store);
@@ -386,7 +386,7 @@ proptest! {
         prop_assert_eq!(found(&flash), None);
     }
 
-    /// The same behind a good magic and version, with any lengths.
+    /// A header behind a good magic and version, with any lengths.
     #[test]
     fn any_header(
         bytes in prop::collection::vec(any::<u8>(), 2 * ERASE), version in 0..6u8, length: u16
@@ -434,7 +434,7 @@ fn of_version(version: u32, generation: u32, images: &[u8], rest: &[u8]) -> Vec<
     record
 }
 
-/// What version 0.1.0 of the firmware has stored: weights alone.
+/// A record of version 0.1.0 of the firmware: weights alone.
 #[test]
 fn version_1_is_still_read() {
     let mut images = std::vec![0; IMAGES_LEN];

@@ -26,7 +26,7 @@ pub(super) struct Written {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Stores as a step tells it.
+    /// Carries out a step of storing.
     pub fn carry_out(&mut self, step: Step, content: &Content) -> Progress {
         let done = match step {
             Step::Save => {
@@ -41,8 +41,8 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Stores a content beside the newest good record, which stays until this is complete. Erases.
-    /// Where the slot does not keep what is written, the record goes to its next place, and at last
-    /// behind the newest record. Gives the generation.
+    /// Where the slot does not retain the written bytes, the record goes to its next position, and
+    /// at last behind the newest record. Gives the generation.
     ///
     /// # Errors
     /// [`Error::Flash`], [`Error::Verify`] or [`Error::Newer`]; the newest good record is then
@@ -74,7 +74,7 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
-    /// Writes a record into the first place of a slot, from `from` on, that keeps it. Gives the
+    /// Writes a record to the first position of a slot, from `from` on, that retains it. Gives the
     /// generation.
     fn write_from(&mut self, from: u32, content: &Content) -> Result<u32, Error<F::Error>> {
         let len = self.layout(content).padded();
@@ -250,7 +250,7 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// Where the slot begins that the next record erases.
+    /// Address of the slot that the next record erases.
     #[inline(never)]
     fn other_slot(&mut self) -> Result<u32, Newer> {
         let newest = self.load()?;
@@ -270,7 +270,7 @@ impl<F: NorFlash> Store<F> {
         self.slot_len / PADDED_LEN as u32
     }
 
-    /// The first place from `next` on, in the slot of a record, at which so many bytes are not
+    /// The first position from `next` on, in the slot of a record, at which so many bytes are not
     /// written.
     #[inline(never)]
     fn room(&mut self, record: u32, mut next: u32, len: usize) -> Option<u32> {

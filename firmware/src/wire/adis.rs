@@ -43,12 +43,12 @@ pub const BURST_1649X_LEN: usize = 40;
 /// The word that precedes a 1649x burst's data.
 const BURST_ID: u16 = 0xA5A5;
 
-/// What the bursts of an ADIS do not tell.
+/// Settings that the bursts of an ADIS do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Form of its bursts.
     pub form: Form,
-    /// What a count means: [`Model::units`].
+    /// Units of a count: [`Model::units`].
     pub units: Units,
     /// The bursts leave in frames of their own ([`uart`]), not bare.
     pub framed: bool,
@@ -67,10 +67,11 @@ impl Settings {
         self.form.bytes() + frame
     }
 
-    /// A burst as it leaves: bare, or in a frame in `buffer`. `time_us`: when it was fetched.
+    /// A burst as the device sends it: bare, or in a frame in `buffer`. `time_us`: when it was
+    /// fetched.
     ///
     /// # Errors
-    /// [`Error::Length`] when a burst for a frame is not of the form told.
+    /// [`Error::Length`] when a burst for a frame is not of the configured form.
     pub fn leaving<'b>(
         &self,
         reply: &'b mut [u8],
@@ -115,8 +116,8 @@ pub struct Burst {
 }
 
 /// DIAG_STAT bits of the 1646x, 1647x and 1650x that make the inertial data invalid: standby (4),
-/// sensor failure (5), memory failure (6). Overrun, flash, SPI and clock bits concern the past or
-/// the timing.
+/// sensor failure (5), memory failure (6). Overrun, flash, SPI and clock bits concern earlier data
+/// or the timing.
 const NOT_VALID_1647X: u16 = 0x0070;
 
 impl Burst {
@@ -331,7 +332,7 @@ mod tests {
         }
     }
 
-    /// What a sum of bytes cannot see.
+    /// Damage that a sum of bytes cannot detect.
     #[test]
     fn exchanged_bytes_pass_the_sum() {
         let mut reply = BURST16;

@@ -1,10 +1,10 @@
 //! A frame whose checksum was right when it arrived, to be read and changed without checking it
 //! again.
 //!
-//! Only a [`super::Framer`], [`Checked::new`] and [`Checked::burst`] make one, so whoever holds one
+//! Only a [`super::Framer`], [`Checked::new`] and [`Checked::burst`] make one, so whoever has one
 //! need not check. And no damage after that check can be sealed under a good checksum: a checksum
-//! is not made anew from the bytes but *changed by what was changed* (CRCs and sums are linear). A
-//! byte that is corrupted in between still fails the receiver's check.
+//! is not recomputed from the bytes but *changed by the difference* (CRCs and sums are linear). A
+//! byte that is corrupted in between fails the receiver's check.
 
 use super::sequence::Stream;
 use super::{Change, Error, Framing, ImuFormat, Reading, Settings, adis, exactly, stim300};
@@ -14,14 +14,14 @@ use crate::sample::Axes;
 /// sends up to 2000 a second.
 pub(crate) const USUAL: usize = stim300::USUAL.1;
 
-/// Where a frame comes from.
+/// Origin of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// Out of a stream of bytes.
     Stream(ImuFormat),
     /// A burst of an ADIS, framed by chip select.
     Burst(adis::Form),
-    /// The same in a frame of ours ([`adis::uart`]), in which it leaves.
+    /// A burst in our own frame ([`adis::uart`]), which leaves framed.
     FramedBurst(adis::Form),
 }
 
@@ -70,23 +70,23 @@ impl<'a> Checked<'a> {
     ///
     /// # Errors
     /// What is wrong with the burst.
-    pub fn burst(told: &adis::Settings, bytes: &'a mut [u8]) -> Result<Checked<'a>, Error> {
-        let source = if told.framed {
-            adis::uart::check(told.form, bytes)?;
-            Source::FramedBurst(told.form)
+    pub fn burst(settings: &adis::Settings, bytes: &'a mut [u8]) -> Result<Checked<'a>, Error> {
+        let source = if settings.framed {
+            adis::uart::check(settings.form, bytes)?;
+            Source::FramedBurst(settings.form)
         } else {
-            told.form.check(bytes)?;
-            Source::Burst(told.form)
+            settings.form.check(bytes)?;
+            Source::Burst(settings.form)
         };
         Ok(Checked { source, bytes })
     }
 
-    /// Where it comes from.
+    /// Origin of the frame.
     pub fn source(&self) -> Source {
         self.source
     }
 
-    /// All of it.
+    /// All bytes of the frame.
     pub fn bytes(&self) -> &[u8] {
         self.bytes
     }
@@ -118,7 +118,7 @@ impl<'a> Checked<'a> {
         }
     }
 
-    /// The same as an option, which is where the reading was made and no copy of it.
+    /// The reading as an option: a reference to where it was made, not a copy.
     #[inline(always)]
     pub(crate) fn reading(&self) -> Option<Reading> {
         let bytes = &*self.bytes;
@@ -146,7 +146,7 @@ impl<'a> Checked<'a> {
         saturated.ok_or(Error::Content)
     }
 
-    /// Whether it tells that the sensor has just started: see [`super::ImuProtocol::starts_up`].
+    /// Whether it shows that the sensor has just started: see [`super::ImuProtocol::starts_up`].
     pub fn starts_up(&self) -> bool {
         match self.source {
             Source::Stream(format) => format.starts_up(self.bytes),

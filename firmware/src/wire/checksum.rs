@@ -44,7 +44,7 @@ pub fn crc32_mpeg2(bytes: &[u8]) -> u32 {
     mpeg2(!0, bytes)
 }
 
-/// The same over a number of words that is known beforehand.
+/// [`crc32_mpeg2`] over a number of words that is known beforehand.
 #[inline(always)]
 pub fn crc32_mpeg2_words<const N: usize>(words: &[[u8; 4]; N]) -> u32 {
     #[cfg(test)]
@@ -117,7 +117,7 @@ fn mpeg2(mut crc: u32, bytes: &[u8]) -> u32 {
     crc
 }
 
-/// The same of a reflected CRC.
+/// A reflected CRC continued over `bytes`.
 #[inline(always)]
 fn reflected(table: &[u32; 256], mut crc: u32, bytes: &[u8]) -> u32 {
     let next = |crc: u32| crc >> 8 ^ table[(crc & 0xFF) as usize];
@@ -131,7 +131,7 @@ fn reflected(table: &[u32; 256], mut crc: u32, bytes: &[u8]) -> u32 {
     crc
 }
 
-/// The same for [`crc32_mpeg2_padded`], of bytes that begin with the difference.
+/// [`crc32_mpeg2_change`] for [`crc32_mpeg2_padded`], of bytes that begin with the difference.
 pub fn crc32_mpeg2_padded_change(difference: &[u8], after: usize) -> u32 {
     let after = after + dummies(difference.len() + after).len();
     crc32_mpeg2_change(difference, after)
@@ -145,7 +145,7 @@ const LONGEST: usize = 64;
 pub struct Zlib(crc::Digest<'static, u32>);
 
 impl Zlib {
-    /// Of no bytes.
+    /// The CRC of no bytes.
     pub fn new() -> Zlib {
         Zlib(ISO_HDLC.digest())
     }
@@ -155,7 +155,7 @@ impl Zlib {
         self.0.update(bytes);
     }
 
-    /// Of all bytes so far.
+    /// The CRC of all bytes so far.
     pub fn value(self) -> u32 {
         self.0.finalize()
     }
@@ -206,7 +206,7 @@ pub fn xmodem(bytes: &[u8]) -> u16 {
     XMODEM.checksum(bytes)
 }
 
-/// How either of both changes: as [`crc32_mpeg2_change`].
+/// Change of either Kermit CRC: as [`crc32_mpeg2_change`].
 #[inline(never)] // four callers
 pub fn kermit_change(difference: &[u8], after: usize) -> u16 {
     let mut digest = KERMIT.digest(); // from zero and without inversion
@@ -223,7 +223,7 @@ pub fn crc32_novatel(bytes: &[u8]) -> u32 {
     reflected(table, 0, bytes)
 }
 
-/// How [`crc32_novatel`] changes: as [`crc32_mpeg2_change`].
+/// Change of [`crc32_novatel`]: as [`crc32_mpeg2_change`].
 pub fn crc32_novatel_change(difference: &[u8], after: usize) -> u32 {
     let [table] = NOVATEL.table();
     let crc = reflected(table, 0, difference);
@@ -245,7 +245,7 @@ pub fn sum16_le(bytes: &[u8]) -> u16 {
     })
 }
 
-/// The same of big-endian words (Epson). Weak in the same way.
+/// Sum of big-endian words (Epson). As weak as [`sum16_le`].
 pub fn sum16_be(bytes: &[u8]) -> u16 {
     #[cfg(test)]
     count::one(bytes.len());
@@ -273,7 +273,7 @@ pub fn fletcher8(bytes: &[u8]) -> [u8; 2] {
     })
 }
 
-/// How many bytes each checksum was computed over, for the test that it happens once.
+/// Number of bytes over which each checksum was computed, for the test that it happens once.
 #[cfg(test)]
 pub(super) mod count {
     use std::cell::RefCell;
@@ -291,7 +291,7 @@ pub(super) mod count {
         PASSES.with_borrow_mut(Vec::clear);
     }
 
-    /// Those over at least `len` bytes.
+    /// Number of checksums over at least `len` bytes.
     pub(in crate::wire) fn passes(len: usize) -> usize {
         PASSES.with_borrow(|passes| passes.iter().filter(|&&pass| pass >= len).count())
     }

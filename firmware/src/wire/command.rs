@@ -60,7 +60,7 @@ pub struct Estimate {
     pub learnt: [[f32; 3]; 2],
     /// References used, of windows since power-on.
     pub used: u32,
-    /// How many of these had an axis that was not believed.
+    /// Number of these with an axis that was not believed.
     pub doubted: u32,
 }
 
@@ -76,21 +76,21 @@ pub enum Request<'a> {
     /// Writes a piece of a new weight image, at most [`MAX_CHUNK`] bytes, into the receiving
     /// buffer.
     WriteImage {
-        /// Where in the image.
+        /// Offset in the image.
         offset: u32,
         /// The piece.
         bytes: &'a [u8],
     },
     /// Checks the image received and uses it from the next sample on.
     CommitImage {
-        /// Its length, bytes.
+        /// Length of the image, bytes.
         length: u32,
     },
     /// Answer: [`Response::Image`] with the weights in use.
     ReadImage {
-        /// Where in the image.
+        /// Offset in the image.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// A reference to learn from.
@@ -107,9 +107,9 @@ pub enum Request<'a> {
     /// As [`Request::ReadImage`], of the weights learnt. They change while learning goes on, so
     /// read them in another mode.
     ReadLearnt {
-        /// Where in the image.
+        /// Offset in the image.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// Uses the weights learnt from the next block on.
@@ -117,22 +117,22 @@ pub enum Request<'a> {
     /// Writes a piece of a new configuration record ([`crate::configuration::record`]), at most
     /// [`MAX_CHUNK`] bytes, into the receiving buffer, which weight images share.
     WriteConfiguration {
-        /// Where in the record.
+        /// Offset in the record.
         offset: u32,
         /// The piece.
         bytes: &'a [u8],
     },
-    /// Checks the record received as a whole and starts anew with it. [`Request::StoreImage`] keeps
+    /// Checks the received record as a whole and restarts with it. [`Request::StoreImage`] stores
     /// it, with the weights, over a power cycle.
     CommitConfiguration {
-        /// Its length, bytes.
+        /// Length of the record, bytes.
         length: u32,
     },
     /// Answer: [`Response::Image`] with the configuration record in use; empty without one.
     ReadConfiguration {
-        /// Where in the record.
+        /// Offset in the record.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// Answer: [`Response::Board`].
@@ -151,13 +151,13 @@ pub enum Request<'a> {
     GetStore,
     /// Answer: [`Response::Recording`].
     GetRecording,
-    /// What the black box is to do.
+    /// An order to the black box.
     Record(Order),
     /// Answer: [`Response::Image`] with a piece of the black box, while it holds.
     ReadRecording {
-        /// Where in its memory.
+        /// Offset in its memory.
         offset: u32,
-        /// At most [`MAX_CHUNK`].
+        /// Length of the piece, at most [`MAX_CHUNK`].
         length: u16,
     },
     /// Answer: [`Response::Security`].
@@ -225,10 +225,10 @@ pub struct Health {
     /// Share of the last whole second in which the processor did not sleep, per mille; `None` where
     /// the board does not know.
     pub busy: Option<u16>,
-    /// The same of the busiest second since power-on.
+    /// Load of the busiest second since power-on.
     pub busiest: Option<u16>,
-    /// What gave the learner's navigator its heading; while it does not navigate, what gives the
-    /// alignment in progress its heading so far.
+    /// How the learner's navigator got its heading; while it does not navigate, how the alignment
+    /// in progress gets its heading.
     pub way: Way,
     /// Standard deviation of that heading, mrad; `None` while it is unknown.
     pub heading_sigma: Option<u16>,
@@ -274,7 +274,7 @@ pub mod fault {
     /// The sensor repeats itself: its counter or all its values do not change.
     pub const STUCK: u32 = 1 << 14;
     /// The weights in use were of a sensor with another serial number. They are no longer used: the
-    /// device has the built-in ones, until others are uploaded or it has learnt anew.
+    /// device has the built-in ones, until others are uploaded or it has learnt again.
     pub const WEIGHTS: u32 = 1 << 15;
     /// The learner fell behind and was stopped. What is in force stays, and nothing is learnt until
     /// it begins again: with another mode, configuration, or start of the sensor.
@@ -327,15 +327,15 @@ pub struct Counters<T = u32> {
     pub given_up: T,
     /// Requests of the navigation computer.
     pub requests: T,
-    /// How many of these the device answered because the sensor did not.
+    /// Number of these that the device answered because the sensor did not.
     pub answered: T,
     /// Fixes received.
     pub fixes: T,
-    /// How many of these the receiver calls good.
+    /// Number of these that the receiver calls good.
     pub good_fixes: T,
     /// Times each state was entered: detection, run, fault.
     pub entered: [T; 3],
-    /// Times the sensor was started anew.
+    /// Restarts of the sensor.
     pub restarts: T,
     /// Times the device found its memory changed by nobody, and mended it.
     pub mended: T,
@@ -346,7 +346,7 @@ pub struct Counters<T = u32> {
 pub enum Response<'a> {
     /// Carried out.
     Done,
-    /// Not carried out.
+    /// The request was not carried out.
     Refused(Reason),
     /// To [`Request::GetVersion`].
     Version(Version),
@@ -354,7 +354,7 @@ pub enum Response<'a> {
     Health(Health),
     /// To [`Request::ReadImage`].
     Image {
-        /// Where in the image.
+        /// Offset in the image.
         offset: u32,
         /// The piece; shorter than asked for at the image's end.
         bytes: &'a [u8],
@@ -387,7 +387,7 @@ pub enum Response<'a> {
     Trials(Trials),
 }
 
-/// What the store remembers of the unit from earlier drives.
+/// Memory of the unit from earlier drives, in the store.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Remembered {
     /// Drives that it was learnt on; 0: nothing is remembered.
@@ -403,13 +403,13 @@ pub struct Remembered {
     pub of_another: bool,
 }
 
-/// What the device found in its store when it started.
+/// Content of the store when the device started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Kept {
     /// Number of the record in use; `None`: nothing was found, or nothing that is used.
     pub generation: Option<u32>,
-    /// Of the device's whole life until that record was stored, saturating: times it started, how
-    /// many of these followed a failure, minutes it ran.
+    /// Totals over the device's life until that record was stored, saturating: times it started,
+    /// how many of these followed a failure, minutes it ran.
     pub starts: u32,
     /// See above.
     pub failures: u32,
@@ -423,17 +423,17 @@ pub struct Kept {
     pub passed: u8,
 }
 
-/// What is known of the receiver's antenna: as told, and from the first fixes in motion on as
-/// estimated from them.
+/// Lever arm and delay of the receiver's antenna: as configured, and from the first fixes in motion
+/// on as estimated from them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Antenna {
-    /// From the IMU to the antenna, body axes (forward, right, down), m.
+    /// Lever arm from the IMU to the antenna, body axes (forward, right, down), m.
     pub lever_arm: [f32; 3],
-    /// Its standard deviation along each axis, m; 0: told exactly.
+    /// Its standard deviation along each axis, m; 0: known exactly.
     pub lever_arm_sigma: [f32; 3],
     /// Least age of a fix when it arrives, s.
     pub fix_delay: f32,
-    /// Its standard deviation, s; 0: told exactly.
+    /// Its standard deviation, s; 0: known exactly.
     pub fix_delay_sigma: f32,
 }
 

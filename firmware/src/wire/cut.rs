@@ -19,7 +19,7 @@ impl ImuFormat {
         )
     }
 
-    /// How frames like this good one are cut; `None`: they cannot be. `mark`: with the mark of our
+    /// Plan for frames like this good one; `None`: they cannot be cut. `mark`: with the mark of our
     /// own fault.
     pub fn plan(self, frame: &[u8], mark: bool, settings: &Settings) -> Option<Plan> {
         let mut plan = match self {
@@ -42,12 +42,12 @@ pub fn in_order<T: Copy>(word: Word, values: [T; 6]) -> [T; 6] {
     }
 }
 
-/// What is owed, in that order; nothing where nothing is corrected.
+/// Corrections owed, in that order; zeros where nothing is corrected.
 pub fn owed_in_order(word: Word, owed: Option<[Owed; 6]>) -> [Owed; 6] {
     in_order(word, owed.unwrap_or_default())
 }
 
-/// These places of a frame, with what is there.
+/// These bytes of a frame, with their values.
 fn checks(frame: &[u8], places: &[u8]) -> [(u8, u8); CHECKS] {
     let mut checks = [(NOWHERE, 0); CHECKS];
     for (check, at) in checks.iter_mut().zip(places) {
@@ -59,7 +59,7 @@ fn checks(frame: &[u8], places: &[u8]) -> [(u8, u8); CHECKS] {
     checks
 }
 
-/// The identifier tells all.
+/// The identifier determines the layout.
 fn stim300(frame: &[u8], family: Option<Extra>) -> Option<Plan> {
     let id = *frame.first()?;
     let contents = Contents::from_id(id)?;
@@ -79,7 +79,7 @@ fn stim300(frame: &[u8], family: Option<Extra>) -> Option<Plan> {
     })
 }
 
-/// The header's last byte tells the format, and so where the status is.
+/// The header's last byte gives the format, and so where the status is.
 fn kvh(frame: &[u8], mark: bool) -> Option<Plan> {
     let status = kvh::Frame::over(frame)?.layout().status() as u8;
     Some(Plan {

@@ -16,7 +16,7 @@ pub const ENOUGH: u8 = 3;
 /// Meanwhile the caller passes the bytes on unchanged.
 #[derive(Debug)]
 pub struct Detector<F = ImuFormat, const N: usize = { ImuFormat::ALL.len() }> {
-    /// For all of them; read is what all have read.
+    /// Bytes that are not read yet, shared by all candidates.
     bytes: Unread,
     candidates: [Candidate<F>; N],
 }
@@ -52,15 +52,15 @@ impl Detector {
         Detector::of(ImuFormat::ALL)
     }
 
-    /// [`Detector::begin_anew`]. Frames that do not tell what is in them are looked for in the
-    /// layout that the settings tell.
+    /// [`Detector::begin_anew`]. Frames that do not state their content are searched for in the
+    /// layout of the settings.
     pub fn restart(&mut self, settings: &Settings) {
         self.begin_anew(|format| format.configured(settings));
     }
 }
 
 impl<F: Framing, const N: usize> Detector<F, N> {
-    /// Of these formats.
+    /// A detector of these formats.
     pub fn of(formats: [F; N]) -> Detector<F, N> {
         Detector {
             bytes: Unread::new(),
@@ -68,17 +68,17 @@ impl<F: Framing, const N: usize> Detector<F, N> {
         }
     }
 
-    /// Begins anew, in place: a new one would be built on the stack first. `told` gives the format
-    /// to be looked for instead of each.
-    pub fn begin_anew(&mut self, told: impl Fn(F) -> F) {
+    /// Restarts in place: a new one would be built on the stack first. `configured` gives the
+    /// format to be searched for instead of each.
+    pub fn begin_anew(&mut self, configured: impl Fn(F) -> F) {
         self.bytes.clear();
         for candidate in &mut self.candidates {
-            *candidate = Candidate::new(told(candidate.finder.format()));
+            *candidate = Candidate::new(configured(candidate.finder.format()));
         }
     }
 
     /// Receives some bytes. Returns the format as soon as it is clear. Hands all other good
-    /// messages to `other` (the special datagrams of a STIM300 above all, which tell its units
+    /// messages to `other` (the special datagrams of a STIM300 above all, which state its units
     /// before the first frame). Formats with weak checksums may take a few bytes of another format
     /// for theirs.
     pub fn push(&mut self, bytes: &[u8], mut other: impl FnMut(F, &[u8])) -> Option<F> {
@@ -162,18 +162,18 @@ mod tests {
         assert_eq!(push(&mut detector, &line), Some(ImuFormat::Stim300));
     }
 
-    /// What a STIM300 tells at power-on, in front of its first frame.
+    /// Datagrams that a STIM300 sends at power-on, in front of its first frame.
     #[test]
     fn special_datagrams_are_handed_over() {
         use crate::wire::stim300::config::Config;
-        let told = Config::DEFAULT.with_unit_codes(0, 0).emit();
+        let datagram = Config::DEFAULT.with_unit_codes(0, 0).emit();
         let mut detector = Detector::new();
         let mut heard = std::vec::Vec::new();
-        for &byte in &told {
+        for &byte in &datagram {
             detector.push(&[byte], |format, message| {
                 heard.push((format, message.to_vec()));
             });
         }
-        assert_eq!(heard, [(ImuFormat::Stim300, told.to_vec())]);
+        assert_eq!(heard, [(ImuFormat::Stim300, datagram.to_vec())]);
     }
 }

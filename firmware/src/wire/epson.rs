@@ -14,8 +14,9 @@
 //! checksum: sum of all 16-bit words between 80 and itself
 //! ```
 //!
-//! **A burst does not tell what is in it**: the device is told both registers ([`Layout`]). The
-//! frames are the same in UART automatic mode and when the host asks for each one.
+//! **A burst does not state its content**: both registers are configured in the device
+//! ([`Layout`]). The frames are the same in UART automatic mode and when the host asks for each
+//! one.
 //!
 //! Of a triad that comes as rate and as increment, the increments are corrected, which are for
 //! navigation. The rates pass unchanged, and so do quaternion and attitude.
@@ -50,7 +51,7 @@ const TRAILER: usize = 3;
 /// Bit of FLAG: some diagnosis of the sensor reports an error (EA).
 pub const ERROR: u16 = 1 << 0;
 
-/// Looks for a burst at the beginning of `bytes`.
+/// Scans for a burst at the beginning of `bytes`.
 pub fn scan(layout: Layout, bytes: &[u8]) -> Scan {
     match bytes.first() {
         None => return Scan::Partial(1),
@@ -76,7 +77,7 @@ fn sum_is_right(frame: &[u8]) -> bool {
     sum16_be(summed(frame)) == stated
 }
 
-/// Makes checksum and end mark anew.
+/// Recomputes checksum and end mark.
 fn seal(frame: &mut [u8]) {
     let [high, low] = sum16_be(summed(frame)).to_be_bytes();
     put(frame, frame.len().saturating_sub(TRAILER), [high, low, END]);

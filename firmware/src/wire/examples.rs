@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 /// Frames of a format.
 pub(super) trait Examples {
-    /// A good frame with a number in it to tell frames apart, and false starts among its data.
+    /// A good frame with a number in it to distinguish frames, and false starts among its data.
     fn example(self, n: u8) -> Vec<u8>;
 
     /// A frame taken apart into numbers, and made again from these.
@@ -15,9 +15,9 @@ pub(super) trait Examples {
 /// Any format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Any {
-    /// Of an IMU.
+    /// Format of an IMU.
     Imu(ImuFormat),
-    /// Of a receiver.
+    /// Format of a receiver.
     Receiver(ReceiverFormat),
 }
 
@@ -59,7 +59,7 @@ impl Examples for Any {
     }
 }
 
-/// What `emit` writes.
+/// The bytes that `emit` writes.
 pub(super) fn made(emit: impl FnOnce(&mut [u8]) -> Result<usize, Error>) -> Result<Vec<u8>, Error> {
     let mut buffer = std::vec![0xEE; super::framer::LONGEST];
     let len = emit(&mut buffer)?;

@@ -27,7 +27,7 @@ pub fn put<const N: usize>(bytes: &mut [u8], at: usize, field: [u8; N]) {
     }
 }
 
-/// Lets `work` write to the `N` bytes from `at` and tells which bits it changed. `None`, and
+/// Lets `work` write to the `N` bytes from `at` and returns which bits it changed. `None`, and
 /// nothing is done, where the buffer is too short. Four bytes are compared at a time, so `N` is a
 /// multiple of four.
 #[inline(always)]
@@ -54,8 +54,8 @@ pub(super) fn changed<const N: usize, R>(
 }
 
 /// Does `work` on the `N` bytes at `at`, and changes the four bytes of the CRC at the frame's end
-/// with them. `crc` tells how, from the changed bits and the number of bytes between them and the
-/// CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
+/// with them. `crc` gives the change, from the changed bits and the number of bytes between them
+/// and the CRC. `None`, and nothing is done, where the `N` bytes are not before the CRC.
 #[inline(always)]
 pub fn resealed<const N: usize, R>(
     frame: &mut [u8],
@@ -135,12 +135,12 @@ pub fn put_be_i24(bytes: &mut [u8], at: usize, value: i32) {
     put(bytes, at, [high, middle, low]);
 }
 
-/// How a start mark compares with the bytes at hand.
+/// Result of comparing a start mark with the bytes at hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// All bytes of the mark are there.
     Whole,
-    /// What is there agrees, but more bytes are needed.
+    /// The bytes at hand agree, but more are needed.
     Part,
     /// Something disagrees.
     No,

@@ -8,8 +8,8 @@
 //!
 //! A frame is reported only if its checksum is right.
 //!
-//! Bytes are kept no longer than needed to decide. A false start delays what follows it by at most
-//! the length it claims. When a line falls silent, [`Framer::flush`] returns what is left.
+//! Bytes are delayed no longer than needed to decide. A false start delays what follows it by at
+//! most the length it claims. When a line falls silent, [`Framer::flush`] returns what is left.
 //!
 //! The buffer is a straight piece of memory and not a ring, so that a frame is one slice. When its
 //! end is reached, the unread bytes move to the front.
@@ -26,11 +26,11 @@ pub const LONGEST: usize = 256;
 /// Bytes a framer holds.
 pub const CAPACITY: usize = 2 * LONGEST;
 
-/// So many bytes of garbage in a row, without even a damaged frame, are not damage but another
+/// A run of garbage of this length, bytes, without even a damaged frame, is not damage but another
 /// format (or another bit rate): some seventy frames, 0.15 s of a STIM300 at 1 kHz.
 pub const UNKNOWN_AFTER: u32 = 4096;
 
-/// What the bytes of an event are.
+/// Kind of the bytes of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A frame with a right checksum. It holds a sample, or a receiver's fix.
@@ -59,7 +59,7 @@ pub struct Event<'a, F> {
 }
 
 impl<F> Event<'_, F> {
-    /// What the bytes are.
+    /// Kind of the bytes.
     pub fn kind(&self) -> Kind {
         self.kind
     }
@@ -86,7 +86,7 @@ impl<'a> Event<'a, ImuFormat> {
 }
 
 impl Event<'_, ReceiverFormat> {
-    /// What a message tells of a fix, read without another check; `None` for anything else.
+    /// Fix values of a message, read without another check; `None` for anything else.
     pub fn values(&self) -> Option<(Head, Values)> {
         if self.kind != Kind::Frame {
             return None;
@@ -116,11 +116,11 @@ pub(super) struct Unread {
     sum: usize,
 }
 
-/// Where the finder of one format is in a stream.
+/// Position of the finder of one format in a stream.
 #[derive(Debug)]
 pub(super) struct Finder<F = ImuFormat> {
     format: F,
-    /// The same once more: a bit that flips would have frames read as another format's.
+    /// A copy of the format: a bit that flips would have frames read as another format's.
     again: F,
     /// Unread bytes without which the head cannot be decided. It saves a scan at every byte of a
     /// slow line.
@@ -167,7 +167,7 @@ impl Unread {
         (self.start, self.end, self.sum) = (0, 0, 0);
     }
 
-    /// Those from the `skipped`th on.
+    /// Bytes from the `skipped`th on.
     #[inline(always)]
     pub(super) fn from(&self, skipped: usize) -> &[u8] {
         let from = self.start + skipped;
@@ -248,7 +248,7 @@ impl<F: Framing> Finder<F> {
         self.format
     }
 
-    /// What `unread` begins with, and of how many bytes. `None` when more are needed.
+    /// Kind and length of the bytes with which `unread` begins. `None` when more are needed.
     #[inline(never)] // three callers
     pub(super) fn find(&mut self, unread: &[u8]) -> Option<(Kind, usize)> {
         if unread.is_empty() || unread.len() < self.needed {
@@ -345,8 +345,8 @@ impl<F: Framing> Framer<F> {
         }
     }
 
-    /// Begins anew with this format, in place: a new one would be built on the stack first. What it
-    /// holds is dropped.
+    /// Restarts with this format, in place: a new framer would be built on the stack first. Pending
+    /// bytes are dropped.
     pub fn restart(&mut self, format: F) {
         self.bytes.clear();
         self.finder = Finder::new(format);
@@ -357,7 +357,7 @@ impl<F: Framing> Framer<F> {
         self.finder.format
     }
 
-    /// The same, if memory still tells it: after an upset it may not.
+    /// The format, if both copies agree: after an upset they may not.
     pub fn certain_format(&self) -> Option<F> {
         Some(self.finder.format).filter(|format| *format == self.finder.again)
     }
@@ -391,8 +391,8 @@ impl<F: Framing> Framer<F> {
         self.bytes.push(bytes)
     }
 
-    /// The same with bytes that `read` puts into the room it is given, which has at least `wanted`
-    /// bytes if so many may be pushed. It returns how many it has put there.
+    /// Pushes bytes that `read` puts into the room it is given, which has at least `wanted` bytes
+    /// if so many may be pushed. It returns how many it has put there.
     ///
     /// # Errors
     /// Those of `read`. Nothing is received then.

@@ -166,7 +166,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Message::from_id(id).map(|message| Frame { buffer, message })
     }
 
-    /// Which message.
+    /// Kind of the message.
     pub fn message(&self) -> Message {
         self.message
     }
@@ -214,7 +214,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         u16::from_le_bytes(take(self.buffer.as_ref(), at::STATUS_2))
     }
 
-    /// Temperature of the accelerometers, degrees Celsius, in the messages that tell it.
+    /// Temperature of the accelerometers, degrees Celsius, in the messages that contain it.
     pub fn temperature(&self) -> Option<i8> {
         let [low, _] = self.status_2().to_le_bytes();
         (self.status_2() & 0x8000 != 0).then_some(low.cast_signed())
@@ -322,7 +322,7 @@ pub const OWN_FAULT: u16 = 0x4000;
 /// Every field of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Repr {
-    /// Which message.
+    /// Kind of the message.
     pub message: Message,
     /// Angular rate.
     pub rate: [i16; 3],

@@ -34,9 +34,9 @@ mod at {
 pub enum Layout {
     /// The default.
     A,
-    /// With a time stamp.
+    /// Format with a time stamp.
     B,
-    /// With temperature and magnetic field in turn.
+    /// Format with temperature and magnetic field in turn.
     C,
 }
 
@@ -76,7 +76,7 @@ impl Layout {
     }
 }
 
-/// Units by the sensor's settings (`=ROTFMT`, `=ROTUNITS`); the message itself does not tell.
+/// Units by the sensor's settings (`=ROTFMT`, `=ROTUNITS`); the message itself does not state them.
 pub fn units(delta: bool, degrees: bool) -> Units {
     Units {
         gyro: Unit {
@@ -94,7 +94,7 @@ pub fn units(delta: bool, degrees: bool) -> Units {
     }
 }
 
-/// Looks for a message at the beginning of `bytes`.
+/// Scans for a message at the beginning of `bytes`.
 pub fn scan(bytes: &[u8]) -> Scan {
     match (
         mark(bytes, &[0xFE, 0x81, 0xFF]),
@@ -153,7 +153,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         Layout::from_header(take(buffer.as_ref(), 0)).map(|layout| Frame { buffer, layout })
     }
 
-    /// Which of the three formats.
+    /// The layout, one of three.
     pub fn layout(&self) -> Layout {
         self.layout
     }
@@ -199,7 +199,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
     }
 
     /// The six values and what goes with them. A value that is no finite number is not valid. The
-    /// message does not tell the temperature's unit, so the temperature is not here.
+    /// message does not state the temperature's unit, so the temperature is not here.
     pub fn reading(&self) -> Reading {
         let (gyro, accel) = (self.gyro(), self.accel());
         let finite = |values: [f32; 3]| {
@@ -255,7 +255,7 @@ fn put_values(bytes: &mut [u8], at: usize, gyro: [f32; 3], accel: [f32; 3]) {
 /// a header.
 pub const OWN_FAULT: u8 = 0x08;
 
-/// How the CRC changes.
+/// Change of the CRC.
 fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
     crc32_mpeg2_change(bits, after).to_be_bytes()
 }
@@ -269,7 +269,7 @@ fn seal(frame: &mut [u8]) {
 /// Every field of a message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repr {
-    /// Which format.
+    /// The layout.
     pub layout: Layout,
     /// Increments or rates.
     pub gyro: [f32; 3],

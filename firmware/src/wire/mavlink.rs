@@ -18,8 +18,8 @@
 //! make the navigation computer refuse them. Their units are called unknown, so that the device
 //! raises a fault and passes everything through: switch signing off at the sensor.
 //!
-//! **Several senders.** The correction belongs to one IMU, which the device is told ([`Imu`]).
-//! Those of other IMUs pass unchanged.
+//! **Several senders.** The correction belongs to one IMU, which is configured ([`Imu`]). Those of
+//! other IMUs pass unchanged.
 //!
 //! All other messages of the dialect `common` pass unchanged. The CRC of messages of other dialects
 //! cannot be checked, so their bytes are no message to the device.
@@ -55,7 +55,7 @@ mod at {
 }
 
 /// Bits of `fields_updated`: 1 = the field is new in this message. A sender that leaves all of them
-/// zero does not tell.
+/// zero does not state it.
 pub mod updated {
     /// Acceleration x; y and z follow.
     pub const ACCEL_X: u16 = 1 << 0;
@@ -68,14 +68,14 @@ pub mod updated {
 /// Our own fault bit in `fields_updated`, of which bits 13 to 15 are not used.
 pub const OWN_FAULT: u16 = 0x8000;
 
-/// Which IMU is corrected.
+/// The IMU that is corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Imu {
-    /// Its system; 0: any, for a line with one system.
+    /// System of the IMU; 0: any, for a line with one system.
     pub system: u8,
-    /// Its component; 0: any, for a line with one component that sends `HIGHRES_IMU`.
+    /// Component of the IMU; 0: any, for a line with one component that sends `HIGHRES_IMU`.
     pub component: u8,
-    /// Its number, `id`.
+    /// Number of the IMU, `id`.
     pub id: u8,
 }
 
@@ -88,12 +88,12 @@ impl Imu {
     };
 
     fn is(self, [system, component, id]: [u8; 3]) -> bool {
-        let same = |told, sent| told == 0 || told == sent;
+        let same = |configured, sent| configured == 0 || configured == sent;
         same(self.system, system) && same(self.component, component) && self.id == id
     }
 }
 
-/// What the beginning of a message tells.
+/// Header of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
     /// MAVLink 2, not 1.
@@ -108,7 +108,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// Of the message at the beginning of `bytes`.
+    /// The header of the message at the beginning of `bytes`.
     fn of(bytes: &[u8]) -> Result<Header, Scan> {
         let two = match bytes.first() {
             None | Some(0xFD) => true,
@@ -146,12 +146,12 @@ impl Header {
         })
     }
 
-    /// Where the payload begins.
+    /// Offset of the payload.
     fn payload(&self) -> usize {
         if self.two { 10 } else { 6 }
     }
 
-    /// Where the CRC stands.
+    /// Offset of the CRC.
     fn crc(&self) -> usize {
         self.payload() + usize::from(self.length)
     }
@@ -168,7 +168,7 @@ impl Header {
     }
 }
 
-/// Looks for a message at the beginning of `bytes`. That of this IMU is a frame.
+/// Scans for a message at the beginning of `bytes`. That of this IMU is a frame.
 pub fn scan(imu: Imu, bytes: &[u8]) -> Scan {
     let header = match Header::of(bytes) {
         Ok(header) => header,
@@ -278,7 +278,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         let (gyro, accel) = (self.triad(at::GYRO), self.triad(at::ACCEL));
         let new = match self.updated() & updated::ALL {
             0 => updated::ALL,
-            told => told,
+            stated => stated,
         };
         let valid = Axes::new(
             finite(&gyro) & (new / updated::GYRO_X) as u8,

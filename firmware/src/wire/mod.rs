@@ -30,8 +30,7 @@
 //! **A new format of an IMU** implements [`ImuProtocol`] in a file of its own, and gets a row in
 //! the table above and in the list `imu_formats!` below. Detection, framing, correction, settings,
 //! simulated drives and the tests of all formats follow from that row. A format whose frames do not
-//! tell what is in them implements [`LaidOut`] too. A [`ReceiverFormat`] has
-//! fixes and no samples.
+//! state their content implements [`LaidOut`] too. A [`ReceiverFormat`] has fixes and no samples.
 //!
 //! **Panics:** nothing here panics, allocates or loops without bound, on any input. Bytes that are
 //! no frame yield an [`Error`] or a [`framer::Kind`]. Fields outside a buffer read zero (see
@@ -127,10 +126,10 @@ pub enum Error {
     Content,
 }
 
-/// What is at the beginning of some bytes of a stream: the answer of [`Framing::scan`].
+/// Result of [`Framing::scan`] for the beginning of some bytes of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scan {
-    /// Perhaps a frame. To tell, so many bytes are needed in all.
+    /// Perhaps a frame. To decide, this number of bytes is needed in all.
     Partial(usize),
     /// A frame of so many bytes with a right checksum. It holds a sample, or a receiver's fix.
     Frame(usize),
@@ -153,7 +152,7 @@ fn exactly(bytes: &[u8], scan: impl FnOnce(&[u8]) -> Scan) -> Result<bool, Error
     }
 }
 
-/// What a frame holds: see [`Checked::read`].
+/// Content of a frame: see [`Checked::read`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// The six values. They are zero where the frame has none.

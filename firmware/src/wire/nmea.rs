@@ -63,7 +63,7 @@ const ROUNDED: f32 = 0.288_675_13;
 pub enum Sentence {
     /// Position, quality, HDOP, height.
     Gga,
-    /// The same with a mode for each constellation.
+    /// [`Self::Gga`] with a mode for each constellation.
     Gns,
     /// Position, velocity, date.
     Rmc,
@@ -81,7 +81,7 @@ pub enum Sentence {
 pub const USUAL: u8 = 1 << Sentence::Gga as u8 | 1 << Sentence::Rmc as u8;
 
 impl Sentence {
-    /// By the address: a talker of satellite receivers, and the sentence.
+    /// The sentence by its address: a talker of satellite receivers, and the sentence.
     fn of(address: [u8; 5]) -> Option<Sentence> {
         let [a, b, rest @ ..] = address;
         if !matches!(&[a, b], b"GP" | b"GN" | b"GL" | b"GA" | b"GB") {
@@ -100,7 +100,7 @@ impl Sentence {
     }
 }
 
-/// Looks for a sentence at the beginning of `bytes`.
+/// Scans for a sentence at the beginning of `bytes`.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     match bytes.split_first() {
@@ -164,7 +164,7 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Writes what such a sentence tells.
+/// Writes the values of such a sentence.
 #[inline(never)]
 pub(super) fn read(frame: &[u8], values: &mut Values) {
     let fields = Fields::of(frame);
@@ -185,7 +185,7 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
 struct Fields<'t>(&'t [u8]);
 
 impl<'t> Fields<'t> {
-    /// Of a whole sentence.
+    /// The fields of a whole sentence.
     fn of(sentence: &'t [u8]) -> Fields<'t> {
         let end = sentence.len().saturating_sub(5);
         Fields(sentence.get(7..end).unwrap_or_default())
@@ -363,7 +363,7 @@ fn gst(f: Fields, values: &mut Values) {
     }
 }
 
-/// Of two antennas. One degree of the field is one degree here, from true north.
+/// Heading of two antennas. One degree of the field is one degree here, from true north.
 #[inline(never)]
 fn heading(f: Fields, values: &mut Values) {
     let degrees = f.number(0).map(|number| number.value());

@@ -105,8 +105,8 @@ impl Log {
     }
 }
 
-/// Which log a header announces, and the lengths of header and payload. `None` while the header is
-/// incomplete.
+/// The log that a header announces, and the lengths of header and payload. `None` while the header
+/// is incomplete.
 fn header(bytes: &[u8]) -> Option<(Option<Log>, usize, usize)> {
     let short = bytes.get(2) == Some(&0x13);
     let header = if short { 12 } else { 28 };
@@ -190,7 +190,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         log.map(|log| Frame { buffer, log })
     }
 
-    /// Which log.
+    /// Kind of the log.
     pub fn log(&self) -> Log {
         self.log
     }
@@ -305,7 +305,7 @@ fn put_values(bytes: &mut [u8], at: usize, gyro: [i32; 3], accel: [i32; 3]) {
 /// RAWIMUS have no room for it.
 pub const OWN_FAULT: u8 = 0x80;
 
-/// How the CRC changes.
+/// Change of the CRC.
 fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
     crc32_novatel_change(bits, after).to_le_bytes()
 }

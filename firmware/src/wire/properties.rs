@@ -36,7 +36,7 @@ fn any_imu_frame() -> impl Strategy<Value = (ImuFormat, &'static Simulated, Vec<
     })
 }
 
-/// The same with receivers: an example with any bytes in its fields.
+/// Any frame, of receivers too: an example with any bytes in its fields.
 fn any_frame() -> impl Strategy<Value = (Any, Vec<u8>)> {
     let imu = any_imu_frame().prop_map(|(format, _, bytes)| (Any::Imu(format), bytes));
     let body = prop::collection::vec(any::<u8>(), 128);
@@ -165,9 +165,9 @@ proptest! {
         }
     }
 
-    /// Changed values arrive, saturated where they must, and the frame is then one of the same
-    /// format whose checksum made anew from all its bytes is the one that was changed. Nothing but
-    /// values, checksum and the own fault bit has changed: the old values bring the old frame back.
+    /// Changed values arrive, saturated where they must. The frame is then one of the same format,
+    /// and its changed checksum equals one recomputed from all its bytes. Only values, checksum and
+    /// the own fault bit have changed: the old values bring the old frame back.
     #[test]
     fn only_the_values_change((format, sensor, bytes) in any_imu_frame(), new: [i32; 6], narrow: bool, mark: bool) {
         let new = if narrow { new.map(|v| v >> 16) } else { new };
@@ -183,16 +183,16 @@ proptest! {
         let after = checked.read().unwrap();
         prop_assert_eq!(after.sample, expected);
         prop_assert_eq!(after.counter, before.counter);
-        let mut anew = checked.bytes().to_vec();
-        prop_assert_eq!(format.scan(&anew), Scan::Frame(bytes.len()));
-        format.seal(&mut anew);
-        prop_assert_eq!(&anew[..], checked.bytes());
-        prop_assert_eq!(format.remade(&anew).unwrap(), &anew[..]);
+        let mut resealed = checked.bytes().to_vec();
+        prop_assert_eq!(format.scan(&resealed), Scan::Frame(bytes.len()));
+        format.seal(&mut resealed);
+        prop_assert_eq!(&resealed[..], checked.bytes());
+        prop_assert_eq!(format.remade(&resealed).unwrap(), &resealed[..]);
         checked.change(&Change { sample: &before.sample, mark: false, settings }).unwrap();
         prop_assert_eq!(checked.bytes(), &bytes[..]);
         checked.change(&Change { sample: &sample, mark, settings }).unwrap();
         prop_assert_eq!(format.scan(checked.bytes()), Scan::Frame(bytes.len()));
-        let differences = anew.iter().zip(checked.bytes()).filter(|(a, b)| a != b).count();
+        let differences = resealed.iter().zip(checked.bytes()).filter(|(a, b)| a != b).count();
         let allowed = if mark { 5 } else { 0 }; // the mark's byte and the checksum
         prop_assert!(differences <= allowed);
     }

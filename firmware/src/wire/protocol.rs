@@ -1,4 +1,4 @@
-//! What every wire format states about itself.
+//! The interface of a wire format.
 //!
 //! An IMU format implements [`ImuProtocol`] in its own file and is named once, in the list of
 //! [`super`]. Everything that loops over the formats follows from that list: framing, detection,
@@ -11,20 +11,20 @@ use core::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// How frames of a format are found in a stream of bytes.
+/// Framing of a format in a stream of bytes.
 pub trait Framing: Copy + PartialEq {
-    /// Looks for a message at the beginning of `bytes`.
+    /// Scans for a message at the beginning of `bytes`.
     fn scan(self, bytes: &[u8]) -> Scan;
 
-    /// The length of a good frame at the beginning of `bytes`, where that is seen sooner than by
-    /// [`Framing::scan`]. `None` tells nothing.
+    /// The length of a good frame at the beginning of `bytes`, where that is known sooner than by
+    /// [`Framing::scan`]. `None`: not known.
     #[inline(always)]
     fn usual(self, _bytes: &[u8]) -> Option<usize> {
         None
     }
 
     /// Whether a start mark is long enough to mean something by itself. If not, a wrong checksum
-    /// behind it tells nothing, except where a frame is expected.
+    /// behind it has no meaning, except where a frame is expected.
     fn has_start_mark(self) -> bool {
         true
     }
@@ -33,7 +33,7 @@ pub trait Framing: Copy + PartialEq {
 /// A wire format of an IMU. `scan` checks length and checksum; all other functions get a frame that
 /// `scan` has found good, and check nothing again.
 pub trait ImuProtocol {
-    /// What the frames do not tell. It is part of the device's configuration.
+    /// Settings that the frames do not contain. They are part of the device's configuration.
     type Settings: Debug + Copy + PartialEq + Serialize + DeserializeOwned;
     /// The settings of a sensor as delivered.
     const DEFAULT: Self::Settings;
@@ -61,17 +61,17 @@ pub trait ImuProtocol {
     }
 
     /// Units, rate and gap rule of frames of this [`ImuProtocol::content`], or `None` when they are
-    /// not known. `rate` is the configured one, Hz, for formats that do not tell theirs.
+    /// not known. `rate` is the configured one, Hz, for formats that do not state theirs.
     fn stream(settings: &Self::Settings, content: u8, rate: f64) -> Option<Stream>;
 
     /// The six values and what goes with them.
     fn read(frame: &[u8]) -> Option<Reading>;
 
     /// Changes values, own fault bit and checksum. The checksum is changed by the difference and
-    /// never made anew. Returns the axes whose value saturated.
+    /// never recomputed. Returns the axes whose value saturated.
     fn change(frame: &mut [u8], change: &Change, settings: &Self::Settings) -> Option<Axes>;
 
-    /// Whether a frame of such a sensor may tell its temperature ([`Reading::temperature`]).
+    /// Whether a frame of such a sensor may contain its temperature ([`Reading::temperature`]).
     fn has_thermometer(_settings: &Self::Settings) -> bool {
         false
     }
@@ -81,20 +81,20 @@ pub trait ImuProtocol {
         false
     }
 
-    /// Whether a good message tells that the sensor has just started: a status bit of a frame, or a
+    /// Whether a good message shows that the sensor has just started: a status bit of a frame, or a
     /// message that is sent at power-on only. A frame is asked only if it calls an axis invalid.
     fn starts_up(_message: &[u8]) -> bool {
         false
     }
 
-    /// Makes the checksum of a frame anew, for simulators and tests.
+    /// Recomputes the checksum of a frame, for simulators and tests.
     fn seal(frame: &mut [u8]);
 }
 
-/// A format whose frames do not tell what is in them. Their layout follows from the settings.
+/// A format whose frames do not state their content. Their layout follows from the settings.
 pub trait LaidOut: ImuProtocol {
-    /// Where everything is in a frame. The constant `USUAL` of this type is the layout that
-    /// [`ImuProtocol`]'s own functions take.
+    /// Layout of a frame. The constant `USUAL` of this type is the layout that [`ImuProtocol`]'s
+    /// own functions take.
     type Layout: Copy;
 
     /// As [`ImuProtocol::scan`].
@@ -118,14 +118,14 @@ pub trait LaidOut: ImuProtocol {
     ) -> Option<Axes>;
 }
 
-/// What is changed in a frame.
+/// Changes of a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Change<'c> {
     /// The six values. Those the frame does not have are left out.
     pub sample: &'c RawSample,
     /// Set our own fault bit, where the format has room. It is never cleared.
     pub mark: bool,
-    /// What else the format is to change.
+    /// Settings of the format, some of which change the frame too.
     pub settings: &'c Settings,
 }
 
@@ -139,20 +139,20 @@ pub struct Simulated {
     pub name: &'static str,
     /// Frames a second.
     pub rate: u32,
-    /// What a count of [`Fields`] is worth as an increment: rad, m/s.
+    /// Increment of a count of [`Fields`]: rad, m/s.
     pub count: [f64; 2],
-    /// What a count of the frame (or 1.0, of a float) is worth as an increment: rad, m/s. By the
-    /// format's documentation and not by the code that it checks.
+    /// Increment of a count of the frame (or 1.0, of a float): rad, m/s. By the format's
+    /// documentation and not by the code that it checks.
     pub unit: [f64; 2],
     /// Bits of a count in the frame; 32 for floats.
     pub bits: u32,
-    /// What a quiet sensor has in [`Fields::rest`].
+    /// Value of a quiet sensor in [`Fields::rest`].
     pub rest: u32,
     /// Whether the frame has accelerometers.
     pub has_accel: bool,
-    /// Whether the frame tells that the sensor is faulty.
+    /// Whether the frame reports that the sensor is faulty.
     pub has_status: bool,
-    /// Sets what the frames do not tell.
+    /// Sets the settings that the frames do not contain.
     pub settings: fn(&mut Settings),
     /// Writes a frame and returns its length. Counts keep their low bits.
     pub emit: fn(&Fields, &mut [u8]) -> Result<usize, Error>,
@@ -162,7 +162,7 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    /// What a device is told about it.
+    /// Settings of a device for this sensor.
     pub fn told(&self) -> Settings {
         let mut settings = Settings {
             rate: f64::from(self.rate),
@@ -173,7 +173,7 @@ impl Simulated {
     }
 }
 
-/// What a simulated frame tells.
+/// Content of a simulated frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Fields {
     /// Number of the frame, from 0.

@@ -1,4 +1,4 @@
-//! The formats of GNSS receivers. Their frames tell of fixes and hold no inertial values.
+//! The formats of GNSS receivers. Their frames contain fixes and no inertial values.
 //!
 //! | format | messages | joined with |
 //! |---|---|---|
@@ -18,7 +18,7 @@ use super::{Framing, Scan, nmea, sbf, ubx};
 use epoch::{Head, Values};
 use serde::{Deserialize, Serialize};
 
-/// What a receiver speaks.
+/// Format of a receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ReceiverFormat {
     /// [`ubx`]
@@ -31,7 +31,7 @@ pub enum ReceiverFormat {
     Sbf,
 }
 
-/// What the device has of its receiver, as it tells over the command link.
+/// State of the receiver's stream, as reported over the command link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Heard {
     /// The format; `None` while it is not known.
@@ -46,7 +46,7 @@ pub struct Heard {
 }
 
 impl ReceiverFormat {
-    /// All of them.
+    /// All formats.
     pub const ALL: [ReceiverFormat; 4] = [
         ReceiverFormat::Ubx,
         ReceiverFormat::Nmea,
@@ -130,7 +130,7 @@ pub(super) mod testing {
 
     pub const NONE: Sigmas = [NOT_MEASURED; OBSERVATIONS];
 
-    /// What a message tells.
+    /// Content of a message.
     #[derive(Debug, PartialEq)]
     pub struct Part {
         pub time: Time,
@@ -144,7 +144,7 @@ pub(super) mod testing {
         pub heading_sigma: Option<f32>,
     }
 
-    /// A message of 32-bit words, apart and joined again, with a checksum that is made anew.
+    /// A message of 32-bit words, taken apart and joined again, with a recomputed checksum.
     pub fn remade(
         format: ReceiverFormat,
         frame: &[u8],

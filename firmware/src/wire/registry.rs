@@ -11,7 +11,7 @@ macro_rules! of_format {
 }
 
 /// One row a format: its name in [`super::ImuFormat`] and its module, which has a `Protocol`. A
-/// format whose frames do not tell what is in them ([`super::protocol::LaidOut`]) also names the
+/// format whose frames do not state their content ([`super::protocol::LaidOut`]) also names the
 /// field of its settings that does, and the type of this field.
 macro_rules! imu_formats {
     ($($(#[$doc:meta])* $format:ident $(($layout:ident: $Layout:ty))?: $module:ident,)+) => {
@@ -21,10 +21,10 @@ macro_rules! imu_formats {
             $($(#[$doc])* $format $(($Layout))?,)+
         }
 
-        /// What the frames of a sensor do not tell, for every format.
+        /// Settings that the frames of a sensor do not contain, for every format.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Settings {
-            /// Samples a second where the stream does not tell, Hz, > 0.
+            /// Sample rate where the stream does not contain it, Hz, > 0.
             pub rate: f64,
             /// The sensor is an ADIS at an SPI; then its format has no meaning.
             pub adis: Option<adis::Settings>,
@@ -41,31 +41,31 @@ macro_rules! imu_formats {
             };
         }
 
-        /// A format with what its frames do not tell. The order of the formats is part of the
-        /// configuration record: new ones go to the end.
+        /// A format with the settings that its frames do not contain. The order of the formats is
+        /// part of the configuration record: new ones go to the end.
         #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
         pub enum FormatSettings {
             $($(#[$doc])* $format(<$module::Protocol as ImuProtocol>::Settings),)+
         }
 
         impl FormatSettings {
-            /// Which format it is, with the layout of its frames.
+            /// The format, with the layout of its frames.
             pub const fn format(self) -> ImuFormat {
                 match self {
-                    $(FormatSettings::$format(_told) => {
-                        ImuFormat::$format $((_told.$layout))?
+                    $(FormatSettings::$format(_settings) => {
+                        ImuFormat::$format $((_settings.$layout))?
                     })+
                 }
             }
 
-            /// Whether a frame of such a sensor may tell its temperature.
+            /// Whether a frame of such a sensor may contain its temperature.
             pub fn has_thermometer(self) -> bool {
                 match self {
-                    $(FormatSettings::$format(told) => $module::Protocol::has_thermometer(&told),)+
+                    $(FormatSettings::$format(settings) => $module::Protocol::has_thermometer(&settings),)+
                 }
             }
 
-            /// Puts it in place of that format's settings.
+            /// Replaces that format's settings.
             pub fn apply(self, settings: &mut Settings) {
                 match self {
                     $(FormatSettings::$format(of_format) => settings.$module = of_format,)+
@@ -81,16 +81,16 @@ macro_rules! imu_formats {
                 }
             }
 
-            /// The same format with the layout of frames that the settings tell.
+            /// This format with the layout of frames by the settings.
             pub const fn configured(self, settings: &Settings) -> ImuFormat {
                 self.settings(settings).format()
             }
 
-            /// All of them, with the usual layout of their frames.
+            /// All formats, with the usual layout of their frames.
             pub const ALL: [ImuFormat; [$(stringify!($format)),+].len()] =
                 [$(ImuFormat::$format $((<$Layout>::USUAL))?),+];
 
-            /// Its name: lower case, without spaces.
+            /// Name of the format: lower case, without spaces.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(ImuFormat::$format { .. } => <$module::Protocol as ImuProtocol>::NAME,)+
@@ -109,7 +109,7 @@ macro_rules! imu_formats {
                 }
             }
 
-            /// Makes the checksum of a frame anew, for simulators and tests.
+            /// Recomputes the checksum of a frame, for simulators and tests.
             pub fn seal(self, frame: &mut [u8]) {
                 match self {
                     $(ImuFormat::$format { .. } => $module::Protocol::seal(frame),)+
@@ -132,7 +132,7 @@ macro_rules! imu_formats {
                 }
             }
 
-            /// Whether a good message tells that the sensor has just started.
+            /// Whether a good message shows that the sensor has just started.
             pub(crate) fn starts_up(self, message: &[u8]) -> bool {
                 match self {
                     $(ImuFormat::$format { .. } => $module::Protocol::starts_up(message),)+
@@ -199,7 +199,7 @@ macro_rules! imu_formats {
             }
         }
 
-        /// What only a format itself can show its tests.
+        /// Examples that only a format itself can give its tests.
         #[cfg(test)]
         impl examples::Examples for ImuFormat {
             fn example(self, n: u8) -> std::vec::Vec<u8> {

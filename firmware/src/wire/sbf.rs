@@ -61,7 +61,7 @@ pub enum Block {
 pub const USUAL: u8 = 1 << Block::Pvt as u8;
 
 impl Block {
-    /// By the number of a block, without its revision; and the least length of such a block.
+    /// The block by its number, without its revision; and the least length of such a block.
     #[inline(never)]
     fn of(id: u16) -> Option<(Block, usize)> {
         match id & 0x1FFF {
@@ -75,7 +75,7 @@ impl Block {
     }
 }
 
-/// Looks for a block at the beginning of `bytes`. Others with a right CRC pass.
+/// Scans for a block at the beginning of `bytes`. Others with a right CRC pass.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     match mark(bytes, b"$@") {
@@ -113,7 +113,7 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Writes what such a block tells.
+/// Writes the values of such a block.
 #[inline(never)]
 pub(super) fn read(frame: &[u8], values: &mut Values) {
     let block = Block::of(u16::from_le_bytes(take(frame, 4)));
@@ -138,7 +138,7 @@ fn is_measured(mode: u8) -> bool {
     mode & 0x80 == 0 && matches!(mode & 0xF, 1 | 2 | 4..=8 | 10)
 }
 
-// What is not known is out of every range below.
+// A value that is not known is out of every range below.
 
 fn double(frame: &[u8], at: usize) -> f64 {
     f64::from_le_bytes(take(frame, at))

@@ -170,7 +170,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         core::array::from_fn(|axis| take(self.buffer.as_ref(), at + N * axis))
     }
 
-    /// Which message.
+    /// Kind of the message.
     pub fn message(&self) -> Message {
         self.message
     }
@@ -279,7 +279,7 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
 /// Every field of an IMU message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repr {
-    /// Which message; `sample` must be of its kind.
+    /// Kind of the message; `sample` must be of this kind.
     pub message: Message,
     /// Microseconds.
     pub time_us: u32,

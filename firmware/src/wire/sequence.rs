@@ -1,24 +1,24 @@
 //! Units, rate and gap rule of a stream, and the gaps themselves.
 //!
-//! An overrun looks like plausible frozen data, so the counter of the sensor is kept and compared,
-//! and never made anew. A gap of a whole turn of the counter cannot be seen: 256 internal samples
-//! of a STIM300 (128 ms), 128 frames of a KVH.
+//! An overrun looks like plausible frozen data, so the counter of the sensor is stored and
+//! compared, and never replaced. A gap of a whole turn of the counter cannot be detected: 256
+//! internal samples of a STIM300 (128 ms), 128 frames of a KVH.
 
 use super::Reading;
 use crate::sample::Units;
 
-/// What the samples of a stream mean.
+/// Units, rate and gap rule of the samples of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stream {
-    /// What a count is worth.
+    /// Units of a count.
     pub units: Units,
     /// Samples a second.
     pub rate: f64,
-    /// How missing frames are noticed.
+    /// How missing frames are detected.
     pub sequence: Sequence,
 }
 
-/// How missing frames are noticed.
+/// How missing frames are detected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sequence {
     /// By the sensor's counter.
@@ -39,14 +39,14 @@ pub enum Sequence {
 pub struct Last {
     counter: Option<u16>,
     time: Option<f64>,
-    /// How often counter or time have been the same in a row since.
+    /// Number of times in a row that counter or time have been the same since.
     repeats: u16,
 }
 
 /// A sensor whose counter, or time, stays the same for so many frames in a row is stuck.
 const STUCK_AFTER: u16 = 10;
 
-/// The longest gap that a time stamp tells, s. Where the time advances by more, the clock was set.
+/// The longest gap that a time stamp shows, s. Where the time advances by more, the clock was set.
 const LONGEST_GAP_S: f64 = 10.0;
 
 impl Last {
@@ -62,7 +62,7 @@ impl Last {
 }
 
 impl Stream {
-    /// What a frame says about those before it.
+    /// Gap between this frame and those before it.
     #[inline(always)]
     pub fn gap(&self, last: &mut Last, reading: &Reading) -> Gap {
         if let (Sequence::Counter(rule), Some(counter)) = (self.sequence, reading.counter)
@@ -88,7 +88,7 @@ impl Stream {
             _ => Gap::None,
         };
         match gap {
-            // a time that advances, but by too little, is another rate than the one told
+            // a time that advances by too little is another rate than the configured one
             Gap::Duplicate if before == last.time => {
                 last.repeats = last.repeats.saturating_add(1);
             }
@@ -108,8 +108,7 @@ impl Stream {
         }
     }
 
-    /// Whether counter or time have begun anew: of those that run for so long that this says
-    /// something.
+    /// Whether counter or time have restarted. False for those that wrap too soon to show it.
     pub fn has_begun_anew(&self, last: &Last, reading: &Reading) -> bool {
         match (self.sequence, reading.counter, reading.time) {
             (Sequence::Counter(rule), Some(now), _) => {
@@ -138,7 +137,7 @@ const LATE_S: f64 = 1.0;
 /// A sensor whose time is less has just started, s.
 const BEGINNING_S: f64 = 10.0;
 
-/// How a counter advances.
+/// Step and range of a counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rule {
     /// Counts in one turn; a power of two.
@@ -147,14 +146,14 @@ pub struct Rule {
     step: u32,
 }
 
-/// What the counter says about the frames before this one.
+/// Result of comparing the counter with that of the frame before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gap {
     /// The first frame, or the next one.
     None,
-    /// The same frame again.
+    /// The frame repeats the one before.
     Duplicate,
-    /// So many frames are missing, or so many and whole turns of the counter.
+    /// Number of missing frames, or this number and whole turns of the counter.
     Missed(u32),
     /// Not a whole number of frames: the sensor restarted, or another rate than the rule's.
     Jump,

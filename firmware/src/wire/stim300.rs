@@ -13,8 +13,8 @@
 //! ```
 //!
 //! There is no start mark. A frame is an identifier byte with a right CRC at the length that the
-//! identifier tells. The identifier does not tell whether CR LF follows, and the CRC does not cover
-//! it. [`scan`] reports CR LF as a message of its own, so that no frame waits for it.
+//! identifier tells. The identifier does not state whether CR LF follows, and the CRC does not
+//! cover it. [`scan`] reports CR LF as a message of its own, so that no frame waits for it.
 //!
 //! STIM318 and STIM377H are of the same family but were not checked.
 
@@ -89,7 +89,7 @@ pub enum Extra {
     Aux,
 }
 
-/// What a datagram holds besides the gyros; its identifier says it.
+/// Content of a datagram besides the gyros, as given by its identifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contents {
     /// Accelerometers.
@@ -203,7 +203,7 @@ fn usual(bytes: &[u8]) -> Option<usize> {
     is_one.then_some(USUAL.1)
 }
 
-/// How the CRC changes when the first bytes do.
+/// Change of the CRC when the first bytes change.
 fn crc_change(bits: &[u8], after: usize) -> [u8; 4] {
     crc32_mpeg2_padded_change(bits, after).to_be_bytes()
 }
@@ -241,7 +241,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         contents.map(|contents| Frame { buffer, contents })
     }
 
-    /// What it holds.
+    /// Content of the datagram.
     pub fn contents(&self) -> Contents {
         self.contents
     }
@@ -304,7 +304,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         counter
     }
 
-    /// From the newest internal sample to the start of transmission, microseconds.
+    /// Time from the newest internal sample to the start of transmission, microseconds.
     pub fn latency_us(&self) -> u16 {
         let at = self.contents.len() - at::LATENCY_FROM_END;
         u16::from_be_bytes(take(self.buffer.as_ref(), at))

@@ -33,7 +33,7 @@ const LEAST_SIGMA: [f32; 2] = [0.005, 0.002];
 /// The kinds that every receiver sends in the first epoch: NAV-PVT.
 pub const USUAL: u8 = 1;
 
-/// Looks for a message at the beginning of `bytes`. NAV-PVT, NAV-COV and NAV-RELPOSNED are frames.
+/// Scans for a message at the beginning of `bytes`. NAV-PVT, NAV-COV and NAV-RELPOSNED are frames.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     match mark(bytes, &[0xB5, 0x62]) {
@@ -74,7 +74,7 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     more::head(frame)
 }
 
-/// Writes what such a message tells.
+/// Writes the values of such a message.
 #[inline(never)]
 pub(super) fn read(frame: &[u8], values: &mut Values) {
     let Some(pvt) = Pvt::over(frame) else {
@@ -141,7 +141,7 @@ pub struct Pvt {
     pub vehicle_heading: i32,
     /// Magnetic declination, 0.01 degree.
     pub declination: i16,
-    /// Its accuracy, 0.01 degree.
+    /// Accuracy of the declination, 0.01 degree.
     pub declination_accuracy: u16,
 }
 
@@ -275,7 +275,7 @@ pub(super) mod tests {
     use super::super::field::hex;
     use super::*;
 
-    /// With a start mark in its data.
+    /// An example with a start mark in its data.
     pub(in crate::wire) fn example(n: u8) -> std::vec::Vec<u8> {
         let pvt = Pvt {
             time_of_week: u32::from(n),

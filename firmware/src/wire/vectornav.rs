@@ -25,8 +25,8 @@
 //! increments, uncompensated rates in the same message are changed by the same amount, as they have
 //! the same errors. Compensated rates pass unchanged, in this message and in others: the sensor's
 //! filter has subtracted its own estimate of the same errors, and ours would be subtracted from it
-//! once more. The device can be told to take the compensated rates instead ([`Values`]). Then they
-//! alone are read and changed, and the bias that is learnt moves with the sensor's filter.
+//! once more. The device can be configured to take the compensated rates instead ([`Values`]). Then
+//! they alone are read and changed, and the bias that is learnt moves with the sensor's filter.
 //!
 //! Increments must be in body axes (register 82, as delivered). The rate of the messages must be
 //! configured.
@@ -61,7 +61,7 @@ pub mod status {
 /// Our own fault bit in `ImuStatus`, of which bits 10 to 15 are not used.
 pub const OWN_FAULT: u16 = 0x8000;
 
-/// Looks for a message at the beginning of `bytes`. One that has these values is a frame.
+/// Scans for a message at the beginning of `bytes`. One that has these values is a frame.
 pub fn scan(values: Values, bytes: &[u8]) -> Scan {
     let layout = match Layout::of(bytes) {
         Ok(layout) => layout,
@@ -124,12 +124,12 @@ impl<T: AsRef<[u8]>> Frame<T> {
         floats(take(self.buffer.as_ref(), self.layout.at(triad)))
     }
 
-    /// What the gyros and the accelerometers of the sample measure.
+    /// Quantities of the gyros and the accelerometers of the sample.
     pub fn quantities(&self) -> (Quantity, Option<Quantity>) {
         (self.gyro.quantity, self.accel.map(|triad| triad.quantity))
     }
 
-    /// Nanoseconds since the sensor started, else GPS time, if the message tells one of them.
+    /// Nanoseconds since the sensor started, else GPS time, if the message contains one of them.
     pub fn time_ns(&self) -> Option<u64> {
         self.field(self.layout.time()).map(u64::from_le_bytes)
     }
@@ -189,7 +189,7 @@ struct Corrected {
 }
 
 impl Corrected {
-    /// What another triad with the same errors becomes; `None` where it has others.
+    /// Corrected values of another triad with the same errors; `None` where it has others.
     fn applied(&self, other: &Triad, mut values: [f32; 3]) -> Option<[f32; 3]> {
         if core::ptr::eq(self.triad, other) {
             return Some(self.after);

@@ -42,7 +42,7 @@ use crate::sample::{Axes, RawSample};
 
 /// `MTData2`.
 const DATA: u8 = 0x36;
-/// A length that says that two more bytes tell it.
+/// A length byte that announces a length in two more bytes.
 const EXTENDED: u8 = 0xFF;
 
 /// Bits of `StatusWord`: 1 = at the end of the range.
@@ -95,7 +95,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
 pub struct Frame<T> {
     buffer: T,
     layout: Layout,
-    /// Which of the packets is the sample's.
+    /// Packet of the sample's gyros.
     gyro: usize,
     accel: Option<usize>,
     precision: Precision,
@@ -148,7 +148,7 @@ impl<T: AsRef<[u8]>> Frame<T> {
         [0, 4, 8].map(|axis| take(self.buffer.as_ref(), at + axis))
     }
 
-    /// Which packets are the sample: 0 increments, 1 rates, 2 rates at the full rate.
+    /// Packets that are the sample: 0 increments, 1 rates, 2 rates at the full rate.
     pub fn packets(&self) -> (usize, Option<usize>) {
         (self.gyro, self.accel)
     }
@@ -256,8 +256,8 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         Some(())
     }
 
-    /// Puts a triad in the place of the sample's, and adds as much to the other packets of the same
-    /// sensors. `rate`: the worth of an increment in the unit of the rates.
+    /// Replaces a triad of the sample, and adds as much to the other packets of the same sensors.
+    /// `rate`: value of an increment in the unit of the rates.
     fn replace(&mut self, gyro: bool, which: usize, new: [[u8; 4]; 3], rate: f32) {
         let old = self.triad(gyro, which);
         let places = if gyro {
@@ -312,7 +312,7 @@ fn write(message: &mut [u8], at: usize, bytes: [u8; 4]) {
     put(message, end, [sum]);
 }
 
-/// Makes the sum anew.
+/// Recomputes the sum.
 fn seal(message: &mut [u8]) {
     let end = message.len().saturating_sub(1);
     let sum = sum_bytes(message.get(1..end).unwrap_or_default());

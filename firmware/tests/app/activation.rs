@@ -1,6 +1,6 @@
-//! When a promoted correction comes into force, seen by a navigation computer that aligns itself on
-//! the device's samples and then navigates free inertial for 22 min: the trap of a correction after
-//! the alignment, and that the device avoids it.
+//! When a promoted correction comes into force, as observed by a navigation computer that aligns
+//! itself on the device's samples and then navigates free inertial for 22 min. A correction that
+//! changes after the alignment spoils the solution; the device avoids it.
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, values};

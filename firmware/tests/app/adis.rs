@@ -249,7 +249,8 @@ fn a_second_device_follows_the_first() {
     }
 }
 
-/// Damage at the SPI is kept back, in a frame too; in state Fault all passes, in frames.
+/// A burst damaged at the SPI is withheld, in a frame too. In state Fault every burst passes, in
+/// frames.
 #[test]
 fn a_damaged_burst_is_not_framed() {
     let mut framed = config(Form::Narrow);
@@ -268,10 +269,10 @@ fn a_damaged_burst_is_not_framed() {
     assert!(device.lines.navigation.sent.is_empty());
 }
 
-/// What the board finds is compared with what it was told: another model or another rate is said,
-/// and then nothing is corrected. Without a configuration the bursts pass.
+/// The detected sensor is compared with the configuration. A different model or rate raises a
+/// fault, and nothing is corrected. Without a configuration the bursts pass unchanged.
 #[test]
-fn another_adis_than_told_is_said_and_not_corrected() {
+fn an_adis_that_differs_from_the_configuration_is_reported_and_not_corrected() {
     let found = |model: Model| Found {
         model,
         units: model.units(model.form() != Form::Narrow).expect("a model"),
@@ -301,16 +302,20 @@ fn another_adis_than_told_is_said_and_not_corrected() {
     ];
     for (sensor, rate, expected) in cases {
         for mode in [Mode::Frozen, Mode::Bypass] {
-            let mut told = Configuration::default();
-            (told.sensor, told.rate, told.correction.mode) = (sensor, rate, mode);
-            told.correction.block = 0.1;
+            let mut configuration = Configuration::default();
+            (
+                configuration.sensor,
+                configuration.rate,
+                configuration.correction.mode,
+            ) = (sensor, rate, mode);
+            configuration.correction.block = 0.1;
             let mut device = Device::new(Config {
                 nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
                 limit: Limit {
                     gyro: 1.0,
                     accel: 1.0,
                 },
-                ..Config::of(&told)
+                ..Config::of(&configuration)
             });
             device.app.found(&found(model));
             let mut changed = false;
@@ -333,17 +338,17 @@ fn another_adis_than_told_is_said_and_not_corrected() {
     let sent = reply(Form::Narrow, &Burst::default());
     assert_eq!(pass(&mut device, &sent).expect("a burst"), sent);
     assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
-    // told what it is after that, it corrects
-    let mut told = Configuration::default();
-    (told.sensor, told.correction.mode) = (spi(model), Mode::Frozen);
-    let record = encode(&told);
+    // once configured for this model, it corrects
+    let mut configuration = Configuration::default();
+    (configuration.sensor, configuration.correction.mode) = (spi(model), Mode::Frozen);
+    let record = encode(&configuration);
     assert_eq!(configure(&mut device, &record), Ok(()));
     assert_eq!(pass(&mut device, &sent).expect("a burst"), sent);
     assert_eq!(device.app.phase(), Phase::Run(Mode::Frozen));
 }
 
-/// What an unconfigured device has seen on the sensor's line before the board finds an ADIS, and
-/// what comes there later, is nothing to the ADIS.
+/// Bytes that an unconfigured device received on the sensor's line before the board detects an
+/// ADIS, or receives there later, do not affect the ADIS.
 #[test]
 fn noise_on_the_line_is_nothing_to_an_adis() {
     let model = Model::Adis16475(1);

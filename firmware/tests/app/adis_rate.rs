@@ -19,7 +19,7 @@ fn at_spi(model: Model, framed: bool) -> Option<Sensor> {
     }))
 }
 
-/// As a board does: it finds the sensor and sets it to the rate told.
+/// As a board does: detects the sensor and sets it to the configured rate. Returns that rate.
 fn find(device: &mut Device, model: Model) -> f64 {
     let found = Found {
         model,
@@ -31,10 +31,10 @@ fn find(device: &mut Device, model: Model) -> f64 {
     found.rate
 }
 
-/// A rate that the sensor and the navigation line have is set; with another one the sensor has its
-/// usual rate, and the device says that this is not what it was told.
+/// A rate that both the sensor and the navigation line support is set. Otherwise the sensor keeps
+/// its usual rate, and the device reports that it differs from the configuration.
 #[test]
-fn the_rate_told_is_set() {
+fn the_configured_rate_is_set() {
     let (wide, paged) = (Model::Adis16507(1), Model::Adis16495(1));
     let fast = 1_843_200;
     for (model, framed, baud, rate, set, faults) in [
@@ -48,10 +48,10 @@ fn the_rate_told_is_set() {
         (paged, false, 921_600, 2125.0, 2125.0, 0),
         (paged, true, 921_600, 2125.0, 1062.5, fault::RATE),
     ] {
-        let mut told = Configuration::default();
-        (told.sensor, told.rate) = (at_spi(model, framed), rate);
-        told.lines.sensor_baud = baud;
-        let mut device = Device::new(Config::of(&told));
+        let mut configuration = Configuration::default();
+        (configuration.sensor, configuration.rate) = (at_spi(model, framed), rate);
+        configuration.lines.sensor_baud = baud;
+        let mut device = Device::new(Config::of(&configuration));
         let what = (model, framed, baud, rate);
         assert_eq!(find(&mut device, model), set, "{what:?}");
         let sent = reply(model.form(), &Burst::default());
@@ -61,38 +61,38 @@ fn the_rate_told_is_set() {
         assert!(!device.app.finds_anew(), "{what:?}");
     }
     // a parity bit more is too much
-    let mut told = Configuration::default();
-    (told.sensor, told.rate) = (at_spi(wide, true), 2000.0);
-    (told.lines.sensor_baud, told.lines.parity) = (880_000, Parity::Even);
-    let device = Device::new(Config::of(&told));
+    let mut configuration = Configuration::default();
+    (configuration.sensor, configuration.rate) = (at_spi(wide, true), 2000.0);
+    (configuration.lines.sensor_baud, configuration.lines.parity) = (880_000, Parity::Even);
+    let device = Device::new(Config::of(&configuration));
     assert_eq!(device.app.burst_rate(), None);
 }
 
-/// A configuration with another rate has the board set its sensor anew, once. One that the sensor
-/// or the line does not have is refused by the field's name.
+/// A configuration with another rate makes the board set the sensor again, once. A rate that the
+/// sensor or the line does not support is refused with the field's name.
 #[test]
-fn another_rate_sets_the_sensor_anew() {
+fn another_rate_sets_the_sensor_again() {
     let model = Model::Adis16507(1);
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: at_spi(model, false),
         ..Configuration::default()
     };
-    told.correction.mode = Mode::Bypass;
-    let mut device = Device::new(Config::of(&told));
+    configuration.correction.mode = Mode::Bypass;
+    let mut device = Device::new(Config::of(&configuration));
     assert_eq!(find(&mut device, model), 1000.0);
-    for (rate, baud, refused, anew) in [
+    for (rate, baud, refused, again) in [
         (2000.0, 921_600, None, true),
         (1990.0, 921_600, None, false),
         (1500.0, 921_600, Some(Field::Rate), false),
         (2000.0, 460_800, Some(Field::SensorBaud), false),
         (1000.0, 460_800, None, true),
     ] {
-        (told.rate, told.lines.sensor_baud) = (rate, baud);
-        let answer = configure(&mut device, &encode(&told));
+        (configuration.rate, configuration.lines.sensor_baud) = (rate, baud);
+        let answer = configure(&mut device, &encode(&configuration));
         assert_eq!(answer.err(), refused.map(Reason::Field), "{rate} {baud}");
-        assert_eq!(device.app.finds_anew(), anew, "{rate} {baud}");
+        assert_eq!(device.app.finds_anew(), again, "{rate} {baud}");
         assert!(!device.app.finds_anew(), "once");
-        if anew {
+        if again {
             assert_eq!(find(&mut device, model), rate);
         }
         assert_eq!(device.app.faults() & fault::RATE, 0, "{rate} {baud}");

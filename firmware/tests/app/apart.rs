@@ -260,7 +260,8 @@ fn a_full_queue_stops_the_learner() {
     assert!(full.is_some());
 }
 
-/// What needs the learner's word is answered when it has given it, and other requests wait behind.
+/// A request that needs the learner's verdict is answered when the learner has given it, and other
+/// requests wait behind.
 #[test]
 fn a_request_waits_for_the_learner() {
     let mut there = device();
@@ -291,11 +292,11 @@ fn a_request_waits_for_the_learner() {
 /// A board that stores in the main thread: what is stored is as by [`App::store`].
 #[test]
 fn what_is_stored_apart_is_the_same() {
-    let told = crate::record::told(KIND);
+    let configuration = crate::record::configured(KIND);
     let job = |store: &mut dyn FnMut(&mut Device<Mock>)| {
         let config = Config {
             store: true,
-            ..Config::of(&told)
+            ..Config::of(&configuration)
         };
         let mut device = Device::new(config);
         device.order(&Request::SetMode(Mode::Bypass));

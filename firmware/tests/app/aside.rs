@@ -1,9 +1,9 @@
-//! What was told about the sensor is wrong: the device says so and steps aside, and begins anew
-//! when it is right again. Samples come in real time.
+//! The configuration of the sensor is wrong: the device reports it and steps aside, and restarts
+//! when the sensor agrees again. Samples come in real time.
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, values};
-use crate::record::{configure, told};
+use crate::record::{configure, configured};
 use crate::taught;
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
@@ -23,7 +23,7 @@ struct Bench {
     device: Device,
     number: u32,
     kind: Kind,
-    /// Samples a second in truth.
+    /// True sample rate, Hz.
     hz: u32,
     /// Counts a second of gyro and accelerometer.
     rates: [[f64; 3]; 2],
@@ -31,13 +31,13 @@ struct Bench {
 
 impl Bench {
     fn new(kind: Kind, hz: u32, change: impl Fn(&mut Configuration)) -> Bench {
-        let mut told = told(kind);
-        told.correction.block = 1.0;
-        told.correction.silence_us = 100_000;
-        change(&mut told);
+        let mut configuration = configured(kind);
+        configuration.correction.block = 1.0;
+        configuration.correction.silence_us = 100_000;
+        change(&mut configuration);
         let config = Config {
             nets: nets([0.0; 3], [BIAS, 0.0, 0.0]),
-            ..Config::of(&told)
+            ..Config::of(&configuration)
         };
         let learner: &'static mut WindowLearner = Box::leak(Box::default());
         let mut device = Device::new(Config::default());
@@ -47,7 +47,7 @@ impl Bench {
             number: 0,
             kind,
             hz,
-            // so little that it means nothing, but a sensor whose values stand still is stuck
+            // negligible, but a sensor whose values never change counts as stuck
             rates: [[10.5, 0.0, 0.0], [0.0; 3]],
         }
     }
@@ -103,8 +103,8 @@ impl Bench {
     }
 }
 
-fn frozen(told: &mut Configuration) {
-    told.correction.mode = Mode::Frozen;
+fn frozen(configuration: &mut Configuration) {
+    configuration.correction.mode = Mode::Frozen;
 }
 
 /// The correction in counts a second.
@@ -113,7 +113,7 @@ fn counts() -> f64 {
 }
 
 #[test]
-fn a_sensor_as_told_is_corrected_and_raises_nothing() {
+fn a_sensor_as_configured_is_corrected_and_raises_nothing() {
     let mut bench = Bench::new(KIND, 1000, frozen);
     bench.at_rest();
     let removed = bench.run(70);
@@ -124,17 +124,17 @@ fn a_sensor_as_told_is_corrected_and_raises_nothing() {
 }
 
 #[test]
-fn a_kvh_at_5_khz_told_1_khz_is_not_corrected() {
+fn a_kvh_at_5_khz_configured_for_1_khz_is_not_corrected() {
     let mut bench = Bench::new(Kind::KVH, 5000, frozen);
     assert_eq!(bench.kind.rate(), 1000.0);
     let removed = bench.run(8);
     assert_eq!(bench.faults(), fault::RATE);
     assert!(removed[0] != 0.0, "corrected at first");
     assert_eq!(removed[5..], [0.0; 3]);
-    // without the comparison nobody would know
-    let mut bench = Bench::new(Kind::KVH, 5000, |told| {
-        frozen(told);
-        told.correction.check_rate = false;
+    // without the comparison the error would go unnoticed
+    let mut bench = Bench::new(Kind::KVH, 5000, |configuration| {
+        frozen(configuration);
+        configuration.correction.check_rate = false;
     });
     let removed = bench.run(8);
     assert_eq!(bench.faults(), 0);
@@ -159,7 +159,7 @@ fn the_rate_is_compared_in_bypass_too_and_silence_is_no_rate() {
 fn a_wrong_unit_stops_the_correction_until_it_is_seen_right() {
     let mut bench = Bench::new(KIND, 1000, frozen);
     bench.at_rest();
-    bench.rates[1][2] *= 2.0; // a range of 5 g, told 10 g
+    bench.rates[1][2] *= 2.0; // a range of 5 g, configured as 10 g
     let removed = bench.run(70);
     assert_eq!(bench.faults(), fault::GRAVITY);
     assert!(removed[50] != 0.0);
@@ -209,10 +209,10 @@ fn after_an_alignment_a_correction_goes_and_comes_by_the_slew_limit() {
 }
 
 #[test]
-fn aside_nothing_is_learnt_and_the_learner_begins_anew_afterwards() {
-    let learn = |told: &mut Configuration| {
-        told.correction.mode = Mode::Learn;
-        told.correction.activation = Activation::Faded;
+fn aside_nothing_is_learnt_and_the_learner_restarts_afterwards() {
+    let learn = |configuration: &mut Configuration| {
+        configuration.correction.mode = Mode::Learn;
+        configuration.correction.activation = Activation::Faded;
     };
     let window = Window {
         first: 1,
@@ -257,7 +257,7 @@ fn another_configuration_ends_it() {
     bench.run(8);
     assert_eq!(bench.faults(), fault::RATE);
     bench.device.order(&Request::SetMode(Mode::Bypass));
-    let mut right = told(Kind::KVH);
+    let mut right = configured(Kind::KVH);
     right.rate = 5000.0;
     configure(&mut bench.device, &encode(&right)).expect("a good configuration");
     assert_eq!(bench.faults() & fault::RATE, 0);
@@ -265,12 +265,12 @@ fn another_configuration_ends_it() {
     assert_eq!(bench.faults() & fault::RATE, 0);
 }
 
-/// While what was told and what is seen disagree, nothing that was learnt comes into force, also
-/// not by an alignment.
+/// While configuration and samples disagree, nothing that was learnt comes into force, not even by
+/// an alignment.
 #[test]
 fn aside_no_alignment_brings_a_correction() {
     let kind = Kind::RAWIMUSX;
-    let mut unit = told(kind);
+    let mut unit = configured(kind);
     unit.correction.mode = Mode::Learn;
     unit.correction.activation = Activation::Commanded;
     unit.correction.silence_us = 100_000;

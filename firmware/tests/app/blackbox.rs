@@ -20,7 +20,7 @@ fn config() -> Config {
     }
 }
 
-/// Of a device that records in new memory.
+/// A device that records in new memory.
 fn recording(config: Config) -> Device<Mock> {
     let mut device = Device::new(config);
     device.app.record_in(Box::leak(Box::new(Memory::ZEROED)));
@@ -51,7 +51,7 @@ fn frames(device: &mut Device<Mock>, numbers: core::ops::Range<u32>) -> Vec<u8> 
     came
 }
 
-fn told(device: &mut Device<Mock>) -> Recording {
+fn recording_state(device: &mut Device<Mock>) -> Recording {
     device.ask(&Request::GetRecording, |answer| match answer {
         Response::Recording(recording) => recording,
         other => panic!("{other:?}"),
@@ -87,9 +87,9 @@ fn without_memory_there_is_none() {
     }
 }
 
-/// It holds the last frames as they came, to the last one, and can be read only while it holds.
+/// It holds the last frames unchanged, up to the last one, and can be read only while it holds.
 #[test]
-fn the_last_frames_are_held_as_they_came() {
+fn the_last_frames_are_held_unchanged() {
     let mut device = recording(config());
     let came = frames(&mut device, 0..300);
     let piece = Request::ReadRecording {
@@ -100,22 +100,22 @@ fn the_last_frames_are_held_as_they_came() {
         assert_eq!(answer, Response::Refused(Reason::NotAvailable));
     });
     device.order(&Request::Record(Order::Hold));
-    let held = told(&mut device);
+    let held = recording_state(&mut device);
     assert_eq!((held.state, held.cause), (State::Holds, Cause::Request));
     let memory = read(&mut device);
     let mut pages: Vec<_> = (0..PAGES).filter_map(|n| page(&memory, n)).collect();
     pages.sort_by_key(|page| page.number);
     assert_eq!(pages.len(), PAGES);
-    let mut held = Vec::new();
+    let mut pieces = Vec::new();
     for page in &pages {
         for entry in page.entries() {
             if let Content::Piece(_, bytes) = entry.content {
-                held.extend_from_slice(bytes);
+                pieces.extend_from_slice(bytes);
             }
         }
     }
-    assert!(held.len() >= 24 * 44, "{} bytes", held.len());
-    assert!(came.ends_with(&held));
+    assert!(pieces.len() >= 24 * 44, "{} bytes", pieces.len());
+    assert!(came.ends_with(&pieces));
 }
 
 /// Holding, reading and releasing lose no byte of the stream and change none.
@@ -137,33 +137,33 @@ fn the_stream_goes_on_while_it_is_read() {
         device.lines.navigation.bytes(),
         plain.lines.navigation.bytes()
     );
-    assert_eq!(told(&mut device).state, State::Records);
+    assert_eq!(recording_state(&mut device).state, State::Records);
 }
 
-/// The first fault is held with what was before and after it; later ones do not replace it.
+/// The first fault is held with the records before and after it. Later faults do not replace it.
 #[test]
 fn the_first_fault_is_held() {
     let mut device = recording(config());
     frames(&mut device, 0..100);
-    let before = told(&mut device);
+    let before = recording_state(&mut device);
     assert_eq!((before.state, before.cause), (State::Records, Cause::None));
     device.wait_ms(200); // silent
-    let at = told(&mut device);
+    let at = recording_state(&mut device);
     assert_eq!((at.state, at.cause), (State::Follows, Cause::Fault));
     assert_eq!(at.faults, fault::SILENT);
     frames(&mut device, 100..400);
-    let after = told(&mut device);
+    let after = recording_state(&mut device);
     assert_eq!((after.state, after.faults), (State::Holds, fault::SILENT));
     assert!(after.pages <= before.pages + 3, "{after:?}");
     device.wait_ms(200);
     frames(&mut device, 400..500);
-    assert_eq!(told(&mut device), after);
+    assert_eq!(recording_state(&mut device), after);
     let memory = read(&mut device);
     let faults = |memory: &[u8]| events(memory).filter(|e| e.what == What::Faults).count();
     assert_eq!(faults(&memory), 2, "silent, and heard again");
     device.order(&Request::Record(Order::Release));
     frames(&mut device, 500..600);
-    assert!(told(&mut device).pages > after.pages);
+    assert!(recording_state(&mut device).pages > after.pages);
 }
 
 /// A reset leaves what was recorded until then, and garbage in the memory is none.
@@ -248,7 +248,7 @@ fn a_page_ends_where_the_mode_changes() {
             device.feed(&frame[20..]);
         };
         (0..count).for_each(|index| halves(&mut device, index, None));
-        let before = told(&mut device).pages;
+        let before = recording_state(&mut device).pages;
         halves(&mut device, count, Some(Mode::Bypass));
         (1..5).for_each(|more| halves(&mut device, count + more, None));
         device.order(&Request::Record(Order::Hold));
@@ -268,7 +268,7 @@ fn a_page_ends_where_the_mode_changes() {
 fn a_page_ends_where_its_room_does() {
     let mut device = recording(config());
     frames(&mut device, 0..50);
-    let before = told(&mut device).pages;
+    let before = recording_state(&mut device).pages;
     for _ in 0..200 {
         device.pass_us(100);
         device.feed(&[0x55; 5]);

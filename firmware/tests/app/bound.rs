@@ -1,9 +1,9 @@
-//! The error bound that the device reports: with the latitude and the rate of the samples that it
-//! has seen.
+//! The error bound that the device reports follows the latitude and the sample rate that it has
+//! measured.
 
 use crate::activation::{PLACE, fix};
 use crate::frames::Kind;
-use crate::record::{told, untold};
+use crate::record::{configured, unconfigured};
 use crate::taught::Bench;
 use firmware::app::{App, Config};
 use firmware::error_bound::{ErrorBound, LATITUDE};
@@ -21,8 +21,8 @@ fn reported(bench: &mut Bench) -> [u32; 5] {
 }
 
 #[test]
-fn it_follows_what_is_seen() {
-    let unit = told(KIND);
+fn it_follows_what_is_measured() {
+    let unit = configured(KIND);
     let config = Config::of(&unit);
     let limit = config.limit;
     let mut bench = Bench::of(KIND, |learner| App::with_learner(config, Some(learner)));
@@ -40,7 +40,7 @@ fn it_follows_what_is_seen() {
     bench.run(1.0);
     assert_eq!(reported(&mut bench), bound(0.0, 1.02).table());
     assert!(bound(PLACE.latitude, 1.02).table() < bound(LATITUDE, 1.02).table());
-    // five times as many words as told, as of a KVH at 5 kHz
+    // five times as many samples as configured, as from a KVH at 5 kHz
     for _ in 0..20_000 {
         bench.step(5.0);
     }
@@ -50,7 +50,7 @@ fn it_follows_what_is_seen() {
         let ratio = f64::from(got) / f64::from(expected);
         assert!((0.99..1.01).contains(&ratio), "{often:?} {expected}");
     }
-    // and what has been seen is not forgotten when the rate is right again
+    // and the highest rate is not forgotten when the rate is right again
     bench.run(60.0);
     assert_eq!(reported(&mut bench), often);
 }
@@ -58,7 +58,7 @@ fn it_follows_what_is_seen() {
 /// Without a configuration nothing is corrected.
 #[test]
 fn a_device_that_only_passes_bytes_adds_nothing() {
-    untold().ask(&Request::GetHealth, |answer| match answer {
+    unconfigured().ask(&Request::GetHealth, |answer| match answer {
         Response::Health(health) => assert_eq!(health.error_bound_m, [0; 5]),
         other => panic!("{other:?}"),
     });

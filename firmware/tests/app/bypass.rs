@@ -1,5 +1,5 @@
-//! Every byte that comes leaves: once, in order, in its place, whatever it is. What is corrected
-//! are values and checksums of good frames and nothing else.
+//! Every byte that comes leaves: once, in order, unmoved, whatever it is. A correction changes
+//! values and checksums of good frames and nothing else.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, kinds};
@@ -20,10 +20,10 @@ const TEXT: [&[u8]; 6] = [
     b"\r",
 ];
 
-/// What comes over the sensor's line, piece by piece, and what is asked meanwhile.
+/// A piece of the sensor's output, or a request meanwhile.
 #[derive(Debug, Clone)]
 enum Piece {
-    /// So many frames of a kind in a row.
+    /// A number of frames of a kind in a row.
     Frames(usize, u8),
     /// One with a wrong bit.
     Damaged(usize, prop::sample::Index),
@@ -104,14 +104,14 @@ fn may_change(format: ImuFormat, frame: &[u8]) -> Vec<bool> {
             *changed |= a != b;
         }
     }
-    // six values, twice where a frame tells them twice, and two checksums
+    // six values, twice where a frame contains them twice, and two checksums
     let most = 2 * 6 * 4 + 8;
     assert!(changed.iter().filter(|c| **c).count() <= most, "{format:?}");
     changed
 }
 
-/// Of what came, the bytes that a correction may change. A good frame is one by its bytes, whoever
-/// sent them: the beginning of a frame may be completed by the noise behind it.
+/// Marks the bytes that a correction may change. A good frame is one by its bytes, whoever sent
+/// them: the beginning of a frame may be completed by the noise behind it.
 fn may_be_corrected(came: &[u8]) -> Vec<bool> {
     let mut mask = vec![false; came.len()];
     let mut formats: Vec<ImuFormat> = Vec::new();
@@ -256,7 +256,7 @@ proptest! {
     }
 }
 
-/// A sensor of another format than the one configured: all of its bytes pass, and the fault tells
+/// A sensor of another format than the one configured: all of its bytes pass, and a fault reports
 /// it.
 #[test]
 fn another_format_than_the_configured_one_passes() {

@@ -27,7 +27,7 @@ fn config(kind: Kind) -> Config {
     }
 }
 
-/// What has been subtracted from one kind of frame.
+/// Sum of the corrections of one kind of frame.
 struct Log {
     kind: Kind,
     frames: u32,
@@ -172,7 +172,7 @@ fn two_messages_of_one_sensor() {
                     device.feed(&frame);
                 }
             }
-            // where the slower one came first, the faster one soon takes its place
+            // where the slower one came first, the faster one soon replaces it
             if begun == 0 && n == 500 {
                 begun = device.counters().blocks + 1;
                 // both are counted from here on
@@ -257,8 +257,8 @@ fn of_type(kind: u8, n: u32) -> Vec<u8> {
     frame
 }
 
-/// More kinds than can be told apart, or one whose units are not known: the fault says it, and
-/// everything passes.
+/// More kinds of frames than the device can distinguish, or one whose units are not known: a fault
+/// reports it, and everything passes.
 #[test]
 fn more_kinds_than_there_is_room_for() {
     let known = [11, 26, 8, 13, 31];

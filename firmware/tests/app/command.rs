@@ -158,7 +158,7 @@ fn weights_go_up_and_down_and_take_effect_whole() {
     device.order(&COMMIT);
     device.order(&COMMIT);
     assert_eq!(download(&mut device), good);
-    // the block begins anew with the new networks; the estimate changes at its end
+    // the block restarts with the new networks; the estimate changes at its end
     (25..35).for_each(|n| device.feed(&frame(n)));
     assert!(first(&device) == 0.0);
     device.feed(&frame(35));
@@ -230,7 +230,7 @@ fn alignment_ends_jumps() {
     let mut run = |device: &mut Device, blocks: u32| {
         for _ in 0..10 * blocks {
             let fields = Fields {
-                accel: [0, 0, n as i32 % 3], // no sensor stands still
+                accel: [0, 0, n as i32 % 3], // no sensor's values are constant
                 ..Fields::default()
             };
             device.feed(&kind.frame(n, fields));

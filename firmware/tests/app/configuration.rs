@@ -3,7 +3,8 @@
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind, kinds, values};
 use crate::record::{
-    HARDWARE, board, commit, configure, read, record, sealed, told, untold, upload, write,
+    HARDWARE, board, commit, configure, configured, read, record, sealed, unconfigured, upload,
+    write,
 };
 use firmware::app::{Config, Hardware, Phase};
 use firmware::configuration::record::MAX_LEN;
@@ -17,8 +18,8 @@ const STIM: Kind = Kind::STIM;
 const KVH: Kind = Kind::KVH;
 
 #[test]
-fn an_untold_device_passes_bytes_and_says_so() {
-    let mut device = untold();
+fn an_unconfigured_device_passes_bytes_and_reports_it() {
+    let mut device = unconfigured();
     let mut frames = STIM.stream(0, 40);
     device.feed(&frames[..20].concat());
     for mode in [Mode::Frozen, Mode::Shadow, Mode::Learn] {
@@ -56,14 +57,14 @@ fn an_untold_device_passes_bytes_and_says_so() {
 /// change comes.
 #[test]
 fn every_sensor_one_after_another() {
-    let mut device = untold();
+    let mut device = unconfigured();
     for (n, kind) in kinds().into_iter().enumerate() {
         let stream = kind.stream(0, 40).concat();
         let cut = stream.len() / 2 + 3 * n;
         device.lines.navigation.sent.clear();
         device.feed(&stream[..5]);
         device.order(&Request::SetMode(Mode::Bypass));
-        let record = record(&told(kind));
+        let record = record(&configured(kind));
         assert_eq!(configure(&mut device, &record), Ok(()), "{kind:?}");
         assert_eq!(read(&mut device), record);
         assert_eq!(device.app.faults() & fault::NOT_CONFIGURED, 0);
@@ -77,13 +78,13 @@ fn every_sensor_one_after_another() {
     }
 }
 
-/// The same format again, within a frame: not a byte is lost and not one comes twice.
+/// The same format again, in the middle of a frame: no byte is lost and none comes twice.
 #[test]
-fn a_frame_that_arrives_meanwhile_is_kept() {
+fn a_frame_that_arrives_meanwhile_is_not_lost() {
     for kind in kinds() {
-        let mut device = untold();
+        let mut device = unconfigured();
         let stream = kind.stream(0, 60).concat();
-        let mut of = told(kind);
+        let mut of = configured(kind);
         assert_eq!(configure(&mut device, &record(&of)), Ok(()));
         for cut in [1, 7, 17] {
             of.rate += 1.0;
@@ -99,17 +100,17 @@ fn a_frame_that_arrives_meanwhile_is_kept() {
     }
 }
 
-/// Whatever is refused, the old configuration stays in use: its record, its scale, its weights.
+/// A refused configuration leaves the old one in use: its record, its scale, its weights.
 #[test]
 fn every_refusal_keeps_the_old_one() {
-    let mut device = untold();
-    let old = record(&told(KVH));
+    let mut device = unconfigured();
+    let old = record(&configured(KVH));
     assert_eq!(configure(&mut device, &old), Ok(()));
-    let good = record(&told(STIM));
+    let good = record(&configured(STIM));
     let change = |change: fn(&mut Configuration)| {
-        let mut told = told(STIM);
-        change(&mut told);
-        record(&told)
+        let mut configuration = configured(STIM);
+        change(&mut configuration);
+        record(&configuration)
     };
     let cases: Vec<(Vec<u8>, Reason)> = vec![
         (vec![], Reason::Record),
@@ -174,8 +175,8 @@ fn every_refusal_keeps_the_old_one() {
 
 #[test]
 fn pieces_in_any_order_and_twice() {
-    let mut device = untold();
-    let record = record(&told(STIM));
+    let mut device = unconfigured();
+    let record = record(&configured(STIM));
     let gap = Request::WriteConfiguration {
         offset: 1,
         bytes: &record[1..9],
@@ -193,7 +194,7 @@ fn pieces_in_any_order_and_twice() {
     assert_eq!(commit(&mut device, record.len()), Ok(()));
     device.feed(&STIM.stream(0, 10).concat());
     let frames = device.counters().frames;
-    // the answer was lost: asked again, also in another mode, nothing begins anew
+    // the answer was lost: asked again, also in another mode, nothing restarts
     assert_eq!(commit(&mut device, record.len()), Ok(()));
     device.order(&Request::SetMode(Mode::Frozen));
     assert_eq!(commit(&mut device, record.len()), Ok(()));
@@ -222,8 +223,8 @@ fn pieces_in_any_order_and_twice() {
 /// computer aligns itself or a correction fades out.
 #[test]
 fn not_while_it_corrects_or_aligns() {
-    let mut device = untold();
-    let mut of = told(KVH);
+    let mut device = unconfigured();
+    let mut of = configured(KVH);
     (of.correction.limit.gyro, of.correction.slew.gyro) = (0.05, 1e-4);
     assert_eq!(configure(&mut device, &record(&of)), Ok(()));
     of.rate += 1.0;
@@ -268,7 +269,7 @@ fn not_while_it_corrects_or_aligns() {
 #[test]
 fn weights_of_another_sensor_are_not_used() {
     let learnt = nets([1e-5, 0.0, 0.0], [0.0; 3]);
-    let mut first = told(STIM);
+    let mut first = configured(STIM);
     first.identity.serial = "N1".try_into().expect("short");
     let config = Config {
         nets: learnt,
@@ -309,9 +310,9 @@ fn weights_of_another_sensor_are_not_used() {
 }
 
 #[test]
-fn lines_are_opened_anew_when_they_change() {
-    let mut device = untold();
-    let mut of = told(STIM);
+fn lines_are_reopened_when_they_change() {
+    let mut device = unconfigured();
+    let mut of = configured(STIM);
     assert_eq!(configure(&mut device, &record(&of)), Ok(()));
     assert_eq!(device.app.to_open(), None, "as without a configuration");
     of.lines.sensor_baud = 1_843_200;
@@ -338,11 +339,11 @@ fn lines_are_opened_anew_when_they_change() {
     assert_eq!(configure(&mut device, &record(&of)), Ok(()));
 }
 
-/// Who has the answer may send on the lines at once: they are open as told.
+/// A client that has the answer may send on the lines at once: they are open as configured.
 #[test]
 fn the_answer_comes_when_the_lines_are_open() {
-    let mut device = untold();
-    let mut of = told(STIM);
+    let mut device = unconfigured();
+    let mut of = configured(STIM);
     of.lines.sensor_baud = 1_843_200;
     let record = record(&of);
     upload(&mut device, &record);

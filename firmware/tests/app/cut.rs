@@ -1,4 +1,4 @@
-//! Cut-through, between the interrupt that cuts and the loop that runs when it can.
+//! Cut-through, between the interrupt that forwards bytes and the main loop that runs late.
 
 use crate::device::{Mock, Time, constant};
 use firmware::app::{App, Config, Lines};
@@ -15,7 +15,7 @@ use std::rc::Rc;
 
 const CAN: [ImuFormat; 3] = [ImuFormat::Stim300, ImuFormat::Kvh, ImuFormat::Novatel];
 
-/// What interrupt and loop share.
+/// State shared by interrupt and loop.
 #[derive(Debug, Default)]
 struct Shared {
     cut: Cut,
@@ -48,34 +48,34 @@ impl Line for Output {
     }
 }
 
-/// What was told of a sensor, with or without cut-through, and networks that give a constant.
+/// Configuration of a sensor, with or without cut-through, and networks with constant outputs.
 fn config(format: ImuFormat, sensor: &Simulated, cut_through: bool) -> Config {
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: Some(Sensor::Stream(format.settings(&sensor.told()))),
         rate: f64::from(sensor.rate),
         ..Configuration::default()
     };
-    told.lines.cut_through = cut_through;
-    told.correction.mode = Mode::Frozen;
-    told.correction.check_rate = false;
-    told.correction.limit.gyro = 1.0;
-    told.correction.limit.accel = 1.0;
+    configuration.lines.cut_through = cut_through;
+    configuration.correction.mode = Mode::Frozen;
+    configuration.correction.check_rate = false;
+    configuration.correction.limit.gyro = 1.0;
+    configuration.correction.limit.accel = 1.0;
     Config {
         nets: Nets {
             gyro: constant([3e-5, -2e-5, 1e-4]),
             accel: constant([2e-3, -1e-3, 5e-3]),
         },
-        ..Config::of(&told)
+        ..Config::of(&configuration)
     }
 }
 
-/// What leaves of a stream. The loop runs after as many bytes as `turns` tell in turn. Gives also
-/// how many bytes the interrupt has sent.
+/// Output for a stream. The loop runs after the numbers of bytes in `turns`, cyclically. Also gives
+/// the number of bytes that the interrupt has sent.
 fn through(config: Config, stream: &[u8], turns: &[usize]) -> (Vec<u8>, usize) {
     run(config, stream, turns, true)
 }
 
-/// The same, also of a board whose interrupt cuts nothing.
+/// [`through`], also for a board whose interrupt cuts nothing.
 fn run(config: Config, stream: &[u8], turns: &[usize], cuts: bool) -> (Vec<u8>, usize) {
     let output = Output::default();
     let mut app = App::new(config);
@@ -104,7 +104,7 @@ fn run(config: Config, stream: &[u8], turns: &[usize], cuts: bool) -> (Vec<u8>, 
         }
         left -= 1;
     }
-    // the line falls silent, and what is held leaves
+    // the line falls silent, and the pending bytes leave
     for _ in 0..200 {
         time.0.set(time.0.get() + 1000);
         while app.poll(&mut lines, &time) {}

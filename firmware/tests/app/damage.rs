@@ -23,7 +23,7 @@ proptest! {
         let bits = 8 * sent[hit].len();
         let bit = bit.index(bits);
         sent[hit][bit / 8] ^= 1 << (bit % 8);
-        // where the header tells the length, a wrong one passes 16 bits of a CRC by chance, once in
+        // where the header gives the length, a wrong one passes 16 bits of a CRC by chance, once in
         // 65 536 (VectorNav, bit 26 of the eighth frame): another length, never the frame itself
         let by_chance = frames_in(kind.format, &sent[hit]);
         prop_assert!(by_chance.iter().all(|frame| frame.len() != sent[hit].len()));
@@ -41,7 +41,7 @@ proptest! {
     }
 
     /// Garbage of any kind between frames costs none of them. It is counted byte for byte and
-    /// leaves in its place.
+    /// leaves in order.
     #[test]
     fn garbage_is_counted_and_passes(
         which in 0..kinds().len(), piece in 1..80usize,

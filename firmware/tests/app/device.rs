@@ -10,7 +10,7 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
 
-/// What a test and its learner share.
+/// State shared by a test and its learner.
 #[derive(Debug, Default)]
 pub struct Shared<T>(Mutex<T>);
 
@@ -108,7 +108,7 @@ impl Device<Mock> {
         Device::on(config, Mock::default())
     }
 
-    /// With a learner.
+    /// A device with a learner.
     pub fn learning(config: Config) -> Device<Mock> {
         let learner: &'static mut WindowLearner = Box::leak(Box::default());
         let mut device = Device::new(Config::default());

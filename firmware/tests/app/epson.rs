@@ -1,4 +1,4 @@
-//! An Epson IMU in a layout that only its settings tell, and its conversation with a client.
+//! An Epson IMU in a layout that only its settings give, and its conversation with a client.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, kinds};
@@ -21,8 +21,8 @@ fn device(kind: Kind) -> Device {
     })
 }
 
-/// A client reads registers while bursts come: each answer passes whole and in its place, with a
-/// start mark of a burst in it too.
+/// A client reads registers while bursts come: each answer passes whole and in order, with a start
+/// mark of a burst in it too.
 #[test]
 fn answers_of_registers_pass_between_the_bursts() {
     let kind = increments();
@@ -48,7 +48,7 @@ fn answers_of_registers_pass_between_the_bursts() {
 /// Configured with another layout, the device finds no burst: all bytes pass, nothing is corrected,
 /// and the fault says so.
 #[test]
-fn bursts_of_another_layout_pass_and_are_told() {
+fn bursts_of_another_layout_pass_and_are_reported() {
     let kind = increments();
     let mut config = kind.config();
     config.sensor.epson.layout = firmware::wire::epson::Layout::new(0xCC07, 0x4C00).expect("fits");
@@ -68,9 +68,9 @@ fn bursts_of_another_layout_pass_and_are_told() {
     assert!(device.app.faults() & fault::UNKNOWN_FORMAT != 0);
 }
 
-/// Without a format told, bursts are found in the layout of the settings.
+/// Without a configured format, bursts are found in the layout of the settings.
 #[test]
-fn the_layout_told_is_looked_for() {
+fn the_configured_layout_is_searched_for() {
     let kind = increments();
     let mut device = Device::new(Config {
         format: None,

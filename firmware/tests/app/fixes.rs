@@ -63,7 +63,7 @@ pub struct Bench {
     number: u32,
     /// Receiver's time at the start, ms of the week.
     pub week_ms: u32,
-    /// What has left since it was last asked for.
+    /// Bytes that have left since the last look.
     pub left: Vec<u8>,
 }
 
@@ -171,7 +171,7 @@ fn a_command_aligns_sooner() {
     assert!(bench.health().navigates);
 }
 
-/// A heading is taken while the learner aligns itself, and tells how it was used.
+/// A heading is taken while the learner aligns itself, and the report shows how it was used.
 #[test]
 fn a_heading_is_taken_over_the_command_link() {
     let ask = |bench: &mut Bench, angle: f32, sigma: f32| {
@@ -221,12 +221,12 @@ fn when_its_parts_are_done_does_not_matter_with_an_uncertain_antenna() {
 
 /// Lever arm and delay of the receiver are not well known.
 fn uncertain() -> Config {
-    let mut told = Configuration::default();
-    told.receiver.lever_arm = [1.0, 2.0, -3.0];
-    told.receiver.lever_arm_sigma = 3.0;
-    told.receiver.fix_delay_sigma = 0.3;
+    let mut configuration = Configuration::default();
+    configuration.receiver.lever_arm = [1.0, 2.0, -3.0];
+    configuration.receiver.lever_arm_sigma = 3.0;
+    configuration.receiver.fix_delay_sigma = 0.3;
     Config {
-        configuration: Some(told),
+        configuration: Some(configuration),
         ..config()
     }
 }
@@ -250,9 +250,9 @@ fn same_whenever(config: &Config) {
     }
 }
 
-/// At rest neither lever arm nor delay shows.
+/// At rest neither lever arm nor delay is observable: the estimates stay as configured.
 #[test]
-fn what_is_known_of_the_antenna_is_told() {
+fn the_estimates_of_the_antenna_are_reported() {
     let mut bench = Bench::new(uncertain());
     let antenna = |bench: &mut Bench| {
         bench
@@ -262,20 +262,20 @@ fn what_is_known_of_the_antenna_is_told() {
                 other => panic!("{other:?}"),
             })
     };
-    let told = Antenna {
+    let configured = Antenna {
         lever_arm: [1.0, 2.0, -3.0],
         lever_arm_sigma: [3.0; 3],
         fix_delay: 0.1,
         fix_delay_sigma: 0.3,
     };
-    assert_eq!(antenna(&mut bench), told);
+    assert_eq!(antenna(&mut bench), configured);
     bench.run(160, None);
     assert!(bench.health().used_fixes > 30);
     let after = antenna(&mut bench);
     let near = |a: f32, b: f32, off: f32| (a - b).abs() < off;
     for i in 0..3 {
         assert!(
-            near(after.lever_arm[i], told.lever_arm[i], 0.5),
+            near(after.lever_arm[i], configured.lever_arm[i], 0.5),
             "{after:?}"
         );
         assert!(near(after.lever_arm_sigma[i], 3.0, 0.1), "{after:?}");
@@ -358,24 +358,25 @@ fn it_is_begun_in_shadow_and_learn_only() {
     }
 }
 
-/// The learner takes its numbers from the configuration: from that of the medium laser gyro it
-/// learns the same bits as with the numbers it was made with, from another one others. A
-/// configuration that comes later begins the learning anew.
+/// The learner takes its numbers from the configuration. With the medium laser gyro's it learns the
+/// same bits as with its built-in numbers, with another one different bits. A later configuration
+/// restarts the learning.
 #[test]
 fn it_learns_by_the_configuration() {
-    let run = |told: Option<Configuration>, later: bool| {
+    let run = |configuration: Option<Configuration>, later: bool| {
         let config = Config {
-            configuration: told.clone().filter(|_| !later),
+            configuration: configuration.clone().filter(|_| !later),
             ..config()
         };
         let mut bench = Bench::new(config);
-        if let (Some(mut told), true) = (told, later) {
+        if let (Some(mut configuration), true) = (configuration, later) {
             bench.run(20, None);
             bench.device.order(&Request::SetMode(Mode::Bypass));
-            told.sensor = Some(Sensor::Stream(KIND.format.settings(&KIND.config().sensor)));
-            told.rate = KIND.rate();
-            told.correction.mode = Mode::Learn;
-            let record = encode(&told);
+            configuration.sensor =
+                Some(Sensor::Stream(KIND.format.settings(&KIND.config().sensor)));
+            configuration.rate = KIND.rate();
+            configuration.correction.mode = Mode::Learn;
+            let record = encode(&configuration);
             assert_eq!(configure(&mut bench.device, &record), Ok(()));
             assert_eq!(bench.health().mode, Mode::Learn);
             bench.samples = AtRest::new(&lsb());
@@ -386,13 +387,13 @@ fn it_learns_by_the_configuration() {
         bench.run(1500, None);
         (bench.weights(), bench.health().winner)
     };
-    let untold = run(None, false);
-    assert!(untold.1 > 0);
+    let unconfigured = run(None, false);
+    assert!(unconfigured.1 > 0);
     let medium = Configuration::default();
-    assert!(run(Some(medium.clone()), false) == untold);
+    assert!(run(Some(medium.clone()), false) == unconfigured);
     let mut coarse = medium.clone();
     coarse.gyro.white_noise *= 3.0;
     let coarse = run(Some(coarse), false);
-    assert!(coarse.0 != untold.0);
-    assert!(run(Some(medium), true) == untold);
+    assert!(coarse.0 != unconfigured.0);
+    assert!(run(Some(medium), true) == unconfigured);
 }

@@ -14,7 +14,7 @@ use firmware::wire::{ImuFormat, stim300};
 const STIM: Kind = Kind::STIM;
 const KVH: Kind = Kind::KVH;
 
-/// Gaps in the sensor's counter leave as gaps; the estimate is held and the block begins anew.
+/// Gaps in the sensor's counter leave as gaps. The estimate is held, and the block restarts.
 #[test]
 fn gaps_are_passed_on_and_not_stepped_over() {
     for kind in [STIM, KVH, Kind::RAWIMUSX] {
@@ -42,7 +42,7 @@ fn gaps_are_passed_on_and_not_stepped_over() {
         );
         assert_eq!(device.lines.navigation.sent.len(), 24);
         let last = device.lines.navigation.sent.last().expect("a frame");
-        assert!(values(kind.format, last)[0] < 0.0); // still corrected by the estimate held
+        assert!(values(kind.format, last)[0] < 0.0); // corrected by the estimate held
         all(&mut device, 27..28);
         assert_eq!(device.counters().blocks, 2);
         // a repeated frame is sent on and does not count in a block
@@ -157,7 +157,7 @@ fn holes_without_a_counter() {
 }
 
 #[test]
-fn silence_is_told_and_nothing_is_invented() {
+fn silence_is_reported_and_nothing_is_invented() {
     for kind in [STIM, KVH] {
         let mut device = Device::new(kind.config());
         let frames = kind.stream(0, 40);
@@ -182,9 +182,9 @@ fn silence_is_told_and_nothing_is_invented() {
 }
 
 /// A wrong bit rate gives bytes without a frame. They are counted and flagged, and they pass.
-/// Without a configured format the format is then detected anew.
+/// Without a configured format the format is then detected again.
 #[test]
-fn unknown_format_is_told_apart_from_damage() {
+fn unknown_format_is_distinguished_from_damage() {
     let noise: Vec<u8> = (0..6000u32)
         .map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8)
         .collect();
@@ -247,13 +247,13 @@ fn full_output_drops_whole_frames() {
     }
     assert_eq!(device.counters().dropped, 34);
     assert_eq!(device.app.faults(), fault::OUTPUT_FULL);
-    let kept: Vec<_> = frames
+    let expected: Vec<_> = frames
         .iter()
         .enumerate()
         .filter(|(n, _)| n % 3 != 0)
         .map(|(_, f)| f.clone())
         .collect();
-    assert_eq!(device.lines.navigation.sent, kept);
+    assert_eq!(device.lines.navigation.sent, expected);
 }
 
 /// Networks that fail: the last estimate is held, and frames with a spare bit are marked. Then raw

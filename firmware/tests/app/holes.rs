@@ -2,7 +2,7 @@
 
 use crate::device::Device;
 use crate::frames::{Fields, Kind};
-use crate::record::told;
+use crate::record::configured;
 use firmware::app::Config;
 use firmware::control::Mode;
 
@@ -10,7 +10,7 @@ use firmware::control::Mode;
 /// seconds the first `lost` frames are missing. `real`: samples come in real time. Gives what is
 /// missing and how often blocks were given up.
 fn run(kind: Kind, seconds: u32, lost: u32, real: bool) -> (u32, u32, u32) {
-    let mut unit = told(kind);
+    let mut unit = configured(kind);
     unit.correction.mode = Mode::Shadow;
     unit.correction.silence_us = 100_000;
     unit.correction.check_rate = real;

@@ -101,7 +101,7 @@ fn odd_floats_go_through() {
     assert_eq!(device.lines.navigation.bytes(), stream);
 }
 
-/// CR LF, control messages, special datagrams, other logs: passed on in their place.
+/// CR LF, control messages, special datagrams, other logs: passed on in order.
 #[test]
 fn other_messages_go_through() {
     let stim: Vec<u8> = Kind::STIM

@@ -3,7 +3,7 @@
 
 use crate::device::{Device, nets};
 use crate::frames::{Fields, Kind};
-use crate::record::{HARDWARE, configure, record, told};
+use crate::record::{HARDWARE, configure, configured, record};
 use firmware::app::{Activation, Config, Phase};
 use firmware::compensator::Limit;
 use firmware::control::{Alignment, Mode, Reason, Window};
@@ -400,14 +400,14 @@ fn memory() {
     assert!(size <= 16_128, "{size} bytes");
 }
 
-/// Samples are counted anew with a configuration, so a window may have the numbers of one whose
-/// reference was taken before. Its reference is used all the same.
+/// A new configuration restarts the numbers of the samples, so a window may have the numbers of one
+/// whose reference was taken before. Its reference is used all the same.
 #[test]
 fn a_window_of_a_new_configuration_is_a_new_one() {
     let mut device = Device::learning(Config::unconfigured(HARDWARE));
     let mut ends = Vec::new();
     for (used, name) in (1..).zip(["one", "two"]) {
-        let mut unit = told(STIM);
+        let mut unit = configured(STIM);
         unit.correction.mode = Mode::Bypass;
         unit.identity.name = name.try_into().expect("short");
         assert_eq!(configure(&mut device, &record(&unit)), Ok(()));

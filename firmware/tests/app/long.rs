@@ -1,5 +1,5 @@
-//! A device that has run for months does what it did in its first minute: its counters, its clock
-//! and the numbers of its samples may be anywhere.
+//! A device that has run for months behaves as in its first minute, whatever its counters, its
+//! clock and the numbers of its samples.
 
 use crate::activation::RATE;
 use crate::adis::reply;
@@ -7,7 +7,7 @@ use crate::channels::named;
 use crate::device::{Device, nets};
 use crate::fixes;
 use crate::frames::{Kind, kinds};
-use crate::record::{HARDWARE, told};
+use crate::record::{HARDWARE, configured};
 use firmware::app::{Activation, App, Config, Phase};
 use firmware::configuration::{Configuration, Sensor};
 use firmware::control::Mode;
@@ -18,41 +18,41 @@ use firmware::wire::command::{Counters, Health, Request, Response};
 const DAY_S: u64 = 86_400;
 const TURN: u64 = 1 << 32;
 
-/// What has gone before.
+/// History of a device before the run.
 #[derive(Debug, Clone, Copy)]
-struct Past {
-    /// How much of everything was counted.
+struct History {
+    /// Initial value of every counter.
     counted: u64,
-    /// What the clock shows when the sensor begins, s.
+    /// Clock when the sensor begins, s.
     clock_s: u64,
 }
 
 /// A device that has just begun.
-const NEW: Past = Past {
+const NEW: History = History {
     counted: 0,
     clock_s: 10,
 };
 
-/// What can be seen from outside after each step.
+/// State observable from outside after each step.
 #[derive(Debug, PartialEq)]
-struct Seen {
+struct Observed {
     left: Vec<u8>,
     faults: u32,
     unwell: u8,
     phase: Phase,
 }
 
-/// One run, and the numbers shown at its end.
+/// One run, and the counters at its end.
 struct Run {
     device: Device,
-    seen: Vec<Seen>,
-    /// An ADIS at the SPI sends.
+    observed: Vec<Observed>,
+    /// An ADIS at the SPI sends bursts of this form.
     form: Option<Form>,
     n: u32,
     random: u32,
 }
 
-/// Nothing is connected until then.
+/// Runs without any input until then.
 fn idle_until(device: &mut Device, clock_s: u64) {
     for _ in 0..clock_s.saturating_sub(10) / 60 {
         device.pass_us(60_000_000);
@@ -65,22 +65,22 @@ fn idle_until(device: &mut Device, clock_s: u64) {
 }
 
 impl Run {
-    fn new(config: Config, form: Option<Form>, past: Past) -> Run {
+    fn new(config: Config, form: Option<Form>, history: History) -> Run {
         let learner: &'static mut WindowLearner = Box::leak(Box::default());
         let mut device = Device::new(Config::default());
         device.app = App::with_learner(config, Some(learner));
-        device.app.has_counted(past.counted);
-        idle_until(&mut device, past.clock_s);
+        device.app.has_counted(history.counted);
+        idle_until(&mut device, history.clock_s);
         Run {
             device,
-            seen: Vec::new(),
+            observed: Vec::new(),
             form,
             n: 0,
             random: 1,
         }
     }
 
-    /// Time passes, and this comes.
+    /// Advances the time and delivers these bytes.
     fn step(&mut self, us: u64, bytes: &[u8]) {
         self.device.pass_us(us);
         match self.form {
@@ -88,14 +88,14 @@ impl Run {
                 let Device {
                     app, lines, time, ..
                 } = &mut self.device;
-                // what is wrong with it is the board's
+                // faults of the burst are the board's concern
                 let _ = app.burst(&mut bytes.to_vec(), &mut lines.navigation, time);
                 self.device.settle();
             }
             _ => self.device.feed(bytes),
         }
         let app = &mut self.device.app;
-        self.seen.push(Seen {
+        self.observed.push(Observed {
             left: core::mem::take(&mut self.device.lines.navigation.sent).concat(),
             faults: app.faults(),
             unwell: app.unwell(self.device.time.0.get()),
@@ -111,7 +111,7 @@ impl Run {
         self.random >> 8
     }
 
-    /// Frames of this sensor for so long, at its rate or so many microseconds apart. Of `harm`
+    /// Frames of this sensor for `seconds`, at its rate or `apart` microseconds apart. Of `harm`
     /// frames one is damaged, and one is missing.
     fn frames(&mut self, kind: Kind, seconds: f64, apart: Option<f64>, harm: Option<u32>) {
         let apart = apart.unwrap_or(1e6 / kind.rate());
@@ -155,7 +155,7 @@ impl Run {
         }
     }
 
-    /// All that may come.
+    /// Every kind of input.
     fn all(&mut self, kind: Kind) {
         self.frames(kind, 1.0, None, None);
         self.frames(kind, 5.0, None, Some(4));
@@ -167,19 +167,19 @@ impl Run {
         self.frames(kind, 12.0, None, None);
     }
 
-    fn ends(mut self) -> (Vec<Seen>, Counters, Health) {
+    fn ends(mut self) -> (Vec<Observed>, Counters, Health) {
         let health = self.device.ask(&Request::GetHealth, |answer| match answer {
             Response::Health(health) => health,
             other => panic!("{other:?}"),
         });
-        (self.seen, self.device.counters(), health)
+        (self.observed, self.device.counters(), health)
     }
 }
 
-/// Counters as `since` this past.
-fn shown(past: Past, counters: Counters) -> String {
+/// Counters as a device with this history shows them.
+fn shown(history: History, counters: Counters) -> String {
     let words = postcard_words(&counters);
-    let after = |word: u64| (past.counted + word).min(u64::from(u32::MAX));
+    let after = |word: u64| (history.counted + word).min(u64::from(u32::MAX));
     format!("{:?}", words.into_iter().map(after).collect::<Vec<_>>())
 }
 
@@ -191,16 +191,16 @@ fn postcard_words(counters: &Counters) -> Vec<u64> {
 }
 
 /// Runs the same twice, once as a new device, and compares.
-fn compare(what: &str, past: Past, run: impl Fn(Past) -> Run) {
+fn compare(what: &str, history: History, run: impl Fn(History) -> Run) {
     let (new, fresh, of_new) = run(NEW).ends();
-    let (old, counters, of_old) = run(past).ends();
+    let (old, counters, of_old) = run(history).ends();
     assert_eq!(new.len(), old.len());
     for (k, (new, old)) in new.iter().zip(&old).enumerate() {
-        assert_eq!(new, old, "{what}, {past:?}, step {k}");
+        assert_eq!(new, old, "{what}, {history:?}, step {k}");
     }
     let words = format!("{:?}", postcard_words(&counters));
-    assert_eq!(words, shown(past, fresh), "{what}, {past:?}");
-    let frames = u64::from(of_new.frames) + past.counted;
+    assert_eq!(words, shown(history, fresh), "{what}, {history:?}");
+    let frames = u64::from(of_new.frames) + history.counted;
     assert_eq!(u64::from(of_old.frames), frames.min(u64::from(u32::MAX)));
     assert_eq!(
         (of_old.winner, of_old.navigates),
@@ -208,24 +208,24 @@ fn compare(what: &str, past: Past, run: impl Fn(Past) -> Run) {
     );
 }
 
-/// So that everything comes to its end within the run: the counters early or late, the lower half
-/// of the clock, and a hundred days.
-fn pasts(rate: f64) -> [Past; 4] {
+/// Histories with which everything overflows within the run: the counters early or late, the lower
+/// half of the clock, and a hundred days.
+fn histories(rate: f64) -> [History; 4] {
     let days = |days: u64| days * DAY_S;
     [
-        Past {
+        History {
             counted: TURN - 2000,
             clock_s: TURN / 1_000_000 - 4,
         },
-        Past {
+        History {
             counted: TURN - 20,
             clock_s: 3 * TURN / 1_000_000 - 80,
         },
-        Past {
+        History {
             counted: (days(100) as f64 * rate) as u64,
             clock_s: days(100),
         },
-        Past {
+        History {
             counted: 5 * TURN - 1000,
             clock_s: 10,
         },
@@ -240,15 +240,15 @@ fn corrects(config: Config) -> Config {
     }
 }
 
-/// Nothing but the numbers shown depends on how long a device has run, whatever its sensor sends.
+/// Only the reported counters depend on how long a device has run, whatever its sensor sends.
 #[test]
 fn months_change_nothing_but_the_numbers_shown() {
     for (k, kind) in kinds().into_iter().enumerate() {
-        let mut unit = told(kind);
+        let mut unit = configured(kind);
         unit.correction.silence_us = 100_000;
-        for past in [k, k + 1].map(|k| pasts(kind.rate())[k % 4]) {
-            compare(kind.sensor.name, past, |past| {
-                let mut run = Run::new(corrects(Config::of(&unit)), None, past);
+        for history in [k, k + 1].map(|k| histories(kind.rate())[k % 4]) {
+            compare(kind.sensor.name, history, |history| {
+                let mut run = Run::new(corrects(Config::of(&unit)), None, history);
                 run.all(kind);
                 run
             });
@@ -256,12 +256,12 @@ fn months_change_nothing_but_the_numbers_shown() {
     }
 }
 
-/// The same of a device without a configuration, in which all is raw and nothing has a format.
+/// Likewise for a device without a configuration, in which all is raw and nothing has a format.
 #[test]
 fn months_change_nothing_without_a_configuration() {
-    for past in pasts(1000.0) {
-        compare("no configuration", past, |past| {
-            let mut run = Run::new(Config::unconfigured(HARDWARE), None, past);
+    for history in histories(1000.0) {
+        compare("no configuration", history, |history| {
+            let mut run = Run::new(Config::unconfigured(HARDWARE), None, history);
             run.noise(70);
             run.all(Kind::KVH);
             run.frames(Kind::STIM, 5.0, None, None);
@@ -270,16 +270,16 @@ fn months_change_nothing_without_a_configuration() {
     }
 }
 
-/// The same with an ADIS at the SPI, and noise on the line that it does not use.
+/// Likewise with an ADIS at the SPI, and noise on the line that it does not use.
 #[test]
 fn months_change_nothing_at_the_spi() {
-    for (model, past) in [
+    for (model, history) in [
         Model::Adis16475(1),
         Model::Adis16505(2),
         Model::Adis16495(1),
     ]
     .into_iter()
-    .zip(pasts(1000.0))
+    .zip(histories(1000.0))
     {
         let form = model.form();
         let settings = adis::Settings {
@@ -292,8 +292,8 @@ fn months_change_nothing_at_the_spi() {
             rate: 1000.0,
             ..Configuration::default()
         };
-        compare("SPI", past, |past| {
-            let mut run = Run::new(corrects(Config::of(&unit)), Some(form), past);
+        compare("SPI", history, |history| {
+            let mut run = Run::new(corrects(Config::of(&unit)), Some(form), history);
             run.all(Kind::STIM);
             run
         });
@@ -304,9 +304,9 @@ fn months_change_nothing_at_the_spi() {
 #[test]
 fn months_do_not_change_which_kind_leads() {
     let [short, data] = ["sbgecom IMU_SHORT", "sbgecom IMU_DATA"].map(named);
-    for past in pasts(1000.0) {
-        compare("two kinds", past, |past| {
-            let mut run = Run::new(corrects(short.config()), None, past);
+    for history in histories(1000.0) {
+        compare("two kinds", history, |history| {
+            let mut run = Run::new(corrects(short.config()), None, history);
             // the one that comes first leads, until the faster one comes
             for n in 0..4000u32 {
                 if n % 5 == 0 {
@@ -321,9 +321,9 @@ fn months_do_not_change_which_kind_leads() {
     }
 }
 
-/// What the learner from fixes makes of a drive at rest does not depend on how long the device has
-/// run: the numbers of its samples and the lower half of its clock end while it aligns itself,
-/// while it navigates, and while what it has learnt is in force; so does the receiver's week.
+/// The results of the learner from fixes in a drive at rest do not depend on how long the device
+/// has run: the numbers of its samples and the lower half of its clock wrap while it aligns itself,
+/// while it navigates, and while a learnt correction is in force; so does the receiver's week.
 #[test]
 fn months_do_not_change_what_is_learnt() {
     let learns = |end_s: Option<u64>| {

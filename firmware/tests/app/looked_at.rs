@@ -1,4 +1,4 @@
-//! What the learner knows and what its rehearsals have shown, as told over the command link:
+//! What the learner knows and what its rehearsals have shown, as reported over the command link:
 //! `GetSolution` and `GetTrials`.
 
 use crate::activation::PLACE;
@@ -18,7 +18,7 @@ use firmware::wire::command::{self, Request, Response};
 
 fn solution(device: &mut Device<Mock>) -> Result<command::Solution, Reason> {
     device.ask(&Request::GetSolution, |answer| match answer {
-        Response::Solution(told) => Ok(told),
+        Response::Solution(solution) => Ok(solution),
         Response::Refused(reason) => Err(reason),
         other => panic!("{other:?}"),
     })
@@ -26,7 +26,7 @@ fn solution(device: &mut Device<Mock>) -> Result<command::Solution, Reason> {
 
 fn trials(device: &mut Device<Mock>) -> Result<command::Trials, Reason> {
     device.ask(&Request::GetTrials, |answer| match answer {
-        Response::Trials(told) => Ok(told),
+        Response::Trials(trials) => Ok(trials),
         Response::Refused(reason) => Err(reason),
         other => panic!("{other:?}"),
     })
@@ -61,9 +61,9 @@ fn device(knows: Knows) -> Device<Mock> {
     device
 }
 
-/// Every value has its own place in the answer.
+/// Every value has its own field in the answer.
 #[test]
-fn each_value_is_told_in_its_place() {
+fn each_value_is_reported_in_its_field() {
     let position = Position {
         latitude: 0.843_210_987_654_321,
         longitude: -1.234_567_890_123_456,
@@ -123,7 +123,7 @@ fn each_value_is_told_in_its_place() {
 /// A board without a learner has neither, nor has a learner that only knows references, nor one
 /// that knows nothing yet.
 #[test]
-fn what_is_not_known_is_not_told() {
+fn what_is_not_known_is_not_reported() {
     for mut device in [
         Device::new(config()),
         Device::learning(config()),
@@ -135,7 +135,7 @@ fn what_is_not_known_is_not_told() {
 }
 
 /// The learner of the device: trials from the first request on, a solution from the alignment on,
-/// in shadow and learn only. The vehicle stands at a known place.
+/// in shadow and learn only. The vehicle stands at a known position.
 #[test]
 fn the_learner_tells_its_solution_once_it_navigates() {
     let mut bench = Bench::new(config());
@@ -147,20 +147,20 @@ fn the_learner_tells_its_solution_once_it_navigates() {
     assert_eq!(solution(&mut bench.device), Err(Reason::NotAvailable));
     bench.run(65, None);
     assert!(bench.health().navigates);
-    let told = solution(&mut bench.device).expect("it navigates");
+    let first = solution(&mut bench.device).expect("it navigates");
     let off = |a: f64, b: f64| ((a - b) * 6.4e6).abs();
-    assert!(off(told.place[0], PLACE.latitude) < 1.0, "{told:?}");
-    assert!(off(told.place[1], PLACE.longitude) < 1.0, "{told:?}");
-    assert!((told.height - 200.0).abs() < 2.0, "{told:?}");
-    assert!(told.velocity.iter().all(|of| of.abs() < 0.05), "{told:?}");
-    let [q0, q1, q2, q3] = told.attitude.map(f64::from);
+    assert!(off(first.place[0], PLACE.latitude) < 1.0, "{first:?}");
+    assert!(off(first.place[1], PLACE.longitude) < 1.0, "{first:?}");
+    assert!((first.height - 200.0).abs() < 2.0, "{first:?}");
+    assert!(first.velocity.iter().all(|of| of.abs() < 0.05), "{first:?}");
+    let [q0, q1, q2, q3] = first.attitude.map(f64::from);
     assert!(((q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3) - 1.0).abs() < 1e-6);
     // level, and to the north within what an unaided gyrocompass knows
     assert!(
         q1.abs().max(q2.abs()) < 1e-3 && q3.abs() < 2.0 * DEGREE,
-        "{told:?}"
+        "{first:?}"
     );
-    assert!(told.sigma.as_flattened().iter().all(|of| *of > 0.0));
+    assert!(first.sigma.as_flattened().iter().all(|of| *of > 0.0));
     let tried = trials(&mut bench.device).expect("it has a learner");
     assert_eq!((at_first.enabled, tried.enabled & 1), (0, 1), "{tried:?}");
     assert_eq!(tried.evidence[0], 0.0, "relative to itself");
@@ -192,7 +192,7 @@ fn the_learner_tells_its_solution_once_it_navigates() {
         "{tried:?}"
     );
     assert!((later.estimate[0][0] - 1e-5).abs() < 3e-6, "{later:?}");
-    assert!(later.sigma[0][0] < told.sigma[0][0], "{later:?} {told:?}");
+    assert!(later.sigma[0][0] < first.sigma[0][0], "{later:?} {first:?}");
 }
 
 /// Without learning there is no solution, with a board that has a learner or not.

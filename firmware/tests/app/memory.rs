@@ -1,8 +1,8 @@
-//! What the learner remembers is stored while samples are corrected, and comes back at the next
-//! power-on of the board or of the sensor, if it is of the same unit.
+//! The learner's memory is stored while samples are corrected, and comes back at the next power-on
+//! of the board or of the sensor, if it is of the same unit.
 
 use crate::frames::Kind;
-use crate::record::{HARDWARE, configure, record, told};
+use crate::record::{HARDWARE, configure, configured, record};
 use crate::stored::Flash;
 use crate::taught::{Bench, with};
 use firmware::app::App;
@@ -16,7 +16,7 @@ use firmware::wire::command::{Remembered, Request, Response};
 const KIND: Kind = Kind::RAWIMUSX;
 
 fn unit() -> Configuration {
-    let mut unit = told(KIND);
+    let mut unit = configured(KIND);
     unit.identity.serial = "N1".try_into().expect("short");
     unit.correction.mode = Mode::Learn;
     unit.correction.slew.accel = 1e-3;
@@ -57,7 +57,7 @@ impl Board {
         })
     }
 
-    /// What a pass of the main loop stores, if anything.
+    /// Step of storing in a pass of the main loop, if any.
     fn pass(&mut self, bench: &mut Bench) -> Option<Step> {
         let mut seen = None;
         bench.device.app.store(|step, content| {
@@ -144,7 +144,7 @@ fn a_pass_stores_one_piece_while_samples_are_corrected() {
     );
 }
 
-/// The learner goes on from what it knew when the sensor was switched off, stored or not.
+/// After a restart of the sensor the learner goes on from what it knew before, stored or not.
 #[test]
 fn a_restart_of_the_sensor_alone_gives_back_what_was_known() {
     let mut board = Board::new(&unit());
@@ -165,8 +165,8 @@ fn a_restart_of_the_sensor_alone_gives_back_what_was_known() {
     assert_eq!(remembered(&mut bench).drives, 2);
 }
 
-/// Another serial number or other inputs: it is not used and that is told, and by command it is
-/// not stored again.
+/// With another serial number or other inputs the memory is not used, and this is reported. By
+/// command it is not stored again.
 #[test]
 fn a_memory_of_another_unit_is_not_used() {
     let mut other = unit();
@@ -236,8 +236,8 @@ fn flash_is_spared() {
     assert_eq!(bench.says.took.get(), 0);
 }
 
-/// What changes while a record is being written ends it; the newest record stays, and the next one
-/// is whole.
+/// A change of the content while a record is being written ends it; the newest record stays, and
+/// the next one is whole.
 #[test]
 fn other_networks_end_a_record_in_progress() {
     let mut board = Board::new(&unit());

@@ -1,8 +1,8 @@
-//! Activation `NextPowerOn`: what was stored acts from the first word and stays, and what is learnt
+//! Activation `NextPowerOn`: stored networks act from the first word and stay, and what is learnt
 //! meanwhile acts from the next power-on on.
 
 use crate::frames::Kind;
-use crate::record::{HARDWARE, configure, record, told};
+use crate::record::{HARDWARE, configure, configured, record};
 use crate::stored::Flash;
 use crate::taught::{Bench, with};
 use firmware::app::App;
@@ -19,7 +19,7 @@ const OLD: f32 = 1e-3;
 const NEW: f32 = 2e-3;
 
 fn unit() -> Configuration {
-    let mut unit = told(KIND);
+    let mut unit = configured(KIND);
     unit.correction.mode = Mode::Learn;
     unit.correction.limit.accel = 0.1;
     unit.correction.slew.accel = 1e-4;
@@ -45,7 +45,7 @@ fn powered(flash: &Flash) -> Bench {
     })
 }
 
-/// What the device wants to store now.
+/// Content that the device wants to store now.
 fn wanted(bench: &mut Bench) -> Option<(Nets, Record)> {
     let mut got = None;
     bench.device.app.store(|_, content| {
@@ -153,8 +153,8 @@ fn flash_is_spared() {
     assert!(wanted(&mut bench).is_some());
 }
 
-/// What does harm is not applied a second time, and a learner that proves nothing leaves the store
-/// alone.
+/// Networks that do harm are not applied a second time, and a learner that proves nothing leaves
+/// the store alone.
 #[test]
 fn what_harms_is_removed_at_the_next_power_on() {
     let mut bench = powered(&flash(&with(OLD), &unit()));

@@ -18,11 +18,11 @@ fn sentence(text: &str) -> Vec<u8> {
     format!("${text}*{sum:02X}\r\n").into_bytes()
 }
 
-/// A device that is told of a receiver, with its sensor every 5 ms and the receiver's bytes.
+/// A configured device, a sensor that sends every 5 ms, and a receiver.
 struct Bench {
     device: Device,
     frames: u32,
-    /// Bytes of the receiver that are on their way: when they come, microseconds.
+    /// Bytes of the receiver that are on their way, and when they come, microseconds.
     coming: Vec<(u64, u8)>,
     /// Pulses, microseconds.
     pulses: Vec<u64>,
@@ -30,10 +30,10 @@ struct Bench {
 
 impl Bench {
     fn new(change: impl FnOnce(&mut Receiver)) -> Bench {
-        let mut told = Configuration::default();
-        change(&mut told.receiver);
+        let mut configuration = Configuration::default();
+        change(&mut configuration.receiver);
         let config = Config {
-            configuration: Some(told),
+            configuration: Some(configuration),
             ..KIND.config()
         };
         Bench {
@@ -96,8 +96,8 @@ fn rmc_gga(second: u64) -> Vec<u8> {
     .concat()
 }
 
-/// The delay is told as 0.1 s and is 0.6 s. With a pulse the age comes out as 0.6 s and what the
-/// bytes take; without one it is not known.
+/// The delay is configured as 0.1 s and is 0.6 s. With a pulse the age comes out as 0.6 s plus the
+/// time that the bytes take. Without one it is not known.
 #[test]
 fn the_pulse_makes_the_age_exact() {
     for wired in [true, false] {
@@ -181,7 +181,7 @@ fn sentences_become_a_fix() {
 }
 
 #[test]
-fn the_protocol_is_found_out_or_told() {
+fn the_protocol_is_detected_or_configured() {
     let pvt = |second: u64| {
         let pvt = Pvt {
             time_of_week: second as u32 * 1000,

@@ -1,4 +1,4 @@
-//! Units to be told, and how a record gets to a device and back.
+//! Configurations of test units, and how a record gets to a device and back.
 
 use crate::device::Device;
 use crate::frames::Kind;
@@ -24,29 +24,29 @@ pub const HARDWARE: Hardware = Hardware {
     reset: None,
 };
 
-pub fn untold() -> Device {
+pub fn unconfigured() -> Device {
     Device::new(Config::unconfigured(HARDWARE))
 }
 
-/// A unit with this sensor.
-pub fn told(kind: Kind) -> Configuration {
+/// Configuration of a unit with this sensor.
+pub fn configured(kind: Kind) -> Configuration {
     let settings = kind.format.settings(&kind.config().sensor);
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: Some(Sensor::Stream(settings)),
         rate: kind.rate(),
         ..Configuration::default()
     };
     if kind == Kind::SPI {
         let model = adis::Model::Adis16505(2);
-        told.sensor = Some(Sensor::Spi(adis::Settings {
+        configuration.sensor = Some(Sensor::Spi(adis::Settings {
             form: model.form(),
             units: model.units(true).expect("a model"),
             framed: true,
         }));
     }
-    told.correction.block = 0.1;
-    told.correction.silence_us = 10_000_000; // every answer takes some milliseconds
-    told
+    configuration.correction.block = 0.1;
+    configuration.correction.silence_us = 10_000_000; // every answer takes some milliseconds
+    configuration
 }
 
 pub fn write(device: &mut Device, offset: usize, bytes: &[u8]) {
@@ -106,7 +106,7 @@ pub fn read(device: &mut Device) -> Vec<u8> {
     })
 }
 
-/// What the board says of itself.
+/// Asks for the board's description.
 pub fn board<T>(device: &mut Device, look: impl FnOnce(&Board) -> T) -> T {
     device.ask(&Request::GetBoard, |answer| match answer {
         Response::Board(board) => look(&board),
@@ -114,7 +114,7 @@ pub fn board<T>(device: &mut Device, look: impl FnOnce(&Board) -> T) -> T {
     })
 }
 
-/// With its checksum made anew.
+/// The record with its checksum recomputed.
 pub fn sealed(mut record: Vec<u8>) -> Vec<u8> {
     let end = record.len() - 4;
     let sum = crc32_zlib(&record[..end]);
@@ -122,6 +122,6 @@ pub fn sealed(mut record: Vec<u8>) -> Vec<u8> {
     record
 }
 
-pub fn record(told: &Configuration) -> Vec<u8> {
-    encode(told).to_vec()
+pub fn record(configuration: &Configuration) -> Vec<u8> {
+    encode(configuration).to_vec()
 }

@@ -1,4 +1,4 @@
-//! Requests to the sensor, and answers in its place.
+//! Requests to the sensor, and answers that the device gives on the sensor's behalf.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, values};
@@ -65,8 +65,8 @@ fn commands_go_to_the_sensor_and_its_answers_come_back() {
 }
 
 /// A client that starts with the wrong format waits for the answer to `C`
-/// (vortexntnu/stim300-driver). The device gives it from what the sensor told at its start, and
-/// never from what was configured, which need not be true.
+/// (vortexntnu/stim300-driver). The device gives it from what the sensor sent at its start, and
+/// never from its own configuration, which may be wrong.
 #[test]
 fn a_silent_sensor_is_answered_for() {
     for crlf in [false, true] {
@@ -151,14 +151,17 @@ fn the_configuration_is_asked_for() {
 /// Another datagram than the one asked for does not count as the answer.
 #[test]
 fn another_answer_is_no_answer() {
-    let told = Stim300::DEFAULT.with_sample_rate_code(2).emit();
+    let config_datagram = Stim300::DEFAULT.with_sample_rate_code(2).emit();
     let mut device = Device::new(STIM.config());
-    device.feed(&[&told[..], &STIM.stream(0, 20).concat()].concat());
+    device.feed(&[&config_datagram[..], &STIM.stream(0, 20).concat()].concat());
     request(&mut device, b"C\rE\r");
     device.feed(&datagram_of(0xBE, 21));
     device.wait_ms(60);
     assert_eq!(device.counters().answered, 1);
-    assert_eq!(device.lines.navigation.sent.pop(), Some(told.to_vec()));
+    assert_eq!(
+        device.lines.navigation.sent.pop(),
+        Some(config_datagram.to_vec())
+    );
 }
 
 /// A sensor that has sent its configuration by itself is not asked.

@@ -1,5 +1,5 @@
-//! What drives the networks arrives, whatever the format: the temperature that frames tell, and
-//! the vibration.
+//! The inputs of the networks arrive, whatever the format: the temperature in the frames, and the
+//! vibration.
 
 use crate::device::Device;
 use crate::frames::{Fields, Kind, kinds};
@@ -15,7 +15,7 @@ const INPUTS: Inputs = [[
     Source::Vibration,
 ]; 2];
 
-/// Sensors whose frames tell a temperature that is read.
+/// Sensors whose frames contain a temperature that is read.
 const WITH_THERMOMETER: [&str; 18] = [
     "stim300 0xA7, rates",
     "stim300 0xF7, averages",
@@ -38,14 +38,14 @@ const WITH_THERMOMETER: [&str; 18] = [
 ];
 
 fn config(kind: Kind) -> Config {
-    let told = Configuration {
+    let configuration = Configuration {
         inputs: INPUTS,
         ..Configuration::default()
     };
     Config {
         mode: Mode::Frozen,
         block: 0.1,
-        configuration: Some(told),
+        configuration: Some(configuration),
         ..kind.config()
     }
 }
@@ -80,9 +80,9 @@ fn the_temperature_of_every_format_that_tells_one_arrives() {
         let name = kind.sensor.name;
         let mut frame = kind.frame(0, fields(kind, 0));
         let frame = Checked::new(kind.format, &mut frame).expect("a good frame");
-        let told = frame.read().expect("values").temperature;
+        let temperature = frame.read().expect("values").temperature;
         let block = last_block(kind, 0.4);
-        match told {
+        match temperature {
             Some([x, y, z]) => {
                 let mean = (x + y + z) / 3.0;
                 assert!((block.temperature - mean).abs() < 1e-5, "{name}: {mean}");
@@ -91,9 +91,9 @@ fn the_temperature_of_every_format_that_tells_one_arrives() {
             None => assert_eq!(block.temperature, REFERENCE_DEGC, "{name}"),
         }
         assert_eq!(block.temperature_rate, 0.0, "{name}: less than 10 s");
-        // a unit file may ask for it only where a frame may tell it
+        // a unit file may ask for it only where a frame may contain it
         let can = kind.format.settings(&kind.sensor.told()).has_thermometer();
-        assert!(can || told.is_none(), "{name}");
+        assert!(can || temperature.is_none(), "{name}");
     }
     assert_eq!(found, WITH_THERMOMETER);
 }

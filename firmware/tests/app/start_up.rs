@@ -2,7 +2,7 @@
 
 use crate::device::Device;
 use crate::frames::Kind;
-use crate::record::{HARDWARE, told, untold};
+use crate::record::{HARDWARE, configured, unconfigured};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -20,7 +20,7 @@ const SLOT: usize = 2 * 8192;
 /// The word of an STM32H7's flash, which has check bits of its own (RM0433 4.3.9).
 const WORD: usize = 32;
 
-/// What the chip does when a word is read whose check bits do not fit.
+/// Reaction of the chip to reading a word whose check bits do not fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Torn {
     /// A bus fault, and so a crash.
@@ -164,14 +164,14 @@ const CRASH: Crash = Crash {
 
 /// A record whose configuration has this name.
 fn save(store: &mut Store<Flash>, name: &str) -> bool {
-    let mut unit = told(Kind::STIM);
+    let mut unit = configured(Kind::STIM);
     unit.identity.name = name.try_into().expect("short");
     let record = encode(&unit);
     store.save(&Content::new(&Nets::NONE, &record)).is_ok()
 }
 
-/// Starts the board until a start gets through: the device, what its faults say, and the number of
-/// starts. A crash is kept as a board keeps it, and the chip starts anew.
+/// Starts the board until a start succeeds: the device, with the faults it reports, and the number
+/// of starts. A crash is stored as a board stores it, and the chip restarts.
 fn started(flash: &Flash, most: u32) -> Option<(Device, u32)> {
     let (mut words, mut causes) = ([0; WORDS], cause::POWER_ON);
     for number in 1..=most {
@@ -189,7 +189,7 @@ fn started(flash: &Flash, most: u32) -> Option<(Device, u32)> {
         let mut store = Store::new(flash.clone()).ok();
         let start = || App::start_up(hardware, &mut store, causes == cause::POWER_ON, None);
         if let Ok(app) = catch_unwind(AssertUnwindSafe(start)) {
-            let mut device = untold();
+            let mut device = unconfigured();
             device.app = app;
             return Some((device, number));
         }
@@ -222,9 +222,9 @@ fn a_torn_word_makes_no_boot_loop() {
             match torn {
                 Torn::Fails => {
                     assert_eq!(starts, 1, "{left}");
-                    let told = crate::record::read(&mut device);
+                    let stored = crate::record::read(&mut device);
                     let names = ["two", "three"].map(str::as_bytes);
-                    let has = |name: &&[u8]| told.windows(name.len()).any(|at| at == *name);
+                    let has = |name: &&[u8]| stored.windows(name.len()).any(|at| at == *name);
                     assert!(names.iter().any(has), "{left}");
                 }
                 Torn::Faults if starts > 1 => {
@@ -245,7 +245,7 @@ fn a_torn_word_makes_no_boot_loop() {
 fn room_is_made_when_the_board_is_switched_on_only() {
     let mut store = Store::new(Flash::new(Torn::Fails)).expect("room");
     assert!(save(&mut store, "one"));
-    let record = encode(&told(Kind::STIM));
+    let record = encode(&configured(Kind::STIM));
     let content = Content::new(&Nets::NONE, &record);
     while store.begin(&content).is_ok() {
         while store.go_on(&content).expect("written") == firmware::store::Progress::GoesOn {}

@@ -1,8 +1,8 @@
-//! What a device has stored comes back at power-on, weights and configuration together.
+//! The content of the store comes back at power-on, weights and configuration together.
 
 use crate::device::{Device, constant, nets};
 use crate::frames::Kind;
-use crate::record::{HARDWARE, board, configure, read, record, sealed, told, untold};
+use crate::record::{HARDWARE, board, configure, configured, read, record, sealed, unconfigured};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::app::{App, Config, Phase};
 use firmware::configuration::SCHEMA;
@@ -21,12 +21,12 @@ const STIM: Kind = Kind::STIM;
 pub struct Flash(Vec<u8>);
 
 impl Flash {
-    /// Nothing is stored.
+    /// Empty flash.
     pub fn new() -> Flash {
         Flash(vec![0xFF; 4 * 8192])
     }
 
-    /// All of it.
+    /// The content of the flash.
     pub fn bytes(&self) -> &[u8] {
         &self.0
     }
@@ -67,7 +67,7 @@ impl NorFlash for Flash {
 /// A device after power-on with this flash.
 fn powered(flash: &Flash) -> Device {
     let mut store = Store::new(flash.clone()).expect("room");
-    let mut device = untold();
+    let mut device = unconfigured();
     device.app = App::power_on(HARDWARE, Some(store.load()), None);
     device
 }
@@ -87,14 +87,14 @@ fn stores(device: &mut Device, flash: &mut Flash) -> Response<'static> {
     response
 }
 
-/// What was stored is in use after a power cycle: weights and configuration together, and the lines
-/// as they were told. What was only committed is gone.
+/// Weights, configuration and line settings that were stored are in use after a power cycle. What
+/// was only committed is gone.
 #[test]
 fn a_power_cycle_brings_back_what_was_stored() {
     let mut flash = Flash::new();
     let mut device = powered(&flash);
     assert!(board(&mut device, |board| board.stores && !board.configured));
-    let mut first = told(STIM);
+    let mut first = configured(STIM);
     first.identity.serial = "N1".try_into().expect("short");
     first.lines.sensor_baud = 460_800;
     first.correction.mode = Mode::Shadow;
@@ -122,10 +122,10 @@ fn a_power_cycle_brings_back_what_was_stored() {
     assert_eq!(device.lines.navigation.sent, STIM.stream(0, 10));
 }
 
-/// What the store tells of the device's life, and that a newer record is damaged, until something
-/// is stored again. Weights of another unit than the configuration's are not used.
+/// What the store reports: its state, and that a newer record is damaged, until something is stored
+/// again. Weights of another unit than the configuration's are not used.
 #[test]
-fn the_store_tells_what_it_found() {
+fn the_store_reports_what_it_found() {
     let kept = |device: &mut Device| {
         device.ask(&Request::GetStore, |answer| match answer {
             Response::Kept(kept) => kept,
@@ -135,14 +135,14 @@ fn the_store_tells_what_it_found() {
     let mut flash = Flash::new();
     let mut device = powered(&flash);
     assert_eq!(kept(&mut device), Kept::default());
-    let record = record(&told(STIM));
+    let record = record(&configured(STIM));
     assert_eq!(configure(&mut device, &record), Ok(()));
     device.order(&Request::SetMode(Mode::Bypass));
     assert_eq!(stores(&mut device, &mut flash), Response::Done);
     // the same is not stored again, something else behind it
     assert_eq!(stores(&mut device, &mut flash), Response::Done);
     assert_eq!(kept(&mut powered(&flash)).generation, Some(1));
-    let mut other = told(STIM);
+    let mut other = configured(STIM);
     other.identity.name = "other".try_into().expect("short");
     assert_eq!(configure(&mut device, &encode(&other)), Ok(()));
     device.order(&Request::SetMode(Mode::Bypass));
@@ -174,7 +174,7 @@ fn the_store_tells_what_it_found() {
     assert_eq!(stores(&mut device, &mut rotten), Response::Done);
     assert_eq!(device.app.faults() & fault::STORE, 0);
     assert!(!kept(&mut powered(&rotten)).damaged);
-    // all of them: as good as new
+    // all words are rotten: like a new device
     for start in starts(&rotten) {
         if start != newest {
             rotten.0[start + 700] ^= 1;
@@ -186,12 +186,16 @@ fn the_store_tells_what_it_found() {
 /// A record whose weights are of another unit than its configuration, with a right checksum.
 #[test]
 fn weights_of_another_unit_are_not_used() {
-    let record = encode(&told(STIM));
+    let record = encode(&configured(STIM));
     let nets = Nets {
         gyro: constant([1e-4; 3]),
         ..Nets::NONE
     };
-    for (unit, used) in [(0, true), (store::unit(&told(STIM)), true), (17, false)] {
+    for (unit, used) in [
+        (0, true),
+        (store::unit(&configured(STIM)), true),
+        (17, false),
+    ] {
         let mut store = Store::new(Flash::new()).expect("room");
         let content = Content::new(&nets, &record);
         store.save(&Content { unit, ..content }).expect("room");
@@ -201,10 +205,10 @@ fn weights_of_another_unit_are_not_used() {
     }
 }
 
-/// What a newer firmware has stored is told and kept, and so is a configuration that cannot be
+/// A record of a newer firmware is reported and retained, and so is a configuration that cannot be
 /// read.
 #[test]
-fn what_cannot_be_read_is_told_and_not_used() {
+fn what_cannot_be_read_is_reported_and_not_used() {
     let sealed_store = |version: u32, record: &[u8]| {
         let images = [image::encode(&constant([1e-4; 3])); 2].concat();
         let mut bytes = b"LRNS".to_vec();
@@ -219,10 +223,10 @@ fn what_cannot_be_read_is_told_and_not_used() {
         bytes.resize(Flash::new().0.len(), 0xFF);
         Flash(bytes)
     };
-    let good = record(&told(STIM));
+    let good = record(&configured(STIM));
     let mut newer = good.clone();
     newer[4] += 1;
-    let mut bad = told(STIM);
+    let mut bad = configured(STIM);
     bad.rate = -1.0;
     let cases = [
         (5, good.clone(), Some(5)),
@@ -269,7 +273,7 @@ fn what_cannot_be_read_is_told_and_not_used() {
 /// bytes and takes another one.
 #[test]
 fn what_would_lock_the_device_is_not_used() {
-    let mut unit = told(Kind::RAWIMUSX);
+    let mut unit = configured(Kind::RAWIMUSX);
     unit.correction.mode = Mode::Learn;
     unit.correction.slew.accel = 0.0;
     let (nets, record) = (nets([0.0; 3], [1e-3; 3]), encode(&unit));

@@ -1,5 +1,5 @@
-//! A learner that proves what the test says, and a bench that measures the correction in force from
-//! the bytes that come out.
+//! A learner that proves what the test sets, and a bench that measures the correction in force from
+//! the bytes that leave.
 
 use crate::activation::fix;
 use crate::device::{Device, Shared, nets};
@@ -12,7 +12,7 @@ use firmware::sample::StreamScale;
 use lrnn_nostd::State;
 use std::sync::Arc;
 
-/// What the learner says, and what it was told.
+/// Answers of the learner, and the calls that it got.
 #[derive(Debug, Default)]
 pub struct Says {
     /// Error of the accelerometer x that it has proved, m/s2.
@@ -22,13 +22,13 @@ pub struct Says {
     pub unsettled: Shared<bool>,
     pub stored_harms: Shared<bool>,
     pub still_s: Shared<u32>,
-    /// What it has learnt of the unit.
+    /// Memory of the unit that it has learnt.
     pub learns: Shared<Vec<u8>>,
-    /// What it took down of that last, or was given back.
+    /// Memory that it last recorded or was given back.
     pub knows: Shared<Vec<u8>>,
-    /// What it knew when it began.
+    /// Memory that it had when it began.
     pub knew: Shared<Vec<u8>>,
-    /// How often it has taken down something, and a drive has begun.
+    /// How often it recorded its memory, and how often a drive began.
     pub took: Shared<u32>,
     pub drives: Shared<u32>,
     pub navigates: Shared<bool>,
@@ -161,7 +161,7 @@ impl Bench {
         self.look(&frame);
     }
 
-    /// The sensor sends this: on its line, or as a burst, which then is in a frame here.
+    /// Delivers a message of the sensor: on its line, or as a burst, which then is in a frame here.
     pub fn sends(&mut self, frame: &[u8]) {
         if self.kind != Kind::SPI {
             return self.device.feed(frame);
@@ -170,12 +170,12 @@ impl Bench {
             app, lines, time, ..
         } = &mut self.device;
         let mut burst = frame[8..frame.len() - 4].to_vec();
-        // what is wrong with it is the board's
+        // faults of the burst are the board's concern
         let _ = app.burst(&mut burst, &mut lines.navigation, time);
         self.device.settle();
     }
 
-    /// Compares what has left with the frame that was sent.
+    /// Compares the bytes that have left with the frame that was sent.
     pub fn look(&mut self, frame: &[u8]) {
         for sent in core::mem::take(&mut self.device.lines.navigation.sent) {
             if sent.len() != frame.len() {
@@ -187,7 +187,7 @@ impl Bench {
         }
     }
 
-    /// What one count of a sample is worth as a correction, m/s2.
+    /// Value of one count of a sample as a correction, m/s2.
     pub fn count(&self) -> f64 {
         self.kind.sensor.unit[1] * self.kind.rate()
     }
@@ -197,7 +197,7 @@ impl Bench {
         core::mem::take(&mut self.seen)
     }
 
-    /// No byte of the sensor for so long, s.
+    /// Lets time pass without a byte of the sensor, s.
     pub fn silence(&mut self, seconds: f64) {
         self.device.wait_ms((1e3 * seconds) as u64);
     }

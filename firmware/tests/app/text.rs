@@ -1,4 +1,4 @@
-//! What is no frame passes at once and is no gap: answers in text, other logs of any length.
+//! Bytes that are no frame pass at once and are no gap: answers in text, other logs of any length.
 
 use crate::bypass::log;
 use crate::device::{Device, nets};
@@ -59,14 +59,14 @@ fn text_is_no_gap() {
         if has_sequence && counters.given_up == 0 {
             assert_eq!(counters.blocks, 10, "{kind:?}");
         }
-        let is_told = Kind::STIM.format == kind.format || Kind::KVH.format == kind.format;
-        let is_told = is_told || Kind::RAWIMUSX.format == kind.format;
-        assert!(!is_told || counters.given_up == 0, "{kind:?}");
+        let shows_gaps = Kind::STIM.format == kind.format || Kind::KVH.format == kind.format;
+        let shows_gaps = shows_gaps || Kind::RAWIMUSX.format == kind.format;
+        assert!(!shows_gaps || counters.given_up == 0, "{kind:?}");
         assert!(has_sequence || counters.given_up > 0, "{kind:?}");
     }
 }
 
-/// A gap that a counter cannot show, because it has come round, is one all the same.
+/// A gap that a counter cannot show, because the counter has wrapped, is reported all the same.
 #[test]
 fn as_much_as_a_turn_of_the_counter_is_a_gap() {
     for (bytes, gap) in [(4000, 0), (36 * 128, 1)] {
@@ -161,10 +161,10 @@ fn a_clock_that_is_set_is_a_jump() {
     );
 }
 
-/// Bytes without a format are told, at start and later: after 4096 of them or, where few come,
+/// Bytes without a format are reported, at start and later: after 4096 of them or, where few come,
 /// after three seconds.
 #[test]
-fn no_format_is_told() {
+fn a_stream_without_a_format_is_reported() {
     for format in [None, Some(ImuFormat::Kvh), Some(ImuFormat::Novatel)] {
         let config = Config {
             format,
@@ -198,7 +198,7 @@ fn no_format_is_told() {
 
 /// Other messages of the right format without a single sample are no frames either.
 #[test]
-fn messages_without_samples_are_told() {
+fn messages_without_samples_are_reported() {
     let mut device = Device::new(Kind::RAWIMUSX.config());
     for _ in 0..500 {
         device.feed(&log(60, b""));

@@ -3,7 +3,7 @@
 
 use crate::device::{broken, nets};
 use crate::frames::Kind;
-use crate::record::{configure, record, told};
+use crate::record::{configure, configured, record};
 use crate::taught::{Bench, with};
 use firmware::app::{Activation, App, Config};
 use firmware::configuration::{Configuration, VehicleKind};
@@ -21,7 +21,7 @@ const UPLOADED: f32 = -0.03;
 pub const SLEW: f32 = 0.01;
 pub const BLOCK: f32 = 0.1;
 
-/// Where a correction is.
+/// State of a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// Mode learn, live, nothing proved.
@@ -101,7 +101,7 @@ const EVENTS: [Event; 23] = [
     Event::Service,
 ];
 
-/// How a correction may change.
+/// Allowed change of a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Rule {
     Holds,
@@ -110,7 +110,7 @@ enum Rule {
 }
 
 fn unit(kind: Kind, activation: Activation, mode: Mode) -> Configuration {
-    let mut unit = told(kind);
+    let mut unit = configured(kind);
     unit.vehicle.kind = VehicleKind::Ship; // whose rest is not judged
     let correction = &mut unit.correction;
     (correction.mode, correction.activation) = (mode, activation);
@@ -209,7 +209,7 @@ impl Event {
         }
     }
 
-    /// What the table says.
+    /// The rule that the table gives.
     fn rule(self, state: State, phase: Option<Alignment>) -> Rule {
         let started = phase == Some(Alignment::Started);
         let free = phase.is_none() && state == State::Frozen;
@@ -232,7 +232,7 @@ impl Event {
     }
 }
 
-/// Frames with wrong checksums for so long, s.
+/// Sends frames with wrong checksums for this time, s.
 pub fn damaged(bench: &mut Bench, seconds: f64) {
     for _ in 0..(seconds * bench.kind.rate()) as u32 {
         let mut frame = bench.frame();
@@ -245,7 +245,7 @@ pub fn damaged(bench: &mut Bench, seconds: f64) {
     }
 }
 
-/// So many bytes of no format on the sensor's line.
+/// Sends this number of bytes of no format on the sensor's line.
 pub fn noise(bench: &mut Bench, bytes: u32) {
     let of = |n: u32| (n.wrapping_mul(2_654_435_761) >> 24) as u8 & 0x7F;
     for piece in (0..bytes).map(of).collect::<Vec<_>>().chunks(50) {
@@ -279,7 +279,7 @@ fn every_state_and_every_event() {
     every_event(Kind::RAWIMUSX);
 }
 
-/// The same with an ADIS at the SPI.
+/// As `every_state_and_every_event`, with an ADIS at the SPI.
 #[test]
 fn every_state_and_every_event_at_the_spi() {
     every_event(Kind::SPI);
@@ -320,7 +320,7 @@ fn every_event(kind: Kind) {
     }
 }
 
-/// Where a correction ends up. The first column is the event, then the state, then the correction
+/// Final value of a correction. The first column is the event, then the state, then the correction
 /// after ten seconds.
 #[test]
 fn where_it_goes() {
@@ -389,7 +389,7 @@ fn commanded() -> Bench {
     bench
 }
 
-/// What has been proved since an alignment began does not come into force when the request is sent
+/// An error proved since an alignment began does not come into force when the request is sent
 /// again, since its answer was lost.
 #[test]
 fn an_alignment_reported_twice_changes_nothing() {
@@ -490,10 +490,10 @@ fn a_silent_sensor_ends_the_fade() {
     bench.device.order(&Request::SetMode(Mode::Bypass));
     bench.run(0.5);
     let unit = unit(bench.kind, Activation::Commanded, Mode::Bypass);
-    let told = record(&unit);
-    assert_eq!(configure(&mut bench.device, &told), Err(Reason::Mode));
+    let encoded = record(&unit);
+    assert_eq!(configure(&mut bench.device, &encoded), Err(Reason::Mode));
     bench.silence(2.5);
-    assert_eq!(configure(&mut bench.device, &told), Ok(()));
+    assert_eq!(configure(&mut bench.device, &encoded), Ok(()));
     // in other modes it stays
     let mut bench = begun(Kind::RAWIMUSX, State::Frozen, Some(Alignment::Finished));
     bench.silence(2.5);

@@ -1,5 +1,5 @@
-//! A sensor that is started anew has other errors: nothing that was learnt before is applied. And a
-//! sensor that stands still is told.
+//! A sensor that restarts has other errors: nothing that was learnt before is applied. And a sensor
+//! whose values do not change is reported.
 
 use crate::device::{Device, Shared, nets};
 use crate::frames::{Fields, Kind, kinds, values};
@@ -16,7 +16,7 @@ use firmware::wire::stim300::{self, Contents, status};
 use lrnn_nostd::State;
 use std::sync::Arc;
 
-/// What a learner has been told.
+/// Calls that a learner got.
 #[derive(Debug, Default)]
 struct Heard {
     begun: Shared<u32>,
@@ -25,7 +25,7 @@ struct Heard {
     silences: Shared<u32>,
 }
 
-/// A learner that has learnt an error once it was begun, until it is begun anew.
+/// A learner that learns an error whenever it is begun.
 #[derive(Debug)]
 struct Knows(Arc<Heard>);
 
@@ -167,8 +167,8 @@ fn pattern() -> Vec<u8> {
     buffer[..len].to_vec()
 }
 
-/// The signs of one start, one by one and together, count once. The correction that was learnt on
-/// the turn-on before is gone at once, and the learner begins anew.
+/// The signs of one restart, one by one and together, count once. The correction that was learnt
+/// before is gone at once, and the learner restarts.
 #[test]
 fn a_start_of_the_sensor_is_noticed() {
     type Sign = fn(&mut Bench);
@@ -231,8 +231,8 @@ fn a_start_of_the_sensor_is_noticed() {
     }
 }
 
-/// What is no start: a short silence, answers that were asked for, an axis that is bad, a start of
-/// both together.
+/// What is no restart of the sensor: a short silence, answers that were asked for, an axis that is
+/// bad, a start of sensor and device together.
 #[test]
 fn not_every_silence_is_a_start() {
     let mut bench = Bench::new(Kind::KVH);
@@ -244,10 +244,10 @@ fn not_every_silence_is_a_start() {
     let mut bench = Bench::new(Kind::STIM);
     bench.device.lines.navigation.input.extend(b"N\rI\rC\r");
     bench.device.settle();
-    let told = stim300::config::Config::DEFAULT.emit();
+    let config_datagram = stim300::config::Config::DEFAULT.emit();
     bench
         .device
-        .feed(&[&datagram(0xB1)[..], &datagram(0xB5), &told].concat());
+        .feed(&[&datagram(0xB1)[..], &datagram(0xB5), &config_datagram].concat());
     bench.device.feed(&stim(bench.n, status::OVERLOAD | 1));
     bench.n += 1;
     assert!(bench.corrects());
@@ -255,7 +255,7 @@ fn not_every_silence_is_a_start() {
 
     let mut device = Device::new(Kind::STIM.config());
     device.wait_ms(2000);
-    device.feed(&[&datagram(0xB1)[..], &datagram(0xB5), &told].concat());
+    device.feed(&[&datagram(0xB1)[..], &datagram(0xB5), &config_datagram].concat());
     (0..10).for_each(|n| device.feed(&stim(n, status::START_UP)));
     (10..100).for_each(|n| device.feed(&stim(n, 0)));
     assert_eq!(device.counters().restarts, 0);
@@ -263,7 +263,7 @@ fn not_every_silence_is_a_start() {
 
 /// A sensor that sends a frame a second is silent most of the time, and is corrected all the same.
 #[test]
-fn a_slow_sensor_does_not_start_anew() {
+fn a_slow_sensor_does_not_restart() {
     let kind = Kind::KVH;
     let mut config = Config {
         mode: Mode::Frozen,
@@ -290,10 +290,10 @@ fn a_slow_sensor_does_not_start_anew() {
     assert_eq!(device.app.faults(), fault::SILENT);
 }
 
-/// All six values the same for a second and 100 samples, although the sensor calls them good: they
-/// are told and not learnt from. Corrections go on.
+/// All six values constant for a second and 100 samples, although the sensor marks them valid: they
+/// are reported and not learnt from. Corrections go on.
 #[test]
-fn values_that_stand_still_are_told() {
+fn constant_values_are_reported() {
     for kind in kinds() {
         let mut device = Device::new(Config {
             mode: Mode::Frozen,
@@ -332,7 +332,7 @@ fn values_that_stand_still_are_told() {
 
 /// One count of noise on one axis, once in a while, is enough.
 #[test]
-fn coarse_values_do_not_stand_still() {
+fn coarse_values_are_not_constant() {
     let kind = Kind::S_CLASS;
     let mut device = Device::new(kind.config());
     let mut state = 1u32;
@@ -353,9 +353,9 @@ fn coarse_values_do_not_stand_still() {
     }
 }
 
-/// A counter, or a time, that stands still while frames come.
+/// A counter or a time that does not advance while frames come.
 #[test]
-fn a_counter_that_stands_still_is_told() {
+fn a_counter_that_does_not_advance_is_reported() {
     let sbg = kinds()
         .into_iter()
         .find(|kind| kind.format == ImuFormat::SbgEcom)

@@ -10,21 +10,21 @@ use proptest::prelude::*;
 
 #[derive(Debug, Clone, Copy)]
 enum Way {
-    /// Frames with wrong checksums for so long, s.
+    /// Frames with wrong checksums for this time, s.
     Damage(f64),
-    /// So many frames are missing.
+    /// This number of frames is missing.
     Missing(u32),
-    /// So many frames come again and again.
+    /// This number of frames comes again and again.
     Stuck(u32),
-    /// So many bytes of no format on the sensor's line.
+    /// This number of bytes of no format on the sensor's line.
     Noise(u32),
-    /// Frames of another sensor on its line.
+    /// This number of frames of another sensor on its line.
     Another(u32),
-    /// No byte for so long, ms; less than a power cycle.
+    /// No byte for this time, ms; less than a power cycle.
     Silence(u64),
-    /// The output has no room for so many frames.
+    /// The output has no room for this number of frames.
     Full(u32),
-    /// The board lost something.
+    /// The board lost bytes.
     Lost,
     /// The navigation computer asks for the service mode of another sensor.
     Service,

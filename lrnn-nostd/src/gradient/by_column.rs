@@ -33,8 +33,8 @@ pub(super) fn lower_parameters<F: Feedback, T: Real, const N: usize, const M: us
     }
 }
 
-/// The same for three parameters from `first` on. Written out: some levels of optimisation would
-/// keep a loop.
+/// [`lower_parameter`] for three parameters from `first` on. Written out: some levels of
+/// optimisation would keep a loop.
 #[inline(always)]
 pub(super) fn lower_block<F: Feedback, T: Real, const N: usize, const M: usize>(
     first: usize,
@@ -134,7 +134,7 @@ fn own_parameter<F: Feedback, T: Real, const N: usize, const P: usize>(
     in_order();
 }
 
-/// What to do with the s_j, j = 0..3, of parameter `k` as soon as they are known.
+/// Use of the s_j, j = 0..3, of parameter `k` as soon as they are known.
 pub(super) trait ForEachParameter<T> {
     fn parameter(&mut self, k: usize, s: &[T; NEURONS]);
     /// Called after each block of parameters.
@@ -160,7 +160,7 @@ pub(super) struct DescendBlock<'a, T> {
     pub(super) check: &'a mut OverflowCheck<T>,
 }
 
-/// The same for a layer's 21 parameters.
+/// [`DescendBlock`] for a layer's 21 parameters.
 pub(super) struct DescendLayer<'a, T> {
     pub(super) layer: &'a mut Layer<T>,
     pub(super) g: [T; NEURONS],
@@ -193,8 +193,8 @@ impl<T: Real> OverflowCheck<T> {
         }
     }
 
-    /// Adds a value that has no partner yet. No value is kept from one block to the next, so that
-    /// loops over blocks stay loops.
+    /// Adds a value that has no partner yet. No value is carried from one block to the next, so
+    /// that loops over blocks stay loops.
     #[inline(always)]
     fn flush(&mut self) {
         if let Some(held) = self.held.take() {

@@ -65,7 +65,7 @@ impl<T: Real> Recursion<T> {
     }
 }
 
-// Nothing of this file is a loop or a closure: some levels of optimisation keep them as they are.
+// This file has no loops and closures: some levels of optimisation keep them as they are.
 
 /// sum_i row_i s_i.
 #[inline(always)]

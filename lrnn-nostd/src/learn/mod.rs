@@ -36,7 +36,7 @@ use crate::shape::{Feedback, Full, NEURONS, PARAMS};
 use crate::state::State;
 use crate::weights::Weights;
 
-/// How a pass changes the weights: [`Paper`], [`Guarded`] or [`GaussNewton`].
+/// The rule by which a pass changes the weights: [`Paper`], [`Guarded`] or [`GaussNewton`].
 pub trait Rule<T: Real> {
     /// Sets the weights of the first pass.
     fn start(&mut self, weights: &Weights<T>);

@@ -19,11 +19,11 @@ use crate::weights::Weights;
 /// One number for each kind of parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepSizes<T = f32> {
-    /// For R: eta or eps_1.
+    /// Rate for R: eta or eps_1.
     pub feedback: T,
-    /// For W: gamma or eps_2.
+    /// Rate for W: gamma or eps_2.
     pub feed_forward: T,
-    /// For b: zeta or eps_3.
+    /// Rate for b: zeta or eps_3.
     pub bias: T,
 }
 
@@ -107,7 +107,7 @@ impl<T: Real> Rule<T> for Paper<T> {
             return (cost, false);
         }
         let (mut next, mut not_finite) = (candidate.to_array(), T::ZERO);
-        // By index: at opt-level "z" each of several iterators side by side is a call.
+        // Loops by index: at opt-level "z" each of several iterators side by side is a call.
         for i in 0..PARAMS {
             let (g, eta) = (self.batch.gradient[i], &mut self.steps[i]);
             let lambda = (g * self.last[i]).sign();

@@ -156,7 +156,8 @@ mod tests {
         }
     }
 
-    /// Against the normal equations solved by elimination, in f64: three unknowns, many references.
+    /// Compared with the normal equations solved by elimination, in f64: three unknowns, many
+    /// references.
     #[test]
     fn equals_least_squares_with_a_prior() {
         let sigma = [2.0, 0.5, 1.0];

@@ -1,4 +1,4 @@
-//! A reference over a window, with constant memory: sums are kept instead of samples.
+//! A reference over a window, with constant memory: sums are stored instead of samples.
 
 use crate::gradient::Sensitivities;
 use crate::normalisation::Normalisation;
@@ -19,7 +19,7 @@ use crate::shape::{NEURONS, PARAMS};
 ///     let step = net.step_gradient(&mut state, &mut sensitivities, [0.1, 0.0, 0.2]);
 ///     window.add(&step.output, &sensitivities, 0.1);
 /// }
-/// // The true sum over this second, told late: its residual, and how each weight changes it.
+/// // The true sum over this second, given late: its residual, and how each weight changes it.
 /// let residual = window.residual(&[0.5, 0.5, 0.5], &net.normalisation);
 /// assert_eq!(residual, [-0.5, -0.5, -0.5]);
 /// assert!((window.psi()[0][60] - 1.0).abs() < 1e-6); // by the first output's bias, in one second

@@ -44,7 +44,8 @@ pub fn free() -> [[f32; ERRORS]; ERRORS] {
 }
 
 /// Errors of a level attitude: tilt by the accelerometers' bias and the gyros' drift since the
-/// middle of the levelling, and what the receiver did not tell. Velocity, cosine and sine are free.
+/// middle of the levelling, and errors that the receiver did not state. Velocity, cosine and sine
+/// are free.
 pub fn first(levelled: &Levelled, q_bw: Q) -> ([[f32; OUTPUTS]; ERRORS], [[f32; ERRORS]; ERRORS]) {
     let mut by = [[0.0; OUTPUTS]; ERRORS];
     let (half, lean) = (-0.5 * levelled.time, 1.0 / levelled.gravity);

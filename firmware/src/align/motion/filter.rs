@@ -8,7 +8,7 @@
 //! 0..3  phi     attitude error in w; about down it is 0 at the beginning, because w is defined so
 //! 3..6  u       dv - H (1 - c, -s): error of the velocity as the receiver shows it
 //! 6, 7          1 - c and -s
-//! 8             a combination of the others, made anew for each fix, to be observed
+//! 8             a combination of the others, recomputed for each fix, to be observed
 //! ```
 //!
 //! With the receiver's velocity `V` and `H = [Vn Ve; Ve -Vn]` the true velocity in `w` is
@@ -52,7 +52,7 @@ const VERTICAL_TILT: f32 = 0.03;
 /// for knowledge of the biases, which is prevented by a noise of the vertical velocity that it
 /// causes in this time, s.
 const VERTICAL_S: f32 = 60.0;
-/// What the times of the fixes may be wrong, s: an acceleration makes a velocity of it (assumed).
+/// Errors of the times of the fixes, s: an acceleration makes a velocity of it (assumed).
 const TIMING_S: f32 = 0.03;
 /// An observation farther from its prediction than this, in squared standard deviations, is not
 /// believed.
@@ -75,13 +75,13 @@ pub struct Match<'a> {
     pub age: [f32; 2],
     /// The vehicle stands, and does not turn.
     pub still: bool,
-    /// Where the forward axis pointed in `w`, horizontally, and the heading given for it.
+    /// Direction of the forward axis in `w`, horizontally, and the heading given for it.
     pub given: Option<([f32; 2], Heading)>,
     /// Attitude and receiver's velocity at the last fix.
     pub last: (Q, V),
 }
 
-/// What the navigator shows at a fix, kept from one part of the work to the next.
+/// The navigator's state at a fix, passed from one part of the work to the next.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
     step: Step,
@@ -169,7 +169,7 @@ impl Filter {
         (self.step(&state, time, rotation, seen), rotation)
     }
 
-    /// What the navigator shows, `time` seconds after the last fix; `z` is its innovation.
+    /// The navigator's state, `time` seconds after the last fix; `z` is its innovation.
     #[inline(never)]
     pub fn look(
         &mut self,
@@ -385,7 +385,7 @@ impl Filter {
         self.doubted
     }
 
-    /// Corrects the navigator by what the filter has found; its place is the fix's. False: it does
+    /// Corrects the navigator by the filter's estimates; its position is the fix's. False: it does
     /// not take the correction.
     #[inline(never)]
     pub fn correct(&mut self, navigator: &mut Navigator, view: &View, seen: &Match<'_>) -> bool {

@@ -10,21 +10,21 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 /// Covariance or map of the errors.
 pub type Matrix = [[f32; ERRORS]; ERRORS];
 
-/// What the fixes have shown of the sensors' errors `e`: independent observations of `rows (e -
+/// Observations of the sensors' errors `e` by the fixes: independent observations of `rows (e -
 /// from)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
     /// The errors in units of the observations, rad/s and m/s2.
     pub rows: [[f32; OUTPUTS]; OUTPUTS],
-    /// What was observed.
+    /// The observed values.
     pub z: [f32; OUTPUTS],
-    /// Its variance; infinite where nothing has been shown.
+    /// Variance of the values; infinite where there is no observation.
     pub variance: [f32; OUTPUTS],
     /// The sensors' errors that were known before, rad/s and m/s2.
     pub from: [f32; OUTPUTS],
 }
 
-/// Where the errors of a map are put.
+/// Memory for the errors of a map.
 #[derive(Debug)]
 pub struct Given<'a> {
     /// Effect of the biases that are left.
@@ -81,7 +81,7 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: G
     values.all(|x| x.is_finite())
 }
 
-/// That of the biases' covariance in these units; `None` when it is not positive.
+/// Factor of the biases' covariance in these units; `None` when it is not positive.
 fn factor(kalman: &Biased, unit: &[f32; OUTPUTS]) -> Option<Factor> {
     let covariance = kalman.covariance();
     cholesky(&core::array::from_fn(|i| {

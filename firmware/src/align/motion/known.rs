@@ -1,4 +1,4 @@
-//! What the filter of the matching knows.
+//! Estimates of the matching filter.
 
 use super::LEAST_FIXES;
 use super::filter::{Biased, COSINE, ERRORS, Filter, SINE};
@@ -40,7 +40,7 @@ impl Filter {
         }
     }
 
-    /// What has given the heading.
+    /// Source of the heading.
     pub fn way(&self) -> Way {
         match (self.heading, self.course) {
             (true, _) => Way::Heading,

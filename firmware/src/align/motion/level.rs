@@ -42,11 +42,11 @@ pub struct Level {
 /// A level attitude.
 #[derive(Debug, Clone, Copy)]
 pub struct Levelled {
-    /// From the navigator's frame to a level one.
+    /// Rotation from the navigator's frame to a level one.
     pub turn: Q,
     /// The receiver's mean acceleration by gravity, north and east: the tilt that is left.
     pub slope: [f32; 2],
-    /// Variance of the tilt by what the receiver does not tell, rad^2.
+    /// Variance of the tilt by motion that the receiver does not measure, rad^2.
     pub tilt: f32,
     /// Gravity, m/s2.
     pub gravity: f32,
@@ -64,7 +64,7 @@ impl Level {
         }
     }
 
-    /// What a navigator that was at rest has gained since, in `time` seconds.
+    /// Adds the gain of a navigator that was at rest, in `time` seconds.
     pub fn add(&mut self, state: &nav::State, time: f32) {
         let here = Local::at(state.position.latitude, state.position.height);
         let down = here.g * f64::from(time);
@@ -140,7 +140,7 @@ fn shortest(v: V) -> Q {
     from_above(v)
 }
 
-/// The same for one that is not down.
+/// Rotation from a direction that is not down.
 fn from_above(v: V) -> Q {
     let w = 1.0 + dot(v, UP);
     let [x, y, z] = cross(v, UP);

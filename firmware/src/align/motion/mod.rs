@@ -15,7 +15,7 @@
 //!
 //! The attitude is handed over ([`Start`]) when tilt and heading are known well enough, the norm is
 //! 1 within its standard deviation, and the innovations are as large as predicted, all for several
-//! fixes in a row. An alignment whose innovations stay too large begins anew and is counted.
+//! fixes in a row. An alignment whose innovations stay too large restarts and is counted.
 
 mod begin;
 mod filter;
@@ -42,7 +42,7 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 
 /// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
 pub const MAX_HEADING: f32 = 0.1;
-/// The same for the tilt, rad.
+/// The largest standard deviation of the tilt, rad.
 const MAX_TILT: f32 = 0.05;
 /// Fixes in a row that must pass all tests.
 const PASSES: u8 = 3;
@@ -55,26 +55,26 @@ const NORM_FLOOR: f32 = 0.02;
 /// Largest mean normalised innovation squared of an alignment that is handed over; it is 1 when all
 /// assumptions hold.
 const GOOD_RESIDUAL: f32 = 2.0;
-/// Above this the alignment begins anew.
+/// Above this the alignment restarts.
 const BAD_RESIDUAL: f32 = 3.5;
 /// Fixes before the mean says anything.
 const LEAST_FIXES: u16 = 6;
-/// Uncertainty of attitude at which the equations are no longer linear, rad: the alignment begins
-/// anew.
+/// Uncertainty of attitude at which the equations are no longer linear, rad: the alignment
+/// restarts.
 const LINEAR: f32 = 0.3;
 
 /// A fix is wild that is farther than this from where the navigator is, m, up to so many in a row.
 const FAR_M: f32 = 2e4;
 const FARS: u8 = 3;
 
-/// What an alignment in motion must know.
+/// Configuration of an alignment in motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Config {
     /// The navigator's configuration: counts, sample period, noise, lever arm.
     pub navigator: nav::Config,
     /// Standard deviations of the biases, rad/s and m/s2.
     pub bias: [f32; 2],
-    /// Their random walks, rad/s and m/s2 per sqrt(s).
+    /// Random walks of the biases, rad/s and m/s2 per sqrt(s).
     pub walk: [f32; 2],
     /// Errors in proportion to the motion (scale factors and misalignments together), as ratios:
     /// gyros, accelerometers.
@@ -89,16 +89,16 @@ pub struct Config {
     pub stands: bool,
 }
 
-/// How far an alignment is.
+/// Progress of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Progress {
-    /// What gives the heading so far; [`Way::None`] while levelling.
+    /// Source of the heading so far; [`Way::None`] while levelling.
     pub way: Way,
     /// Standard deviation of the heading, rad; infinite while it is unknown.
     pub heading_sigma: f32,
     /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
     pub residual: f32,
-    /// Alignments that began anew because their innovations were too large.
+    /// Alignments that restarted because their innovations were too large.
     pub refused: u32,
 }
 
@@ -163,7 +163,7 @@ impl InMotion {
         }
     }
 
-    /// The samples are interrupted: begins anew. What was refused stays counted.
+    /// The samples are interrupted: restarts. The count of refused alignments stays.
     pub fn gap(&mut self) {
         // in place, and not by `new`, which would be built on the stack first
         (self.navigator, self.filter, self.given) = (None, None, None);
@@ -185,13 +185,13 @@ impl InMotion {
         });
     }
 
-    /// The alignment has begun: a given heading is kept.
+    /// Whether the alignment has begun: a given heading then stays in use.
     #[must_use]
     pub fn has_begun(&self) -> bool {
         self.navigator.is_some()
     }
 
-    /// How far it is.
+    /// Progress of the alignment.
     #[must_use]
     pub fn progress(&self) -> Progress {
         let refused = self.refused;
@@ -223,7 +223,7 @@ impl InMotion {
         (self.passes, self.norm_fails) = (0, 0);
     }
 
-    /// The alignment contradicts the fixes: it begins anew, with other data.
+    /// The alignment contradicts the fixes: it restarts, with other data.
     fn refuse(&mut self, fix: &Fix) {
         self.refused = self.refused.saturating_add(1);
         self.begin_level(fix);

@@ -1,4 +1,4 @@
-//! What shows the heading, or that it does not change, as linear observations.
+//! Linear observations of the heading, or that it does not change.
 
 use super::filter::Match;
 use crate::fix::Heading;
@@ -18,7 +18,7 @@ const SWAY: f32 = 5e-4;
 /// The forward axis is horizontal enough for a heading: cosine of its pitch.
 const HORIZONTAL: f32 = 0.5;
 
-/// What the navigator shows at a fix.
+/// The navigator's state at a fix.
 #[derive(Debug, Clone, Copy)]
 pub struct Sight {
     /// The vehicle's forward axis in `w`.
@@ -44,7 +44,7 @@ pub struct Row {
     pub white: f32,
     /// Variance that no number of observations goes below.
     pub constant: f32,
-    /// It is a course.
+    /// Whether it is a course.
     pub course: bool,
 }
 

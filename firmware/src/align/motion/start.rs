@@ -38,11 +38,11 @@ pub struct Start {
     pub rest: [[f32; ERRORS]; ERRORS],
     /// The alignment's estimate of the sensors' errors, rad/s and m/s2.
     pub applied: [f32; OUTPUTS],
-    /// What the fixes have shown of them.
+    /// Observations of them by the fixes.
     pub shown: Shown,
     /// Covariance of the errors, that of the sensors included as far as the alignment knows them.
     pub all: [[f32; ERRORS]; ERRORS],
-    /// What gave the heading.
+    /// Source of the heading.
     pub way: Way,
     /// Standard deviation of the heading, rad.
     pub heading_sigma: f32,
@@ -52,7 +52,7 @@ pub struct Start {
     pub time_s: f64,
 }
 
-/// From `w` to north, east, down.
+/// Rotation from `w` to north, east, down.
 #[derive(Debug, Clone, Copy)]
 pub struct Turned {
     /// Cosine and sine of the azimuth.
@@ -61,7 +61,7 @@ pub struct Turned {
     q_bn: Q,
 }
 
-/// Where a navigator is to start.
+/// Position at which a navigator is to start.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
     pub state: nav::State,
@@ -71,7 +71,7 @@ pub struct Place {
 }
 
 /// The attitude of a filter that has passed all tests. The first of four parts: [`place`],
-/// [`errors`] and [`found`] follow. `None`: the fix has no place.
+/// [`errors`] and [`found`] follow. `None`: the fix has no position.
 #[inline(never)]
 pub fn turned(filter: &Filter, navigator: &Navigator, fix: &Fix) -> Option<Turned> {
     if !fix.has(0..2) {
@@ -90,7 +90,7 @@ pub fn turned(filter: &Filter, navigator: &Navigator, fix: &Fix) -> Option<Turne
     })
 }
 
-/// The receiver's velocity and what the navigator knows beside it; the place of the sensors.
+/// The receiver's velocity and the navigator's other state; the position of the sensors.
 #[inline(never)]
 pub fn place(filter: &Filter, navigator: &Navigator, of: &Turned, seen: &Match<'_>) -> Place {
     let (fix, q_bn, at) = (seen.fix, of.q_bn, navigator.state());

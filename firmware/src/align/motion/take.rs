@@ -1,4 +1,4 @@
-//! What a fix leads to.
+//! Processing of a fix.
 
 use super::begin::first;
 use super::filter::{ERRORS, Filter, Match};
@@ -23,9 +23,9 @@ pub struct Found {
     pub state: nav::State,
     /// The alignment's estimate of the sensors' errors, rad/s and m/s2.
     pub applied: [f32; OUTPUTS],
-    /// What the fixes have shown of them.
+    /// Observations of them by the fixes.
     pub shown: Shown,
-    /// What gave the heading.
+    /// Source of the heading.
     pub way: Way,
     /// Standard deviation of the heading, rad.
     pub heading_sigma: f32,
@@ -72,7 +72,7 @@ struct Taken {
 impl InMotion {
     /// Takes a fix that was valid `age` before the last sample: seconds and their standard
     /// deviation. `still`: the vehicle stands, and the fix says so. A fix without a horizontal
-    /// velocity is not used, nor is one without a place before the first with one.
+    /// velocity is not used, nor is one without a position before the first with one.
     ///
     /// Gives the attitude when it is known well enough; its matrices are in `scratch` then.
     pub fn fix(
@@ -132,7 +132,7 @@ impl InMotion {
         true
     }
 
-    /// How the navigator's errors have moved since the last fix. False: it is lost.
+    /// Changes of the navigator's errors since the last fix. False: it is lost.
     #[inline(never)]
     fn take_interval(&mut self, scratch: &mut Transition<ERRORS>) -> bool {
         let Some(navigator) = &mut self.navigator else {
@@ -214,7 +214,7 @@ impl InMotion {
     }
 
     /// Matching: how the vehicle has moved, what the navigator shows, and what follows for both.
-    /// `None`: the alignment begins anew.
+    /// `None`: the alignment restarts.
     #[inline(never)]
     fn matches(&mut self, taken: &Taken, scratch: &mut Transition<ERRORS>) -> Option<()> {
         let (config, known, given, last) = (&self.config, &self.known, self.given, self.last);
@@ -228,10 +228,10 @@ impl InMotion {
         let nis = filter.observe(&view, &seen(filter));
         let goes_on = filter.finish(&view, nis, &taken.fix)
             && filter.correct(navigator, &view, &seen(filter))
-            // the azimuth may be looked for anew
+            // the azimuth may be searched for again
             && (!filter.watch(&taken.fix)
-                || filter.look_anew(&seen(filter), scratch)
-                    && filter.is_anew(navigator, &seen(filter), scratch));
+                || filter.free_azimuth(&seen(filter), scratch)
+                    && filter.restart_azimuth(navigator, &seen(filter), scratch));
         if !goes_on {
             self.gap();
             return None;
@@ -239,7 +239,7 @@ impl InMotion {
         Some(())
     }
 
-    /// From where the navigator starts.
+    /// Hands over the state from which the navigator starts.
     #[inline(never)]
     fn hand_over(&mut self, taken: &Taken, scratch: &mut Transition<ERRORS>) -> Option<Found> {
         let (config, known, given, last) = (&self.config, &self.known, self.given, self.last);
@@ -297,7 +297,7 @@ impl InMotion {
     }
 }
 
-/// What a fix is matched with. A heading that was given counts while the filter wants one.
+/// Data with which a fix is matched. A heading that was given counts while the filter wants one.
 fn seen<'a>(
     config: &'a Config,
     known: &'a [f32; OUTPUTS],

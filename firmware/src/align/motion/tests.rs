@@ -35,7 +35,7 @@ struct Outcome {
     way: Way,
 }
 
-/// A vehicle with its sensors, and what is told of it.
+/// A vehicle with its sensors and its configuration.
 #[derive(Clone, Copy)]
 struct Case {
     motion: Motion,
@@ -55,7 +55,7 @@ impl Case {
         }
     }
 
-    /// At most `until` seconds; `spoil` may change a fix.
+    /// Runs at most `until` seconds; `spoil` may change a fix.
     fn run(
         &self,
         seed: u64,
@@ -215,7 +215,7 @@ fn a_straight_drive_at_constant_speed_gives_no_heading() {
     }
 }
 
-/// Whatever contradicts itself is refused and never starts the navigator.
+/// Data that contradicts itself is refused and never starts the navigator.
 #[test]
 fn contradictions_are_refused() {
     let car = Case::new(world::car, STIM300, true);

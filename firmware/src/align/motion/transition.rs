@@ -4,12 +4,12 @@ use super::filter::{COMBINED, COSINE, ERRORS, SINE};
 use super::observe::Row;
 use lrnn_nostd::learn::kalman::Transition;
 
-/// What the transition must know of the time since the last fix.
+/// Data of the time since the last fix for the transition.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
     /// The velocity of `H` at its beginning.
     pub before: [f32; 2],
-    /// And at its end.
+    /// Velocity at its end.
     pub after: [f32; 2],
     /// The receiver's horizontal velocity beside that of `H`.
     pub beside: [f32; 2],
@@ -19,7 +19,7 @@ pub struct Step {
     pub turn: f32,
     /// Horizontal Earth rate, rad/s.
     pub earth: f32,
-    /// What the navigator's frame turned about down for 1 m/s to its east, rad.
+    /// Rotation of the navigator's frame about down for 1 m/s to its east, rad.
     pub bent: f32,
     /// Horizontal velocity in `w`, m/s.
     pub velocity: [f32; 2],

@@ -10,15 +10,15 @@ use lrnn_nostd::learn::kalman::Transition;
 
 /// The velocity has changed by so many standard deviations when it shows a heading.
 const SIGNAL: f32 = 12.0;
-/// Fixes in motion after which an azimuth that is not seen is looked for anew.
+/// Fixes in motion after which an unobserved azimuth is searched for again.
 const PATIENCE: u16 = 30;
 
 impl Filter {
-    /// An azimuth that nothing shows is looked for anew after some time: until then the navigator's
-    /// drift and noise have blurred what the filter believes about it. The tilt and the biases
-    /// stay.
+    /// An azimuth that nothing shows is searched for again after some time: until then the
+    /// navigator's drift and noise have blurred what the filter believes about it. The tilt and the
+    /// biases stay.
     ///
-    /// True: it is to be, by [`Filter::look_anew`] and [`Filter::is_anew`].
+    /// True: search again, by [`Filter::free_azimuth`] and [`Filter::restart_azimuth`].
     pub(super) fn watch(&mut self, fix: &Fix) -> bool {
         let [n, e, _] = narrow(fix.velocity);
         let [low, high] = self.range;
@@ -37,7 +37,11 @@ impl Filter {
     /// The errors of an azimuth that is free again, in `scratch`. False: the covariance is not
     /// positive.
     #[inline(never)]
-    pub(super) fn look_anew(&mut self, seen: &Match<'_>, scratch: &mut Transition<ERRORS>) -> bool {
+    pub(super) fn free_azimuth(
+        &mut self,
+        seen: &Match<'_>,
+        scratch: &mut Transition<ERRORS>,
+    ) -> bool {
         let unit = unit(seen.config);
         let mut level: Matrix = [[0.0; ERRORS]; ERRORS];
         (level[0][0], level[1][1]) = (1.0, 1.0);
@@ -52,7 +56,7 @@ impl Filter {
     /// The azimuth is free again, with the errors in `scratch`. False: the navigator does not take
     /// the velocity of the fix.
     #[inline(never)]
-    pub(super) fn is_anew(
+    pub(super) fn restart_azimuth(
         &mut self,
         navigator: &mut Navigator,
         seen: &Match<'_>,

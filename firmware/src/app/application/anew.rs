@@ -1,4 +1,4 @@
-//! The application begins anew with another configuration, while the sensor goes on sending.
+//! The application restarts with another configuration, while the sensor goes on sending.
 
 use super::App;
 use crate::app::config::{Config, Found};
@@ -12,7 +12,8 @@ use crate::wire::command::fault;
 
 impl App<'_> {
     /// Takes the configuration of the server's record into use. The beginning of a frame that is
-    /// arriving is kept when the format stays, and is sent on when it does not: no byte is lost.
+    /// arriving stays pending when the format stays, and is sent on when it does not: no byte is
+    /// lost.
     #[inline(never)]
     pub(super) fn begin_anew(&mut self, out: &mut impl Line, now: u64) {
         let Some((config, other_weights)) = self.renewed() else {

@@ -13,12 +13,12 @@ impl<'m> App<'m> {
         self.flow.blackbox.begin(memory);
     }
 
-    /// Has the black box hold what it has.
+    /// Makes the black box hold its recording.
     pub fn hold_recording(&mut self) {
         let _ = self.flow.blackbox.order(Order::Hold); // without memory there is nothing to hold
     }
 
-    /// Its bytes from `start` on, and their number, while it holds.
+    /// Bytes of the recording from `start` on, and their number, while it holds.
     pub fn read_recording(&self, start: usize, piece: &mut [u8]) -> Option<usize> {
         self.flow.blackbox.read(start, piece)
     }
@@ -28,7 +28,7 @@ impl<'m> App<'m> {
         &self.flow.blackbox
     }
 
-    /// At the end of a pass.
+    /// Notes the end of a pass.
     #[inline(always)]
     pub(super) fn note_pass(&mut self, now: u64) {
         let stage = stage(self.machine.phase());
@@ -44,10 +44,10 @@ impl<'m> App<'m> {
     }
 }
 
-/// For a replay of what a black box holds.
+/// For a replay of a black box.
 impl App<'_> {
     /// Goes on from a key, when the first frame of its page has passed. False: the application is
-    /// not in the state that the key tells, so it is another configuration's.
+    /// not in the state that the key gives, so it is another configuration's.
     pub fn resume(&mut self, key: &Key) -> bool {
         self.flow.blackbox.only_hashes();
         self.flow.blackbox.set_hash(key.hash);
@@ -63,8 +63,8 @@ impl App<'_> {
         self.flow.impose(estimate);
     }
 
-    /// Takes over the fault bits that do not follow from the stream alone, and gives the others:
-    /// those told, and those that are so here.
+    /// Takes over the fault bits that do not follow from the stream alone, and returns the others:
+    /// those of the configuration, and those in force here.
     pub fn impose_faults(&mut self, configuration: u32) -> [u32; 2] {
         self.flow.health.impose(configuration, !FOLLOWS);
         [configuration & FOLLOWS, self.flow.health.faults & FOLLOWS]

@@ -1,4 +1,4 @@
-//! An ADIS that the board has found at its SPI, against what the device was told.
+//! An ADIS that the board has detected at its SPI, compared with the configuration.
 
 use super::App;
 use crate::configuration::Sensor;
@@ -6,10 +6,10 @@ use crate::wire::adis::{Found, Rate, Settings};
 use crate::wire::command::fault;
 
 impl App<'_> {
-    /// The board has found an ADIS and set it up. From now on it takes the place of the sensor's
-    /// line ([`App::burst`]).
+    /// The board has detected an ADIS and set it up. From now on it replaces the sensor's line
+    /// ([`App::burst`]).
     ///
-    /// If the device was told of another sensor, other units (fault UNITS) or another rate (fault
+    /// If the configuration has another sensor, other units (fault UNITS) or another rate (fault
     /// RATE), then nothing is corrected: either is wrong, and the device cannot know which.
     pub fn found(&mut self, found: &Found) {
         self.spi.found = Some(*found);
@@ -18,23 +18,24 @@ impl App<'_> {
         self.machine = self.machine.restarted();
     }
 
-    /// The sensor is an ADIS at the SPI: one that was found, or that the device is told of. It has
-    /// no format to be found, and bytes on the sensor's line are nobody's.
+    /// Whether the sensor is an ADIS at the SPI: detected or configured. It has no format to be
+    /// detected, and bytes on the sensor's line are ignored.
     #[inline(always)]
     pub(super) fn is_at_spi(&self) -> bool {
         self.flow.config.sensor.adis.is_some()
     }
 
-    /// The rate to which the board sets an ADIS that it finds; `None`: the usual one, because no
-    /// other is told, or one that the sensor or the navigation line does not have (fault RATE).
+    /// The rate to which the board sets an ADIS that it detects; `None`: the usual one, because no
+    /// other is configured, or one that the sensor or the navigation line does not have (fault
+    /// RATE).
     #[must_use]
     pub fn burst_rate(&self) -> Option<Rate> {
         let configuration = self.flow.config.configuration.as_ref()?;
         configuration.bursts().ok().flatten()
     }
 
-    /// Whether the board must find its ADIS anew and set it, since another rate is told from now
-    /// on. It is said once.
+    /// Whether the board must detect and set up its ADIS again, because the configured rate has
+    /// changed. True once for each change.
     pub fn finds_anew(&mut self) -> bool {
         core::mem::take(&mut self.spi.set_up)
     }

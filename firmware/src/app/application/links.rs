@@ -58,11 +58,11 @@ impl App<'_> {
         (!rests && self.reverse(bytes, navigation, sensor, now)) || len > 0
     }
 
-    /// The command link: at most one request. True: there may be more.
+    /// Serves the command link: at most one request. True: there may be more.
     ///
-    /// The answer to a configuration that was taken is sent in the next pass. Between the two the
-    /// board opens the lines anew. So who has the answer may send on them.
-    /// None is taken while one waits for the learner's verdict.
+    /// The answer to an accepted configuration is sent in the next pass. Between the two the board
+    /// reopens the lines, so a client that has the answer may send on them. No request is taken
+    /// while one waits for the learner's verdict.
     #[inline(never)]
     pub(super) fn command(&mut self, line: &mut impl Line, now: u64) -> bool {
         if self.commands.server.is_waiting() {

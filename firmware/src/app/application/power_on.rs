@@ -15,15 +15,15 @@ use crate::wire::command::Kept;
 use crate::wire::command::key::Key;
 
 impl<'m> App<'m> {
-    /// With what the store holds; `None`: the board has no store.
+    /// Power-on with the content of the store; `None`: the board has no store.
     ///
     /// Weights and configuration are taken together. A configuration that this firmware does not
     /// understand is not used, and neither are the weights beside it: the device passes bytes, and
-    /// fault STORE says that there is something that cannot be read. If it is of a newer firmware,
-    /// it is not overwritten either. Weights of another unit than the configuration's are not used,
-    /// and fault WEIGHTS says so. A record that was used because a newer one is damaged is told by
-    /// fault STORE, until something is stored again. An older record with another key is told by
-    /// fault KEY.
+    /// fault STORE reports that the record cannot be read. If it is of a newer firmware, it is not
+    /// overwritten either. Weights of another unit than the configuration's are not used, which
+    /// fault WEIGHTS reports. Fault STORE also reports that an older record is used because a newer
+    /// one is damaged, until something is stored again. Fault KEY reports an older record with
+    /// another key.
     ///
     /// A safe start uses the configuration for the lines and the format only. It stays in bypass
     /// with the built-in networks and neither reads nor writes the store any more.
@@ -59,8 +59,8 @@ impl<'m> App<'m> {
     }
 }
 
-/// From what the store holds. By itself, so that the stack is free again when the application is
-/// made.
+/// The application's settings and the report on the store, from the content of the store. A
+/// function of its own, so that the stack is free again when the application is made.
 #[inline(never)]
 fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) -> (Config, Kept) {
     let store = stored.is_some();

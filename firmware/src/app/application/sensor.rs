@@ -1,4 +1,4 @@
-//! From the sensor's bytes to its frames, and the changes of state that they lead to.
+//! Finds frames in the sensor's bytes, and makes the changes of state that they lead to.
 
 use super::service::Service;
 use super::{App, PIECE};
@@ -51,8 +51,8 @@ impl App<'_> {
         taken != Ok(0) && sensor.has_more()
     }
 
-    /// What the sensor has sent was lost on its way: bytes, or a burst that the board could not
-    /// hand to [`App::burst`].
+    /// Data of the sensor was lost on its way: bytes, or a burst that the board could not hand to
+    /// [`App::burst`].
     pub fn lost(&mut self) {
         self.flow.health.counters.lost.add(1);
         self.flow.gap();
@@ -128,7 +128,7 @@ impl App<'_> {
         }
     }
 
-    /// Which format it is is found out.
+    /// Whether the format is to be detected.
     fn detects(&self) -> bool {
         self.flow.config.format.is_none() && !self.is_at_spi()
     }
@@ -173,8 +173,8 @@ impl App<'_> {
         self.machine.transition_to_run(self.flow.session.mode);
     }
 
-    /// A bit of the framer's memory has flipped: what it holds is lost. If that was a bit of its
-    /// format, the format is the one that the device was told, or is looked for again.
+    /// A bit of the framer's memory has flipped: its pending bytes are lost. If that was a bit of
+    /// its format, the configured format is used, or the format is detected again.
     #[cold]
     pub(super) fn framer_anew(&mut self) {
         let sensor = &self.flow.config.sensor;
@@ -205,7 +205,7 @@ impl App<'_> {
         }
     }
 
-    /// Bytes of the sensor, from a place of its stream on, while its frames are not being
+    /// Bytes of the sensor, from a position of its stream on, while its frames are not being
     /// corrected.
     fn sensor(&mut self, (start, bytes): (u32, &[u8]), out: &mut impl Line, now: u64) {
         match self.machine.phase() {
@@ -230,7 +230,7 @@ impl App<'_> {
         }
     }
 
-    /// One byte more to find the format by. What a STIM300 tells about itself counts already.
+    /// One byte more to find the format by. Special datagrams of a STIM300 count already.
     fn search(&mut self, byte: u8, now: u64) -> Option<ImuFormat> {
         self.link.undetected = self.link.undetected.saturating_add(1);
         if self.link.undetected > UNKNOWN_AFTER {
@@ -266,7 +266,7 @@ impl App<'_> {
             .wrapping_sub(self.link.framer.pending() as u32)
     }
 
-    /// The frames that are now complete. All that is no frame passes in its place.
+    /// The frames that are now complete. All other bytes pass in order.
     #[inline(never)]
     fn frames(&mut self, out: &mut impl Line, now: u64) {
         let format = self.link.framer.format();
@@ -344,7 +344,7 @@ impl App<'_> {
     }
 }
 
-/// Whether these bytes tell that the sensor has obeyed a request for its service mode.
+/// Whether these bytes show that the sensor has obeyed a request for its service mode.
 #[cold]
 #[inline(never)]
 fn obeys(service: &mut Service, event: &Event<ImuFormat>) -> bool {
@@ -355,7 +355,7 @@ fn obeys(service: &mut Service, event: &Event<ImuFormat>) -> bool {
     heard.any(|byte| service.obeyed(byte))
 }
 
-/// A frame, before this place of the stream.
+/// A frame, before this position of the stream.
 #[inline(never)]
 fn frame(event: Event<ImuFormat>, next: u32, out: &mut Behind<impl Line>, flow: &mut Flow) {
     if let Some(frame) = event.frame() {
@@ -413,7 +413,7 @@ fn between(
     }
 }
 
-/// The line for bytes from this place of the stream on that are the loop's: no frame is cut any
+/// The line for bytes from this position of the stream on that are the loop's: no frame is cut any
 /// more, and what has left of them does not leave again.
 fn whole<L: Line>(out: &mut L, start: u32, len: usize) -> Behind<'_, L> {
     out.cut(&mut Cut::end);

@@ -3,13 +3,13 @@
 /// After this time the sensor has not obeyed, microseconds.
 const OBEYS_US: u64 = 500_000;
 
-/// So many characters in a row are text. Frames have bytes that are no characters.
+/// Length of a run of characters that counts as text. Frames have bytes that are no characters.
 const TEXT: u8 = 16;
 
 /// Frames that are still on their way do not show that the sensor is in its normal mode.
 #[derive(Debug)]
 pub(super) struct Service {
-    /// When it was asked, microseconds.
+    /// Time of the request, microseconds.
     asked_us: u64,
     /// Characters in a row.
     text: u8,

@@ -1,4 +1,4 @@
-//! Once a second: whether what the device was told is still what it works by.
+//! Once a second: whether the configuration in use is intact.
 
 use super::App;
 use crate::app::config::Config;
@@ -6,9 +6,8 @@ use crate::configuration::record::{self, Record, decode};
 use crate::link::Line;
 
 impl App<'_> {
-    /// Looks at networks and configuration in turn. A configuration that no longer is what its
-    /// record says is taken from there anew; a record that cannot be read any more is written
-    /// anew.
+    /// Checks networks and configuration in turn. A configuration that differs from its record is
+    /// restored from the record; a record that cannot be read any more is rewritten.
     #[inline(never)]
     pub(super) fn scrub(&mut self, out: &mut impl Line, now: u64) {
         self.flow.scrub();
@@ -63,7 +62,7 @@ mod tests {
     use crate::link::NoLine;
     use crate::wire::ImuFormat;
 
-    /// Whatever of the configuration flips is mended, a second and a third time as the first.
+    /// Any upset of the configuration is repaired, a second and a third time as the first.
     #[test]
     fn every_upset_is_mended_not_only_the_first() {
         let configuration = example(ImuFormat::Stim300);

@@ -1,9 +1,9 @@
-//! What happened, in a word each.
+//! Events, in a word each.
 
 use super::memory::EVENT_LEN;
 use crate::wire::field::{put, take};
 
-/// What happened.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum What {
@@ -15,7 +15,7 @@ pub enum What {
     Mode,
     /// Another state of the application: its number in [`super::Stage`].
     Stage,
-    /// The sensor started anew: how often so far.
+    /// The sensor restarted: how often so far.
     Restart,
     /// The navigation computer's alignment: 1 begun, 2 finished.
     Alignment,
@@ -45,18 +45,18 @@ const ALL: [What; 10] = [
 /// One event: number u32, time u32 in ms, value u32, what u8, 0, and the sum of these 14 bytes u16.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
-    /// Its number since the memory was blank.
+    /// Number of the event since the memory was blank.
     pub number: u32,
     /// Milliseconds since the device's start, modulo 2^32.
     pub at_ms: u32,
     /// See [`What`].
     pub value: u32,
-    /// What happened.
+    /// Kind of the event.
     pub what: What,
 }
 
 impl Event {
-    /// Its bytes.
+    /// Encodes the event.
     #[must_use]
     pub fn bytes(&self) -> [u8; EVENT_LEN] {
         let mut bytes = [0; EVENT_LEN];
@@ -69,7 +69,7 @@ impl Event {
         bytes
     }
 
-    /// From its bytes; `None` where they are none.
+    /// Decodes an event; `None` where the bytes are none.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Event> {
         let bytes: &[u8; EVENT_LEN] = bytes.first_chunk()?;

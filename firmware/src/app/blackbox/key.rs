@@ -1,4 +1,4 @@
-//! What the bytes that leave depend on, besides the bytes that come.
+//! State on which the output depends, besides the input bytes.
 
 use crate::control::Mode;
 use crate::wire::field::{put, take};
@@ -41,7 +41,7 @@ pub struct Key {
     pub format: u8,
     /// The samples are floats.
     pub floats: bool,
-    /// There is a correction.
+    /// Whether there is a correction.
     pub corrects: bool,
     /// The page can be played: frames are read, and of one kind.
     pub plays: bool,
@@ -73,7 +73,7 @@ impl Key {
         bytes
     }
 
-    /// From its bytes; `None` where a number means nothing.
+    /// Decodes a key; `None` where a number has no meaning.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Key> {
         let bytes: &[u8; KEY_LEN] = bytes.first_chunk()?;

@@ -8,7 +8,7 @@ use crate::wire::field::{put, take};
 pub const PAGES: usize = 4;
 /// Bytes of a page: its key, and at least eight frames of the longest format.
 pub const PAGE_LEN: usize = 640;
-/// Events that are kept.
+/// Number of events that are stored.
 pub const EVENTS: usize = 30;
 /// Bytes of an event.
 pub const EVENT_LEN: usize = 16;
@@ -33,10 +33,10 @@ pub struct Memory {
     pub(super) pages: [[u8; PAGE_LEN]; PAGES],
 }
 
-/// What the head says.
+/// Head of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Head {
-    /// What the box does.
+    /// State of the black box.
     pub state: State,
     /// Why it holds.
     pub cause: Cause,
@@ -80,7 +80,7 @@ impl Memory {
 }
 
 impl Head {
-    /// From its bytes; `None` where they are none, or of another version.
+    /// Decodes a head; `None` where the bytes are none, or of another version.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Head> {
         let whole = bytes.get(..HEAD_LEN)?;
@@ -110,7 +110,7 @@ impl Head {
         })
     }
 
-    /// Its bytes.
+    /// Encodes the head.
     #[must_use]
     pub fn bytes(&self) -> [u8; HEAD_LEN] {
         let mut bytes = [0; HEAD_LEN];

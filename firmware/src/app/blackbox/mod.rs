@@ -22,7 +22,7 @@
 //!
 //! The head has magic `LRBB`, version u16, state u8, cause u8, faults at the cause u32, its time
 //! u64 in microseconds, events so far u32, pages so far u32, and CRC-32 (zlib's) of these 28 bytes.
-//! It changes when the state does, at every page and at every event. A page tells its own number
+//! It changes when the state does, at every page and at every event. A page contains its own number
 //! and length. What a page says is judged by playing it, and by the checksums of its frames.
 
 mod event;

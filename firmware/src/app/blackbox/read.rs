@@ -29,13 +29,13 @@ pub(super) const BREAK: u8 = 7;
 
 /// Bytes of an entry before its own.
 pub(super) const ENTRY_LEN: usize = 4;
-/// Where a page's first frame is.
+/// Offset of a page's first frame.
 pub(super) const PRIMER_AT: usize = 12 + KEY_LEN;
 
 /// A page.
 #[derive(Debug, Clone, Copy)]
 pub struct Page<'b> {
-    /// Its number: pages begun since the memory was blank.
+    /// Number of the page: pages begun since the memory was blank.
     pub number: u32,
     /// The state after its first frame.
     pub key: Key,
@@ -44,12 +44,12 @@ pub struct Page<'b> {
     entries: &'b [u8],
 }
 
-/// What an entry tells.
+/// Content of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Content<'b> {
     /// Bytes of the sensor, and the lower half of the hash of all that had left before.
     Piece(u16, &'b [u8]),
-    /// The same of a burst.
+    /// A piece of a burst.
     Burst(u16, &'b [u8]),
     /// More of the same piece.
     More(&'b [u8]),
@@ -66,7 +66,7 @@ pub enum Content<'b> {
 pub struct Entry<'b> {
     /// Microseconds since the device's start.
     pub at_us: u64,
-    /// What it tells.
+    /// Content of the entry.
     pub content: Content<'b>,
 }
 
@@ -81,7 +81,7 @@ pub fn events(bytes: &[u8]) -> impl Iterator<Item = Event> {
     })
 }
 
-/// The page at this place of the ring; `None` where there is none.
+/// The page at this position of the ring; `None` where there is none.
 #[must_use]
 pub fn page(bytes: &[u8], place: usize) -> Option<Page<'_>> {
     let at = LEN - PAGES * PAGE_LEN + place.min(PAGES) * PAGE_LEN;
@@ -102,7 +102,7 @@ pub fn page(bytes: &[u8], place: usize) -> Option<Page<'_>> {
 }
 
 impl<'b> Page<'b> {
-    /// Its entries.
+    /// Entries of the page.
     pub fn entries(&self) -> impl Iterator<Item = Entry<'b>> {
         let mut rest = self.entries;
         let mut at_us = self.key.at_us;

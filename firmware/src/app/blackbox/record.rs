@@ -15,7 +15,7 @@ const LONGEST: usize = 128;
 const RESERVE: usize = 64;
 /// After a fault so many more pages are begun.
 const FOLLOWING: u8 = 2;
-/// The bits that make it hold. The others tell of what the device was told, not of what happens.
+/// The bits that make it hold. The others describe the configuration, not events.
 const CAUSES: u32 = !(fault::NOT_CONFIGURED | fault::WEIGHTS);
 /// A fix within this time after another one is no event, ms.
 const FIXES_MS: u32 = 10_000;
@@ -25,7 +25,7 @@ const FIXES_MS: u32 = 10_000;
 pub struct BlackBox<'m> {
     memory: Option<&'m mut Memory>,
     head: Head,
-    /// There is memory, and it does not hold.
+    /// Whether there is memory, and it does not hold.
     records: bool,
     /// The next frame begins a page.
     wants: bool,
@@ -33,7 +33,7 @@ pub struct BlackBox<'m> {
     full: bool,
     /// Pages to come until it holds.
     follow: u8,
-    /// Where the next entry goes.
+    /// Position of the next entry.
     page: usize,
     at: usize,
     /// Length of the first frame of the page to come, once it is there.
@@ -46,17 +46,17 @@ pub struct BlackBox<'m> {
     /// Hash of all that has left, and bytes that have left since the last piece came.
     hash: u32,
     left: u16,
-    /// What was noted last.
+    /// Last noted state.
     noted: Noted,
     fix_ms: u32,
 }
 
-/// What is compared in every pass.
+/// State that is compared in every pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(in crate::app) struct Noted {
     /// Fault bits.
     pub faults: u32,
-    /// How often the correction has changed.
+    /// Number of changes of the correction.
     pub changes: u32,
     /// Mode and stage.
     pub mode: u8,
@@ -88,7 +88,7 @@ impl<'m> BlackBox<'m> {
         }
     }
 
-    /// What is told over the command link; `None`: there is no memory.
+    /// The report for the command link; `None`: there is no memory.
     pub(in crate::app) fn reported(&self) -> Option<Recording> {
         self.memory.as_ref()?;
         let Head {
@@ -109,7 +109,7 @@ impl<'m> BlackBox<'m> {
         })
     }
 
-    /// Its bytes from `start` on, while it holds.
+    /// Bytes of the recording from `start` on, while it holds.
     pub(in crate::app) fn read(&self, start: usize, piece: &mut [u8]) -> Option<usize> {
         let memory = self.memory.as_ref()?;
         (self.head.state == State::Holds).then(|| memory.read(start, piece))
@@ -132,7 +132,7 @@ impl<'m> BlackBox<'m> {
         Ok(())
     }
 
-    /// By request. The cause that was first stays.
+    /// Holds by request. The first cause stays.
     fn freeze(&mut self) {
         if self.head.state == State::Records {
             self.head.cause = Cause::Request;
@@ -173,7 +173,7 @@ impl<'m> BlackBox<'m> {
         self.now_us = now;
     }
 
-    /// When the present pass began, microseconds.
+    /// Start of the present pass, microseconds.
     pub(in crate::app) fn now_us(&self) -> u64 {
         self.now_us
     }
@@ -202,7 +202,7 @@ impl<'m> BlackBox<'m> {
         self.short(kind, bytes);
     }
 
-    /// In one entry.
+    /// Writes bytes as one entry.
     #[inline(always)]
     fn short(&mut self, kind: u8, bytes: &[u8]) {
         let hash = (self.hash as u16).to_le_bytes();
@@ -210,7 +210,7 @@ impl<'m> BlackBox<'m> {
         self.entry(kind, &hash, bytes);
     }
 
-    /// In several entries.
+    /// Writes bytes as several entries.
     #[cold]
     #[inline(never)]
     fn pieces(&mut self, kind: u8, bytes: &[u8]) {
@@ -342,7 +342,7 @@ impl<'m> BlackBox<'m> {
         }
     }
 
-    /// A longer time has passed than an entry can tell.
+    /// Notes a time that is longer than an entry can hold.
     #[cold]
     fn time(&mut self, since: u64) {
         self.last_us = self.now_us;
@@ -406,7 +406,7 @@ impl<'m> BlackBox<'m> {
         }
     }
 
-    /// What leaves no longer follows from the page's key. The next frame begins a page.
+    /// The output no longer follows from the page's key. The next frame begins a page.
     #[cold]
     pub(in crate::app) fn part(&mut self) {
         if self.records {
@@ -454,12 +454,12 @@ impl<'m> BlackBox<'m> {
         }
     }
 
-    /// For a replay: the hash that a page begins with.
+    /// Sets the hash that a page begins with, for a replay.
     pub(in crate::app) fn set_hash(&mut self, hash: u32) {
         self.hash = hash;
     }
 
-    /// As [`BlackBox::left`] without memory, for a replay.
+    /// Acts as [`BlackBox::left`] without memory, for a replay.
     pub(in crate::app) fn only_hashes(&mut self) {
         self.records = true;
         (self.wants, self.full) = (false, true);

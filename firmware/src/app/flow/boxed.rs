@@ -1,4 +1,4 @@
-//! What the black box is told of the flow, and going on from what it holds.
+//! State of the flow for the black box, and restarts from a recorded state.
 
 use super::{Correction, Flow};
 use crate::app::blackbox::{Key, Noted, Stage, What};
@@ -12,7 +12,7 @@ pub(in crate::app) const FOLLOWS: u32 =
     fault::SILENT | fault::UNKNOWN_FORMAT | fault::UNITS | fault::SATURATED | fault::SENSOR;
 
 impl Flow<'_> {
-    /// What is compared in every pass.
+    /// State that is compared in every pass.
     #[inline(always)]
     pub fn noted(&self, stage: u8) -> Noted {
         Noted {

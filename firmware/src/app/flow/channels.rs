@@ -5,27 +5,27 @@ use crate::compensator::OUTLETS;
 use crate::wire::Source;
 use heapless::Vec;
 
-/// What tells the kinds of frames apart: source and content.
+/// Identifies a kind of frames: source and content.
 pub type Kind = (Source, u8);
 
 #[derive(Debug, Clone, Copy)]
 struct Channel {
     kind: Kind,
-    /// Its samples have the stream's units and make its blocks.
+    /// Whether its samples have the stream's units and make its blocks.
     leads: bool,
 }
 
-/// The kinds of frames on one line, in the order of their first frames. Their places are those of
-/// the compensator's outlets. The first one leads.
+/// The kinds of frames on one line, in the order of their first frames. Their positions are those
+/// of the compensator's output streams. The first one leads.
 #[derive(Debug, Default)]
 pub(in crate::app) struct Channels {
     /// The kind of the last frame; `None`: the next frame is looked at more closely.
     kind: Option<Kind>,
-    /// Its place.
+    /// Its position.
     current: u8,
     /// Whether it leads.
     leads: bool,
-    /// The place of the last frame whose sample was counted.
+    /// The position of the last frame whose sample was counted.
     counted: u8,
     list: Vec<Channel, OUTLETS>,
 }
@@ -55,7 +55,7 @@ impl Channels {
         self.kind = None;
     }
 
-    /// Adds a kind, which is then the present one, and gives its place. `None`: there is no more
+    /// Adds a kind, which is then the present one, and gives its position. `None`: there is no more
     /// room.
     pub fn add(&mut self, kind: Kind, leads: bool) -> Option<usize> {
         self.list.push(Channel { kind, leads }).ok()?;
@@ -83,12 +83,12 @@ impl Channels {
         self.list.len() == 1
     }
 
-    /// Where the present frame comes from.
+    /// Source of the present frame.
     pub fn source(&self) -> Option<Source> {
         self.kind.map(|(source, _)| source)
     }
 
-    /// The place of the present kind.
+    /// The position of the present kind.
     #[inline(always)]
     pub fn current(&self) -> usize {
         self.current.into()

@@ -1,13 +1,13 @@
-//! Which samples are missing, came twice or stand still, and whether the sensor has restarted.
+//! Which samples are missing, came twice or are constant, and whether the sensor has restarted.
 
 use super::still::Still;
 use crate::app::counts::Count;
 use crate::wire::sequence::Last;
 
-/// How far the units are known that a sensor reports beside its frames (STIM300).
+/// Knowledge of the units that a sensor reports beside its frames (STIM300).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::app) enum Units {
-    /// They are believed to be as configured: the sensor's receiving side need not be wired.
+    /// Assumed to be as configured: the sensor's receiver need not be wired.
     AsConfigured,
     /// The sensor may have changed them since its last report.
     Unknown,
@@ -21,7 +21,7 @@ pub(in crate::app) struct Continuity {
     pub last: Last,
     /// Number of the last sample, modulo 2^64; the first is 0.
     pub sample: u64,
-    /// When the frames came that are being read, microseconds.
+    /// Arrival time of the frames that are being read, microseconds.
     pub now_us: u64,
     pub still: Still,
     pub units: Units,
@@ -37,7 +37,7 @@ pub(in crate::app) struct Continuity {
 }
 
 impl Continuity {
-    /// At power-on.
+    /// The state at power-on.
     pub fn new() -> Continuity {
         Continuity {
             last: Last::default(),
@@ -67,7 +67,7 @@ impl Continuity {
         (self.last, self.still) = (Last::default(), Still::default());
     }
 
-    /// So many samples are missing before the last one.
+    /// Counts `samples` as missing before the last one.
     pub fn skip(&mut self, samples: u32) {
         self.sample = self.sample.wrapping_add(samples.into());
     }

@@ -1,4 +1,4 @@
-//! What samples are corrected by.
+//! The corrector: compensator, networks and the stream that they work on.
 
 use super::channels::Channels;
 use super::guarded::Guarded;
@@ -35,16 +35,17 @@ impl Correction {
 #[derive(Debug)]
 pub(in crate::app) struct Corrector {
     pub correction: Guarded<Correction>,
-    /// What `correction` was made for before its first frame: see `Flow::prepare`.
+    /// Stream and limit for which `correction` was made before its first frame: see
+    /// `Flow::prepare`.
     pub prepared: Option<(Stream, Option<Limit>)>,
     /// Check sum of the configured networks.
     pub nets_sum: u32,
     /// The kinds of frames that `correction` was made for.
     pub channels: Channels,
-    /// Of the samples that make blocks, and the axes that they have.
+    /// Stream of the samples that make blocks, and the axes that they have.
     pub stream: Option<Stream>,
     pub present: Axes,
-    /// Its frames have neither counter nor time.
+    /// Whether its frames have neither counter nor time.
     pub uncounted: bool,
     /// The samples of the stream are floats.
     pub floats: bool,
@@ -91,7 +92,7 @@ impl Corrector {
         correction.map_or([[0.0; 3]; 2], |c| c.state.estimate())
     }
 
-    /// There is a correction, which may be zero, or be fading out.
+    /// Whether there is a correction, which may be zero, or be fading out.
     pub fn corrects(&self) -> bool {
         self.correction.is_some()
     }
@@ -101,7 +102,7 @@ impl Corrector {
         self.estimate() != [[0.0; 3]; 2]
     }
 
-    /// What the networks said for the last block: rad/s, m/s2.
+    /// Output of the networks for the last block: rad/s, m/s2.
     pub fn network_output(&self) -> [[f32; 3]; 2] {
         self.block
             .map_or([[0.0; 3]; 2], |block| block.network_output)
@@ -114,14 +115,14 @@ impl Corrector {
         }
     }
 
-    /// From now on the correction changes no faster.
+    /// Limits the changes of the correction from now on.
     pub fn slow_down(&mut self, slew: Limit) {
         if let Some(correction) = self.correction.get_mut() {
             correction.compensator.set_slew(Some(slew));
         }
     }
 
-    /// So many samples are missing.
+    /// Counts `samples` as missing.
     #[cold]
     pub fn miss(&mut self, samples: u32) {
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
@@ -136,7 +137,7 @@ impl Corrector {
         }
     }
 
-    /// The next frame decides anew what samples are corrected by; its units have not changed.
+    /// The next frame selects the correction again; its units have not changed.
     pub fn look_again(&mut self) {
         self.correction.clear();
         self.channels.clear();
@@ -184,7 +185,7 @@ impl Corrector {
         clipped
     }
 
-    /// As if corrections had been clipped so often.
+    /// Sets the number of clipped corrections.
     pub fn has_clipped(&mut self, counted: u64) {
         self.clipped = Count::of(counted);
     }

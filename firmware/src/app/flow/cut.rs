@@ -1,4 +1,4 @@
-//! Frames that are cut through: what the interrupt is told ([`crate::link::cut`]).
+//! Frames that are cut through: the plan for the interrupt ([`crate::link::cut`]).
 //!
 //! A frame that was cut comes to the loop like any other, which does all its work but does not send
 //! it. The compensator corrects it once more, so that its carried remainder goes on as the
@@ -18,8 +18,8 @@ impl Flow<'_> {
         self.config.lines().cut_through
     }
 
-    /// [`Flow::frame`], and a plan for those that follow from this place of the stream on, if they
-    /// are to be cut.
+    /// [`Flow::frame`], and a plan for those that follow from this position of the stream on, if
+    /// they are to be cut.
     #[inline(never)]
     pub fn frame_and_plan(&mut self, frame: Checked, next: u32, out: &mut Behind<impl Line>) {
         let plan = match frame.source() {
@@ -32,7 +32,7 @@ impl Flow<'_> {
         }
     }
 
-    /// How frames like this one, which has just come, are cut; `None`: the next one is not.
+    /// Plan for frames like this one, which has just come; `None`: the next one is not cut.
     fn planned(&self, format: ImuFormat, frame: &Checked) -> Option<Plan> {
         let good = frame
             .read()
@@ -44,7 +44,8 @@ impl Flow<'_> {
         plan.filter(|_| self.corrector.channels.is_one())
     }
 
-    /// Offers the plan of the frames from this place of the stream on, with what is now in force.
+    /// Offers the plan of the frames from this position of the stream on, with the correction now
+    /// in force.
     fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
         let floats = plan.word == Word::F32;
         let outlet = self.corrector.channels.current();

@@ -1,5 +1,5 @@
-//! What follows when a frame has left: gaps, samples that come twice, sensors that stand still or
-//! start anew, and the networks' and the learner's share of the sample.
+//! Work after a frame has left: gaps, repeated samples, sensors whose values do not change or that
+//! restart, and the networks' and the learner's share of the sample.
 
 use super::{Correction, Flow};
 use crate::app::blackbox::What;
@@ -11,11 +11,11 @@ use crate::wire::command::fault;
 use crate::wire::sequence::Gap;
 use crate::wire::{Checked, Reading};
 
-/// A silence of this length, microseconds, is taken for a power cycle: nothing tells it from a
-/// cable that was pulled, and cables carry the power.
+/// A silence of this length, microseconds, is taken for a power cycle: nothing distinguishes it
+/// from a cable that was pulled, and cables carry the power.
 const POWER_CYCLE_US: u64 = 1_000_000;
 
-/// The same in periods of the samples, for slow sensors.
+/// The time of a power cycle in periods of the samples, for slow sensors.
 const POWER_CYCLE_PERIODS: f64 = 10.0;
 
 /// After so many frames beside those that make blocks it is compared which come more often.
@@ -132,7 +132,7 @@ impl Flow<'_> {
     }
 
     /// Bytes that belong to no frame have gone by. Where the frames are counted or timed, the next
-    /// one tells whether one is missing.
+    /// one shows whether one is missing.
     pub fn unframed(&mut self, bytes: usize) {
         self.continuity.unframed = self.continuity.unframed.saturating_add(bytes as u32);
         self.corrector.channels.unselect();
@@ -151,7 +151,7 @@ impl Flow<'_> {
         self.corrector.channels.unselect();
     }
 
-    /// A message that is no frame may tell that the sensor has just started.
+    /// A message that is no frame may show that the sensor has just started.
     pub fn start_message(&mut self) {
         if self.continuity.silent_us.is_some() {
             self.restarted();
@@ -181,7 +181,7 @@ impl Flow<'_> {
         self.corrector.channels.select((frame.source(), content))
     }
 
-    /// A frame that neither a counter nor a time numbers: the clock tells whether some are missing
+    /// A frame that neither a counter nor a time numbers: the clock shows whether some are missing
     /// before it, up to a second ago.
     #[inline(never)]
     fn look_for_hole(&mut self) {
@@ -255,10 +255,10 @@ impl Flow<'_> {
         }
     }
 
-    /// The sensor has started anew. Its errors differ from turn-on to turn-on, so nothing that has
-    /// come into force in the drive before is applied, and the learner begins anew. The networks in
-    /// use are those that a power-on of the board would find, and act from the first sample on.
-    /// What the sensor told about itself must be told again.
+    /// The sensor has restarted. Its errors differ from turn-on to turn-on, so nothing that came
+    /// into force in the drive before is applied, and the learner restarts. The networks in use are
+    /// those that a power-on of the board would find, and act from the first sample on. Settings
+    /// that the sensor reported are no longer valid until it reports them again.
     #[cold]
     pub fn restarted(&mut self) {
         self.continuity.silent_us = None;

@@ -1,13 +1,13 @@
 //! A value that is there or not, stated twice.
 //!
 //! Whether an [`Option`] holds something is one bit or one word of memory. If a bit of it flips,
-//! what last was in that memory counts as a value. Here two words must agree, which no single bit
-//! turns from "nothing" into "something". The value keeps its place, so that it can be made anew
-//! there without a copy.
+//! the last content of that memory counts as a value. Here two words must agree, which no single
+//! bit turns from "nothing" into "something". The value stays where it is, so that it can be
+//! rebuilt there without a copy.
 
 /// Something is there.
 const THERE: u32 = 0x5A3C_C3A5;
-/// Nothing is.
+/// There is no value.
 const NOTHING: u32 = !THERE;
 
 /// A value or nothing.
@@ -18,7 +18,7 @@ pub(in crate::app) struct Guarded<T> {
 }
 
 impl<T> Guarded<T> {
-    /// Nothing; `value` is in its place.
+    /// No value; `value` is the content of its memory.
     pub const fn nothing(value: T) -> Guarded<T> {
         Guarded {
             value,
@@ -32,13 +32,13 @@ impl<T> Guarded<T> {
         self.is_some().then_some(&self.value)
     }
 
-    /// The same, to be changed.
+    /// The value, to be changed.
     #[inline(always)]
     pub fn get_mut(&mut self) -> Option<&mut T> {
         self.is_some().then_some(&mut self.value)
     }
 
-    /// From now on there is a value: what was in its place last, to be made anew.
+    /// From now on there is a value: the last content of its memory, to be rebuilt.
     #[inline(always)]
     pub fn put(&mut self) -> &mut T {
         self.marks = [THERE; 2];
@@ -50,25 +50,25 @@ impl<T> Guarded<T> {
         self.is_none().then_some(&mut self.value)
     }
 
-    /// From now on there is nothing.
+    /// Clears the value.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.marks = [NOTHING; 2];
     }
 
-    /// There is a value.
+    /// Whether there is a value.
     #[inline(always)]
     pub fn is_some(&self) -> bool {
         self.marks == [THERE; 2]
     }
 
-    /// There is none.
+    /// Whether there is no value.
     #[inline(always)]
     pub fn is_none(&self) -> bool {
         !self.is_some()
     }
 
-    /// Both say the same.
+    /// Whether both words agree.
     pub fn agrees(&self) -> bool {
         self.marks == [THERE; 2] || self.marks == [NOTHING; 2]
     }
@@ -76,7 +76,7 @@ impl<T> Guarded<T> {
 
 #[cfg(test)]
 impl<T> Guarded<T> {
-    /// As if a bit of its memory had flipped.
+    /// Flips a bit of its memory.
     pub fn upset(&mut self) {
         self.marks[1] ^= 1 << 7;
     }

@@ -1,10 +1,10 @@
-//! What is kept for the next power-on of the sensor (activation `NextPowerOn`).
+//! Networks that are stored for the next power-on of the sensor (activation `NextPowerOn`).
 //!
-//! In mode learn the networks in use correct all samples of a drive and stay as they are. What the
-//! learner has proved meanwhile is stored beside them and comes into use when the sensor is powered
-//! on again, with the board or by itself. A learner that has proved nothing leaves the store as it
-//! is. When the rehearsals of this drive show that the networks in use do harm, zero networks are
-//! stored. What the learner remembers of the unit is stored beside them ([`super::memory`]).
+//! In mode learn the networks in use correct all samples of a drive and stay as they are. Networks
+//! that the learner has proved meanwhile are stored beside them and come into use when the sensor
+//! is powered on again, with the board or by itself. A learner that has proved nothing leaves the
+//! store as it is. When the rehearsals of this drive show that the networks in use do harm, zero
+//! networks are stored. The learner's memory of the unit is stored beside them ([`super::memory`]).
 
 use super::Flow;
 use super::memory::Memo;
@@ -12,24 +12,25 @@ use crate::compensator::Block;
 use crate::model::Nets;
 use crate::store::Step;
 
-/// It is looked for something to store once in so many seconds.
+/// Interval between two checks for content to store, s.
 pub(super) const LOOK_S: f32 = 10.0;
-/// What has settled is stored while the vehicle stands, since then the least is lost if a frame
-/// leaves late; or at the latest after so long, s.
+/// Settled networks are stored while the vehicle stands, since then the least is lost if a frame
+/// leaves late; or at the latest after this time, s.
 const LATEST_S: f32 = 300.0;
-/// At most one record is stored in so long, s: flash wears, and drives last for hours.
+/// Least time between two records, s: flash wears, and drives last for hours.
 const PAUSE_S: f32 = 600.0;
 
-/// What the store holds, or is to hold, for the next power-on.
+/// Content of the store for the next power-on, stored or to be stored.
 #[derive(Debug, Default)]
 pub(in crate::app) struct Keep {
-    /// What is in use is to be stored, by command.
+    /// The networks in use are to be stored, by command.
     pub commanded: bool,
-    /// So many records more by command, each of which erases what is older: the key has changed.
+    /// Number of records still to be stored by command, each of which erases older ones: the key
+    /// has changed.
     pub renewals: u8,
     /// The configuration in use is the stored one, so weights may be stored beside it.
     pub beside: bool,
-    /// What is remembered of the unit.
+    /// Memory of the unit.
     pub memo: Memo,
     /// A record is being written, a piece at a time.
     pub begun: bool,
@@ -37,14 +38,14 @@ pub(in crate::app) struct Keep {
     pub edition: u8,
     /// Networks for the next power-on, if they are not those in use.
     next: Option<Nets>,
-    /// They are still to be stored.
+    /// Whether they are to be stored.
     waits: bool,
-    /// Their output when they were taken, rad/s and m/s2.
+    /// Output of the networks when they were taken, rad/s and m/s2.
     output: [[f32; 3]; 2],
     /// Until the next look, and until something may be stored again, s.
     look_s: f32,
     pause_s: f32,
-    /// How long the correction that the learner has found has been settled, s.
+    /// Time for which the correction that the learner has found has been settled, s.
     settled_s: f32,
 }
 
@@ -72,7 +73,7 @@ impl Keep {
         self.renewals <= 1
     }
 
-    /// How to go on with it.
+    /// Next step of storing.
     pub fn step(&self) -> Step {
         match (self.commanded, self.begun) {
             (true, _) if self.renewals > 0 => Step::Renew,
@@ -82,7 +83,7 @@ impl Keep {
         }
     }
 
-    /// What is to be stored, with networks `in_use`.
+    /// Networks to be stored, with networks `in_use`.
     pub fn nets<'n>(&'n self, in_use: &'n Nets) -> &'n Nets {
         self.next.as_ref().unwrap_or(in_use)
     }
@@ -136,7 +137,7 @@ impl Keep {
 }
 
 impl Flow<'_> {
-    /// At the end of a block: whether something is to be stored.
+    /// Called at the end of a block: whether something is to be stored.
     pub(super) fn retain(&mut self, block: &Block, block_s: f32) {
         let keep = &mut self.pending;
         keep.pause_s = (keep.pause_s - block_s).max(0.0);

@@ -27,12 +27,12 @@ pub(in crate::app) struct Learning<'m> {
     pub port: Port<'m>,
     /// The stream that the learner was begun for; `None`: it must restart.
     begun: Option<StreamScale>,
-    /// What the learner has said to a reference or a heading.
+    /// Verdict of the learner on a reference or a heading.
     verdict: Option<Result<(), Reason>>,
 }
 
 impl<'m> Learning<'m> {
-    /// Not begun yet.
+    /// A learner that has not begun yet.
     pub fn new(port: Port<'m>) -> Learning<'m> {
         Learning {
             port,
@@ -72,7 +72,7 @@ impl<'m> Learning<'m> {
         self.port.answer().filter(|_| self.follows())
     }
 
-    /// How long the vehicle has stood still, as the learner sees it, s.
+    /// Time for which the vehicle has been stationary, as the learner measures it, s.
     pub fn still_s(&self) -> u32 {
         self.port.answer().map_or(0, |answer| answer.still_s)
     }
@@ -82,20 +82,20 @@ impl<'m> Learning<'m> {
         self.port.view().map(|view| view.report).unwrap_or_default()
     }
 
-    /// What the learner's navigator knows.
+    /// Solution of the learner's navigator.
     pub fn solution(&self) -> Option<Solution> {
         self.port.view()?.solution
     }
 
-    /// How the learner's hypotheses stand.
+    /// State of the learner's hypotheses.
     pub fn trials(&self) -> Option<Trials> {
         self.port.view()?.trials
     }
 }
 
 impl Flow<'_> {
-    /// In mode learn: what was learnt comes into force where an alignment allows it and goes when
-    /// it is given up; or it is kept for the next power-on.
+    /// In mode learn: learnt networks come into force where an alignment allows it, and go when
+    /// they are given up; or they are stored for the next power-on.
     pub(super) fn promote(&mut self, block: &Block) {
         let live = self.session.mode == Mode::Learn && self.config.activation == Activation::Faded;
         let follows = self.fixes_come() && !self.learning.port.is_stopped();
@@ -173,7 +173,7 @@ impl Flow<'_> {
                 (self.session.promoted, self.session.learner_nets) = (true, true);
                 state.off = false;
                 compensator.exchange(state, winner.nets, winner.states);
-                // the block that they have not seen
+                // the block that they have not processed
                 let output = match &self.corrector.block {
                     Some(block) => compensator.step_again(state, block),
                     None => winner.estimate,
@@ -248,7 +248,7 @@ impl Flow<'_> {
         Ok(())
     }
 
-    /// What the learner says to a reference or a heading, once it has: `None` before.
+    /// Verdict of the learner on a reference or a heading; `None` until it has given one.
     pub fn verdict(&mut self) -> Option<Result<(), Reason>> {
         self.take_reply();
         if self.learning.port.is_stopped() {
@@ -289,8 +289,8 @@ impl Flow<'_> {
         }
     }
 
-    /// Uses the weights learnt. Their networks have seen the same blocks but the last one, so that
-    /// no state is reset.
+    /// Uses the weights learnt. Their networks have processed the same blocks but the last one, so
+    /// that no state is reset.
     #[inline(never)]
     pub fn commit_learnt(&mut self) -> Result<(), Reason> {
         let (nets, states) = self.learning.answer().ok_or(Reason::NotAvailable)?.learnt;

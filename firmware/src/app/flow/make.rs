@@ -1,4 +1,4 @@
-//! How a correction is made for the frames that come, and what changes it: modes, alignments,
+//! Makes the correction for the frames that come, and handles what changes it: modes, alignments,
 //! networks.
 
 use super::channels::Kind;
@@ -56,7 +56,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Whether frames of this source wait for the sensor to tell their units.
+    /// Whether frames of this source wait for the sensor to report their units.
     fn awaits(&self, source: Source) -> bool {
         self.continuity.units == Units::Unknown && source == Source::Stream(ImuFormat::Stim300)
     }
@@ -176,7 +176,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Forgets the stream's units and rate: the next frame decides anew.
+    /// Forgets the stream's units and rate: the next frame sets them again.
     pub fn forget(&mut self) {
         self.blackbox.part();
         self.corrector.retain_counts(&mut self.health.counters);
@@ -187,7 +187,7 @@ impl Flow<'_> {
         self.health.flag(fault::UNITS, false);
     }
 
-    /// The sensor has told its configuration.
+    /// The sensor has reported its configuration.
     pub fn configured(&mut self, stim: stim300::config::Config) {
         let known =
             self.continuity.units != Units::Unknown && self.config.sensor.stim300.config == stim;
@@ -201,7 +201,7 @@ impl Flow<'_> {
         }
     }
 
-    /// The sensor's configuration may change: nothing is corrected until the sensor tells it.
+    /// The sensor's configuration may change: nothing is corrected until the sensor reports it.
     pub fn forget_units(&mut self) {
         self.continuity.units = Units::Unknown;
         self.forget();
@@ -301,7 +301,7 @@ impl Flow<'_> {
         self.corrector.counted(self.health.counters)
     }
 
-    /// As if so many samples had come and corrections been clipped.
+    /// Sets the numbers of samples and of clipped corrections.
     pub fn begin_at(&mut self, counted: u64) {
         self.continuity.sample = counted.wrapping_sub(1);
         self.corrector.has_clipped(counted);

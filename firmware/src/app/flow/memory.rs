@@ -1,5 +1,4 @@
-//! What is remembered of the unit over power-off: when the learner takes it down, and when it gets
-//! it back.
+//! The memory of the unit over power-off: when the learner records it, and when it gets it back.
 //!
 //! A memory is stored behind the newest record while samples are corrected, so it waits for a
 //! standstill, as the networks do ([`super::keep`]). It comes back at the next power-on of the
@@ -16,7 +15,7 @@ use crate::learn::exchange::{Anew, Order, Port};
 use crate::store::{Notes, unit};
 use crate::wire::command::Remembered;
 
-/// So much must have been learnt since the last record, s.
+/// Learning time since the last record after which another one is worth storing, s.
 const LEAST_S: f32 = 60.0;
 /// While the vehicle moves, so much, s.
 const LATEST_S: f32 = 300.0;
@@ -24,25 +23,25 @@ const LATEST_S: f32 = 300.0;
 const PAUSE_S: f32 = 600.0;
 const LONGEST_PAUSE_S: f32 = 3600.0;
 
-/// What the store remembers of the unit.
+/// Memory of the unit in the store.
 #[derive(Debug, Default)]
 pub(in crate::app) struct Memo {
-    /// What goes with what the store holds; `None`: it holds nothing of this unit.
+    /// Notes of the stored memory; `None`: the store has none of this unit.
     pub held: Option<Notes>,
-    /// What the store holds is of another unit.
+    /// The stored memory is of another unit.
     pub of_another: bool,
     /// The learner was asked to take down what it knows, to which these notes belong.
     asked: Option<Notes>,
     /// Notes and length of what the learner has taken down to be stored.
     waits: Option<(Notes, usize)>,
-    /// Of this drive: time learnt in all and since it was last taken down, s; temperatures.
+    /// Of this drive: learning time in all and since the last record, s; temperatures.
     learnt_s: f32,
     new_s: f32,
     seen: Notes,
     /// Until the next record, s, and how long the last wait was.
     pause_s: f32,
     pause: f32,
-    /// What the store held when the drive began.
+    /// Notes of the store when the drive began.
     before: Notes,
 }
 
@@ -62,7 +61,7 @@ impl Memo {
         self.asked.is_some()
     }
 
-    /// What was taken down has been stored, or could not be.
+    /// The recorded memory has been stored, or could not be.
     pub fn stored(&mut self, done: bool) {
         if let Some((notes, _)) = self.waits.take()
             && done
@@ -72,17 +71,17 @@ impl Memo {
         }
     }
 
-    /// What waits is given up. It is taken down again later.
+    /// Gives up the pending memory. It is recorded again later.
     pub fn give_up(&mut self) {
         (self.asked, self.waits) = (None, None);
     }
 
-    /// The learner begins anew within a drive: what it has not taken down is lost.
+    /// The learner restarts within a drive: results that it has not recorded are lost.
     pub fn drop_new(&mut self) {
         self.learnt_s -= core::mem::take(&mut self.new_s);
     }
 
-    /// The device is told of another unit, of which the store holds nothing.
+    /// Another unit is configured, of which the store has nothing.
     pub fn exchange_unit(&mut self) {
         *self = Memo {
             of_another: self.of_another || self.held.is_some(),
@@ -100,7 +99,7 @@ impl Memo {
         };
     }
 
-    /// So many seconds of this drive were learnt from, at a temperature in degrees C.
+    /// Counts seconds of this drive that were learnt from, at a temperature in degrees C.
     fn learn(&mut self, seconds: f32, celsius: Option<f32>) {
         self.learnt_s += seconds;
         self.new_s += seconds;
@@ -126,7 +125,7 @@ impl Memo {
 }
 
 impl Flow<'_> {
-    /// What the store held at power-on. It is used if it is of this unit.
+    /// Gives the memory found in the store at power-on. It is used if it is of this unit.
     pub fn recall(&mut self, memory: &[u8]) {
         let (Some(configuration), Some((notes, learnt))) =
             (&self.config.configuration, Notes::of(memory))
@@ -164,7 +163,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Has the learner take down what it knows, if that is due. `with_nets`: networks are stored
+    /// Makes the learner record its memory, if that is due. `with_nets`: networks are stored
     /// anyway.
     pub(super) fn take_down(&mut self, stands: bool, with_nets: bool) {
         let memo = &self.pending.memo;
@@ -174,7 +173,7 @@ impl Flow<'_> {
         }
     }
 
-    /// By command what is new is taken down at once.
+    /// Records new results at once, by command.
     pub fn take_down_now(&mut self) {
         if self.pending.memo.new_s > 0.0 {
             self.ask_to_remember();
@@ -218,7 +217,7 @@ impl Flow<'_> {
         }
     }
 
-    /// What the store remembers, for the command link.
+    /// Report of the stored memory, for the command link.
     pub fn remembered(&self) -> Remembered {
         let memo = &self.pending.memo;
         let notes = memo.held.unwrap_or_default();

@@ -1,5 +1,5 @@
-//! What was told about the sensor, against what is seen. While the two disagree, the device steps
-//! aside: nothing is corrected and nothing is learnt.
+//! Compares the configuration of the sensor with the measurements. While the two disagree, the
+//! device steps aside: nothing is corrected and nothing is learnt.
 
 use super::{Correction, Flow};
 use crate::compensator::Block;
@@ -43,7 +43,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Judges what is seen at rest. With a wrong rate, increments would be judged wrongly.
+    /// Judges the measurements at rest. With a wrong rate, increments would be judged wrongly.
     pub(super) fn judge(&mut self, block: &Block) {
         let Some(rest) = &mut self.health.plausibility.rest else {
             return;
@@ -68,15 +68,15 @@ impl Flow<'_> {
         }
     }
 
-    /// The samples mean something else from now on, or some are missing: rest begins anew.
+    /// The samples change their meaning from now on, or some are missing: the rest check restarts.
     pub(super) fn begin_checks(&mut self) {
         if let Some(rest) = &mut self.health.plausibility.rest {
             rest.restart();
         }
     }
 
-    /// Steps aside, or begins anew as after a configuration. From the beginning of an alignment on
-    /// a correction goes and comes no faster than the slew limit.
+    /// Steps aside, or restarts as after a configuration. From the beginning of an alignment on a
+    /// correction goes and comes no faster than the slew limit.
     fn step_aside(&mut self) {
         let aside = self.health.faults & ASIDE != 0;
         if aside == self.health.disagrees {

@@ -1,5 +1,5 @@
-//! What the device is doing: its mode, the navigation computer's alignment, and whether what was
-//! learnt is in force.
+//! State of the device: its mode, the navigation computer's alignment, and whether a learnt
+//! correction is in force.
 
 use crate::app::config::Activation;
 use crate::control::{Alignment, Mode};
@@ -9,7 +9,7 @@ use crate::control::{Alignment, Mode};
 pub(in crate::app) struct Session {
     pub mode: Mode,
     pub alignment: Option<Alignment>,
-    /// In mode learn: a promoted hypothesis corrects the samples.
+    /// In mode learn: whether a promoted hypothesis corrects the samples.
     pub promoted: bool,
     /// The compensator has the learner's networks instead of the configured ones.
     pub learner_nets: bool,
@@ -22,7 +22,7 @@ pub(in crate::app) struct Session {
 }
 
 impl Session {
-    /// At power-on.
+    /// The state at power-on.
     pub fn new(mode: Mode) -> Session {
         Session {
             mode,
@@ -43,7 +43,7 @@ impl Session {
         };
     }
 
-    /// What was learnt is no longer in force.
+    /// The learnt correction is no longer in force.
     pub fn demote(&mut self) {
         (self.promoted, self.learner_nets) = (false, false);
     }
@@ -54,7 +54,7 @@ impl Session {
         self.alignment.is_some() || self.mode == Mode::Learn
     }
 
-    /// What is stored acts on all samples of mode learn.
+    /// Whether the stored networks act on all samples of mode learn.
     pub fn acts_from_power_on(&self, activation: Activation) -> bool {
         self.mode == Mode::Learn && activation == Activation::NextPowerOn
     }

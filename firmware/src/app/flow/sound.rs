@@ -1,7 +1,7 @@
-//! What is done when memory is found changed by nobody: a bit has flipped.
+//! Repairs after a bit of memory has flipped.
 //!
-//! The compensator looks at what it corrects by ([`Compensator`](crate::compensator)). What it is
-//! made from, networks and configuration, is looked at once a second.
+//! The compensator checks the values by which it corrects ([`Compensator`](crate::compensator)).
+//! Networks and configuration, from which it is made, are checked once a second.
 
 use super::{Correction, Flow};
 use crate::app::setup::{compensator, lsb};
@@ -23,7 +23,7 @@ impl Flow<'_> {
     #[inline(never)]
     pub fn scrub(&mut self) {
         if !self.corrector.correction.agrees() {
-            // there was none, or there is none any more: the next frame makes it anew
+            // there was none, or there is none any more: the next frame rebuilds it
             self.blackbox.part();
             self.corrector.look_again();
             self.health.mended();
@@ -48,9 +48,9 @@ impl Flow<'_> {
         self.health.mended();
     }
 
-    /// Makes the compensator anew from configuration and networks, as it was, and ends the block
-    /// whose last sample this is. Its state stays. Networks that the learner had put there are
-    /// taken from the learner again.
+    /// Rebuilds the compensator from configuration and networks, and ends the block whose last
+    /// sample this is. Its state stays. Networks that the learner had put there are taken from the
+    /// learner again.
     #[cold]
     #[inline(never)]
     pub(super) fn make_sound(&mut self, sample: &RawSample) {
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Whatever flips is mended, a second and a third time as the first.
+    /// Any upset is repaired, a second and a third time as the first.
     #[test]
     fn every_upset_is_mended_not_only_the_first() {
         type Upset = (fn(&mut Flow), bool);

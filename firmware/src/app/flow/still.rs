@@ -1,4 +1,4 @@
-//! Whether a sensor's values stand still.
+//! Whether a sensor's values are constant.
 //!
 //! An overrun or a frozen sensor looks like plausible data. A sensor at rest does not repeat all
 //! six values for long: white noise with a standard deviation of s counts lets one value round to
@@ -9,19 +9,19 @@
 
 use crate::sample::RawSample;
 
-/// Fewest equal samples in a row that are told.
+/// Fewest equal samples in a row that are reported.
 const SAMPLES: u32 = 100;
-/// Shortest time of equal samples that is told, s.
+/// Shortest time of equal samples that is reported, s.
 const TIME_S: f64 = 1.0;
 
-/// How long the values have been the same.
+/// Time for which the values have been constant.
 #[derive(Debug)]
 pub(in crate::app) struct Still {
     /// Bits of the last sample's first value.
     first: u32,
     /// The sample that comes again and again.
     sample: RawSample,
-    /// How often it has come.
+    /// Number of equal samples in a row.
     run: u32,
 }
 
@@ -52,7 +52,7 @@ impl Still {
         same
     }
 
-    /// Takes a sample and tells whether it has come for too long, at `rate` samples a second.
+    /// Takes a sample and returns whether it has come for too long, at `rate` samples a second.
     pub fn look(&mut self, sample: &RawSample, rate: f64) -> bool {
         if self.run == 0 || *sample != self.sample {
             (self.sample, self.run) = (*sample, 0);

@@ -2,7 +2,7 @@
 //!
 //! That oscillator has 16 MHz within 1 % at 25 degrees C, within 4 % from -10 to 85, and from -8 %
 //! to +4.5 % from -40 to 105 (DS8626, table 41). The low-speed one has 17 to 47 kHz (table 42), a
-//! factor of 2.8, which does not tell 8 MHz from 12. So the former measures.
+//! factor of 2.8, which does not distinguish 8 MHz from 12. So the former measures.
 
 /// Frequency of the internal oscillator, kHz.
 pub const INTERNAL_KHZ: u32 = 16_000;
@@ -12,7 +12,7 @@ pub const SLOWEST: u32 = 81;
 pub const FASTEST: u32 = 46;
 /// Crystals that the chip takes, whole MHz (DS8626, section 6.3.8).
 pub const CRYSTALS: core::ops::RangeInclusive<u8> = 4..=26;
-/// Of several values that fit, one is taken only when it is so near, per mille.
+/// Of several values that fit, one is taken only when it is as near as this, per mille.
 const NEAR: u32 = 15;
 
 /// The crystal's frequency, kHz: `periods` of it have taken `ticks` of the internal oscillator.
@@ -25,10 +25,10 @@ pub fn measured_khz(periods: u32, ticks: u32) -> Option<u32> {
 
 /// The value to take, MHz; `None`: none fits, so the internal oscillator is the better clock.
 ///
-/// The value that the firmware was built for is kept as long as the measurement may be of it: a
-/// right one is never given up because the oscillator is cold. Of the others, the only one that may
-/// be it is taken, or else the nearest if it is near. A wrong choice of that kind makes the clock
-/// no worse than the internal oscillator is, by 1.5 % at most.
+/// The value that the firmware was built for stays as long as the measurement may be of it: a right
+/// one is never given up because the oscillator is cold. Of the others, the only one that may be it
+/// is taken, or else the nearest if it is near. A wrong choice of that kind makes the clock no
+/// worse than the internal oscillator is, by 1.5 % at most.
 #[must_use]
 pub fn choose(built_mhz: u8, measured_khz: u32) -> Option<u8> {
     if may_be(built_mhz, measured_khz) {
@@ -63,7 +63,7 @@ fn may_be(mhz: u8, khz: u32) -> bool {
 mod tests {
     use super::*;
 
-    /// What is measured of a crystal with an internal oscillator that is off by `per_mille`.
+    /// Measured frequency of a crystal with an internal oscillator that is off by `per_mille`.
     fn seen(mhz: u8, per_mille: i32) -> u32 {
         let oscillator = 16_000.0 * (1.0 + f64::from(per_mille) / 1000.0);
         (f64::from(mhz) * 16e6 / oscillator) as u32

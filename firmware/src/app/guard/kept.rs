@@ -1,6 +1,6 @@
-//! What survives a reset in RAM that nothing initialises at start: how often the board has started
-//! early, and the record of the last crash. A magic number and a CRC tell it from what RAM holds
-//! after power-on.
+//! State that survives a reset in RAM that nothing initialises at start: how often the board has
+//! started early, and the record of the last crash. A magic number and a CRC distinguish it from
+//! the content of RAM after power-on.
 
 use crate::wire::checksum::crc32_zlib;
 use crate::wire::command::{Crash, CrashKind, LoopPhase, cause};
@@ -10,7 +10,7 @@ pub const WORDS: usize = 16;
 const MAGIC: u32 = u32::from_le_bytes(*b"KEPT");
 /// A run that ends earlier counts as cut short, microseconds.
 pub const EARLY_US: u64 = 10_000_000;
-/// So many runs cut short in a row make the next start a safe one.
+/// Number of runs cut short in a row after which the next start is a safe one.
 pub const SAFE_AFTER: u32 = 3;
 
 const KINDS: [CrashKind; 5] = [
@@ -31,7 +31,7 @@ const PHASES: [LoopPhase; 8] = [
     LoopPhase::Learn,
 ];
 
-/// What survives a reset.
+/// State that survives a reset.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Kept {
     /// Starts in a row whose run did not reach [`EARLY_US`], the present one included until it
@@ -51,9 +51,9 @@ pub fn phase(number: u8) -> LoopPhase {
 }
 
 impl Kept {
-    /// At start: what the RAM holds, and what the chip says of the reset. The second value: the
-    /// start is a safe one. Only resets that the board did itself count: whoever switches it off
-    /// and on, or presses the button, begins anew.
+    /// At start: the state found in RAM, and the causes of the reset. The second value: the start
+    /// is a safe one. Only resets that the board did itself count: switching it off and on, or
+    /// pressing the button, restarts the count.
     #[must_use]
     pub fn started(words: &[u32; WORDS], causes: u8) -> (Kept, bool) {
         let mut kept = Kept::from_words(words).unwrap_or_default();
@@ -85,7 +85,7 @@ impl Kept {
         }
     }
 
-    /// As words of RAM.
+    /// Encodes the state as words of RAM.
     #[must_use]
     pub fn words(&self) -> [u32; WORDS] {
         let mut words = [0; WORDS];
@@ -123,7 +123,7 @@ impl Kept {
         words
     }
 
-    /// From words of RAM; `None`: they are something else, or damaged.
+    /// Decodes words of RAM; `None`: they are something else, or damaged.
     #[must_use]
     pub fn from_words(words: &[u32; WORDS]) -> Option<Kept> {
         let [all @ .., _, stated] = words;

@@ -1,6 +1,6 @@
-//! What decides when something breaks, without registers: which crystal is there ([`crystal`]),
-//! what survives a reset ([`kept`]), whether the output is stuck ([`output`]), and when the window
-//! watchdog may be fed ([`window`]). Whether the application is well is [`super::App::unwell`].
+//! Decisions in case of a failure, without registers: which crystal is there ([`crystal`]), what
+//! survives a reset ([`kept`]), whether the output is stuck ([`output`]), and when the window
+//! watchdog may be fed ([`window`]). Whether the application is healthy is [`super::App::unwell`].
 
 pub mod crystal;
 pub mod kept;

@@ -1,19 +1,19 @@
-//! Whether a line still sends what it was given.
+//! Whether a line sends what it was given.
 
 /// A line that has something to send and does not send for so long is stuck, microseconds. At the
 /// slowest bit rate a byte takes 8 ms.
 pub const STUCK_US: u64 = 100_000;
-/// After so many attempts in a row to open it anew it is broken.
+/// Number of attempts in a row to reopen it after which it is broken.
 pub const ATTEMPTS: u8 = 3;
 
-/// What is to be done about the line.
+/// Action for the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Nothing: it sends, or has nothing to send.
+    /// Nothing to do: it sends, or has nothing to send.
     Fine,
-    /// It is stuck: open it anew.
+    /// It is stuck: reopen it.
     Reopen,
-    /// It is stuck although it was opened anew.
+    /// It is stuck although it was reopened.
     Broken,
 }
 
@@ -54,7 +54,7 @@ impl Watch {
         }
     }
 
-    /// The line was opened anew: what waited is gone, and so many bytes count as left.
+    /// The line was reopened: pending bytes are gone, and `left` bytes count as sent.
     pub fn reopened(&mut self, left: usize) {
         self.left = left;
     }

@@ -4,7 +4,7 @@
 //! is fed before it has come down to [`OPEN`]. The board feeds it by another clock, so clocks that
 //! disagree are found as well as a loop that does not turn.
 
-/// What it is fed with: 64 ticks until it bites.
+/// Value to feed it with: 64 ticks until it bites.
 pub const FULL: u8 = 0x7F;
 /// Up to here it must not be fed: 13 ticks.
 pub const OPEN: u8 = FULL - 13;

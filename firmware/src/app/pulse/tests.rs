@@ -33,7 +33,7 @@ impl Clocks {
         self.age_told(time_ms, delay, None)
     }
 
-    /// The same where a delay and its standard deviation are told, s.
+    /// [`Self::age`] with a configured delay and its standard deviation, s.
     fn age_told(
         &mut self,
         time_ms: u32,
@@ -193,7 +193,7 @@ fn an_inverted_pulse_does_not_make_fixes_old() {
         (0.0, 0.05, Some([0.1, 0.1]), true),
         (0.0, 0.55, Some([0.1, 0.1]), true),
         (0.0, 0.65, Some([0.1, 0.1]), false),
-        (0.0, 0.65, Some([0.1, 0.0]), true), // nothing is told of how well it is known
+        (0.0, 0.65, Some([0.1, 0.0]), true), // no standard deviation is configured
         (0.0, 0.65, None, true),
     ] {
         let mut clocks = Clocks::new(1_000_000, 1_000_000);

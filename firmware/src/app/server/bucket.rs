@@ -7,7 +7,7 @@ pub(super) struct Bucket {
     /// Time for one more, microseconds, > 0.
     period_us: u64,
     left: u16,
-    /// When the last one was added, or when the bucket was last full.
+    /// Time at which the last one was added, or at which the bucket was last full.
     since_us: u64,
 }
 

@@ -1,8 +1,8 @@
-//! Who may change something: sessions of sealed requests.
+//! Authorisation: sessions of sealed requests.
 //!
-//! The device gives a challenge, a number that does not come again. The host seals each request
-//! with the key, the challenge and a counter. The first sealed request begins the session and ends
-//! the one before. Nothing of it is stored, so a session ends with the power at the latest.
+//! The device gives a challenge, a number that is never repeated. The host seals each request with
+//! the key, the challenge and a counter. The first sealed request begins the session and ends the
+//! one before. Nothing of it is stored, so a session ends with the power at the latest.
 //!
 //! **Replay.** Only the next counter is taken. The last request may come again, byte for byte,
 //! because its answer was lost: it gets the same answer, byte for byte, and has no further effect.
@@ -27,8 +27,8 @@ use crate::wire::command::{MAX_PACKET, Protection, Provision, Response};
 pub(super) const TRIES: u16 = 8;
 /// One more after each, microseconds.
 const TRY_US: u64 = 250_000;
-/// So long a challenge waits to be used, microseconds. Later it is another one: what somebody had
-/// the right host seal is of no use then.
+/// Lifetime of an unused challenge, microseconds. Later it is replaced: requests that an attacker
+/// had the right host seal are of no use then.
 const OFFER_US: u64 = 10_000_000;
 /// A session in which nothing comes for so long is over, microseconds.
 const IDLE_US: u64 = 60_000_000;
@@ -48,8 +48,8 @@ struct Session {
     /// Counter and code of the last request.
     counter: u32,
     tag: [u8; 16],
-    /// What the next request must have; `None`: the session is over, and only the last answer is
-    /// given again.
+    /// Door of the next request; `None`: the session is over, and only the last answer is given
+    /// again.
     door: Option<[u8; 4]>,
     used_us: u64,
     tries: Bucket,
@@ -62,7 +62,7 @@ impl Session {
     }
 }
 
-/// What seals the answer to a request.
+/// Data that seals the answer to a request.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::app) struct Ticket {
     secret: Secret,
@@ -70,7 +70,7 @@ pub(in crate::app) struct Ticket {
     counter: u32,
 }
 
-/// What a packet is that is carried out.
+/// Kind of a packet that is carried out.
 #[derive(Debug)]
 pub(in crate::app) enum Verdict {
     /// Not sealed, and need not be.

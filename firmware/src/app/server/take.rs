@@ -7,7 +7,7 @@ use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
 
-/// How long two erasures may take (STM32F405), ms.
+/// Longest time of two erasures (STM32F405), ms.
 const RENEWAL_MS: u32 = 4000;
 
 impl Server {
@@ -38,10 +38,10 @@ impl Server {
         Ok(())
     }
 
-    /// Takes the record received in place of the one in use, if all of it is good. The caller then
-    /// begins anew. Nothing else changes here, so that a refusal leaves everything as it was.
+    /// Replaces the record in use by the received one, if all of it is good. The caller then
+    /// restarts. Nothing else changes here, so that a refusal leaves everything as it was.
     ///
-    /// In bypass only, and not while a correction still fades out: else the correction would jump.
+    /// Only in bypass, and not while a correction fades out: else the correction would jump.
     #[inline(never)]
     pub(super) fn commit_configuration(&mut self, length: u32, flow: &Flow) -> Result<(), Reason> {
         let bytes = self.received.as_slice();

@@ -1,4 +1,4 @@
-//! What is told: state, counters, images and records.
+//! Answers of the server: state, counters, images and records.
 
 use super::Server;
 use crate::app::blackbox::BlackBox;
@@ -62,7 +62,7 @@ impl Server {
     }
 }
 
-/// Of a board with a learner.
+/// Antenna of the receiver; `None` without a learner.
 pub(super) fn antenna(flow: &Flow) -> Option<Antenna> {
     let known = flow.learning.report().antenna;
     flow.learning.exists().then_some(Antenna {
@@ -73,7 +73,7 @@ pub(super) fn antenna(flow: &Flow) -> Option<Antenna> {
     })
 }
 
-/// Of a learner that navigates.
+/// Solution of a learner that navigates.
 #[inline(never)]
 pub(super) fn solution(flow: &Flow) -> Option<Solution> {
     let known = flow.learning.solution()?;
@@ -92,7 +92,7 @@ pub(super) fn solution(flow: &Flow) -> Option<Solution> {
     })
 }
 
-/// Of a board with a learner.
+/// Trials; `None` without a learner.
 #[inline(never)]
 pub(super) fn trials(flow: &Flow) -> Option<Trials> {
     let known = flow.learning.trials()?;

@@ -25,7 +25,7 @@ const LOOK_US: u64 = 250_000;
 /// Bytes of an image that the digest takes at a time.
 const PIECE: usize = 128;
 
-/// What may still be stored.
+/// Budget of records that may still be stored.
 #[derive(Debug)]
 pub(in crate::app) struct Wear {
     /// Digest of what the newest record holds; `None`: not known.
@@ -98,7 +98,7 @@ impl Server {
         Ok(())
     }
 
-    /// Has the board store what is in use, unless the store holds it already.
+    /// Makes the board store the content in use, unless it is stored already.
     pub(super) fn store(&mut self, flow: &mut Flow, now_us: u64) -> Result<(), Reason> {
         Self::may_store(flow)?;
         if flow.pending.commanded {

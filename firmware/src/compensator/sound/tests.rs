@@ -150,8 +150,8 @@ fn a_second_upset_is_mended_like_the_first() {
     }
 }
 
-/// Two upsets at the same time, of what a sample is corrected by and of what that is made anew
-/// from: no correction leaves that is beyond the limit, and it comes back.
+/// Two upsets at the same time, of the correction of a sample and of the constants that it is made
+/// from: no correction beyond the limit leaves, and the right one comes back.
 #[test]
 fn two_upsets_at_the_same_time_correct_nothing_wrong() {
     let made = compensator();
@@ -173,7 +173,7 @@ fn two_upsets_at_the_same_time_correct_nothing_wrong() {
             }
             for number in 345..900 {
                 let sample = sample(number, false);
-                // a block later the constants are made anew
+                // a block later the constants are rebuilt
                 let with = if number < 349 { &upset } else { &made };
                 let (out, _) = step(with, &mut state, &sample);
                 step(&made, &mut other, &sample);
@@ -186,8 +186,8 @@ fn two_upsets_at_the_same_time_correct_nothing_wrong() {
     }
 }
 
-/// Where the correction has gone to zero, floats are owed nothing any more: a value with a
-/// finer last place leaves as it came.
+/// Where the correction has gone to zero, floats are owed nothing any more: a value with a finer
+/// last digit leaves unchanged.
 #[test]
 fn floats_are_owed_nothing_at_zero_correction() {
     let made = compensator();

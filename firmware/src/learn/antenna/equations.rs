@@ -1,11 +1,11 @@
-//! How the errors that the antenna sees move, with lever arm and age among them.
+//! Dynamics of the errors that the antenna sees, with lever arm and age among them.
 
 use super::{Antenna, STATES, state};
 use crate::learn::prior::NAV;
 use crate::nav::ANTENNA;
 use lrnn_nostd::learn::kalman::Transition;
 
-/// By how much they may change in an hour, m and s (assumed: load of the receiver).
+/// Standard deviation of their changes in an hour, m and s (assumed: load of the receiver).
 const WALK: [f32; ANTENNA] = [0.01, 0.01, 0.01, 0.002];
 const HOUR_S: f32 = 3600.0;
 impl Antenna {
@@ -20,7 +20,7 @@ impl Antenna {
         all
     }
 
-    /// The same without the noise: enough for the means.
+    /// The transition without the noise: enough for the means.
     pub(super) fn moves(&self, block: Option<&Transition<NAV>>) -> Transition<STATES> {
         let mut all = Transition::ZEROED;
         for (i, row) in all.phi.iter_mut().enumerate() {
@@ -55,7 +55,7 @@ impl Antenna {
     pub(super) fn wander(&self, all: &mut Transition<STATES>) {
         for j in 0..ANTENNA {
             let walk = WALK.get(j).copied().unwrap_or(0.0);
-            let told = self.sigma.get(j).copied().unwrap_or(0.0) > 0.0;
+            let uncertain = self.sigma.get(j).copied().unwrap_or(0.0) > 0.0;
             let jump = if j + 1 == ANTENNA { self.jump } else { 0.0 };
             let variance = walk * walk * (all.time / HOUR_S) + jump;
             let mut column = [0.0; STATES];
@@ -64,7 +64,7 @@ impl Antenna {
                     *to = *of;
                 }
             }
-            if let Some(own) = column.get_mut(NAV + j).filter(|_| told) {
+            if let Some(own) = column.get_mut(NAV + j).filter(|_| uncertain) {
                 *own = 1.0;
                 for (row, a) in all.q.iter_mut().zip(column) {
                     let entries = row.iter_mut().zip(column);

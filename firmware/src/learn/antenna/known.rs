@@ -1,24 +1,24 @@
-//! What is known of the antenna, for whoever asks.
+//! Estimates of the antenna, for other modules.
 
 use super::Antenna;
 use crate::learn::prior::NAV;
 use crate::nav::vector::{dot, matrix32};
 
-/// What is known of the antenna.
+/// Estimates of the antenna.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
-    /// From the IMU to the antenna, body axes (forward, right, down), m.
+    /// Lever arm from the IMU to the antenna, body axes (forward, right, down), m.
     pub lever_arm: [f32; 3],
-    /// Its standard deviation along each axis, m.
+    /// Standard deviation of the lever arm along each axis, m.
     pub lever_arm_sigma: [f32; 3],
     /// Least age of a fix when it arrives, s.
     pub fix_delay: f32,
-    /// Its standard deviation, s.
+    /// Standard deviation of the delay, s.
     pub fix_delay_sigma: f32,
 }
 
 impl Known {
-    /// Nothing.
+    /// No estimates.
     pub(super) const NONE: Known = Known {
         lever_arm: [0.0; 3],
         lever_arm_sigma: [f32::INFINITY; 3],

@@ -1,5 +1,5 @@
-//! The learner on a vehicle whose receiver is not as told. The drives have their own kinematics
-//! (`fixes::drive`).
+//! The learner on a vehicle whose receiver is not as configured. The drives have their own
+//! kinematics (`fixes::drive`).
 
 use super::*;
 use crate::learn::fixes::Memory;
@@ -42,9 +42,9 @@ fn off(known: &Known, receiver: &Receiver) -> [f64; ANTENNA] {
 }
 
 /// Drives for 300 s and gives the report and the error of position and velocity.
-fn driven(told: Settings, receiver: Receiver, biases: [[f64; 3]; 2]) -> (Report, [f64; 2]) {
+fn driven(settings: Settings, receiver: Receiver, biases: [[f64; 3]; 2]) -> (Report, [f64; 2]) {
     let mut memory = memory();
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, biases, 3);
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, biases, 3);
     drive.seconds(300);
     (drive.learner.report(), drive.error())
 }
@@ -126,14 +126,14 @@ fn it_starts_from_rest() {
     assert!(report.antenna.lever_arm_sigma[2] > 1.0, "{report:?}");
 }
 
-/// What the filter is for: when the wrong values are believed, they are taken for errors of the
+/// The purpose of the filter: when wrong values are believed, they are taken for errors of the
 /// sensors. Such errors have more evidence than none, but they do not prove themselves.
 #[test]
 fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
     for receiver in [receiver(ARM, 0.1), receiver([0.0; 3], 0.5)] {
         let mut memory = memory();
-        let told = Settings::MEDIUM;
-        let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, PERFECT, 3);
+        let settings = Settings::MEDIUM;
+        let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, PERFECT, 3);
         drive.seconds(300);
         assert_ne!(drive.learner.bank().leading(), 0, "{receiver:?}");
         let report = drive.learner.report();
@@ -141,15 +141,22 @@ fn believed_wrongly_they_are_taken_for_errors_of_the_sensors() {
     }
 }
 
-/// What goes into lever arm and delay is lost to the biases, but not more: 1.3 times the errors
+/// Estimating lever arm and delay costs the biases accuracy, but not much: 1.3 times the errors
 /// over 12 drives, more or less in each.
 #[test]
 fn biases_are_learnt_nearly_as_well_as_with_a_known_antenna() {
-    let run = |told, receiver| {
+    let run = |settings, receiver| {
         let mut squares = 0.0;
         for seed in 0..4 {
             let mut memory = memory();
-            let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, BIASED, 20 + seed);
+            let mut drive = Drive::new(
+                &mut memory,
+                settings,
+                Road::TOWN,
+                receiver,
+                BIASED,
+                20 + seed,
+            );
             drive.seconds(300);
             assert_ne!(drive.learner.bank().leading(), 0);
             squares += drive.bias_errors().iter().map(|e| e * e).sum::<f64>();
@@ -161,8 +168,8 @@ fn biases_are_learnt_nearly_as_well_as_with_a_known_antenna() {
     assert!(found < 1.8 * known, "{found} {known}");
 }
 
-/// On a straight line at one speed neither shows. The position at the start is not better known
-/// than the antenna's.
+/// On a straight line at constant speed neither is observable. The position at the start is not
+/// better known than the antenna's.
 #[test]
 fn on_a_straight_line_nothing_is_claimed() {
     let mut memory = memory();
@@ -188,17 +195,17 @@ fn on_a_straight_line_nothing_is_claimed() {
     assert_eq!((report.winner, report.refused), (0, 0));
 }
 
-/// What was told may be off by some of its standard deviations: the fixes have more to say.
+/// The configured values may be off by some of their standard deviations: the fixes outweigh them.
 #[test]
 fn a_wrong_prior_is_outvoted() {
-    let told = Settings {
+    let settings = Settings {
         lever_arm_sigma: 2.0,
         fix_age_sigma: 0.1,
         ..Settings::MEDIUM
     };
     for (arm, delay) in [([15.0, 0.0, 0.0], 0.1), (ARM, 0.9)] {
         let receiver = receiver(arm, delay);
-        let (report, _) = driven(told, receiver, PERFECT);
+        let (report, _) = driven(settings, receiver, PERFECT);
         let known = report.antenna;
         assert!(
             off(&known, &receiver).iter().all(|d| d.abs() < 3.0),
@@ -208,9 +215,9 @@ fn a_wrong_prior_is_outvoted() {
     }
 }
 
-/// One of them may be told exactly.
+/// One of them may be known exactly.
 #[test]
-fn what_is_told_exactly_stays() {
+fn what_is_known_exactly_stays() {
     let arm = Settings {
         fix_age_sigma: 0.0,
         ..unsure()
@@ -238,24 +245,24 @@ fn what_is_told_exactly_stays() {
 #[test]
 fn the_lever_arm_is_reported_in_body_axes() {
     // the sensor's y points left, its z up
-    let told = Settings {
+    let settings = Settings {
         lever_arm: [1.0, -2.0, 3.0],
         mounting: [0.0, 1.0, 0.0, 0.0],
         ..Settings::MEDIUM
     };
     let mut antenna = Antenna::ZEROED;
-    antenna.configure(&told);
+    antenna.configure(&settings);
     assert_eq!(antenna.known().lever_arm, [1.0, 2.0, -3.0]);
 }
 
-/// A time pulse measures the age, whatever was told of it.
+/// A time pulse measures the age, whatever is configured.
 #[test]
 fn with_a_time_pulse_the_age_is_known() {
     let mut memory = memory();
-    let told = Settings::MEDIUM;
+    let settings = Settings::MEDIUM;
     let mut drive = Drive::new(
         &mut memory,
-        told,
+        settings,
         Road::TOWN,
         receiver([0.0; 3], 0.13),
         PERFECT,

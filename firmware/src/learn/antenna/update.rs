@@ -12,8 +12,8 @@ const ESCAPE: u8 = 10;
 /// The variance of an observation counts so many times here: errors of receivers last for seconds
 /// (assumed). With errors that last for 5 to 60 s the estimates then stay as near as they claim.
 const LASTING: f32 = 4.0;
-/// What is not known of lever arm and age is the same in fix after fix, where the hypotheses take
-/// it for noise. So its variance counts so many times there (assumed): they learn little from fixes
+/// The unknown part of lever arm and age is the same in fix after fix, where the hypotheses take it
+/// for noise. So its variance counts this many times there (assumed): they learn little from fixes
 /// that depend on it.
 const SAME: f32 = 10.0;
 

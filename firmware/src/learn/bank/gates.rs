@@ -3,7 +3,7 @@
 use super::table::ALL;
 use lrnn_nostd::Real;
 
-/// When an observation is refused and when a hypothesis is trusted.
+/// Limits at which an observation is refused and a hypothesis is trusted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gates<T = f32> {
     /// An observation is refused when its squared distance, in squared standard deviations, is
@@ -11,17 +11,16 @@ pub struct Gates<T = f32> {
     pub squared_ratio: T,
     /// After this many refusals of an observation in a row, once in a second, it is accepted.
     pub escape: u8,
-    /// By how much the log-likelihood must exceed that of the zero correction: ln of the odds
-    /// against chance.
+    /// Least log-likelihood above that of the zero correction: ln of the odds against chance.
     pub evidence: f64,
-    /// By how much it must exceed the running hypothesis'.
+    /// Least log-likelihood above the running hypothesis'.
     pub better: f64,
     /// Hypotheses that take part, one bit each. Without [`super::ZERO_CORRECTION`] the best of the
     /// others runs, whatever its evidence.
     pub enabled: u8,
 }
 
-/// How often in a row an observation was refused, and whether it is believed nevertheless.
+/// Number of refusals of an observation in a row, and whether it is believed nevertheless.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Refusals {
     times: u8,

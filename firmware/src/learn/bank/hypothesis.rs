@@ -6,7 +6,7 @@ use lrnn_nostd::learn::kalman::{
 };
 use lrnn_nostd::{Rational, Real, State};
 
-/// What a bank needs of any hypothesis.
+/// Interface of a hypothesis for the bank.
 pub trait Hypothesis<T: Real> {
     fn step(&mut self, inputs: [[T; 3]; TRIADS]);
     fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);

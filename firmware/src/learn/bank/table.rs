@@ -44,8 +44,7 @@ macro_rules! hypotheses {
             /// To be begun.
             pub const ZEROED: Self = Self { $($slot: Kalman::ZEROED,)+ };
 
-            /// Begins those in the bits `which` anew, in place: they should not move over the
-            /// stack.
+            /// Restarts those in the bits `which`, in place: they should not move over the stack.
             pub fn begin(
                 &mut self,
                 which: u8,

@@ -14,7 +14,7 @@ pub struct Scratch<T: Real = f32> {
     /// `q` is the covariance of its others, and `phi` that of both if the alignment has estimated
     /// the sensors' errors.
     pub block: Transition<NAV, T>,
-    /// Of the update of one covariance after the other.
+    /// Memory for the update of one covariance after the other.
     pub workspace: Workspace<NAV, OUTPUTS, T>,
 }
 

@@ -18,7 +18,7 @@ const BETWEEN_S: f32 = 1.5;
 /// The largest age of a velocity, s: that of the navigator.
 const OLDEST_S: f32 = 1.0;
 
-/// Where a receiver without velocity saw the vehicle.
+/// Position of the vehicle by a receiver without velocity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
     position: Position,

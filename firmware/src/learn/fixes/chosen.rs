@@ -10,7 +10,7 @@ use crate::model::Nets;
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
 impl FixLearner<'_> {
-    /// Which hypothesis is in force after a fix.
+    /// Selects the hypothesis in force after a fix.
     pub(super) fn choose(&mut self) {
         let bank = &self.memory.bank;
         let chosen = if bank.doubts() {
@@ -79,7 +79,8 @@ impl FixLearner<'_> {
         }
     }
 
-    /// What shall act from the next power-on, as [`crate::learn::Learner::for_next_power_on`].
+    /// Networks that shall act from the next power-on, as
+    /// [`crate::learn::Learner::for_next_power_on`].
     #[inline(never)]
     pub(super) fn of_unit(&self) -> Option<Winner> {
         let best = self.best_of_unit()?;
@@ -122,7 +123,7 @@ impl FixLearner<'_> {
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
     hypothesis: usize,
-    /// Its log-likelihood.
+    /// Log-likelihood of the hypothesis.
     evidence: f64,
     /// How wrong its memory was at the power-ons so far: [`Judged::so_far`](super::judged::Judged).
     wrong: f32,

@@ -1,5 +1,5 @@
-//! Who takes the samples: nobody, the alignment in motion, or the navigator. Only one of them is
-//! there at a time, so that they share their memory.
+//! Consumer of the samples: none, the alignment in motion, or the navigator. Only one of them
+//! exists at a time, so that they share their memory.
 
 use crate::align::motion::InMotion;
 use crate::nav::{self, Navigator};
@@ -14,7 +14,7 @@ use crate::sample::Counts;
 pub(super) enum Course {
     /// Before the first fix.
     Waits,
-    /// From the first fix on while the navigator is not aligned.
+    /// Between the first fix and the end of the alignment.
     Aligns(InMotion),
     Navigates(Navigator),
 }

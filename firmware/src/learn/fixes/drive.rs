@@ -81,7 +81,7 @@ fn earth(latitude: f64, height: f64) -> (f64, f64, f64) {
     )
 }
 
-/// How the vehicle moves: speed (m/s) and heading (rad) at a time (s).
+/// Motion of the vehicle: speed (m/s) and heading (rad) at a time (s).
 #[derive(Clone, Copy)]
 pub struct Road {
     pub speed: fn(f64) -> f64,
@@ -159,7 +159,7 @@ pub struct Receiver {
     pub delay: f64,
     /// Fixes a second.
     pub hz: u32,
-    /// What it says of its accuracy, m and m/s; infinite: it does not measure this.
+    /// Accuracy that it states, m and m/s; infinite: it does not measure this.
     pub sigmas: [f32; OBSERVATIONS],
     /// Standard deviations that it has in fact: position and velocity.
     pub errors: [f64; 2],

@@ -1,10 +1,10 @@
-//! What samples that are missing may have hidden.
+//! Uncertainty from missing samples.
 //!
-//! A gap is bridged with the sample before it. What the vehicle did meanwhile is not known, but how
-//! it has moved of late: the root mean square of its rate and of the change of its specific force
-//! over some ten seconds. Times the length of the gap they are the standard deviations of what was
-//! missed. While the attitude stays in the range of the linear equations the navigator goes on with
-//! a larger covariance. Else it is dropped, and an alignment in motion begins.
+//! A gap is bridged with the sample before it. The motion of the vehicle meanwhile is not known,
+//! but its recent motion is: the root mean square of its rate and of the change of its specific
+//! force over some ten seconds. Times the length of the gap they are the standard deviations of the
+//! missed motion. While the attitude stays in the range of the linear equations the navigator goes
+//! on with a larger covariance. Else it is dropped, and an alignment in motion begins.
 
 use super::FixLearner;
 use crate::align::motion::MAX_HEADING;
@@ -24,7 +24,7 @@ const SHORT_S: f64 = 0.1;
 /// Gravity, m/s2, which a wrong attitude takes for an acceleration.
 const GRAVITY: f32 = 9.8;
 
-/// How the vehicle has moved of late.
+/// Recent motion of the vehicle.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Recent {
     /// Mean squares of the rate and of the change of specific force.
@@ -71,8 +71,8 @@ impl FixLearner<'_> {
         self.samples.last.map_or(0, since)
     }
 
-    /// So many samples are missing, and no work is left. Gives how many of them the navigator has
-    /// to go on for.
+    /// Bridges `missing` samples; no work is left. Gives how many of them the navigator has to go
+    /// on for.
     pub(super) fn bridge(&mut self, missing: u32) -> u32 {
         let Some((_, counts)) = self.samples.last else {
             return 0;

@@ -2,9 +2,9 @@
 //!
 //! A fix and the end of a block each take the learner several hundred thousand instructions. Apart
 //! they never add up, and the answer to a block is ready well before it comes into force. So a fix
-//! waits until there is time before and after it; the navigator retains its past and uses the fix
-//! as of its own time. How long it waits depends on the numbers of the samples alone, so the same
-//! recording gives the same bits on every machine.
+//! waits until there is time before and after it; the navigator retains its history and uses the
+//! fix as of its own time. How long it waits depends on the numbers of the samples alone, so the
+//! same recording gives the same bits on every machine.
 
 use crate::fix::Fix;
 use crate::sample::StreamScale;
@@ -79,7 +79,7 @@ impl Held {
         self.work = work.min(self.block / SHARE);
     }
 
-    /// There is time before and after this sample.
+    /// Whether there is time before and after this sample.
     fn is_free(&self) -> bool {
         self.busy == 0 && self.in_block.saturating_add(self.work) <= self.block
     }

@@ -1,11 +1,11 @@
 //! Which hypothesis' memory would have been best without fixes.
 //!
-//! What is remembered of a unit acts from power-on, before any fix. Evidence does not tell which
+//! What is remembered of a unit acts from power-on, before any fix. Evidence does not show which
 //! hypothesis is best at that: it is earned while each of them learns from the same drive, and
-//! there a law that fits every drive anew wins over a constant, even if it never repeats. So in
-//! each drive the learner compares what each of [`REMEMBERING`] knew at power-on with what the best
-//! of all hypotheses knows now. The mean square of the difference, in units of the datasheet's
-//! bias, is kept for the next drives.
+//! there a law that is fitted again in every drive wins over a constant, even if it never repeats.
+//! So in each drive the learner compares what each of [`REMEMBERING`] knew at power-on with what
+//! the best of all hypotheses knows now. The mean square of the difference, in units of the
+//! datasheet's bias, is stored for the next drives.
 
 use crate::learn::bank::{Bank, DRIVEN, REMEMBERED, REMEMBERING, SIX_BIASES, ZERO_CORRECTION};
 use crate::learn::prior::{Datasheet, Shapes};
@@ -13,15 +13,16 @@ use crate::learn::prior::{Datasheet, Shapes};
 /// The first blocks do not count, in which the best hypothesis knows little more than at power-on:
 /// five minutes at the usual second.
 const SKIPPED: u32 = 300;
-/// So many more make a judgement.
+/// Least number for a judgement.
 const LEAST: u32 = 300;
-/// What the judgement of a drive counts for after the next one: memory gets better from drive to
-/// drive (assumed).
+/// Weight of the judgement of a drive after the next one: memory gets better from drive to drive
+/// (assumed).
 const STAYS: f32 = 0.8;
 /// A hypothesis whose memory was less wrong by this factor takes the place of the one with the
 /// greatest evidence: less is chance (assumed).
 pub(super) const BETTER: f32 = 0.85;
-/// It takes so many drives before the present one: memory before the second was of one drive only.
+/// Number of drives before the present one that it takes: memory before the second was of one drive
+/// only.
 pub(super) const DRIVES: u16 = 2;
 
 /// Means of the output layers of the hypotheses that remember.
@@ -33,7 +34,7 @@ const OF_LAYER: usize = 24;
 pub(super) struct Judged {
     /// Before this drive, as [`crate::learn::unit::Head::judged`].
     before: [f32; 3],
-    /// What was known at power-on; `None`: nothing.
+    /// Means of the memory at power-on; `None`: there was none.
     known: Option<[f32; MEANS]>,
     squares: [f32; 3],
     blocks: u32,
@@ -120,7 +121,7 @@ impl Judged {
         }
     }
 
-    /// With this drive: smaller is better; zeros before there is any judgement.
+    /// Judgement with this drive: smaller is better; zeros before there is any.
     pub fn so_far(&self) -> [f32; 3] {
         if self.blocks < SKIPPED + LEAST {
             return self.before;

@@ -45,7 +45,7 @@ impl Learner for FixLearner<'_> {
 
     fn restart(&mut self) {
         self.memory.rehearsal.interrupted();
-        self.anew();
+        self.restart_stream();
         self.memory.bank.reset_networks();
     }
 

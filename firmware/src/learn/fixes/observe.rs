@@ -1,5 +1,5 @@
-//! What is made of a fix: its age, how much it weighs, whether the vehicle stands, and the
-//! observation that the hypotheses get.
+//! Processing of a fix: its age, its weight, whether the vehicle stands, and the observation that
+//! the hypotheses get.
 
 use super::FixLearner;
 use super::take::{Compared, Fresh, Looked};
@@ -31,7 +31,7 @@ const MEAN: f32 = 20.0;
 /// Fixes in a row by which a vehicle that aligns itself by command moves nevertheless.
 const MOVES: u8 = 5;
 
-/// The receiver's mean velocity while the sensors are still.
+/// The receiver's mean velocity while the sensors are at rest.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Mean {
     velocity: [f32; 3],
@@ -54,7 +54,7 @@ impl Mean {
     }
 }
 
-/// Where the vehicle was when it came to a standstill, by a receiver that measures no velocity.
+/// Position at which the vehicle came to a standstill, by a receiver that measures no velocity.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rest {
     position: Position,
@@ -183,8 +183,8 @@ impl FixLearner<'_> {
     /// Whether the vehicle stands, by receiver and sensors together: the standard deviation of its
     /// velocity, m/s, if that is better than the receiver's.
     ///
-    /// Sensors alone do not tell a standstill from smooth motion. So the receiver's mean velocity
-    /// must be zero too, as far as it is known, and what is not known of it is admitted.
+    /// Sensors alone do not distinguish a standstill from smooth motion. So the receiver's mean
+    /// velocity must be zero too, as far as it is known, and what is not known of it is admitted.
     fn stands(&mut self, fix: &Fix) -> Option<f32> {
         let align = self.navigation.align.as_mut()?;
         let still = align.still() >= STILL_S;
@@ -226,8 +226,8 @@ impl FixLearner<'_> {
         Some(standing).filter(|standing| *standing < sigma)
     }
 
-    /// Whether the vehicle rests by its positions alone: so long at one place that it would have
-    /// been seen at another, had it moved.
+    /// Whether the vehicle rests by its positions alone: they agree for so long that a motion would
+    /// have shown.
     fn rests(&mut self, fix: &Fix) -> bool {
         let Fix {
             position,

@@ -1,4 +1,4 @@
-//! What a learner from fixes consists of, each part with its own reset.
+//! Parts of a learner from fixes, each with its own reset.
 
 use super::aligning::Seen;
 use super::course::Course;
@@ -36,9 +36,9 @@ pub(super) struct Navigation {
     pub align: Option<Align>,
     /// The last position, while the receiver gives no velocity and nothing navigates.
     pub seen: Option<Seen>,
-    /// How the navigator was started last.
+    /// The last start of the navigator.
     pub started: Option<Started>,
-    /// Of a navigator that was aligned in motion.
+    /// Probation of a navigator that was aligned in motion.
     pub probation: Probation,
 }
 
@@ -63,20 +63,20 @@ impl Navigation {
     }
 }
 
-/// How the vehicle moves.
+/// Motion of the vehicle.
 #[derive(Debug, Default)]
 pub(super) struct Motion {
-    /// How it has moved of late.
+    /// Recent motion.
     pub recent: Recent,
-    /// What it has turned and gained.
+    /// Turns and gains of velocity.
     pub proportional: Proportional,
-    /// Where it stands, if the receiver measures no velocity.
+    /// Position at rest, if the receiver measures no velocity.
     pub rest: Option<Rest>,
-    /// How it moves by a receiver that does, while the sensors are still.
+    /// Motion by a receiver that measures it, while the sensors are at rest.
     pub mean: Mean,
 }
 
-/// When the fixes came and hold.
+/// Times of the fixes.
 #[derive(Debug, Default)]
 pub(super) struct FixTimes {
     /// Time of validity of the last fix used.
@@ -88,7 +88,7 @@ pub(super) struct FixTimes {
     pub held: Held,
 }
 
-/// Which hypothesis is in force, and which one knows the unit best.
+/// Indices of the hypothesis in force and of the one that knows the unit best.
 #[derive(Debug)]
 pub(super) struct Choice {
     /// The hypothesis in force after the last fix.
@@ -110,27 +110,27 @@ impl Choice {
         }
     }
 
-    /// Nothing has settled; the choice stays.
+    /// No correction has settled; the choice stays.
     pub fn unsettle(&mut self) {
         self.settled = Settled::default();
         self.unit_settled = Settled::default();
     }
 
-    /// So much time has passed, s.
+    /// Lets this time pass, s.
     pub fn passes(&mut self, time: f32) {
         self.settled.passes(time);
         self.unit_settled.passes(time);
     }
 }
 
-/// What is known of the unit.
+/// Memory of the unit.
 #[derive(Debug)]
 pub(super) struct Remembered {
-    /// When the drive began.
+    /// Memory when the drive began.
     pub before: Head,
-    /// When the learner began.
+    /// Memory when the learner began.
     pub base: Head,
-    /// What is remembered of it.
+    /// The stored part of it.
     pub unit: Unit,
     pub judged: Judged,
     /// Of this drive: seconds beside fixes, and the lowest and highest temperature in them.

@@ -10,7 +10,7 @@
 //!
 //! What the variance grows beyond the largest before is noise for the hypotheses; the largest is
 //! forgotten at the same pace. For a turn that goes on this is the noise of a constant that is
-//! drawn anew each `T` (first-order Gauss-Markov).
+//! drawn again each `T` (first-order Gauss-Markov).
 //!
 //! The larger growth of two memories counts. The long one is for steady turns, whose error passes
 //! for a bias and then ends with them. The short one is for a turn back: the fixes have corrected
@@ -29,7 +29,7 @@ use crate::nav::vector::{Q, V, V32, add, narrow, product, scale};
 /// The times `T`, s (assumed): in which fixes correct an attitude, and of the longest turns.
 const MEMORIES_S: [f32; 2] = [15.0, 150.0];
 
-/// What sensors add to their errors in proportion to the motion: standard deviations.
+/// Errors of the sensors in proportion to the motion: standard deviations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratios {
     /// Scale factors of gyros and accelerometers, as ratios.
@@ -43,12 +43,12 @@ pub struct Ratios {
 /// One kind of motion: an angle or a velocity, about or along north, east, down.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
-    /// With each memory, and its largest square about or along each axis.
+    /// Sum with each memory, and its largest square about or along each axis.
     sums: [(V32, V32); 2],
 }
 
 impl Sum {
-    /// By how much the squares grow beyond the largest.
+    /// Growth of the squares beyond the largest.
     fn adds(&mut self, change: V32, time: f32) -> V32 {
         let mut most = [0.0; 3];
         for ((sum, largest), memory) in self.sums.iter_mut().zip(MEMORIES_S) {

@@ -14,7 +14,7 @@ const AGAIN_S: f32 = 60.0;
 /// See the module.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settled {
-    /// Where it was when it moved last, and its standard deviations then.
+    /// Estimate when it moved last, and its standard deviations then.
     anchor: [f32; OUTPUTS],
     sigma: [f32; OUTPUTS],
     /// Time with fixes since then, s.
@@ -22,7 +22,7 @@ pub struct Settled {
     /// Time since the navigator's start and since the last fix, s.
     navigated_s: f32,
     fix_s: f32,
-    /// It has settled since the navigator's start.
+    /// Whether it has settled since the navigator's start.
     once: bool,
 }
 
@@ -44,7 +44,7 @@ impl Settled {
         self.once |= self.is_settled();
     }
 
-    /// It has moved.
+    /// Notes that the estimate has moved.
     pub fn moves(&mut self) {
         self.since_s = 0.0;
     }

@@ -1,4 +1,4 @@
-//! What can be looked at while it learns.
+//! Reports of the learner's state while it learns.
 
 use super::FixLearner;
 use crate::learn::quantise::split;

@@ -1,4 +1,4 @@
-//! How the navigator starts, and how it goes on across missing samples.
+//! Start of the navigator, and its course across missing samples.
 
 use super::FixLearner;
 use super::observe::STANDS_MPS;
@@ -21,14 +21,14 @@ const MAX_GIVEN: f32 = 1.0;
 const PROBATION: u8 = 60;
 const REFUSED: u8 = 5;
 
-/// How the navigator was started.
+/// A start of the navigator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Started {
     /// State at the end of the sample before.
     pub state: nav::State,
     /// Standard deviations of its errors, in the order of [`NAV`].
     pub sigmas: [f32; NAV],
-    /// What gave the heading.
+    /// Source of the heading.
     pub way: Way,
     /// Mean normalised innovation squared of the alignment in motion; 0 without one.
     pub residual: f32,
@@ -43,17 +43,17 @@ pub(super) struct Starting {
     pub state: nav::State,
     pub sigmas: [f32; NAV],
     pub number: u32,
-    /// What gave the heading, and the residual.
+    /// Source of the heading, and the residual.
     pub way: Way,
     pub residual: f32,
     /// The fix, and its age, that the state is from.
     pub at: Option<(Fix, f32)>,
-    /// What an alignment in motion has found of the sensors' errors.
+    /// Sensor errors found by an alignment in motion.
     pub known: Option<([f32; OUTPUTS], Shown)>,
 }
 
 impl Starting {
-    /// From a known state with these variances.
+    /// A start from a known state with these variances.
     pub fn new(state: nav::State, variance: [f32; NAV]) -> Starting {
         Starting {
             state,
@@ -117,8 +117,8 @@ impl Fresh {
 }
 
 impl FixLearner<'_> {
-    /// What a fix leads to while nothing navigates. An alignment at standstill is solved for its
-    /// place, and the next fix starts the navigator.
+    /// Processes a fix while nothing navigates. An alignment at standstill is solved for its
+    /// position, and the next fix starts the navigator.
     pub(super) fn start_from(&mut self, fresh: &Fresh) {
         let Some(align) = &mut self.navigation.align else {
             return; // nothing navigates without a stream
@@ -196,7 +196,7 @@ impl FixLearner<'_> {
             .map_or(self.samples.first, |(number, _)| number)
     }
 
-    /// How the navigator was started.
+    /// Records a start of the navigator.
     fn note(&mut self, of: &Starting) {
         let samples = of.number.wrapping_sub(self.samples.first);
         self.navigation.started = Some(Started {
@@ -230,7 +230,7 @@ impl FixLearner<'_> {
         Ok(())
     }
 
-    /// How the navigator was started last; `None` before.
+    /// The last start of the navigator; `None` before.
     #[must_use]
     pub fn started(&self) -> Option<&Started> {
         self.navigation.started.as_ref()
@@ -243,7 +243,7 @@ impl FixLearner<'_> {
         libm::hypotf(sigma, libm::hypotf(gyro, accel))
     }
 
-    /// The part of the report that tells of the alignment.
+    /// The part of the report on the alignment.
     pub(super) fn aligned(&self) -> Report {
         let before = self.tally.alignments;
         if self.navigation.course.navigates() {

@@ -28,7 +28,7 @@ pub(super) struct Fresh {
     pub stands: Option<f32>,
 }
 
-/// What is made of a fix.
+/// Result of processing a fix.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Looked {
     Unused,
@@ -46,7 +46,7 @@ impl FixLearner<'_> {
         }
     }
 
-    /// So many samples are missing before the one that comes next, which is `counts`.
+    /// Bridges `missing` samples before the one that comes next, which is `counts`.
     #[inline(never)]
     pub(super) fn go_across(&mut self, missing: u32, counts: &Counts) {
         let of = self.samples.last.map_or(*counts, |(_, counts)| counts);
@@ -87,7 +87,7 @@ impl FixLearner<'_> {
         }
     }
 
-    /// The hypotheses learn from a fix, and are chosen anew.
+    /// The hypotheses learn from a fix, and the best is selected again.
     fn learn_from(&mut self, compared: &Compared) {
         if !self.interval_is_over() {
             return;

@@ -195,14 +195,14 @@ fn a_known_state_needs_a_stream_and_a_range() {
     assert_eq!(learner.nav().map(|nav| nav.position), Some(start.position));
 }
 
-/// Lever arm and delay told exactly, and sensors without scale factor errors: every bit is as
-/// without the filter that estimates the former, and without noise for the latter. It is
-/// the number of the present hypotheses.
+/// Lever arm and delay are known exactly, and the sensors have no scale factor errors: every bit is
+/// as without the filter that estimates the former, and without noise for the latter. The digest is
+/// that of the present hypotheses.
 #[test]
 fn what_is_told_exactly_keeps_every_bit() {
     use super::drive::{Drive, Receiver, Road};
     let mut memory = memory();
-    let told = Settings {
+    let settings = Settings {
         lever_arm: [1.5, 0.7, -1.1],
         scale: [0.0; 2],
         misalignment: [0.0; 2],
@@ -214,7 +214,7 @@ fn what_is_told_exactly_keeps_every_bit() {
         ..Receiver::GOOD
     };
     let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, biases, 11);
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, biases, 11);
     drive.seconds(60);
     let nav = drive.learner.nav().unwrap();
     let position = [
@@ -245,14 +245,14 @@ fn memory_is_judged_by_what_the_next_drive_shows() {
     use super::judged::Judged;
     let mut memory = memory();
     let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
-    let told = Settings::MEDIUM;
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 5);
+    let settings = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, biases, 5);
     drive.seconds(2400);
     let learner = &mut drive.learner;
     assert!(learner.remember() > 0);
     let right = learner.remembered.unit.values().to_vec();
     let (bank, shapes) = (learner.bank(), &learner.shapes);
-    let sheet = &told.sheet;
+    let sheet = &settings.sheet;
     let judge = |values: Option<&[f32]>, blocks: u32| {
         let mut judged = Judged::NONE;
         judged.begin([1.0, 2.0, 3.0], values);
@@ -292,8 +292,8 @@ fn a_drive_counts_once_however_often_the_learner_begins() {
     use super::drive::{Drive, Receiver, Road};
     let mut memory = memory();
     let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
-    let told = Settings::MEDIUM;
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 5);
+    let settings = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, biases, 5);
     drive.seconds(2400);
     assert!(drive.learner.remember() > 0);
     let once = drive.learner.remembered.unit.head;
@@ -307,7 +307,7 @@ fn a_drive_counts_once_however_often_the_learner_begins() {
     for _ in 0..2 {
         let head = again(&mut drive);
         assert_eq!((head.drives, head.count), (1, 3.0));
-        let [before, now] = [once, head].map(|head| head.turn_on(&told.sheet));
+        let [before, now] = [once, head].map(|head| head.turn_on(&settings.sheet));
         for (before, now) in before.into_iter().zip(now) {
             assert!((now / before - 1.0).abs() < 0.05, "{now} {before}");
         }

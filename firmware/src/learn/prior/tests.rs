@@ -141,14 +141,14 @@ fn a_shape_is_taken_only_if_it_is_alive() {
     let mut learnt = driven;
     learnt[0].weights.layers[0].w[1][2] = 0.3;
     learnt[0].weights.layers[2].b[0] = 0.7;
-    let told = Shapes::new(&learnt, &SHEET, &DRIVEN);
-    assert_eq!(told.driven, learnt);
-    assert_eq!(told.curved, [learnt[0], curved[1]]);
+    let given = Shapes::new(&learnt, &SHEET, &DRIVEN);
+    assert_eq!(given.driven, learnt);
+    assert_eq!(given.curved, [learnt[0], curved[1]]);
     learnt[0].weights.layers[1].r[0][0] = f32::NAN;
     assert_eq!(Shapes::new(&learnt, &SHEET, &DRIVEN).driven[0], driven[0]);
 }
 
-/// Networks that were learnt with one of the built-in shapes do not take the other's place.
+/// Networks that were learnt with one of the built-in shapes do not replace the other's.
 #[test]
 fn what_was_learnt_with_one_shape_leaves_the_other() {
     let built_in = Shapes::new(&SHEET.nets(1.0), &SHEET, &DRIVEN);

@@ -1,4 +1,4 @@
-//! What the bets on each hypothesis have won at one horizon.
+//! Gains of the bets on each hypothesis at one horizon.
 //!
 //! A **block** is a stretch of time, and all coasts that end in it. At its end a capital is
 //! multiplied once, by
@@ -29,7 +29,7 @@ use crate::learn::bank::HYPOTHESES;
 struct Bet {
     /// Scores are cut to `-clip ..= clip`.
     clip: f32,
-    /// What a correction must be worth: the mean score above which the bet wins.
+    /// Required worth of a correction: the mean score above which the bet wins.
     worth: f32,
     /// Length of a block, s; no less than the horizon.
     block_s: f32,
@@ -54,14 +54,14 @@ pub(super) const MOST: f32 = 4.0;
 const BET: f32 = 0.95;
 /// Share that is at stake at each coast when checking for harm.
 const CHECK_BET: f32 = 0.3;
-/// The capital is kept between these. Below the least one, the bets begin anew, so that a past
-/// failure does not count for ever; the largest one bounds how long a past success does.
+/// The capital stays between these. Below the least one, the bets restart, so that an early failure
+/// does not count for ever; the largest one bounds how long an early success does.
 const PROOF: [f32; 2] = [0.05, 1e4];
 const CHECK: [f32; 2] = [0.05, 2.0];
-/// Scores whose mean is kept.
+/// Number of scores that the mean covers.
 const MEMORY: f32 = 20.0;
 
-/// What the bets on one hypothesis have won.
+/// Gains of the bets on one hypothesis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wealth {
     /// Capital of each of [`BETS`].
@@ -160,7 +160,7 @@ impl Bets {
         ..Bets::ZEROED
     };
 
-    /// So much time of navigation has passed, s.
+    /// Lets this time of navigation pass, s.
     pub fn passes(&mut self, time: f32) {
         for block in &mut self.blocks {
             block.time += time;
@@ -184,14 +184,14 @@ impl Bets {
         }
     }
 
-    /// Past successes count no more than this.
+    /// Earlier successes count no more than this.
     pub(super) fn limit(&mut self, proof: f32) {
         let capitals = self.wealth.iter_mut().flat_map(|of| &mut of.capital);
         capitals.for_each(|capital| *capital = capital.min(proof));
     }
 }
 
-/// Kept between two limits; what is not finite is the least.
+/// The capital between two limits; the least one if it is not finite.
 fn kept(capital: f32, [least, most]: [f32; 2]) -> f32 {
     if capital >= least {
         capital.min(most)

@@ -14,7 +14,7 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shadow {
     pub off: [f32; NAV],
-    /// What it subtracts from the samples, rad/s and m/s2. It does not change.
+    /// Correction that it subtracts from the samples, rad/s and m/s2. It does not change.
     pub correction: [f32; OUTPUTS],
 }
 
@@ -40,7 +40,7 @@ fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
-/// What a fix says of the navigator: estimate minus fix of two horizontal components, and the
+/// Errors of the navigator by a fix: estimate minus fix of two horizontal components, and the
 /// standard deviation of the fix.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen {
@@ -53,7 +53,7 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Of estimate minus fix and its variance. The position counts; where it is not measured, the
+    /// From estimate minus fix and its variance. The position counts; where it is not measured, the
     /// velocity.
     pub fn of(z: &[f32; OBSERVATIONS], variance: &[f32; OBSERVATIONS]) -> Option<Seen> {
         let [n, e, _, vn, ve, _] = *z;
@@ -143,7 +143,7 @@ impl Coast {
     }
 }
 
-/// By the squares of the errors without and with a correction.
+/// Score by the squares of the errors without and with a correction.
 fn score(without: f32, with: f32) -> f32 {
     let score = 0.5 * libm::logf(without / with);
     if score >= -MOST {

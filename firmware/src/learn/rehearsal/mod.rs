@@ -28,7 +28,7 @@ use crate::fix::OBSERVATIONS;
 use crate::nav::Transition;
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
-/// How long the coasts last, s.
+/// Lengths of the coasts, s.
 pub const HORIZONS_S: [f32; HORIZONS] = [5.0, 10.0, 30.0, 60.0, 120.0, 300.0];
 const HORIZONS: usize = 6;
 /// Coasts of each horizon.
@@ -52,8 +52,8 @@ const ALIKE: f32 = 0.2;
 /// so much later: a share of it, and s.
 const EARLY: f32 = 0.3;
 const LATE: [f32; 2] = [0.5, 2.0];
-/// After a new start of the navigator, past proofs count no more than this.
-const ANEW: f32 = 10.0;
+/// After a restart of the navigator, earlier proofs count no more than this.
+const CARRIED: f32 = 10.0;
 /// A proof that was not renewed for this time is none any more, s (assumed).
 const TRUST_S: f32 = 3600.0;
 
@@ -74,7 +74,7 @@ impl Horizon {
         bets: Bets::NONE,
     };
 
-    /// Which coast may start now: one that does not run, some time after the other.
+    /// A coast that may start now: one that does not run, some time after the other.
     fn free(&mut self, horizon: f32) -> Option<&mut Coast> {
         let [a, b] = &mut self.coasts;
         let waits = |coast: &Coast| coast.time < APART * horizon;
@@ -86,7 +86,7 @@ impl Horizon {
     }
 }
 
-/// How a hypothesis stands.
+/// State of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
     /// Greatest capital of the proof over the horizons.
@@ -116,7 +116,7 @@ impl Rehearsal {
         since_s: 0.0,
     };
 
-    /// Begins anew, in place.
+    /// Restarts in place.
     pub fn begin(&mut self) {
         self.horizons.fill(Horizon::NONE);
         self.drop_coasts();
@@ -132,12 +132,12 @@ impl Rehearsal {
         self.coasts().for_each(|coast| coast.runs = false);
     }
 
-    /// The navigator was lost, or starts anew: the coasts in progress end without a result, and
-    /// what has been proved must be proved again, from a smaller capital.
+    /// The navigator was lost, or restarts: the coasts in progress end without a result, and what
+    /// has been proved must be proved again, from a smaller capital.
     pub fn interrupted(&mut self) {
         self.drop_coasts();
         for horizon in &mut self.horizons {
-            horizon.bets.limit(ANEW);
+            horizon.bets.limit(CARRIED);
         }
         self.proved = [false; HYPOTHESES];
     }
@@ -183,7 +183,7 @@ impl Rehearsal {
         }
     }
 
-    /// How a hypothesis stands.
+    /// State of a hypothesis.
     pub fn standing(&self, hypothesis: usize) -> Standing {
         let mut standing = Standing {
             proof: 0.0,

@@ -1,4 +1,4 @@
-//! What rehearsals prove, by chance and by drives.
+//! Proofs by rehearsals, by chance and in drives.
 
 mod bets;
 mod coasts;
@@ -39,14 +39,15 @@ fn what_is_not_finite_loses() {
 /// subtracts the same correction from the same samples, and their distance to the navigator without
 /// it, m: 300 s of driving, with all errors of the sensors of one size in units of the datasheet.
 fn shadow_and_navigator(size: f64) -> [f64; 2] {
-    let told = Settings::MEDIUM;
-    let [g, a] = [told.sheet.gyro_bias, told.sheet.accel_bias].map(|of| size * f64::from(of));
+    let settings = Settings::MEDIUM;
+    let [g, a] =
+        [settings.sheet.gyro_bias, settings.sheet.accel_bias].map(|of| size * f64::from(of));
     let biases = [[g, -g, g], [a, -a, a]];
     let mut memory = Box::new(Memory::ZEROED);
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, biases, 3);
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, biases, 3);
     let noise = nav::Noise {
-        gyro: told.noise.gyro,
-        accel: told.noise.accel,
+        gyro: settings.noise.gyro,
+        accel: settings.noise.accel,
     };
     let config = nav::Config::new(LSB, 1.0 / f64::from(HZ), noise);
     let start = drive.learner.nav().expect("it navigates");
@@ -90,8 +91,8 @@ fn a_shadow_is_a_second_navigator() {
 
 fn driven(receiver: Receiver, biases: [[f64; 3]; 2], seed: u64, then: impl FnOnce(&mut Drive<'_>)) {
     let mut memory = Box::new(Memory::ZEROED);
-    let told = Settings::MEDIUM;
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, biases, seed);
+    let settings = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, biases, seed);
     drive.seconds(1200);
     then(&mut drive);
 }
@@ -109,8 +110,8 @@ fn real_errors_are_proved_and_given_up_with_the_navigator() {
     });
 }
 
-/// A receiver that is late, displaced, coloured, or five times as bad as told: hypotheses have
-/// evidence then, but nothing proves itself with perfect sensors.
+/// A receiver that is late, displaced, coloured, or five times less accurate than configured:
+/// hypotheses have evidence then, but nothing proves itself with perfect sensors.
 #[test]
 fn a_wrong_receiver_proves_nothing() {
     let wrong = [

@@ -33,7 +33,7 @@ fn bytes(unit: &Unit) -> Vec<u8> {
     bytes
 }
 
-/// How wrong memory was, any numbers.
+/// Judgements of the memory, any numbers.
 const JUDGED: [f32; 3] = [0.5, 0.25, 2.0];
 
 /// A unit after a drive, with what a bank knows that has learnt nothing.
@@ -93,7 +93,7 @@ fn bytes_of_something_else_are_no_memory() {
     }
 }
 
-/// What was learnt of networks with other inputs, or of another shape, means nothing to these.
+/// The memory of networks with other inputs, or of another shape, is not used for these.
 #[test]
 fn memory_belongs_to_its_networks() {
     let unit = after(&Head::NEW, &THERMAL);
@@ -103,12 +103,12 @@ fn memory_belongs_to_its_networks() {
     assert!(!unit.recall(&mut bank(&THERMAL), &other));
 }
 
-/// From the datasheet's guess to the scatter of the unit itself.
+/// The scatter goes from the datasheet's guess to that of the unit itself.
 #[test]
 fn the_scatter_of_the_turn_ons_is_learnt() {
     let sheet = &Settings::MEDIUM.sheet;
-    let told = Head::NEW.turn_on(sheet);
-    assert!((told[0] - sheet.turn_on[0]).abs() < 1e-6);
+    let turn_on = Head::NEW.turn_on(sheet);
+    assert!((turn_on[0] - sheet.turn_on[0]).abs() < 1e-6);
     for scatter in [0.02_f32, 0.5] {
         let head = Head {
             moments: [300.0 * scatter * scatter; 2],

@@ -11,13 +11,13 @@ pub struct Behind<'l, L> {
 }
 
 impl<'l, L: Line> Behind<'l, L> {
-    /// Nothing has left already.
+    /// No byte has left yet.
     pub fn nothing(line: &'l mut L) -> Behind<'l, L> {
         Behind { line, gone: 0 }
     }
 
-    /// The next `len` bytes are those from this place of the sensor's stream on. What has not left
-    /// is not cut any more.
+    /// The next `len` bytes are those from this position of the sensor's stream on. What has not
+    /// left is not cut any more.
     #[inline(always)]
     pub fn of(line: &'l mut L, start: u32, len: usize) -> Behind<'l, L> {
         let mut gone = 0;

@@ -46,7 +46,7 @@ const fn table(reflected: bool) -> [u32; 16] {
 }
 
 impl Crc {
-    /// Of the frames with these values.
+    /// The CRC of frames with these values.
     #[inline(always)]
     pub const fn of(word: Word) -> Crc {
         match word {
@@ -55,7 +55,7 @@ impl Crc {
         }
     }
 
-    /// Of no bytes.
+    /// The CRC of no bytes.
     #[inline(always)]
     pub const fn start(self) -> u32 {
         match self {
@@ -64,7 +64,7 @@ impl Crc {
         }
     }
 
-    /// With one byte more.
+    /// The CRC with one byte more.
     #[inline(always)]
     pub fn next(self, crc: u32, byte: u8) -> u32 {
         match self {

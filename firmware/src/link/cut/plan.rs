@@ -1,6 +1,6 @@
-//! What is known of the frames that are cut.
+//! The plan of the frames that are cut.
 
-/// How values are written.
+/// Encoding of values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Word {
     /// 24 bits, most significant byte first.
@@ -32,30 +32,30 @@ pub const HOLD: u8 = 2;
 /// Most bytes of a frame that are looked at.
 pub const CHECKS: usize = 9;
 
-/// No place in a frame.
+/// No position in a frame.
 pub const NOWHERE: u8 = u8::MAX;
 
-/// How frames of one kind are changed.
+/// Changes of the frames of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
-    /// How their values are written.
+    /// Encoding of their values.
     pub word: Word,
     /// Bytes of a frame; the last four are its CRC.
     pub len: u8,
     /// Zeros that the CRC covers behind the frame's other bytes.
     pub zeros: u8,
-    /// Where the values are, in the order in which they come; [`NOWHERE`] behind the last one.
+    /// Offsets of the values, in the order in which they come; [`NOWHERE`] behind the last one.
     pub at: [u8; 6],
     /// Places and bytes by which a frame is of this kind, in the order in which they come.
     pub checks: [(u8, u8); CHECKS],
     /// Bits to be inverted in the first byte.
     pub first: u8,
-    /// Place and bits of the mark of our own fault; [`NOWHERE`]: none.
+    /// Offset and bits of the mark of our own fault; [`NOWHERE`]: none.
     pub mark: (u8, u8),
 }
 
 impl Plan {
-    /// Of no frame.
+    /// A plan for no frame.
     pub const NONE: Plan = Plan {
         word: Word::I24,
         len: 0,

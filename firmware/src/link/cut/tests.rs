@@ -1,4 +1,4 @@
-//! What leaves with cut-through, against what leaves without.
+//! Output with cut-through, compared with the output without.
 
 use super::*;
 use crate::compensator::{Compensator, Limit, State};
@@ -59,7 +59,7 @@ fn made(sensor: &Simulated, index: u32, [a, b, c, d, e, f]: [i32; 6], rest: u32)
     buffer[..len].to_vec()
 }
 
-/// As it leaves without cut-through.
+/// Output without cut-through.
 fn whole(
     format: ImuFormat,
     (compensator, state): &mut (Compensator, State),
@@ -89,7 +89,7 @@ fn armed(format: ImuFormat, frame: &[u8], state: &State, mark: bool, settings: &
     cut
 }
 
-/// What leaves of a stream.
+/// Output for a stream.
 fn through(cut: &mut Cut, from: u32, bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     for (n, byte) in (from..).zip(bytes) {

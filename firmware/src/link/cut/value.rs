@@ -1,4 +1,4 @@
-//! How the values of a frame are corrected while they come.
+//! Corrects the values of a frame while they come.
 
 use super::{Cut, NOWHERE, Plan, Word};
 use crate::remainder::{add_behind, carried, first_byte, saturate_i24};
@@ -71,7 +71,7 @@ impl Cut {
         whole
     }
 
-    /// Corrects the value that is held, of 24 bits.
+    /// Corrects the pending value, of 24 bits.
     #[inline(always)]
     fn correct_counts(&mut self) {
         let value = (self.held << 8).cast_signed() >> 8;

@@ -61,17 +61,18 @@ struct Board {
     overrun: Cell<bool>,
     /// Interrupts made pending by the frame path: receiving, sending.
     pending: [Cell<bool>; 2],
-    /// In an interrupt, or interrupts are held off.
+    /// Whether an interrupt runs, or interrupts are masked.
     masked: Cell<bool>,
     awake: Cell<bool>,
     overruns: Cell<usize>,
-    /// What is going to arrive at the next moments in which the other side looks at the stream.
+    /// Numbers of bytes that arrive at the next moments in which the other side looks at the
+    /// stream.
     moments: RefCell<VecDeque<u8>>,
     /// Next byte of the sensor, which counts.
     next: Cell<u8>,
     /// Bytes that reached the line's receiver and were not overrun.
     arrived: RefCell<Vec<u8>>,
-    /// What left.
+    /// Bytes that have left.
     sent: RefCell<Vec<u8>>,
     interrupts: Cell<usize>,
 }
@@ -100,7 +101,7 @@ impl Board {
         board
     }
 
-    /// A byte of the sensor; an overrun loses it and tells.
+    /// A byte of the sensor; an overrun loses it and reports that.
     fn arrive(&self) {
         let byte = self.next.get();
         self.next.set(byte.wrapping_add(1));
@@ -258,9 +259,9 @@ fn read_all(port: &mut impl Line, into: &mut Vec<u8>) -> usize {
 
 #[derive(Debug, Clone)]
 enum Step {
-    /// So many bytes arrive.
+    /// This number of bytes arrives.
     Arrive(usize),
-    /// The same while interrupts are held off: after the end of a transfer two bytes are one too
+    /// Bytes arrive while interrupts are masked: after the end of a transfer two bytes are one too
     /// many.
     Late(usize),
     /// The frame path asks for so many.
@@ -282,8 +283,8 @@ fn step() -> impl Strategy<Value = Step> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
-    /// All that arrived is read once and in order, except where the reader was told of a loss; and
-    /// who sleeps is woken by the byte it wants, not before.
+    /// All that arrived is read once and in order, except where a loss was reported to the reader.
+    /// A reader that sleeps is woken by the byte it wants, not before.
     #[test]
     fn nothing_is_lost_or_read_twice(
         steps in prop::collection::vec(step(), 1..80),
@@ -315,7 +316,7 @@ proptest! {
                         }
                         prop_assert!(board.awake.get(), "not woken by {bytes} bytes");
                     } else {
-                        prop_assert!(!port.is_idle(), "told of bytes that are not there");
+                        prop_assert!(!port.is_idle(), "reports bytes that are not there");
                     }
                 }
                 Step::Receive(bytes) => {
@@ -331,7 +332,7 @@ proptest! {
         losses += read_all(&mut port, &mut got);
         let arrived = board.arrived.borrow();
         prop_assert_eq!(&got, &*arrived);
-        prop_assert_eq!(board.overruns.get() > 0, losses > 0, "{} told", losses);
+        prop_assert_eq!(board.overruns.get() > 0, losses > 0, "{} reported", losses);
     }
 
     /// Messages leave whole, in order and once.
@@ -403,10 +404,10 @@ fn bytes_without_an_interrupt_are_found() {
     assert!(port.is_idle() && port.want(28));
 }
 
-/// Nobody reads: the ring fills, the receiver overruns, the reader is told once and then gets what
-/// had come.
+/// Nobody reads: the ring fills and the receiver overruns. This is reported once, and then the
+/// reader gets the bytes that had come.
 #[test]
-fn a_full_ring_is_told_and_goes_on() {
+fn a_full_ring_is_reported_and_goes_on() {
     let (board, mut port) = start(Vec::new());
     (0..RECEIVED + 10).for_each(|_| board.arrive());
     let mut buffer = [0; 1024];

@@ -6,9 +6,9 @@ use std::vec::Vec;
 /// A stream, and the line between sensor and application.
 #[derive(Clone, Copy)]
 struct Stream {
-    /// Frames a second, told.
+    /// Configured frame rate, Hz.
     rate: f64,
-    /// How much slower the sensor's clock is, as a ratio.
+    /// Drift of the sensor's clock, as a ratio; > 0: it is slower.
     drift: f64,
     /// Largest random delay, periods.
     jitter: f64,
@@ -46,8 +46,8 @@ impl Stream {
                 continue;
             }
             came += bytes;
-            // the end of the frame is seen with the burst that holds it, whose last byte belongs to
-            // a later frame if the frame does not end with the burst
+            // the end of the frame is detected with the burst that contains it, whose last byte
+            // belongs to a later frame if the frame does not end with the burst
             let behind = (burst - came % burst) % burst;
             let held = if burst > bytes {
                 (behind / bytes).ceil()
@@ -191,7 +191,7 @@ fn single_frames_add_up() {
 /// Half a period more is no whole number of frames; a watch that is off finds nothing; after an
 /// interruption it does not compare with what was before.
 #[test]
-fn what_is_not_sure_is_told_so() {
+fn an_uncertain_hole_is_reported_as_uncertain() {
     let run = |shift: u64, on: bool, interrupt: bool| {
         let mut watch = HoleWatch::new(on);
         let mut found = Vec::new();

@@ -7,7 +7,7 @@ use std::vec::Vec;
 /// at a time waits, s. Gives when the fault was there.
 fn watched(
     watch: &mut RateWatch,
-    told: f32,
+    configured: f32,
     (start, seconds): (f64, f64),
     hz: f64,
     delay: impl Fn(f64) -> f64,
@@ -26,7 +26,7 @@ fn watched(
                 samples,
                 ..Seen::default()
             };
-            out.push((t - start, watch.look(now, Some(told), seen)));
+            out.push((t - start, watch.look(now, Some(configured), seen)));
         }
     }
     out
@@ -34,7 +34,7 @@ fn watched(
 
 #[test]
 fn a_wrong_rate_is_raised_and_goes_again() {
-    for (told, hz, within) in [
+    for (configured, hz, within) in [
         (1000.0, 5000.0, 5.0),
         (1000.0, 500.0, 5.0),
         (100.0, 200.0, 6.0),
@@ -44,21 +44,27 @@ fn a_wrong_rate_is_raised_and_goes_again() {
         (1062.5, 1000.0, 32.0),
     ] {
         let mut watch = RateWatch::new(true);
-        let seen = watched(&mut watch, told, (0.0, 60.0), hz, |_| 0.0);
+        let seen = watched(&mut watch, configured, (0.0, 60.0), hz, |_| 0.0);
         let first = seen.iter().find(|(_, wrong)| *wrong).map(|(t, _)| *t);
         assert!(
             first.is_some_and(|t| t <= within),
-            "{told}, {hz}: {first:?}"
+            "{configured}, {hz}: {first:?}"
         );
         let since = seen.iter().skip_while(|(_, wrong)| !wrong);
         assert!(
             since.clone().all(|(_, wrong)| *wrong),
-            "{told}, {hz}: it stays"
+            "{configured}, {hz}: it stays"
         );
         // the sensor is set right; the windows in progress still hold the wrong rate
-        let mut watch_on = watched(&mut watch, told, (60.0, 60.0), told.into(), |_| 0.0);
+        let mut watch_on = watched(
+            &mut watch,
+            configured,
+            (60.0, 60.0),
+            configured.into(),
+            |_| 0.0,
+        );
         let (t, still) = watch_on.remove(35);
-        assert!(!still, "{told}: still wrong after {t} s");
+        assert!(!still, "{configured}: still wrong after {t} s");
     }
 }
 
@@ -73,7 +79,7 @@ fn late_bursts_and_slow_clocks_are_no_wrong_rate() {
         }
     };
     let late = |t: f64| if t % 7.0 < 0.05 { 0.05 - t % 7.0 } else { 0.0 };
-    for (told, hz) in [
+    for (configured, hz) in [
         (1000.0, 1000.0),
         (100.0, 100.0),
         (2000.0, 2000.0 * 1.01),
@@ -86,9 +92,9 @@ fn late_bursts_and_slow_clocks_are_no_wrong_rate() {
             [&|_| 0.0, &bursts(0.016), &bursts(0.1), &hiccup, &late];
         for (number, delay) in delays.iter().enumerate() {
             let mut watch = RateWatch::new(true);
-            let seen = watched(&mut watch, told, (0.0, 600.0), hz, delay);
+            let seen = watched(&mut watch, configured, (0.0, 600.0), hz, delay);
             let wrong = seen.iter().find(|(_, wrong)| *wrong);
-            assert_eq!(wrong, None, "{told}, {hz}, delay {number}");
+            assert_eq!(wrong, None, "{configured}, {hz}, delay {number}");
         }
     }
 }
@@ -112,7 +118,7 @@ fn damage_hides_samples_and_regular_holes_are_another_rate() {
     assert!(!look(0, 30, 1000), "some are missing, and known to be");
     assert!(
         look(0, 500, 1000),
-        "a STIM300 at 500 Hz, told 1000: every other one is missing"
+        "a STIM300 at 500 Hz, configured for 1000: every other one is missing"
     );
 }
 

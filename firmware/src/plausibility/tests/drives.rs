@@ -48,7 +48,7 @@ const fn sheet(name: &'static str, gyro_bias: f64, arw: f64, accel_bias: f64, vr
 }
 
 impl Sheet {
-    pub fn told(&self, vehicle: VehicleKind) -> Expected {
+    pub fn expected(&self, vehicle: VehicleKind) -> Expected {
         let triad = |bias: f64, noise: f64, range: f32| Triad {
             bias_turn_on: bias as f32,
             bias_in_run: 0.0,
@@ -86,7 +86,7 @@ impl Random {
     }
 }
 
-/// What a vehicle does at a moment: roll, pitch, heading (rad) with their rates, and acceleration
+/// Motion of a vehicle at a moment: roll, pitch, heading (rad) with their rates, and acceleration
 /// north, east, down (m/s2).
 #[derive(Clone, Copy, Default)]
 pub struct Motion {
@@ -95,7 +95,7 @@ pub struct Motion {
     pub acceleration: [f64; 3],
 }
 
-/// From north-east-down to forward-right-down.
+/// Rotates from north-east-down to forward-right-down.
 pub fn into_body(m: &Motion, v: [f64; 3]) -> [f64; 3] {
     let [(sr, cr), (sp, cp), (sh, ch)] = m.angles.map(f64::sin_cos);
     let (n, e, d) = (v[0] * ch + v[1] * sh, v[1] * ch - v[0] * sh, v[2]);
@@ -121,12 +121,12 @@ pub fn truth(m: &Motion, latitude: f64) -> [[f64; 3]; 2] {
 
 /// A motion by time.
 pub type Moves = fn(f64) -> Motion;
-/// What a mistake makes of a block's rate and force.
+/// Effect of a mistake on a block's rate and force.
 pub type Mistake = fn([[f32; 3]; 2]) -> [[f32; 3]; 2];
 /// Another mounting.
 pub type Turn = fn([f32; 3]) -> [f32; 3];
 
-/// What the receiver says at a time: speed and its standard deviation.
+/// Report of the receiver at a time: speed and its standard deviation.
 pub type Receiver = Option<fn(f64) -> (f32, f32)>;
 
 /// A drive of some seconds: its motion by time, and the sensor.
@@ -139,7 +139,7 @@ pub struct Drive {
     pub sigmas: f64,
     pub receiver: Receiver,
     pub motion: Moves,
-    /// What the mistake makes of a block's rate and force.
+    /// Effect of the mistake on a block's rate and force.
     pub mistake: Mistake,
 }
 
@@ -166,7 +166,7 @@ impl Drive {
     /// at which something was judged.
     pub fn run(&self, seed: u64) -> (u32, Option<f64>, Vec<f64>) {
         let mut random = Random(seed);
-        let mut rest = Rest::new(self.sheet.told(self.vehicle));
+        let mut rest = Rest::new(self.sheet.expected(self.vehicle));
         // the worst sign of the biases is not known: each is drawn
         let mut biases = |sigma: f64| {
             [0; 3].map(|_| {
@@ -312,7 +312,7 @@ pub fn ferry(t: f64) -> Motion {
     }
 }
 
-/// The same mooring in a calm harbour: only the slow turn.
+/// The mooring in a calm harbour: only the slow turn.
 pub fn anchor(t: f64) -> Motion {
     let Motion { angles, rates, .. } = ferry(t);
     Motion {

@@ -91,12 +91,12 @@ fn power_may_fail_while_appending() {
 /// Flash that does not keep what is written to it is noticed. The old record stays in use, or the
 /// new one goes to another place.
 #[test]
-fn what_does_not_read_back_is_told() {
+fn what_does_not_read_back_is_reported() {
     for bad in [9, 16 + 300, 16 + IMAGES_LEN + 3, framed(9, 2).len() - 30] {
         let mut first = store(Wide::new(2 * WIDE));
         with(1, |content| first.save(content)).unwrap();
         let mut flash = first.into_inner();
-        // a cell behind the record that stays as it is, in either place
+        // a cell behind the record that stays as it is, at either position
         for at in [padded(1) + bad, WIDE + bad] {
             flash.stuck.push(at);
         }

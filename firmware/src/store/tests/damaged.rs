@@ -50,13 +50,13 @@ fn a_good_frame_around_bad_contents_is_no_record() {
         rest.extend(record);
         rest
     };
-    let mut other_key = of(&told(5), content::FIXED_LEN);
+    let mut other_key = of(&record_of(5), content::FIXED_LEN);
     other_key[KEY_AT] ^= 1;
-    let mut too_many = of(&told(5), content::FIXED_LEN);
+    let mut too_many = of(&record_of(5), content::FIXED_LEN);
     too_many[0] += 1;
     let mut bad_image = images.clone();
     bad_image[0] ^= 1;
-    let good = of(&told(5), content::FIXED_LEN);
+    let good = of(&record_of(5), content::FIXED_LEN);
     let cases: [(u32, &[u8], &[u8]); 9] = [
         (4, &images, &other_key),
         (4, &images, &too_many),

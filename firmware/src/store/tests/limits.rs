@@ -1,4 +1,4 @@
-//! What is at a limit, or beyond it: other flashes, counters that are full, too long a memory.
+//! Limits and values beyond them: other flashes, counters that are full, too long a memory.
 
 use super::*;
 use crate::learn::MEMORY_LEN;
@@ -87,7 +87,7 @@ fn starts_saturate() {
 /// A learner that remembers more than there is room for is cut off there.
 #[test]
 fn too_long_a_memory_is_cut_off() {
-    let (nets, record) = (nets(1), told(1));
+    let (nets, record) = (nets(1), record_of(1));
     let mut store = store(<Flash>::new(4 * ERASE));
     let content = Content {
         memory: Memory::New(notes(1), &Most, MEMORY_LEN + 1000),

@@ -1,4 +1,4 @@
-//! What is remembered of a unit is stored with the weights, a piece at a time, and stays.
+//! The memory of a unit is stored with the weights, a piece at a time, and stays.
 
 use super::*;
 
@@ -6,7 +6,7 @@ use super::*;
 #[test]
 fn the_same_memory_stays_through_other_records() {
     let mut store = store(<Flash>::new(8 * ERASE));
-    let record = told(3);
+    let record = record_of(3);
     let empty = Content {
         memory: Memory::Same,
         ..Content::new(&Nets::NONE, &record)
@@ -18,7 +18,7 @@ fn the_same_memory_stays_through_other_records() {
     assert_eq!(first.len(), NOTES_LEN + learnt(3).len());
     // records of other lengths, so that it moves within its pieces
     for n in [0, 1, 17, 18, 250] {
-        let (nets_of, record) = (nets(n), told(n));
+        let (nets_of, record) = (nets(n), record_of(n));
         let content = Content {
             memory: Memory::Same,
             ..Content::new(&nets_of, &record)
@@ -31,10 +31,10 @@ fn the_same_memory_stays_through_other_records() {
             }
         }
         let stored = store.load().unwrap().unwrap();
-        assert!(stored.nets == nets(n) && stored.record == told(n));
+        assert!(stored.nets == nets(n) && stored.record == record_of(n));
         assert_eq!(memory(&mut store), first, "{n}");
     }
-    store.save(&Content::new(&nets(2), &told(2))).unwrap();
+    store.save(&Content::new(&nets(2), &record_of(2))).unwrap();
     assert_eq!(memory(&mut store), []);
 }
 
@@ -66,8 +66,8 @@ fn a_pass_writes_one_piece() {
     assert_eq!(found(&store.flash), Some(18));
 }
 
-/// What was begun and is given up leaves the newest record in force, and the next one finds room
-/// behind it. A content that is suddenly another one is not stored.
+/// A record that is given up leaves the newest record in force, and the next one finds room behind
+/// it. A content that changes meanwhile is not stored.
 #[test]
 fn what_is_given_up_half_way_is_no_record() {
     let mut store = store(<Flash>::new(8 * ERASE));
@@ -113,15 +113,15 @@ fn a_record_of_version_2_is_read_and_renewed() {
     for place in [0, 1152, ERASE] {
         let mut flash: Flash = Flash::new(2 * ERASE);
         flash.bytes.fill(0xFF);
-        let record = of_version(2, 9, &images, &told(5));
+        let record = of_version(2, 9, &images, &record_of(5));
         flash.bytes[place..][..record.len()].copy_from_slice(&record);
         let mut store = store(flash);
         let stored = store.load().unwrap().unwrap();
-        assert!(stored.nets == nets(5) && stored.record == told(5));
+        assert!(stored.nets == nets(5) && stored.record == record_of(5));
         assert_eq!((stored.generation, memory(&mut store)), (9, std::vec![]));
         store.make_room().unwrap();
         let stored = store.load().unwrap().unwrap();
-        assert!(stored.nets == nets(5) && stored.record == told(5));
+        assert!(stored.nets == nets(5) && stored.record == record_of(5));
         assert_eq!((stored.generation, memory(&mut store)), (10, std::vec![]));
         let slot = if place < ERASE { ERASE } else { 0 };
         assert_eq!(store.flash.bytes[slot..][..8], *b"LRNS\x04\0\0\0");
@@ -132,22 +132,22 @@ fn a_record_of_version_2_is_read_and_renewed() {
     }
 }
 
-/// What belongs to one unit does not belong to another one, or behind other inputs.
+/// The memory of one unit does not belong to another one, or to other inputs.
 #[test]
 fn a_memory_is_of_one_sensor_with_its_inputs() {
     use crate::configuration::Configuration;
     use crate::inputs::Source;
-    let told = |serial: &str, last| {
-        let mut told = Configuration::default();
-        told.identity.serial = serial.try_into().unwrap();
-        told.inputs[1][2] = last;
-        unit(&told)
+    let unit_with = |serial: &str, last| {
+        let mut configuration = Configuration::default();
+        configuration.identity.serial = serial.try_into().unwrap();
+        configuration.inputs[1][2] = last;
+        unit(&configuration)
     };
     let all = [
-        told("", Source::ForceZ),
-        told("N1", Source::ForceZ),
-        told("N2", Source::ForceZ),
-        told("N1", Source::Temperature),
+        unit_with("", Source::ForceZ),
+        unit_with("N1", Source::ForceZ),
+        unit_with("N2", Source::ForceZ),
+        unit_with("N1", Source::Temperature),
     ];
     for (k, one) in all.iter().enumerate() {
         assert!(all[..k].iter().all(|other| other != one), "{k}");
@@ -176,7 +176,7 @@ fn a_record_that_cannot_be_renewed_is_used() {
     assert!(stored.nets == nets(5) && stored.generation == 7);
 }
 
-/// Temperatures that were never seen stay unknown.
+/// Temperatures that were never measured stay unknown.
 #[test]
 fn unknown_temperatures_come_back_as_unknown() {
     for temperatures in [None, Some([-3, 40])] {

@@ -5,7 +5,7 @@ use super::*;
 /// A record of version 3: it has a memory, and neither unit nor life.
 #[test]
 fn version_3_is_still_read() {
-    let (mut images, record) = (std::vec![0; IMAGES_LEN], told(7));
+    let (mut images, record) = (std::vec![0; IMAGES_LEN], record_of(7));
     nets(7).write_images(0, &mut images);
     let mut rest = (record.len() as u16).to_le_bytes().to_vec();
     rest.extend(&record);
@@ -54,7 +54,7 @@ fn the_record_before_can_be_asked_for() {
         (4, None),
     ] {
         let stored = first.load_older(passed).unwrap();
-        let expected = n.map(|n| (nets(n), told(n), key_of(n), false));
+        let expected = n.map(|n| (nets(n), record_of(n), key_of(n), false));
         let stored = stored.map(|s| (s.nets, s.record, s.key, s.damaged));
         assert_eq!(stored, expected, "{passed}");
     }
@@ -71,9 +71,9 @@ fn the_record_before_can_be_asked_for() {
     assert!(stored.nets == nets(9) && stored.generation == 7);
 }
 
-/// A newer record that is damaged is told, whatever of it is damaged behind its generation.
+/// A newer record that is damaged is reported, whatever of it is damaged behind its generation.
 #[test]
-fn a_damaged_newer_record_is_told() {
+fn a_damaged_newer_record_is_reported() {
     let flash: Flash = (1..=2).fold(Flash::new(2 * ERASE), |flash, n| saved(flash, n).1);
     let damaged = |flash: &Flash| store(flash.clone()).load().unwrap().unwrap().damaged;
     assert!(!damaged(&flash));

@@ -59,8 +59,8 @@ fn a_record_that_heals_is_not_the_newest() {
     }
 }
 
-/// Of two records with one generation, which an older firmware could write, the one behind counts;
-/// and the next one is newer than both.
+/// Of two records with the same generation, which an older firmware could write, the later one
+/// counts, and the next one is newer than both.
 #[test]
 fn of_two_with_one_generation_the_later_counts() {
     let second = framed(1, 7).len().next_multiple_of(PIECE);

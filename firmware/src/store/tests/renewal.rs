@@ -78,7 +78,7 @@ fn an_old_key_that_stays_is_not_called_gone() {
     }
 }
 
-/// The slot that held the old key keeps nothing new, but it can be erased.
+/// The slot that held the old key retains nothing new, but it can be erased.
 #[test]
 fn an_old_key_that_was_erased_is_gone() {
     for slot in [0, 1] {
@@ -144,7 +144,7 @@ fn readable(flash: &Wide, n: u8) -> bool {
 fn a_record_without_a_key_is_one_with_another() {
     let mut images = std::vec![0; IMAGES_LEN];
     nets(5).write_images(0, &mut images);
-    let old = of_version(2, 9, &images, &told(5));
+    let old = of_version(2, 9, &images, &record_of(5));
     let mut flash = Wide::new(2 * WIDE);
     flash.bytes.fill(0xFF);
     flash.bytes[..old.len()].copy_from_slice(&old);

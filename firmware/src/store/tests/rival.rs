@@ -2,8 +2,8 @@
 //! `sequential-storage` keeps one item as long as our record in two sectors of an STM32F405.
 //!
 //! It is asked the question that decides here: what happens between two words of the sensor? The
-//! core of an STM32F405 stands still while its flash is written or erased (DS8626 table 47: 16 us a
-//! word, 1 to 2 s a sector of 128 KiB).
+//! core of an STM32F405 halts while its flash is written or erased (DS8626 table 47: 16 us a word,
+//! 1 to 2 s a sector of 128 KiB).
 
 use super::*;
 use core::future::Future;

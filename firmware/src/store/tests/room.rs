@@ -35,7 +35,7 @@ fn filled<const PLACES: usize>(records: usize) -> Store<Slots<PLACES>> {
     store
 }
 
-/// As many of the longest records as there are places, and not one more.
+/// As many of the longest records fit as there are positions, and not one more.
 #[test]
 fn a_slot_is_used_to_its_end() {
     let mut store = filled::<TWO>(2);
@@ -73,7 +73,7 @@ fn room_is_made_for_a_quarter() {
     assert_eq!(eight, [false, false, false, false, true, true]);
 }
 
-/// A place is free only if all of it is: something stands in its last piece.
+/// A position is free only if all of it is: something stands in its last piece.
 #[test]
 fn a_place_that_is_not_free_to_its_end_is_passed_over() {
     let padded = framed(2, 2).len().next_multiple_of(PIECE);

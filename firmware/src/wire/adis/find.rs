@@ -15,7 +15,7 @@ const SETTLE_US: u32 = 1000;
 /// The sensor that answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// Its model.
+    /// Model of the sensor.
     pub model: Model,
     /// Units of its values.
     pub units: Units,
@@ -24,18 +24,19 @@ pub struct Found {
 }
 
 impl Found {
-    /// The same sensor at the rate that is told for sensors of its form, else at the usual one.
+    /// This sensor at the configured rate, if that is for sensors of its form, else at the usual
+    /// one.
     #[must_use]
     #[inline(never)] // seldom, by two callers
-    pub fn at(self, told: Option<Rate>) -> Found {
+    pub fn at(self, configured: Option<Rate>) -> Found {
         let form = self.model.form();
-        let told = told.filter(|told| told.form == form);
-        let Rate { hz, .. } = told.unwrap_or(Rate::usual(form));
+        let configured = configured.filter(|configured| configured.form == form);
+        let Rate { hz, .. } = configured.unwrap_or(Rate::usual(form));
         Found { rate: hz, ..self }
     }
 }
 
-/// How often sensors with this form of burst send one.
+/// Rate of the bursts of sensors with this form.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rate {
     /// The form.
@@ -45,10 +46,10 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// A rate told and a rate that is there may differ so far, as a share.
+    /// Largest difference between configured and actual rate, as a share.
     pub const OFF: f64 = 0.02;
 
-    /// Of a sensor that nothing is told of, about 1000 Hz.
+    /// Usual rate of a sensor without a configured one, about 1000 Hz.
     #[must_use]
     pub fn usual(form: Form) -> Rate {
         Rate::divided(form, if form == Form::Adis1649x { 4 } else { 2 })
@@ -63,8 +64,8 @@ impl Rate {
         (near && rate.hz >= 1.0).then_some(rate)
     }
 
-    /// Without decimation, Hz (Linux adis16475 and adis16480: 2000 and 4250, divided by 1 up to
-    /// 2000 and 4250).
+    /// Rate without decimation, Hz (Linux adis16475 and adis16480: 2000 and 4250, divided by 1 up
+    /// to 2000 and 4250).
     #[must_use]
     pub fn fastest(form: Form) -> f64 {
         match form {
@@ -85,17 +86,17 @@ fn divider(form: Form, hz: f64) -> u16 {
     ((Rate::fastest(form) / hz + 0.5) as u16).max(1) // `as` saturates
 }
 
-/// Finds the model that answers, to be set to the rate told ([`Found::at`]). Without a sensor this
-/// takes some 0.5 ms at 0.7 MHz. A line that nothing drives always reads one value, which is no
-/// product number.
+/// Detects the model that answers, to be set to the configured rate ([`Found::at`]). Without a
+/// sensor this takes some 0.5 ms at 0.7 MHz. A line that nothing drives always reads one value,
+/// which is no product number.
 ///
 /// # Errors
-/// The bus's.
+/// Those of the bus.
 #[inline(never)] // once at start
 pub fn find<S: SpiDevice>(
     spi: &mut S,
     delay: &mut impl DelayNs,
-    told: Option<Rate>,
+    configured: Option<Rate>,
 ) -> Result<Option<Found>, S::Error> {
     let mut adis = Adis::new(spi, Form::Narrow);
     let product = adis.read_register(delay, register::PRODUCT_ID)?;
@@ -119,7 +120,7 @@ pub fn find<S: SpiDevice>(
             units: model.units(model.form() != Form::Narrow)?,
             rate: 0.0,
         };
-        Some(found.at(told))
+        Some(found.at(configured))
     }))
 }
 
@@ -307,13 +308,13 @@ mod tests {
         assert_eq!(Rate::usual(Adis1649x).hz, 1062.5);
     }
 
-    /// What is told of sensors of another form is not this one's.
+    /// A rate configured for sensors of another form does not apply.
     #[test]
-    fn a_rate_is_of_the_form_told() {
-        let at = |told| {
+    fn a_rate_applies_to_its_form_only() {
+        let at = |configured| {
             let expected = [read(0x72, 16507), read(0x5E, 0x0003)];
             let mut spi = Mock::new(&expected.concat());
-            let found = find(&mut spi, &mut NoopDelay::new(), told).expect("the bus works");
+            let found = find(&mut spi, &mut NoopDelay::new(), configured).expect("the bus works");
             spi.done();
             found.expect("an ADIS").rate
         };

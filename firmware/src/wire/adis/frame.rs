@@ -45,7 +45,7 @@ impl Form {
         }
     }
 
-    /// Makes the checksum of a reply anew, for simulators and tests.
+    /// Recomputes the checksum of a reply, for simulators and tests.
     pub(super) fn seal(self, reply: &mut [u8]) {
         if self != Form::Adis1649x {
             let at = reply.len().saturating_sub(2);

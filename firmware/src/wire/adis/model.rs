@@ -35,8 +35,8 @@ pub enum Model {
 }
 
 impl Model {
-    /// By product number and RANG_MDL (its bits 2 and 3: 00, 01 and 11 are -1, -2 and -3). `None`:
-    /// not one of these.
+    /// The model by product number and RANG_MDL (its bits 2 and 3: 00, 01 and 11 are -1, -2 and
+    /// -3). `None`: not one of these.
     pub fn from_registers(product: u16, range: u16) -> Option<Model> {
         let digit = match range >> 2 & 3 {
             0 => 1,
@@ -69,8 +69,8 @@ impl Model {
         }
     }
 
-    /// What one count of a 16-bit word means; a 32-bit count is 2^-16 of it. `None` for a range
-    /// that does not exist.
+    /// Units of a count of a 16-bit word; a 32-bit count is 2^-16 of it. `None` for a range that
+    /// does not exist.
     pub fn units(self, wide: bool) -> Option<Units> {
         let (gyro, accel) = match self {
             Model::Adis16470 => (0.1, 1.25e-3 * G),
@@ -99,7 +99,7 @@ impl Model {
 }
 
 impl Model {
-    /// What one count of a 16-bit word means in bursts of increments (BURST_SEL); a 32-bit count is
+    /// Units of a count of a 16-bit word in bursts of increments (BURST_SEL); a 32-bit count is
     /// 2^-16 of it. `None` where the Linux driver knows no such bursts.
     pub fn increments(self, wide: bool) -> Option<Units> {
         let (range, velocity) = match self {

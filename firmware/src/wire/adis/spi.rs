@@ -39,7 +39,7 @@ pub mod register {
 pub enum Form {
     /// 1646x, 1647x, 1650x; clock at most 1 MHz.
     Narrow,
-    /// The same with BURST32 set.
+    /// A burst with BURST32 set.
     Wide,
     /// 1649x; clock at most 6 MHz.
     Adis1649x,

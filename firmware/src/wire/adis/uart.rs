@@ -1,7 +1,7 @@
 //! Our own frame around an ADIS burst, for a line without chip select.
 //!
-//! A bare burst has no start mark. A reader of a serial line that has lost its place cannot find
-//! the next one. This frame can be found, tells what is in it, and is guarded by a CRC:
+//! A bare burst has no start mark. A reader of a serial line that has lost synchronisation cannot
+//! find the next one. This frame can be found, states its content, and is guarded by a CRC:
 //!
 //! ```text
 //! AD 15 | bytes of the burst u8 (20, 32, 40) | flags u8 | time u32 | burst | CRC-32 u32
@@ -96,7 +96,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     }
 }
 
-/// Makes both checksums anew, that of the burst first.
+/// Recomputes both checksums, that of the burst first.
 fn seal(frame: &mut [u8]) {
     if let Some(form) = form(frame) {
         form.seal(burst_mut(frame));
@@ -184,7 +184,7 @@ pub struct Repr {
     pub form: Form,
     /// See [`INCREMENTS`] and [`OWN_FAULT`].
     pub flags: u8,
-    /// When the burst was fetched, microseconds.
+    /// Time at which the burst was fetched, microseconds.
     pub time_us: u32,
     /// The burst, and zeros behind a shorter one.
     pub burst: [u8; BURST_1649X_LEN],

@@ -1,6 +1,6 @@
 //! The device's key, and what is computed with it: keyed BLAKE2s (RFC 7693) with 32 bytes of key.
 //!
-//! Each message begins with a byte that tells its purpose, so that a value of one purpose never
+//! Each message begins with a byte that states its purpose, so that a value of one purpose never
 //! serves another. What follows has a fixed length but for the last part.
 //!
 //! Measured on the Cortex-M4F, BLAKE2s takes 6.0 kB of flash and 6400 instructions for the longest
@@ -30,10 +30,10 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// What the device holds.
+/// Key of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Key {
-    /// Nothing was chosen yet: as delivered.
+    /// No choice was made yet: as delivered.
     #[default]
     Unprovisioned,
     /// Somebody chose to do without.
@@ -48,7 +48,7 @@ const OPEN_BY_CHOICE: u8 = 0xC3;
 const WITH_SECRET: u8 = 0x3C;
 
 impl Key {
-    /// As stored: what it is, then the secret or zeros.
+    /// The stored form: the kind, then the secret or zeros.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; KEY_LEN] {
         let mut bytes = [0; KEY_LEN];
@@ -62,7 +62,7 @@ impl Key {
         bytes
     }
 
-    /// From its stored form; `None`: it is none of this firmware's.
+    /// Decodes the stored form; `None`: it is none of this firmware's.
     #[must_use]
     pub fn from_bytes(bytes: &[u8; KEY_LEN]) -> Option<Key> {
         let [first, secret @ ..] = bytes;
@@ -81,7 +81,7 @@ impl Key {
 pub struct Challenge(pub [u8; 16]);
 
 impl Challenge {
-    /// By which packets name the session.
+    /// Number by which packets name the session.
     #[must_use]
     pub fn session(&self) -> [u8; 4] {
         let [a, b, c, d, ..] = self.0;
@@ -89,12 +89,12 @@ impl Challenge {
     }
 }
 
-/// Whose message an authentication code is of.
+/// Sender of the message that an authentication code covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// A request to the device.
     Request,
-    /// Its answer.
+    /// Answer of the device.
     Answer,
 }
 
@@ -145,7 +145,7 @@ impl Secret {
         take(&self.code(purpose, parts), 0)
     }
 
-    /// Whether this is the code of the message, in a time that does not tell how much of it is
+    /// Whether this is the code of the message, in a time that does not reveal how much of it is
     /// right.
     #[must_use]
     pub fn verifies(
@@ -172,12 +172,12 @@ impl Secret {
     }
 }
 
-/// A digest, to tell contents apart. A CRC does not serve where the contents end with their own:
+/// A digest, to distinguish contents. A CRC does not serve where the contents end with their own:
 /// what follows such a part has the same CRC whatever is in it.
 pub struct Digest(Secret);
 
 impl Digest {
-    /// Of nothing.
+    /// The digest of nothing.
     #[must_use]
     pub fn new() -> Digest {
         Digest(Secret([0; SECRET_LEN]))
@@ -188,7 +188,7 @@ impl Digest {
         self.0 = Secret(self.0.code(5, [piece, &[], &[]]));
     }
 
-    /// Of all pieces so far.
+    /// The digest of all pieces so far.
     #[must_use]
     pub fn value(self) -> [u8; 16] {
         take(&self.0.0, 0)

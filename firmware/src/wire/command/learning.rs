@@ -1,4 +1,4 @@
-//! What the learner knows and what its rehearsals have shown, to be looked at.
+//! Reports on the learner: its estimates, and the results of its rehearsals.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub struct Solution {
     pub attitude: [f32; 4],
     /// Sensor errors by the hypothesis that the navigator follows: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
-    /// Their standard deviations.
+    /// Standard deviations of the estimates.
     pub sigma: [[f32; 3]; 2],
 }
 
@@ -26,9 +26,9 @@ pub struct Solution {
 pub struct Trials {
     /// The hypothesis with the most evidence.
     pub leading: u8,
-    /// Those that take part, a bit each.
+    /// Hypotheses that take part, a bit each.
     pub enabled: u8,
-    /// Those that have proved themselves, a bit each.
+    /// Hypotheses that have proved themselves, a bit each.
     pub proved: u8,
     /// Rehearsals that have ended, at each of `crate::learn::rehearsal::HORIZONS_S`.
     pub ended: [u16; 6],

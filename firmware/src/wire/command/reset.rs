@@ -11,7 +11,7 @@ pub mod cause {
     pub const PIN: u8 = 1 << 1;
     /// Power-on.
     pub const POWER_ON: u8 = 1 << 2;
-    /// By software: a fault of the core, a stopped crystal, a debug probe.
+    /// Reset by software: a fault of the core, a stopped crystal, a debug probe.
     pub const SOFTWARE: u8 = 1 << 3;
     /// The independent watchdog.
     pub const WATCHDOG: u8 = 1 << 4;
@@ -29,11 +29,11 @@ pub mod unwell {
     pub const LINKS: u8 = 1 << 1;
     /// The learner's work does not end: of older firmware, a newer one goes on without it.
     pub const LEARNER: u8 = 1 << 2;
-    /// The navigation line does not send, although it was opened anew.
+    /// The navigation line does not send, although it was reopened.
     pub const OUTPUT: u8 = 1 << 3;
 }
 
-/// Where the core's clock comes from.
+/// Source of the core's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ClockSource {
     /// Crystal and PLL.
@@ -49,16 +49,16 @@ pub enum ClockSource {
 /// The crystal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crystal {
-    /// What the firmware was built for, MHz.
+    /// Crystal that the firmware was built for, MHz.
     pub built_mhz: u8,
-    /// What is in use, MHz; 0: the crystal is not in use.
+    /// Crystal frequency in use, MHz; 0: the crystal is not in use.
     pub used_mhz: u8,
     /// As measured at start against the internal oscillator, kHz, and as exact as that is; 0: it
     /// could not be measured.
     pub measured_khz: u32,
 }
 
-/// What ended the run before.
+/// Cause of the end of the run before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CrashKind {
     /// A fault of the core: `cfsr` and `hfsr` say which.
@@ -69,21 +69,21 @@ pub enum CrashKind {
     ClockStopped,
     /// A panic.
     Panic,
-    /// The window watchdog was about to bite: `unwell` says why it was not fed; 0: the frame path
-    /// did not turn.
+    /// The window watchdog was about to bite: `unwell` gives why it was not fed; 0: the frame path
+    /// did not run.
     NotFed,
 }
 
-/// What the frame path was doing.
+/// Phase of the frame path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LoopPhase {
-    /// It had not begun.
+    /// The frame path had not begun.
     Starting,
     /// A burst of an ADIS.
     Burst,
     /// A pass of the application.
     Poll,
-    /// Lines were opened anew.
+    /// Lines were reopened.
     Open,
     /// The store.
     Store,
@@ -98,13 +98,13 @@ pub enum LoopPhase {
 /// The record of a crash. It survives the reset, in RAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crash {
-    /// What it was.
+    /// Cause of the crash.
     pub kind: CrashKind,
-    /// What the frame path was doing.
+    /// Phase of the frame path.
     pub phase: LoopPhase,
     /// Bits of [`unwell`].
     pub unwell: u8,
-    /// Where the program was; 0: not known, since the stack could not be read.
+    /// Program counter; 0: not known, since the stack could not be read.
     pub pc: u32,
     /// The return address there.
     pub lr: u32,
@@ -136,7 +136,7 @@ pub struct Reset {
     /// Safe start: the last starts ended too early, so the device stays in bypass and does not use
     /// the stored weights.
     pub safe: bool,
-    /// Where the clock comes from.
+    /// Source of the clock.
     pub clock: ClockSource,
     /// The core's clock, Hz.
     pub core_hz: u32,
@@ -148,7 +148,7 @@ pub struct Reset {
     pub brown_out: Option<u8>,
     /// The supply is too low for writing flash.
     pub supply_low: bool,
-    /// Times since start that the navigation line was opened anew, since it did not send.
+    /// Times since start that the navigation line was reopened, since it did not send.
     pub reopened: u16,
     /// The last crash since power-on.
     pub crash: Option<Crash>,

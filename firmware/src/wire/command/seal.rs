@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub const SEAL_LEN: usize = 28;
 const CRC_LEN: usize = 4;
 
-/// What makes a packet a sealed one, in the order of its bytes.
+/// The seal of a packet, in the order of its bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Seal {
     /// [`Challenge::session`].
@@ -48,7 +48,7 @@ impl Seal {
     }
 }
 
-/// What seals a message.
+/// Seals messages.
 #[derive(Debug, Clone, Copy)]
 pub struct Sealer<'k> {
     /// The key.
@@ -57,7 +57,7 @@ pub struct Sealer<'k> {
     pub challenge: &'k Challenge,
     /// The request's counter, which its answer has too.
     pub counter: u32,
-    /// Which of the two.
+    /// Direction of the message.
     pub direction: Direction,
 }
 

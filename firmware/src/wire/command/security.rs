@@ -4,7 +4,7 @@ use super::Request;
 use super::key::{Key, Secret};
 use serde::{Deserialize, Serialize};
 
-/// What [`Request::Provision`] makes of the device.
+/// Key state that [`Request::Provision`] sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Provision {
     /// From now on a key is needed. To a device that has one already, the new secret is sent veiled

@@ -247,21 +247,21 @@ fn a_short_buffer_is_an_error() {
 /// this order, so that nobody changes them unawares.
 #[test]
 fn golden_solution_and_trials() {
-    let (told, tried) = (solution(0.7), trials(9));
+    let (known, tried) = (solution(0.7), trials(9));
     let floats = |all: &[f32]| {
         all.iter()
             .flat_map(|of| of.to_le_bytes())
             .collect::<Vec<_>>()
     };
     let mut expected = std::vec![3, 16];
-    expected.extend(told.place.into_iter().flat_map(f64::to_le_bytes));
-    expected.extend(floats(&[told.height]));
-    for part in [told.velocity.as_slice(), &told.attitude] {
+    expected.extend(known.place.into_iter().flat_map(f64::to_le_bytes));
+    expected.extend(floats(&[known.height]));
+    for part in [known.velocity.as_slice(), &known.attitude] {
         expected.extend(floats(part));
     }
-    expected.extend(floats(told.estimate.as_flattened()));
-    expected.extend(floats(told.sigma.as_flattened()));
-    assert_eq!(plain(3, &Response::Solution(told)), expected);
+    expected.extend(floats(known.estimate.as_flattened()));
+    expected.extend(floats(known.sigma.as_flattened()));
+    assert_eq!(plain(3, &Response::Solution(known)), expected);
     let mut expected = std::vec![3, 17, 9, 255, !9];
     for n in 0..6 {
         expected.extend([0xFF - n, 0xFF, 0x03]); // u16::MAX - n as postcard's varint

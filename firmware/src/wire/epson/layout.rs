@@ -1,4 +1,4 @@
-//! What is in a burst, and where.
+//! Content and layout of a burst.
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ pub enum Field {
 }
 
 impl Field {
-    /// All of them.
+    /// All fields.
     pub const ALL: [Field; 11] = [
         Field::Flags,
         Field::Temperature,
@@ -46,7 +46,7 @@ impl Field {
         Field::Checksum,
     ];
 
-    /// Its bit in BURST_CTRL1; for numbers that may have 32 bits, also in BURST_CTRL2.
+    /// Bit of the field in BURST_CTRL1; for numbers that may have 32 bits, also in BURST_CTRL2.
     const fn bit(self) -> u16 {
         match self {
             Field::Flags => 1 << 15,
@@ -100,7 +100,7 @@ impl fmt::Display for Refused {
     }
 }
 
-/// What is in a burst, and where. Positions are bytes from the start mark.
+/// Content and layout of a burst. Positions are bytes from the start mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "[u16; 2]", into = "[u16; 2]")]
 pub struct Layout {
@@ -122,10 +122,10 @@ impl Layout {
         Err(_) => panic!("it has a checksum and all values"),
     };
 
-    /// From the registers of the sensor.
+    /// The layout by the registers of the sensor.
     ///
     /// # Errors
-    /// What the bursts lack.
+    /// The reason why the bursts cannot be used.
     pub const fn new(burst_ctrl1: u16, burst_ctrl2: u16) -> Result<Layout, Refused> {
         if burst_ctrl1 & Field::Checksum.bit() == 0 {
             return Err(Refused::Checksum);
@@ -217,7 +217,7 @@ impl Layout {
         (self.gyro.into(), self.is_wide(self.gyro_field()))
     }
 
-    /// The same of the accelerometer values.
+    /// Offset of the accelerometer values, and whether they have 32 bits.
     pub(super) fn accel(self) -> (usize, bool) {
         (self.accel.into(), self.is_wide(self.accel_field()))
     }

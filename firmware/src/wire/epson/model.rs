@@ -35,7 +35,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// All of them.
+    /// All models.
     pub const ALL: [Model; 11] = [
         Model::G320,
         Model::G354,
@@ -50,7 +50,7 @@ impl Model {
         Model::G370Pdt0,
     ];
 
-    /// Its name in Epson's drivers.
+    /// Name of the model in Epson's drivers.
     pub const fn name(self) -> &'static str {
         match self {
             Model::G320 => "G320PDG0",

@@ -1,4 +1,4 @@
-//! What the Epson bursts state about themselves: [`ImuProtocol`] and [`LaidOut`].
+//! The Epson bursts as a wire format: [`ImuProtocol`] and [`LaidOut`].
 
 use super::layout::{Field, Layout};
 use super::model::{Model, units};
@@ -10,7 +10,7 @@ use crate::wire::sequence::{Rule, Sequence, Stream};
 use crate::wire::{Error, Reading, Scan};
 use serde::{Deserialize, Serialize};
 
-/// What the bursts do not tell.
+/// Settings that the bursts do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// BURST_CTRL1 and BURST_CTRL2 of the sensor.
@@ -23,8 +23,8 @@ pub struct Settings {
     pub angle_range: u8,
     /// DLTV_RANGE_CTRL, 0 to 15: the same for the velocity increments.
     pub velocity_range: u8,
-    /// By how much COUNT rises from one burst to the next. 0: not known, or COUNT is reset by the
-    /// EXT pin. Then damage and silence alone show a gap.
+    /// Step of COUNT from one burst to the next. 0: not known, or COUNT is reset by the EXT pin.
+    /// Then damage and silence alone show a gap.
     pub count_step: u16,
 }
 
@@ -51,7 +51,7 @@ impl ImuProtocol for Protocol {
         scan(Layout::USUAL, bytes)
     }
 
-    /// The rate is the configured one: the bursts do not tell it.
+    /// The rate is the configured one: the bursts do not contain it.
     fn stream(settings: &Settings, _content: u8, rate: f64) -> Option<Stream> {
         Some(Stream {
             units: units(settings)?,

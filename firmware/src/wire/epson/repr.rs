@@ -8,7 +8,7 @@ use crate::wire::field::{put, take};
 /// Every number of a burst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Repr {
-    /// What is in it.
+    /// Layout of the burst.
     pub layout: Layout,
     /// The numbers of all fields but the checksum in the order of [`Field::ALL`], of a quaternion
     /// four, of a triad three. What the layout does not have is not sent. Numbers of 16 bits keep
@@ -17,8 +17,8 @@ pub struct Repr {
 }
 
 impl Repr {
-    /// Calls `f` with each field that is there, but for the checksum: its place among the numbers,
-    /// and position and width of each of its numbers.
+    /// Calls `f` with each field that is there, but for the checksum: its position among the
+    /// numbers, and position and width of each of its numbers.
     fn each(layout: Layout, mut f: impl FnMut([usize; 2], usize, bool)) {
         let mut at = 1;
         for (n, field) in Field::ALL.into_iter().enumerate().take(10) {

@@ -141,7 +141,7 @@ fn the_error_bit_makes_all_values_invalid() {
     assert_eq!((burst.len(), frame.count()), (16, None));
 }
 
-/// Without a checksum a damaged burst could not be told from a good one.
+/// Without a checksum a damaged burst could not be distinguished from a good one.
 #[test]
 fn bursts_without_checksum_or_values_are_refused() {
     let why = |burst_ctrl1| Layout::new(burst_ctrl1, 0).err();
@@ -162,11 +162,11 @@ fn bursts_without_checksum_or_values_are_refused() {
 #[test]
 fn what_a_model_does_not_have_has_no_units() {
     for model in Model::ALL {
-        let mut told = settings([0xF003, 0x7000], model, [12, 12]);
-        assert!(stream(&told).is_some());
-        let low = stream(&told).unwrap().units;
-        told.epson.high_range = true;
-        let high = stream(&told).map(|stream| stream.units);
+        let mut configured = settings([0xF003, 0x7000], model, [12, 12]);
+        assert!(stream(&configured).is_some());
+        let low = stream(&configured).unwrap().units;
+        configured.epson.high_range = true;
+        let high = stream(&configured).map(|stream| stream.units);
         assert_eq!(high.is_some(), model.has_two_ranges());
         if let Some(high) = high {
             assert_eq!(high.accel.lsb, 2.0 * low.accel.lsb);
@@ -202,10 +202,10 @@ fn another_length_or_end_is_no_burst() {
 }
 
 #[test]
-fn the_counter_shows_gaps_when_its_step_is_told() {
-    let mut told = settings([0xF003, 0x7000], Model::G366, [12, 12]);
-    let gaps = |told: &crate::wire::Settings| {
-        let stream = stream(told).unwrap();
+fn the_counter_shows_gaps_when_its_step_is_configured() {
+    let mut configured = settings([0xF003, 0x7000], Model::G366, [12, 12]);
+    let gaps = |settings: &crate::wire::Settings| {
+        let stream = stream(settings).unwrap();
         let mut last = Last::default();
         [0xFFFE, 0xFFFF, 0, 2, 2].map(|count| {
             let mut repr = Repr::parse(&Frame::new_checked(Layout::USUAL, RATES).unwrap());
@@ -215,8 +215,8 @@ fn the_counter_shows_gaps_when_its_step_is_told() {
             stream.gap(&mut last, &frame.reading())
         })
     };
-    assert_eq!(gaps(&told), [Gap::None; 5]);
-    told.epson.count_step = 1;
+    assert_eq!(gaps(&configured), [Gap::None; 5]);
+    configured.epson.count_step = 1;
     let expected = [
         Gap::None,
         Gap::None,
@@ -224,10 +224,10 @@ fn the_counter_shows_gaps_when_its_step_is_told() {
         Gap::Missed(1),
         Gap::Duplicate,
     ];
-    assert_eq!(gaps(&told), expected);
+    assert_eq!(gaps(&configured), expected);
 }
 
-/// With start and end marks in its data.
+/// An example with start and end marks in its data.
 pub(in crate::wire) fn example(n: u8, layout: Layout) -> Vec<u8> {
     let mut numbers = [[0x0D80_0D80, n.into(), -1, 0x0D0D]; 10];
     numbers[0] = [0xFE00, 0, 0, 0];

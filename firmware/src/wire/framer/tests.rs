@@ -68,7 +68,7 @@ fn one_damaged_frame_costs_one_frame_and_is_named() {
 
 /// Another format is not a line of bad checksums.
 #[test]
-fn an_unknown_format_is_told_apart_from_damage() {
+fn an_unknown_format_is_distinguished_from_damage() {
     for format in all() {
         for other in all().into_iter().filter(|other| *other != format) {
             let stream: Vec<_> = (0..=255).flat_map(|n| other.example(n)).collect();
@@ -131,7 +131,7 @@ fn what_is_found_does_not_depend_on_how_much_has_come() {
     }
 }
 
-/// The worst place for a byte that looks like an identifier: where one is expected.
+/// The worst position of a byte that looks like an identifier: where one is expected.
 #[test]
 fn a_stray_identifier_between_frames_costs_none() {
     let (a, b) = (ImuFormat::Stim300.example(1), ImuFormat::Stim300.example(2));

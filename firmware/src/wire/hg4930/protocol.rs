@@ -1,4 +1,4 @@
-//! What the HG4930 states about itself: [`ImuProtocol`].
+//! The HG4930 as a wire format: [`ImuProtocol`].
 
 use super::{Frame, INERTIAL, Message, Repr, S_CLASS, scan, seal};
 use crate::sample::{Axes, RawSample};

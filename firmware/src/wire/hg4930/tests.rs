@@ -106,7 +106,7 @@ fn status_says_failed_with_ones() {
     assert_eq!(valid(0, 0, [PATTERN; 3]), Axes::NONE);
 }
 
-/// What the sum cannot see, so that nobody believes it can.
+/// Damage that the sum cannot detect.
 #[test]
 fn exchanged_words_pass_the_sum() {
     let mut bytes = INERTIAL_FRAME;
@@ -117,7 +117,7 @@ fn exchanged_words_pass_the_sum() {
     assert_eq!(scan(&bytes), Scan::BadChecksum);
 }
 
-/// With headers in its data.
+/// An example with headers in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         message: Message::Inertial,

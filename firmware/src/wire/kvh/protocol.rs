@@ -1,4 +1,4 @@
-//! What the KVH states about itself: [`ImuProtocol`].
+//! The KVH as a wire format: [`ImuProtocol`].
 
 use super::{Frame, Layout, Repr, scan, seal, units};
 use crate::sample::{Axes, RawSample};
@@ -8,7 +8,7 @@ use crate::wire::sequence::{Rule, Sequence, Stream};
 use crate::wire::{Error, Reading, Scan};
 use serde::{Deserialize, Serialize};
 
-/// What the messages of a KVH do not tell.
+/// Settings that the messages of a KVH do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Gyro values are angle increments (`=ROTFMT,DELTA`), not rates.
@@ -72,7 +72,7 @@ impl ImuProtocol for Protocol {
 /// A second of the frames.
 const RATE: u32 = 1000;
 const PERIOD: f64 = 1.0 / RATE as f64;
-/// What the floats of the tests are worth: 2^-20, so that sums of them stay exact.
+/// Unit of the tests' floats: 2^-20, so that sums of them stay exact.
 const FLOAT: f32 = 9.536_743e-7;
 
 /// A sensor of the tests.

@@ -99,7 +99,7 @@ fn headers() {
     assert_eq!(scan(&[0xFE, 0x81, 0xFF, 0x58]), Scan::Garbage);
 }
 
-/// With a start mark in its data.
+/// An example with a start mark in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         layout: Layout::A,

@@ -24,7 +24,7 @@ pub fn is_right(message: &[u8], header: &Header, extra: u8) -> bool {
     checksum(message, header, extra) == take(message, header.crc())
 }
 
-/// Makes the CRC of a `HIGHRES_IMU` anew.
+/// Recomputes the CRC of a `HIGHRES_IMU`.
 pub fn seal(message: &mut [u8], header: &Header) {
     let sum = checksum(message, header, super::CRC_EXTRA);
     put(message, header.crc(), sum);

@@ -1,7 +1,7 @@
 //! `CRC_EXTRA` of the messages of MAVLink's dialect `common`: a byte that stands for the kind of
 //! message and is summed with it. Source: `mavlink_map` of pymavlink 2.4.50.
 
-/// Of the messages 0 to 255; 0: there is no such message.
+/// CRC seeds of the messages 0 to 255; 0: there is no such message.
 #[rustfmt::skip]
 static FIRST: [u8; 256] = [
     50, 124, 137, 0, 237, 217, 104, 119, 0, 0, 0, 89, 0, 0, 0, 0,
@@ -22,7 +22,7 @@ static FIRST: [u8; 256] = [
     0, 90, 104, 85, 95, 130, 184, 81, 8, 204, 49, 170, 44, 83, 46, 0,
 ];
 
-/// Of the messages from 256 on.
+/// CRC seeds of the messages from 256 on.
 #[rustfmt::skip]
 static MORE: [(u16, u8); 70] = [
     (256, 71), (257, 131), (258, 187), (259, 92), (260, 146), (261, 179), (262, 12),

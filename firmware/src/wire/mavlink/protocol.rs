@@ -15,10 +15,10 @@ pub struct Protocol;
 /// The time stamp has 64 bits of microseconds.
 const TURN: f64 = power_of_two(64) * 1e-6;
 
-/// What the messages do not tell.
+/// Settings that the messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Which of the IMUs on the line.
+    /// The IMU on the line that is corrected.
     pub imu: Imu,
 }
 
@@ -39,7 +39,7 @@ impl ImuProtocol for Protocol {
         u8::from(is_signed(frame))
     }
 
-    /// The rate is the configured one: the messages do not tell it. A signed frame cannot be
+    /// The rate is the configured one: the messages do not contain it. A signed frame cannot be
     /// corrected.
     fn stream(_: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let unit = Unit {
@@ -92,12 +92,12 @@ impl LaidOut for Protocol {
     }
 
     #[inline(always)]
-    fn change(_: Imu, frame: &mut [u8], change: &Change, told: &Settings) -> Option<Axes> {
-        <Protocol as ImuProtocol>::change(frame, change, told)
+    fn change(_: Imu, frame: &mut [u8], change: &Change, settings: &Settings) -> Option<Axes> {
+        <Protocol as ImuProtocol>::change(frame, change, settings)
     }
 }
 
-/// What the floats of the tests are worth: 2^-20, so that sums of them stay exact.
+/// Unit of the tests' floats: 2^-20, so that sums of them stay exact.
 const FLOAT: f32 = 9.536_743e-7;
 
 const fn simulated(

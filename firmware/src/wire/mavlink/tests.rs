@@ -18,7 +18,7 @@ const SECOND: [u8; 75] = hex(
 const FIRST: [u8; 74] = hex(
     "fd3e000001070b690000141a99be1c0000000000003f000080be00001cc10000803c000000bd0000803d0000803e000000bf0000003e00507d440000003f000048410000ac41ff1f8f2f",
 );
-/// As `SECOND`, of MAVLink 1.
+/// The message of `SECOND` in MAVLink 1.
 const ONE: [u8; 71] = hex(
     "fe3f02070b69141a99be1c0000000000003f000080be00001cc10000803c000000bd0000803d0000803e000000bf0000003e00507d440000003f000048410000ac41ff1f0227d2",
 );
@@ -28,7 +28,7 @@ const VALUES: [u8; 44] =
 /// The last rate is zero, too, and left out.
 const SHORT: [u8; 40] =
     hex("fd1c000002070b69000005000000000000000000003f000080be00001cc10000803c000000bd0ec9");
-/// As `SECOND`, signed.
+/// The message of `SECOND`, signed.
 const SIGNED: [u8; 88] = hex(
     "fd3f010004070b690000141a99be1c0000000000003f000080be00001cc10000803c000000bd0000803d0000803e000000bf0000003e00507d440000003f000048410000ac41ff1f025b240140e2010000000623359926d3",
 );
@@ -40,7 +40,7 @@ const HEARTBEAT_ONE: [u8; 17] = hex("fe0903070b0000000000020c5104030621");
 const CORRECTED: [u8; 75] = hex(
     "fd3f000000070b690000141a99be1c0000005c8f023fb81e85becdcc1cc18fc2753cb6f3fdbc24977f3d0000803e000000bf0000003e00507d440000003f000048410000ac41ff1f024277",
 );
-/// With bit 15 of `fields_updated`.
+/// The message with bit 15 of `fields_updated`.
 const MARKED: [u8; 75] = hex(
     "fd3f000000070b690000141a99be1c0000005c8f023fb81e85becdcc1cc18fc2753cb6f3fdbc24977f3d0000803e000000bf0000003e00507d440000003f000048410000ac41ff9f02ae7b",
 );
@@ -108,7 +108,7 @@ fn what_cannot_be_changed_is_not() {
     let mut bytes = SIGNED;
     let mut checked = Checked::new(ImuFormat::Mavlink(ANY_SECOND), &mut bytes).unwrap();
     let source = checked.source();
-    // no units: the device tells it by a fault
+    // no units: the device reports it by a fault
     assert_eq!(source.stream(&Settings::DEFAULT, checked.content()), None);
     let sample = RawSample::Floats {
         gyro: [0.0; 3],
@@ -123,23 +123,23 @@ fn what_cannot_be_changed_is_not() {
     assert_eq!(bytes, SIGNED);
 }
 
-/// Of several IMUs on a line the one that is told is corrected.
+/// Of several IMUs on a line the configured one is corrected.
 #[test]
 fn others_imus_pass() {
-    let told = |system, component, id| Imu {
+    let configured = |system, component, id| Imu {
         system,
         component,
         id,
     };
     for (imu, is_frame) in [
-        (told(0, 0, 2), true),
-        (told(7, 0, 2), true),
-        (told(0, 11, 2), true),
-        (told(7, 11, 2), true),
-        (told(0, 0, 0), false),
-        (told(0, 0, 1), false),
-        (told(6, 0, 2), false),
-        (told(0, 12, 2), false),
+        (configured(0, 0, 2), true),
+        (configured(7, 0, 2), true),
+        (configured(0, 11, 2), true),
+        (configured(7, 11, 2), true),
+        (configured(0, 0, 0), false),
+        (configured(0, 0, 1), false),
+        (configured(6, 0, 2), false),
+        (configured(0, 12, 2), false),
     ] {
         let expected = match is_frame {
             true => Scan::Frame(75),
@@ -164,7 +164,7 @@ fn fields_that_are_not_new_are_not_valid() {
             .valid
     };
     assert_eq!(valid(updated::ALL), Axes::ALL);
-    assert_eq!(valid(0), Axes::ALL); // not told
+    assert_eq!(valid(0), Axes::ALL); // not stated
     assert_eq!(valid(OWN_FAULT), Axes::ALL);
     assert_eq!(
         valid(updated::ALL & !(updated::GYRO_X << 1)),
@@ -237,7 +237,7 @@ fn others_pass_and_damage_does_not() {
     }
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8, imu: Imu) -> Vec<u8> {
     let repr = Repr {
         two: true,

@@ -49,14 +49,14 @@ impl Number {
         })
     }
 
-    /// Its value.
+    /// Value of the number.
     #[inline(never)]
     pub fn value(self) -> f64 {
         let value = self.digits as f64 / self.scale.get() as f64;
         if self.negative { -value } else { value }
     }
 
-    /// What one in the last digit is worth.
+    /// Value of one in the last digit.
     pub fn digit(self) -> f32 {
         1.0 / self.scale.get() as f32
     }
@@ -121,7 +121,7 @@ pub fn angle(text: &[u8], side: &[u8], [plus, minus]: [u8; 2], most: u64) -> Opt
     }
 }
 
-/// Without a sign.
+/// A number without a sign.
 fn positive(text: &[u8]) -> Option<Number> {
     Number::of(text).filter(|_| text.first().is_some_and(u8::is_ascii_digit))
 }

@@ -5,7 +5,7 @@ use std::format;
 use std::string::String;
 use std::vec::Vec;
 
-/// With its end and checksum, which is computed here from the definition.
+/// A sentence with its end and checksum, which is computed here from the definition.
 pub(in crate::wire) fn sentence(text: &str) -> Vec<u8> {
     let sum = text.bytes().fold(0, |sum, byte| sum ^ byte);
     format!("${text}*{sum:02X}\r\n").into_bytes()
@@ -43,7 +43,7 @@ fn part(text: &str) -> Part {
     parse(text.as_bytes()).unwrap()
 }
 
-/// Of a sentence without checksum and end.
+/// Values of a sentence without checksum and end.
 fn of(text: &str) -> Part {
     parse(&sentence(text)).unwrap()
 }
@@ -125,7 +125,7 @@ fn golden_accuracy_and_heading() {
 }
 
 #[test]
-fn what_is_not_measured_is_not_told() {
+fn what_is_not_measured_is_not_reported() {
     let gga = |quality: &str, rest: &str| {
         of(&format!(
             "GPGGA,092725,4717.1,N,00833.9,E,{quality},12,{rest}"
@@ -256,7 +256,7 @@ fn other_sentences_pass_and_damage_does_not() {
     );
 }
 
-/// Whatever is in the fields of a sentence: values in their ranges, or none.
+/// Any fields of a sentence give values in their ranges, or none.
 #[test]
 fn any_fields() {
     use proptest::prelude::*;

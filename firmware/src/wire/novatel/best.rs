@@ -69,7 +69,7 @@ impl Log {
     }
 }
 
-/// Looks for a log at the beginning of `bytes`. Other logs with a right CRC pass.
+/// Scans for a log at the beginning of `bytes`. Other logs with a right CRC pass.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     let short = mark(bytes, &[0xAA, 0x44, 0x13]);
@@ -116,7 +116,7 @@ pub(in crate::wire) fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Writes what such a log tells.
+/// Writes the values of such a log.
 #[inline(never)]
 pub(in crate::wire) fn read(frame: &[u8], values: &mut Values) {
     let payload = frame.get(HEADER..).unwrap_or_default();

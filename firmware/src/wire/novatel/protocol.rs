@@ -1,4 +1,4 @@
-//! What the `NovAtel` logs state about themselves: [`ImuProtocol`].
+//! The `NovAtel` logs as a wire format: [`ImuProtocol`].
 
 use super::{Frame, Header, ImuType, Log, Repr, scan, seal};
 use crate::sample::{Axes, RawSample};
@@ -8,7 +8,7 @@ use crate::wire::sequence::{Sequence, Stream};
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
 use serde::{Deserialize, Serialize};
 
-/// What the logs do not tell.
+/// Settings that the logs do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The IMU behind RAWIMU and RAWIMUS.
@@ -19,8 +19,8 @@ pub struct Settings {
 #[derive(Debug)]
 pub struct Protocol;
 
-/// In [`ImuProtocol::content`]: RAWIMU and RAWIMUS do not tell the type of the IMU.
-const UNTOLD: u8 = 0x7E;
+/// In [`ImuProtocol::content`]: RAWIMU and RAWIMUS do not state the type of the IMU.
+const NOT_STATED: u8 = 0x7E;
 /// A type that no document has.
 const UNKNOWN: u8 = 0x7F;
 /// A log with a long header.
@@ -43,14 +43,14 @@ impl ImuProtocol for Protocol {
     }
 
     /// The IMU type, and in bit 7 whether the header is long: the same sample may come in several
-    /// logs. The type is 126 when the log does not tell.
+    /// logs. The type is 126 when the log does not state it.
     #[inline(always)]
     fn content(frame: &[u8]) -> u8 {
-        Frame::over(frame).map_or(UNTOLD, |frame| {
+        Frame::over(frame).map_or(NOT_STATED, |frame| {
             let kind = match frame.info() {
-                Some((_, ImuType(kind @ 0..UNTOLD))) => kind,
+                Some((_, ImuType(kind @ 0..NOT_STATED))) => kind,
                 Some(_) => UNKNOWN,
-                None => UNTOLD,
+                None => NOT_STATED,
             };
             let long = frame.log().header_len() != Log::Rawimusx.header_len();
             if long { kind | LONG } else { kind }
@@ -59,7 +59,7 @@ impl ImuProtocol for Protocol {
 
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let kind = match content & !LONG {
-            0 | UNTOLD => settings.imu_type,
+            0 | NOT_STATED => settings.imu_type,
             kind => ImuType(kind),
         };
         let rate = kind.rate().map_or(rate, f64::from);

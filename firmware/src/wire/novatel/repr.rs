@@ -15,7 +15,7 @@ pub struct Header {
     pub long: LongHeader,
 }
 
-/// What only a long header has.
+/// Fields that only a long header has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LongHeader {
     /// Message type: 0 = binary, measured.
@@ -39,7 +39,7 @@ pub struct LongHeader {
 /// Every field of a raw IMU log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repr {
-    /// Which log.
+    /// Kind of the log.
     pub log: Log,
     /// Header.
     pub header: Header,

@@ -12,16 +12,16 @@ use crate::units::DEGREE;
 /// A message that is not newer than the newest epoch, but older by at most this, belongs to it or
 /// to one that is over, ms. With more, the receiver's time has gone back.
 const LATE_MS: u32 = 1000;
-/// So does it only when it comes this soon after the newest epoch began, microseconds. Later, the
-/// receiver's time has gone back as well: it has started anew.
+/// A late message of an older epoch comes this soon after the newest epoch began, microseconds.
+/// Later, the receiver's time has gone back as well: the receiver has restarted.
 const LATE_US: u64 = 2_000_000;
 const DAY_MS: u32 = 86_400_000;
 const WEEK_MS: u32 = 7 * DAY_MS;
 
-/// When a byte came.
+/// Arrival of a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Arrival {
-    /// By the board's clock, microseconds.
+    /// Board's clock, microseconds.
     pub us: u64,
     /// Number of the last sample before it.
     pub sample: u32,
@@ -50,16 +50,16 @@ pub enum Time {
 /// Standard deviations of position (m) and velocity (m/s), in the order of [`OBSERVATIONS`].
 pub type Sigmas = [f32; OBSERVATIONS];
 
-/// What the messages of an epoch have told so far. A message writes what it measures and leaves
-/// the rest.
+/// Values that the messages of an epoch have given so far. A message writes what it measures and
+/// leaves the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Values {
     /// Position.
     pub position: Position,
     /// Velocity north, east, down, m/s.
     pub velocity: [f64; 3],
-    /// What is to be added to each standard deviation because of the digits of the message, or
-    /// because of its age; [`NOT_MEASURED`] for a value that has not come.
+    /// Addition to each standard deviation because of the digits of the message, or because of
+    /// its age; [`NOT_MEASURED`] for a value that has not come.
     pub own: Sigmas,
     /// Standard deviations that the receiver states; [`NOT_MEASURED`] where it does not.
     pub stated: Sigmas,
@@ -67,14 +67,14 @@ pub struct Values {
     pub assumed: Sigmas,
     /// Two-antenna heading.
     pub heading: Option<Heading>,
-    /// Its standard deviation by another message, rad.
+    /// Standard deviation of the heading by another message, rad.
     pub heading_sigma: Option<f32>,
     /// Day of the week, 0 for Sunday, by a message with a date.
     pub day: Option<u8>,
 }
 
 impl Values {
-    /// Nothing is told.
+    /// No value is given.
     pub const NONE: Values = Values {
         position: Position {
             latitude: 0.0,
@@ -137,7 +137,7 @@ impl Values {
 pub struct Solution {
     /// The fix; `None` when the receiver does not vouch for any value.
     pub fix: Option<Fix>,
-    /// When the first byte of its first message came.
+    /// Arrival of the first byte of its first message.
     pub arrival: Arrival,
 }
 
@@ -151,11 +151,11 @@ pub struct Joiner {
     /// Kinds of messages that it has, a bit each, and that the one before it had.
     kinds: u8,
     usual: u8,
-    /// It has been handed over.
-    told: bool,
+    /// Whether it has been handed over.
+    handed_over: bool,
     /// The line was silent since, so a message without a time is not of it.
     over: bool,
-    /// Day of the week, of receivers that tell the time of the day: by their last date, and by the
+    /// Day of the week, of receivers that give the time of the day: by their last date, and by the
     /// midnights since.
     day: u8,
     /// An epoch that was handed over and not taken yet.
@@ -172,7 +172,7 @@ impl Joiner {
             values: Values::NONE,
             kinds: 0,
             usual,
-            told: true,
+            handed_over: true,
             over: false,
             day: 0,
             ready: false,
@@ -183,7 +183,7 @@ impl Joiner {
         }
     }
 
-    /// The place for the values of a message whose first byte came at `arrival`; `None` when it
+    /// The memory for the values of a message whose first byte came at `arrival`; `None` when it
     /// belongs to an epoch that is over. A message that begins a new epoch ends the one before it.
     /// [`Joiner::take`] is to be asked before the next message.
     #[inline(never)]
@@ -204,7 +204,7 @@ impl Joiner {
                     self.day = (self.day + 1) % 7;
                 }
                 (self.time, self.arrival) = (Some(new), arrival);
-                (self.kinds, self.told, self.over) = (0, false, false);
+                (self.kinds, self.handed_over, self.over) = (0, false, false);
                 self.values = Values::NONE;
             }
         }
@@ -223,7 +223,7 @@ impl Joiner {
 
     /// Whether an epoch waits for messages.
     pub fn waits(&self) -> bool {
-        !self.told
+        !self.handed_over
     }
 
     /// The line is silent: nothing more comes of the epoch.
@@ -240,7 +240,7 @@ impl Joiner {
     /// Makes the fix, if there is a position or a velocity.
     #[inline(never)]
     fn hand_over(&mut self) {
-        if core::mem::replace(&mut self.told, true) {
+        if core::mem::replace(&mut self.handed_over, true) {
             return;
         }
         self.day = self.values.day.unwrap_or(self.day);

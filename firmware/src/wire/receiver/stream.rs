@@ -17,14 +17,14 @@ pub const SILENCE_US: u64 = 100_000;
 /// Reads a receiver's line.
 #[derive(Debug)]
 pub struct Receiver {
-    /// The format that was told; `None`: it is found out.
-    told: Option<ReceiverFormat>,
+    /// The configured format; `None`: it is detected.
+    configured: Option<ReceiverFormat>,
     /// The format is not known.
     detects: bool,
     detector: Detector<ReceiverFormat, { ReceiverFormat::ALL.len() }>,
     framer: Framer<ReceiverFormat>,
     joiner: Joiner,
-    /// When the byte at the framer's head came, and the last ones.
+    /// Arrival of the byte at the framer's head, and of the last ones.
     head: Arrival,
     last: Arrival,
     /// Bytes in the framer that came before the last ones.
@@ -32,13 +32,13 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Of this format; `None`: it is found out.
+    /// A receiver of this format; `None`: it is detected.
     #[inline(never)]
-    pub fn new(told: Option<ReceiverFormat>) -> Receiver {
-        let format = told.unwrap_or(ReceiverFormat::Ubx);
+    pub fn new(configured: Option<ReceiverFormat>) -> Receiver {
+        let format = configured.unwrap_or(ReceiverFormat::Ubx);
         Receiver {
-            told,
-            detects: told.is_none(),
+            configured,
+            detects: configured.is_none(),
             detector: Detector::of(ReceiverFormat::ALL),
             framer: Framer::new(format),
             joiner: Joiner::new(format.usual()),
@@ -50,10 +50,10 @@ impl Receiver {
 
     /// As [`Receiver::new`], in place: a new one would be built on the stack first.
     #[inline(never)]
-    pub fn begin_anew(&mut self, told: Option<ReceiverFormat>) {
-        self.told = told;
-        self.begin(told.unwrap_or(ReceiverFormat::Ubx));
-        if told.is_none() {
+    pub fn begin_anew(&mut self, configured: Option<ReceiverFormat>) {
+        self.configured = configured;
+        self.begin(configured.unwrap_or(ReceiverFormat::Ubx));
+        if configured.is_none() {
             self.detect();
         }
         (self.head, self.last) = (Arrival::default(), Arrival::default());
@@ -94,7 +94,7 @@ impl Receiver {
         self.framer.push(bytes);
     }
 
-    /// Looks for the format.
+    /// Detects the format.
     fn detect(&mut self) {
         self.detector.begin_anew(|format| format);
         self.detects = true;
@@ -125,7 +125,7 @@ impl Receiver {
                 self.head = self.last;
             }
             self.before = self.before.saturating_sub(len);
-            if kind == Kind::Unknown && self.told.is_none() {
+            if kind == Kind::Unknown && self.configured.is_none() {
                 self.detect();
             }
         }

@@ -4,13 +4,13 @@ use crate::wire::receiver::testing::{self, NONE, Part};
 use crate::wire::{Error, ReceiverFormat};
 use std::vec::Vec;
 
-/// Made anew: CRC of all that is behind it.
+/// Recomputes the CRC of all bytes behind it.
 fn seal(frame: &mut [u8]) {
     let sum = xmodem(&frame[4..]);
     put(frame, 2, sum.to_le_bytes());
 }
 
-/// With a start mark in its data.
+/// An example with a start mark in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let mut frame = PVT.to_vec();
     put(&mut frame, 8, u32::from(n).to_le_bytes());
@@ -24,7 +24,7 @@ pub(in crate::wire) fn remade(frame: &[u8]) -> Result<Vec<u8>, Error> {
     testing::remade(ReceiverFormat::Sbf, frame, seal)
 }
 
-/// As the format is documented; `pysbf2` reads the same numbers (`tests/qemu`).
+/// A block as the format is documented; `pysbf2` reads the same numbers (`tests/qemu`).
 const PVT: [u8; 96] = hex(
     "24402202a74f600015cd5b0792090400666666666666ea3fdf4f8d976e12c33f9a999999991d8140666640420000a03f000020c00000003e004094439a9999999999b93f0ad7233c00001400010064000300000000010000c800040006000000",
 );
@@ -92,7 +92,7 @@ fn golden_blocks() {
 }
 
 #[test]
-fn what_is_not_measured_is_not_told() {
+fn what_is_not_measured_is_not_reported() {
     for mode in [0, 3, 9, 11, 0x84] {
         assert_eq!(changed(&PVT, 14, [mode]).position, None, "{mode}");
         assert_eq!(changed(&POSITION_COVARIANCE, 14, [mode]).stated, NONE);

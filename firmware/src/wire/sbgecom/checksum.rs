@@ -20,7 +20,7 @@ pub fn is_right(frame: &[u8]) -> bool {
     end == END && checksum(frame) == [low, high]
 }
 
-/// Makes CRC and end mark anew.
+/// Recomputes CRC and end mark.
 pub fn seal(frame: &mut [u8]) {
     let [low, high] = checksum(frame);
     put(frame, frame.len().saturating_sub(TRAILER), [low, high, END]);

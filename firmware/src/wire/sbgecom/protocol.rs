@@ -1,4 +1,4 @@
-//! What sbgECom states about itself: [`ImuProtocol`].
+//! sbgECom as a wire format: [`ImuProtocol`].
 
 use super::{Frame, Message, Repr, scan, seal, status};
 use crate::sample::{Axes, Quantity, RawSample, Unit, Units};
@@ -40,7 +40,7 @@ impl ImuProtocol for Protocol {
         })
     }
 
-    /// The rate is the configured one: the messages do not tell it.
+    /// The rate is the configured one: the messages do not contain it.
     fn stream(_: &(), content: u8, rate: f64) -> Option<Stream> {
         let (gyro, accel) = if content == Message::Data.id() {
             (1.0, 1.0)
@@ -105,7 +105,7 @@ const fn simulated(
     }
 }
 
-/// What a count of the fields is worth in `IMU_DATA`: 2^-20 m/s^2 and rad/s.
+/// Unit of the fields in `IMU_DATA`: 2^-20 m/s^2 and rad/s.
 const FLOAT: f32 = 9.536_743e-7;
 
 const SIMULATED: [Simulated; 3] = [

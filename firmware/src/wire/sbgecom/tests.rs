@@ -95,7 +95,7 @@ fn the_status_names_good_axes() {
     assert_eq!(frame.reading().valid, Axes::new(0b110, 7));
 }
 
-/// 71 minutes after its start the time stamp begins anew.
+/// 71 minutes after its start the time stamp wraps.
 #[test]
 fn a_turn_of_the_time_stamp_is_no_gap() {
     let stream = ImuFormat::SbgEcom.stream(&Settings::DEFAULT, 44).unwrap();
@@ -145,7 +145,7 @@ fn others_pass_and_damage_does_not() {
     assert_eq!(scan(&[0xFF, 0x5B]), Scan::Garbage);
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         message: Message::Short,

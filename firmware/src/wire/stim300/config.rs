@@ -1,4 +1,4 @@
-//! STIM300 special datagrams, above all the configuration datagram, which tells the units of the
+//! STIM300 special datagrams, above all the configuration datagram, which states the units of the
 //! measurements.
 //!
 //! Source: datasheet TS1524 rev 31, tables 5-13, 5-15 to 5-18 and 5-22. Part number, serial number,
@@ -86,7 +86,7 @@ fn quantity(code: u8) -> Result<Quantity, Error> {
     }
 }
 
-/// The configuration. All bits are kept, known or not, so that a configuration read and sent again
+/// The configuration. It stores all bits, known or not, so that a configuration read and sent again
 /// is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Config {
@@ -168,7 +168,7 @@ impl Config {
         self.sample_rate().ok().flatten().map(|rate| 2000 / rate)
     }
 
-    /// What the measurement datagrams hold.
+    /// Content of the measurement datagrams.
     pub fn contents(&self) -> Contents {
         let bits = self.bytes[at::DATAGRAM];
         Contents {
@@ -188,7 +188,7 @@ impl Config {
         self.bytes[at::DATAGRAM] & 1 != 0
     }
 
-    /// Bit/s; `None` for a user-defined rate, which the datagram does not tell.
+    /// Bit/s; `None` for a user-defined rate, which the datagram does not contain.
     ///
     /// # Errors
     /// [`Error::Field`] for a code the datasheet does not have.
@@ -253,8 +253,8 @@ impl Config {
         })
     }
 
-    /// The same with another content, for a compensator that sends other datagrams than it
-    /// receives.
+    /// This configuration with another content, for a compensator that sends other datagrams than
+    /// it receives.
     #[must_use]
     pub fn with_contents(mut self, contents: Contents) -> Config {
         let bits = &mut self.bytes[at::DATAGRAM];
@@ -268,8 +268,8 @@ impl Config {
         self.sealed()
     }
 
-    /// The same with another sample rate code: 0 to 4 for 125, 250, 500, 1000, 2000 Hz, 5 for the
-    /// external trigger.
+    /// This configuration with another sample rate code: 0 to 4 for 125, 250, 500, 1000, 2000 Hz, 5
+    /// for the external trigger.
     #[must_use]
     pub fn with_sample_rate_code(mut self, code: u8) -> Config {
         let bits = &mut self.bytes[at::DATAGRAM];
@@ -277,7 +277,7 @@ impl Config {
         self.sealed()
     }
 
-    /// The same with or without CR LF, identifier included.
+    /// This configuration with or without CR LF, identifier included.
     #[must_use]
     pub fn with_crlf(mut self, crlf: bool) -> Config {
         self.bytes[0] = CONFIGURATION_ID | u8::from(crlf);
@@ -285,8 +285,8 @@ impl Config {
         self.sealed()
     }
 
-    /// The same with other unit codes: gyro 0 to 3 and accelerometer 0 to 4 (rate, increment,
-    /// average, integrated, integrated in m/s), + 8 delayed.
+    /// This configuration with other unit codes: gyro 0 to 3 and accelerometer 0 to 4 (rate,
+    /// increment, average, integrated, integrated in m/s), + 8 delayed.
     #[must_use]
     pub fn with_unit_codes(mut self, gyro: u8, accel: u8) -> Config {
         for (at, code) in [(at::GYRO_UNIT, gyro), (at::ACCEL_UNIT, accel)] {
@@ -296,7 +296,7 @@ impl Config {
         self.sealed()
     }
 
-    /// The same with all accelerometers of another range.
+    /// This configuration with all accelerometers of another range.
     #[must_use]
     pub fn with_accel_range(mut self, range: Range) -> Config {
         let code = match range {
@@ -314,7 +314,8 @@ impl Config {
         self.sealed()
     }
 
-    /// The same with another bit rate; one without a code of its own is a user-defined one.
+    /// This configuration with another bit rate; one without a code of its own is a user-defined
+    /// one.
     #[must_use]
     pub fn with_bit_rate(mut self, bit_rate: u32) -> Config {
         let code = match bit_rate {

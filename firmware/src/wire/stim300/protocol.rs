@@ -1,4 +1,4 @@
-//! What the STIM300 states about itself: [`ImuProtocol`].
+//! The STIM300 as a wire format: [`ImuProtocol`].
 
 use super::config::{self, Config};
 use super::words::{change_words, read};
@@ -10,7 +10,7 @@ use crate::wire::sequence::{Rule, Sequence, Stream};
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
 use serde::{Deserialize, Serialize};
 
-/// What a device is told about a STIM300.
+/// Configuration of a STIM300.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The sensor's configuration, until it sends it. With `answer_us`, also what `C` is answered
@@ -59,7 +59,7 @@ impl ImuProtocol for Protocol {
         frame.first().copied().unwrap_or_default() & 1
     }
 
-    /// The counter counts internal samples at 2000 Hz. With an external trigger it tells nothing.
+    /// The counter counts internal samples at 2000 Hz. With an external trigger it shows no gaps.
     fn stream(settings: &Settings, _content: u8, rate: f64) -> Option<Stream> {
         let config = &settings.config;
         Some(Stream {
@@ -98,7 +98,7 @@ impl ImuProtocol for Protocol {
         Frame::over(message).is_some_and(|frame| frame.gyro().status & status::START_UP != 0)
     }
 
-    /// By the datagram that the sensor is set up to send.
+    /// Whether the datagram that the sensor is set up to send has a temperature.
     fn has_thermometer(settings: &Settings) -> bool {
         settings.config.contents().temperature
     }
@@ -108,7 +108,7 @@ impl ImuProtocol for Protocol {
     }
 }
 
-/// By bytes: frames without accelerometers, and those whose identifier changes.
+/// Changes a frame byte by byte: frames without accelerometers, and those whose identifier changes.
 #[inline(never)]
 fn change_otherwise(
     frame: &mut [u8],
@@ -124,7 +124,7 @@ fn quarter() -> Config {
     Config::DEFAULT.with_sample_rate_code(1)
 }
 
-/// As many of 1000 Hz, with these unit codes.
+/// A simulated sensor at 1000 Hz, with these unit codes.
 const fn simulated(
     name: &'static str,
     unit: [f64; 2],

@@ -8,7 +8,7 @@ use crate::wire::field::{put, put_be_i24};
 /// sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Repr {
-    /// Which parts are sent.
+    /// Parts that are sent.
     pub contents: Contents,
     /// Gyros.
     pub gyro: Cluster,
@@ -16,7 +16,7 @@ pub struct Repr {
     pub accel: Cluster,
     /// Inclinometers.
     pub incl: Cluster,
-    /// Of the clusters sent, in their order.
+    /// Temperatures of the clusters sent, in their order.
     pub temperatures: [Temperatures; 3],
     /// PPS or auxiliary value (24 bits) and its status byte.
     pub extra: (u32, u8),

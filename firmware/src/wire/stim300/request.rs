@@ -1,4 +1,4 @@
-//! What a navigation computer asks a STIM300 in normal mode, on the reverse link.
+//! Requests of a navigation computer to a STIM300 in normal mode, on the reverse link.
 //!
 //! Source: datasheet TS1524 rev 31, section 8. Commands are in upper case, ended by CR, and never
 //! echoed. The sensor obeys only a complete correct command. The requested datagram replaces the
@@ -54,7 +54,7 @@ const MAX_LEN: usize = 11;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Requests {
     line: [u8; MAX_LEN],
-    /// Bytes since the last CR; past `MAX_LEN` the line cannot be a command any more.
+    /// Bytes since the last CR; beyond `MAX_LEN` the line cannot be a command any more.
     len: usize,
 }
 

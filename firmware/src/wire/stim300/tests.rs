@@ -4,7 +4,7 @@ use super::*;
 use crate::wire::examples::made;
 use std::vec::Vec;
 
-/// With identifiers and CRs in its data.
+/// An example with identifiers and CRs in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let repr = Repr {
         contents: Contents::from_id(0xA5).unwrap(),

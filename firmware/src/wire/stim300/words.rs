@@ -61,7 +61,7 @@ pub(super) fn read(frame: &[u8]) -> Option<Reading> {
     })
 }
 
-/// By fields.
+/// Reads a frame field by field.
 #[inline(never)]
 fn read_otherwise(frame: &[u8]) -> Option<Reading> {
     Frame::over(frame).map(|frame| frame.reading())
@@ -79,7 +79,7 @@ pub(super) fn change_words(frame: &mut [u8], gyro: &[i32; 3], accel: &[i32; 3]) 
     put_words(frame, gyro, accel)
 }
 
-/// The same where a value does not fit into 24 bits.
+/// Changes a frame where a value does not fit into 24 bits.
 #[cold]
 #[inline(never)]
 fn change_saturated(frame: &mut [u8], gyro: &[i32; 3], accel: &[i32; 3]) -> Option<Axes> {
@@ -163,7 +163,8 @@ mod tests {
         buffer[..len].to_vec()
     }
 
-    /// By words as by fields, frames of every length with accelerometers, saturated or not.
+    /// Reading and changing by words gives the same as by fields, for frames of every length with
+    /// accelerometers, saturated or not.
     #[test]
     fn words_do_what_fields_do() {
         let mut state = 1;

@@ -46,7 +46,7 @@ pub fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Writes what such a message tells.
+/// Writes the values of such a message.
 #[inline(never)]
 pub fn read(frame: &[u8], values: &mut Values) {
     let payload = frame.get(PVT_HEADER.len()..).unwrap_or_default();
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_measured_is_not_told() {
+    fn what_is_not_measured_is_not_reported() {
         let part = changed(&COVARIANCE, 5, [0, 1]).unwrap();
         assert!(part.stated[..3] == NONE[..3] && part.stated[5] == 0.1);
         let nan = changed(&COVARIANCE, 28, f32::NAN.to_le_bytes()).unwrap();

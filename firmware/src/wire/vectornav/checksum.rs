@@ -17,7 +17,7 @@ pub fn is_right(message: &[u8]) -> bool {
     checksum(message) == u16::from_be_bytes(take(message, crc))
 }
 
-/// Makes the CRC anew.
+/// Recomputes the CRC.
 pub fn seal(message: &mut [u8]) {
     let crc = message.len().saturating_sub(TRAILER);
     let sum = checksum(message);

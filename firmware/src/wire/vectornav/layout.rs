@@ -1,4 +1,4 @@
-//! Where the fields of a message are: its header names them by groups and bits.
+//! Offsets of the fields of a message: its header names them by groups and bits.
 //!
 //! ```text
 //! FA | groups u8 | one word u16 a group | fields, lowest group and bit first | CRC-16
@@ -41,13 +41,13 @@ mod place {
     pub const VPE_STATUS: u8 = 5;
     pub const SATURATION: u8 = 6;
     pub const TEMPERATURE: u8 = 7;
-    /// Of the common group, from here on.
+    /// Fields of the common group, from here on.
     pub const MAG_PRES: u8 = 8;
     pub const RATE: u8 = 9;
     pub const ACCEL: u8 = 10;
     pub const IMU: u8 = 11;
     pub const DELTAS: u8 = 12;
-    /// Of the IMU group, from here on.
+    /// Fields of the IMU group, from here on.
     pub const UNCOMP_ACCEL: u8 = 13;
     pub const UNCOMP_GYRO: u8 = 14;
     pub const DELTA_THETA: u8 = 15;
@@ -67,7 +67,7 @@ static PLACES: [[u8; 15]; 6] = [
     [3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
 ];
 
-/// What three numbers of a message measure, from the best for navigation on.
+/// Quantity of three numbers of a message, from the best for navigation on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// `DeltaTheta`, degrees, and `DeltaVel`, m/s, since the last message.
@@ -79,17 +79,17 @@ pub enum Quantity {
     Compensated = 2,
 }
 
-/// Which values are the sample.
+/// Values that are the sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Values {
-    /// With the sensor's own errors: increments, else uncompensated rates.
+    /// Values with the sensor's own errors: increments, else uncompensated rates.
     Sensors,
     /// Compensated rates, with what the sensor's filter leaves of the errors.
     Filtered,
 }
 
 impl Values {
-    /// Those for navigation.
+    /// The values for navigation.
     pub const USUAL: Values = Values::Sensors;
 
     fn has(self, quantity: Quantity) -> bool {
@@ -100,9 +100,9 @@ impl Values {
 /// Three numbers of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Triad {
-    /// What they measure.
+    /// Quantity that they measure.
     pub quantity: Quantity,
-    /// Of the accelerometers, not the gyros.
+    /// Whether they are of the accelerometers, not the gyros.
     pub accel: bool,
     /// [`place`] of their field, and where they begin in it.
     field: (u8, u8),
@@ -134,7 +134,7 @@ pub static TRIADS: [Triad; 12] = [
 
 /// The places in [`TRIADS`] of the gyros' triads, best first.
 static GYROS: [u8; 6] = [4, 8, 3, 7, 0, 11];
-/// Those of the accelerometers.
+/// Fields of the accelerometers.
 static ACCELS: [u8; 6] = [5, 9, 2, 6, 1, 10];
 
 /// Positions of the fields of a message.
@@ -142,17 +142,17 @@ static ACCELS: [u8; 6] = [5, 9, 2, 6, 1, 10];
 pub struct Layout {
     /// Bytes of the message.
     pub len: usize,
-    /// Where the fields begin.
+    /// Offset of the fields.
     pub fields: usize,
-    /// By [`place`]; 0: not there. See [`Layout::has_sample`].
+    /// Offsets by [`place`]; 0: not there. See [`Layout::has_sample`].
     positions: [u8; place::NUMBER],
 }
 
 impl Layout {
-    /// Of the message at the beginning of `bytes`, whether or not all of it is there.
+    /// The layout of the message at the beginning of `bytes`, whether or not all of it is there.
     ///
     /// # Errors
-    /// What [`crate::wire::Framing::scan`] is to say instead.
+    /// The result of [`crate::wire::Framing::scan`] instead.
     pub fn of(bytes: &[u8]) -> Result<Layout, Scan> {
         let (groups, mut words) = groups(bytes)?;
         let fields = data(bytes, groups, words)?;
@@ -262,7 +262,7 @@ impl Layout {
         }
     }
 
-    /// The triad that is read as the sample's: of the values told, the best quantity that the
+    /// The triad that is read as the sample's: of the configured values, the best quantity that the
     /// message has.
     pub fn best(&self, values: Values, accel: bool) -> Option<&'static Triad> {
         let best = if accel { &ACCELS } else { &GYROS };
@@ -299,7 +299,7 @@ fn groups(bytes: &[u8]) -> Result<(u16, usize), Scan> {
     Ok((groups, words))
 }
 
-/// Where the fields begin: behind the words of all groups.
+/// Offset of the fields: behind the words of all groups.
 fn data(bytes: &[u8], groups: u16, words: usize) -> Result<usize, Scan> {
     let mut at = words;
     for _ in 0..groups.count_ones() {
@@ -336,7 +336,7 @@ fn walk_second(bytes: &[u8], row: usize, word: u16, at: usize) -> Result<usize, 
     Ok(at + usize::from(word & 2) + 2 * usize::from(word & 4))
 }
 
-/// Bytes of a field that tells at `at` how many blocks follow what is `fixed`.
+/// Length of a field whose byte at `at` gives the number of blocks behind the `fixed` part, bytes.
 #[cold]
 fn satellites(bytes: &[u8], at: usize, fixed: usize, each: usize) -> Result<usize, Scan> {
     let number = bytes.get(at).ok_or(Scan::Partial(at + 1))?;

@@ -1,4 +1,4 @@
-//! What VectorNav's binary messages state about themselves: [`ImuProtocol`] and [`LaidOut`].
+//! VectorNav's binary messages as a wire format: [`ImuProtocol`] and [`LaidOut`].
 
 use super::checksum::seal;
 use super::layout::{Layout, Quantity, Values};
@@ -19,10 +19,10 @@ const TURN: f64 = power_of_two(64) * 1e-9;
 /// In [`ImuProtocol::content`], instead of a quantity: the message has no such values.
 const NONE: u8 = 3;
 
-/// What the messages do not tell.
+/// Settings that the messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Which of their values are to be corrected.
+    /// Values that are to be corrected.
     pub values: Values,
 }
 
@@ -53,7 +53,7 @@ impl ImuProtocol for Protocol {
         })
     }
 
-    /// The rate is the configured one: the messages do not tell it.
+    /// The rate is the configured one: the messages do not contain it.
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let unit = |quantity: u8, increment: f64| {
             let increments =
@@ -114,7 +114,7 @@ impl LaidOut for Protocol {
     }
 }
 
-/// What the floats of the tests are worth: 2^-20, so that sums of them stay exact.
+/// Unit of the tests' floats: 2^-20, so that sums of them stay exact.
 const FLOAT: f32 = 9.536_743e-7;
 
 const fn simulated(
@@ -138,8 +138,8 @@ const fn simulated(
 }
 
 const SIMULATED: [Simulated; 3] = [
-    // 1000 Hz, as a device expects that is told nothing; 1e-9 rad and 1e-7 m/s, which the
-    // quantisation of a simulated pulse must not show
+    // 1000 Hz, as an unconfigured device expects; 1e-9 rad and 1e-7 m/s, which the quantisation of
+    // a simulated pulse must not show
     Simulated {
         rate: 1000,
         count: [1e-9, 1e-7],

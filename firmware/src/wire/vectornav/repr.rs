@@ -12,11 +12,11 @@ use crate::wire::framer::LONGEST;
 /// are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repr {
-    /// Which values the sample has.
+    /// Values of the sample.
     pub values: Values,
     /// The start mark, groups and words, then all fields; those below have no meaning here.
     pub message: [u8; LONGEST],
-    /// Nanoseconds since the start of the sensor, or GPS time where the message tells no other.
+    /// Nanoseconds since the start of the sensor, or GPS time where the message has no other.
     pub time_ns: u64,
     /// The sample; accelerometers that the message does not have are left out.
     pub sample: RawSample,

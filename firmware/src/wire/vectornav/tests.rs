@@ -288,7 +288,7 @@ fn a_long_message_has_no_sample() {
     assert_eq!(scan(Values::Sensors, &bytes), Scan::Other(len));
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8, values: Values) -> Vec<u8> {
     let header = match values {
         Values::Sensors => [0x01, 0x01, 0x1C],

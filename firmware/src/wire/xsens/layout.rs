@@ -1,4 +1,4 @@
-//! Where the values of a message are. Its payload is a row of packets that name themselves:
+//! Offsets of the values of a message. Its payload is a row of packets that name themselves:
 //!
 //! ```text
 //! data identifier u16 | length u8 | data        the low four bits of the identifier: coordinates,
@@ -37,8 +37,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of the packets in `from..to` of a message of at most 256 bytes. `None` where their lengths
-    /// do not add up, or what names itself is no packet.
+    /// The layout of the packets in `from..to` of a message of at most 256 bytes. `None` where
+    /// their lengths do not add up, or an identifier is not that of a packet.
     pub fn of(message: &[u8], from: usize, to: usize) -> Option<Layout> {
         let mut layout = Layout::default();
         let mut at = from;
@@ -73,8 +73,7 @@ impl Layout {
         (at == to).then_some(layout)
     }
 
-    /// Which of the three values of a triad is the best for navigation that the message has:
-    /// increments, else rates.
+    /// Index of the best of the three values of a triad for navigation: increments, else rates.
     pub fn best(places: &[u8; 3]) -> Option<usize> {
         places.iter().position(|at| *at != 0)
     }
@@ -90,13 +89,13 @@ pub fn precision(message: &[u8], at: u8) -> Option<Precision> {
     }
 }
 
-/// Where the first of the three values of a packet stands: behind the scalar of a `DeltaQ`.
+/// Offset of the first of the three values of a packet: behind the scalar of a `DeltaQ`.
 pub fn values(which: usize, gyro: bool, at: u8) -> usize {
     let scalar = if gyro && which == 0 { 4 } else { 0 };
     usize::from(at) + HEADER + scalar
 }
 
-/// Where the data of a packet begin.
+/// Offset of the data of a packet.
 pub fn data(at: u8) -> usize {
     usize::from(at) + HEADER
 }

@@ -1,4 +1,4 @@
-//! What Xsens' `MTData2` states about itself: [`ImuProtocol`].
+//! Xsens' `MTData2` as a wire format: [`ImuProtocol`].
 
 use super::layout::Precision;
 use super::{Frame, Repr, scan, seal};
@@ -46,7 +46,7 @@ impl ImuProtocol for Protocol {
         })
     }
 
-    /// The rate is the configured one: the messages do not tell it.
+    /// The rate is the configured one: the messages do not contain it.
     fn stream(_: &(), content: u8, rate: f64) -> Option<Stream> {
         let count = if content & FIXED == 0 {
             1.0
@@ -99,7 +99,7 @@ impl ImuProtocol for Protocol {
     }
 }
 
-/// What the floats of the tests are worth: 2^-20, so that sums of them stay exact.
+/// Unit of the tests' floats: 2^-20, so that sums of them stay exact.
 const FLOAT: f32 = 9.536_743e-7;
 
 const fn simulated(
@@ -124,8 +124,8 @@ const fn simulated(
 }
 
 const SIMULATED: [Simulated; 3] = [
-    // 1000 Hz, as a device expects that is told nothing; 1e-9 rad and 1e-7 m/s, which the
-    // quantisation of a simulated pulse must not show
+    // 1000 Hz, as an unconfigured device expects; 1e-9 rad and 1e-7 m/s, which the quantisation of
+    // a simulated pulse must not show
     Simulated {
         count: [1e-9, 1e-7],
         ..simulated("xsens, increments", 1000, [2.0, 1.0], |fields, buffer| {

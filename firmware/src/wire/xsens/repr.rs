@@ -13,9 +13,9 @@ use crate::wire::framer::LONGEST;
 pub struct Repr {
     /// Header and packets; the numbers below have no meaning here, nor has the sum.
     pub message: [u8; LONGEST],
-    /// Steps of 0.1 ms, if the message tells it.
+    /// Time in steps of 0.1 ms, if the message contains it.
     pub time: u32,
-    /// Number of the message, if it tells it.
+    /// Number of the message, if it contains it.
     pub counter: u16,
     /// The sample; accelerometers that the message does not have are left out.
     pub sample: RawSample,

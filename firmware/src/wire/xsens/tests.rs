@@ -178,7 +178,7 @@ fn time_or_counter_tell_gaps() {
     let mut last = Last::default();
     let mut at = |time| gap(&INCREMENTS, time, 0, &mut last); // at 1000 Hz
     assert_eq!(at(u32::MAX - 4), Gap::None);
-    assert_eq!(at(5), Gap::None); // it has begun anew
+    assert_eq!(at(5), Gap::None); // it has restarted
     assert_eq!(at(5), Gap::Duplicate);
     assert_eq!(at(45), Gap::Missed(3));
     let mut last = Last::default();
@@ -220,7 +220,7 @@ fn others_pass_and_damage_does_not() {
     }
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let packets = [
         (0x1020, 2),

@@ -89,7 +89,7 @@ fn a_changed_or_cut_packet_is_refused_and_has_no_effect() {
     assert_eq!(device.app.phase(), Phase::Run(Mode::Shadow));
 }
 
-/// A recorded session does nothing in itself, in another session, and after power-on.
+/// A recorded session has no effect in itself, in another session, and after power-on.
 #[test]
 fn a_replayed_session_has_no_effect() {
     let mut device = keyed(3);
@@ -139,7 +139,7 @@ fn a_replayed_session_has_no_effect() {
 fn a_lost_answer_is_given_again() {
     let mut device = keyed(5);
     let mut host = Host::at(&mut device, KEY);
-    let mut renamed = told(STIM);
+    let mut renamed = configured(STIM);
     renamed.identity.name = "renamed".try_into().expect("short");
     renamed.correction.mode = Mode::Bypass;
     let record = firmware::configuration::record::encode(&renamed);
@@ -219,9 +219,9 @@ fn another_key_and_old_challenges_are_refused() {
     host.order(&mut device, &frozen);
 }
 
-/// Challenges never come again: not in a run, not after power-on, not under another key.
+/// Challenges are never repeated: not in a run, not after power-on, not under another key.
 #[test]
-fn challenges_do_not_come_again() {
+fn challenges_are_not_repeated() {
     let mut seen = std::collections::HashSet::new();
     for seed in 0..20 {
         let mut device = keyed(seed);

@@ -6,7 +6,7 @@ use firmware::wire::command::seal::Seal;
 /// Bytes that the command link carries in a millisecond at 921 600 bit/s.
 const LINE: usize = 92;
 
-/// What an attacker sends, packet by packet.
+/// Packets of an attacker, one by one.
 type Flood<'f> = &'f mut dyn FnMut(u32) -> Vec<u8>;
 
 /// Frames at 1000 Hz, from a number on, through a device whose command link is full. Gives its
@@ -42,7 +42,7 @@ fn with(seal: Seal, n: u32) -> Vec<u8> {
     })
 }
 
-/// What an attacker knows who hears everything and has no key.
+/// Packets of an attacker who hears everything and has no key.
 fn forgery(session: [u8; 4], counter: u32, door: Option<[u8; 4]>) -> impl FnMut(u32) -> Vec<u8> {
     move |n| {
         let mut tag = [0x55; 16];
@@ -89,8 +89,8 @@ fn the_stream_goes_on_and_the_right_user_gets_in_at_once() {
     assert!(security(&mut device).forged > 1000);
 }
 
-/// An attacker who heard a request that never arrived has a good door, and uses up the tries of the
-/// session. A new session is not affected.
+/// An attacker who intercepted a request that never arrived has a valid door, and uses up the tries
+/// of the session. A new session is not affected.
 #[test]
 fn who_has_heard_a_door_ends_a_session_at_most() {
     let mut device = keyed(11);
@@ -118,7 +118,7 @@ fn who_has_heard_a_door_ends_a_session_at_most() {
         "{tried} {waits}"
     );
     assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
-    // the right user is told to wait, begins another session, and is in
+    // the right user is asked to wait, begins another session, and gets in
     let Reason::Wait(_) = refused(&mut device, &lost) else {
         panic!("there were tries left");
     };

@@ -8,7 +8,7 @@ mod wear;
 
 use crate::device::Device;
 use crate::frames::Kind;
-use crate::record::{HARDWARE, told};
+use crate::record::{HARDWARE, configured};
 use firmware::app::{App, Config, Phase};
 use firmware::control::recording::Order;
 use firmware::control::{Alignment, Mode, Reason, Window};
@@ -125,7 +125,7 @@ fn security(device: &mut Device) -> Security {
 /// A device that is configured, stands in bypass, can store, and has a key.
 fn keyed(seed: u8) -> Device {
     let mut device = Device::new(Config::default());
-    let mut unit = told(STIM);
+    let mut unit = configured(STIM);
     unit.correction.mode = Mode::Bypass;
     device.app = App::new(Config {
         store: true,
@@ -188,7 +188,7 @@ fn changes() -> Vec<Request<'static>> {
     ]
 }
 
-/// What an attacker wants to change.
+/// State that an attacker wants to change.
 fn state(device: &mut Device) -> String {
     let mode = device.ask(&Request::GetHealth, |answer| match answer {
         Response::Health(health) => health.mode,

@@ -1,4 +1,4 @@
-//! How a device gets its key, another one, or none.
+//! A device gets its key, another one, or none.
 
 use super::*;
 use firmware::model::Nets;
@@ -12,7 +12,7 @@ fn new() -> Device {
     device
 }
 
-/// What the board stores, pass by pass.
+/// Steps of storing that the board carries out, pass by pass.
 fn stored(device: &mut Device) -> Vec<Step> {
     let mut steps = Vec::new();
     while device.app.wants_to_store() {
@@ -87,9 +87,10 @@ fn a_key_is_given_once_and_then_only_by_who_has_it() {
     assert_eq!(refused(&mut device, &packet), Reason::NoKey);
 }
 
-/// Not where it would be lost, and no mode but bypass until both records are there.
+/// A key is refused where it would be lost. Until both records are there, no mode but bypass is
+/// accepted.
 #[test]
-fn a_key_that_cannot_be_stored_is_refused_or_told() {
+fn a_key_that_cannot_be_stored_is_refused_or_reported() {
     let mut device = Device::new(STIM.config());
     device.ask(&GIVE, |answer| {
         assert_eq!(answer, Response::Refused(Reason::Unsupported));
@@ -118,7 +119,7 @@ fn a_key_that_cannot_be_stored_is_refused_or_told() {
     assert_eq!(device.app.faults() & both, fault::KEY);
 }
 
-/// One slot is worn. The new key is in force, and that the old one can still be read is reported:
+/// One slot is worn. The new key is in force, and the device reports that the old one can be read:
 /// after the change, after power-on, and until another change of the key is complete.
 #[test]
 fn an_old_key_that_can_still_be_read_is_reported() {
@@ -138,7 +139,7 @@ fn an_old_key_that_can_still_be_read_is_reported() {
     assert!(!device.app.wants_to_store());
     assert_eq!(bits(&device), fault::STORE | fault::KEY);
 
-    let mut unit = told(STIM);
+    let mut unit = configured(STIM);
     unit.correction.mode = Mode::Bypass;
     let record = firmware::configuration::record::encode(&unit);
     let mut store = Store::new(crate::stored::Flash::new()).expect("room");
@@ -181,7 +182,7 @@ fn a_key_survives_power_off_and_nothing_older_is_left() {
             app.store(|step, content| store.carry_out(step, content));
         }
     };
-    let mut unit = told(STIM);
+    let mut unit = configured(STIM);
     unit.correction.mode = Mode::Bypass;
     let (mut device, mut store) = power_on(&flash);
     // two records from before the key

@@ -59,7 +59,7 @@ fn flood(changes: bool) -> (u32, u32, u16) {
         records: 0,
     })
     .expect("room");
-    let mut unit = told(STIM);
+    let mut unit = configured(STIM);
     unit.correction.mode = Mode::Bypass;
     let mut refused = 0;
     for n in 0..36_000_u32 {

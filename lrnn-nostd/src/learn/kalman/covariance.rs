@@ -46,7 +46,7 @@ impl<const X: usize, const E: usize, T: Real> Workspace<X, E, T> {
 pub struct Innovation<T = f32> {
     /// Observed minus predicted.
     pub value: T,
-    /// Its variance: that of the prediction plus that of the observation.
+    /// Variance of the innovation: that of the prediction plus that of the observation.
     pub variance: T,
 }
 

@@ -76,7 +76,7 @@ impl<const X: usize, T: Real> Transition<X, T> {
     };
 }
 
-/// What a hypothesis assumes before it has learnt anything: initial standard deviations, lower
+/// Assumptions of a hypothesis before it has learnt anything: initial standard deviations, lower
 /// limits for them, and the random walk of the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior<const X: usize, const N: usize, T = f32> {

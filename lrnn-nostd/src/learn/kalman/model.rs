@@ -1,4 +1,4 @@
-//! What a filter estimates: biases, and the learnt weights of two networks.
+//! Parameters that a filter estimates: biases, and the learnt weights of two networks.
 
 use super::parameters::{ParameterSet, Zeroed};
 use crate::activation::{Activation, Identity, Rational};
@@ -130,7 +130,7 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         }
     }
 
-    /// Of parameter `i`, its index among the learnt weights of both networks; `None` for a bias.
+    /// Index of parameter `i` among the learnt weights of both networks; `None` for a bias.
     pub(super) fn weight_of(i: usize) -> Option<usize> {
         let biases = if L::BIASES { NEURONS } else { 0 };
         let triad = i.checked_div(Self::PER_TRIAD)?;

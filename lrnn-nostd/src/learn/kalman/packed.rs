@@ -19,7 +19,7 @@ pub(super) const fn packed(i: usize) -> usize {
     i * (i + 1) / 2
 }
 
-/// Where the value in row `i` and column `j` of a matrix of `n` rows is; `None` beyond them.
+/// Index of the value in row `i` and column `j` of a matrix of `n` rows; `None` beyond them.
 #[inline(always)]
 pub(super) const fn place(n: usize, i: usize, j: usize) -> Option<usize> {
     let (i, j) = if i < j { (j, i) } else { (i, j) };
@@ -204,7 +204,7 @@ impl<T: Real> Squares<'_, T> {
             }
             m += 1;
         }
-        // What is left are the rows of the last strip.
+        // The remaining rows are those of the last strip.
         let rows = rest.len();
         let Some(tiles) = matrix.split_off_mut(..4 * rows * m) else {
             return;

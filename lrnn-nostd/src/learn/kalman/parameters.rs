@@ -27,14 +27,15 @@ impl<T: Real, const M: usize> Zeroed for [[T; NEURONS]; M] {
     const ZEROED: Self = [[T::ZERO; NEURONS]; M];
 }
 
-/// Which parameters are learnt. It is a type, so that a filter occupies only the memory it needs.
+/// The parameters that are learnt. It is a type, so that a filter occupies only the memory it
+/// needs.
 pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     /// Whether each axis has a bias beside the network.
     const BIASES: bool;
     /// Number of learnt weights of each network.
     const WEIGHTS: usize;
-    /// Of the learnt weights of a network, the index of the first bias of the output layer, if they
-    /// are learnt: what belongs to the unit, beside the explicit biases of this turn-on.
+    /// Index of the first bias of the output layer among the learnt weights of a network, if they
+    /// are learnt: it belongs to the unit, beside the explicit biases of this turn-on.
     const OUTPUT_BIAS: Option<usize> = None;
     /// Whether there are networks at all; without, their output is 0.
     const NETWORK: bool = true;
@@ -84,8 +85,8 @@ pub struct FixedWeights;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Biases;
 
-/// Biases, and the weights W of the output layer (9 of each network). The output layer mixes anew
-/// what the lower layers make of power-on time and input, and the filter stays exactly linear. This
+/// Biases, and the weights W of the output layer (9 of each network). The output layer mixes the
+/// lower layers' functions of power-on time and input, and the filter stays exactly linear. This
 /// needs an output layer without feedback (R = 0), which [`super::ErrorModel::new`] ensures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputWeights;

@@ -1,4 +1,4 @@
-//! What is known of a unit between two drives.
+//! Memory of a unit between two drives.
 //!
 //! With [`super::UnitBiases`] and [`super::UnitOutput`] a parameter set has two parts: the biases,
 //! which are new at every turn-on, and weights, which belong to the unit and stay. The mean and the
@@ -179,7 +179,7 @@ mod tests {
         filter.finish_update();
     }
 
-    /// What is known after K drives is the mean of K measurements, each with the variance of the
+    /// The memory after K drives is the mean of K measurements, each with the variance of the
     /// turn-on and that of the measurement.
     #[test]
     fn k_drives_are_k_measurements_of_the_unit() {

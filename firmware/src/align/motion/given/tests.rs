@@ -19,7 +19,7 @@ fn empty() -> Biased {
     kalman
 }
 
-/// A filter that has seen several observations of several mixtures of its biases.
+/// A filter that has made several observations of several mixtures of its biases.
 fn taught() -> Biased {
     let mut kalman = empty();
     for round in 0..4 {
@@ -60,7 +60,7 @@ fn update(
     *p = core::array::from_fn(|i| core::array::from_fn(|j| p[i][j] - ph[i] * ph[j] / s));
 }
 
-/// Who believes the prior, and then what was shown, believes what the filter does.
+/// The prior together with the observations gives the filter's estimate.
 #[test]
 fn what_was_shown_leads_from_the_prior_to_the_filters_opinion() {
     let kalman = taught();

@@ -18,8 +18,15 @@ fn errors(receiver: Receiver) -> [f64; 3] {
     let mut squares = [0.0; 3];
     for seed in 0..5 {
         let mut memory = memory();
-        let told = Settings::MEDIUM;
-        let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, BIASED, 40 + seed);
+        let settings = Settings::MEDIUM;
+        let mut drive = Drive::new(
+            &mut memory,
+            settings,
+            Road::TOWN,
+            receiver,
+            BIASED,
+            40 + seed,
+        );
         drive.seconds(100);
         for _ in 0..10 {
             drive.seconds(10);
@@ -104,8 +111,8 @@ fn what_is_measured_is_used() {
         };
         for (biases, learns) in [(PERFECT, false), (BIASED, true)] {
             let mut memory = memory();
-            let told = Settings::MEDIUM;
-            let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, biases, 9);
+            let settings = Settings::MEDIUM;
+            let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, biases, 9);
             drive.seconds(300);
             let report = drive.learner.report();
             let [position, velocity] = drive.error();
@@ -162,8 +169,8 @@ fn a_fix_beside_the_end_of_a_block_waits() {
             ..Receiver::GOOD
         };
         let mut memory = memory();
-        let told = Settings::MEDIUM;
-        let mut drive = Drive::new(&mut memory, told, Road::TOWN, receiver, PERFECT, 11);
+        let settings = Settings::MEDIUM;
+        let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, PERFECT, 11);
         drive.pulse = true;
         drive.seconds(5);
         let mut used = drive.learner.tally.used;
@@ -189,8 +196,8 @@ fn a_fix_beside_the_end_of_a_block_waits() {
     }
 }
 
-/// A receiver that measures no velocity: the vehicle rests after a time at one place. The samples
-/// count that time, whether the receiver's time passes the week's end or jumps.
+/// A receiver that measures no velocity: the vehicle rests after a time at one position. The
+/// samples count that time, whether the receiver's time passes the week's end or jumps.
 #[test]
 fn rest_is_timed_by_the_samples() {
     use crate::fix::Position;
@@ -215,8 +222,15 @@ fn rest_is_timed_by_the_samples() {
         [100_000, 1_100_000],
     ] {
         let mut memory = memory();
-        let told = Settings::MEDIUM;
-        let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, PERFECT, 1);
+        let settings = Settings::MEDIUM;
+        let mut drive = Drive::new(
+            &mut memory,
+            settings,
+            Road::TOWN,
+            Receiver::GOOD,
+            PERFECT,
+            1,
+        );
         let learner = &mut drive.learner;
         let still = RawSample::Counts {
             gyro: [0; 3],

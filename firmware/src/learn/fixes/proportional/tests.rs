@@ -60,7 +60,7 @@ fn braking_counts_as_a_whole() {
     assert!((0.00192..0.00201).contains(&turn), "{turn}");
 }
 
-/// The same with accelerometers that are misaligned by 5 mrad.
+/// As before, with accelerometers that are misaligned by 5 mrad.
 #[test]
 fn misaligned_accelerometers_show_braking_across_too() {
     let ratios = Ratios {
@@ -73,7 +73,7 @@ fn misaligned_accelerometers_show_braking_across_too() {
     assert!(east == down && (0.096..0.1).contains(&east), "{east}");
 }
 
-/// A turn of 0.1 rad/s that goes on for 1 000 s: as a constant that is drawn anew each 150 s, 2
+/// A turn of 0.1 rad/s that goes on for 1 000 s: as a constant that is drawn again each 150 s, 2
 /// (0.01 0.1)^2 150 s a second, less at the beginning.
 #[test]
 fn a_steady_turn_is_a_gauss_markov_error() {

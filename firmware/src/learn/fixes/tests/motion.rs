@@ -15,7 +15,7 @@ struct Trip<'m> {
     compensator: (Compensator, crate::compensator::State),
     world: World,
     number: u32,
-    /// What becomes of a fix.
+    /// Change of a fix.
     spoil: fn(&mut Fix),
     /// Receiver's time at the start, ms of the week.
     week_ms: u32,
@@ -63,7 +63,7 @@ impl<'m> Trip<'m> {
         }
     }
 
-    /// So many seconds; without samples if `lost`.
+    /// Runs for a number of seconds; without samples if `lost`.
     fn run(&mut self, seconds: u32, lost: bool) {
         for _ in 0..seconds {
             for _ in 0..RATE {
@@ -294,7 +294,7 @@ fn values_may_be_missing() {
     assert!(error.abs() < 4.0 * sigma);
 }
 
-/// With a heading that is given, or that two antennas measure, it starts at rest.
+/// With a given heading, or one that two antennas measure, it starts at rest.
 #[test]
 fn a_given_heading_is_believed_as_far_as_it_says() {
     let mut memory = memory();

@@ -8,7 +8,7 @@ const H: usize = 3;
 /// A horizon shorter than a block of slight gains, s.
 const SHORT: f32 = 5.0;
 
-/// So much time passes, and a coast ends with this score of each hypothesis.
+/// Lets this time pass, and ends a coast with this score of each hypothesis.
 fn coast(bets: &mut Bets, time: f32, score: f32, horizon: f32) {
     bets.passes(time);
     bets.takes(&[score; HYPOTHESES], horizon);
@@ -22,7 +22,7 @@ fn near(found: f64, right: f64) {
     assert!((found / right - 1.0).abs() < 1e-5, "{found}, not {right}");
 }
 
-/// What a block with this mean score is worth: on slight gains, and on large ones.
+/// Value of a block with this mean score: on slight gains, and on large ones.
 fn slight(mean: f64) -> f64 {
     1.0 + 0.95 * (mean - 0.2) / 1.2
 }

@@ -55,8 +55,8 @@ fn coasts_start_apart() {
 #[test]
 fn a_coast_starts_from_what_is_believed() {
     let mut memory = Box::new(Memory::ZEROED);
-    let told = Settings::MEDIUM;
-    let mut drive = Drive::new(&mut memory, told, Road::TOWN, Receiver::GOOD, BIASED, 5);
+    let settings = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, BIASED, 5);
     drive.seconds(20);
     let mut coast = Coast::NONE;
     coast.time = 9.0;
@@ -159,7 +159,7 @@ fn a_coast_that_does_not_run_passes_nothing() {
     assert_eq!(times(&rehearsal), [(false, 0.0), (true, 1.0)]);
 }
 
-/// Where the navigator is lost, no coast goes on and no fix of before counts.
+/// When the navigator is lost, no coast goes on and no earlier fix counts.
 #[test]
 fn an_interruption_ends_coasts_without_a_result() {
     let mut rehearsal = under_way(4.0);
@@ -171,8 +171,8 @@ fn an_interruption_ends_coasts_without_a_result() {
     assert_eq!(times(&rehearsal), [(false, 5.0); 2]);
 }
 
-/// What corrects the navigator after an interval moves the shadows apart from it by as much, once,
-/// and after the interval's own motion.
+/// A correction of the navigator after an interval moves the shadows apart from it by as much,
+/// once, and after the interval's own motion.
 #[test]
 fn shadows_do_not_follow_what_corrects_the_navigator() {
     let mut twice = second();

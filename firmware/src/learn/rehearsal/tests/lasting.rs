@@ -15,7 +15,7 @@ use std::boxed::Box;
 
 /// A drive, s.
 const DRIVE_S: usize = 7200;
-/// Of these many drives.
+/// Number of drives.
 const DRIVES: usize = 48;
 
 /// Deviates that are independent of any code of the firmware: SplitMix64 (Steele et al. 2014) and
@@ -38,7 +38,7 @@ impl Random {
     }
 }
 
-/// Where the errors point.
+/// Direction of the errors.
 #[derive(Debug, Clone, Copy)]
 enum Course {
     /// North and east are independent.
@@ -101,7 +101,7 @@ impl Lasting {
     }
 }
 
-/// When each hypothesis first proves itself within a drive, s.
+/// Time at which each hypothesis first proves itself within a drive, s.
 fn proofs(mut errors: impl FnMut(usize) -> [[f32; 2]; HYPOTHESES]) -> [Option<usize>; HYPOTHESES] {
     let mut rehearsal = Box::new(Rehearsal::ZEROED);
     rehearsal.begin();

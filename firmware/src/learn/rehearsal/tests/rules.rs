@@ -95,7 +95,7 @@ fn the_longest_horizon_has_a_veto() {
     assert_eq!(chosen(&mut rehearsal), H, "only the longest");
 }
 
-/// What was found harmful at any horizon does not prove itself, whatever it has won.
+/// A hypothesis found harmful at any horizon does not prove itself, whatever it has won.
 #[test]
 fn what_may_harm_is_not_proved() {
     for horizon in 0..HORIZONS {
@@ -109,7 +109,7 @@ fn what_may_harm_is_not_proved() {
     }
 }
 
-/// A proof is kept while less is left than it took, and not below that, and not when it harms.
+/// A proof stays while less is left than it took, and not below that, and not when it harms.
 #[test]
 fn a_proof_is_kept_for_a_while() {
     let left = |capital: f32, check: f32| {
@@ -132,7 +132,7 @@ fn a_proof_is_kept_for_a_while() {
     }
 }
 
-/// After a new start of the navigator a proof is none, and past capital counts ten stakes.
+/// After a restart of the navigator a proof is none, and earlier capital counts ten stakes.
 #[test]
 fn past_capital_is_limited_after_a_restart() {
     let mut rehearsal = good();
@@ -212,8 +212,8 @@ fn scores_come_before_evidence() {
     }
 }
 
-/// What has no evidence, since it is unhealthy or takes no part, is not chosen, nor does its score
-/// count; and no correction needs no proof.
+/// A hypothesis without evidence, since it is unhealthy or takes no part, is not chosen, nor does
+/// its score count; and no correction needs no proof.
 #[test]
 fn without_evidence_nothing_is_proved() {
     let mut rehearsal = good();

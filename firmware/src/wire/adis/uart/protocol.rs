@@ -1,4 +1,4 @@
-//! What the frames around ADIS bursts state about themselves: [`ImuProtocol`].
+//! The frames around ADIS bursts as a wire format: [`ImuProtocol`].
 
 use super::{INCREMENTS, LONGEST, at, scan, seal, wrap};
 use crate::sample::Axes;
@@ -10,7 +10,7 @@ use crate::wire::sequence::Stream;
 use crate::wire::{Error, Reading, Scan, power_of_two as two};
 use serde::{Deserialize, Serialize};
 
-/// What the frames do not tell.
+/// Settings that the frames do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The sensor, by which the scales go.
@@ -45,8 +45,8 @@ impl ImuProtocol for Protocol {
         length | if increments { CONTENT_INCREMENTS } else { 0 }
     }
 
-    /// The rate is the configured one: the bursts do not tell it. There are no units when the model
-    /// sends no such burst.
+    /// The rate is the configured one: the bursts do not contain it. There are no units when the
+    /// model sends no such burst.
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let model = settings.model;
         let length = usize::from(content & !CONTENT_INCREMENTS);

@@ -35,7 +35,7 @@ fn golden_frames_read_and_are_made_again() {
     assert_eq!(read(&WIDE).unwrap().counter, Some(7));
 }
 
-/// A burst that was damaged between the sensor and the sender: its own checksum tells.
+/// A burst that was damaged between the sensor and the sender: its own checksum shows it.
 #[test]
 fn a_damaged_burst_in_a_good_frame_passes() {
     let mut frame = NARROW;
@@ -90,7 +90,7 @@ fn a_length_that_no_burst_has_is_known_at_once() {
     assert_eq!(short, Err(Error::Length));
 }
 
-/// With start marks in its data.
+/// An example with start marks in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let burst = crate::wire::adis::Burst {
         gyro: [0x15AD_15AD, n.into(), 0x0020_15AD],

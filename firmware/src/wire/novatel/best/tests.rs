@@ -5,7 +5,7 @@ use crate::wire::receiver::testing::{self, Part};
 use crate::wire::{Error, ReceiverFormat};
 use std::vec::Vec;
 
-/// With a start mark in its data.
+/// An example with a start mark in its data.
 pub(in crate::wire) fn example(n: u8) -> Vec<u8> {
     let mut frame = POSITION.to_vec();
     put(&mut frame, 16, u32::from(n).to_le_bytes());
@@ -79,7 +79,7 @@ fn golden_logs() {
 }
 
 #[test]
-fn what_is_not_measured_is_not_told() {
+fn what_is_not_measured_is_not_reported() {
     for status in [1_u32, 6, 18] {
         let bytes = status.to_le_bytes();
         assert_eq!(changed(&POSITION, 0, bytes).position, None, "{status}");

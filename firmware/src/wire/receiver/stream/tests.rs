@@ -238,7 +238,7 @@ fn three_frames_decide_and_another_format_is_found_again() {
         }
         assert_eq!(wire.receiver.format(), Some(other), "{format:?}");
     }
-    // told, it stays
+    // configured, it stays
     let mut wire = Wire::new(Some(ReceiverFormat::Sbf));
     (0..200).for_each(|n| wire.send(&ReceiverFormat::Ubx.example(n)));
     assert_eq!(wire.receiver.format(), Some(ReceiverFormat::Sbf));
@@ -334,8 +334,8 @@ fn sine_and_cosine_of_every_course() {
     }
 }
 
-/// A receiver that starts anew some seconds later, a little before the time at which it had
-/// stopped: none of its fixes is taken for a late message.
+/// A receiver that restarts some seconds later, a little before the time at which it had stopped:
+/// none of its fixes is taken for a late message.
 #[test]
 fn a_receiver_whose_time_goes_back_by_a_second_goes_on() {
     let mut wire = Wire::new(Some(ReceiverFormat::Nmea));
@@ -348,8 +348,8 @@ fn a_receiver_whose_time_goes_back_by_a_second_goes_on() {
     assert_eq!(wire.found.len(), 6);
 }
 
-/// A message of the epoch before that comes behind the first one of the next, wherever the time
-/// begins anew between the two: it is late, and the day does not count twice.
+/// A message of the epoch before that comes behind the first one of the next, wherever midnight
+/// lies between the two: it is late, and the day does not count twice.
 #[test]
 fn a_late_message_across_midnight_is_late() {
     use crate::wire::receiver::epoch::{Arrival, Head, Joiner, Time};
@@ -388,7 +388,7 @@ fn a_late_message_across_midnight_is_late() {
         (values.own, values.stated) = ([0.0; 6], [1.0; 6]);
         assert!(joiner.is_ready());
         let fix = joiner.take().and_then(|solution| solution.fix);
-        let told = fix.map(|fix| fix.time_ms);
-        assert_eq!(told, Some(midnights * DAY_MS + 2000));
+        let times = fix.map(|fix| fix.time_ms);
+        assert_eq!(times, Some(midnights * DAY_MS + 2000));
     }
 }

@@ -22,7 +22,7 @@ fn at(matrix: &[f32], i: usize, j: usize) -> f32 {
     matrix[place(N, i, j).expect("a row of the matrix")]
 }
 
-/// Every value has a place of its own, and those of the rows before a strip come before it.
+/// Every value has an index of its own, and those of the rows before a strip come before it.
 #[test]
 fn each_value_has_its_place() {
     for n in 0..=29 {

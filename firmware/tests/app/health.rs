@@ -1,9 +1,9 @@
-//! Whether the watchdogs are fed: what is known and handled is no reason to start anew, and what
-//! does not work is one.
+//! Whether the watchdogs are fed: a fault that is known and handled is no reason to restart; a part
+//! that does not run is one.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, kinds};
-use crate::record::{HARDWARE, told};
+use crate::record::{HARDWARE, configured};
 use crate::stored::Flash;
 use firmware::app::{App, Config, Hardware};
 use firmware::configuration::record::encode;
@@ -40,7 +40,7 @@ fn board(reset: Reset) -> Hardware {
     }
 }
 
-/// The main loop turns for so many milliseconds.
+/// Runs the main loop for `ms` milliseconds. Returns the bits of parts that are unhealthy.
 fn turns(device: &mut Device, ms: u64) -> u8 {
     let mut bits = 0;
     for _ in 0..ms {
@@ -80,9 +80,9 @@ fn the_slowest_bytes_are_handled() {
     }
 }
 
-/// A loop that does not call the application any more.
+/// A loop that no longer calls the application.
 #[test]
-fn an_application_without_its_turn_is_not_well() {
+fn an_application_that_does_not_run_is_unhealthy() {
     let mut device = Device::new(Config::unconfigured(board(START)));
     assert_eq!(turns(&mut device, 10), 0);
     let now = device.time.0.get();
@@ -94,16 +94,16 @@ fn an_application_without_its_turn_is_not_well() {
 }
 
 fn ask(device: &mut Device) -> Reset {
-    let mut told = None;
+    let mut reset = None;
     device.ask(&Request::GetReset, |answer| match answer {
-        Response::Reset(reset) => told = Some(reset),
+        Response::Reset(answer) => reset = Some(answer),
         other => panic!("{other:?}"),
     });
-    told.expect("an answer")
+    reset.expect("an answer")
 }
 
 #[test]
-fn the_start_is_told_with_what_is_so_now() {
+fn the_start_is_reported_with_the_present_state() {
     let mut device = Device::new(Config::unconfigured(board(START)));
     turns(&mut device, 1500);
     device.app.board_is(true, 3);
@@ -147,15 +147,15 @@ fn clock_and_bit_rates_are_faults() {
     assert_eq!(bits(ClockSource::Simulator, 0, 42_000_000), 0);
 }
 
-/// A safe start passes bytes at the told lines, in bypass, without the stored networks, and leaves
-/// the store alone.
+/// A safe start passes bytes at the configured lines, in bypass, without the stored networks, and
+/// leaves the store alone.
 #[test]
 fn a_safe_start_uses_no_stored_weights() {
-    let mut told = told(Kind::STIM);
-    told.lines.sensor_baud = 460_800;
-    told.correction.mode = Mode::Frozen;
+    let mut configuration = configured(Kind::STIM);
+    configuration.lines.sensor_baud = 460_800;
+    configuration.correction.mode = Mode::Frozen;
     let nets = nets([1e-5; 3], [0.0; 3]);
-    let record = encode(&told);
+    let record = encode(&configuration);
     let content = Content::new(&nets, &record);
     let mut store = Store::new(Flash::new()).expect("room");
     assert!(store.save(&content).is_ok());

@@ -1,5 +1,5 @@
-//! Units that only the sensor itself can tell (STIM300): heard at its start, forgotten where they
-//! may have changed, asked for, and never made up.
+//! Units that only the sensor itself reports (STIM300): read at its start, discarded where they may
+//! have changed, requested again, and never assumed.
 
 use crate::device::{Device, nets};
 use crate::frames::{Kind, values};
@@ -73,7 +73,7 @@ fn near(a: f64, b: f64) -> bool {
     (a - b).abs() < 0.02
 }
 
-fn told(gyro: u8, accel: u8) -> [u8; 26] {
+fn config_datagram(gyro: u8, accel: u8) -> [u8; 26] {
     Stim300::DEFAULT.with_unit_codes(gyro, accel).emit()
 }
 
@@ -85,10 +85,10 @@ fn datagram(id: u8) -> Vec<u8> {
     bytes
 }
 
-/// A device without a configured format hears what the sensor tells at its start, corrects by it,
-/// and answers from it.
+/// A device without a configured format reads the sensor's datagrams at its start, corrects by
+/// them, and answers from them.
 #[test]
-fn what_the_sensor_tells_at_its_start_is_heard() {
+fn datagrams_at_the_start_of_the_sensor_are_used() {
     for crlf in [false, true] {
         let mut bench = Bench::new(Config {
             format: None,
@@ -118,9 +118,9 @@ fn what_the_sensor_tells_at_its_start_is_heard() {
     }
 }
 
-/// What the sensor has not told is not answered, whatever is configured.
+/// What the sensor has not sent is not answered, whatever is configured.
 #[test]
-fn nothing_is_answered_that_was_not_told() {
+fn nothing_is_answered_that_the_sensor_did_not_send() {
     let mut bench = Bench::new(config(false));
     bench.run(50);
     bench.device.lines.navigation.sent.clear();
@@ -132,7 +132,8 @@ fn nothing_is_answered_that_was_not_told() {
     assert_eq!(bench.device.counters().requests, 5);
 }
 
-/// A sensor whose receiving side is not wired never tells: it is believed to be as configured.
+/// A sensor whose receiver is not wired never sends its configuration: the device assumes that it
+/// is as configured.
 #[test]
 fn at_the_first_start_the_configuration_is_believed() {
     for ask in [false, true] {
@@ -143,14 +144,14 @@ fn at_the_first_start_the_configuration_is_believed() {
     }
 }
 
-/// In service mode the units are changed. Afterwards nothing is corrected until the sensor tells
-/// them, for which it is asked again and again.
+/// In service mode the units may change. Afterwards nothing is corrected until the sensor has sent
+/// them. The device asks for them repeatedly.
 #[test]
 fn after_service_mode_the_units_are_unknown() {
     for command in ["SERVICEMODE\r", "UTILITYMODE\r"] {
         let mut bench = Bench::new(config(true));
         bench.run(50);
-        bench.device.feed(&told(1, 1)); // the answer to the device's question
+        bench.device.feed(&config_datagram(1, 1)); // the answer to the device's question
         let mean = bench.run(500);
         assert!(near(mean, AS_INCREMENT), "{mean}");
         assert_eq!(bench.device.lines.sensor.bytes(), b"C\r");
@@ -172,7 +173,7 @@ fn after_service_mode_the_units_are_unknown() {
             bench.device.lines.navigation.sent.is_empty(),
             "an old answer"
         );
-        bench.device.feed(&told(0, 0));
+        bench.device.feed(&config_datagram(0, 0));
         let mean = bench.run(1000);
         assert!(near(mean, AS_RATE), "{mean}");
         assert_eq!(bench.device.app.faults(), 0);
@@ -181,20 +182,22 @@ fn after_service_mode_the_units_are_unknown() {
         bench.text();
         bench.run(50);
         let frame = STIM.stream(0, 4).concat();
-        bench.device.feed(&[&told(3, 3)[..], &frame].concat());
+        bench
+            .device
+            .feed(&[&config_datagram(3, 3)[..], &frame].concat());
         assert_eq!(bench.device.app.phase(), Phase::Fault(Cause::Units));
         // service mode leads out of this state, too
         bench.request(command);
         assert_eq!(bench.device.app.phase(), Phase::Detect);
         bench.text();
         bench.run(50);
-        bench.device.feed(&told(1, 1));
+        bench.device.feed(&config_datagram(1, 1));
         let mean = bench.run(1000);
         assert!(near(mean, AS_INCREMENT), "{mean}");
     }
 }
 
-/// In bypass nobody needs the units, and the sensor is not asked.
+/// In bypass the units are not needed, and the sensor is not asked.
 #[test]
 fn in_bypass_nothing_is_asked() {
     let mut bench = Bench::new(Config {
@@ -209,8 +212,8 @@ fn in_bypass_nothing_is_asked() {
     assert_eq!(bench.device.app.faults(), 0);
 }
 
-/// Measurements that are still on their way are corrected as before: the correction must not jump.
-/// So are all of a sensor that does not obey. Where it does, its text ends the correction.
+/// Measurements that are on their way are corrected as before: the correction must not jump. So are
+/// all measurements of a sensor that does not obey. Where it does, its text ends the correction.
 #[test]
 fn frames_on_their_way_are_corrected() {
     let mut bench = Bench::new(config(false));
@@ -228,12 +231,12 @@ fn frames_on_their_way_are_corrected() {
     assert!(bench.run(500) == 0.0);
     assert_eq!(bench.device.app.faults(), fault::UNITS);
     // back in force no faster than the slew limit: a thousandth of 10 deg/h a second
-    bench.device.feed(&told(1, 1));
+    bench.device.feed(&config_datagram(1, 1));
     let mean = bench.run(1000);
     assert!(mean > 0.0 && mean < 0.01 * AS_INCREMENT, "{mean}");
 }
 
-/// Measurements that are still on their way do not end the service mode.
+/// Measurements that are on their way do not end the service mode.
 #[test]
 fn frames_on_their_way_do_not_bring_run_back() {
     for (frames, cut) in [(3, 0), (10, 0), (40, 11), (100, 27)] {
@@ -253,7 +256,7 @@ fn frames_on_their_way_do_not_bring_run_back() {
         bench.run(20);
         assert_eq!(bench.device.app.phase(), Phase::Run(Mode::Frozen));
     }
-    // a sensor that does not obey, or that was left before it said a word
+    // a sensor that does not obey, or that left the mode before it sent any text
     let mut bench = Bench::new(Config {
         nets: Nets::NONE,
         ..config(false)
@@ -267,18 +270,18 @@ fn frames_on_their_way_do_not_bring_run_back() {
     assert_eq!(bench.device.app.faults(), fault::UNITS);
 }
 
-/// `R`: the sensor starts anew and tells its configuration by itself.
+/// `R`: the sensor restarts and sends its configuration by itself.
 #[test]
 fn a_reset_makes_the_units_unknown() {
     let mut bench = Bench::new(config(false));
-    bench.device.feed(&told(1, 1));
+    bench.device.feed(&config_datagram(1, 1));
     assert!(near(bench.run(1000), AS_INCREMENT));
     bench.request("R\r");
     assert!(bench.run(100) == 0.0);
     assert_eq!(bench.device.app.faults(), fault::UNITS);
     bench
         .device
-        .feed(&[&datagram(0xB1)[..], &datagram(0xB5), &told(2, 2)].concat());
+        .feed(&[&datagram(0xB1)[..], &datagram(0xB5), &config_datagram(2, 2)].concat());
     let mean = bench.run(1000);
     assert!(near(mean, AS_RATE), "{mean}");
     assert_eq!(bench.device.counters().restarts, 1);
