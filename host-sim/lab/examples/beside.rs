@@ -106,8 +106,8 @@ struct Filtered {
 
 /// The filters beside the networks, on all samples and fixes of the drive.
 fn filters(session: &Session, unit: &Unit) -> Vec<Filtered> {
-    let told = Assumptions::of(unit);
-    let prior = told.walking(told.datasheet_walk()).prior;
+    let assumptions = Assumptions::of(unit);
+    let prior = assumptions.walking(assumptions.datasheet_walk()).prior;
     let models = [
         ("ekf12", ErrorModel::with_scale(&prior)),
         ("ekf24", ErrorModel::with_matrices(&prior)),
@@ -117,7 +117,7 @@ fn filters(session: &Session, unit: &Unit) -> Vec<Filtered> {
         .flat_map(|m| [(m.clone(), false), (m, true)]);
     both.map(|((filter, model), each_sample)| {
         let ((states, horizontal_m), seconds) =
-            timed(|| filtered(session, &told, model, each_sample));
+            timed(|| filtered(session, &assumptions, model, each_sample));
         Filtered {
             filter,
             states,
@@ -133,13 +133,13 @@ fn filters(session: &Session, unit: &Unit) -> Vec<Filtered> {
 /// Number of states, and the horizontal error.
 fn filtered(
     session: &Session,
-    told: &Assumptions,
+    assumptions: &Assumptions,
     model: ErrorModel,
     each_sample: bool,
 ) -> (usize, f64) {
     let start = session.referenced(0);
-    let sigma = told.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
-    let mut filter = Aided::new(start, &sigma, model, told.noise);
+    let sigma = assumptions.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
+    let mut filter = Aided::new(start, &sigma, model, assumptions.noise);
     let increments = session.increments();
     let seconds = increments.chunks_exact(session.samples_per_epoch());
     let mut squares = 0.0;

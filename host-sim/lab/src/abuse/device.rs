@@ -21,10 +21,10 @@ use host_device::hil::{MemoryLine, SetClock};
 use nalgebra::Vector3;
 use std::collections::VecDeque;
 
-/// The application is called at least so often, microseconds.
+/// Longest interval between two calls of the application, microseconds.
 const TICK_US: u64 = 20_000;
 
-/// How the frames are made.
+/// The format of the sensor's frames.
 #[derive(Debug, Clone, Copy)]
 pub struct Format {
     pub format: ImuFormat,
@@ -46,7 +46,7 @@ impl Format {
         Self { format, sensor }
     }
 
-    /// What a count is worth, rad and m/s.
+    /// The size of a count, rad and m/s.
     pub fn lsb(self) -> firmware::sample::Lsb {
         let [rad, mps] = self.sensor.unit;
         firmware::sample::Lsb { rad, mps }
@@ -71,7 +71,7 @@ impl Format {
     }
 }
 
-/// All that goes into the device's lines.
+/// The input of the device's lines.
 #[derive(Debug, Clone, Copy)]
 pub struct Input<'a> {
     pub format: Format,
@@ -79,33 +79,33 @@ pub struct Input<'a> {
     pub receiver: &'a [Message],
     /// Requests of the navigation computer: when, microseconds after power-on.
     pub requests: &'a [(u64, Request<'static>)],
-    /// How many samples the drive has, of how many seconds each.
+    /// Number of samples of the drive, and the duration of one, s.
     pub samples: (usize, f64),
 }
 
-/// What came of a drive.
+/// Result of a drive.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// Correction of each sample: rad/s and m/s2.
     pub correction: Vec<Increment>,
     /// What the learner reports at the end.
     pub report: Report,
-    /// What it has stored for the next power-on, if anything.
+    /// The networks that it has stored for the next power-on, if any.
     pub stored: Option<Nets>,
-    /// What was ever wrong: bits of [`firmware::wire::command::fault`].
+    /// All faults that were raised: bits of [`firmware::wire::command::fault`].
     pub faults: u32,
 }
 
-/// Takes the application through a drive.
+/// Runs the application through a drive.
 pub fn run(
-    (told, nets): (&Configuration, &Nets),
+    (configuration, nets): (&Configuration, &Nets),
     learner: Option<&mut dyn Learner>,
     input: &Input<'_>,
 ) -> Outcome {
     let config = Config {
         nets: *nets,
         store: true,
-        ..Config::of(told)
+        ..Config::of(configuration)
     };
     let mut device = Device::new(App::with_learner(config, learner), input);
     let mut frames = input.frames.iter().peekable();
@@ -132,19 +132,19 @@ pub fn run(
     }
 }
 
-/// The application at its lines.
+/// The application with its lines.
 struct Device<'m, 'i> {
     app: App<'m>,
     lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine>,
     clock: SetClock,
     input: &'i Input<'i>,
     framer: Framer,
-    /// Frames that went in and have not come out.
+    /// Frames that were sent to the application and are not yet in its output.
     inside: VecDeque<(usize, Counts)>,
     /// Correction of samples, in counts, as they came out.
     seen: Vec<Option<[i32; 6]>>,
     faults: u32,
-    /// What the application stored last.
+    /// The networks that the application stored last.
     kept: Option<Nets>,
 }
 
@@ -163,7 +163,7 @@ impl<'m, 'i> Device<'m, 'i> {
         }
     }
 
-    /// Time passes until `now`; the application is called now and then.
+    /// Advances the clock to `now`, and calls the application at least every [`TICK_US`].
     fn wait(&mut self, now: u64) {
         while self.clock.0 + TICK_US < now {
             self.clock.0 += TICK_US;
@@ -194,7 +194,7 @@ impl<'m, 'i> Device<'m, 'i> {
         self.settle();
     }
 
-    /// A frame in; what comes out is compared with what went in.
+    /// Sends a frame, and compares the output with the input.
     fn frame(&mut self, frame: &Frame) {
         let bytes = self.input.format.bytes(frame);
         if !frame.damaged {

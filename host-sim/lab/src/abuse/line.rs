@@ -15,11 +15,11 @@ const CHANCE: u64 = 43;
 pub enum Fault {
     /// The frames carry neither counter nor time: HG4930.
     NoCounter,
-    /// The sensor's clock is slow by this share: each sample lasts longer than is told.
+    /// The sensor's clock is slow by this share: each sample lasts longer than configured.
     SlowSensor(f64),
     /// The board's clock is fast by this share.
     FastBoard(f64),
-    /// So many frames are lost every so many seconds.
+    /// Number of frames lost at once, and the interval of such losses, s.
     Holes([f64; 2]),
     /// This share of the frames is lost.
     Lost(f64),
@@ -27,11 +27,11 @@ pub enum Fault {
     Twice(f64),
     /// This share of the frames has a damaged byte.
     Damaged(f64),
-    /// So many frames come at once.
+    /// This many frames arrive at once.
     Bursts(f64),
-    /// Nothing comes for so long, every so many seconds: length, interval, s.
+    /// Nothing arrives for a while, again and again: duration and interval, s.
     Silences([f64; 2]),
-    /// The sensor is off for so long, s, at the beginning of the span, and starts anew.
+    /// The sensor is off for this long, s, at the start of the span, and restarts.
     Restart(f64),
 }
 
@@ -45,13 +45,13 @@ pub struct Frame {
     /// The sample that its navigation computer would have at that time: the correction applies
     /// from this one on.
     pub sample: usize,
-    /// Values.
+    /// Increments, counts.
     pub counts: Counts,
     /// A byte is damaged.
     pub damaged: bool,
 }
 
-/// Increments as the counts of frames; what rounding leaves goes to the next sample.
+/// Increments as the counts of frames. The rounding error is carried to the next sample.
 pub fn counts(increments: &[Increment], lsb: &Lsb) -> Vec<Counts> {
     let mut left = [Vector3::zeros(); 2];
     let mut round = |x: &Vector3<f64>, lsb: f64, triad: usize| -> [i32; 3] {

@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../../assets/abuse.md");
 
-/// In the order of the page: how a device acts unless it is told otherwise comes first.
+/// In the order of the page: the default of a device's configuration comes first.
 const ACTIVATIONS: [Activation; 3] = [
     Activation::NextPowerOn,
     Activation::NextPowerOnAided,

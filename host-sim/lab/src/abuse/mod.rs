@@ -9,6 +9,7 @@
 mod act;
 mod case;
 mod computer;
+mod configured;
 mod device;
 mod line;
 mod markdown;
@@ -24,7 +25,6 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod times;
-mod told;
 mod world;
 
 pub use case::{Case, chosen};

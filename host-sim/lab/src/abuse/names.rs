@@ -48,8 +48,8 @@ macro_rules! named {
 }
 
 named! {
-    /// The sensor's true errors. The device and the navigation computer are told the datasheet of
-    /// its preset, which is right for [`Sensor::Errors`] and far too wide for [`Sensor::Perfect`].
+    /// The sensor's true errors. The device and the navigation computer get the datasheet of its
+    /// preset, which is right for [`Sensor::Errors`] and far too wide for [`Sensor::Perfect`].
     Sensor ("sensor") {
         /// White noise and quantisation only: whatever is learnt is wrong.
         Perfect "perfect",
@@ -64,7 +64,7 @@ named! {
 }
 
 impl Sensor {
-    /// The unit whose datasheet is told.
+    /// The unit whose datasheet is configured.
     #[must_use]
     pub fn preset(self) -> &'static str {
         match self {

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Time from validity to arrival that a device is told by default, s.
+/// Configured delay of fixes from validity to arrival by default, s.
 pub const DELAY_S: f64 = 0.1;
 /// Streams of random numbers beside those of the usual errors.
 const DIRECTION: u64 = 40;
@@ -30,9 +30,9 @@ pub enum Fault {
     Arm([f64; 3]),
     /// Errors that last: of the position, their time, of the velocity, their time.
     Coloured([f64; 4]),
-    /// What is told of the accuracy is multiplied by this.
+    /// The reported accuracy is multiplied by this.
     Configured(f64),
-    /// Errors are as many times as large as is told.
+    /// The errors are this many times as large as reported.
     Noise(f64),
     /// The same only now and then: the factor, and for how long and how long not, s.
     Bouts([f64; 2]),
@@ -263,7 +263,7 @@ fn each(
     match fault {
         Fault::Late(by) => one.arrives_s = one.valid_s + by,
         Fault::Jitter(up_to) => one.arrives_s += chance.random_range(0.0..=up_to),
-        Fault::SpeedAccuracy(told) => fix.sigmas[3..].fill(told / 3.0_f64.sqrt()),
+        Fault::SpeedAccuracy(reported) => fix.sigmas[3..].fill(reported / 3.0_f64.sqrt()),
         Fault::Bouts([factor, length]) if (since / length) as u64 % 2 == 1 => {
             enlarge(fix, truth, factor);
         }

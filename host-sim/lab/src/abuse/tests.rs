@@ -40,7 +40,7 @@ fn execute(abuse: &Abuse, teach: Teach<'_>) -> Vec<Judged> {
         .unwrap()
 }
 
-/// A learner that promotes what it has not learnt, or nothing at all.
+/// A learner that promotes networks without having learnt them, or nothing at all.
 struct Broken {
     promotes: bool,
 }
@@ -105,7 +105,7 @@ fn a_device_that_harms_is_found() {
     );
 }
 
-/// What is interrupted and resumed, or divided into shards and merged, is what is run in one go.
+/// Interrupted and resumed runs, and merged shards, equal a run in one go.
 #[test]
 fn resumed_and_divided_runs_equal_the_whole() {
     let dir = tempfile::tempdir().unwrap();
@@ -230,9 +230,9 @@ fn cases_of_the_sensor_change_its_samples() {
     }
 }
 
-/// Every case of the line, of what is told, and of the requests changes these.
+/// Every case of the line, of the configuration, and of the requests changes these.
 #[test]
-fn cases_of_line_and_told_change_these() {
+fn cases_of_line_and_configuration_change_these() {
     let world = World::learning(&SHORT, Motion::Road, 0);
     let session = world.measured(Sensor::Perfect, &[], &SHORT);
     let frames = |acts: &[(Act, Span)]| {
@@ -254,21 +254,21 @@ fn cases_of_line_and_told_change_these() {
             "{case}"
         );
     }
-    let told = |case: &Case| {
+    let configuration = |case: &Case| {
         let faults = case.acts.iter().filter_map(|(act, _)| match act {
             Act::Configured(fault) => Some(*fault),
             _ => None,
         });
-        told::configuration(faults, (Sensor::Perfect, FormatName::Novatel)).unwrap()
+        configured::configuration(faults, (Sensor::Perfect, FormatName::Novatel)).unwrap()
     };
-    let honest = told(&"none".parse().unwrap());
+    let honest = configuration(&"none".parse().unwrap());
     for row in table::PARTS[5].1 {
         let case: Case = row.name.parse().unwrap();
         let asks = case.acts.iter().any(|(act, span)| match act {
             Act::Asked(asked) => !asked.requests(*span, &SHORT).is_empty(),
             _ => false,
         });
-        assert!(asks || told(&case) != honest, "{case}");
+        assert!(asks || configuration(&case) != honest, "{case}");
     }
     let lsb = |counted| Format::of(counted).lsb();
     assert_eq!(lsb(true), lsb(false));

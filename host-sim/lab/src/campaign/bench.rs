@@ -29,36 +29,39 @@ pub(super) type Scored = (Aided, f64);
 struct Key {
     session: *const Session,
     until: usize,
-    /// A model: of the classical filter with this number the one with this index.
+    /// Number of the classical filter, and index of its model.
     model: (usize, usize),
     prior: Prior,
     noise: Noise,
 }
 
-/// Filters that have run.
+/// Results of the filters that have run.
 #[derive(Debug, Default)]
 pub struct Bench {
     solved: RefCell<Vec<(Key, Rc<Scored>)>>,
-    /// Their free-inertial parts, as far as they were navigated side by side.
+    /// Their free-inertial parts, where they were navigated side by side.
     flown: RefCell<Vec<(Key, FreeInertial)>>,
     read: OnceCell<Arc<[Known]>>,
     felt: OnceCell<Arc<[Known]>>,
 }
 
-/// The number of the filter without a model of the IMU. In place of a walk it has a factor of the
-/// noise.
+/// The number of the filter without a model of the IMU. It has a factor of the noise instead of a
+/// walk.
 pub(super) const NONE: usize = FILTERS.len();
 
-/// What a filter assumes with this walk.
-fn assumed(told: &Assumptions, filter: usize, walk: f64) -> Assumptions {
+/// The assumptions of a filter with this walk.
+fn assumed(assumptions: &Assumptions, filter: usize, walk: f64) -> Assumptions {
     if filter != NONE {
-        return told.walking(walk);
+        return assumptions.walking(walk);
     }
     let noise = Noise {
-        gyro: told.noise.gyro * walk,
-        accel: told.noise.accel * walk,
+        gyro: assumptions.noise.gyro * walk,
+        accel: assumptions.noise.accel * walk,
     };
-    Assumptions { noise, ..*told }
+    Assumptions {
+        noise,
+        ..*assumptions
+    }
 }
 
 /// The models that the classical filter number `filter` picks from.
@@ -110,7 +113,7 @@ impl Bench {
         let (mut keys, mut missing) = (Vec::new(), Vec::new());
         let mut start = None;
         for &(filter, walk) in wanted {
-            let assumptions = assumed(case.knows.told, filter, walk);
+            let assumptions = assumed(case.knows.assumptions, filter, walk);
             let models = models(self, filter, case.session, &assumptions.prior);
             let own = Self::keys(case, filter, &assumptions, models.len());
             for (key, model) in own.into_iter().zip(models) {
@@ -140,7 +143,7 @@ impl Bench {
         Some(found.1.clone())
     }
 
-    /// Of the models of a filter the one that gave the fixes the greatest density.
+    /// The model of a filter under which the fixes had the greatest likelihood.
     pub(super) fn best(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<Rc<Scored>> {
         Some(self.winner(case, filter, walk)?.1)
     }
@@ -148,7 +151,7 @@ impl Bench {
     /// The same with its key.
     fn winner(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<(Key, Rc<Scored>)> {
         self.prepare(case, &[(filter, walk)])?;
-        let assumptions = assumed(case.knows.told, filter, walk);
+        let assumptions = assumed(case.knows.assumptions, filter, walk);
         let count = models(self, filter, case.session, &assumptions.prior).len();
         let keys = Self::keys(case, filter, &assumptions, count).into_iter();
         let all: Option<Vec<_>> = keys.map(|key| Some((key, self.found(&key)?))).collect();

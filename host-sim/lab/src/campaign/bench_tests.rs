@@ -22,10 +22,10 @@ fn filters_side_by_side_are_the_filters_alone() {
         case.bench.prepare(case, &wanted).unwrap();
         let start = aligned(case.session, case.increments()).unwrap();
         for (filter, walk) in wanted {
-            let told = case.knows.told.walking(walk);
-            let models = models(case.bench, filter, case.session, &told.prior);
+            let assumptions = case.knows.assumptions.walking(walk);
+            let models = models(case.bench, filter, case.session, &assumptions.prior);
             let alone = models.into_iter().map(|model| {
-                start.scored(model, &told, case.session, case.increments(), case.until)
+                start.scored(model, &assumptions, case.session, case.increments(), case.until)
             });
             let alone = alone.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
             let beside = case.bench.best(case, filter, walk).unwrap();

@@ -83,14 +83,14 @@ pub(super) struct Passed {
 }
 
 impl Memory {
-    /// Before the first drive of a unit: the device has what a fleet has taught of its type, if the
-    /// unit's file tells that.
+    /// The memory before the first drive of a unit. The device knows what a fleet has learnt of its
+    /// type, if the unit's file contains that.
     #[must_use]
     pub fn new(unit: &Unit) -> Self {
-        let told = Assumptions::of(unit);
+        let assumptions = Assumptions::of(unit);
         let prior = unit.prior.as_ref();
         Self {
-            stored: prior.map_or_else(Stored::default, |of| Stored::of_type(of, &datasheet(&told))),
+            stored: prior.map_or_else(Stored::default, |of| Stored::of_type(of, &datasheet(&assumptions))),
             ..Self::default()
         }
     }
@@ -121,9 +121,9 @@ impl Memory {
             enabled: ALL,
             ..Gates::default()
         };
-        let told = case.knows.told;
+        let assumptions = case.knows.assumptions;
         let learnt =
-            fix_learner::learn_on(&self.stored, case.session, told, gates, None, case.until)?;
+            fix_learner::learn_on(&self.stored, case.session, assumptions, gates, None, case.until)?;
         if let Some(next) = learnt.next {
             self.stored = next;
         }
@@ -132,8 +132,8 @@ impl Memory {
 }
 
 fn models(index: usize, case: &Case<'_>) -> (Assumptions, Vec<ErrorModel>) {
-    let told = case.knows.told;
-    let assumptions = told.walking(told.datasheet_walk());
+    let assumptions = case.knows.assumptions;
+    let assumptions = assumptions.walking(assumptions.datasheet_walk());
     let models = REMEMBERING[index].2(case.session, &assumptions.prior);
     (assumptions, models)
 }

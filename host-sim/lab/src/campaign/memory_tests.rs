@@ -91,8 +91,8 @@ fn without_fixes_only_memory_helps() {
     assert_ne!(end("rnn-kalman", 1), end("rnn-kalman", 2));
 }
 
-/// Biases of a unit and of the turn-on, drawn from what the filter is told: after three drives the
-/// distance between the unit's biases and what is remembered of them, normalised by the remembered
+/// Biases of a unit and of the turn-on, drawn from the filter's prior: after three drives the
+/// distance between the unit's biases and the remembered ones, normalised by the remembered
 /// covariance, is a chi-square variable (two-sided 99.9 % bounds over all units).
 #[test]
 fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
@@ -105,12 +105,12 @@ fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
     unit.gyro.bias_turn_on_dph = 0.3_f64.hypot(0.1);
     unit.accel.bias_turn_on_ug = 300.0_f64.hypot(100.0);
     (unit.gyro.bias_in_run_dph, unit.accel.bias_in_run_ug) = (0.0, 0.0);
-    let told = Assumptions::of(&unit).prior;
-    assert!((told.gyro_bias / DEG_PER_H / 0.1_f64.sqrt() - 1.0).abs() < 1e-9);
-    assert!((told.accel_bias / UG / 1e5_f64.sqrt() - 1.0).abs() < 1e-9);
+    let prior = Assumptions::of(&unit).prior;
+    assert!((prior.gyro_bias / DEG_PER_H / 0.1_f64.sqrt() - 1.0).abs() < 1e-9);
+    assert!((prior.accel_bias / UG / 1e5_f64.sqrt() - 1.0).abs() < 1e-9);
     let mut campaign = campaign(&[3], true, &["ekf6-memory"]);
     campaign.models = vec![ErrorModelName::Linear.into()];
-    campaign.scenario.set_unit("told.toml", unit);
+    campaign.scenario.set_unit("assumed.toml", unit);
     let mut tuned = Tuned::default();
     tuned.turn_on[0] = TurnOn {
         law: 1.0,

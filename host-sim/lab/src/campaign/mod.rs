@@ -292,12 +292,12 @@ impl Campaign {
         let judged = cases.iter().filter(|of| self.models.contains(&of.0));
         let judged = judged.map(|(group, case)| {
             let tuned = tuning.of(*group);
-            (case, tuned, causes::telling(case.knows.told, &tuned.cause))
+            (case, tuned, causes::enlarged(case.knows.assumptions, &tuned.cause))
         });
         let judged: Vec<_> = judged.collect();
         let cases = judged
             .iter()
-            .map(|(case, tuned, told)| case.with(*tuned, told));
+            .map(|(case, tuned, assumptions)| case.with(*tuned, assumptions));
         let cases: Vec<Case<'_>> = cases.collect();
         let wanted: Vec<_> = cases.iter().map(|case| self.filters(case)).collect();
         let each: Vec<_> = cases.iter().zip(wanted.iter().map(Vec::as_slice)).collect();
@@ -306,14 +306,14 @@ impl Campaign {
 
     /// The classical filters that take part, and their walks.
     fn filters(&self, case: &Case<'_>) -> Vec<(usize, f64)> {
-        let walk = case.knows.told.datasheet_walk();
+        let walk = case.knows.assumptions.datasheet_walk();
         let each = schemes::FILTERS.iter().enumerate();
         let of = |(filter, name): (usize, &&str)| {
-            let told = self.wants(name).then_some((filter, walk));
+            let plain = self.wants(name).then_some((filter, walk));
             let tuned = self
                 .tunes(name)
                 .then_some((filter, case.tuned.walks[filter]));
-            told.into_iter().chain(tuned)
+            plain.into_iter().chain(tuned)
         };
         let none = (bench::NONE, case.tuned.none_factor);
         let none = self.wants("none").then_some(none);

@@ -90,7 +90,7 @@ fn the_oracle_knows_every_cause() {
                 increments: &OnceCell::new(),
                 bench: &Bench::default(),
                 knows: Knowledge {
-                    told: &Assumptions::of_simulated(&spec),
+                    assumptions: &Assumptions::of_simulated(&spec),
                     simulated: &spec,
                     unit: &imu.unit_errors(),
                     beyond: &[],
@@ -104,7 +104,7 @@ fn the_oracle_knows_every_cause() {
             let none = end(schemes::none(&case, case.increments(), 1.0));
             let oracle = end(oracle_of(&case));
             let limit = end(limit::limit(&case));
-            println!("{name}: not told {none:.1} m, told {oracle:.1} m, limit {limit:.1} m");
+            println!("{name}: none {none:.1} m, oracle {oracle:.1} m, limit {limit:.1} m");
             let failed = oracle > 0.3 * none || limit > 0.3 * none;
             failed.then(|| format!("{name}: {oracle} m, limit {limit} m of {none} m"))
         })

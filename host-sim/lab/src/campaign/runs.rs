@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Runs of which kind: how they are told from those of other commands and settings.
+/// The kind of runs: distinguishes them from those of other commands and settings.
 #[derive(Debug, Clone, Copy)]
 pub struct Stamp {
     /// Name of the file that holds what decides the numbers.

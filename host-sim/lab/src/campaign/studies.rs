@@ -53,7 +53,7 @@ const LAST: usize = TIMES_MIN.len() - 1;
 /// What a study is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
-    /// Each single cause of errors, told and not told.
+    /// Each single cause of errors, known and unknown to the schemes.
     Causes,
     /// A kind of start.
     Start(&'static str),
@@ -133,11 +133,12 @@ pub fn studies(main: &Campaign, runs: u32) -> Result<Vec<Study>, Error> {
     topics.map(study).collect()
 }
 
-/// The groups of the table of causes: those without a cause, then each cause, not told and told.
+/// The groups of the table of causes: those without a cause, then each cause, unknown and known to
+/// the schemes.
 fn causes() -> Vec<Group> {
-    let told = |group: Group| {
-        let told = group.can_be_told().then(|| group.told());
-        [group].into_iter().chain(told)
+    let both = |group: Group| {
+        let known = group.can_be_known().then(|| group.with_known_cause());
+        [group].into_iter().chain(known)
     };
     let mut out: Vec<Group> = [ErrorModelName::Linear, ErrorModelName::Noise]
         .map(Group::from)
@@ -146,14 +147,14 @@ fn causes() -> Vec<Group> {
         ErrorModelName::CAUSES
             .map(Group::from)
             .into_iter()
-            .flat_map(told),
+            .flat_map(both),
     );
     for sensors in [ErrorModelName::Linear, ErrorModelName::Noise] {
         let with = FixErrors::CAUSES.map(|fixes| Group {
             fixes,
             ..sensors.into()
         });
-        out.extend(with.into_iter().flat_map(told));
+        out.extend(with.into_iter().flat_map(both));
     }
     out
 }
@@ -263,7 +264,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cause_is_there_told_and_not_told() {
+    fn every_cause_is_there_known_and_unknown() {
         let causes = causes();
         // 21 causes of the sensors twice, dither once, five of the fixes twice and gaps once, on
         // two sensors

@@ -51,7 +51,7 @@ impl Default for Setting {
 /// What was simulated, by name. It decides nothing: what does is in the campaign's fingerprint.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulated {
-    /// Unit: a preset or a file, as it was told.
+    /// Unit: a preset or a file, as it was given.
     pub unit: String,
     /// Vehicle.
     pub vehicle: String,
@@ -223,7 +223,7 @@ fn marked(value: f64, edges: &[f64]) -> String {
     format!("{value}{}", if at_edge { " (edge)" } else { "" })
 }
 
-/// How large the causes are that schemes are told of, over the units to train on.
+/// Sizes of the causes that schemes know, over the units to train on.
 fn sizes(campaign: &Campaign, imu: &ImuSpec) -> Vec<(Group, Size)> {
     let units: Vec<_> = (0..campaign.tuning_units)
         .into_par_iter()

@@ -20,7 +20,7 @@ const ROUGHER: f64 = 3.0;
 /// The scheme `zupt`.
 pub(super) fn zupt(case: &Case<'_>) -> Option<FreeInertial> {
     let (session, increments, until) = (case.session, case.increments(), case.until);
-    let walk = case.knows.told.datasheet_walk();
+    let walk = case.knows.assumptions.datasheet_walk();
     let mut filter = case.bench.best(case, EKF6, walk)?.0.clone();
     let standing = standing(session, until);
     let n = session.steps_per_epoch();

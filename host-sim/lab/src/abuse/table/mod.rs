@@ -1,11 +1,11 @@
 //! The table of cases, by what is disturbed. A new case is one row in one of these files.
 
 mod combined;
+mod configured;
 mod motion;
 mod receiver;
 mod sensor;
 mod timing;
-mod told;
 
 use super::case::{Given, Row};
 use super::times::Span;
@@ -17,7 +17,7 @@ pub const PARTS: [(&str, &[Row]); 6] = [
     ("Motion", motion::ROWS),
     ("Sensor", sensor::ROWS),
     ("Line and timing", timing::ROWS),
-    ("Configured, wired and asked", told::ROWS),
+    ("Configured, wired and asked", configured::ROWS),
 ];
 
 const NONE: Row = Row {

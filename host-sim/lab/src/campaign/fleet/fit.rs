@@ -147,8 +147,8 @@ impl Fitted {
             for ((drive, features), (t, _)) in unit.iter().zip(&features).zip(&known.turn_ons) {
                 out.push(t / self.moments.turn_on);
                 let of = |p: &Point| {
-                    let told = known.mean.dot(&regressors(features, p.second)) + t;
-                    p.weight.sqrt() * (p.error - told)
+                    let predicted = known.mean.dot(&regressors(features, p.second)) + t;
+                    p.weight.sqrt() * (p.error - predicted)
                 };
                 out.extend(drive.points[axis].iter().map(of));
             }

@@ -145,7 +145,7 @@ impl Fleet {
                         &[*group],
                         |_| Ok(()),
                         |_, case| {
-                            let drive = Drive::of(k, case.session, case.knows.told, &self.inputs);
+                            let drive = Drive::of(k, case.session, case.knows.assumptions, &self.inputs);
                             out.push(drive.ok_or_else(|| campaign.scenario.no_attitude())?);
                             Ok(())
                         },
@@ -207,9 +207,9 @@ pub fn learn(
             remedy: format!("give at least {LEAST_UNITS} units, each with several drives"),
         });
     }
-    let told = Assumptions::of(unit).prior;
-    let output = [told.gyro_bias, told.accel_bias];
-    let sheet = Datasheet::land_vehicle(told.gyro_bias as f32, told.accel_bias as f32);
+    let prior = Assumptions::of(unit).prior;
+    let output = [prior.gyro_bias, prior.accel_bias];
+    let sheet = Datasheet::land_vehicle(prior.gyro_bias as f32, prior.accel_bias as f32);
     let scales = sheet.driven_normalisation(inputs);
     let triad = |index: usize| {
         let data: Vec<UnitData> = several

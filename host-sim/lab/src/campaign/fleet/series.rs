@@ -45,24 +45,24 @@ pub struct Error10 {
 
 impl Drive {
     /// The series of a session whose fixes go on to its end. `None`: no attitude, or a drive that
-    /// is too short to tell anything.
+    /// is too short.
     #[must_use]
-    pub fn of(unit: u32, session: &Session, told: &Assumptions, which: &Inputs) -> Option<Self> {
-        let told = Assumptions {
+    pub fn of(unit: u32, session: &Session, assumptions: &Assumptions, which: &Inputs) -> Option<Self> {
+        let assumptions = Assumptions {
             inputs: *which,
-            ..told.walking(told.prior.walk_per_hour.max(WALK_PER_HOUR))
+            ..assumptions.walking(assumptions.prior.walk_per_hour.max(WALK_PER_HOUR))
         };
         let increments = session.increments();
         let until = session.epochs();
         let nominal = match &session.start {
             Some(start) if session.standstill == 0 => {
-                navigate_from(session, &increments, &told, start, 0, until)
+                navigate_from(session, &increments, &assumptions, start, 0, until)
             }
-            _ => navigate(session, &increments, &told, until)?,
+            _ => navigate(session, &increments, &assumptions, until)?,
         };
-        let errors = errors(&nominal, &told);
-        // what the device's own blocks tell
-        let quiet = compensator(session, &[Nets::NONE.gyro; 2], &told);
+        let errors = errors(&nominal, &assumptions);
+        // the inputs of the device's own blocks
+        let quiet = compensator(session, &[Nets::NONE.gyro; 2], &assumptions);
         let driven = inputs(session, &quiet, until);
         (!errors.is_empty()).then_some(Self {
             unit,
@@ -73,9 +73,9 @@ impl Drive {
 }
 
 /// Errors every [`STEP_S`], in the middle of the seconds that they stand for.
-fn errors(nominal: &Nominal, told: &Assumptions) -> Vec<Error10> {
-    let bias = [told.prior.gyro_bias, told.prior.accel_bias];
-    let walk = bias.map(|b| (b * told.prior.walk_per_hour).powi(2) / 3600.0);
+fn errors(nominal: &Nominal, assumptions: &Assumptions) -> Vec<Error10> {
+    let bias = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias];
+    let walk = bias.map(|b| (b * assumptions.prior.walk_per_hour).powi(2) / 3600.0);
     let enlarged = |sigma: f64, q: f64| {
         let over_s = 2.0 * sigma * sigma / q;
         (sigma * (2.0 * over_s / (STEP_S as f64 * EPOCH_S)).max(1.0).sqrt()) as f32
@@ -104,7 +104,7 @@ fn errors(nominal: &Nominal, told: &Assumptions) -> Vec<Error10> {
 pub(super) fn useless(file: &Path) -> Error {
     Error::Option {
         option: format!("--recordings: {}", file.display()),
-        problem: "its fixes and samples give no attitude, so that no errors can be told".into(),
+        problem: "its fixes and samples give no attitude, so that its errors cannot be estimated".into(),
         remedy: "leave this drive out, or let it begin with a standstill of 90 s".into(),
     }
 }

@@ -1,4 +1,4 @@
-//! The classes: a sensor, a vehicle, a place, and what is expected of the start.
+//! The classes: a sensor, a vehicle, a location, and what is expected of the start.
 
 use host_core::error::Error;
 use host_core::simulator::truth::{
@@ -20,8 +20,8 @@ pub struct Class {
     pub unit: &'static str,
     /// The vehicle.
     pub vehicle: Vehicle,
-    /// What the device is told of the vehicle.
-    pub told: Kind,
+    /// The configured kind of vehicle.
+    pub configured: Kind,
     /// Latitude of the start, deg.
     pub latitude_deg: f64,
     /// Standstill before the journey, s.
@@ -34,15 +34,14 @@ pub struct Class {
 pub enum Goal {
     /// It starts, and its heading is as good as it claims.
     Start,
-    /// The heading cannot be known, or what the device is told is wrong: better no start than a
-    /// wrong one.
+    /// The heading cannot be known, or the configuration is wrong: better no start than a wrong
+    /// one.
     Trap,
 }
 
 /// Time of the journey after the standstill, s.
 pub const JOURNEY_S: f64 = 600.0;
-/// Standstill of the land vehicles that have one, s: somewhat more than the usual time of
-/// alignment.
+/// Standstill of the land vehicles that have one, s: somewhat longer than the usual alignment.
 const STANDSTILL_S: f64 = 120.0;
 const MID: f64 = 47.0;
 
@@ -100,7 +99,7 @@ const fn road(name: &'static str, unit: &'static str, latitude_deg: f64) -> Clas
         goal: Goal::Start,
         unit,
         vehicle: Vehicle::Road,
-        told: Kind::Land,
+        configured: Kind::Land,
         latitude_deg,
         standstill_s: STANDSTILL_S,
     }
@@ -112,7 +111,7 @@ const fn moving(
     about: &'static str,
     unit: &'static str,
     vehicle: Vehicle,
-    told: Kind,
+    configured: Kind,
 ) -> Class {
     Class {
         name,
@@ -120,7 +119,7 @@ const fn moving(
         goal: Goal::Start,
         unit,
         vehicle,
-        told,
+        configured,
         latitude_deg: MID,
         standstill_s: 0.0,
     }

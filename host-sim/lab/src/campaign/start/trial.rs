@@ -40,7 +40,7 @@ const LEAST_DEG: f64 = 3.0;
 pub struct Prepared {
     pub(super) class: Class,
     spec: ImuSpec,
-    told: Configuration,
+    configuration: Configuration,
     receiver: Receiver,
     /// Delay of the fixes, s, and lever arm, m.
     link: [f64; 4],
@@ -114,11 +114,11 @@ impl Attitude {
         }
     }
 
-    /// Whether the claim is wrong and nobody is told.
+    /// Whether the heading is wrong by more than the device claims.
     #[must_use]
     pub fn is_wrong(&self) -> bool {
         let (error, claimed) = (self.heading_deg.abs(), SIGMAS * self.sigma_deg);
-        // what is not a number is wrong too
+        // NaN is wrong too
         error.is_nan() || claimed.is_nan() || error > claimed.max(LEAST_DEG)
     }
 
@@ -139,7 +139,7 @@ impl Prepared {
             Some(unit) => unit.clone(),
             None => Unit::load(class.unit)?,
         };
-        unit.vehicle.kind = class.told;
+        unit.vehicle.kind = class.configured;
         if let Some(delay) = receiver.delay_s {
             unit.receiver.fix_delay_ms = 1e3 * delay;
         }
@@ -158,7 +158,7 @@ impl Prepared {
                 remedy: "give 1, 2, 5 or 10".into(),
             });
         }
-        let told = unit.configuration().map_err(|found| Error::Option {
+        let configuration = unit.configuration().map_err(|found| Error::Option {
             option: "--unit".into(),
             problem: format!("'{}': {} {}", unit.name, found.key, found.problem),
             remedy: found.remedy,
@@ -167,7 +167,7 @@ impl Prepared {
         Ok(Self {
             class: *class,
             spec,
-            told,
+            configuration,
             receiver: *receiver,
             link: [1e-3 * unit.receiver.fix_delay_ms, x, y, z],
         })
@@ -175,7 +175,7 @@ impl Prepared {
 
     /// Sensor axes to body axes.
     fn mounting(&self) -> UnitQuaternion<f64> {
-        let [w, x, y, z] = self.told.mounting.map(f64::from);
+        let [w, x, y, z] = self.configuration.mounting.map(f64::from);
         UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
     }
 
@@ -200,12 +200,12 @@ impl Prepared {
 
     fn compensator(&self) -> Compensator {
         let dt = 1.0 / f64::from(self.spec.rate_hz);
-        let block = (f64::from(self.told.correction.block) / dt).round() as u16;
+        let block = (f64::from(self.configuration.correction.block) / dt).round() as u16;
         let Nets { gyro, accel } = Nets::NONE;
-        let limit = self.told.correction.limit;
+        let limit = self.configuration.correction.limit;
         let made = Compensator::new(gyro, accel, Imu::lsb(&self.spec), dt, block, limit);
         let mut compensator = made.expect("a configuration that was checked");
-        compensator.set_inputs(self.told.inputs);
+        compensator.set_inputs(self.configuration.inputs);
         compensator
     }
 
@@ -220,7 +220,7 @@ impl Prepared {
             .into_iter()
             .peekable();
         let mut memory = Box::new(FixMemory::ZEROED);
-        let settings = Settings::of(&self.told);
+        let settings = Settings::of(&self.configuration);
         let mut device = Device::new(&mut memory, settings, self.compensator());
         let mut imu = Imu::new(&self.spec, seeds.unit, seeds.turn_on);
         let mut judge = Judge::new(self.class.name, seed);
