@@ -70,7 +70,7 @@ pub(super) struct Look {
     pub sign: Option<Sign>,
 }
 
-/// A mark at a value, to be told from the others without its colour.
+/// A mark at a value, distinguishable from the others without its colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sign {
     Disc,

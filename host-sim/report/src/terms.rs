@@ -86,11 +86,11 @@ fn of_name(name: &str) -> Option<&'static str> {
              the drive as zero"
         }
         "limit" => {
-            "cannot be built: it is told the errors that this unit has at every turn-on, and a \
+            "cannot be built: it knows the errors that this unit has at every turn-on, and a \
              filter estimates what is new at this one"
         }
         "oracle" => {
-            "cannot be built: a filter that is told which errors are simulated, their exact \
+            "cannot be built: a filter that knows which errors are simulated, their exact \
              statistics, and the exact temperature and magnetic field"
         }
         "floor" => "cannot be built: the scheme none on an IMU that has white noise only",

@@ -34,12 +34,12 @@ const SWAY: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 /// (assumed).
 const WALK_PER_HOUR: f64 = 0.2;
 
-/// What is told of the recorded unit.
+/// The assumptions about the recorded unit.
 #[must_use]
 pub fn assumptions(unit: &Unit) -> Assumptions {
-    let mut told = Assumptions::of(unit);
-    told.prior.walk_per_hour = WALK_PER_HOUR;
-    told
+    let mut assumptions = Assumptions::of(unit);
+    assumptions.prior.walk_per_hour = WALK_PER_HOUR;
+    assumptions
 }
 
 /// Name of the preset of the recorded unit.

@@ -105,7 +105,7 @@ impl Sessions<'_> {
     }
 }
 
-/// Runs the experiment; `progress` is told each stage.
+/// Runs the experiment. `progress` is called with each stage.
 ///
 /// # Errors
 /// A scenario without a standstill, or whose standstill gives no attitude.

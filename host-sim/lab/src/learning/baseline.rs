@@ -46,7 +46,7 @@ pub fn fit_bias(samples: &[Sample]) -> Linear {
 
 /// Least squares of bias and 3x3 matrix through the singular value decomposition. Directions that
 /// the drive does not excite stay at zero: on a level road the vertical accelerometer's bias cannot
-/// be told from its scale factor.
+/// be separated from its scale factor.
 #[must_use]
 pub fn fit_3x3(samples: &[Sample]) -> Linear {
     if samples.len() < 4 {

@@ -1,5 +1,5 @@
 //! The device's alignment in motion on a session of the desktop: counts and fixes give the attitude
-//! where nobody has told it and the vehicle has not stood.
+//! where it is not given and the vehicle has not stood.
 //!
 //! The alignment and the detection of a standstill are the firmware's, called as its learner calls
 //! them. Fixes of position alone give velocities by their differences.
@@ -18,13 +18,13 @@ use host_core::inertial::sins::Sins;
 use host_io::unit::around::Kind;
 use std::ops::Range;
 
-/// As for the device's learner: a vehicle that is faster by the receiver does not stand, m/s;
-/// seconds after which a standstill is believed; the standard deviation of its velocity, m/s.
+/// As for the device's learner: speed by the receiver above which a vehicle moves, m/s; seconds
+/// after which a standstill is accepted; the standard deviation of the velocity at rest, m/s.
 const STANDS_MPS: f64 = 0.3;
 const STILL_S: u32 = 3;
 const STILL_MPS: f64 = 0.01;
 
-/// What is known beside samples and fixes.
+/// Knowledge beside samples and fixes.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
     /// How the vehicle moves.
@@ -44,28 +44,28 @@ pub struct Aligned {
     pub way: Way,
     /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
     pub residual: f64,
-    /// Alignments before it that were given up because their innovations were too large.
+    /// Number of earlier alignments that were rejected because their innovations were too large.
     pub refused: u32,
 }
 
 /// Finds the attitude in `epochs` of a session.
 ///
 /// # Errors
-/// How far it came when it does not.
+/// The progress of an alignment that did not succeed.
 pub fn align(
     session: &Session,
     epochs: &Range<usize>,
-    told: Known,
+    known: Known,
     assumptions: &Assumptions,
 ) -> Result<Aligned, Progress> {
-    let config = config(session, told.vehicle, assumptions);
+    let config = config(session, known.vehicle, assumptions);
     let mut motion = InMotion::new(config, [0.0; 6]);
     let sensors = Sensors {
         noise: [config.navigator.noise.gyro, config.navigator.noise.accel],
         bias: config.bias,
     };
     let mut standing = Align::new(sensors, session.lsb, session.dt);
-    let mut heading = told.heading;
+    let mut heading = known.heading;
     let mut scratch = Transition::ZEROED;
     let n = session.samples_per_epoch();
     let due = |epoch: usize| {

@@ -23,7 +23,7 @@ use host_io::unit::Unit;
 use host_io::unit::triads::MRAD;
 use nalgebra::Vector3;
 
-/// What the teacher assumes of the sensors.
+/// The teacher's assumptions about the sensors.
 #[derive(Debug, Clone, Copy)]
 pub struct Assumptions {
     /// Prior of the biases.
@@ -31,15 +31,15 @@ pub struct Assumptions {
     /// White noise, without quantisation.
     pub noise: Noise,
     /// Random walk of the biases in an hour as a share of their prior, gyros then accelerometers:
-    /// what the device's learner is told.
+    /// the configuration of the device's learner.
     pub in_run: [f64; 2],
     /// Bias of the gyros by specific force, rad/s per m/s2.
     pub g_sensitivity: f64,
     /// Largest correction of gyros and accelerometers, SI; `None`: ten times the prior.
     pub limit: Option<[f64; 2]>,
-    /// What drives the networks.
+    /// Inputs of the networks.
     pub inputs: Inputs,
-    /// Networks of the type, which a device has that has not driven yet.
+    /// Networks of the type, for a device that has not driven yet.
     pub shape: Option<Nets>,
 }
 
@@ -301,22 +301,22 @@ mod tests {
             ),
         ];
         for (name, [gyro_bias, accel_bias, gyro_noise]) in known {
-            let told = Assumptions::of(&Unit::preset(name).unwrap());
-            assert!(near(told.prior.gyro_bias, gyro_bias), "{name}");
-            assert!(near(told.prior.accel_bias, accel_bias), "{name}");
-            assert!(near(told.noise.gyro, gyro_noise), "{name}");
+            let assumed = Assumptions::of(&Unit::preset(name).unwrap());
+            assert!(near(assumed.prior.gyro_bias, gyro_bias), "{name}");
+            assert!(near(assumed.prior.accel_bias, accel_bias), "{name}");
+            assert!(near(assumed.noise.gyro, gyro_noise), "{name}");
             let simulated = Assumptions::of_simulated(&ImuSpec::preset(name).unwrap());
             let numbers = |a: &Assumptions| {
                 let (p, n) = (a.prior, a.noise);
                 let biases = [p.gyro_bias, p.accel_bias, p.walk_per_hour, n.gyro, n.accel];
                 [&biases[..], &p.scale, &p.misalignment, &a.in_run].concat()
             };
-            let pairs = numbers(&told).into_iter().zip(numbers(&simulated));
+            let pairs = numbers(&assumed).into_iter().zip(numbers(&simulated));
             assert!(
                 pairs.clone().all(|(a, b)| near(a, b)),
-                "{name}: {told:?} {simulated:?}"
+                "{name}: {assumed:?} {simulated:?}"
             );
-            assert_eq!(told.in_run.map(|share| share as f32), [0.05; 2]);
+            assert_eq!(assumed.in_run.map(|share| share as f32), [0.05; 2]);
         }
     }
 

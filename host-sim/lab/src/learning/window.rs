@@ -83,9 +83,9 @@ impl NetworkSpec {
 /// Inputs of the two networks, one a block of one epoch.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
-    /// Of the gyro network: rates, rad/s, unless the compensator was told other inputs.
+    /// Gyro network: rates, rad/s, unless the compensator has other inputs.
     pub rate: Vec<[f32; 3]>,
-    /// Of the accelerometer network: specific forces, m/s2, likewise.
+    /// Accelerometer network: specific forces, m/s2, unless the compensator has other inputs.
     pub force: Vec<[f32; 3]>,
 }
 

@@ -10,7 +10,7 @@ pub(super) fn sentence(group: Group) -> String {
         text += &format!("; the fixes {fixes}");
     }
     if group.told {
-        text += ". The schemes are told how large the cause is";
+        text += ". The schemes know how large the cause is";
     }
     text + "."
 }
@@ -72,7 +72,9 @@ mod tests {
     fn each_group_has_a_sentence_of_its_own() {
         let sensors = ErrorModelName::every().map(Group::from);
         let fixes = FixErrors::CAUSES.map(Group::from);
-        let all = sensors.chain(fixes).flat_map(|group| [group, group.told()]);
+        let all = sensors
+            .chain(fixes)
+            .flat_map(|group| [group, group.with_known_cause()]);
         let mut said: Vec<String> = all.map(sentence).collect();
         let wanted = said.len();
         said.sort();

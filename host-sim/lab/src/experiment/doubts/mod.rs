@@ -22,24 +22,25 @@ use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Noise or bias that differs from the assumed class by more than this factor is told.
+/// Noise or bias that differs from the assumed class by more than this factor is reported.
 const FACTOR: f64 = 5.0;
 /// Sway of a standing vehicle by people, wind and engine: standard deviations of angle, rad, and
 /// velocity, m/s (assumed, as in [`firmware::align`]). It hides the noise of good sensors.
 const SWAY: [f64; 2] = [1.4e-4, 1.4e-2];
-/// A told rate that is off by more than this share is told.
+/// A stated rate that is off by more than this share is reported.
 const RATE_SHARE: f64 = 0.02;
-/// Distance from gravity of the mean force of a drive without a rest that is told, as a share.
+/// Smallest reported difference between gravity and the mean specific force of a drive without a
+/// rest, as a share.
 const DRIVE_SHARE: f64 = 0.3;
-/// A unit fits when it brings a value so close to what it should be, as a share.
+/// A unit fits if it brings a value this close to the expected one, as a share.
 const FITS: f64 = 0.15;
-/// Rotation by change of course that is told, as a factor either way.
+/// Smallest reported ratio of rotation and change of course, as a factor either way.
 const TURNING: f64 = 2.5;
 
-/// A doubt, with what it is about and the remedy.
+/// A doubt: what it is about, and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Warning {
-    /// File that says something else than the samples.
+    /// File that contradicts the samples.
     pub file: PathBuf,
     /// Field of its header, or option of the command.
     pub field: String,
@@ -64,13 +65,13 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Where a recording says what a triad's values are.
+/// The field of a recording that states the unit of a triad's values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// Name of the field or option.
     pub name: String,
-    /// The unit told, where the file names one.
-    pub told: Option<NamedUnit>,
+    /// The unit that the file names, if any.
+    pub named: Option<NamedUnit>,
     /// All units that it could name.
     pub units: Vec<NamedUnit>,
 }
@@ -81,32 +82,32 @@ impl Field {
     pub fn fixed(name: &str) -> Self {
         Self {
             name: name.into(),
-            told: None,
+            named: None,
             units: Vec::new(),
         }
     }
 
     /// The units for which `fits` is true of the factor that they change values by, as a remedy.
     fn fitting(&self, fits: impl Fn(f64) -> bool) -> Option<String> {
-        let (_, told) = self.told.as_ref()?;
-        let fitting = self.units.iter().filter(|(_, unit)| fits(unit / told));
+        let (_, named) = self.named.as_ref()?;
+        let fitting = self.units.iter().filter(|(_, unit)| fits(unit / named));
         let names: Vec<_> = fitting.map(|(name, _)| format!("'{name}'")).collect();
         (!names.is_empty()).then(|| format!("the unit {} would fit", names.join(" or ")))
     }
 
     fn remedy(&self, fits: impl Fn(f64) -> bool) -> String {
         let fitting = self.fitting(fits);
-        fitting.unwrap_or_else(|| match self.told {
+        fitting.unwrap_or_else(|| match self.named {
             Some(_) => "check the unit; none of those that the header may name fits".into(),
             None => "check that the file is in the units of its format".into(),
         })
     }
 }
 
-/// What a recording says of itself.
+/// The statements of a recording about its samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Says {
-    /// File that says it.
+    /// The file with these statements.
     pub file: PathBuf,
     /// Gyros.
     pub gyro: Field,
@@ -114,24 +115,24 @@ pub struct Says {
     pub accel: Field,
     /// Name of the field of the axes, with an example of right ones.
     pub axes: (String, String),
-    /// Name of the field of the rate, and the rate, Hz, where one is told.
+    /// Name of the field of the rate, and the rate, Hz, if it is stated.
     pub rate: Option<(String, f64)>,
 }
 
 /// The class of sensor that is assumed.
 #[derive(Debug, Clone, Copy)]
 pub struct Class<'a> {
-    /// What is assumed.
+    /// The assumptions of this class.
     pub assumed: &'a Assumptions,
-    /// The user has named it.
+    /// Whether the user has named it.
     pub given: bool,
 }
 
 /// All doubts about a recording.
 #[must_use]
 pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
-    let told = told(class.assumed);
-    let seen = Seen::of(record, &told);
+    let expected = expected(class.assumed);
+    let seen = Seen::of(record, &expected);
     let warn = |field: &str, problem, remedy| Warning {
         file: says.file.clone(),
         field: field.into(),
@@ -142,8 +143,8 @@ pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
         rate(says, &seen),
         gravity(says, &seen),
         axes(says, &seen),
-        gyros(says, &seen, &told, class.given),
-        sheet(&seen, &told, class),
+        gyros(says, &seen, &expected, class.given),
+        sheet(&seen, &expected, class),
     ];
     let found = found.into_iter().flatten();
     found
@@ -154,7 +155,8 @@ pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
 /// Field, problem and remedy.
 type Doubt = (String, String, String);
 
-fn told(assumed: &Assumptions) -> Expected {
+/// The values that the device's plausibility checks expect of an assumed class.
+fn expected(assumed: &Assumptions) -> Expected {
     let triad = |bias: f64, noise: f64, scale: f64| Triad {
         bias_turn_on: bias as f32,
         bias_in_run: 0.0,
@@ -175,11 +177,11 @@ fn told(assumed: &Assumptions) -> Expected {
 }
 
 fn rate(says: &Says, seen: &Seen) -> Option<Doubt> {
-    let (field, told) = says.rate.as_ref()?;
-    let off = seen.rate_hz / told - 1.0;
+    let (field, stated) = says.rate.as_ref()?;
+    let off = seen.rate_hz / stated - 1.0;
     (off.abs() > RATE_SHARE).then(|| {
         let problem = format!(
-            "says {told} samples a second, the time stamps {:.1}",
+            "says {stated} samples a second, the time stamps {:.1}",
             seen.rate_hz
         );
         (field.clone(), problem, format!("give {:.0}", seen.rate_hz))
@@ -233,7 +235,7 @@ fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
     Some((field.clone(), problem, remedy))
 }
 
-fn gyros(says: &Says, seen: &Seen, told: &Expected, given: bool) -> Option<Doubt> {
+fn gyros(says: &Says, seen: &Seen, expected: &Expected, given: bool) -> Option<Doubt> {
     let turning = seen.turning.map(f64::abs);
     let turns = |factor: f64| turning.is_none_or(|t| ((t * factor).ln()).abs() < TURNING.ln());
     let name = says.gyro.name.clone();
@@ -261,7 +263,7 @@ fn gyros(says: &Says, seen: &Seen, told: &Expected, given: bool) -> Option<Doubt
         ..means
     };
     let fits = |factor: f64| {
-        scaled(factor).judge(told) & fault::EARTH_RATE == 0
+        scaled(factor).judge(expected) & fault::EARTH_RATE == 0
             && size * factor > 0.1 * f64::from(EARTH)
     };
     // without a datasheet it is more likely forgotten than the unit wrong
@@ -274,8 +276,8 @@ fn norm(v: [f32; 3]) -> f64 {
     Vector3::from(v).map(f64::from).norm()
 }
 
-/// What is seen at rest of bias and noise, for a class that the user has not named.
-fn sheet(seen: &Seen, told: &Expected, class: Class<'_>) -> Option<Doubt> {
+/// Compares bias and noise at rest with the datasheet, for a class that the user has not named.
+fn sheet(seen: &Seen, expected: &Expected, class: Class<'_>) -> Option<Doubt> {
     let noise = seen.noise()?;
     let (bias, seconds) = seen.bias()?;
     let fits = |sheet: &Expected| {
@@ -287,10 +289,11 @@ fn sheet(seen: &Seen, told: &Expected, class: Class<'_>) -> Option<Doubt> {
         let most = FACTOR * f64::from(sheet.gyro.bias_turn_on) + 2.0 * SWAY[0] / seconds;
         quiet && noisy && bias <= most
     };
-    if class.given || fits(told) {
+    if class.given || fits(expected) {
         return None;
     }
-    let of_preset = |name: &str| Unit::preset(name).map(|unit| self::told(&Assumptions::of(&unit)));
+    let of_preset =
+        |name: &str| Unit::preset(name).map(|unit| self::expected(&Assumptions::of(&unit)));
     let mut names = presets::names();
     names.retain(|name| of_preset(name).is_some_and(|sheet| fits(&sheet)));
     let remedy = match names.is_empty() {

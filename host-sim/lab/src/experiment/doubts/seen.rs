@@ -51,9 +51,9 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    pub(super) fn of(record: &Record, told: &Expected) -> Self {
+    pub(super) fn of(record: &Record, expected: &Expected) -> Self {
         let blocks = blocks(record);
-        let mut rest = Rest::new(*told);
+        let mut rest = Rest::new(*expected);
         let speeds = speeds(record);
         let declared = match record.initial_attitude {
             Some(InitialAttitude::Standstill(s)) => record.first_epoch() + s as f64,
@@ -212,10 +212,10 @@ fn speed(speeds: &[(f64, [f64; 2], f64, f64)], start: f64, end: f64) -> Option<(
 }
 
 /// The factor from changes of course to rotation about the down axis. On a straight road only
-/// rotations that are far too large can be told.
+/// rotations that are far too large can be detected.
 ///
 /// The noise of the courses adds to their squares and not to the products, so that it makes the
-/// factor too small. Where it is not small beside the turns, nothing is told.
+/// factor too small. Where the noise is not small compared with the turns, there is no factor.
 fn turning(record: &Record) -> Option<f64> {
     let courses = courses(record);
     let turns = angles(record, courses.iter().map(|course| course.time));

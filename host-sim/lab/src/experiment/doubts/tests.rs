@@ -92,9 +92,9 @@ impl Files {
         std::fs::write(&path, self.header.replace(from, to)).unwrap();
         let record = generic::read(&path, &[])?;
         let [gyro, accel] = generic::units(&path, 1.0 / record.rate_hz as f64)?;
-        let field = |name: &str, (told, units)| Field {
+        let field = |name: &str, (named, units)| Field {
             name: name.into(),
-            told: Some(told),
+            named: Some(named),
             units,
         };
         let says = Says {
@@ -293,7 +293,7 @@ fn recordings() -> Vec<(String, Record, Assumptions)> {
 #[test]
 fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
     for (name, record, assumed) in recordings() {
-        let told = |gyro: f64, accel: f64, turn: fn(Vector3<f64>) -> Vector3<f64>| {
+        let warnings = |gyro: f64, accel: f64, turn: fn(Vector3<f64>) -> Vector3<f64>| {
             let mut wrong = record.clone();
             let changed = |sample: Increment| Increment {
                 dtheta: turn(sample.dtheta * gyro),
@@ -314,7 +314,7 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
             doubts(&wrong, &says, class)
         };
         let same: fn(Vector3<f64>) -> Vector3<f64> = |v| v;
-        assert_eq!(told(1.0, 1.0, same), [], "{name}");
+        assert_eq!(warnings(1.0, 1.0, same), [], "{name}");
         let has = |warnings: &[Warning], field: &str, what: &str| {
             let found = fields(warnings);
             assert!(
@@ -322,7 +322,7 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
                 "{name}, {what}: {found:?}"
             );
         };
-        has(&told(57.3, 1.0, same), "gyro", "deg for rad");
+        has(&warnings(57.3, 1.0, same), "gyro", "deg for rad");
         // on a straight road nothing shows rotations that are too small
         let course = |v: [f64; 3]| v[1].atan2(v[0]);
         let velocities = record.fixes.iter().filter_map(TimedFix::measured_velocity);
@@ -335,25 +335,25 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
             .map(|w| (w[1] - w[0]).sin().abs())
             .sum::<f64>();
         if fast.is_empty() || turned > 2.0 {
-            has(&told(1.0 / 57.3, 1.0, same), "gyro", "rad for deg");
+            has(&warnings(1.0 / 57.3, 1.0, same), "gyro", "rad for deg");
         }
-        has(&told(1.0, 9.80665, same), "accel", "m/s2 for g");
-        has(&told(1.0, 1.0 / 9.80665, same), "accel", "g for m/s2");
+        has(&warnings(1.0, 9.80665, same), "accel", "m/s2 for g");
+        has(&warnings(1.0, 1.0 / 9.80665, same), "accel", "g for m/s2");
         has(
-            &told(1.0, 1.0, |v| Vector3::new(v.x, -v.y, -v.z)),
+            &warnings(1.0, 1.0, |v| Vector3::new(v.x, -v.y, -v.z)),
             "axes",
             "z up",
         );
         has(
-            &told(1.0, 1.0, |v| Vector3::new(v.z, v.y, -v.x)),
+            &warnings(1.0, 1.0, |v| Vector3::new(v.z, v.y, -v.x)),
             "axes",
             "x and z",
         );
     }
 }
 
-/// Positions of every second are as noisy as the way between them is long. Their courses once made
-/// right gyros look wrong; wrong ones are still told.
+/// The noise of positions of every second is as large as the distance between them. Their courses
+/// must not make right gyros look wrong, and wrong gyros must still be reported.
 #[test]
 fn fixes_without_velocities_raise_no_doubt_and_still_tell_a_wrong_unit() {
     for preset in ["medium", "tactical"] {

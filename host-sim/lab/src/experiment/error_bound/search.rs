@@ -180,12 +180,12 @@ impl Case {
 /// The limits of a medium laser gyro by default, and those of 10 deg/h and 1 mg, with which the
 /// alignment is off by a radian.
 fn limits() -> [Limit; 2] {
-    let told = firmware::configuration::Configuration::default();
+    let configuration = firmware::configuration::Configuration::default();
     let wide = Limit {
         gyro: (10.0 * DEG_PER_H) as f32,
         accel: (1000.0 * UG) as f32,
     };
-    [told.correction.limit, wide]
+    [configuration.correction.limit, wide]
 }
 
 #[test]

@@ -3,16 +3,16 @@
 //! nobody invented.
 //!
 //! **What counts as error.** An error is the measured value minus that of an ideal IMU. The vehicle
-//! stood at a known place, but people and engine swayed it by up to 5 mrad. That is thousands of
+//! stood at a known position, but people and engine swayed it by up to 5 mrad. That is thousands of
 //! times the angle that a drift of 0.01 deg/h makes in a minute. So the attitude of an ideal IMU is
 //! not a constant: differences from a constant attitude would be sway, which does not even cancel
-//! on a vehicle that turns (1 mrad of it is 1000 ug). Instead, an aided navigator is told that
-//! position and velocity stay the same (to 5 cm and 1 cm/s) and carries the attitude by the gyros.
-//! A smoother over the whole recording gives the attitude at every second. The error of a second is
+//! on a vehicle that turns (1 mrad of it is 1000 ug). Instead, an aided navigator gets a constant
+//! position and velocity (to 5 cm and 1 cm/s) as fixes and carries the attitude by the gyros. A
+//! smoother over the whole recording gives the attitude at every second. The error of a second is
 //! its measured increments, minus those that belong to the smoothed states at its ends, in body
-//! axes. The smoother follows within some tens of seconds. What is faster cannot be told apart into
-//! gyro noise and sway and is left out; the slow part of the random walk is included. Pulses are
-//! made anew, by rounding the sum to the recording's counts.
+//! axes. The smoother follows within some tens of seconds. Faster errors cannot be separated into
+//! gyro noise and sway and are left out; the slow part of the random walk is included. Pulses are
+//! generated again by rounding the sum to the recording's counts.
 //!
 //! **Heading** is hardly observable at rest. But the vehicle did not turn: the slope of the
 //! straight line through the smoothed heading over the half hour is taken as drift of the vertical

@@ -15,9 +15,9 @@ use host_core::inertial::motion::Motion;
 use host_core::inertial::session::Session;
 use nalgebra::Vector3;
 
-/// The classical filters beside the networks, with the walk of the biases that the datasheet tells.
-fn classical(told: &Assumptions) -> [(&'static str, ErrorModel); 3] {
-    let prior = told.walking(told.datasheet_walk()).prior;
+/// The classical filters beside the networks, with the walk of the biases by the datasheet.
+fn classical(assumptions: &Assumptions) -> [(&'static str, ErrorModel); 3] {
+    let prior = assumptions.walking(assumptions.datasheet_walk()).prior;
     [
         ("ekf6", ErrorModel::biases(&prior)),
         ("ekf12", ErrorModel::with_scale(&prior)),
@@ -25,7 +25,7 @@ fn classical(told: &Assumptions) -> [(&'static str, ErrorModel); 3] {
     ]
 }
 
-/// What was made of the part to learn from.
+/// Results of the part to learn from.
 pub(super) struct Learnt {
     pub(super) lesson: Session,
     pub(super) nominal: Nominal,

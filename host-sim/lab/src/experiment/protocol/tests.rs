@@ -64,7 +64,7 @@ fn write(dir: &Path, kind: Kind, seed: u64) {
 
 fn started(record: &Record) -> Started {
     let wishes = Wishes {
-        told: Known {
+        known: Known {
             vehicle: around::Kind::Land,
             heading: None,
         },

@@ -49,10 +49,10 @@ pub(super) fn after_drives(
     for (number, drive) in (1..).zip(iter::once(first).chain(&more)) {
         let (gates, until) = (Gates::default(), drive.epochs());
         let learnt = learn_on(&stored, drive, assumptions, gates, None, until);
-        if let Some((next, told)) =
-            learnt.and_then(|of| Some((of.next.clone()?, told(&of, number))))
+        if let Some((next, origin)) =
+            learnt.and_then(|of| Some((of.next.clone()?, origin(&of, number))))
         {
-            (stored, by) = (next, Some(told));
+            (stored, by) = (next, Some(origin));
         }
         let named = DRIVES.iter().find(|(drives, _)| *drives == number);
         let Nets { gyro, accel } = stored.nets.unwrap_or(Nets::NONE);
@@ -69,8 +69,8 @@ pub(super) fn after_drives(
     out
 }
 
-/// What a drive has stored for the next power-on.
-fn told(learnt: &Learnt, drive: u32) -> String {
+/// Describes the networks that a drive has stored for the next power-on.
+fn origin(learnt: &Learnt, drive: u32) -> String {
     let since = learnt
         .diary
         .since()

@@ -32,7 +32,7 @@ fn drive(seed: u64) -> (Record, Session) {
 
 fn wishes() -> Wishes {
     Wishes {
-        told: Known {
+        known: Known {
             vehicle: Kind::Land,
             heading: None,
         },

@@ -265,7 +265,7 @@ impl Learnt {
     }
 }
 
-/// What the learner is told of the sensors.
+/// The sensors' datasheet for the learner.
 #[must_use]
 pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     let ekf::Prior {
@@ -279,9 +279,9 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     }
 }
 
-/// What the device is told: the sensors' datasheet, and that fixes arrive when they are valid, as
-/// well as the session says that this is known.
-/// The alignment takes a third of the standstill, as everybody's does.
+/// The device's settings: the sensors' datasheet, and fixes that arrive when they are valid, with
+/// the session's standard deviations of lever arm and delay. The alignment takes a third of the
+/// standstill, as that of the other schemes.
 fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Settings {
     let share = (session.standstill as f64 * ALIGN_SHARE).floor();
     let [arm_sigma, age_sigma] = session.antenna_sigmas;

@@ -182,8 +182,9 @@ fn the_lever_arm_is_taken_into_account() {
     assert_eq!((known.0, ignored.0), (ZERO_CORRECTION, ZERO_CORRECTION));
 }
 
-/// Fixes are 0.4 s late and the device is told 0.1 s. With the standard deviation that it is told,
-/// it finds the rest. Without one it believes what it is told, and takes the rest for errors.
+/// Fixes are 0.4 s late, and the device is configured for 0.1 s. With a configured standard
+/// deviation it finds the rest. Without one it trusts the configured delay, and takes the rest for
+/// errors.
 #[test]
 fn a_false_latency_is_found_as_far_as_it_is_doubted() {
     let found = |sigma_s: f64| {

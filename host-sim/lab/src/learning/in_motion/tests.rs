@@ -57,11 +57,11 @@ fn positions_alone_do_too_and_a_rough_heading_helps() {
     let errors = errors(&session, &found);
     assert!(errors.iter().all(|e| e.abs() < 4.0), "{errors:?}");
     let heading = to_euler(&session.reference[1].q_bn).2;
-    let told = Known {
+    let known = Known {
         heading: Some([heading, 5.0 * DEG]),
         ..LAND
     };
-    let helped = align(&session, &(0..310), told, &assumptions()).unwrap();
+    let helped = align(&session, &(0..310), known, &assumptions()).unwrap();
     assert!(helped.epoch <= found.epoch);
 }
 

@@ -65,11 +65,11 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
     })
 }
 
-/// What the white noise of each axis is against the datasheet, in sentences.
+/// Compares the white noise of each axis with the datasheet, in sentences.
 pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
     let mut out = vec![];
     for (kind, name) in [(Kind::Gyro, "gyros"), (Kind::Accel, "accelerometers")] {
-        let told = findings
+        let stated = findings
             .configured
             .and_then(|c| c[usize::from(kind == Kind::Accel)][1]);
         let of = findings.analyses.iter().filter(|a| a.kind == kind);
@@ -83,16 +83,16 @@ pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
                  noise or sway hides it."
             ));
         }
-        let Some(told) = told.filter(|told| *told > 0.0 && !seen.is_empty()) else {
+        let Some(stated) = stated.filter(|stated| *stated > 0.0 && !seen.is_empty()) else {
             continue;
         };
-        let worse = seen.iter().filter(|(_, n)| n.low > WORSE * told);
+        let worse = seen.iter().filter(|(_, n)| n.low > WORSE * stated);
         let worse: Vec<String> = worse
-            .map(|(a, n)| format!("{} {:.1} times", a.column, n.value / told))
+            .map(|(a, n)| format!("{} {:.1} times", a.column, n.value / stated))
             .collect();
         let unit = seen[0].1.unit;
         let names: Vec<&str> = seen.iter().map(|(a, _)| a.column.as_str()).collect();
-        let sheet = format!("the {} {unit} of the datasheet", figures(told));
+        let sheet = format!("the {} {unit} of the datasheet", figures(stated));
         out.push(match worse.is_empty() {
             true => format!(
                 "White noise of the {name} (seen in {}): not above {sheet}, by its 95 % intervals.",
