@@ -1,4 +1,4 @@
-//! What a case does, as a list of acts.
+//! The acts of a case.
 
 use super::motion::Motion;
 use super::times::{Span, Times};
@@ -6,7 +6,7 @@ use super::{configured, line, receiver, sensor};
 use firmware::control::{Alignment, Mode};
 use firmware::wire::command::Request;
 
-/// One thing that a case does.
+/// One act of a case: a disturbance, or a request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Act {
     /// The vehicle moves differently.

@@ -1,10 +1,9 @@
 //! The device's own application, bytes in and bytes out.
 //!
 //! Frames of the sensor, messages of the receiver and requests of the navigation computer go in at
-//! their times. What comes out is decoded again, and the difference to what went in is the
-//! correction. The navigation computer then gets the true samples with that correction. So a frame
-//! that the line loses does the navigation computer no harm of its own: what is judged is what the
-//! device makes of it.
+//! their times. The output is decoded, and its difference to the input is the correction. The
+//! navigation computer then gets the true samples with that correction. So a lost frame does not
+//! harm the navigation computer by itself: only the device's reaction is judged.
 
 use super::line::Frame;
 use super::receiver::Message;

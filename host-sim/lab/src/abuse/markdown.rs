@@ -67,7 +67,7 @@ pub fn markdown(command: &str, times: &Times, all: &[Summary]) -> String {
         })
 }
 
-/// How many rows harm, and the worst run of them.
+/// Number of rows that harm, and the worst run of them.
 fn harm(of: &[&Summary]) -> (usize, String) {
     let of: Vec<_> = of.iter().filter(|of| of.harms()).collect();
     let worst = of
@@ -77,8 +77,8 @@ fn harm(of: &[&Summary]) -> (usize, String) {
     (of.len(), worst.unwrap_or_default())
 }
 
-/// A table of how many rows of each activation, sensor and computer are counted, with words behind
-/// the number.
+/// A table of the number of rows that `count` counts, with its text, by activation, sensor and
+/// computer.
 fn counts(all: &[Summary], count: impl Fn(&[&Summary]) -> (usize, String)) -> String {
     let computers: Vec<Computer> = Computer::ALL
         .iter()
@@ -115,7 +115,7 @@ fn rows(all: &[Summary], activation: Activation, sensor: Sensor) -> impl Iterato
         .filter(move |of| of.sensor == sensor && of.activation == activation)
 }
 
-/// The rows for which this holds, of one of these activations after the other.
+/// The rows for which this holds, in the order of these activations.
 fn of_activations<'a>(
     all: &'a [Summary],
     activations: &'a [Activation],
@@ -126,7 +126,7 @@ fn of_activations<'a>(
     rows.filter(move |of| holds(of))
 }
 
-/// The first cells of a row in a list: which one it is.
+/// The first cells of a row in a list, which identify it.
 fn head(of: &Summary) -> String {
     format!(
         "| `{}` | {} | {} | {} |",
@@ -153,7 +153,7 @@ fn harming(all: &[Summary], activations: &[Activation]) -> String {
     out
 }
 
-/// A table of the rows in which too little of the gain comes back.
+/// A table of the rows in which too little of the gain is recovered.
 fn losing(all: &[Summary]) -> String {
     let mut out =
         "| case | activation | sensor | computer | of the gain, % |\n|---|---|---|---|---|\n"
@@ -233,7 +233,7 @@ fn table_of(of: &[&Summary]) -> String {
     out
 }
 
-/// What the cases are, with their parameters.
+/// The description of the cases, with their parameters.
 fn cases() -> String {
     let mut out = String::new();
     for (heading, rows) in PARTS {

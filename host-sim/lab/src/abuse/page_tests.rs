@@ -1,4 +1,4 @@
-//! `docs/ABUSE.md`: what it says at its beginning is what its rows say. The rows are read from the
+//! `docs/ABUSE.md`: its introduction agrees with its rows. The rows are read from the
 //! page, since a run of all of them takes hours.
 
 use super::*;
@@ -20,7 +20,8 @@ fn rows<'a>(page: &'a str, heading: &str) -> Vec<Vec<&'a str>> {
         .collect()
 }
 
-/// What of a row only the lists of the page tell: the worst run, and the share of the gain.
+/// Values of a row that are only in the lists of the page: the worst run, and the share of the
+/// gain.
 #[derive(Default)]
 struct Listed {
     run: BTreeMap<[String; 4], u32>,
@@ -48,7 +49,7 @@ fn share(text: &str) -> Option<f64> {
     (!number.is_empty()).then(|| number.parse::<f64>().unwrap() / 100.0)
 }
 
-/// A ratio; a bold one harms, also where its digits do not show it.
+/// A ratio. A bold one harms, even if its digits do not exceed the limit.
 fn ratio(text: &str, limit: f64) -> f64 {
     let value: f64 = text.trim_matches('*').parse().unwrap();
     let bold = text.starts_with('*');

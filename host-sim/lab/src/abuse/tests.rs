@@ -144,14 +144,14 @@ fn resumed_and_divided_runs_equal_the_whole() {
         .collect();
     assert_eq!(merge(&shards).unwrap(), rows);
 
-    // other cases in the same directory are refused, and nothing is lost
+    // other cases in the same directory are rejected, and nothing is lost
     let other = abuse(&["none"], 2, &at("whole"));
     let refused = other.execute(&broken, &AtomicBool::new(false), &|| ());
     assert!(matches!(refused, Err(Error::NotOurs { .. })));
     assert_eq!(merge(&[at("whole")]).unwrap(), rows);
 }
 
-/// The messages of a receiver with these acts.
+/// The messages of a receiver with these acts of a case.
 fn sent(world: &World, acts: &[(Act, Span)]) -> Vec<Message> {
     let faults: Vec<_> = acts
         .iter()

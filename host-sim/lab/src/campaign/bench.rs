@@ -1,6 +1,6 @@
-//! The classical filters of a case, taken through its fixes once for all schemes that ask for
-//! them, and side by side where they have the same structure ([`pass`]), also
-//! those of different groups of errors on the same drive.
+//! The classical filters of a case. Each runs once for all schemes that use it. Filters of the same
+//! structure run side by side ([`pass`]), also those of different groups of errors on the same
+//! drive.
 
 use super::laws::{self, exponentials};
 use super::schemes::{Case, FILTERS};
@@ -21,10 +21,10 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// A filter at the end of the fixes, and the logarithm of the density that it gave to them.
+/// A filter at the end of the fixes, and the logarithm of their likelihood.
 pub(super) type Scored = (Aided, f64);
 
-/// What decides a filter on given samples.
+/// All parameters of a filter on given samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Key {
     session: *const Session,
@@ -82,7 +82,8 @@ fn models(bench: &Bench, filter: usize, session: &Session, prior: &Prior) -> Vec
 }
 
 impl Bench {
-    /// The keys of a filter's models. The first model of each that picks is that of `ekf6`.
+    /// The keys of a filter's models. The first model of a filter with several models is that of
+    /// `ekf6`.
     fn keys(case: &Case<'_>, filter: usize, assumptions: &Assumptions, count: usize) -> Vec<Key> {
         let of = |index: usize| Key {
             session: std::ptr::from_ref(case.session),
@@ -175,7 +176,7 @@ impl Bench {
         Some(())
     }
 
-    /// Forgets the free-inertial parts.
+    /// Drops the free-inertial parts.
     pub(super) fn land(&self) {
         self.flown.borrow_mut().clear();
     }
@@ -230,7 +231,7 @@ pub(super) fn prepare(cases: &[(&Case<'_>, &[(usize, f64)])]) -> Option<()> {
     Some(())
 }
 
-/// A filter at the begin of epoch `first`, which is to pass the fixes up to the end of epoch
+/// A filter at the start of epoch `first`, which has to process the fixes up to the end of epoch
 /// `until`.
 #[derive(Debug)]
 pub(super) struct Task<'a> {
@@ -241,7 +242,7 @@ pub(super) struct Task<'a> {
     pub(super) increments: &'a [Increment],
 }
 
-/// What filters that run side by side have in common.
+/// The common part of filters that run side by side.
 struct Course<'a> {
     session: &'a Session,
     /// The epochs after the first one.
@@ -263,7 +264,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The index of the course of a task among these; a new one is added.
+    /// The index of a task's course in `all`, to which a new one is added.
     fn place(all: &mut Vec<Self>, task: &Task<'a>) -> usize {
         let epochs = (task.first + 1).min(task.until)..task.until;
         let known = |of: &Self| std::ptr::eq(of.session, task.session) && of.epochs == epochs;
@@ -285,7 +286,7 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Takes filters through their fixes, in the order given.
+/// Processes the fixes of all filters. The results are in the order of the tasks.
 pub(super) fn scored(tasks: Vec<Task<'_>>) -> Vec<Scored> {
     let mut courses: Vec<Course<'_>> = Vec::new();
     let mut runs = Vec::with_capacity(tasks.len());
@@ -319,13 +320,13 @@ pub(super) fn scored(tasks: Vec<Task<'_>>) -> Vec<Scored> {
     runs.into_iter().map(|(_, _, scored)| scored).collect()
 }
 
-/// A filter on its way: its course, its increments, itself.
+/// A running filter: the index of its course, its increments, and itself.
 type Run<'a> = (usize, &'a [Increment], Scored);
 
-/// Fewer filters than these are faster one after the other.
+/// Smallest number of filters that run faster side by side than one after the other.
 const PAYS: usize = 2;
 
-/// The filters `group`, at most [`PLACES`], in ascending order.
+/// Runs the filters `group` side by side: at most [`PLACES`] indices, ascending.
 fn abreast(runs: &mut [Run<'_>], group: &[usize], courses: &[Course<'_>]) {
     let course = &courses[runs[group[0]].0];
     let Range { start, end } = course.epochs;
@@ -348,8 +349,8 @@ fn abreast(runs: &mut [Run<'_>], group: &[usize], courses: &[Course<'_>]) {
     pass(&mut beside, &course.fixes, course.session.step_s());
 }
 
-/// Whether fixes are valid at their epochs and at the IMU, no sample is missing, and a step is a
-/// piece of the filters' linearisation.
+/// Whether fixes are valid at their epochs and at the IMU, no sample is missing, and a step is one
+/// interval of the filters' linearisation.
 fn simple(session: &Session) -> bool {
     let late =
         |fix: &Option<host_core::inertial::gnss::Fix>| fix.is_some_and(|fix| fix.age_s != 0.0);
@@ -359,7 +360,7 @@ fn simple(session: &Session) -> bool {
         && !session.fixes.iter().any(late)
 }
 
-/// Shorter steps are gathered by a filter alone, s.
+/// Shortest step that filters side by side can use, s. A filter alone joins shorter ones.
 const LEAST_STEP_S: f64 = 0.05;
 
 #[cfg(test)]

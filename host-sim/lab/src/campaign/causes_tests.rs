@@ -124,8 +124,8 @@ fn a_datasheet_with_a_known_cause_has_larger_biases() {
     assert_eq!(with.prior.accel_bias, assumptions.prior.accel_bias);
 }
 
-/// The oracle under each cause of the sensors that it has no parameters for: it is left with the
-/// errors that it has without the cause.
+/// Under each cause of the sensors for which the oracle has no parameters, it has the same errors
+/// as without the cause.
 #[test]
 fn the_oracle_knows_the_environment() {
     let models = [ErrorModelName::Linear].into_iter();
@@ -164,8 +164,7 @@ fn the_oracle_knows_the_environment() {
     assert_eq!((judged, blind_is_worse), (10, 4));
 }
 
-/// Two sessions of the same seeds differ by what one has beside the other, and by nothing where
-/// they have the same errors.
+/// Two sessions of the same seeds differ only by the additional cause of one.
 #[test]
 fn groups_differ_by_their_cause_alone() {
     let campaign = tests::of_one_run();
@@ -176,7 +175,7 @@ fn groups_differ_by_their_cause_alone() {
     let linear = of(ErrorModelName::Linear);
     let same = beside(&of(ErrorModelName::Linear), &linear);
     assert!(same.iter().all(|w| *w == Increment::default()));
-    // what remains of dither is noise to everybody
+    // the residual of dither is noise to all schemes
     let dither = ErrorModelName::Dither;
     for name in ErrorModelName::CAUSES
         .into_iter()

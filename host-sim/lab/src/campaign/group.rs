@@ -210,7 +210,10 @@ mod tests {
             let alone = Group::from(sensors);
             assert_eq!(alone.to_string(), sensors.name());
             let fixes = FixErrors::CAUSES.map(|fixes| Group { fixes, ..alone });
-            let known = [alone].into_iter().chain(fixes).map(Group::with_known_cause);
+            let known = [alone]
+                .into_iter()
+                .chain(fixes)
+                .map(Group::with_known_cause);
             let known = known.filter(|group| group.can_be_known());
             for group in [alone].into_iter().chain(fixes).chain(known) {
                 let name = group.to_string();

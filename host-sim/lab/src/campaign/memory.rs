@@ -1,9 +1,8 @@
-//! Schemes with a memory: what they keep of the earlier drives of a unit over power-off.
+//! Schemes with a memory: the state that they store over power-off between the drives of a unit.
 //!
-//! The classical filters keep mean and covariance of each model that they pick from
-//! ([`Belief`]), and the densities of all fixes so far. The device keeps what its firmware stores:
-//! what is known of the unit ([`firmware::learn::unit`]), and the networks that act from the next
-//! power-on.
+//! The classical filters store mean and covariance of each of their models ([`Belief`]), and the
+//! likelihood of all fixes so far. The device stores the same as its firmware: its estimate of the
+//! unit ([`firmware::learn::unit`]), and the networks that act from the next power-on.
 
 use super::against_none::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
@@ -18,8 +17,8 @@ use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::sins::Increment;
 use host_io::unit::Unit;
 
-/// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
-/// the models that they pick from.
+/// Filters with a memory: the names of their schemes, the same filters without it (of [`FILTERS`]),
+/// and their models.
 pub const REMEMBERING: [(&str, usize, Models); 4] = [
     ("ekf6-memory", 0, biases),
     ("ekf-exp-memory", 4, exponentials),
@@ -27,13 +26,13 @@ pub const REMEMBERING: [(&str, usize, Models); 4] = [
     ("ekf-inputs-memory", 6, inputs),
 ];
 
-/// The device's learner: the scheme that keeps networks.
+/// The device's learner: the scheme that stores networks.
 pub const DEVICE: &str = "rnn-kalman";
 
-/// How the name ends of a filter with a memory that does not learn in the judged drive.
+/// End of the name of a filter with a memory that does not learn in the judged drive.
 const FROZEN: &str = "-frozen";
 
-/// The scheme that a filter with a memory is before its first drive.
+/// The scheme without memory that equals a filter with a memory before its first drive.
 #[must_use]
 pub fn without_memory(scheme: &str) -> Option<&'static str> {
     let index = (0..REMEMBERING.len()).find(|&index| uses(scheme, index))?;
@@ -45,13 +44,13 @@ pub fn without_memory(scheme: &str) -> Option<&'static str> {
     })
 }
 
-/// Whether a scheme uses what it has kept of earlier drives.
+/// Whether a scheme uses its memory of earlier drives.
 #[must_use]
 pub fn remembers(scheme: &str) -> bool {
     without_memory(scheme).is_some() || scheme == DEVICE
 }
 
-/// Whether a scheme uses what the filter number `index` has kept.
+/// Whether a scheme uses the memory of the filter number `index`.
 #[must_use]
 pub fn uses(scheme: &str, index: usize) -> bool {
     scheme.trim_end_matches(FROZEN) == REMEMBERING[index].0
@@ -62,20 +61,20 @@ pub fn uses(scheme: &str, index: usize) -> bool {
 pub struct Kept {
     /// The parameters of the unit.
     pub(super) unit: Belief,
-    /// Logarithm of the density of all fixes so far.
+    /// Logarithm of the likelihood of all fixes so far.
     pub(super) score: f64,
 }
 
-/// What is kept of the drives so far.
+/// The memory of the drives so far.
 #[derive(Debug, Clone, Default)]
 pub struct Memory {
-    /// Of each of [`REMEMBERING`] its models; empty before the first drive.
+    /// The models of each of [`REMEMBERING`]; empty before the first drive.
     filters: [Vec<Kept>; REMEMBERING.len()],
-    /// What the device's store holds.
+    /// The content of the device's store.
     stored: Stored,
 }
 
-/// One model taken through a drive.
+/// One model at the end of a drive.
 pub(super) struct Passed {
     filter: Aided,
     score: f64,
@@ -90,24 +89,26 @@ impl Memory {
         let assumptions = Assumptions::of(unit);
         let prior = unit.prior.as_ref();
         Self {
-            stored: prior.map_or_else(Stored::default, |of| Stored::of_type(of, &datasheet(&assumptions))),
+            stored: prior.map_or_else(Stored::default, |of| {
+                Stored::of_type(of, &datasheet(&assumptions))
+            }),
             ..Self::default()
         }
     }
 
-    /// What the filter number `index` has kept.
+    /// The models of the filter number `index`.
     #[must_use]
     pub fn of(&self, index: usize) -> &[Kept] {
         &self.filters[index]
     }
 
-    /// What the device's store holds.
+    /// The content of the device's store.
     #[must_use]
     pub fn stored(&self) -> &Stored {
         &self.stored
     }
 
-    /// The filter number `index` has passed a drive. `None`: no attitude.
+    /// Runs the filter number `index` through a drive and stores its models. `None`: no attitude.
     pub(super) fn keep(&mut self, index: usize, case: &Case<'_>) -> Option<()> {
         let turn_on = case.tuned.turn_on[index];
         let passed = pass(index, case, turn_on, &self.filters[index])?;
@@ -115,15 +116,21 @@ impl Memory {
         Some(())
     }
 
-    /// The device has passed a drive, and stores what it has learnt if that has proved itself.
+    /// Runs the device through a drive. It stores what it has learnt if that is proven.
     pub(super) fn store(&mut self, case: &Case<'_>) -> Option<()> {
         let gates = Gates {
             enabled: ALL,
             ..Gates::default()
         };
         let assumptions = case.knows.assumptions;
-        let learnt =
-            fix_learner::learn_on(&self.stored, case.session, assumptions, gates, None, case.until)?;
+        let learnt = fix_learner::learn_on(
+            &self.stored,
+            case.session,
+            assumptions,
+            gates,
+            None,
+            case.until,
+        )?;
         if let Some(next) = learnt.next {
             self.stored = next;
         }
@@ -163,8 +170,8 @@ pub(super) fn pass(
     each.collect()
 }
 
-/// The increments without what is known of the unit by the model that gave the fixes of all drives
-/// the greatest density. `None` before the first drive.
+/// The increments corrected by the model under which the fixes of all drives had the greatest
+/// likelihood. `None` before the first drive.
 pub(super) fn corrected_by_memory(
     index: usize,
     case: &Case<'_>,
@@ -176,7 +183,7 @@ pub(super) fn corrected_by_memory(
     Some(corrected(case, case.increments(), model, &kept.unit.mean))
 }
 
-/// What is kept of a drive.
+/// The models that are stored after a drive.
 pub(super) fn kept(
     index: usize,
     case: &Case<'_>,
@@ -198,8 +205,8 @@ pub(super) fn kept(
     each.collect()
 }
 
-/// Free inertial by the model that gave all fixes, those of the earlier drives included, the
-/// greatest density.
+/// Free-inertial navigation by the model under which all fixes, including those of the earlier
+/// drives, had the greatest likelihood.
 pub(super) fn recalled(
     index: usize,
     case: &Case<'_>,

@@ -24,8 +24,8 @@ fn row<'a>(rows: &'a [Row], scheme: &str, drives: u32) -> &'a Row {
         .unwrap()
 }
 
-/// Without earlier drives a memory is empty. Schemes without one have the same row after each
-/// number of drives, that of a campaign without drives. Memories have others.
+/// Without earlier drives a memory is empty. Schemes without memory have the same row after each
+/// number of drives, that of a campaign without drives. Schemes with memory have other rows.
 #[test]
 fn a_memory_without_drives_is_the_filter_without_memory() {
     let names = ["ekf6", "ekf6-memory", "ekf-exp", "ekf-exp-memory"];
@@ -48,7 +48,7 @@ fn a_memory_without_drives_is_the_filter_without_memory() {
         row(&rows, "floor", 0).north_m,
         row(&rows, "floor", 1).north_m
     );
-    // computed, not copied: the scheme itself has no memory to begin with
+    // computed, not copied: the scheme itself has an empty memory at first
     let imu = both.imu();
     let mut compared = 0;
     both.sessions(&imu, 3, |_, case| {
@@ -65,9 +65,9 @@ fn a_memory_without_drives_is_the_filter_without_memory() {
     assert_eq!(compared, 6);
 }
 
-/// Without fixes the device has nothing before its first drive, and after it what it has stored. A
-/// unit whose errors are known from earlier drives is better than one that is not: the errors of
-/// this unit are biases that stay.
+/// Without fixes the device corrects nothing before its first drive, and then by its stored
+/// networks. This unit has constant biases, so errors are smaller if they are known from earlier
+/// drives.
 #[test]
 fn without_fixes_only_memory_helps() {
     let frozen = "ekf6-memory-frozen";
@@ -160,7 +160,7 @@ fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
     );
 }
 
-/// On a unit whose biases alone stay, the search finds that they do: the share that is new at a
+/// On a unit whose biases alone are constant the search finds that: the share that is new at a
 /// turn-on, with the drift in run, is 0.004.
 #[test]
 fn the_search_finds_what_stays() {

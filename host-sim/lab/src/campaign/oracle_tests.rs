@@ -1,4 +1,4 @@
-//! How much the oracle leaves: on every group of errors against an IMU with noise alone.
+//! The residual error of the oracle: on every group of errors, against an IMU with noise alone.
 
 use super::bench::Bench;
 use super::*;
@@ -54,8 +54,7 @@ fn oracle_of(case: &Case<'_>) -> Option<FreeInertial> {
 
 /// With its parameters given, the oracle removes most of each cause, which is far larger than in
 /// any preset: within 5 min of free-inertial navigation after 10 min of aiding. So does the limit,
-/// which is given its size. Causes that only wander are judged by the consistency tests of the
-/// filter.
+/// which knows its size. The consistency tests of the filter judge causes that only wander.
 #[test]
 fn the_oracle_knows_every_cause() {
     let (campaign, imu) = campaign("medium");

@@ -112,7 +112,10 @@ impl<'a> Case<'a> {
     where
         'a: 'b,
     {
-        let knows = Knowledge { assumptions, ..self.knows };
+        let knows = Knowledge {
+            assumptions,
+            ..self.knows
+        };
         Case {
             tuned,
             knows,
@@ -126,7 +129,7 @@ impl<'a> Case<'a> {
     }
 }
 
-/// What a scheme may know.
+/// Knowledge of a scheme.
 #[derive(Debug, Clone, Copy)]
 pub struct Knowledge<'a> {
     /// Assumptions by the unit's datasheet, for all schemes. They do not say which groups of errors
@@ -212,7 +215,7 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     let known = case.memory.map(Memory::stored).cloned().unwrap_or_default();
     let learnt = fix_learner::learn_on(&known, session, &assumptions, gates, None, until)?;
     if learnt.running == ZERO_CORRECTION {
-        // the device changes nothing
+        // the device corrects nothing
         return none(case, case.increments(), case.tuned.none_factor);
     }
     Some(learnt.free_inertial(session, &assumptions, until))

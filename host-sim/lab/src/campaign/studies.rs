@@ -35,7 +35,7 @@ const REMEMBERING: [&str; 7] = [
 ];
 /// Numbers of earlier drives.
 const DRIVES: [u32; 5] = [0, 1, 2, 4, 8];
-/// Vehicles that can stand first.
+/// Vehicles that can stand before they drive.
 const VEHICLES: [&str; 7] = [
     "road",
     "city",
@@ -50,7 +50,7 @@ const STARTS: [&str; 3] = ["cold", "warm", "hot"];
 /// Time of the tables: the last.
 const LAST: usize = TIMES_MIN.len() - 1;
 
-/// What a study is about.
+/// The topic of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
     /// Each single cause of errors, known and unknown to the schemes.
@@ -77,13 +77,13 @@ impl std::fmt::Display for Topic {
 /// A study, and its rows once it has run.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// What it is about.
+    /// Its topic.
     pub topic: Topic,
-    /// What runs.
+    /// Its campaign.
     pub campaign: Campaign,
 }
 
-/// All studies with the unit, place and receiver of `main`, on its first `runs` units each, in
+/// All studies with the unit, location and receiver of `main`, on its first `runs` units each, in
 /// directories within its own.
 ///
 /// # Errors
@@ -106,7 +106,7 @@ pub fn studies(main: &Campaign, runs: u32) -> Result<Vec<Study>, Error> {
             }
             Topic::Vehicle(vehicle) => {
                 scenario.set_vehicle(vehicle)?;
-                // a car that stands is not shaken by the road
+                // the road does not shake a standing car
                 scenario.city.calm_stops = true;
                 let two = [ErrorModelName::Noise, ErrorModelName::Linear];
                 (two.map(Group::from).to_vec(), &SCHEMES[..])
@@ -177,7 +177,7 @@ fn middle(errors: &Errors) -> f64 {
     }
 }
 
-/// Geometric mean of the ratios of the runs that both have.
+/// Geometric mean of the ratios of the common runs.
 fn ratio(of: &Errors, to: &Errors) -> f64 {
     let logs = of
         .iter()
@@ -228,7 +228,7 @@ fn worse(of: &Errors, than: &Errors) -> String {
     format!("{} of {}", of.iter().filter(worse).count(), of.len())
 }
 
-/// The rows of several studies, each with a label: medians, m.
+/// A table of several studies, one row for each label: medians, m.
 #[must_use]
 pub fn of_labelled(first: &str, studies: &[(String, Vec<Row>)]) -> String {
     let mut lines = Vec::new();

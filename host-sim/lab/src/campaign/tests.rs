@@ -1,4 +1,4 @@
-//! Of campaigns as a whole.
+//! Tests of whole campaigns.
 
 use super::bench::Bench;
 use super::*;
@@ -12,7 +12,7 @@ pub(super) fn of_one_run() -> Campaign {
     Campaign::single(scenario, &[ErrorModelName::All])
 }
 
-/// Results of one unit are not mixed with those of another, whatever differs between them.
+/// Results of units that differ in any value are not mixed.
 #[test]
 fn the_fingerprint_contains_the_unit() {
     let with = |unit: Unit| {
@@ -32,8 +32,8 @@ fn the_fingerprint_contains_the_unit() {
     assert_ne!(medium, with(derived));
 }
 
-/// The campaign's steps against steps of one sample on the same samples. All random numbers
-/// follow from the number of the run alone.
+/// The campaign's steps give the same errors as steps of one sample. All random numbers depend on
+/// the number of the run alone.
 #[test]
 fn long_steps_do_not_change_the_errors() {
     let campaign = of_one_run();

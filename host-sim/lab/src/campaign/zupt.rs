@@ -1,5 +1,6 @@
-//! What stops are worth: `ekf6` that goes on as a filter after the fixes end, with the zero
-//! velocity of the vehicle's stops as its only measurement. Samples alone tell when it stands.
+//! The scheme with zero-velocity updates: `ekf6` continues as a filter after the fixes end, with
+//! the zero velocity of the vehicle's stops as its only measurement. Stops are detected from the
+//! samples alone.
 
 use super::schemes::Case;
 use super::statistics::median;
@@ -13,8 +14,8 @@ use nalgebra::Vector3;
 const EKF6: usize = 0;
 /// Standard deviation of the height that damps the vertical channel, m.
 const HEIGHT_M: f64 = 1.0;
-/// A vehicle stands in a second if the samples in it and in those before and after it scatter no
-/// more, in variance, than this many times what they do in the median of the standstill.
+/// A vehicle stands in a second if the variance of the samples in it, and in the seconds before and
+/// after it, is at most this many times the median of that in the standstill.
 const ROUGHER: f64 = 3.0;
 
 /// The scheme `zupt`.

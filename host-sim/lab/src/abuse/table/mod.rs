@@ -43,7 +43,7 @@ pub fn part_of(case: &str) -> &'static str {
         .map_or(COMBINED, |(heading, _)| heading)
 }
 
-/// Heading of what is no single row.
+/// Heading of the cases that are no single row.
 pub const COMBINED: &str = "Several at once, and with an end";
 
 /// The names of the cases that are run by default: all rows, several at once, and those that end.

@@ -1,29 +1,29 @@
-//! The shape of a type: the hidden layers that leave the least of the errors of many units, when
+//! The shape of a type: the hidden layers with the smallest residual errors of many units, where
 //! each unit has its own best output layer ([`super::linear`]).
 //!
-//! Levenberg and Marquardt over the hidden weights, from several starts. The Jacobian is that of
-//! what the best output layers leave (the whole variable projection), by differences. The moments
-//! of the fleet are renewed after each step. What counts is always the drive of a unit that it has
-//! not learnt from: the last one. Units that check the fit choose the start and the step at which
-//! it ends; other units judge it.
+//! It is a Levenberg-Marquardt search over the hidden weights, from several starts. The Jacobian is
+//! that of the residuals with the best output layers (full variable projection), by differences.
+//! The moments of the fleet are computed again after each step. The score of a unit is always that
+//! of its last drive, from which it has not learnt. A set of units for validation chooses the start
+//! and the step at which the fit ends. Other units judge it.
 
 use super::linear::{Constants, Moments, Point, Sums, regressors, renewed, solve};
 use super::shape::{HIDDEN, Shape, Three};
 use nalgebra::{DMatrix, DVector, Vector4};
 use rayon::prelude::*;
 
-/// Random starts beside the others.
+/// Number of random starts beside the others.
 const FURTHER_STARTS: usize = 4;
-/// Steps of each start, and of the best one at most.
+/// Number of steps of each start, and largest number for the best one.
 const FIRST_STEPS: usize = 4;
 const STEPS: usize = 25;
-/// Steps without a better check after which the fit ends.
+/// Number of steps without a better validation after which the fit ends.
 const PATIENCE: usize = 4;
-/// Units on which starts are compared, at most.
+/// Largest number of units on which starts are compared.
 const FIRST_UNITS: usize = 24;
 /// Step of the differences, standard deviations of a weight.
 const DIFFERENCE: f64 = 1e-4;
-/// Renewals of the moments after a step, and at the end.
+/// Iterations of the moments after a step, and at the end.
 const RENEWALS: usize = 2;
 const LAST_RENEWALS: usize = 40;
 
@@ -37,7 +37,7 @@ pub(super) struct DriveData {
 /// The drives of a unit, in their order.
 pub(super) type UnitData = Vec<DriveData>;
 
-/// What features are made of inputs.
+/// The features of a law, as functions of the inputs.
 #[derive(Debug, Clone)]
 pub(super) enum Law {
     /// A network.
@@ -77,7 +77,7 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    /// A law whose moments are found on these units.
+    /// A law with its moments on these units.
     pub(super) fn of(law: Law, units: &[&UnitData]) -> Self {
         let features: Vec<Vec<Three>> = units
             .iter()

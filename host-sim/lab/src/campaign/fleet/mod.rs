@@ -145,7 +145,8 @@ impl Fleet {
                         &[*group],
                         |_| Ok(()),
                         |_, case| {
-                            let drive = Drive::of(k, case.session, case.knows.assumptions, &self.inputs);
+                            let drive =
+                                Drive::of(k, case.session, case.knows.assumptions, &self.inputs);
                             out.push(drive.ok_or_else(|| campaign.scenario.no_attitude())?);
                             Ok(())
                         },

@@ -47,7 +47,12 @@ impl Drive {
     /// The series of a session whose fixes go on to its end. `None`: no attitude, or a drive that
     /// is too short.
     #[must_use]
-    pub fn of(unit: u32, session: &Session, assumptions: &Assumptions, which: &Inputs) -> Option<Self> {
+    pub fn of(
+        unit: u32,
+        session: &Session,
+        assumptions: &Assumptions,
+        which: &Inputs,
+    ) -> Option<Self> {
         let assumptions = Assumptions {
             inputs: *which,
             ..assumptions.walking(assumptions.prior.walk_per_hour.max(WALK_PER_HOUR))
@@ -104,7 +109,8 @@ fn errors(nominal: &Nominal, assumptions: &Assumptions) -> Vec<Error10> {
 pub(super) fn useless(file: &Path) -> Error {
     Error::Option {
         option: format!("--recordings: {}", file.display()),
-        problem: "its fixes and samples give no attitude, so that its errors cannot be estimated".into(),
+        problem: "its fixes and samples give no attitude, so that its errors cannot be estimated"
+            .into(),
         remedy: "leave this drive out, or let it begin with a standstill of 90 s".into(),
     }
 }

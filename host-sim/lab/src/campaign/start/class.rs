@@ -1,4 +1,4 @@
-//! The classes: a sensor, a vehicle, a location, and what is expected of the start.
+//! The classes: a sensor, a vehicle, a location, and the expected result.
 
 use host_core::error::Error;
 use host_core::simulator::truth::{
@@ -12,9 +12,9 @@ use serde::Serialize;
 pub struct Class {
     /// Its name.
     pub name: &'static str,
-    /// What it is, in a few words.
+    /// Description, in a few words.
     pub about: &'static str,
-    /// What is expected.
+    /// The expected result.
     pub goal: Goal,
     /// Preset of the sensor.
     pub unit: &'static str,
@@ -28,7 +28,7 @@ pub struct Class {
     pub standstill_s: f64,
 }
 
-/// What is expected of the device.
+/// The expected result of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Goal {
@@ -91,7 +91,7 @@ const PARKED: Standing = Standing {
     sway_mps: 0.002,
 };
 
-/// A car on the road that stands first.
+/// A car that stands, then drives on the road.
 const fn road(name: &'static str, unit: &'static str, latitude_deg: f64) -> Class {
     Class {
         name,
@@ -105,7 +105,7 @@ const fn road(name: &'static str, unit: &'static str, latitude_deg: f64) -> Clas
     }
 }
 
-/// A vehicle that does not stand first.
+/// A vehicle that moves from the start.
 const fn moving(
     name: &'static str,
     about: &'static str,

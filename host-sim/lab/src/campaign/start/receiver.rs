@@ -7,16 +7,17 @@ use host_core::simulator::truth::Truth;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
-/// What the receiver is like.
+/// Parameters of the receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Receiver {
     /// Fixes a second.
     pub rate_hz: u32,
-    /// Time from validity to arrival, s. `None`: as the unit tells.
+    /// Delay from validity to arrival, s. `None`: as configured in the unit.
     pub delay_s: Option<f64>,
-    /// From the IMU to the antenna, forward, right, down, m. `None`: as the unit tells.
+    /// Lever arm from the IMU to the antenna, forward, right, down, m. `None`: as configured in the
+    /// unit.
     pub lever_arm: Option<[f64; 3]>,
-    /// The fixes have no vertical velocity.
+    /// Whether the fixes lack the vertical velocity.
     pub horizontal_velocity: bool,
     /// Noise.
     pub noise: GnssSpec,

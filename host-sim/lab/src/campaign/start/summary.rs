@@ -1,4 +1,4 @@
-//! The trials of a class in figures.
+//! Statistics of the trials of a class.
 
 use super::class::{Class, Goal};
 use super::trial::{Attitude, Trial};
@@ -7,12 +7,12 @@ use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
-/// A number out of a number, with an interval.
+/// A share of the trials, with an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Share {
-    /// How many.
+    /// Number of hits.
     pub k: usize,
-    /// Of how many.
+    /// Number of trials.
     pub n: usize,
     /// Lower end of the 95 % interval of the probability.
     pub lo95: f64,
@@ -31,7 +31,7 @@ impl Share {
             let law = Beta::new(k as f64, (n + 1 - k) as f64).ok();
             law.map(|law| law.inverse_cdf(p))
         };
-        // without a law: all or none
+        // the exact ends for none and all
         Self {
             k,
             n,
@@ -68,7 +68,7 @@ impl Spread {
 pub struct Summary {
     /// Name of the class.
     pub class: &'static str,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
     /// Preset of the sensor.
     pub unit: String,
