@@ -28,7 +28,7 @@ impl Measuring {
         }
     }
 
-    /// The session with these errors and fixes, and what the unit is.
+    /// The session with these errors and fixes, and the unit's errors.
     pub(super) fn session(
         &mut self,
         config: &SessionConfig<'_>,
@@ -83,8 +83,8 @@ impl OfGroup {
 }
 
 impl Campaign {
-    /// Calls `pass` with a drive as measured with each of these groups of errors; before that
-    /// `prepare` with some groups at once.
+    /// Calls `prepare` with several groups of errors at once, then `pass` with the drive as
+    /// measured with each of them.
     pub(super) fn part(
         &self,
         imu: &ImuSpec,

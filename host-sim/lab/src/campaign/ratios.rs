@@ -32,7 +32,7 @@ pub struct Ratio {
     pub hi95: Option<f64>,
     /// Earlier drives of each unit, the same for both.
     pub drives: u32,
-    /// How warm the units were at power-on: the campaign's setting.
+    /// Temperature of the units at power-on (the campaign's setting): cold, warm or hot.
     pub start: StartName,
 }
 

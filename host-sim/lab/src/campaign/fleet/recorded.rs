@@ -15,9 +15,9 @@ use host_io::unit::Unit;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
-/// Name of the file that makes a folder a drive.
+/// Name of the file in the folder of each drive.
 const HEADER: &str = "header.toml";
-/// Thermometers beside the samples: the end of a second, three axes.
+/// Name of the file with the thermometers: end of a second, three axes.
 const TEMPERATURE: &str = "temperature.csv";
 /// Standard deviations of a given attitude, tilt and heading, rad: those of `replay`.
 const ATTITUDE: [f64; 2] = [0.1 * DEG, 0.5 * DEG];

@@ -1,10 +1,11 @@
-//! What a drive tells of the errors of a sensor: every ten seconds the error of each axis with its
-//! standard deviation, and every second what networks may be given.
+//! The sensor errors of a drive: every ten seconds the error of each axis with its standard
+//! deviation, and every second the possible inputs of networks.
 //!
 //! The errors are the biases of a filter that is aided by fixes and lets them walk fast, smoothed
 //! over the whole drive ([`crate::learning::teacher`]). Neighbouring ones share the fixes between
 //! them. A bias that walks by `q` in a second and is known to the variance P is smoothed over some
-//! `2 P / q` seconds; the variance is enlarged to what so few independent ones would have.
+//! `2 P / q` seconds; the variance is enlarged accordingly, for the smaller number of independent
+//! errors.
 
 use crate::learning::teacher::{Assumptions, Nominal, navigate, navigate_from, references};
 use crate::learning::window::{compensator, inputs};
@@ -15,8 +16,8 @@ use host_core::inertial::session::{EPOCH_S, Session};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Random walk of the biases in an hour as a share of their prior, at least: what temperature and
-/// vibration make of them.
+/// Smallest random walk of the biases in an hour, as a share of their prior: the effect of
+/// temperature and vibration.
 const WALK_PER_HOUR: f64 = 2.0;
 /// Seconds from one error to the next.
 const STEP_S: usize = 10;
@@ -26,7 +27,7 @@ const STEP_S: usize = 10;
 pub struct Drive {
     /// Number of the unit.
     pub unit: u32,
-    /// What the networks of gyros and accelerometers are given in each second since power-on, SI.
+    /// Inputs of the networks of gyros and accelerometers in each second since power-on, SI.
     pub inputs: [Vec<[f32; 3]>; 2],
     /// The errors.
     pub errors: Vec<Error10>,
@@ -77,7 +78,7 @@ impl Drive {
     }
 }
 
-/// Errors every [`STEP_S`], in the middle of the seconds that they stand for.
+/// Errors every [`STEP_S`], at the middle of their seconds.
 fn errors(nominal: &Nominal, assumptions: &Assumptions) -> Vec<Error10> {
     let bias = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias];
     let walk = bias.map(|b| (b * assumptions.prior.walk_per_hour).powi(2) / 3600.0);
@@ -105,7 +106,7 @@ fn errors(nominal: &Nominal, assumptions: &Assumptions) -> Vec<Error10> {
     of.filter(good).collect()
 }
 
-/// A drive without an attitude.
+/// The error of a drive without an attitude.
 pub(super) fn useless(file: &Path) -> Error {
     Error::Option {
         option: format!("--recordings: {}", file.display()),

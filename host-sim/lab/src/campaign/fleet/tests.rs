@@ -31,8 +31,8 @@ fn fleet(out: PathBuf, shard: (u32, u32)) -> Fleet {
     }
 }
 
-/// Two shards in directories of their own, merged, are the same bytes as one run; a directory of
-/// another fleet is refused and named.
+/// Two merged shards in separate directories give the same bytes as one run. A directory of another
+/// fleet is rejected and named.
 #[test]
 fn shards_merge_to_the_same_prior() {
     let dir = tempfile::tempdir().unwrap();

@@ -72,7 +72,7 @@ pub struct Summary {
     pub about: &'static str,
     /// Preset of the sensor.
     pub unit: String,
-    /// What is expected.
+    /// The expected result.
     pub goal: Goal,
     /// Trials that started.
     pub started: Share,
@@ -82,11 +82,11 @@ pub struct Summary {
     pub silently_wrong: usize,
     /// Share of the time of navigation in which the heading was silently wrong.
     pub wrong_share: f64,
-    /// How often a navigator was lost or given up, in all trials together.
+    /// How often a navigator was lost or dropped, in all trials together.
     pub lost: u32,
-    /// Alignments that were refused, in all trials together.
+    /// Alignments that were rejected, in all trials together.
     pub refused_alignments: u32,
-    /// How the trials started, and how many.
+    /// Number of trials by source of the heading at the start.
     pub ways: BTreeMap<String, usize>,
     /// Time of the start after power-on, s.
     pub start_s: Option<Spread>,
@@ -102,7 +102,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of the trials of `class`, made with the unit of that name.
+    /// The statistics of trials of `class` with the unit of that name.
     #[must_use]
     pub fn of(class: &Class, unit: &str, trials: &[Trial]) -> Self {
         let n = trials.len();
@@ -153,7 +153,7 @@ mod tests {
     use super::super::trial::Started;
     use super::*;
 
-    /// Intervals from Newcombe, Statistics in Medicine 17 (1998), table I, method 5.
+    /// Compares with intervals from Newcombe, Statistics in Medicine 17 (1998), table I, method 5.
     #[test]
     fn the_interval_is_that_of_the_literature() {
         for (k, n, lo, hi) in [
@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(Share::of(0, 0).hi95, 1.0);
     }
 
-    /// The chance of each number of successes, added up where the interval misses the probability.
+    /// Sums the probability of each number of successes whose interval misses the true probability.
     #[test]
     fn the_interval_of_a_share_misses_at_most_one_in_twenty() {
         for n in [1, 2, 5, 10, 20, 50] {

@@ -1,5 +1,5 @@
-//! One trial: a sensor is switched on in a vehicle, and the device's learner from fixes starts, or
-//! not. Samples go in at full rate, as on the device.
+//! One trial: a sensor is switched on in a vehicle, and the device's learner from fixes starts or
+//! does not. It gets samples at the full rate, as on the device.
 
 use super::class::{Class, JOURNEY_S};
 use super::receiver::{Receiver, Sent, fixes};
@@ -24,18 +24,18 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Samples a second at most: enough for the classes' motion, in a fifth of the time of 1000.
+/// Largest sample rate, Hz: enough for the classes' motion, in a fifth of the time of 1000 Hz.
 pub const MOST_HZ: u32 = 200;
 /// Number of the random stream of the fixes, beside that of the journey.
 const FIXES: u64 = 1;
 /// Seconds after the start at which the errors are recorded.
 pub const LATER_S: [u32; 2] = [60, 300];
-/// A heading is silently wrong when it is off by more than so many claimed standard deviations and
-/// by more than so many degrees.
+/// A heading is silently wrong if it is off by more than this many claimed standard deviations and
+/// by more than [`LEAST_DEG`].
 const SIGMAS: f64 = 4.0;
 const LEAST_DEG: f64 = 3.0;
 
-/// A class with all that its trials share.
+/// A class with the common parameters of its trials.
 #[derive(Debug, Clone)]
 pub struct Prepared {
     pub(super) class: Class,
@@ -60,24 +60,24 @@ pub struct Attitude {
 /// The start of the device's navigator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Started {
-    /// When, s after power-on: the first whole second at which it navigates.
+    /// Time of the start, s after power-on: the first whole second at which it navigates.
     pub at_s: u32,
-    /// By what.
+    /// Source of the heading.
     pub way: String,
     /// Mean normalised innovation squared of the alignment in motion; 0 without one.
     pub residual: f64,
-    /// Errors then.
+    /// Errors at the start.
     pub attitude: Attitude,
-    /// Errors after [`LATER_S`], if the recording lasts and the device still navigates.
+    /// Errors after [`LATER_S`], if the trial lasts that long and the device still navigates.
     pub later: [Option<Attitude>; 2],
 }
 
-/// What came of a trial.
+/// Result of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Name of the class.
     pub class: String,
-    /// Number that makes all random draws.
+    /// Seed of all random numbers.
     pub seed: u32,
     /// The first start; `None` if it never navigated.
     pub started: Option<Started>,
@@ -87,20 +87,20 @@ pub struct Trial {
     pub wrong_s: u32,
     /// Seconds for which the device navigated.
     pub navigated_s: u32,
-    /// How often the navigator was lost, or given up because it contradicted the fixes.
+    /// How often the navigator was lost, or dropped because it contradicted the fixes.
     pub lost: u32,
-    /// Alignments that were refused because they contradicted the fixes.
+    /// Alignments that were rejected because they contradicted the fixes.
     pub refused_alignments: u32,
     /// Fixes that the navigator used.
     pub fixes: u32,
-    /// Of these, with a component that was refused as an outlier.
+    /// Number of these with a component that was rejected as an outlier.
     pub refused: u32,
     /// Fixes that arrived too late.
     pub late: u32,
 }
 
 impl Attitude {
-    /// Of an estimate (body or sensor axes to NED) against the truth.
+    /// The errors of an estimate (body or sensor axes to NED) against the truth.
     fn of(estimate: &UnitQuaternion<f64>, truth: &UnitQuaternion<f64>, sigma: f64) -> Self {
         // the error is a turn about the vertical after a turn about a level axis
         let error = (estimate * truth.inverse()).into_inner();
@@ -122,7 +122,7 @@ impl Attitude {
         error.is_nan() || claimed.is_nan() || error > claimed.max(LEAST_DEG)
     }
 
-    /// Square of the error divided by the variance that is claimed.
+    /// Square of the error divided by the claimed variance.
     #[must_use]
     pub fn normalised_square(&self) -> f64 {
         (self.heading_deg / self.sigma_deg).powi(2)
@@ -133,7 +133,7 @@ impl Prepared {
     /// A class with another sensor than its own, if given.
     ///
     /// # Errors
-    /// A unit that no device takes; a rate of fixes that does not divide the samples.
+    /// A unit that a device rejects; a rate of fixes that does not divide the samples.
     pub fn new(class: &Class, unit: Option<&Unit>, receiver: &Receiver) -> Result<Self, Error> {
         let mut unit = match unit {
             Some(unit) => unit.clone(),
@@ -286,7 +286,7 @@ impl Judge {
         }
     }
 
-    /// At a whole second, after the samples and before a fix of that time.
+    /// Judges a whole second, after its samples and before a fix of that time.
     fn second(
         &mut self,
         at_s: u32,
@@ -349,7 +349,7 @@ mod tests {
     use super::*;
     use host_core::inertial::rotation::from_euler;
 
-    /// Errors in heading and tilt that were put in come out, at any attitude.
+    /// Given errors in heading and tilt are found at any attitude.
     #[test]
     fn the_error_is_divided_into_heading_and_tilt() {
         for (roll, pitch, heading) in [(0.0, 0.0, 0.0), (0.5, -0.2, 2.0), (-1.0, 0.3, -3.0)] {

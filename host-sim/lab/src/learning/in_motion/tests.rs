@@ -47,7 +47,7 @@ fn positions_alone_do_too_and_a_rough_heading_helps() {
     for fix in session.fixes.iter_mut().flatten() {
         fix.velocity.fill(f64::NAN);
         fix.sigmas = [0.05, 0.05, 0.1, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED];
-        // positions of that accuracy
+        // positions of this accuracy
     }
     let exact: Vec<_> = session.reference.iter().map(|s| s.position).collect();
     for (fix, place) in session.fixes.iter_mut().zip(exact) {
