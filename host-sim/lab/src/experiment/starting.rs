@@ -1,9 +1,9 @@
-//! How a user's recording starts, and how it goes on after a gap of samples.
+//! The start of a user's recording, and its continuation after a gap of samples.
 //!
 //! A recording without a given attitude starts by the device's own alignment in motion
 //! ([`in_motion`]). The session begins at the epoch where the attitude is known, with its standard
 //! deviations, the same for all schemes. After a long gap of samples the attitude is found again in
-//! the same way. All schemes go on from there and keep what they have learnt of the sensors.
+//! the same way. All schemes continue from there and keep their estimates of the sensors.
 
 use crate::learning::in_motion::{self, Aligned, Known};
 use crate::learning::teacher::Assumptions;
@@ -129,7 +129,7 @@ pub fn start(
     })
 }
 
-/// How a part begins.
+/// The start of a part.
 enum Begin {
     Standstill(usize),
     Given(Start),
@@ -137,7 +137,7 @@ enum Begin {
 }
 
 impl Begin {
-    /// The epoch from which on it is navigated.
+    /// The first epoch of its navigation.
     fn epoch(&self, part: &Range<usize>) -> usize {
         match self {
             Self::Standstill(_) | Self::Given(_) => part.start,
@@ -189,7 +189,7 @@ impl Begin {
     }
 }
 
-/// What gave a heading, in words.
+/// The source of a heading, in words.
 fn named(way: Way) -> &'static str {
     match way {
         Way::None => "nothing",
@@ -282,7 +282,7 @@ fn given_start(session: &Session, [tilt, heading]: [f64; 2]) -> Start {
     }
 }
 
-/// Why there is no attitude.
+/// The error of a recording without an attitude.
 fn no_attitude(file: &Path, progress: Progress) -> Error {
     let (why, remedy) = match progress.way {
         _ if progress.refused > 0 => (

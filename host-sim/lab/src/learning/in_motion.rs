@@ -36,11 +36,11 @@ pub struct Known {
 /// An attitude that was found.
 #[derive(Debug, Clone, Copy)]
 pub struct Aligned {
-    /// The epoch at which it is known.
+    /// The epoch of the attitude.
     pub epoch: usize,
     /// The state there.
     pub start: Start,
-    /// What gave the heading.
+    /// Source of the heading.
     pub way: Way,
     /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
     pub residual: f64,
@@ -115,7 +115,7 @@ pub fn align(
     Err(motion.progress())
 }
 
-/// What was found after sample `after`, at the end of its epoch.
+/// The attitude found after sample `after`, at the end of its epoch.
 fn aligned(
     session: &Session,
     after: usize,

@@ -1,5 +1,5 @@
-//! Doubts about a recording before it is replayed: what its header and the assumed class of sensor
-//! say, against what the samples show. The rules at rest are the device's
+//! Doubts about a recording before it is replayed: contradictions between its samples and its
+//! header or the assumed class of sensor. The rules at rest are those of the device
 //! ([`firmware::plausibility`]). A recording also has fixes along the whole drive, so that its
 //! gyros can be compared with the changes of course, and a drive without a rest with gravity.
 
@@ -46,7 +46,7 @@ pub struct Warning {
     pub field: String,
     /// The rest of a sentence that begins with the field.
     pub problem: String,
-    /// What would be right.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -266,7 +266,7 @@ fn gyros(says: &Says, seen: &Seen, expected: &Expected, given: bool) -> Option<D
         scaled(factor).judge(expected) & fault::EARTH_RATE == 0
             && size * factor > 0.1 * f64::from(EARTH)
     };
-    // without a datasheet it is more likely forgotten than the unit wrong
+    // without a datasheet, a missing one is more likely than a wrong unit
     let remedy = says.gyro.fitting(fits);
     let other = || given.then(|| "check the unit, and the bias of the datasheet".into());
     Some((name, problem, remedy.or_else(other)?))

@@ -109,7 +109,7 @@ impl Files {
     }
 }
 
-/// Fields that are doubted, and the remedies.
+/// Fields with a doubt, and the remedies.
 fn fields(warnings: &[Warning]) -> Vec<(&str, &str)> {
     let fields = warnings
         .iter()
@@ -117,7 +117,7 @@ fn fields(warnings: &[Warning]) -> Vec<(&str, &str)> {
     fields.collect()
 }
 
-/// Without a standstill, as a recording that begins on the road.
+/// The recording without its standstill, as if it began on the road.
 fn on_the_road(session: &Session) -> Record {
     let mut record = Record::from_session(session);
     let from = record.time.partition_point(|t| *t <= 155.0);
@@ -231,7 +231,7 @@ fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
         matches!(found[..], [("--unit", remedy)] if mems(remedy)),
         "{found:?}"
     );
-    // medium is assumed where nothing is said
+    // medium is assumed by default
     let record = Record::from_session(&drive("medium", 120));
     let files = Files::of(&record, true);
     assert_eq!(
@@ -260,7 +260,7 @@ fn a_rate_that_its_time_stamps_contradict_is_told() {
     assert_eq!(fields(&found), [("--imu", "give 100")]);
 }
 
-/// Recorded sessions with what may be expected of their sensors.
+/// Recorded sessions with the assumptions about their sensors.
 fn recordings() -> Vec<(String, Record, Assumptions)> {
     let preset = |name: &str| Assumptions::of(&Unit::preset(name).unwrap());
     use crate::experiment::{fog_mems, kitti, lasergyro};

@@ -1,6 +1,5 @@
-//! The measured error of the real laser-gyro recording, added to a simulated drive. This gives what
-//! no recording here has: a laser-gyro vehicle that moves for 20 minutes, with sensor errors that
-//! nobody invented.
+//! The measured error of the real laser-gyro recording, added to a simulated drive. No recording
+//! here has this: a laser-gyro vehicle that moves for 20 minutes, with measured sensor errors.
 //!
 //! **What counts as error.** An error is the measured value minus that of an ideal IMU. The vehicle
 //! stood at a known position, but people and engine swayed it by up to 5 mrad. That is thousands of
@@ -20,8 +19,8 @@
 //!
 //! **What one attitude cannot show.** A constant bias of a level accelerometer is a tilt of the
 //! alignment, a constant bias of the east gyro is a heading, and scale factors and misalignments
-//! have no motion to act on. Of the biases only the changes are in the error, of the others
-//! nothing. So the drive is easier than a real one with the same unit.
+//! have no motion to act on. The error contains only the changes of the biases, and none of
+//! the others. So the drive is easier than a real one with the same unit.
 
 use crate::experiment::lasergyro::{self, session as at_rest};
 use crate::experiment::outcome::Outcome;
@@ -46,9 +45,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Part of the recording that the first attitude is found on, s.
+/// Duration of the alignment for the first attitude, s.
 const ALIGN_S: usize = 480;
-/// Bias that a gyro of the recording may have, rad/s; its vertical one has 0.1 deg/h.
+/// Assumed bias of a gyro of the recording, rad/s. Its vertical one has 0.1 deg/h.
 const GYRO_BIAS: f64 = 0.15 * DEG_PER_H;
 
 /// The recording's error, second by second (rad/s and m/s2, forward-right-down). It is one second
@@ -97,7 +96,7 @@ fn usual() -> Assumptions {
     lasergyro::assumptions(&unit)
 }
 
-/// The recording's unit, with room for the bias that its vertical gyro has.
+/// The recording's unit, with an assumed bias large enough for its vertical gyro.
 fn laser() -> Assumptions {
     let mut a = usual();
     a.prior.gyro_bias = GYRO_BIAS;
@@ -139,11 +138,11 @@ pub struct Config {
     pub length_s: f64,
     /// Heading at the start, rad.
     pub heading: f64,
-    /// Scale of the road's vibration.
+    /// Factor of the road's vibration.
     pub vibration: f64,
     /// Receiver.
     pub gnss: GnssSpec,
-    /// Seed of road and fixes; `None` stands still throughout.
+    /// Seed of road and fixes. `None`: the vehicle is at rest throughout.
     pub drive: Option<u64>,
 }
 
@@ -206,9 +205,9 @@ fn drive(recording: &Recording, errors: &[Increment], road: u64) -> Option<Sessi
     session(recording, errors, &config)
 }
 
-/// One drive for each of `roads`: aligned and taught over the first 520 s, then free inertial for
-/// 22 min. As on the device, the networks are used only if they prove themselves on the held-back
-/// part.
+/// One drive for each of `roads`: alignment and learning over the first 520 s, then free-inertial
+/// navigation for 22 min. As on the device, the networks are used only if they are proven on the
+/// held-back part.
 ///
 /// # Errors
 /// As [`judge`].

@@ -1,4 +1,4 @@
-//! What is learnt from one part of a recording, by every scheme.
+//! Learning from one part of a recording, for every scheme.
 
 use super::{Settings, Split};
 use crate::experiment::correction::Correction;
@@ -76,7 +76,7 @@ impl Learnt {
         Ok(learnt)
     }
 
-    /// What a scheme takes off the samples of the whole session.
+    /// The correction by a scheme for the samples of the whole session.
     pub(super) fn correction(
         &self,
         scheme: &str,

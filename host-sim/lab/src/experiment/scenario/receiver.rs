@@ -5,7 +5,7 @@ use host_core::error::Error;
 use host_core::simulator::gnss::{AntennaPrior, GnssSpec};
 
 impl Scenario {
-    /// The receiver with what the unit tells of its antenna.
+    /// The receiver with lever arm and delay as configured in the unit.
     #[must_use]
     pub fn receiver(&self) -> GnssSpec {
         let unit = &self.unit().receiver;
@@ -20,7 +20,7 @@ impl Scenario {
         }
     }
 
-    /// That there is one fix a second, for commands that take no more of them.
+    /// Checks that there is one fix a second, for commands that cannot use more.
     ///
     /// # Errors
     /// Another rate.
@@ -78,7 +78,7 @@ impl Scenario {
         text
     }
 
-    /// Ranges of the table and the tables in it.
+    /// Checks the ranges of the table and the tables in it.
     pub(super) fn check_receiver(&self) -> Result<(), Error> {
         let gnss = &self.gnss;
         let (coloured, gaps, multipath) = (&gnss.coloured, &gnss.gaps, &gnss.multipath);
