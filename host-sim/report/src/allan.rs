@@ -16,7 +16,7 @@ use host_lab::analysis::allan::{Analysis, Kind};
 use maud::{PreEscaped, html};
 use std::path::{Path, PathBuf};
 
-/// How the datasheet is drawn.
+/// Line style of the datasheet.
 const DATASHEET: Look = Look::dashed(INK, 1.6, (8.0, 4.0));
 
 fn configured_of(findings: &Findings, kind: Kind, coefficient: usize) -> Option<f64> {

@@ -16,7 +16,7 @@ pub(super) struct Axis {
     log: bool,
     /// Value and text of each tick, ascending.
     ticks: Vec<(f64, String)>,
-    /// Room for the names of an axis that has names instead of a scale, CSS pixels.
+    /// Width for the names of an axis with names instead of a scale, CSS pixels.
     room: Option<f64>,
 }
 
@@ -42,8 +42,8 @@ impl Axis {
         }
     }
 
-    /// Names in place of a scale, from above downwards: the first stands at [`Self::row`] 0. `room`
-    /// is the width that they need, CSS pixels.
+    /// Names instead of a scale, from top to bottom. The first is at [`Self::row`] 0. `room` is the
+    /// width for them, CSS pixels.
     pub fn names(names: Vec<String>, room: f64) -> Self {
         let rows = names.into_iter().enumerate();
         let mut ticks: Vec<(f64, String)> = rows.map(|(k, name)| (Self::row(k), name)).collect();
@@ -58,12 +58,12 @@ impl Axis {
         }
     }
 
-    /// Where the name number `index` of [`Self::names`] stands.
+    /// Coordinate of the name number `index` of [`Self::names`].
     pub fn row(index: usize) -> f64 {
         -(index as f64)
     }
 
-    /// The room for names; `None` for an axis with a scale.
+    /// The width for names. `None` for an axis with a scale.
     pub fn room(&self) -> Option<f64> {
         self.room
     }
@@ -152,7 +152,7 @@ impl ValueFormatter<f64> for Axis {
     }
 }
 
-/// Distance between ticks; 1 where there are not two.
+/// Distance between ticks; 1 with fewer than two.
 fn step(ticks: &[f64]) -> f64 {
     match ticks {
         [first, second, ..] => second - first,
@@ -162,7 +162,7 @@ fn step(ticks: &[f64]) -> f64 {
 
 /// `range` with each end moved out to the next tick of [`Axis::linear`] where that is near.
 ///
-/// A curve that ends at 29.99 min so gets an axis to 30.
+/// So a curve that ends at 29.99 min gets an axis to 30.
 pub(super) fn snapped((low, high): (f64, f64), count: usize) -> (f64, f64) {
     let step = step(&RangedCoordf64::from(low..high).key_points(count + 1));
     let near = 0.02 * (high - low);
@@ -223,10 +223,10 @@ pub(super) fn widened((low, high): (f64, f64), margin: f64) -> (f64, f64) {
     }
 }
 
-/// Indices of at most about `limit` points that stand for a long curve, in order.
+/// Indices of at most about `limit` points that represent a long curve, in order.
 ///
-/// A short curve keeps all its points. Of a long one the least and the greatest value of each
-/// stretch are kept, so that no peak is lost; a NaN counts as greatest, so that gaps stay gaps.
+/// A short curve retains all its points. A long one retains the smallest and the largest value of
+/// each interval, so that no peak is lost. NaN counts as largest, so that gaps stay gaps.
 pub(super) fn thinned(y: &[f64], limit: usize) -> Vec<usize> {
     if y.len() <= limit {
         return (0..y.len()).collect();

@@ -1,4 +1,4 @@
-//! The four pictures of a run or a replay: what each shows. [`super::chart`] draws them.
+//! The contents of the four pictures of a run or a replay. [`super::chart`] draws them.
 
 use super::axis::{Axis, extent, grouped, snapped, widened};
 use super::chart::{Legend, MOST_POINTS, Mark, Panel, Picture, WIDTH};
@@ -43,7 +43,7 @@ impl Figure {
         }
     }
 
-    /// What it shows.
+    /// The picture with its contents.
     pub fn picture(self, curves: &Curves) -> Picture {
         match self {
             Self::Track => track(&curves.track),
@@ -131,7 +131,7 @@ fn track(curves: &[Curve]) -> Picture {
     }
     let first = curves.first().map(|c| (c.x.first(), c.y.first()));
     if let Some((Some(x), Some(y))) = first {
-        // On the side that the track does not lead to.
+        // On the side without the track.
         let below = if north.0 + north.1 > 2.0 * y {
             16.0
         } else {

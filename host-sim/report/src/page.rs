@@ -1,6 +1,6 @@
 //! The report directory: one self-contained HTML page and its pictures as PNG.
 //!
-//! It appears whole or not at all.
+//! It is written completely or not at all.
 
 use super::drawn::draw;
 use super::{html, json};
@@ -19,7 +19,7 @@ pub(super) const PAGE: &str = "index.html";
 ///
 /// The files are made in a directory beside `dir`, which is renamed when it is complete. An
 /// existing `dir` is replaced only if it is empty or holds such a report. Other files in it are
-/// kept.
+/// retained.
 ///
 /// # Errors
 /// [`Error::BadResult`] for NaN in the results or curves of unequal length, [`Error::NotOurs`],
@@ -30,7 +30,7 @@ pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, Error> {
     place(dir, || files(report))
 }
 
-/// Puts files into `dir` as [`write()`] says and returns the path of the page.
+/// Writes files into `dir` as described at [`write()`] and returns the path of the page.
 pub(super) fn place<N: AsRef<Path>>(
     dir: &Path,
     files: impl FnOnce() -> Result<Vec<(N, Vec<u8>)>, Error>,
@@ -67,7 +67,7 @@ fn files(report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     Ok(files)
 }
 
-/// Refuses results that are not finite and curves that do not fit together.
+/// Rejects results that are not finite, and curves of unequal lengths.
 fn check(report: &Report) -> Result<(), Error> {
     json::check(&report.results)?;
     let unequal = |item: &str, field, found: usize, expected: usize| {
@@ -107,7 +107,7 @@ fn check(report: &Report) -> Result<(), Error> {
 /// Whether `place` exists and may be replaced.
 ///
 /// # Errors
-/// If it must be left alone.
+/// If it must not be replaced.
 fn existing(dir: &Path, place: &Path) -> Result<bool, Error> {
     let not_ours = |holds| {
         Err(Error::NotOurs {
@@ -135,7 +135,7 @@ fn is_ours(page: &[u8]) -> bool {
         .any(|part| part == html::MARKER.as_bytes())
 }
 
-/// Puts `fresh` in the place of the directory `place`, and moves the other files there into it.
+/// Replaces the directory `place` by `fresh`, and moves its other files into it.
 fn replace(fresh: &TempDir, place: &Path) -> io::Result<()> {
     let _undivided = undivided();
     let aside = temporary_directory(directory_of(place))?;
@@ -163,7 +163,7 @@ fn temporary_directory(parent: &Path) -> io::Result<TempDir> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".host-sim-");
     #[cfg(unix)]
-    // the umask takes its part away
+    // the umask is applied to this mode
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     builder.tempdir_in(parent)
 }

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct Head {
     /// One line.
     pub title: String,
-    /// The command that makes this page again.
+    /// The command that regenerates this page.
     pub command: String,
 }
 

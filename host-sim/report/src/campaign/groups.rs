@@ -1,9 +1,9 @@
-//! Groups of errors in words, for readers who meet only their names.
+//! Descriptions of groups of errors.
 
 use host_core::simulator::imu::ErrorModelName;
 use host_lab::campaign::{FixErrors, Group};
 
-/// What the sensors and the fixes of a group suffer from, as a sentence.
+/// The errors of the sensors and the fixes of a group, as a sentence.
 pub(super) fn sentence(group: Group) -> String {
     let mut text = format!("The sensors have {}", sensors(group.sensors));
     if let Some(fixes) = fixes(group.fixes) {

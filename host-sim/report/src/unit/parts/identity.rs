@@ -1,4 +1,4 @@
-//! Which unit this is, what its datasheet says, and what was looked at.
+//! Identity of the unit, its datasheet, and the sources of the report.
 
 use super::super::{Contents, Part, Table};
 use crate::allan::figures;

@@ -1,4 +1,4 @@
-//! Allan deviation at rest, beside the datasheet.
+//! Allan deviation at rest, compared with the datasheet.
 
 use super::super::{Contents, Figure, Part, Table};
 use super::data;
@@ -8,7 +8,7 @@ use host_lab::analysis::allan::findings::Findings;
 use host_lab::analysis::allan::{Analysis, Coefficient, Kind};
 
 const TITLE: &str = "Noise at rest";
-/// Noise this many times the datasheet's is worth a sentence of the verdict.
+/// Ratio of the noise to the datasheet's from which on the verdict reports it.
 const WORSE: f64 = 1.3;
 
 pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
@@ -16,7 +16,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
         Ok(findings) => findings,
         Err(why) => return Ok(Part::without("noise", TITLE, why)),
     };
-    findings.json()?; // refuses what is not finite
+    findings.json()?; // rejects results that are not finite
     let mut figures = vec![];
     for (kind, name, title) in [
         (Kind::Gyro, "allan-gyro", "Allan deviation of the gyros"),
