@@ -126,10 +126,10 @@ pub fn write(findings: &Findings, dir: &Path) -> Result<PathBuf, Error> {
             picture(&analyses, findings.configured.as_ref()),
             format!("Allan deviation of the {name}"),
         );
-        let place = dir.join(file);
-        write_atomic(&place, &picture.png(file)?)?;
+        let path = dir.join(file);
+        write_atomic(&path, &picture.png(file)?)?;
         let standalone = picture.svg_file(file, &title)?;
-        write_atomic(&place.with_extension("svg"), standalone.as_bytes())?;
+        write_atomic(&path.with_extension("svg"), standalone.as_bytes())?;
         svgs.push((file, picture.svg(file, &title)?));
     }
     let page = dir.join(PAGE);

@@ -232,7 +232,7 @@ pub(super) fn thinned(y: &[f64], limit: usize) -> Vec<usize> {
         return (0..y.len()).collect();
     }
     let stretch = y.len().div_ceil((limit / 2).max(1));
-    let mut kept = Vec::with_capacity(limit + 2);
+    let mut selected = Vec::with_capacity(limit + 2);
     for start in (0..y.len()).step_by(stretch) {
         let indices = start..(start + stretch).min(y.len());
         let least = indices
@@ -242,12 +242,12 @@ pub(super) fn thinned(y: &[f64], limit: usize) -> Vec<usize> {
         let greatest = indices
             .max_by(|&a, &b| y[a].total_cmp(&y[b]))
             .unwrap_or(start);
-        kept.extend([least.min(greatest), least.max(greatest)]);
+        selected.extend([least.min(greatest), least.max(greatest)]);
     }
-    kept.extend([0, y.len() - 1]);
-    kept.sort_unstable();
-    kept.dedup();
-    kept
+    selected.extend([0, y.len() - 1]);
+    selected.sort_unstable();
+    selected.dedup();
+    selected
 }
 
 #[cfg(test)]
@@ -362,10 +362,10 @@ mod tests {
     fn thinning_keeps_ends_peaks_and_gaps() {
         let mut y: Vec<f64> = (0..100_000).map(|i| f64::from(i % 97)).collect();
         (y[31_415], y[27_182], y[50_000]) = (1e6, -1e6, f64::NAN);
-        let kept = thinned(&y, 1500);
-        assert!(kept.len() <= 1502 && kept.is_sorted());
+        let selected = thinned(&y, 1500);
+        assert!(selected.len() <= 1502 && selected.is_sorted());
         for index in [0, 27_182, 31_415, 50_000, 99_999] {
-            assert!(kept.contains(&index), "{index}");
+            assert!(selected.contains(&index), "{index}");
         }
         assert_eq!(thinned(&y[..5], 1500), [0, 1, 2, 3, 4]);
         assert!(thinned(&[], 1500).is_empty());

@@ -122,8 +122,8 @@ fn track(curves: &[Curve]) -> Picture {
     for curve in curves {
         let last = curve.x.len().saturating_sub(1);
         let stride = curve.x.len().div_ceil(MOST_POINTS).max(1);
-        let kept = (0..curve.x.len()).filter(|i| i % stride == 0 || *i == last);
-        let points: Vec<_> = kept.map(|i| at(curve.x[i], curve.y[i])).collect();
+        let indices = (0..curve.x.len()).filter(|i| i % stride == 0 || *i == last);
+        let points: Vec<_> = indices.map(|i| at(curve.x[i], curve.y[i])).collect();
         let look = palette::scheme(&curve.name);
         let end = points.last().copied().into_iter().collect();
         marks.push(Mark::Line(points, look));
@@ -221,11 +221,11 @@ fn learning_looks(curves: &[Curve]) -> Vec<(String, Look)> {
     for curve in curves {
         let network = curve.name.split(':').next().unwrap_or_default();
         let known = networks.iter().position(|known| *known == network);
-        let place = known.unwrap_or(networks.len());
+        let index = known.unwrap_or(networks.len());
         if known.is_none() {
             networks.push(network);
         }
-        entries.push((curve.name.clone(), palette::learning(&curve.name, place)));
+        entries.push((curve.name.clone(), palette::learning(&curve.name, index)));
     }
     entries
 }

@@ -47,7 +47,7 @@ pub(super) fn sensor_errors(traces: &[ErrorTrace]) -> Picture {
     };
     let rows = traces.len().div_ceil(COLUMNS);
     let (column, row) = (size.0 / COLUMNS as f64, (size.1 - 76.0) / rows as f64);
-    let place = |i: usize| {
+    let position = |i: usize| {
         (
             (i % COLUMNS) as f64 * column + 66.0,
             (i / COLUMNS) as f64 * row + 62.0,
@@ -58,7 +58,7 @@ pub(super) fn sensor_errors(traces: &[ErrorTrace]) -> Picture {
         false => "",
     };
     let panel = |(i, trace): (usize, &ErrorTrace)| Panel {
-        at: place(i),
+        at: position(i),
         size: (column - 82.0, row - 52.0),
         title: [trace.axis.clone(), trace.unit.clone()],
         x: {

@@ -282,7 +282,7 @@ fn earlier(
     at_last: &Uncorrected,
     unit: &str,
 ) -> Option<String> {
-    let still = |scheme: &str| {
+    let remains = |scheme: &str| {
         let mut ends = last.iter().filter(|row| row.scheme == scheme);
         ends.any(|row| against(row.metres, at_last.beside(scheme)) == Against::Worse)
     };
@@ -294,7 +294,7 @@ fn earlier(
         };
         for row in block.iter().filter(|row| corrects(row.scheme)) {
             let raw = without.beside(row.scheme);
-            if against(row.metres, raw) != Against::Worse || still(row.scheme) {
+            if against(row.metres, raw) != Against::Worse || remains(row.scheme) {
                 continue;
             }
             match worst

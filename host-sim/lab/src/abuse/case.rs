@@ -60,9 +60,9 @@ impl Case {
         let mut found = false;
         for (of, span) in rows {
             let mut values: Vec<f64> = of.given.iter().map(|given| given.value).collect();
-            let place = of.given.iter().position(|given| given.key == key);
-            if let Some(place) = place.filter(|_| of.name == row) {
-                values[place] = value;
+            let index = of.given.iter().position(|given| given.key == key);
+            if let Some(index) = index.filter(|_| of.name == row) {
+                values[index] = value;
                 found = true;
             }
             acts.extend((of.acts)(&values).into_iter().map(|act| (act, span)));

@@ -47,11 +47,11 @@ pub(super) fn error(
 ) -> f64 {
     let assumptions = assumptions.walking(assumptions.datasheet_walk());
     let model = model(computer, &assumptions.prior);
-    let begun = match session.standstill > 0 && *finds_north {
+    let start = match session.standstill > 0 && *finds_north {
         false => Some((0, known(session, model, &assumptions))),
         true => aligned(session, increments).map(|at| (at.first, at.filter(model, &assumptions))),
     };
-    let Some((first, mut filter)) = begun else {
+    let Some((first, mut filter)) = start else {
         return LOST_M;
     };
     for k in first..until {

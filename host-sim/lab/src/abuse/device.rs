@@ -140,11 +140,11 @@ struct Device<'m, 'i> {
     framer: Framer,
     /// Frames that were sent to the application and are not yet in its output.
     inside: VecDeque<(usize, Counts)>,
-    /// Correction of samples, in counts, as they came out.
-    seen: Vec<Option<[i32; 6]>>,
+    /// Correction of each sample by the application's output, counts.
+    corrections: Vec<Option<[i32; 6]>>,
     faults: u32,
     /// The networks that the application stored last.
-    kept: Option<Nets>,
+    stored: Option<Nets>,
 }
 
 impl<'m, 'i> Device<'m, 'i> {
@@ -156,9 +156,9 @@ impl<'m, 'i> Device<'m, 'i> {
             input,
             framer: Framer::new(input.format.format),
             inside: VecDeque::new(),
-            seen: vec![None; input.samples.0],
+            corrections: vec![None; input.samples.0],
             faults: 0,
-            kept: None,
+            stored: None,
         }
     }
 
@@ -174,10 +174,10 @@ impl<'m, 'i> Device<'m, 'i> {
     /// Runs the application until it has nothing to do.
     fn settle(&mut self) {
         while self.app.poll(&mut self.lines, &self.clock) {}
-        let kept = &mut self.kept;
+        let stored = &mut self.stored;
         if self.app.wants_to_store() {
             self.app.store(|_, content| {
-                *kept = Some(*content.nets);
+                *stored = Some(*content.nets);
                 true
             });
         }
@@ -218,8 +218,8 @@ impl<'m, 'i> Device<'m, 'i> {
                 };
                 let [out, was] = [[gyro, accel], [was.dtheta, was.dv]];
                 let by = std::array::from_fn(|i| out[i / 3][i % 3].wrapping_sub(was[i / 3][i % 3]));
-                if let Some(place) = self.seen.get_mut(sample) {
-                    *place = Some(by);
+                if let Some(slot) = self.corrections.get_mut(sample) {
+                    *slot = Some(by);
                 }
             }
         }
@@ -228,23 +228,23 @@ impl<'m, 'i> Device<'m, 'i> {
     fn end(self) -> Outcome {
         let lsb = self.input.format.lsb();
         let (_, dt) = self.input.samples;
-        let mut held = Increment::default();
-        let seen = self.seen.iter().map(|by| {
+        let mut present = Increment::default();
+        let corrections = self.corrections.iter().map(|by| {
             if let Some(by) = by {
                 let v = |at: usize, lsb: f64| {
                     Vector3::new(by[at], by[at + 1], by[at + 2]).map(f64::from) * (lsb / dt)
                 };
-                held = Increment {
+                present = Increment {
                     dtheta: v(0, lsb.rad),
                     dv: v(3, lsb.mps),
                 };
             }
-            held
+            present
         });
         Outcome {
-            correction: seen.collect(),
+            correction: corrections.collect(),
             report: self.app.learning(),
-            stored: self.kept,
+            stored: self.stored,
             faults: self.faults,
         }
     }

@@ -159,8 +159,8 @@ fn losing(all: &[Summary]) -> String {
         "| case | activation | sensor | computer | of the gain, % |\n|---|---|---|---|---|\n"
             .to_owned();
     for of in of_activations(all, &ACTIVATIONS, Summary::loses) {
-        let kept = 100.0 * of.gain_kept.unwrap_or(f64::NAN);
-        let _ = writeln!(out, "{} {kept:.0} |", head(of));
+        let gain = 100.0 * of.gain_kept.unwrap_or(f64::NAN);
+        let _ = writeln!(out, "{} {gain:.0} |", head(of));
     }
     out
 }
@@ -223,11 +223,11 @@ fn table_of(of: &[&Summary]) -> String {
                 row.ratio_worst,
             );
         }
-        let kept = rows.iter().filter_map(|row| row.gain_kept).reduce(f64::min);
+        let gain = rows.iter().filter_map(|row| row.gain_kept).reduce(f64::min);
         let _ = writeln!(
             out,
             " {} |",
-            kept.map_or(String::new(), |kept| format!("{:.0} %", 100.0 * kept))
+            gain.map_or(String::new(), |gain| format!("{:.0} %", 100.0 * gain))
         );
     }
     out

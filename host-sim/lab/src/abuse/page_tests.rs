@@ -25,7 +25,7 @@ fn rows<'a>(page: &'a str, heading: &str) -> Vec<Vec<&'a str>> {
 #[derive(Default)]
 struct Listed {
     run: BTreeMap<[String; 4], u32>,
-    kept: BTreeMap<[String; 4], f64>,
+    gain: BTreeMap<[String; 4], f64>,
 }
 
 impl Listed {
@@ -39,7 +39,7 @@ impl Listed {
                 .iter()
                 .map(|of| (key(of), of[7].parse().unwrap()))
                 .collect(),
-            kept: losing.iter().map(|of| (key(of), per_cent(of[4]))).collect(),
+            gain: losing.iter().map(|of| (key(of), per_cent(of[4]))).collect(),
         }
     }
 }
@@ -75,7 +75,7 @@ fn summaries(page: &str, activation: Activation, sensor: Sensor, listed: &Listed
             let [raw, corrected, median, worst] = [3, 4, 5, 6].map(|column| cells[column + 4 * at]);
             let case = cells[0].to_owned();
             let key = [&case, activation.name(), sensor.name(), computer.name()].map(str::to_owned);
-            let least = share(cells[15]).filter(|kept| *kept >= 0.8);
+            let least = share(cells[15]).filter(|gain| *gain >= 0.8);
             all.push(Summary {
                 sensor,
                 computer,
@@ -89,7 +89,7 @@ fn summaries(page: &str, activation: Activation, sensor: Sensor, listed: &Listed
                 ratio_worst_run: listed.run.get(&key).copied().unwrap_or(0),
                 promoted_share: share(cells[1]).unwrap(),
                 rolled_back_share: share(cells[2]).unwrap(),
-                gain_kept: listed.kept.get(&key).copied().or(least),
+                gain_kept: listed.gain.get(&key).copied().or(least),
                 faults: 0,
                 case,
             });
@@ -110,8 +110,8 @@ fn the_page_says_what_its_rows_say() {
         }
     }
     let cases = chosen(&[]).unwrap();
-    let place = |of: &Summary| cases.iter().position(|case| case.name() == of.case);
-    all.sort_by_key(|of| (of.sensor, of.activation, of.computer, place(of)));
+    let position = |of: &Summary| cases.iter().position(|case| case.name() == of.case);
+    all.sort_by_key(|of| (of.sensor, of.activation, of.computer, position(of)));
     let command = page
         .lines()
         .find_map(|line| line.strip_prefix("    cargo run"));

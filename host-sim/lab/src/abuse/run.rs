@@ -147,7 +147,7 @@ impl<'a> Bench<'a> {
         let mut rows = Vec::new();
         let mut own = None;
         let learning = self.measured(case, Activation::Live, &mut own);
-        let mut kept: Option<Outcome> = None;
+        let mut learnt_once: Option<Outcome> = None;
         for &activation in &self.abuse.activations {
             let device = Device::new(self, case, activation)?;
             if activation == Activation::Live {
@@ -157,7 +157,7 @@ impl<'a> Bench<'a> {
             }
             let mut own = None;
             let next = self.measured(case, activation, &mut own);
-            let learnt = kept.get_or_insert_with(|| device.learns(&learning.session));
+            let learnt = learnt_once.get_or_insert_with(|| device.learns(&learning.session));
             let stored = learnt.stored.as_ref();
             let stored = stored.filter(|nets| !nets.same_images(&Nets::NONE));
             let correction = stored.map(|nets| device.next(&next.session, nets).correction);

@@ -120,9 +120,9 @@ impl Fault {
                 }
             }
             Self::Stuck(axis) => {
-                let held = all.get(from).copied().unwrap_or_default();
+                let frozen = all.get(from).copied().unwrap_or_default();
                 for one in &mut all[from..to] {
-                    *component(one, axis) = *component(&mut { held }, axis);
+                    *component(one, axis) = *component(&mut { frozen }, axis);
                 }
             }
             _ => all[from..to]
@@ -188,7 +188,7 @@ mod tests {
 
     const DT: f64 = 0.01;
 
-    fn still() -> Vec<Increment> {
+    fn constant() -> Vec<Increment> {
         let one = Increment {
             dtheta: Vector3::new(1e-4, -2e-4, 3e-3),
             dv: Vector3::new(0.2, 0.1, -0.098),
@@ -197,7 +197,7 @@ mod tests {
     }
 
     fn with(fault: Fault) -> Vec<Increment> {
-        let mut all = still();
+        let mut all = constant();
         fault.on_samples(&mut all, DT, [2.0, 6.0], 7);
         all
     }
@@ -205,7 +205,7 @@ mod tests {
     /// A fault changes the samples in its span as described, and none outside it.
     #[test]
     fn faults_act_in_their_span() {
-        let clean = still();
+        let clean = constant();
         for fault in [
             Fault::Saturates([5.0, 1.0]),
             Fault::DeadBand(1.5),
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn a_stuck_axis_keeps_its_value() {
-        let mut all = still();
+        let mut all = constant();
         all.iter_mut()
             .enumerate()
             .for_each(|(k, one)| one.dtheta.z = k as f64);

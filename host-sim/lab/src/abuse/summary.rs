@@ -65,7 +65,7 @@ impl Summary {
     #[must_use]
     pub fn loses(&self) -> bool {
         self.gain_kept
-            .is_some_and(|kept| kept.is_nan() || kept < GAIN_KEPT)
+            .is_some_and(|gain| gain.is_nan() || gain < GAIN_KEPT)
     }
 }
 
@@ -77,14 +77,14 @@ fn ratio(row: &Judged) -> f64 {
 /// The statistics of all rows, in the order of the cases.
 #[must_use]
 pub fn summarise(rows: &[Judged], cases: &[Case]) -> Vec<Summary> {
-    let place = |name: &str| cases.iter().position(|case| case.name() == name);
+    let position = |name: &str| cases.iter().position(|case| case.name() == name);
     let mut groups: BTreeMap<_, Vec<&Judged>> = BTreeMap::new();
     for row in rows {
         let key = (
             row.sensor,
             row.activation,
             row.computer,
-            place(&row.case),
+            position(&row.case),
             &row.case,
         );
         groups.entry(key).or_default().push(row);
@@ -92,17 +92,17 @@ pub fn summarise(rows: &[Judged], cases: &[Case]) -> Vec<Summary> {
     let mut all: Vec<Summary> = groups.values().map(|rows| of(rows)).collect();
     let clean: Vec<Summary> = all.iter().filter(|of| of.case == "none").cloned().collect();
     for one in &mut all {
-        if place(&one.case).is_some_and(|place| cases[place].ends()) {
+        if position(&one.case).is_some_and(|index| cases[index].ends()) {
             let key = |of: &Summary| (of.sensor, of.activation, of.computer);
             let clean = clean.iter().find(|clean| key(clean) == key(one));
-            one.gain_kept = clean.and_then(|clean| kept(one, clean));
+            one.gain_kept = clean.and_then(|clean| gain_share(one, clean));
         }
     }
     all
 }
 
 /// The gain as a share of that of the undisturbed case, if that is at least [`LEAST_GAIN`].
-fn kept(of: &Summary, clean: &Summary) -> Option<f64> {
+fn gain_share(of: &Summary, clean: &Summary) -> Option<f64> {
     let gain = |of: &Summary| 1.0 - of.ratio_median;
     (gain(clean) > LEAST_GAIN).then(|| gain(of) / gain(clean))
 }

@@ -279,7 +279,7 @@ fn cases_of_line_and_configuration_change_these() {
 #[test]
 fn cases_of_the_motion_change_the_drive() {
     let clean = World::learning(&SHORT, Motion::Road, 0).truth;
-    let still = SHORT.standstill_s as usize;
+    let standstill = SHORT.standstill_s as usize;
     for row in table::PARTS[2].1 {
         let case: Case = row.name.parse().unwrap();
         if row.name == "align-moving" {
@@ -290,11 +290,11 @@ fn cases_of_the_motion_change_the_drive() {
         assert!(truth.epochs != clean.epochs, "{case}");
         let speed = |k: usize| truth.epochs[k].velocity.xy().norm();
         if row.name != "ship" {
-            assert!((0..still).all(|k| speed(k) < 0.05), "{case}");
+            assert!((0..standstill).all(|k| speed(k) < 0.05), "{case}");
         }
     }
     let case: Case = "creep".parse().unwrap();
     let truth = World::learning(&SHORT, case.motion(), 0).truth;
     let creeps = |k: &usize| (0.1..0.25).contains(&truth.epochs[*k].velocity.xy().norm());
-    assert!((still + 5..still + 42).filter(creeps).count() > 30);
+    assert!((standstill + 5..standstill + 42).filter(creeps).count() > 30);
 }

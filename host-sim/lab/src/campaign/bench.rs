@@ -265,7 +265,7 @@ impl<'a> Course<'a> {
     }
 
     /// The index of a task's course in `all`, to which a new one is added.
-    fn place(all: &mut Vec<Self>, task: &Task<'a>) -> usize {
+    fn index_of(all: &mut Vec<Self>, task: &Task<'a>) -> usize {
         let epochs = (task.first + 1).min(task.until)..task.until;
         let known = |of: &Self| std::ptr::eq(of.session, task.session) && of.epochs == epochs;
         all.iter().position(known).unwrap_or_else(|| {
@@ -291,7 +291,7 @@ pub(super) fn scored(tasks: Vec<Task<'_>>) -> Vec<Scored> {
     let mut courses: Vec<Course<'_>> = Vec::new();
     let mut runs = Vec::with_capacity(tasks.len());
     for task in tasks {
-        let course = Course::place(&mut courses, &task);
+        let course = Course::index_of(&mut courses, &task);
         let mut filter = task.filter;
         let score = match task.first < task.until {
             true => aid(&mut filter, task.session, task.increments, task.first),

@@ -58,7 +58,7 @@ pub fn uses(scheme: &str, index: usize) -> bool {
 
 /// One model of a filter after some drives.
 #[derive(Debug, Clone)]
-pub struct Kept {
+pub struct StoredModel {
     /// The parameters of the unit.
     pub(super) unit: Belief,
     /// Logarithm of the likelihood of all fixes so far.
@@ -69,7 +69,7 @@ pub struct Kept {
 #[derive(Debug, Clone, Default)]
 pub struct Memory {
     /// The models of each of [`REMEMBERING`]; empty before the first drive.
-    filters: [Vec<Kept>; REMEMBERING.len()],
+    filters: [Vec<StoredModel>; REMEMBERING.len()],
     /// The content of the device's store.
     stored: Stored,
 }
@@ -98,7 +98,7 @@ impl Memory {
 
     /// The models of the filter number `index`.
     #[must_use]
-    pub fn of(&self, index: usize) -> &[Kept] {
+    pub fn of(&self, index: usize) -> &[StoredModel] {
         &self.filters[index]
     }
 
@@ -112,7 +112,7 @@ impl Memory {
     pub(super) fn keep(&mut self, index: usize, case: &Case<'_>) -> Option<()> {
         let turn_on = case.tuned.turn_on[index];
         let passed = pass(index, case, turn_on, &self.filters[index])?;
-        self.filters[index] = kept(index, case, turn_on, &self.filters[index], &passed);
+        self.filters[index] = stored_models(index, case, turn_on, &self.filters[index], &passed);
         Some(())
     }
 
@@ -150,12 +150,12 @@ pub(super) fn pass(
     index: usize,
     case: &Case<'_>,
     turn_on: TurnOn,
-    kept: &[Kept],
+    stored: &[StoredModel],
 ) -> Option<Vec<Passed>> {
     let (assumptions, models) = models(index, case);
     let (session, increments) = (case.session, case.increments());
     let each = models.into_iter().enumerate().map(|(i, model)| {
-        let unit = kept.get(i).map(|k| k.unit.clone());
+        let unit = stored.get(i).map(|k| k.unit.clone());
         let unit = unit.unwrap_or_else(|| Belief::of_unit(&model, turn_on));
         let known = unit.turned_on(&model, turn_on);
         let aligned = aligned_knowing(session, increments, &model, &known)?;
@@ -163,7 +163,7 @@ pub(super) fn pass(
         let (filter, score) = aligned.scored_from(filter, session, increments, case.until);
         Some(Passed {
             filter,
-            score: score + kept.get(i).map_or(0.0, |k| k.score),
+            score: score + stored.get(i).map_or(0.0, |k| k.score),
             time_s: (case.until - aligned.first) as f64,
         })
     });
@@ -175,29 +175,29 @@ pub(super) fn pass(
 pub(super) fn corrected_by_memory(
     index: usize,
     case: &Case<'_>,
-    kept: &[Kept],
+    stored: &[StoredModel],
 ) -> Option<Vec<Increment>> {
     let (_, models) = models(index, case);
-    let each = models.iter().zip(kept);
-    let (model, kept) = each.max_by(|a, b| a.1.score.total_cmp(&b.1.score))?;
-    Some(corrected(case, case.increments(), model, &kept.unit.mean))
+    let each = models.iter().zip(stored);
+    let (model, stored) = each.max_by(|a, b| a.1.score.total_cmp(&b.1.score))?;
+    Some(corrected(case, case.increments(), model, &stored.unit.mean))
 }
 
 /// The models that are stored after a drive.
-pub(super) fn kept(
+pub(super) fn stored_models(
     index: usize,
     case: &Case<'_>,
     turn_on: TurnOn,
-    before: &[Kept],
+    before: &[StoredModel],
     passed: &[Passed],
-) -> Vec<Kept> {
+) -> Vec<StoredModel> {
     let (_, models) = models(index, case);
     let each = models.iter().zip(passed).enumerate();
     let each = each.map(|(i, (model, passed))| {
         let unit = before.get(i).map(|k| k.unit.clone());
         let unit = unit.unwrap_or_else(|| Belief::of_unit(model, turn_on));
         let after = Belief::of_filter(&passed.filter);
-        Kept {
+        StoredModel {
             unit: unit.powered_off(model, turn_on, &after, passed.time_s),
             score: passed.score,
         }
@@ -211,9 +211,9 @@ pub(super) fn recalled(
     index: usize,
     case: &Case<'_>,
     turn_on: TurnOn,
-    kept: &[Kept],
+    stored: &[StoredModel],
 ) -> Option<FreeInertial> {
-    let passed = pass(index, case, turn_on, kept)?.into_iter();
+    let passed = pass(index, case, turn_on, stored)?.into_iter();
     let best = passed.max_by(|a, b| a.score.total_cmp(&b.score))?;
     Some(from_filter(
         &best.filter,

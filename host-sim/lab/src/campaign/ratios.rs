@@ -90,14 +90,14 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
     let each = each.map(|(logs, scheme, baseline)| compared(&differences(logs, scheme, baseline)));
     let compared: Vec<Option<[Compared; TIMES_MIN.len()]>> = each.collect();
     let count = schemes.len();
-    let place = |g: usize, i: usize, j: usize| {
+    let index = |g: usize, i: usize, j: usize| {
         let before = i * (2 * count - i - 1) / 2;
         g * (count * count.saturating_sub(1) / 2) + before + j - i - 1
     };
     let each = cells.into_iter().filter_map(|(error_model, g, i, j)| {
         let of = match i < j {
-            true => compared[place(g, i, j)]?,
-            false => compared[place(g, j, i)]?.map(Compared::reversed),
+            true => compared[index(g, i, j)]?,
+            false => compared[index(g, j, i)]?.map(Compared::reversed),
         };
         let ratio = move |(of, t_min): (Compared, u32)| (error_model, i, j, t_min, of);
         Some(of.into_iter().zip(TIMES_MIN).map(ratio))

@@ -238,12 +238,12 @@ fn stored(case: &Case<'_>) -> Option<FreeInertial> {
 /// One of [`REMEMBERING`] after the earlier drives. Before the first one it is the filter without
 /// memory.
 fn remembering<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
-    let kept = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
-    if kept.is_empty() {
+    let models = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
+    if models.is_empty() {
         let (_, filter, _) = REMEMBERING[INDEX];
         return filtered(case, filter, case.knows.assumptions.datasheet_walk());
     }
-    recalled(INDEX, case, case.tuned.turn_on[INDEX], kept)
+    recalled(INDEX, case, case.tuned.turn_on[INDEX], models)
 }
 
 /// The memory of one of [`REMEMBERING`], used as the device uses its own: subtracted from the

@@ -86,7 +86,7 @@ fn any_vehicle_that_can_stand_goes_on_the_drives() {
         campaign.scenario.set_vehicle(vehicle).unwrap();
         assert_ne!(campaign.fingerprint(), road);
         let imu = campaign.imu();
-        let mut seen = 0;
+        let mut judged = 0;
         let judge = |_: Group, case: &Case<'_>| {
             let session = case.session;
             let speed = |epoch: usize| session.reference[epoch].velocity.norm();
@@ -94,10 +94,10 @@ fn any_vehicle_that_can_stand_goes_on_the_drives() {
             assert!((0..300).all(|epoch| speed(epoch) < 0.05), "{vehicle}");
             let most = (300..session.epochs()).map(speed).fold(0.0, f64::max);
             assert!(fastest.contains(&most), "{vehicle}: {most}");
-            seen += 1;
+            judged += 1;
             Ok(())
         };
         campaign.sessions(&imu, 3, judge).unwrap();
-        assert_eq!(seen, 2, "{vehicle}");
+        assert_eq!(judged, 2, "{vehicle}");
     }
 }

@@ -12,7 +12,7 @@
 //! shares. Of equal shares the largest is taken, which relies least on earlier drives.
 
 use super::laws::Models;
-use super::memory::{Kept, REMEMBERING, kept, pass, recalled, uses};
+use super::memory::{REMEMBERING, StoredModel, pass, recalled, stored_models, uses};
 use super::schemes::Case;
 use super::tuning::{FIRST_UNIT, Tuning, error_m};
 use super::{Campaign, Error, Group};
@@ -77,9 +77,9 @@ struct Trial {
     /// Whether the score is by errors, not by likelihood.
     judges: bool,
     /// The memory of each candidate after the drives so far.
-    kept: Vec<Vec<Kept>>,
+    stored: Vec<Vec<StoredModel>>,
     /// The same after the drives of [`JUDGED`], if the score is by errors.
-    after: Vec<Vec<Vec<Kept>>>,
+    after: Vec<Vec<Vec<StoredModel>>>,
     /// Sum of the logarithms of each candidate's errors in the judged drive.
     errors: Vec<f64>,
 }
@@ -88,29 +88,30 @@ impl Trial {
     /// Runs the next drive, `number` from 1. All candidates are alike before the first one.
     fn keep(&mut self, case: &Case<'_>, number: u32) -> Option<()> {
         let index = self.index;
-        if self.kept.is_empty() {
+        if self.stored.is_empty() {
             let passed = pass(index, case, *self.candidates.first()?, &[])?;
-            let of = |turn_on: &TurnOn| kept(index, case, *turn_on, &[], &passed);
-            self.kept = self.candidates.iter().map(of).collect();
+            let of = |turn_on: &TurnOn| stored_models(index, case, *turn_on, &[], &passed);
+            self.stored = self.candidates.iter().map(of).collect();
         } else {
-            let of = |(turn_on, before): (&TurnOn, &Vec<Kept>)| {
+            let of = |(turn_on, before): (&TurnOn, &Vec<StoredModel>)| {
                 let passed = pass(index, case, *turn_on, before)?;
-                Some(kept(index, case, *turn_on, before, &passed))
+                Some(stored_models(index, case, *turn_on, before, &passed))
             };
-            let each = self.candidates.iter().zip(&self.kept).map(of);
-            self.kept = each.collect::<Option<_>>()?;
+            let each = self.candidates.iter().zip(&self.stored).map(of);
+            self.stored = each.collect::<Option<_>>()?;
         }
         if self.judges && JUDGED.contains(&number) {
-            self.after.push(self.kept.clone());
+            self.after.push(self.stored.clone());
         }
         Some(())
     }
 
     /// Runs the judged drive after each number of drives.
     fn judge(&mut self, case: &Case<'_>) -> Option<()> {
-        for kept in &self.after {
-            for ((turn_on, kept), sum) in self.candidates.iter().zip(kept).zip(&mut self.errors) {
-                let free = recalled(self.index, case, *turn_on, kept)?;
+        for stored in &self.after {
+            for ((turn_on, stored), sum) in self.candidates.iter().zip(stored).zip(&mut self.errors)
+            {
+                let free = recalled(self.index, case, *turn_on, stored)?;
                 *sum += error_m(&free)?.ln();
             }
         }
@@ -123,9 +124,9 @@ impl Trial {
         if self.judges {
             return self.errors.get(candidate).map_or(f64::NAN, |sum| -sum);
         }
-        let models = self.kept.get(candidate).into_iter().flatten();
+        let models = self.stored.get(candidate).into_iter().flatten();
         models
-            .map(|kept| kept.score)
+            .map(|stored| stored.score)
             .fold(f64::NEG_INFINITY, f64::max)
     }
 }
@@ -223,7 +224,7 @@ fn trials<'a>(
                 index,
                 candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
                 judges: stage == Stage::Law,
-                kept: Vec::new(),
+                stored: Vec::new(),
                 after: Vec::new(),
                 errors: vec![0.0; SHARES.len()],
             })

@@ -59,10 +59,10 @@ fn standing(session: &Session, from: usize) -> Vec<bool> {
         [dtheta, variance(si.iter().map(|w| w.dv))]
     };
     let epochs = session.epochs();
-    let still: Vec<[f64; 2]> = (0..session.standstill.min(epochs)).map(roughness).collect();
+    let standstill: Vec<[f64; 2]> = (0..session.standstill.min(epochs)).map(roughness).collect();
     let limits = [0, 1].map(|triad| {
-        let mut still: Vec<f64> = still.iter().map(|r| r[triad]).collect();
-        ROUGHER * median(&mut still)
+        let mut standstill: Vec<f64> = standstill.iter().map(|r| r[triad]).collect();
+        ROUGHER * median(&mut standstill)
     });
     let first = from.saturating_sub(2);
     let quiet = |second: usize| {

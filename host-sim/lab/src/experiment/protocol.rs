@@ -307,7 +307,7 @@ fn in_force(running: usize, since: Option<usize>) -> String {
 /// The verdict of the device's test on networks that learnt from the same part, with its end held
 /// back.
 fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
-    let held = fit_from(
+    let fitted = fit_from(
         lesson,
         &lesson.motion(),
         nominal,
@@ -318,7 +318,7 @@ fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
     let percent = 100.0 * settings.network.held_back;
     format!(
         "The row `rnn` is learnt from the whole learning part and unjudged. With its last {percent:.0} % held back: {}",
-        held.verdict()
+        fitted.verdict()
     )
 }
 

@@ -56,12 +56,12 @@ impl Plan {
     /// # Errors
     /// The possible range (empty for a recording that is too short) when the choice lies outside.
     pub fn split(&self, session: &Session) -> Result<Split, (usize, usize)> {
-        let (still, all) = (session.standstill, session.epochs());
+        let (standstill, all) = (session.standstill, session.epochs());
         let possible: Vec<Range<usize>> = whole(session)
             .into_iter()
             .filter_map(|part| {
                 let settle = match part.start {
-                    0 => still + LEAST_S,
+                    0 => standstill + LEAST_S,
                     // a new attitude has to settle
                     start => start + LEAST_S.max(SETTLE_S.min(part.len() / 2)),
                 };
@@ -70,7 +70,7 @@ impl Plan {
             })
             .collect();
         let learn = self.learn.or_else(|| {
-            let half = still + (all - still) / 2;
+            let half = standstill + (all - standstill) / 2;
             let middle = |part: &Range<usize>| match part.end - LEAST_S {
                 last if (part.start..=last).contains(&half) => half,
                 last if last < half => usize::midpoint(part.start, last),
@@ -91,7 +91,9 @@ impl Plan {
                 judge: learn..part.end,
             })
         };
-        let least = possible.first().map_or(still + LEAST_S, |part| part.start);
+        let least = possible
+            .first()
+            .map_or(standstill + LEAST_S, |part| part.start);
         let most = possible.last().map(|part| part.end - LEAST_S);
         learn
             .and_then(fits)

@@ -21,8 +21,8 @@ use std::ops::Range;
 /// As for the device's learner: speed by the receiver above which a vehicle moves, m/s; seconds
 /// after which a standstill is accepted; the standard deviation of the velocity at rest, m/s.
 const STANDS_MPS: f64 = 0.3;
-const STILL_S: u32 = 3;
-const STILL_MPS: f64 = 0.01;
+const REST_S: u32 = 3;
+const REST_MPS: f64 = 0.01;
 
 /// Knowledge beside samples and fixes.
 #[derive(Debug, Clone, Copy)]
@@ -85,14 +85,14 @@ pub fn align(
         if fix.has(3..5) && fix.velocity.norm() > STANDS_MPS.max(5.0 * sigma) {
             standing.moves();
         }
-        let still = standing.still() >= STILL_S;
-        let used = if still {
+        let stationary = standing.still() >= REST_S;
+        let used = if stationary {
             at_rest(fix, standing.gain_mps())
         } else {
             fix
         };
         let fix = firmware_fix(&used, epoch);
-        let found = motion.fix(&fix, [0.0; 2], still, &mut scratch);
+        let found = motion.fix(&fix, [0.0; 2], stationary, &mut scratch);
         if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
             motion.heading(Heading {
                 angle: angle as f32,
@@ -180,7 +180,7 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
 
 /// A fix of a vehicle that stands.
 fn at_rest(mut fix: Fix, gain_mps: f32) -> Fix {
-    let sigma = STILL_MPS.hypot(10.0 * f64::from(gain_mps));
+    let sigma = REST_MPS.hypot(10.0 * f64::from(gain_mps));
     if sigma < fix.sigmas[3] {
         fix.velocity.fill(0.0);
         fix.sigmas[3..].fill(sigma);

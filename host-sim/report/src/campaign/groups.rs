@@ -56,7 +56,7 @@ fn fixes(errors: FixErrors) -> Option<&'static str> {
     Some(match errors {
         FixErrors::AsInScenario => return None,
         FixErrors::Coloured => "have errors that last, as in a town",
-        FixErrors::Optimistic => "have more noise than the receiver tells",
+        FixErrors::Optimistic => "have more noise than the receiver reports",
         FixErrors::Late => "arrive late",
         FixErrors::LeverArm => "are those of an antenna that is not at the sensors",
         FixErrors::Gaps => "fail at times",

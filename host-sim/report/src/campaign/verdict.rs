@@ -174,8 +174,8 @@ fn ranks(whole: &[&AgainstNone]) -> Option<String> {
         "Of the schemes that can be built these have the least errors over all groups: {}.",
         best.collect::<Vec<_>>().join(", ")
     );
-    if let Some(place) = sorted.iter().position(|of| of.scheme == DEVICE) {
-        text += &format!(" The device is number {} of {}.", place + 1, sorted.len());
+    if let Some(index) = sorted.iter().position(|of| of.scheme == DEVICE) {
+        text += &format!(" The device is number {} of {}.", index + 1, sorted.len());
     }
     Some(text)
 }

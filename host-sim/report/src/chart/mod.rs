@@ -75,8 +75,8 @@ pub(super) enum Mark {
 impl Mark {
     /// A curve over a rising abscissa, thinned.
     pub fn curve(x: &[f64], y: &[f64], look: Look) -> Self {
-        let kept = thinned(y, MOST_POINTS).into_iter();
-        Self::Line(kept.map(|i| (x[i], y[i])).collect(), look)
+        let indices = thinned(y, MOST_POINTS).into_iter();
+        Self::Line(indices.map(|i| (x[i], y[i])).collect(), look)
     }
 }
 

@@ -97,7 +97,7 @@ impl Report {
     /// # Errors
     /// As [`page::write`].
     pub fn write(&self, dir: &Path) -> Result<PathBuf, Error> {
-        page::place(dir, || {
+        page::write_files(dir, || {
             let mut files = vec![(page::PAGE, self.document.page()?.into_bytes())];
             files.extend(self.weights.clone().map(|image| (WEIGHTS, image)));
             Ok(files)

@@ -38,19 +38,19 @@ pub(super) fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
         drift(g.bias_drift_dph, g.bias_drift_time_s),
         drift(a.bias_drift_ug, a.bias_drift_time_s),
     );
-    let seen = |b: f64| (b > 0.0).then_some(b);
+    let present = |b: f64| (b > 0.0).then_some(b);
     [
         [
             (g.dither.strip_residual_arcsec == 0.0).then_some(g.pulse_arcsec / root_12),
             Some(g.total_angle_random_walk_dpsqrth()),
-            seen(g.bias_instability_dph),
+            present(g.bias_instability_dph),
             Some(g.rate_random_walk_dphpsqrth.hypot(drift_g)),
             None,
         ],
         [
             Some(lsb.mps / root_12),
             Some(a.velocity_random_walk_ugpsqrthz),
-            seen(a.bias_instability_ug),
+            present(a.bias_instability_ug),
             Some(a.acceleration_random_walk_ugpsqrth.hypot(drift_a)),
             None,
         ],

@@ -60,9 +60,9 @@ pub(super) fn fixes(
     let late = (delay_s / truth.dt).round() as usize;
     let epoch_ms = 1000.0 * truth.samples_per_epoch as f64 * truth.dt;
     let fix = |epoch: usize| {
-        let seen = receiver.noise.fix(&at_epoch(truth, epoch, &arm), rng);
+        let measured = receiver.noise.fix(&at_epoch(truth, epoch, &arm), rng);
         let mut sigmas = receiver.noise.sigmas().map(|sigma| sigma as f32);
-        let mut velocity: [f64; 3] = seen.velocity.into();
+        let mut velocity: [f64; 3] = measured.velocity.into();
         if receiver.horizontal_velocity {
             (sigmas[5], velocity[2]) = (NOT_MEASURED, 0.0);
         }
@@ -71,9 +71,9 @@ pub(super) fn fixes(
         Sent {
             fix: Fix {
                 position: Position {
-                    latitude: seen.position.lat,
-                    longitude: seen.position.lon,
-                    height: seen.position.h,
+                    latitude: measured.position.lat,
+                    longitude: measured.position.lon,
+                    height: measured.position.h,
                 },
                 velocity,
                 sigmas,

@@ -3,7 +3,7 @@
 //! ([`firmware::plausibility`]). A recording also has fixes along the whole drive, so that its
 //! gyros can be compared with the changes of course, and a drive without a rest with gravity.
 
-mod seen;
+mod observed;
 #[cfg(test)]
 mod tests;
 
@@ -17,7 +17,7 @@ use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
 use host_io::unit::{Unit, presets};
 use nalgebra::Vector3;
-use seen::Seen;
+use observed::Observed;
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
@@ -132,7 +132,7 @@ pub struct Class<'a> {
 #[must_use]
 pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
     let expected = expected(class.assumed);
-    let seen = Seen::of(record, &expected);
+    let observed = Observed::of(record, &expected);
     let warn = |field: &str, problem, remedy| Warning {
         file: says.file.clone(),
         field: field.into(),
@@ -140,11 +140,11 @@ pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
         remedy,
     };
     let found = [
-        rate(says, &seen),
-        gravity(says, &seen),
-        axes(says, &seen),
-        gyros(says, &seen, &expected, class.given),
-        sheet(&seen, &expected, class),
+        rate(says, &observed),
+        gravity(says, &observed),
+        axes(says, &observed),
+        gyros(says, &observed, &expected, class.given),
+        sheet(&observed, &expected, class),
     ];
     let found = found.into_iter().flatten();
     found
@@ -176,21 +176,25 @@ fn expected(assumed: &Assumptions) -> Expected {
     }
 }
 
-fn rate(says: &Says, seen: &Seen) -> Option<Doubt> {
+fn rate(says: &Says, observed: &Observed) -> Option<Doubt> {
     let (field, stated) = says.rate.as_ref()?;
-    let off = seen.rate_hz / stated - 1.0;
+    let off = observed.rate_hz / stated - 1.0;
     (off.abs() > RATE_SHARE).then(|| {
         let problem = format!(
             "says {stated} samples a second, the time stamps {:.1}",
-            seen.rate_hz
+            observed.rate_hz
         );
-        (field.clone(), problem, format!("give {:.0}", seen.rate_hz))
+        (
+            field.clone(),
+            problem,
+            format!("give {:.0}", observed.rate_hz),
+        )
     })
 }
 
-fn gravity(says: &Says, seen: &Seen) -> Option<Doubt> {
+fn gravity(says: &Says, observed: &Observed) -> Option<Doubt> {
     let size = |force: [f32; 3]| Vector3::from(force).map(f64::from).norm();
-    let (size, when) = match (seen.fault(fault::GRAVITY), seen.drive()) {
+    let (size, when) = match (observed.fault(fault::GRAVITY), observed.drive()) {
         (Some(found), _) => (size(found.means.force), "at rest"),
         (None, Some(force)) if (force.norm() / G - 1.0).abs() > DRIVE_SHARE => {
             (force.norm(), "on the mean of the drive")
@@ -204,7 +208,7 @@ fn gravity(says: &Says, seen: &Seen) -> Option<Doubt> {
     Some((says.accel.name.clone(), problem, remedy))
 }
 
-fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
+fn axes(says: &Says, observed: &Observed) -> Option<Doubt> {
     let (field, example) = &says.axes;
     let up = |force: &Vector3<f64>| {
         let axis = force.iamax();
@@ -214,12 +218,12 @@ fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
             false => format!("along the axis called {name}"),
         }
     };
-    let wrong = seen.fault(fault::AXES);
-    let force = match (wrong, seen.drive()) {
+    let wrong = observed.fault(fault::AXES);
+    let force = match (wrong, observed.drive()) {
         (Some(found), _) => Vector3::from(found.means.force).map(f64::from),
         (None, Some(force)) if -force.z < 0.866 * force.norm() => force,
         _ => {
-            let turns_back = seen.turning.is_some_and(|turning| turning < 0.0);
+            let turns_back = observed.turning.is_some_and(|turning| turning < 0.0);
             return turns_back.then(|| {
                 let problem = "turns the other way than the course of the fixes".to_owned();
                 (
@@ -235,8 +239,8 @@ fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
     Some((field.clone(), problem, remedy))
 }
 
-fn gyros(says: &Says, seen: &Seen, expected: &Expected, given: bool) -> Option<Doubt> {
-    let turning = seen.turning.map(f64::abs);
+fn gyros(says: &Says, observed: &Observed, expected: &Expected, given: bool) -> Option<Doubt> {
+    let turning = observed.turning.map(f64::abs);
     let turns = |factor: f64| turning.is_none_or(|t| ((t * factor).ln()).abs() < TURNING.ln());
     let name = says.gyro.name.clone();
     if !turns(1.0) {
@@ -251,7 +255,7 @@ fn gyros(says: &Says, seen: &Seen, expected: &Expected, given: bool) -> Option<D
     if turning.is_some() {
         return None; // the unit is right, whatever the rate at rest is
     }
-    let means = seen.fault(fault::EARTH_RATE)?.means;
+    let means = observed.fault(fault::EARTH_RATE)?.means;
     let size = norm(means.rate);
     let problem = format!(
         "gives {:.3} deg/h at rest, where the Earth turns by 15.041 deg/h",
@@ -277,13 +281,13 @@ fn norm(v: [f32; 3]) -> f64 {
 }
 
 /// Compares bias and noise at rest with the datasheet, for a class that the user has not named.
-fn sheet(seen: &Seen, expected: &Expected, class: Class<'_>) -> Option<Doubt> {
-    let noise = seen.noise()?;
-    let (bias, seconds) = seen.bias()?;
+fn sheet(observed: &Observed, expected: &Expected, class: Class<'_>) -> Option<Doubt> {
+    let noise = observed.noise()?;
+    let (bias, seconds) = observed.bias()?;
     let fits = |sheet: &Expected| {
         let noises = noise.iter().zip([&sheet.gyro, &sheet.accel]).zip(SWAY);
-        let quiet = noises.fold(true, |all, ((seen, triad), sway)| {
-            all & (*seen <= FACTOR * f64::from(triad.white_noise) + 2.0 * sway)
+        let quiet = noises.fold(true, |all, ((observed, triad), sway)| {
+            all & (*observed <= FACTOR * f64::from(triad.white_noise) + 2.0 * sway)
         });
         let noisy = noise[0] == 0.0 || noise[0] * FACTOR > f64::from(sheet.gyro.white_noise);
         let most = FACTOR * f64::from(sheet.gyro.bias_turn_on) + 2.0 * SWAY[0] / seconds;

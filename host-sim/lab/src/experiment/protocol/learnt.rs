@@ -135,9 +135,9 @@ fn begin(
     }
     let mut nav = session.referenced(first);
     if first > 0 {
-        let still = increments.beginning(first, session.samples_per_epoch());
+        let standstill = increments.beginning(first, session.samples_per_epoch());
         nav.q_bn = align::inertial_frame(
-            &still,
+            &standstill,
             session.dt,
             session.samples(),
             session.nearest_fix(0).position,

@@ -310,9 +310,9 @@ fn what_cannot_start_says_why() {
         let started = start(prepared, &wishes(), &assumptions(), Path::new("in"));
         started.map(|s| s.begin).unwrap_err().to_string()
     };
-    let mut still = Record::from_session(&simulated(200.0, 5.0, 1));
-    still.initial_attitude = None;
-    let text = why(&still);
+    let mut stationary = Record::from_session(&simulated(200.0, 5.0, 1));
+    stationary.initial_attitude = None;
+    let text = why(&stationary);
     assert!(
         text.starts_with("in: 'start' gives no attitude, and none is found in motion: "),
         "{text}"

@@ -147,12 +147,12 @@ fn the_lever_arm_is_taken_into_account() {
             .map(|at| truth.increments[at.clamp(1, truth.increments.len()) - 1].dtheta);
         let rate = (before + after) / (2.0 * truth.dt);
         let q_bn = truth.epochs[epoch].q_bn;
-        let place = q_bn * arm;
+        let offset = q_bn * arm;
         let here = fix.position;
         let radius = 6_378_137.0;
-        fix.position.lat += place.x / radius;
-        fix.position.lon += place.y / (radius * here.lat.cos());
-        fix.position.h -= place.z;
+        fix.position.lat += offset.x / radius;
+        fix.position.lon += offset.y / (radius * here.lat.cos());
+        fix.position.h -= offset.z;
         fix.velocity += q_bn * rate.cross(&arm);
     }
     let run = |lever_arm: [f32; 3]| {

@@ -50,8 +50,8 @@ fn positions_alone_do_too_and_a_rough_heading_helps() {
         // positions of this accuracy
     }
     let exact: Vec<_> = session.reference.iter().map(|s| s.position).collect();
-    for (fix, place) in session.fixes.iter_mut().zip(exact) {
-        fix.as_mut().unwrap().position = place;
+    for (fix, position) in session.fixes.iter_mut().zip(exact) {
+        fix.as_mut().unwrap().position = position;
     }
     let found = align(&session, &(0..310), LAND, &assumptions()).unwrap();
     let errors = errors(&session, &found);

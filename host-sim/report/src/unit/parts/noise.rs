@@ -73,25 +73,25 @@ pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
             .configured
             .and_then(|c| c[usize::from(kind == Kind::Accel)][1]);
         let of = findings.analyses.iter().filter(|a| a.kind == kind);
-        let seen: Vec<(&Analysis, &Coefficient)> = of
+        let visible: Vec<(&Analysis, &Coefficient)> = of
             .filter_map(|a| Some((a, a.coefficients.get(1)?)))
             .filter(|(_, n)| n.is_seen())
             .collect();
-        if seen.is_empty() && findings.analyses.iter().any(|a| a.kind == kind) {
+        if visible.is_empty() && findings.analyses.iter().any(|a| a.kind == kind) {
             out.push(format!(
                 "White noise of the {name}: not compared with the datasheet, because other \
                  noise or sway hides it."
             ));
         }
-        let Some(stated) = stated.filter(|stated| *stated > 0.0 && !seen.is_empty()) else {
+        let Some(stated) = stated.filter(|stated| *stated > 0.0 && !visible.is_empty()) else {
             continue;
         };
-        let worse = seen.iter().filter(|(_, n)| n.low > WORSE * stated);
+        let worse = visible.iter().filter(|(_, n)| n.low > WORSE * stated);
         let worse: Vec<String> = worse
             .map(|(a, n)| format!("{} {:.1} times", a.column, n.value / stated))
             .collect();
-        let unit = seen[0].1.unit;
-        let names: Vec<&str> = seen.iter().map(|(a, _)| a.column.as_str()).collect();
+        let unit = visible[0].1.unit;
+        let names: Vec<&str> = visible.iter().map(|(a, _)| a.column.as_str()).collect();
         let sheet = format!("the {} {unit} of the datasheet", figures(stated));
         out.push(match worse.is_empty() {
             true => format!(

@@ -38,7 +38,7 @@ pub(super) struct Block {
 
 /// Quantities computed from a recording.
 #[derive(Debug)]
-pub(super) struct Seen {
+pub(super) struct Observed {
     pub(super) blocks: Vec<Block>,
     /// Times at rest: the judgement, and the number of the block after the last one.
     pub(super) rests: Vec<(Judged, usize)>,
@@ -50,7 +50,7 @@ pub(super) struct Seen {
     pub(super) rate_hz: f64,
 }
 
-impl Seen {
+impl Observed {
     pub(super) fn of(record: &Record, expected: &Expected) -> Self {
         let blocks = blocks(record);
         let mut rest = Rest::new(*expected);
