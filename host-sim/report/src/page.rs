@@ -150,7 +150,7 @@ fn replace(fresh: &TempDir, target: &Path) -> io::Result<()> {
         if !target.join(&name).exists() {
             let moved = fs::rename(old.join(&name), target.join(&name));
             if moved.is_err() {
-                let _ = aside.keep(); // do not delete files of somebody else
+                let _ = aside.keep(); // do not delete the user's files
                 return moved;
             }
         }

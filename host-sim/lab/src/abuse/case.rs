@@ -78,7 +78,7 @@ impl Case {
         Ok(())
     }
 
-    /// How the vehicle moves.
+    /// The motion of the vehicle.
     #[must_use]
     pub fn motion(&self) -> Motion {
         let mut motions = self.acts.iter().filter_map(|(act, _)| match act {

@@ -87,7 +87,7 @@ pub struct Input<'a> {
 pub struct Outcome {
     /// Correction of each sample: rad/s and m/s2.
     pub correction: Vec<Increment>,
-    /// What the learner reports at the end.
+    /// The learner's report at the end.
     pub report: Report,
     /// The networks that it has stored for the next power-on, if any.
     pub stored: Option<Nets>,

@@ -1,10 +1,10 @@
 //! Abuse: the device's own code, bytes in and bytes out, in a hostile world.
 //!
 //! A run is one unit. It drives with fixes, while a case disturbs it, and the device learns. Then
-//! the fixes end, and a navigation computer behind the device goes on free inertial: once with the
-//! device's output, once with the sensor's. Then the same unit is switched on again, and the stored
-//! networks act from the first sample on. Again a navigation computer is judged with and without
-//! them. Corrected errors should never exceed the raw ones.
+//! the fixes end, and a navigation computer behind the device navigates free inertial: once with
+//! the device's output, once with the sensor's. Then the same unit is switched on again, and the
+//! stored networks act from the first sample on. Again a navigation computer is judged with and
+//! without them. Corrected errors should never exceed the raw ones.
 
 mod act;
 mod case;
@@ -62,7 +62,7 @@ pub struct Abuse {
     pub computers: Vec<Computer>,
     /// When corrections act.
     pub activations: Vec<Activation>,
-    /// How long the parts of a drive last.
+    /// Durations of the parts of a drive.
     pub times: Times,
     /// Number of units, numbered from 0.
     pub runs: u32,

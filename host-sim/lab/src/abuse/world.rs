@@ -23,7 +23,7 @@ use host_core::simulator::truth::{Segment, Truth};
 pub(super) const RATE_HZ: u32 = 100;
 /// Samples in one step of a navigation computer, as in campaigns.
 const GATHER: usize = 10;
-/// Where the drives begin.
+/// Start of the drives.
 const START: Geodetic = Geodetic {
     lat: 0.82,
     lon: 0.15,
@@ -40,7 +40,7 @@ pub(super) struct World {
     next: bool,
 }
 
-/// How a drive is made.
+/// The plan of a drive.
 struct Plan {
     motion: Motion,
     seeds: Seeds,

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// The scheme that corrects nothing.
 pub const NONE: &str = "none";
 
-/// How a scheme compares with [`NONE`] at the end of the judged drive.
+/// Comparison of a scheme with [`NONE`] at the end of the judged drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AgainstNone {
     /// Group of errors. `None`: over all groups.

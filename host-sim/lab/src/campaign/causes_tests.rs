@@ -69,7 +69,7 @@ fn the_reported_accuracy_is_true_only_where_the_group_says_so() {
     let (all, left) = (errors("linear").2, errors("gaps").2);
     let share = left as f64 / all as f64;
     assert!((0.7..0.95).contains(&share), "{share}");
-    // the car is half a second further than the fix says, and drives off and brakes meanwhile
+    // the car is half a second ahead of the fix, and drives off and brakes in that time
     let late = errors("late-fixes");
     assert!(late.0 > 3.0 && late.1 > 3.0, "{late:?}");
 }

@@ -26,7 +26,7 @@ const LEAST_PART: usize = 10;
 /// The user's settings of the start.
 #[derive(Debug, Clone, Copy)]
 pub struct Wishes {
-    /// How the vehicle moves, and a rough heading.
+    /// Kind of the vehicle, and a rough heading.
     pub known: Known,
     /// Errors of a given attitude, tilt and heading, rad.
     pub attitude_sigma: [f64; 2],

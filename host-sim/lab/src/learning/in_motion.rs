@@ -27,7 +27,7 @@ const REST_MPS: f64 = 0.01;
 /// Knowledge beside samples and fixes.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
-    /// How the vehicle moves.
+    /// Kind of the vehicle.
     pub vehicle: Kind,
     /// Heading at the first fix and its standard deviation, rad.
     pub heading: Option<[f64; 2]>,

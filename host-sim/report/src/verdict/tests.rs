@@ -129,10 +129,10 @@ fn what_an_aided_start_changes_is_no_merit_of_a_correction() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    // without that row both are compared with the samples as they are
+    // without that row both are compared with the uncorrected samples
     let raw = of_outcomes(&[outcome("b", &[ends[0], ends[3]])]).device;
     assert!(raw.expect("a device").contains("better than no correction"));
-    // and `none` alone helps nobody
+    // and `none` alone is not enough
     let none = of_outcomes(&[outcome("c", &[ends[0], ends[2]])]).headline;
     assert_eq!(none, NO_RESULTS);
 }

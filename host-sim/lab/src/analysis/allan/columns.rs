@@ -28,7 +28,7 @@ const TIMES: [&str; 2] = ["t_s", "time_s"];
 /// A time step that departs from the median by more than this share is a gap.
 const GAP: f64 = 0.5;
 
-/// What to read from a file.
+/// The columns to read from a file, and their rate.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Names of the columns. If empty, all columns whose names are known.

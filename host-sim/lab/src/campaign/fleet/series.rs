@@ -45,7 +45,7 @@ pub struct Error10 {
 }
 
 impl Drive {
-    /// The series of a session whose fixes go on to its end. `None`: no attitude, or a drive that
+    /// The series of a session with fixes to its end. `None`: no attitude, or a drive that
     /// is too short.
     #[must_use]
     pub fn of(

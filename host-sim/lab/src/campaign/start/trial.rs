@@ -332,7 +332,7 @@ impl Judge {
     }
 }
 
-/// What gave the heading, in a word.
+/// The source of the heading, in a word.
 fn word(way: Way) -> &'static str {
     match way {
         Way::None => "nothing",

@@ -38,8 +38,8 @@ impl Aligned {
         }
     }
 
-    /// How the initial errors (attitude, velocity, position) follow from constant errors of the
-    /// sensors, and the covariance of the remaining part.
+    /// The initial errors (attitude, velocity, position) as a linear function of constant errors of
+    /// the sensors, and the covariance of the remaining part.
     #[must_use]
     pub fn errors(
         &self,
