@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn names_read_back_and_a_wrong_one_is_told() {
+    fn names_read_back_and_a_wrong_one_is_reported() {
         read_back(Sensor::ALL);
         read_back(Computer::ALL);
         read_back(Activation::ALL);

@@ -272,7 +272,7 @@ mod tests {
     /// The datasheets of the three simulated units state the expected values of their error terms,
     /// so that older results stay valid. The numbers are SI.
     #[test]
-    fn units_of_the_simulation_tell_what_they_always_told() {
+    fn datasheets_of_simulated_units_have_their_old_values() {
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
         let known = [
             (

@@ -143,7 +143,7 @@ fn every_scheme_is_explained_where_it_stands_and_in_the_list() {
 }
 
 #[test]
-fn numbers_of_earlier_drives_stand_apart_and_gaps_are_told() {
+fn numbers_of_earlier_drives_stand_apart_and_gaps_are_reported() {
     let mut all = rows(0);
     all.extend(rows(4));
     all.retain(|row| row.run != 2);

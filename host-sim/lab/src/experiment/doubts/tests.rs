@@ -129,7 +129,7 @@ fn on_the_road(session: &Session) -> Record {
 }
 
 #[test]
-fn a_right_header_raises_no_doubt_and_every_edit_is_told() {
+fn a_right_header_raises_no_doubt_and_every_edit_is_reported() {
     for preset in ["medium", "nav", "tactical"] {
         let session = drive(preset, 120);
         let whole = Record::from_session(&session);
@@ -174,7 +174,7 @@ fn a_right_header_raises_no_doubt_and_every_edit_is_told() {
 }
 
 #[test]
-fn radians_called_degrees_are_told_at_rest_and_in_turns() {
+fn radians_called_degrees_are_reported_at_rest_and_in_turns() {
     for preset in ["medium", "tactical"] {
         for record in [
             Record::from_session(&drive(preset, 120)),
@@ -194,7 +194,7 @@ fn radians_called_degrees_are_told_at_rest_and_in_turns() {
 }
 
 #[test]
-fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
+fn a_forgotten_datasheet_is_reported_with_the_presets_that_fit() {
     let record = Record::from_session(&drive("tactical", 300));
     let files = Files::of(&record, true);
     let forgotten = files.edited("deg/s", "deg/s", ("nav", false)).unwrap();
@@ -241,7 +241,7 @@ fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
 }
 
 #[test]
-fn a_rate_that_its_time_stamps_contradict_is_told() {
+fn a_rate_that_its_time_stamps_contradict_is_reported() {
     let record = Record::from_session(&drive("tactical", 90));
     let says = |rate: f64| Says {
         file: "log".into(),
@@ -355,7 +355,7 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
 /// The noise of positions of every second is as large as the distance between them. Their courses
 /// must not make right gyros look wrong, and wrong gyros must still be reported.
 #[test]
-fn fixes_without_velocities_raise_no_doubt_and_still_tell_a_wrong_unit() {
+fn fixes_without_velocities_raise_no_doubt_and_still_show_a_wrong_unit() {
     for preset in ["medium", "tactical"] {
         for mut record in [
             Record::from_session(&drive(preset, 120)),

@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_receiver_errs_only_as_the_file_tells() {
+    fn the_receiver_has_only_the_errors_of_the_file() {
         assert_eq!(load_text("").unwrap().gnss, GnssSpec::default());
         let text = "[gnss]\ntold_factor = 0.5\n[gnss.coloured]\nhorizontal_m = 2.5";
         let gnss = load_text(text).unwrap().gnss;
