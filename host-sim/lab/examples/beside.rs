@@ -1,5 +1,5 @@
-//! Our side of `cargo xtask beside`: the work that a rival does on the same files, in one process,
-//! with the processor time that it takes. Prints one line of JSON.
+//! Our side of `cargo xtask beside`: does the work of another program on the same files, in one
+//! process, and measures its processor time. Prints one line of JSON.
 //!
 //! ```text
 //! beside allan INCREMENTS.f64 HZ
@@ -42,7 +42,7 @@ fn processor_s() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Seconds of a piece of work: by the clock, and of the processor.
+/// Elapsed time and processor time of a piece of work, s.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, [f64; 2]) {
     let (start, before) = (std::time::Instant::now(), processor_s());
     let done = work();
@@ -60,7 +60,7 @@ struct Deviations {
     curve: Vec<(f64, f64)>,
 }
 
-/// Analyses one column of increments, which a file holds as bare numbers (f64, little endian).
+/// Analyses one column of increments, a file of plain numbers (f64, little endian).
 fn allan(file: &Path, rate_hz: f64) -> Result<Deviations, Failure> {
     let bytes = std::fs::read(file)?;
     let (eights, _) = bytes.as_chunks();
@@ -94,20 +94,20 @@ fn session(imu: &Path, gnss: &Path, truth: &Path) -> Result<Session, Error> {
 #[derive(Serialize)]
 struct Filtered {
     filter: &'static str,
-    /// Navigation errors and sensor errors.
+    /// Number of states: navigation errors and sensor errors.
     states: usize,
-    /// Whether the covariance is propagated at each sample, as KF-GINS does, or once a fix.
+    /// Whether the covariance is propagated at each sample, as in KF-GINS, or once a fix.
     each_sample: bool,
     samples: usize,
     seconds: [f64; 2],
-    /// Root of the mean square of the horizontal error at the fixes, m.
+    /// Root mean square of the horizontal error at the fixes, m.
     horizontal_m: f64,
 }
 
 /// The filters beside the networks, on all samples and fixes of the drive.
 fn filters(session: &Session, unit: &Unit) -> Vec<Filtered> {
-    let told = Assumptions::of(unit);
-    let prior = told.walking(told.datasheet_walk()).prior;
+    let assumptions = Assumptions::of(unit);
+    let prior = assumptions.walking(assumptions.datasheet_walk()).prior;
     let models = [
         ("ekf12", ErrorModel::with_scale(&prior)),
         ("ekf24", ErrorModel::with_matrices(&prior)),
@@ -117,7 +117,7 @@ fn filters(session: &Session, unit: &Unit) -> Vec<Filtered> {
         .flat_map(|m| [(m.clone(), false), (m, true)]);
     both.map(|((filter, model), each_sample)| {
         let ((states, horizontal_m), seconds) =
-            timed(|| filtered(session, &told, model, each_sample));
+            timed(|| filtered(session, &assumptions, model, each_sample));
         Filtered {
             filter,
             states,
@@ -133,13 +133,13 @@ fn filters(session: &Session, unit: &Unit) -> Vec<Filtered> {
 /// Number of states, and the horizontal error.
 fn filtered(
     session: &Session,
-    told: &Assumptions,
+    assumptions: &Assumptions,
     model: ErrorModel,
     each_sample: bool,
 ) -> (usize, f64) {
     let start = session.referenced(0);
-    let sigma = told.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
-    let mut filter = Aided::new(start, &sigma, model, told.noise);
+    let sigma = assumptions.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
+    let mut filter = Aided::new(start, &sigma, model, assumptions.noise);
     let increments = session.increments();
     let seconds = increments.chunks_exact(session.samples_per_epoch());
     let mut squares = 0.0;

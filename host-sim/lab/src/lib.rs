@@ -1,5 +1,5 @@
-//! What is computed about the device: the paper's experiment, replays, campaigns, abuse, and what
-//! can be learnt at all.
+//! Computations about the device: the paper's experiment, replays, campaigns, abuse, and the limits
+//! of learning.
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 

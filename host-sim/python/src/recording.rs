@@ -339,7 +339,7 @@ pub fn read_csv(
         let [gyro, accel] = generic::units(&header, 1.0 / record.rate_hz as f64)?;
         let field = |name: &str, (told, units): (NamedUnit, Vec<NamedUnit>)| Field {
             name: name.into(),
-            told: Some(told),
+            named: Some(told),
             units,
         };
         let says = Says {

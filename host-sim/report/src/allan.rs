@@ -16,7 +16,7 @@ use host_lab::analysis::allan::{Analysis, Kind};
 use maud::{PreEscaped, html};
 use std::path::{Path, PathBuf};
 
-/// How the datasheet is drawn.
+/// Line style of the datasheet.
 const DATASHEET: Look = Look::dashed(INK, 1.6, (8.0, 4.0));
 
 fn configured_of(findings: &Findings, kind: Kind, coefficient: usize) -> Option<f64> {
@@ -126,10 +126,10 @@ pub fn write(findings: &Findings, dir: &Path) -> Result<PathBuf, Error> {
             picture(&analyses, findings.configured.as_ref()),
             format!("Allan deviation of the {name}"),
         );
-        let place = dir.join(file);
-        write_atomic(&place, &picture.png(file)?)?;
+        let path = dir.join(file);
+        write_atomic(&path, &picture.png(file)?)?;
         let standalone = picture.svg_file(file, &title)?;
-        write_atomic(&place.with_extension("svg"), standalone.as_bytes())?;
+        write_atomic(&path.with_extension("svg"), standalone.as_bytes())?;
         svgs.push((file, picture.svg(file, &title)?));
     }
     let page = dir.join(PAGE);
@@ -143,7 +143,7 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
         p {
             "The Allan deviation is the typical change between two neighbouring means, each "
             "taken over the averaging time \u{3c4}. Each kind of sensor noise gives it another "
-            "slope, so the noises can be told apart."
+            "slope, so the noises can be distinguished."
         }
         @if !findings.notes.is_empty() {
             aside { h2 { "Read this first" } ul { @for note in &findings.notes { li { (note) } } } }
@@ -183,11 +183,11 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
 /// Q, N, B, K and R of gyros and accelerometers by the datasheet.
 type Coefficients = [[Option<f64>; 5]; 2];
 
-/// The deviation that a datasheet tells at an averaging time, in the unit of the curves. A noise
-/// that it does not tell counts as none.
-fn told_deviation(kind: Kind, told: &Coefficients, tau_s: f64) -> f64 {
+/// The deviation by a datasheet at an averaging time, in the unit of the curves. A noise that the
+/// datasheet does not state counts as none.
+fn sheet_deviation(kind: Kind, datasheet: &Coefficients, tau_s: f64) -> f64 {
     let units = kind.coefficient_units();
-    let of = |i: usize| told[usize::from(kind == Kind::Accel)][i].unwrap_or(0.0) * units[i].1;
+    let of = |i: usize| datasheet[usize::from(kind == Kind::Accel)][i].unwrap_or(0.0) * units[i].1;
     let [q, n, b, k, r] = [of(0), of(1), of(2), of(3), of(4)].map(|x| x * x);
     let flicker = 2.0 * std::f64::consts::LN_2 / std::f64::consts::PI;
     let variance = 3.0 * q / tau_s.powi(2)
@@ -199,24 +199,24 @@ fn told_deviation(kind: Kind, told: &Coefficients, tau_s: f64) -> f64 {
 }
 
 /// The line of the datasheet at the averaging times of a curve.
-fn datasheet_line(analyses: &[&Analysis], told: &Coefficients) -> Vec<(f64, f64)> {
+fn datasheet_line(analyses: &[&Analysis], datasheet: &Coefficients) -> Vec<(f64, f64)> {
     let Some(first) = analyses.first() else {
         return vec![];
     };
-    let deviation = |tau| (tau, told_deviation(first.kind, told, tau));
+    let deviation = |tau| (tau, sheet_deviation(first.kind, datasheet, tau));
     let line = first.curve.iter().map(|p| deviation(p.tau_s));
     line.filter(|(_, y)| *y > 0.0).collect()
 }
 
 /// The picture of one kind of sensor. `analyses` is not empty. The line of the datasheet is drawn
-/// if one is `told`.
-pub(super) fn picture(analyses: &[&Analysis], told: Option<&Coefficients>) -> Picture {
+/// if there is one.
+pub(super) fn picture(analyses: &[&Analysis], datasheet: Option<&Coefficients>) -> Picture {
     let points = || analyses.iter().flat_map(|analysis| &analysis.curve);
     let times = || points().map(|p| p.tau_s);
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let size = (WIDTH, 560.0);
-    let datasheet = told.map_or(vec![], |told| datasheet_line(analyses, told));
+    let datasheet = datasheet.map_or(vec![], |sheet| datasheet_line(analyses, sheet));
     let legend = Legend {
         at: (76.0, 20.0),
         width: size.0 - 90.0,

@@ -16,7 +16,7 @@ pub(super) struct Axis {
     log: bool,
     /// Value and text of each tick, ascending.
     ticks: Vec<(f64, String)>,
-    /// Room for the names of an axis that has names instead of a scale, CSS pixels.
+    /// Width for the names of an axis with names instead of a scale, CSS pixels.
     room: Option<f64>,
 }
 
@@ -42,8 +42,8 @@ impl Axis {
         }
     }
 
-    /// Names in place of a scale, from above downwards: the first stands at [`Self::row`] 0. `room`
-    /// is the width that they need, CSS pixels.
+    /// Names instead of a scale, from top to bottom. The first is at [`Self::row`] 0. `room` is the
+    /// width for them, CSS pixels.
     pub fn names(names: Vec<String>, room: f64) -> Self {
         let rows = names.into_iter().enumerate();
         let mut ticks: Vec<(f64, String)> = rows.map(|(k, name)| (Self::row(k), name)).collect();
@@ -58,12 +58,12 @@ impl Axis {
         }
     }
 
-    /// Where the name number `index` of [`Self::names`] stands.
+    /// Coordinate of the name number `index` of [`Self::names`].
     pub fn row(index: usize) -> f64 {
         -(index as f64)
     }
 
-    /// The room for names; `None` for an axis with a scale.
+    /// The width for names. `None` for an axis with a scale.
     pub fn room(&self) -> Option<f64> {
         self.room
     }
@@ -152,7 +152,7 @@ impl ValueFormatter<f64> for Axis {
     }
 }
 
-/// Distance between ticks; 1 where there are not two.
+/// Distance between ticks; 1 with fewer than two.
 fn step(ticks: &[f64]) -> f64 {
     match ticks {
         [first, second, ..] => second - first,
@@ -162,7 +162,7 @@ fn step(ticks: &[f64]) -> f64 {
 
 /// `range` with each end moved out to the next tick of [`Axis::linear`] where that is near.
 ///
-/// A curve that ends at 29.99 min so gets an axis to 30.
+/// So a curve that ends at 29.99 min gets an axis to 30.
 pub(super) fn snapped((low, high): (f64, f64), count: usize) -> (f64, f64) {
     let step = step(&RangedCoordf64::from(low..high).key_points(count + 1));
     let near = 0.02 * (high - low);
@@ -223,16 +223,16 @@ pub(super) fn widened((low, high): (f64, f64), margin: f64) -> (f64, f64) {
     }
 }
 
-/// Indices of at most about `limit` points that stand for a long curve, in order.
+/// Indices of at most about `limit` points that represent a long curve, in order.
 ///
-/// A short curve keeps all its points. Of a long one the least and the greatest value of each
-/// stretch are kept, so that no peak is lost; a NaN counts as greatest, so that gaps stay gaps.
+/// A short curve retains all its points. A long one retains the smallest and the largest value of
+/// each interval, so that no peak is lost. NaN counts as largest, so that gaps stay gaps.
 pub(super) fn thinned(y: &[f64], limit: usize) -> Vec<usize> {
     if y.len() <= limit {
         return (0..y.len()).collect();
     }
     let stretch = y.len().div_ceil((limit / 2).max(1));
-    let mut kept = Vec::with_capacity(limit + 2);
+    let mut selected = Vec::with_capacity(limit + 2);
     for start in (0..y.len()).step_by(stretch) {
         let indices = start..(start + stretch).min(y.len());
         let least = indices
@@ -242,12 +242,12 @@ pub(super) fn thinned(y: &[f64], limit: usize) -> Vec<usize> {
         let greatest = indices
             .max_by(|&a, &b| y[a].total_cmp(&y[b]))
             .unwrap_or(start);
-        kept.extend([least.min(greatest), least.max(greatest)]);
+        selected.extend([least.min(greatest), least.max(greatest)]);
     }
-    kept.extend([0, y.len() - 1]);
-    kept.sort_unstable();
-    kept.dedup();
-    kept
+    selected.extend([0, y.len() - 1]);
+    selected.sort_unstable();
+    selected.dedup();
+    selected
 }
 
 #[cfg(test)]
@@ -362,10 +362,10 @@ mod tests {
     fn thinning_keeps_ends_peaks_and_gaps() {
         let mut y: Vec<f64> = (0..100_000).map(|i| f64::from(i % 97)).collect();
         (y[31_415], y[27_182], y[50_000]) = (1e6, -1e6, f64::NAN);
-        let kept = thinned(&y, 1500);
-        assert!(kept.len() <= 1502 && kept.is_sorted());
+        let selected = thinned(&y, 1500);
+        assert!(selected.len() <= 1502 && selected.is_sorted());
         for index in [0, 27_182, 31_415, 50_000, 99_999] {
-            assert!(kept.contains(&index), "{index}");
+            assert!(selected.contains(&index), "{index}");
         }
         assert_eq!(thinned(&y[..5], 1500), [0, 1, 2, 3, 4]);
         assert!(thinned(&[], 1500).is_empty());

@@ -5,7 +5,7 @@ use host_core::error::Error;
 use host_lab::experiment::results::{Curve, Curves, ErrorTrace};
 use rayon::prelude::*;
 
-/// A figure as the page and the directory hold it.
+/// A figure for the page and the directory.
 #[derive(Debug, Clone)]
 pub(super) struct Drawn {
     pub figure: Figure,
@@ -39,7 +39,7 @@ fn one(figure: Figure, curves: &Curves) -> Result<Drawn, Error> {
     })
 }
 
-/// What a picture shows, with figures from its data.
+/// The caption of a picture, with numbers from its data.
 pub(super) fn caption(figure: Figure, curves: &Curves) -> String {
     match figure {
         Figure::Error => error_caption(&curves.error_over_time),

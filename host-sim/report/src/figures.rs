@@ -1,4 +1,4 @@
-//! The four pictures of a run or a replay: what each shows. [`super::chart`] draws them.
+//! The contents of the four pictures of a run or a replay. [`super::chart`] draws them.
 
 use super::axis::{Axis, extent, grouped, snapped, widened};
 use super::chart::{Legend, MOST_POINTS, Mark, Panel, Picture, WIDTH};
@@ -43,7 +43,7 @@ impl Figure {
         }
     }
 
-    /// What it shows.
+    /// The picture with its contents.
     pub fn picture(self, curves: &Curves) -> Picture {
         match self {
             Self::Track => track(&curves.track),
@@ -122,8 +122,8 @@ fn track(curves: &[Curve]) -> Picture {
     for curve in curves {
         let last = curve.x.len().saturating_sub(1);
         let stride = curve.x.len().div_ceil(MOST_POINTS).max(1);
-        let kept = (0..curve.x.len()).filter(|i| i % stride == 0 || *i == last);
-        let points: Vec<_> = kept.map(|i| at(curve.x[i], curve.y[i])).collect();
+        let indices = (0..curve.x.len()).filter(|i| i % stride == 0 || *i == last);
+        let points: Vec<_> = indices.map(|i| at(curve.x[i], curve.y[i])).collect();
         let look = palette::scheme(&curve.name);
         let end = points.last().copied().into_iter().collect();
         marks.push(Mark::Line(points, look));
@@ -131,7 +131,7 @@ fn track(curves: &[Curve]) -> Picture {
     }
     let first = curves.first().map(|c| (c.x.first(), c.y.first()));
     if let Some((Some(x), Some(y))) = first {
-        // On the side that the track does not lead to.
+        // On the side without the track.
         let below = if north.0 + north.1 > 2.0 * y {
             16.0
         } else {
@@ -221,11 +221,11 @@ fn learning_looks(curves: &[Curve]) -> Vec<(String, Look)> {
     for curve in curves {
         let network = curve.name.split(':').next().unwrap_or_default();
         let known = networks.iter().position(|known| *known == network);
-        let place = known.unwrap_or(networks.len());
+        let index = known.unwrap_or(networks.len());
         if known.is_none() {
             networks.push(network);
         }
-        entries.push((curve.name.clone(), palette::learning(&curve.name, place)));
+        entries.push((curve.name.clone(), palette::learning(&curve.name, index)));
     }
     entries
 }

@@ -1,6 +1,6 @@
-//! Charts for documents: measured points over logarithmic axes, beside the law they should follow.
+//! Charts for documents: measured points over logarithmic axes, with the expected law.
 //!
-//! Each is an SVG file that stands alone and follows a dark screen.
+//! Each is a separate SVG file with colours for a dark screen.
 
 use super::axis::{Axis, extent};
 use super::chart::{Legend, Mark, Panel as Axes, Picture};
@@ -11,13 +11,13 @@ use host_lab::experiment::results::Curve;
 /// One pair of axes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
-    /// What is shown.
+    /// Title.
     pub title: String,
     /// Quantities and units of the abscissa and of the ordinate.
     pub axes: [String; 2],
     /// Measured points, x rising, joined by lines.
     pub measured: Vec<Curve>,
-    /// The laws that they are compared with.
+    /// The laws with which they are compared.
     pub laws: Vec<Curve>,
 }
 
@@ -29,8 +29,8 @@ const TOP: f64 = 70.0;
 
 /// The panels side by side.
 ///
-/// `name` is that of the file, for messages, and `title` is what a screen reader says. Values that
-/// are not positive are left out.
+/// `name` is that of the file, for messages, and `title` is the text for screen readers. Values
+/// that are not positive are left out.
 ///
 /// # Errors
 /// [`Error::Drawing`].
@@ -128,7 +128,7 @@ mod tests {
         let text = svg(&[panel(), panel()], "x.svg", "a < b").unwrap();
         assert!(text.contains("<title>a &lt; b</title>") && text.contains("cost &lt; 1"));
         assert!(text.contains("prefers-color-scheme:dark") && text.trim_end().ends_with("</svg>"));
-        // three dots a panel: no place for 0 on a logarithmic axis
+        // three dots a panel: 0 is not on a logarithmic axis
         assert_eq!(text.matches("<circle").count(), 6);
         assert!(text.len() < 60_000, "{} bytes", text.len());
     }

@@ -176,9 +176,8 @@ fn reproduce(report: &Report) -> Markup {
     }
 }
 
-/// The style sheet: the colours as variables, and the colours of the pictures mapped onto them.
-///
-/// So the pictures follow a dark screen.
+/// The style sheet: the colours as variables, and the colours of the pictures mapped onto them, so
+/// that the pictures adapt to a dark screen.
 pub(super) fn style() -> String {
     let variables = |pick: fn(Colour) -> &'static str| -> String {
         let variable = |colour: Colour| format!("--{}:{};", colour.name, pick(colour));

@@ -20,7 +20,7 @@ pub fn json(results: &Results) -> Result<String, Error> {
     Ok(serde_json::to_string_pretty(results).map_err(failed)? + "\n")
 }
 
-/// Refuses a result that is NaN or infinite.
+/// Rejects a result that is NaN or infinite.
 ///
 /// # Errors
 /// [`Error::BadResult`] naming row and field.

@@ -34,7 +34,7 @@ const BOUND: Look = Look::solid(INK, 2.6);
 /// # Errors
 /// As [`page::write`].
 pub fn write(dir: &Path, head: &Head, answer: &Answer, table: &str) -> Result<PathBuf, Error> {
-    page::place(dir, || {
+    page::write_files(dir, || {
         let picture = picture(answer);
         let png = picture.png(PICTURE)?;
         let svg = picture.svg(PICTURE, &head.title)?;

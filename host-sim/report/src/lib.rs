@@ -1,6 +1,6 @@
-//! What a run leaves behind: the printed table, the JSON, and the HTML page with its pictures.
+//! Output of a run: the printed table, the JSON, and the HTML page with its pictures.
 //!
-//! Only the command line uses this room, and `cargo xtask growth` its charts.
+//! Only the command line uses this crate, and `cargo xtask growth` its charts.
 
 pub mod allan;
 mod axis;

@@ -1,6 +1,6 @@
 //! The report directory: one self-contained HTML page and its pictures as PNG.
 //!
-//! It appears whole or not at all.
+//! It is written completely or not at all.
 
 use super::drawn::draw;
 use super::{html, json};
@@ -19,7 +19,7 @@ pub(super) const PAGE: &str = "index.html";
 ///
 /// The files are made in a directory beside `dir`, which is renamed when it is complete. An
 /// existing `dir` is replaced only if it is empty or holds such a report. Other files in it are
-/// kept.
+/// retained.
 ///
 /// # Errors
 /// [`Error::BadResult`] for NaN in the results or curves of unequal length, [`Error::NotOurs`],
@@ -27,20 +27,20 @@ pub(super) const PAGE: &str = "index.html";
 pub fn write(dir: &Path, report: &Report) -> Result<PathBuf, Error> {
     check(report)?;
     // The pictures are drawn only when the directory may be written.
-    place(dir, || files(report))
+    write_files(dir, || files(report))
 }
 
-/// Puts files into `dir` as [`write()`] says and returns the path of the page.
-pub(super) fn place<N: AsRef<Path>>(
+/// Writes files into `dir` as described at [`write()`] and returns the path of the page.
+pub(super) fn write_files<N: AsRef<Path>>(
     dir: &Path,
     files: impl FnOnce() -> Result<Vec<(N, Vec<u8>)>, Error>,
 ) -> Result<PathBuf, Error> {
     let unwritable = |source| Error::writing(dir, source);
     // Full path, so that `.` and links have a parent to put the new directory into.
-    let place = std::path::absolute(dir).map_err(unwritable)?;
-    let place = place.canonicalize().unwrap_or(place);
-    let replaces = existing(dir, &place)?;
-    let parent = directory_of(&place);
+    let target = std::path::absolute(dir).map_err(unwritable)?;
+    let target = target.canonicalize().unwrap_or(target);
+    let replaces = existing(dir, &target)?;
+    let parent = directory_of(&target);
     fs::create_dir_all(parent).map_err(unwritable)?;
     let (_unfinished, fresh) =
         Unfinished::make(|| temporary_directory(parent), TempDir::path).map_err(unwritable)?;
@@ -48,9 +48,9 @@ pub(super) fn place<N: AsRef<Path>>(
         fs::write(fresh.path().join(name), bytes).map_err(unwritable)?;
     }
     if replaces {
-        replace(&fresh, &place)
+        replace(&fresh, &target)
     } else {
-        fs::rename(fresh.path(), &place)
+        fs::rename(fresh.path(), &target)
     }
     .map_err(unwritable)?;
     let _ = fresh.keep(); // it was renamed: there is nothing to remove
@@ -67,7 +67,7 @@ fn files(report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
     Ok(files)
 }
 
-/// Refuses results that are not finite and curves that do not fit together.
+/// Rejects results that are not finite, and curves of unequal lengths.
 fn check(report: &Report) -> Result<(), Error> {
     json::check(&report.results)?;
     let unequal = |item: &str, field, found: usize, expected: usize| {
@@ -104,24 +104,24 @@ fn check(report: &Report) -> Result<(), Error> {
     Ok(())
 }
 
-/// Whether `place` exists and may be replaced.
+/// Whether `target` exists and may be replaced.
 ///
 /// # Errors
-/// If it must be left alone.
-fn existing(dir: &Path, place: &Path) -> Result<bool, Error> {
+/// If it must not be replaced.
+fn existing(dir: &Path, target: &Path) -> Result<bool, Error> {
     let not_ours = |holds| {
         Err(Error::NotOurs {
             dir: dir.to_path_buf(),
             holds,
         })
     };
-    let mut entries = match fs::read_dir(place) {
+    let mut entries = match fs::read_dir(target) {
         Ok(entries) => entries,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
-        Err(_) if place.is_file() => return not_ours("is a file"),
+        Err(_) if target.is_file() => return not_ours("is a file"),
         Err(error) => return Err(Error::writing(dir, error)),
     };
-    let ours = || fs::read(place.join(PAGE)).is_ok_and(|page| is_ours(&page));
+    let ours = || fs::read(target.join(PAGE)).is_ok_and(|page| is_ours(&page));
     if entries.next().is_none() || ours() {
         Ok(true)
     } else {
@@ -135,22 +135,22 @@ fn is_ours(page: &[u8]) -> bool {
         .any(|part| part == html::MARKER.as_bytes())
 }
 
-/// Puts `fresh` in the place of the directory `place`, and moves the other files there into it.
-fn replace(fresh: &TempDir, place: &Path) -> io::Result<()> {
+/// Replaces the directory `target` by `fresh`, and moves its other files into it.
+fn replace(fresh: &TempDir, target: &Path) -> io::Result<()> {
     let _undivided = undivided();
-    let aside = temporary_directory(directory_of(place))?;
+    let aside = temporary_directory(directory_of(target))?;
     let old = aside.path().join("old");
-    fs::rename(place, &old)?;
-    if let Err(error) = fs::rename(fresh.path(), place) {
-        fs::rename(&old, place)?; // undo
+    fs::rename(target, &old)?;
+    if let Err(error) = fs::rename(fresh.path(), target) {
+        fs::rename(&old, target)?; // undo
         return Err(error);
     }
     for entry in fs::read_dir(&old)? {
         let name = entry?.file_name();
-        if !place.join(&name).exists() {
-            let moved = fs::rename(old.join(&name), place.join(&name));
+        if !target.join(&name).exists() {
+            let moved = fs::rename(old.join(&name), target.join(&name));
             if moved.is_err() {
-                let _ = aside.keep(); // do not delete files of somebody else
+                let _ = aside.keep(); // do not delete the user's files
                 return moved;
             }
         }
@@ -163,7 +163,7 @@ fn temporary_directory(parent: &Path) -> io::Result<TempDir> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".host-sim-");
     #[cfg(unix)]
-    // the umask takes its part away
+    // the umask is applied to this mode
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     builder.tempdir_in(parent)
 }

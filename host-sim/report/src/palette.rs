@@ -1,7 +1,7 @@
 //! Colours and line styles of the report: each scheme has one look, in every picture and table.
 //!
 //! The hues are those of Okabe and Ito ("Color Universal Design", 2008), which people with any kind
-//! of colour blindness can tell apart. Dashes tell the schemes apart in grey print as well.
+//! of colour blindness can distinguish. Dashes distinguish the schemes in grey print as well.
 
 /// A colour on white paper and its counterpart on a dark screen.
 ///
@@ -38,7 +38,7 @@ pub(super) const SOFT: Colour = Colour::new("soft", "#59616B", "#A4ADB8");
 pub(super) const GRID: Colour = Colour::new("grid", "#E4E7EB", "#2C3138");
 /// The reference track.
 pub(super) const REFERENCE: Colour = Colour::new("reference", "#9BA3AD", "#6C7580");
-/// The errors that the teacher gave: faint.
+/// The teacher's error estimates: faint.
 pub(super) const TEACHER: Colour = Colour::new("teacher", "#C3C9D1", "#4C545E");
 const RAW: Colour = Colour::new("raw", "#D55E00", "#FF8B3D");
 const LS_BIAS: Colour = Colour::new("ls-bias", "#CC79A7", "#E79CC6");
@@ -59,18 +59,18 @@ pub(super) fn all() -> [Colour; 14] {
     ]
 }
 
-/// How a curve is drawn; lengths in CSS pixels.
+/// Line style of a curve; lengths in CSS pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Look {
     pub colour: Colour,
     pub width: f64,
     /// Lengths of dash and gap; `None` for a solid line.
     pub dash: Option<(f64, f64)>,
-    /// What stands at single values of it.
+    /// Mark at single values.
     pub sign: Option<Sign>,
 }
 
-/// A mark at a value, to be told from the others without its colour.
+/// A mark at a value, distinguishable from the others without its colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Sign {
     Disc,
@@ -118,23 +118,23 @@ pub(super) fn scheme(name: &str) -> Look {
     }
 }
 
-/// Look of a comparison that came out well.
+/// Look of a comparison with a better result.
 pub(super) const BETTER: Look = Look {
     sign: Some(Sign::Disc),
     ..Look::solid(RNN, 2.4)
 };
-/// Look of one that came out ill.
+/// Look of a comparison with a worse result.
 pub(super) const WORSE: Look = Look {
     sign: Some(Sign::Triangle),
     ..Look::solid(RAW, 2.4)
 };
-/// Look of one that decides nothing.
+/// Look of a comparison without a decision.
 pub(super) const UNDECIDED: Look = Look {
     sign: Some(Sign::Ring),
     ..Look::solid(SOFT, 1.2)
 };
 
-/// Look of a curve that no scheme names, by its place `index`.
+/// Look of a curve that is no scheme's, by its number `index`.
 pub(super) fn numbered(index: usize) -> Look {
     const COLOURS: [Colour; 4] = [RNN, RAW, LS_3X3, LS_BIAS];
     Look::solid(COLOURS[index % COLOURS.len()], 2.0)
@@ -142,7 +142,7 @@ pub(super) fn numbered(index: usize) -> Look {
 
 /// Look of a learning curve `network: part`: a colour for each network, dashes for data held back.
 ///
-/// `index` is the place of the network.
+/// `index` is the number of the network.
 pub(super) fn learning(name: &str, index: usize) -> Look {
     Look {
         dash: name.contains("held back").then_some((7.0, 4.0)),

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct Head {
     /// One line.
     pub title: String,
-    /// The command that makes this page again.
+    /// The command that regenerates this page.
     pub command: String,
 }
 
@@ -37,7 +37,7 @@ pub fn write(dir: &Path, head: &Head, outcomes: &[Outcome]) -> Result<PathBuf, E
             });
         }
     }
-    page::place(dir, || {
+    page::write_files(dir, || {
         let figures = outcomes.par_iter().map(|outcome| draw(&outcome.curves));
         let figures: Vec<Vec<Drawn>> = figures.collect::<Result<_, Error>>()?;
         let page = markup(head, outcomes, &figures).into_string();

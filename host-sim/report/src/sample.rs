@@ -101,7 +101,7 @@ fn learning(name: &str, floor: f64, noise: &mut Noise) -> Curve {
     }
 }
 
-/// See the module.
+/// The report; see the module.
 pub(super) fn report() -> Report {
     let mut noise = Noise(1);
     let seconds: Vec<f64> = (0..=SECONDS * 10).map(|i| i as f64 / 10.0).collect();

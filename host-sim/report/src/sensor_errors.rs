@@ -1,14 +1,15 @@
 //! The sensor errors, as in the paper's figure 2.
 //!
-//! Each axis has a panel with the output of the network, the true error, and the errors that the
-//! teacher gave as faint dots.
+//! Each axis has a panel with the output of the network, the true error, and the teacher's error
+//! estimates as faint dots.
 
 use super::axis::{Axis, extent, snapped, widened};
 use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::palette::{INK, Look, RNN, TEACHER};
 use host_lab::experiment::results::ErrorTrace;
 
-/// Most dots of the teacher in a panel: enough to show the spread, few enough to stay faint.
+/// Largest number of the teacher's dots in a panel: enough to show the spread, few enough to stay
+/// faint.
 const TEACHER_DOTS: usize = 250;
 /// Radius of those dots.
 const TEACHER_RADIUS: f64 = 1.75;
@@ -46,7 +47,7 @@ pub(super) fn sensor_errors(traces: &[ErrorTrace]) -> Picture {
     };
     let rows = traces.len().div_ceil(COLUMNS);
     let (column, row) = (size.0 / COLUMNS as f64, (size.1 - 76.0) / rows as f64);
-    let place = |i: usize| {
+    let position = |i: usize| {
         (
             (i % COLUMNS) as f64 * column + 66.0,
             (i / COLUMNS) as f64 * row + 62.0,
@@ -57,7 +58,7 @@ pub(super) fn sensor_errors(traces: &[ErrorTrace]) -> Picture {
         false => "",
     };
     let panel = |(i, trace): (usize, &ErrorTrace)| Panel {
-        at: place(i),
+        at: position(i),
         size: (column - 82.0, row - 52.0),
         title: [trace.axis.clone(), trace.unit.clone()],
         x: {

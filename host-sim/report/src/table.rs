@@ -5,7 +5,7 @@
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 use host_lab::experiment::results::{Results, Row};
 
-/// The scheme that all others are compared with: the samples without correction.
+/// The scheme with which all others are compared: the samples without correction.
 pub(super) const BASELINE: &str = "raw";
 
 /// Change of the horizontal error against `raw` at the same time, per cent; negative is smaller.

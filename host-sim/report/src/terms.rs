@@ -5,7 +5,7 @@ use firmware::learn::bank::{KEYS, NAMES};
 use maud::{Markup, html};
 use std::borrow::Cow;
 
-/// What a scheme is; `None` for a name that is not known.
+/// Explanation of a scheme. `None` for an unknown name.
 pub(super) fn scheme(name: &str) -> Option<Cow<'static, str>> {
     if let Some(meaning) = of_name(name) {
         return Some(meaning.into());
@@ -28,7 +28,7 @@ pub(super) fn scheme(name: &str) -> Option<Cow<'static, str>> {
         .map(Cow::from)
 }
 
-/// The device of the paper's experiment.
+/// Explanation of the device of the paper's experiment.
 fn after_drives(name: &str) -> Option<String> {
     let drives: u32 = name.strip_prefix("device-")?.parse().ok()?;
     let earlier = if drives == 1 { "drive" } else { "drives" };
@@ -40,7 +40,7 @@ fn after_drives(name: &str) -> Option<String> {
     ))
 }
 
-/// The schemes that are no variants of others.
+/// Explanation of a scheme that is no variant of another.
 fn of_name(name: &str) -> Option<&'static str> {
     Some(match name {
         "raw" => "the samples as the IMU gives them, without any correction",
@@ -86,11 +86,11 @@ fn of_name(name: &str) -> Option<&'static str> {
              the drive as zero"
         }
         "limit" => {
-            "cannot be built: it is told the errors that this unit has at every turn-on, and a \
+            "cannot be built: it knows the errors that this unit has at every turn-on, and a \
              filter estimates what is new at this one"
         }
         "oracle" => {
-            "cannot be built: a filter that is told which errors are simulated, their exact \
+            "cannot be built: a filter that knows which errors are simulated, their exact \
              statistics, and the exact temperature and magnetic field"
         }
         "floor" => "cannot be built: the scheme none on an IMU that has white noise only",
@@ -98,7 +98,7 @@ fn of_name(name: &str) -> Option<&'static str> {
     })
 }
 
-/// `rnn-kalman` with some of its candidates only, as `campaign --ablation` has it.
+/// Explanation of `rnn-kalman` with only some of its candidates, as in `campaign --ablation`.
 fn part_of_the_bank(name: &str) -> Option<String> {
     let named = |key: &str| Some(NAMES[KEYS.iter().position(|known| *known == key)?]);
     if name == "no-networks" {
@@ -115,7 +115,8 @@ fn part_of_the_bank(name: &str) -> Option<String> {
     Some(format!("rnn-kalman without one candidate: {}", named(key)?))
 }
 
-/// The terms of a comparison of schemes in free-inertial navigation, and what each scheme is.
+/// Explanations of the terms of a comparison of schemes in free-inertial navigation, and of each
+/// scheme.
 pub(super) fn terms<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
     html! {
         p {
@@ -133,7 +134,7 @@ pub(super) fn terms<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
     }
 }
 
-/// The same of the schemes in sentences.
+/// The explanations of the schemes, as sentences.
 pub(super) fn sentences<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     let known = known(names).into_iter();
     known
@@ -141,7 +142,7 @@ pub(super) fn sentences<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String>
         .collect()
 }
 
-/// Each scheme once, with what it is.
+/// Each known scheme once, with its explanation.
 fn known<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, Cow<'static, str>)> {
     let mut known: Vec<(&str, Cow<'_, str>)> = vec![];
     for (name, meaning) in names.filter_map(|name| Some((name, scheme(name)?))) {
@@ -152,7 +153,7 @@ fn known<'a>(names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, Cow<'static,
     known
 }
 
-/// What each of the schemes is.
+/// Explanations of the schemes.
 pub(super) fn schemes<'a>(names: impl Iterator<Item = &'a str>) -> Markup {
     html! {
         dl.terms {

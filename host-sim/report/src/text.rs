@@ -1,6 +1,6 @@
-//! How texts and numbers are written on a page.
+//! Texts and numbers of a page.
 
-/// `text` with hyphens that no line breaks at, so that `ls-3x3` stays in one piece.
+/// `text` with non-breaking hyphens, so that `ls-3x3` stays in one piece.
 pub(super) fn unbroken(text: &str) -> String {
     text.replace('-', "\u{2011}")
 }

@@ -1,9 +1,9 @@
-//! What a comparison of schemes says, in sentences: harm first.
+//! The verdict of a comparison of schemes, in sentences, harm first.
 //!
 //! A scheme is worse than no correction if its horizontal error is larger by more than 2 % and by
-//! more than 1 m, and better if it is smaller by as much. Smaller differences say nothing. No
-//! correction is `raw`, or `none` for a scheme whose start comes from an aided filter too: what
-//! that start changes is no merit of a correction.
+//! more than 1 m, and better if it is smaller by as much. Smaller differences are ignored. No
+//! correction is `raw`, or `none` for a scheme whose start also comes from an aided filter: the
+//! effect of that start is no merit of a correction.
 
 use super::figures::length;
 use super::table::BASELINE;
@@ -11,15 +11,15 @@ use host_lab::campaign::NONE;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Results;
 
-/// Differences below these say nothing.
+/// Smallest differences that count.
 const SHARE: f64 = 0.02;
 const METRES: f64 = 1.0;
 const NO_RESULTS: &str = "There are no results.";
 
-/// One error of one scheme.
+/// The error of one scheme at one time.
 #[derive(Debug, Clone, Copy)]
 struct Ended<'a> {
-    /// How long the navigation was free inertial, in the unit of [`sentences`].
+    /// Duration of free-inertial navigation, in the unit of [`sentences`].
     after: u32,
     /// Name of the scheme.
     scheme: &'a str,
@@ -54,15 +54,16 @@ pub fn of_outcome(outcome: &Outcome) -> Vec<String> {
 pub(super) struct Compared {
     /// The shortest answer.
     pub headline: String,
-    /// What the device did.
+    /// The device's results.
     pub device: Option<String>,
-    /// What is said of each case.
+    /// Sentences on each case.
     pub others: Vec<String>,
 }
 
 /// The name of the device among the schemes.
 pub(super) const DEVICE: &str = "rnn-kalman";
-/// The schemes that start from an aided filter, as [`NONE`] does, wherever that is among the rows.
+/// The schemes that start from an aided filter, as [`NONE`]. They are compared with it if it is
+/// among the rows.
 const AIDED: [&str; 4] = [DEVICE, "ekf6", "ekf12", "ekf24"];
 
 /// Horizontal errors without a correction at one time, m.
@@ -81,12 +82,12 @@ impl Uncorrected {
         })
     }
 
-    /// In a block of rows of one time.
+    /// Those in a block of rows of one time.
     fn among(block: &[Ended<'_>]) -> Option<Self> {
         Self::of(|scheme| Some(block.iter().find(|row| row.scheme == scheme)?.metres))
     }
 
-    /// What a scheme is compared with.
+    /// The error with which that of a scheme is compared.
     fn beside(&self, scheme: &str) -> f64 {
         let aided = self.aided_start.filter(|_| AIDED.contains(&scheme));
         aided.unwrap_or(self.raw)
@@ -98,8 +99,8 @@ fn corrects(scheme: &str) -> bool {
     scheme != BASELINE && scheme != NONE
 }
 
-/// The verdict on all cases of a replay: in how many of them a correction did harm, and what the
-/// device did.
+/// The verdict on all cases of a replay: the number of cases in which a correction did harm, and
+/// the device's results.
 pub(super) fn of_outcomes(outcomes: &[Outcome]) -> Compared {
     if let [only] = outcomes {
         let mut sentences = of_outcome(only).into_iter();
@@ -141,7 +142,7 @@ pub(super) fn of_outcomes(outcomes: &[Outcome]) -> Compared {
     }
 }
 
-/// How a scheme ends in a case; `None` where it has no row beside that of no correction.
+/// Comparison of a scheme at the end of a case. `None` if it or no correction has no row.
 fn ends(outcome: &Outcome, scheme: &str) -> Option<Against> {
     let last = outcome.rows.last()?.t_s;
     let metres = |scheme: &str| outcome.horizontal(scheme, last);
@@ -149,14 +150,14 @@ fn ends(outcome: &Outcome, scheme: &str) -> Option<Against> {
     Some(against(metres(scheme)?, without))
 }
 
-/// Whether a scheme ends like this.
+/// Whether the comparison of a scheme has this result.
 fn has(outcome: &Outcome, how: Against) -> bool {
     let schemes = outcome.rows.iter().map(|row| row.scheme.as_str());
     let mut others = schemes.filter(|scheme| corrects(scheme));
     others.any(|scheme| ends(outcome, scheme) == Some(how))
 }
 
-/// What the device did, apart from the schemes that only the desktop has.
+/// The device's results, without those of the schemes that only the desktop has.
 fn of_device(outcomes: &[Outcome]) -> Option<String> {
     let ended: Vec<Against> = outcomes.iter().filter_map(|o| ends(o, DEVICE)).collect();
     let count = |how| ended.iter().filter(|is| **is == how).count();
@@ -180,7 +181,7 @@ fn of_device(outcomes: &[Outcome]) -> Option<String> {
     })
 }
 
-/// How a scheme compares with no correction at the same time.
+/// Comparison of a scheme with no correction at the same time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Against {
     Worse,
@@ -248,7 +249,7 @@ fn headline(worse: &[String], better: &[String]) -> &'static str {
     }
 }
 
-/// The schemes that compare like this, the largest difference first.
+/// The schemes with this result of the comparison, the largest difference first.
 fn named(block: &[Ended<'_>], without: &Uncorrected, wanted: Against) -> Vec<String> {
     let rows = block.iter().filter(|row| corrects(row.scheme));
     let mut rows: Vec<_> = rows
@@ -273,14 +274,15 @@ fn compared(error: f64, raw: f64, how: Against) -> String {
     }
 }
 
-/// Schemes that were worse before the `last` block and are not in it, and when it was worst.
+/// Schemes that were worse before the `last` block and are not in it, and the time of the largest
+/// difference.
 fn earlier(
     rows: &[Ended<'_>],
     last: &[Ended<'_>],
     at_last: &Uncorrected,
     unit: &str,
 ) -> Option<String> {
-    let still = |scheme: &str| {
+    let remains = |scheme: &str| {
         let mut ends = last.iter().filter(|row| row.scheme == scheme);
         ends.any(|row| against(row.metres, at_last.beside(scheme)) == Against::Worse)
     };
@@ -292,7 +294,7 @@ fn earlier(
         };
         for row in block.iter().filter(|row| corrects(row.scheme)) {
             let raw = without.beside(row.scheme);
-            if against(row.metres, raw) != Against::Worse || still(row.scheme) {
+            if against(row.metres, raw) != Against::Worse || remains(row.scheme) {
                 continue;
             }
             match worst
@@ -314,7 +316,7 @@ fn earlier(
     (!list.is_empty()).then(|| format!("Worse before the end: {}.", list.join(", ")))
 }
 
-/// A length for a terminal, which has no unbroken space.
+/// A length for a terminal, without non-breaking spaces.
 fn metres(value: f64) -> String {
     length(value, value).replace('\u{a0}', " ")
 }

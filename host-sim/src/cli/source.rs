@@ -109,7 +109,7 @@ impl Csv {
         let [gyro, accel] = generic::units(&self.header, 1.0 / record.rate_hz as f64)?;
         let field = |name: &str, (told, units): (NamedUnit, Vec<NamedUnit>)| Field {
             name: name.into(),
-            told: Some(told),
+            named: Some(told),
             units,
         };
         Ok(Says {

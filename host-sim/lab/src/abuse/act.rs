@@ -1,38 +1,39 @@
-//! What a case does, as a list of acts.
+//! The acts of a case.
 
 use super::motion::Motion;
 use super::times::{Span, Times};
-use super::{line, receiver, sensor, told};
+use super::{configured, line, receiver, sensor};
 use firmware::control::{Alignment, Mode};
 use firmware::wire::command::Request;
 
-/// One thing that a case does.
+/// One act of a case: a disturbance, or a request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Act {
-    /// The vehicle moves otherwise.
+    /// The vehicle moves differently.
     Motion(Motion),
-    /// The device's receiver.
+    /// The device's receiver has a fault.
     Receiver(receiver::Fault),
-    /// The sensor.
+    /// The sensor has a fault.
     Sensor(sensor::Fault),
-    /// The sensor's line.
+    /// The sensor's line has a fault.
     Line(line::Fault),
-    /// What the device is told.
-    Configured(told::Fault),
-    /// What the navigation computer asks for.
+    /// The device's configuration is wrong.
+    Configured(configured::Fault),
+    /// The navigation computer sends requests.
     Asked(Asked),
 }
 
 /// Requests of the navigation computer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Asked {
-    /// Its alignment begins so long after the beginning of the span, s, and lasts 30 s.
+    /// It reports an alignment that starts this long, s, after the start of the span and lasts 30
+    /// s.
     Aligns(f64),
-    /// It aligns itself over the standstill and tells it.
+    /// It aligns itself during the standstill and reports this.
     AlignsAtRest,
-    /// Mode learn is set again every so many seconds.
+    /// It sets mode learn again at this interval, s.
     LearnAgain(f64),
-    /// Modes frozen and learn take turns, every so many seconds.
+    /// It alternates between modes frozen and learn at this interval, s.
     Toggles(f64),
 }
 

@@ -8,7 +8,7 @@ use host_core::error::Error;
 use std::fmt;
 use std::str::FromStr;
 
-/// A number of a row: its key, its value, and what it is.
+/// A number of a row: its key, its value, and its meaning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Given {
     /// Key for `--set`, with its unit.
@@ -22,13 +22,13 @@ pub struct Given {
 pub struct Row {
     /// Name on the command line and in files.
     pub name: &'static str,
-    /// What happens.
+    /// Description.
     pub about: &'static str,
-    /// When.
+    /// When it acts.
     pub span: Span,
     /// Its numbers.
     pub given: &'static [Given],
-    /// What it does with these numbers.
+    /// Its acts with these numbers.
     pub acts: fn(&[f64]) -> Vec<Act>,
 }
 
@@ -36,11 +36,11 @@ pub struct Row {
 #[derive(Debug, Clone)]
 pub struct Case {
     name: String,
-    /// What it does, and when.
+    /// Its acts, and when each acts.
     pub acts: Vec<(Act, Span)>,
 }
 
-/// How the name of a case ends whose disturbance ends ten minutes before the fixes do.
+/// End of the name of a case whose disturbance ends ten minutes before the fixes do.
 const ENDED: &str = ":ended";
 
 impl Case {
@@ -50,7 +50,7 @@ impl Case {
         &self.name
     }
 
-    /// The case with other values: `key` of a row of the case.
+    /// Changes a value of the case: that with `key`, of a row of the case.
     ///
     /// # Errors
     /// A key that none of its rows has.
@@ -60,9 +60,9 @@ impl Case {
         let mut found = false;
         for (of, span) in rows {
             let mut values: Vec<f64> = of.given.iter().map(|given| given.value).collect();
-            let place = of.given.iter().position(|given| given.key == key);
-            if let Some(place) = place.filter(|_| of.name == row) {
-                values[place] = value;
+            let index = of.given.iter().position(|given| given.key == key);
+            if let Some(index) = index.filter(|_| of.name == row) {
+                values[index] = value;
                 found = true;
             }
             acts.extend((of.acts)(&values).into_iter().map(|act| (act, span)));
@@ -78,7 +78,7 @@ impl Case {
         Ok(())
     }
 
-    /// How the vehicle moves.
+    /// The motion of the vehicle.
     #[must_use]
     pub fn motion(&self) -> Motion {
         let mut motions = self.acts.iter().filter_map(|(act, _)| match act {
@@ -88,7 +88,7 @@ impl Case {
         motions.next().unwrap_or(Motion::Road)
     }
 
-    /// Whether what it did can be made good before the fixes end.
+    /// Whether the device can recover from it before the fixes end.
     #[must_use]
     pub fn ends(&self) -> bool {
         !self.acts.is_empty() && self.acts.iter().all(|(_, span)| span.ends())
@@ -151,7 +151,7 @@ impl fmt::Display for Case {
 /// The cases with these names; without names all rows of the table and the combinations.
 ///
 /// # Errors
-/// A name that is no case's.
+/// The name of no case.
 pub fn chosen(names: &[String]) -> Result<Vec<Case>, Error> {
     match names {
         [] => table::usual().map(str::parse).collect(),

@@ -1,10 +1,9 @@
 //! The device's own application, bytes in and bytes out.
 //!
 //! Frames of the sensor, messages of the receiver and requests of the navigation computer go in at
-//! their times. What comes out is decoded again, and the difference to what went in is the
-//! correction. The navigation computer then gets the true samples with that correction. So a frame
-//! that the line loses does the navigation computer no harm of its own: what is judged is what the
-//! device makes of it.
+//! their times. The output is decoded, and its difference to the input is the correction. The
+//! navigation computer then gets the true samples with that correction. So a lost frame does not
+//! harm the navigation computer by itself: only the device's reaction is judged.
 
 use super::line::Frame;
 use super::receiver::Message;
@@ -21,10 +20,10 @@ use host_device::hil::{MemoryLine, SetClock};
 use nalgebra::Vector3;
 use std::collections::VecDeque;
 
-/// The application is called at least so often, microseconds.
+/// Longest interval between two calls of the application, microseconds.
 const TICK_US: u64 = 20_000;
 
-/// How the frames are made.
+/// The format of the sensor's frames.
 #[derive(Debug, Clone, Copy)]
 pub struct Format {
     pub format: ImuFormat,
@@ -46,7 +45,7 @@ impl Format {
         Self { format, sensor }
     }
 
-    /// What a count is worth, rad and m/s.
+    /// The size of a count, rad and m/s.
     pub fn lsb(self) -> firmware::sample::Lsb {
         let [rad, mps] = self.sensor.unit;
         firmware::sample::Lsb { rad, mps }
@@ -71,7 +70,7 @@ impl Format {
     }
 }
 
-/// All that goes into the device's lines.
+/// The input of the device's lines.
 #[derive(Debug, Clone, Copy)]
 pub struct Input<'a> {
     pub format: Format,
@@ -79,33 +78,33 @@ pub struct Input<'a> {
     pub receiver: &'a [Message],
     /// Requests of the navigation computer: when, microseconds after power-on.
     pub requests: &'a [(u64, Request<'static>)],
-    /// How many samples the drive has, of how many seconds each.
+    /// Number of samples of the drive, and the duration of one, s.
     pub samples: (usize, f64),
 }
 
-/// What came of a drive.
+/// Result of a drive.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// Correction of each sample: rad/s and m/s2.
     pub correction: Vec<Increment>,
-    /// What the learner reports at the end.
+    /// The learner's report at the end.
     pub report: Report,
-    /// What it has stored for the next power-on, if anything.
+    /// The networks that it has stored for the next power-on, if any.
     pub stored: Option<Nets>,
-    /// What was ever wrong: bits of [`firmware::wire::command::fault`].
+    /// All faults that were raised: bits of [`firmware::wire::command::fault`].
     pub faults: u32,
 }
 
-/// Takes the application through a drive.
+/// Runs the application through a drive.
 pub fn run(
-    (told, nets): (&Configuration, &Nets),
+    (configuration, nets): (&Configuration, &Nets),
     learner: Option<&mut dyn Learner>,
     input: &Input<'_>,
 ) -> Outcome {
     let config = Config {
         nets: *nets,
         store: true,
-        ..Config::of(told)
+        ..Config::of(configuration)
     };
     let mut device = Device::new(App::with_learner(config, learner), input);
     let mut frames = input.frames.iter().peekable();
@@ -132,20 +131,20 @@ pub fn run(
     }
 }
 
-/// The application at its lines.
+/// The application with its lines.
 struct Device<'m, 'i> {
     app: App<'m>,
     lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine>,
     clock: SetClock,
     input: &'i Input<'i>,
     framer: Framer,
-    /// Frames that went in and have not come out.
+    /// Frames that were sent to the application and are not yet in its output.
     inside: VecDeque<(usize, Counts)>,
-    /// Correction of samples, in counts, as they came out.
-    seen: Vec<Option<[i32; 6]>>,
+    /// Correction of each sample by the application's output, counts.
+    corrections: Vec<Option<[i32; 6]>>,
     faults: u32,
-    /// What the application stored last.
-    kept: Option<Nets>,
+    /// The networks that the application stored last.
+    stored: Option<Nets>,
 }
 
 impl<'m, 'i> Device<'m, 'i> {
@@ -157,13 +156,13 @@ impl<'m, 'i> Device<'m, 'i> {
             input,
             framer: Framer::new(input.format.format),
             inside: VecDeque::new(),
-            seen: vec![None; input.samples.0],
+            corrections: vec![None; input.samples.0],
             faults: 0,
-            kept: None,
+            stored: None,
         }
     }
 
-    /// Time passes until `now`; the application is called now and then.
+    /// Advances the clock to `now`, and calls the application at least every [`TICK_US`].
     fn wait(&mut self, now: u64) {
         while self.clock.0 + TICK_US < now {
             self.clock.0 += TICK_US;
@@ -175,10 +174,10 @@ impl<'m, 'i> Device<'m, 'i> {
     /// Runs the application until it has nothing to do.
     fn settle(&mut self) {
         while self.app.poll(&mut self.lines, &self.clock) {}
-        let kept = &mut self.kept;
+        let stored = &mut self.stored;
         if self.app.wants_to_store() {
             self.app.store(|_, content| {
-                *kept = Some(*content.nets);
+                *stored = Some(*content.nets);
                 true
             });
         }
@@ -194,7 +193,7 @@ impl<'m, 'i> Device<'m, 'i> {
         self.settle();
     }
 
-    /// A frame in; what comes out is compared with what went in.
+    /// Sends a frame, and compares the output with the input.
     fn frame(&mut self, frame: &Frame) {
         let bytes = self.input.format.bytes(frame);
         if !frame.damaged {
@@ -219,8 +218,8 @@ impl<'m, 'i> Device<'m, 'i> {
                 };
                 let [out, was] = [[gyro, accel], [was.dtheta, was.dv]];
                 let by = std::array::from_fn(|i| out[i / 3][i % 3].wrapping_sub(was[i / 3][i % 3]));
-                if let Some(place) = self.seen.get_mut(sample) {
-                    *place = Some(by);
+                if let Some(slot) = self.corrections.get_mut(sample) {
+                    *slot = Some(by);
                 }
             }
         }
@@ -229,23 +228,23 @@ impl<'m, 'i> Device<'m, 'i> {
     fn end(self) -> Outcome {
         let lsb = self.input.format.lsb();
         let (_, dt) = self.input.samples;
-        let mut held = Increment::default();
-        let seen = self.seen.iter().map(|by| {
+        let mut present = Increment::default();
+        let corrections = self.corrections.iter().map(|by| {
             if let Some(by) = by {
                 let v = |at: usize, lsb: f64| {
                     Vector3::new(by[at], by[at + 1], by[at + 2]).map(f64::from) * (lsb / dt)
                 };
-                held = Increment {
+                present = Increment {
                     dtheta: v(0, lsb.rad),
                     dv: v(3, lsb.mps),
                 };
             }
-            held
+            present
         });
         Outcome {
-            correction: seen.collect(),
+            correction: corrections.collect(),
             report: self.app.learning(),
-            stored: self.kept,
+            stored: self.stored,
             faults: self.faults,
         }
     }

@@ -1,4 +1,4 @@
-//! The sensor's line: frames with a case's faults in time and number.
+//! The sensor's line: frames with the faults of a case in their times and numbers.
 
 use firmware::sample::{Counts, Lsb};
 use host_core::inertial::session::to_si;
@@ -10,28 +10,28 @@ use rand_chacha::ChaCha8Rng;
 /// Stream of random numbers of the faults.
 const CHANCE: u64 = 43;
 
-/// What is wrong with the line or with the timing.
+/// Faults of the line or of the timing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
     /// The frames carry neither counter nor time: HG4930.
     NoCounter,
-    /// The sensor's clock is slow by this share: each sample lasts longer than is told.
+    /// The sensor's clock is slow by this share: each sample lasts longer than configured.
     SlowSensor(f64),
     /// The board's clock is fast by this share.
     FastBoard(f64),
-    /// So many frames are lost every so many seconds.
+    /// Number of frames lost at once, and the interval of such losses, s.
     Holes([f64; 2]),
     /// This share of the frames is lost.
     Lost(f64),
-    /// This share of the frames comes twice.
+    /// This share of the frames arrives twice.
     Twice(f64),
     /// This share of the frames has a damaged byte.
     Damaged(f64),
-    /// So many frames come at once.
+    /// This many frames arrive at once.
     Bursts(f64),
-    /// Nothing comes for so long, every so many seconds: length, interval, s.
+    /// Nothing arrives for a while, again and again: duration and interval, s.
     Silences([f64; 2]),
-    /// The sensor is off for so long, s, at the beginning of the span, and starts anew.
+    /// The sensor is off for this long, s, at the start of the span, and restarts.
     Restart(f64),
 }
 
@@ -42,16 +42,16 @@ pub struct Frame {
     pub at_us: u64,
     /// Number of the sample since power-on.
     pub number: u32,
-    /// The sample that its navigation computer would have at that time: the correction applies
-    /// from this one on.
+    /// The sample that the navigation computer has at that time. The correction applies from this
+    /// sample on.
     pub sample: usize,
-    /// Values.
+    /// Increments, counts.
     pub counts: Counts,
     /// A byte is damaged.
     pub damaged: bool,
 }
 
-/// Increments as the counts of frames; what rounding leaves goes to the next sample.
+/// Increments as the counts of frames. The rounding error is carried to the next sample.
 pub fn counts(increments: &[Increment], lsb: &Lsb) -> Vec<Counts> {
     let mut left = [Vector3::zeros(); 2];
     let mut round = |x: &Vector3<f64>, lsb: f64, triad: usize| -> [i32; 3] {
@@ -105,8 +105,8 @@ fn frame(k: usize, period: f64, counts: Counts) -> Frame {
     }
 }
 
-/// Samples of a sensor whose period is `factor` times `dt`: what the increments sum up to, between
-/// samples on a straight line.
+/// Samples of a sensor whose period is `factor` times `dt`: the sums of the increments,
+/// interpolated linearly between samples.
 fn resampled(samples: &[Counts], (dt, lsb): (f64, &Lsb), factor: f64) -> Vec<Frame> {
     let n = (samples.len() as f64 / factor) as usize;
     let at = |x: f64| {
@@ -266,7 +266,7 @@ mod tests {
         assert_eq!(with(Fault::FastBoard(0.01))[999].at_us, 10_100_000);
     }
 
-    /// A slow sensor sends fewer samples, which sum up to the same.
+    /// A slow sensor sends fewer samples with the same sum.
     #[test]
     fn a_slow_sensor_loses_nothing() {
         let all = frames(

@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../../assets/abuse.md");
 
-/// In the order of the page: how a device acts unless it is told otherwise comes first.
+/// In the order of the page: the default of a device's configuration comes first.
 const ACTIVATIONS: [Activation; 3] = [
     Activation::NextPowerOn,
     Activation::NextPowerOnAided,
@@ -67,7 +67,7 @@ pub fn markdown(command: &str, times: &Times, all: &[Summary]) -> String {
         })
 }
 
-/// How many rows harm, and the worst run of them.
+/// Number of rows that harm, and the worst run of them.
 fn harm(of: &[&Summary]) -> (usize, String) {
     let of: Vec<_> = of.iter().filter(|of| of.harms()).collect();
     let worst = of
@@ -77,8 +77,8 @@ fn harm(of: &[&Summary]) -> (usize, String) {
     (of.len(), worst.unwrap_or_default())
 }
 
-/// A table of how many rows of each activation, sensor and computer are counted, with words behind
-/// the number.
+/// A table of the number of rows that `count` counts, with its text, by activation, sensor and
+/// computer.
 fn counts(all: &[Summary], count: impl Fn(&[&Summary]) -> (usize, String)) -> String {
     let computers: Vec<Computer> = Computer::ALL
         .iter()
@@ -115,7 +115,7 @@ fn rows(all: &[Summary], activation: Activation, sensor: Sensor) -> impl Iterato
         .filter(move |of| of.sensor == sensor && of.activation == activation)
 }
 
-/// The rows for which this holds, of one of these activations after the other.
+/// The rows for which this holds, in the order of these activations.
 fn of_activations<'a>(
     all: &'a [Summary],
     activations: &'a [Activation],
@@ -126,7 +126,7 @@ fn of_activations<'a>(
     rows.filter(move |of| holds(of))
 }
 
-/// The first cells of a row in a list: which one it is.
+/// The first cells of a row in a list, which identify it.
 fn head(of: &Summary) -> String {
     format!(
         "| `{}` | {} | {} | {} |",
@@ -153,14 +153,14 @@ fn harming(all: &[Summary], activations: &[Activation]) -> String {
     out
 }
 
-/// A table of the rows in which too little of the gain comes back.
+/// A table of the rows in which too little of the gain is recovered.
 fn losing(all: &[Summary]) -> String {
     let mut out =
         "| case | activation | sensor | computer | of the gain, % |\n|---|---|---|---|---|\n"
             .to_owned();
     for of in of_activations(all, &ACTIVATIONS, Summary::loses) {
-        let kept = 100.0 * of.gain_kept.unwrap_or(f64::NAN);
-        let _ = writeln!(out, "{} {kept:.0} |", head(of));
+        let gain = 100.0 * of.gain_kept.unwrap_or(f64::NAN);
+        let _ = writeln!(out, "{} {gain:.0} |", head(of));
     }
     out
 }
@@ -223,17 +223,17 @@ fn table_of(of: &[&Summary]) -> String {
                 row.ratio_worst,
             );
         }
-        let kept = rows.iter().filter_map(|row| row.gain_kept).reduce(f64::min);
+        let gain = rows.iter().filter_map(|row| row.gain_kept).reduce(f64::min);
         let _ = writeln!(
             out,
             " {} |",
-            kept.map_or(String::new(), |kept| format!("{:.0} %", 100.0 * kept))
+            gain.map_or(String::new(), |gain| format!("{:.0} %", 100.0 * gain))
         );
     }
     out
 }
 
-/// What the cases are, with their parameters.
+/// The description of the cases, with their parameters.
 fn cases() -> String {
     let mut out = String::new();
     for (heading, rows) in PARTS {

@@ -1,14 +1,15 @@
 //! Abuse: the device's own code, bytes in and bytes out, in a hostile world.
 //!
 //! A run is one unit. It drives with fixes, while a case disturbs it, and the device learns. Then
-//! the fixes end, and a navigation computer behind the device goes on free inertial: once with the
-//! device's output, once with the sensor's. After that the same unit is switched on again, and what
-//! the device has stored acts from the first sample on; again a navigation computer is judged with
-//! and without it. Corrected errors should never exceed the raw ones.
+//! the fixes end, and a navigation computer behind the device navigates free inertial: once with
+//! the device's output, once with the sensor's. Then the same unit is switched on again, and the
+//! stored networks act from the first sample on. Again a navigation computer is judged with and
+//! without them. Corrected errors should never exceed the raw ones.
 
 mod act;
 mod case;
 mod computer;
+mod configured;
 mod device;
 mod line;
 mod markdown;
@@ -24,7 +25,6 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod times;
-mod told;
 mod world;
 
 pub use case::{Case, chosen};
@@ -42,7 +42,7 @@ use run::Bench;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Cases that are done in one piece: what an interruption loses at most.
+/// Number of cases in one piece. An interruption loses at most this many.
 const PIECE: usize = 12;
 
 const STAMP: Stamp = Stamp {
@@ -51,7 +51,7 @@ const STAMP: Stamp = Stamp {
     foreign: "holds a directory 'runs' that is not of 'abuse'",
 };
 
-/// What to run.
+/// The settings of a command: the cases, and how to run them.
 #[derive(Debug, Clone)]
 pub struct Abuse {
     /// Cases, each once.
@@ -62,21 +62,21 @@ pub struct Abuse {
     pub computers: Vec<Computer>,
     /// When corrections act.
     pub activations: Vec<Activation>,
-    /// How long the parts of a drive last.
+    /// Durations of the parts of a drive.
     pub times: Times,
-    /// Units, numbered from 0.
+    /// Number of units, numbered from 0.
     pub runs: u32,
-    /// Of them only those with `number % shards == shard`.
+    /// Shard and number of shards: only units with `number % shards == shard` run.
     pub shard: (u32, u32),
     /// Directory of results.
     pub out: PathBuf,
-    /// Keep what is there already.
+    /// Whether to keep finished runs of an earlier start.
     pub resume: bool,
 }
 
 /// Some cases of one unit with one kind of sensor and one motion.
 struct Piece<'a> {
-    /// Number of the file that keeps its rows.
+    /// Number of the file with its rows.
     number: u32,
     run: u32,
     sensor: Sensor,
@@ -84,12 +84,12 @@ struct Piece<'a> {
 }
 
 impl Abuse {
-    /// Runs what is missing on rayon's threads and gives all rows of this shard. Calls `progress`
-    /// after each case of each unit and sensor. After `stop` nothing more begins; the rows are then
-    /// not all there.
+    /// Runs the missing cases on rayon's threads and returns all rows of this shard. Calls
+    /// `progress` after each case of each unit and sensor. After `stop` no further case starts, and
+    /// the rows are incomplete.
     ///
     /// # Errors
-    /// Unwritable directory; a directory of other runs; values that no device takes.
+    /// Unwritable directory; a directory of other runs; values that a device rejects.
     pub fn execute(
         &self,
         teach: Teach<'_>,
@@ -131,7 +131,7 @@ impl Abuse {
         Ok(done?.into_iter().flatten().collect())
     }
 
-    /// How many cases of units and sensors this shard has.
+    /// Number of cases of units and sensors in this shard.
     #[must_use]
     pub fn length(&self) -> u64 {
         self.pieces()
@@ -169,7 +169,7 @@ impl Abuse {
             .collect()
     }
 
-    /// A name for everything that decides the numbers.
+    /// The settings on which the results depend, as text.
     fn fingerprint(&self) -> String {
         let cases: Vec<String> = self
             .cases
@@ -188,7 +188,7 @@ impl Abuse {
     }
 }
 
-/// All rows that some directories of one abuse hold, as its shards have left them.
+/// All rows in the directories of the shards of one command.
 ///
 /// # Errors
 /// Directories that are not of `abuse` or do not belong together; broken files.

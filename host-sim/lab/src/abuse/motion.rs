@@ -1,4 +1,4 @@
-//! How the vehicle moves in the drive in which the device learns.
+//! Motions of the vehicle in the drive in which the device learns.
 
 use super::times::Times;
 use host_core::simulator::truth::{City, Segment, Vehicle, VehicleName, random_drive};
@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 pub enum Motion {
     /// A car on town streets and country roads.
     Road,
-    /// The same on a road that shakes it so many times as much.
+    /// The same on a rough road: factor of the vibration.
     Rough(f64),
     /// Another vehicle of the simulator.
     In(VehicleName),
@@ -22,11 +22,11 @@ pub enum Motion {
     Cruise(f64),
     /// It drives straight on at this speed, m/s, all the time.
     Straight(f64),
-    /// It turns back by 180 degrees after this time, s, again and again.
+    /// It turns by 180 degrees at this interval, s.
     TurnsBack(f64),
     /// It drives in circles of this duration, s, all the time.
     Circles(f64),
-    /// It stops for 6 s after this time, s, again and again.
+    /// It stops for 6 s at this interval, s.
     StopsAndGoes(f64),
 }
 
@@ -39,7 +39,7 @@ impl Motion {
         }
     }
 
-    /// The motion of the next drive, which is no disturbance: the same vehicle goes its usual way.
+    /// The undisturbed motion of the next drive, with the same vehicle.
     pub(super) fn next(self) -> Self {
         match self {
             Self::In(_) => self,
@@ -47,7 +47,7 @@ impl Motion {
         }
     }
 
-    /// Scale of the vibration.
+    /// Factor of the vibration.
     pub(super) fn vibration(self) -> f64 {
         match self {
             Self::Rough(factor) => factor,
@@ -111,7 +111,7 @@ fn turn(turn_deg: f64, duration_s: f64) -> Segment {
     }
 }
 
-/// A pattern as often as it takes.
+/// Repeats a pattern for at least `duration_s`.
 fn again(duration_s: f64, pattern: &[Segment]) -> Vec<Segment> {
     let once: f64 = pattern.iter().map(|segment| segment.duration_s).sum();
     let times = (duration_s / once).ceil() as usize;
@@ -157,7 +157,7 @@ fn usual(name: VehicleName) -> Vehicle {
 mod tests {
     use super::*;
 
-    /// Every motion lasts as long as the drive, and begins as it says.
+    /// Every motion lasts as long as the drive, and begins as described.
     #[test]
     fn motions_fill_the_drive() {
         let times = Times::default();

@@ -1,4 +1,4 @@
-//! What a run is made of, by name: sensors, navigation computers, and when corrections act.
+//! Names of the sensors, the navigation computers, and the activations of a run.
 
 use host_core::error::Error;
 use host_core::simulator::imu::ErrorModelName;
@@ -48,10 +48,10 @@ macro_rules! named {
 }
 
 named! {
-    /// The sensor's true errors. The device and the navigation computer are told the datasheet of
-    /// its preset, which is right for [`Sensor::Errors`] and far too wide for [`Sensor::Perfect`].
+    /// The sensor's true errors. The device and the navigation computer get the datasheet of its
+    /// preset, which is right for [`Sensor::Errors`] and far too wide for [`Sensor::Perfect`].
     Sensor ("sensor") {
-        /// White noise and quantisation only: whatever is learnt is wrong.
+        /// White noise and quantisation only: any correction is wrong.
         Perfect "perfect",
         /// All errors of the preset: the group `all` of `campaign`.
         Errors "errors",
@@ -64,7 +64,7 @@ named! {
 }
 
 impl Sensor {
-    /// The unit whose datasheet is told.
+    /// The unit whose datasheet is configured.
     #[must_use]
     pub fn preset(self) -> &'static str {
         match self {
@@ -93,7 +93,7 @@ impl Sensor {
 named! {
     /// The navigation computer behind the device.
     Computer ("computer") {
-        /// Estimates attitude, velocity and position, and takes the sensors for right.
+        /// Estimates attitude, velocity and position, without sensor errors.
         Plain "plain",
         /// Estimates six biases too: 15 states.
         Biases "biases",
@@ -104,14 +104,14 @@ named! {
 }
 
 named! {
-    /// When what was learnt corrects the samples.
+    /// When the learnt networks correct the samples.
     Activation ("activation") {
-        /// In the drive in which it is learnt, faded in.
+        /// In the drive in which they are learnt, faded in.
         Live "live",
         /// From the first sample of the next drive on, unchanged. That drive has no fixes after its
         /// standstill.
         NextPowerOn "next-power-on",
-        /// The same; the navigation computer has fixes for as long as in the drive before.
+        /// The same, but the navigation computer has fixes for as long as in the drive before.
         NextPowerOnAided "next-power-on-aided",
     }
 }
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn names_read_back_and_a_wrong_one_is_told() {
+    fn names_read_back_and_a_wrong_one_is_reported() {
         read_back(Sensor::ALL);
         read_back(Computer::ALL);
         read_back(Activation::ALL);

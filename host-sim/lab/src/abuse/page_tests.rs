@@ -1,4 +1,4 @@
-//! `docs/ABUSE.md`: what it says at its beginning is what its rows say. The rows are read from the
+//! `docs/ABUSE.md`: its introduction agrees with its rows. The rows are read from the
 //! page, since a run of all of them takes hours.
 
 use super::*;
@@ -20,11 +20,12 @@ fn rows<'a>(page: &'a str, heading: &str) -> Vec<Vec<&'a str>> {
         .collect()
 }
 
-/// What of a row only the lists of the page tell: the worst run, and the share of the gain.
+/// Values of a row that are only in the lists of the page: the worst run, and the share of the
+/// gain.
 #[derive(Default)]
 struct Listed {
     run: BTreeMap<[String; 4], u32>,
-    kept: BTreeMap<[String; 4], f64>,
+    gain: BTreeMap<[String; 4], f64>,
 }
 
 impl Listed {
@@ -38,7 +39,7 @@ impl Listed {
                 .iter()
                 .map(|of| (key(of), of[7].parse().unwrap()))
                 .collect(),
-            kept: losing.iter().map(|of| (key(of), per_cent(of[4]))).collect(),
+            gain: losing.iter().map(|of| (key(of), per_cent(of[4]))).collect(),
         }
     }
 }
@@ -48,7 +49,7 @@ fn share(text: &str) -> Option<f64> {
     (!number.is_empty()).then(|| number.parse::<f64>().unwrap() / 100.0)
 }
 
-/// A ratio; a bold one harms, also where its digits do not show it.
+/// A ratio. A bold one harms, even if its digits do not exceed the limit.
 fn ratio(text: &str, limit: f64) -> f64 {
     let value: f64 = text.trim_matches('*').parse().unwrap();
     let bold = text.starts_with('*');
@@ -74,7 +75,7 @@ fn summaries(page: &str, activation: Activation, sensor: Sensor, listed: &Listed
             let [raw, corrected, median, worst] = [3, 4, 5, 6].map(|column| cells[column + 4 * at]);
             let case = cells[0].to_owned();
             let key = [&case, activation.name(), sensor.name(), computer.name()].map(str::to_owned);
-            let least = share(cells[15]).filter(|kept| *kept >= 0.8);
+            let least = share(cells[15]).filter(|gain| *gain >= 0.8);
             all.push(Summary {
                 sensor,
                 computer,
@@ -88,7 +89,7 @@ fn summaries(page: &str, activation: Activation, sensor: Sensor, listed: &Listed
                 ratio_worst_run: listed.run.get(&key).copied().unwrap_or(0),
                 promoted_share: share(cells[1]).unwrap(),
                 rolled_back_share: share(cells[2]).unwrap(),
-                gain_kept: listed.kept.get(&key).copied().or(least),
+                gain_kept: listed.gain.get(&key).copied().or(least),
                 faults: 0,
                 case,
             });
@@ -109,8 +110,8 @@ fn the_page_says_what_its_rows_say() {
         }
     }
     let cases = chosen(&[]).unwrap();
-    let place = |of: &Summary| cases.iter().position(|case| case.name() == of.case);
-    all.sort_by_key(|of| (of.sensor, of.activation, of.computer, place(of)));
+    let position = |of: &Summary| cases.iter().position(|case| case.name() == of.case);
+    all.sort_by_key(|of| (of.sensor, of.activation, of.computer, position(of)));
     let command = page
         .lines()
         .find_map(|line| line.strip_prefix("    cargo run"));

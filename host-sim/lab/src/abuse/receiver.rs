@@ -1,4 +1,4 @@
-//! The device's receiver: its fixes with what a case does to them, as bytes of UBX-NAV-PVT.
+//! The device's receiver: its fixes with the faults of a case, as bytes of UBX-NAV-PVT.
 
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::sins::NavState;
@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Time from validity to arrival that a device is told by default, s.
+/// Configured delay of fixes from validity to arrival by default, s.
 pub const DELAY_S: f64 = 0.1;
 /// Streams of random numbers beside those of the usual errors.
 const DIRECTION: u64 = 40;
@@ -19,61 +19,62 @@ const FIRST_MS: i64 = 3_600_000;
 /// A GPS week, ms.
 const WEEK_MS: i64 = 604_800_000;
 
-/// What is wrong with a receiver. Lengths in m, speeds in m/s, times in s.
+/// Faults of a receiver. Lengths in m, speeds in m/s, times in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
-    /// Fixes arrive so long after they were valid, in place of [`DELAY_S`].
+    /// Delay of fixes from validity to arrival, instead of [`DELAY_S`].
     Late(f64),
-    /// Each arrives later by another time, up to this.
+    /// A random additional delay of each fix, up to this.
     Jitter(f64),
     /// The antenna is here: forward, right, down.
     Arm([f64; 3]),
-    /// Errors that last: of the position, their time, of the velocity, their time.
+    /// Coloured errors: those of the position, their correlation time, those of the velocity, their
+    /// correlation time.
     Coloured([f64; 4]),
-    /// What is told of the accuracy is multiplied by this.
+    /// The reported accuracy is multiplied by this.
     Configured(f64),
-    /// Errors are as many times as large as is told.
+    /// The errors are this many times as large as reported.
     Noise(f64),
-    /// The same only now and then: the factor, and for how long and how long not, s.
+    /// The same in intervals: the factor, and the durations with and without it, s.
     Bouts([f64; 2]),
-    /// It tells this accuracy of the speed.
+    /// It reports this accuracy of the speed.
     SpeedAccuracy(f64),
-    /// The position is off by this, in a direction that stays; the velocity is right.
+    /// The position is off by this in a constant direction. The velocity is right.
     Shift(f64),
-    /// The position drifts away with this speed, and the velocity tells it.
+    /// The position drifts with this speed, and the velocity agrees with it.
     Drift(f64),
     /// The same with an acceleration, m/s2.
     Accelerates(f64),
-    /// Fix for fix the same, with new times.
+    /// It repeats one fix, with new times.
     Frozen,
-    /// Times without satellites, in which the receiver goes on straight: their mean interval and
-    /// length.
+    /// Times without satellites, in which the receiver extrapolates on a straight line: their mean
+    /// interval and length.
     Extrapolates([f64; 2]),
     /// A component of the velocity (0 north, 1 east, 2 down) has the wrong sign.
     Negated(usize),
-    /// The velocity goes through a low pass of this time constant.
+    /// The velocity has a low-pass filter of this time constant.
     VelocityLag(f64),
     /// The velocity is the difference of the last two positions.
     VelocityOfPositions,
-    /// The velocity is missing: it tells 0, and an accuracy of 20 m/s.
+    /// The velocity is missing: it is reported as 0, with an accuracy of 20 m/s.
     NoVelocity,
-    /// It tells the velocity 0 with its usual accuracy.
+    /// It reports the velocity 0 with its usual accuracy.
     VelocityZero,
     /// The time of validity jumps by this.
     TimeJump(f64),
     /// The week ends.
     Rollover,
-    /// The height is multiplied by this: another unit.
+    /// The height is multiplied by this, as by a wrong unit.
     HeightFactor(f64),
-    /// The height is off by this: another surface.
+    /// The height is off by this, as by another reference surface.
     HeightOffset(f64),
     /// No fixes at random times: their mean interval and length.
     Gaps([f64; 2]),
     /// No fixes.
     Outage,
-    /// Only each so manieth fix.
+    /// Only each fix of this number is sent.
     Each(usize),
-    /// Two fixes come in the wrong order.
+    /// Pairs of fixes arrive in the wrong order.
     Swapped,
     /// This share of the fixes is off by the second number.
     Outliers([f64; 2]),
@@ -86,7 +87,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Whether it lies in what the simulator makes of a whole drive.
+    /// Whether the fixes of its span are those of another simulated receiver.
     fn is_of_drive(self) -> bool {
         matches!(
             self,
@@ -99,15 +100,15 @@ impl Fault {
     }
 }
 
-/// A fix on its way.
+/// A fix with its times.
 #[derive(Debug, Clone, Copy)]
 struct Sent {
     fix: Fix,
     /// When it is valid and when it arrives, s after power-on.
     valid_s: f64,
     arrives_s: f64,
-    /// The time that it tells, ms.
-    told_ms: i64,
+    /// The time that the message states, ms.
+    stated_ms: i64,
 }
 
 /// A message of the receiver: when it arrives, microseconds after power-on, and its bytes.
@@ -129,7 +130,7 @@ pub fn messages(
     let usual = GnssSpec::default();
     let mut sent = received(&usual, truth, seed, until_s);
     let mut states = truth.epochs.clone();
-    // what lies in the receiver's errors or in its place is mixed in by its span
+    // in the spans of such faults, the fixes are those of the other receiver
     let others: Vec<[f64; 2]> = faults
         .iter()
         .filter(|(fault, _)| fault.is_of_drive())
@@ -159,7 +160,7 @@ pub fn messages(
     sent.iter().map(message).collect()
 }
 
-/// The fixes of a receiver until its fixes end, as they come by default.
+/// The fixes of a receiver until `until_s`, with the default delay.
 fn received(spec: &GnssSpec, truth: &Truth, seed: u64, until_s: u32) -> Vec<Sent> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     spec.of_drive(truth, &mut rng)
@@ -168,15 +169,15 @@ fn received(spec: &GnssSpec, truth: &Truth, seed: u64, until_s: u32) -> Vec<Sent
         .take_while(|(at_s, _)| *at_s <= f64::from(until_s))
         .filter_map(|(at_s, fix)| Some((at_s, fix?)))
         .map(|(valid_s, fix)| Sent {
-            fix: told_as_white(fix, spec),
+            fix: reported_as_white(fix, spec),
             valid_s,
             arrives_s: valid_s + DELAY_S,
-            told_ms: FIRST_MS + (valid_s * 1e3).round() as i64,
+            stated_ms: FIRST_MS + (valid_s * 1e3).round() as i64,
         })
         .collect()
 }
 
-/// The receiver of the simulator with those of its errors that a case asks for.
+/// The receiver of the simulator with the errors of a case.
 fn spec(faults: &[(Fault, [f64; 2])]) -> GnssSpec {
     let mut spec = GnssSpec::default();
     for (fault, _) in faults {
@@ -204,8 +205,8 @@ fn spec(faults: &[(Fault, [f64; 2])]) -> GnssSpec {
     spec
 }
 
-/// The receiver tells its white noise only.
-fn told_as_white(fix: Fix, spec: &GnssSpec) -> Fix {
+/// Sets the reported accuracy to that of the white noise alone.
+fn reported_as_white(fix: Fix, spec: &GnssSpec) -> Fix {
     let sigmas = spec.sigmas().map(|sigma| sigma * spec.told_factor);
     Fix { sigmas, ..fix }
 }
@@ -249,7 +250,7 @@ fn apply(fault: Fault, [from, to]: [f64; 2], sent: &mut Vec<Sent>, truth: &[NavS
     }
 }
 
-/// A fault that treats each fix by itself. `since`: seconds since it began.
+/// A fault that acts on each fix independently. `since`: seconds since it began.
 fn each(
     fault: Fault,
     one: &mut Sent,
@@ -263,7 +264,7 @@ fn each(
     match fault {
         Fault::Late(by) => one.arrives_s = one.valid_s + by,
         Fault::Jitter(up_to) => one.arrives_s += chance.random_range(0.0..=up_to),
-        Fault::SpeedAccuracy(told) => fix.sigmas[3..].fill(told / 3.0_f64.sqrt()),
+        Fault::SpeedAccuracy(reported) => fix.sigmas[3..].fill(reported / 3.0_f64.sqrt()),
         Fault::Bouts([factor, length]) if (since / length) as u64 % 2 == 1 => {
             enlarge(fix, truth, factor);
         }
@@ -283,8 +284,8 @@ fn each(
             fix.sigmas[3..].fill(20.0 / 3.0_f64.sqrt());
         }
         Fault::VelocityZero => fix.velocity = none,
-        Fault::TimeJump(by) => one.told_ms += (by * 1e3) as i64,
-        Fault::Rollover => one.told_ms += WEEK_MS - FIRST_MS - 700_000,
+        Fault::TimeJump(by) => one.stated_ms += (by * 1e3) as i64,
+        Fault::Rollover => one.stated_ms += WEEK_MS - FIRST_MS - 700_000,
         Fault::HeightFactor(factor) => fix.position.h *= factor,
         Fault::HeightOffset(by) => fix.position.h += by,
         Fault::Outliers([share, size]) => {
@@ -304,11 +305,11 @@ fn each(
             fix.position.lon = round(fix.position.lon, degrees);
             fix.velocity = fix.velocity.map(|v| round(v, speed));
         }
-        _ => {} // of the whole drive
+        _ => {} // faults of the whole drive
     }
 }
 
-/// The errors that a fix has, as many times.
+/// Multiplies the errors of a fix.
 fn enlarge(fix: &mut Fix, truth: Option<&NavState>, factor: f64) {
     if let Some(truth) = truth {
         let error = fix.position.ned_from(&truth.position) * (factor - 1.0);
@@ -317,7 +318,7 @@ fn enlarge(fix: &mut Fix, truth: Option<&NavState>, factor: f64) {
     }
 }
 
-/// Faults that depend on the fixes before.
+/// Faults that depend on earlier fixes.
 fn remember(fault: Fault, sent: &mut [Sent], within: impl Fn(&Sent) -> bool) {
     let mut before: Option<Fix> = None;
     for one in sent.iter_mut() {
@@ -341,7 +342,7 @@ fn remember(fault: Fault, sent: &mut [Sent], within: impl Fn(&Sent) -> bool) {
     }
 }
 
-/// Times without satellites: the last good fix goes on with its velocity.
+/// Times without satellites: extrapolates the last good fix with its velocity.
 fn extrapolate(
     [interval, length]: [f64; 2],
     sent: &mut [Sent],
@@ -361,7 +362,7 @@ fn extrapolate(
     }
 }
 
-/// The fixes of a span by twos, the later one first.
+/// Swaps the fixes of a span in pairs.
 fn swap(sent: &mut [Sent], from: f64, to: f64) {
     let first = sent.partition_point(|one| one.valid_s < from);
     let last = sent.partition_point(|one| one.valid_s < to);
@@ -371,13 +372,13 @@ fn swap(sent: &mut [Sent], from: f64, to: f64) {
     }
 }
 
-/// What a receiver sends of a fix.
+/// The message of a fix.
 fn message(sent: &Sent) -> Message {
     let Sent { fix, .. } = sent;
     let [north, _, down, speed, ..] = fix.sigmas;
     let millimetres = |sigma: f64| (sigma * 1e3).round().clamp(1.0, 4e9) as u32;
     let mut pvt = hil::pvt(0, fix);
-    pvt.time_of_week = sent.told_ms.rem_euclid(WEEK_MS) as u32;
+    pvt.time_of_week = sent.stated_ms.rem_euclid(WEEK_MS) as u32;
     pvt.horizontal_accuracy = millimetres(north * 2.0_f64.sqrt());
     pvt.vertical_accuracy = millimetres(down);
     pvt.speed_accuracy = millimetres(speed * 3.0_f64.sqrt());

@@ -4,12 +4,12 @@ use super::Abuse;
 use super::act::Act;
 use super::case::Case;
 use super::computer;
+use super::configured;
 use super::device::{self, Format, Input, Outcome};
 use super::line::{self, Frame};
 use super::names::{Activation, Computer, Sensor};
 use super::receiver;
 use super::times::Span;
-use super::told;
 use super::world::{World, corrected, sensor_faults};
 use crate::learning::teacher::Assumptions;
 use firmware::configuration::{self, Configuration};
@@ -26,14 +26,14 @@ use std::cell::OnceCell;
 /// Calls the second argument with a learner for this configuration.
 pub type Teach<'a> = &'a (dyn Fn(&Configuration, &mut dyn FnMut(&mut dyn Learner)) + Sync);
 
-/// The device's learner from fixes.
-pub fn fix_learner(told: &Configuration, then: &mut dyn FnMut(&mut dyn Learner)) {
+/// Calls `then` with the device's learner from fixes.
+pub fn fix_learner(configuration: &Configuration, then: &mut dyn FnMut(&mut dyn Learner)) {
     let mut memory = Box::new(FixMemory::ZEROED);
-    let mut learner = FixLearner::new(&mut memory, Settings::of(told));
+    let mut learner = FixLearner::new(&mut memory, Settings::of(configuration));
     then(&mut learner);
 }
 
-/// What came of one case in one run, behind one navigation computer.
+/// Result of one case in one run, with one navigation computer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// Name of the case.
@@ -50,18 +50,18 @@ pub struct Judged {
     pub raw_m: f64,
     /// The same with the device's corrections, m.
     pub corrected_m: f64,
-    /// The device corrected something.
+    /// Whether the device corrected something.
     pub promoted: bool,
-    /// A promoted hypothesis was given up for "no correction".
+    /// Whether a promoted hypothesis was rolled back to "no correction".
     pub rolled_back: bool,
-    /// Faults that the device ever raised: bits of `fault` of the command link.
+    /// All faults that the device raised: bits of `fault` of the command link.
     pub faults: u32,
 }
 
 /// The samples of a drive.
 struct Measured {
     session: Session,
-    /// Errors of each computer on them, when they are asked for.
+    /// Error of each computer on the uncorrected samples, m, computed at the first request.
     raw: OnceCell<Vec<f64>>,
 }
 
@@ -85,7 +85,7 @@ impl<'a> Bench<'a> {
             run,
             worlds: Default::default(),
             clean: Default::default(),
-            assumptions: Assumptions::of(&told::unit(sensor)),
+            assumptions: Assumptions::of(&configured::unit(sensor)),
             teach,
         }
     }
@@ -112,10 +112,10 @@ impl<'a> Bench<'a> {
     fn errors(&self, session: &Session, correction: &[Increment], of: Activation) -> Vec<f64> {
         let increments = corrected(session, correction);
         let until = self.until(of);
-        let told = (self.assumptions, self.sensor.finds_north());
+        let knows = (self.assumptions, self.sensor.finds_north());
         let computers = self.abuse.computers.iter();
         computers
-            .map(|&which| computer::error(which, session, &increments, &told, until))
+            .map(|&which| computer::error(which, session, &increments, &knows, until))
             .collect()
     }
 
@@ -142,12 +142,12 @@ impl<'a> Bench<'a> {
     /// A case with all computers and activations.
     ///
     /// # Errors
-    /// Values of the case that no device takes.
+    /// Values of the case that a device rejects.
     pub(super) fn judge(&self, case: &Case) -> Result<Vec<Judged>, Error> {
         let mut rows = Vec::new();
         let mut own = None;
         let learning = self.measured(case, Activation::Live, &mut own);
-        let mut kept: Option<Outcome> = None;
+        let mut learnt_once: Option<Outcome> = None;
         for &activation in &self.abuse.activations {
             let device = Device::new(self, case, activation)?;
             if activation == Activation::Live {
@@ -157,7 +157,7 @@ impl<'a> Bench<'a> {
             }
             let mut own = None;
             let next = self.measured(case, activation, &mut own);
-            let learnt = kept.get_or_insert_with(|| device.learns(&learning.session));
+            let learnt = learnt_once.get_or_insert_with(|| device.learns(&learning.session));
             let stored = learnt.stored.as_ref();
             let stored = stored.filter(|nets| !nets.same_images(&Nets::NONE));
             let correction = stored.map(|nets| device.next(&next.session, nets).correction);
@@ -210,7 +210,7 @@ struct Device<'b, 'a> {
     case: &'b Case,
     activation: Activation,
     format: Format,
-    told: Configuration,
+    configuration: Configuration,
 }
 
 impl<'b, 'a> Device<'b, 'a> {
@@ -226,14 +226,16 @@ impl<'b, 'a> Device<'b, 'a> {
             Act::Configured(fault) => Some(*fault),
             _ => None,
         });
-        let mut told =
-            told::configuration(faults, (bench.sensor, name)).map_err(|problem| Error::Option {
-                option: format!("--cases {case}"),
-                problem,
-                remedy: "give values that a device takes".into(),
+        let mut configuration =
+            configured::configuration(faults, (bench.sensor, name)).map_err(|problem| {
+                Error::Option {
+                    option: format!("--cases {case}"),
+                    problem,
+                    remedy: "give values that a device takes".into(),
+                }
             })?;
-        told.correction.mode = Mode::Learn;
-        told.correction.activation = match activation {
+        configuration.correction.mode = Mode::Learn;
+        configuration.correction.activation = match activation {
             Activation::Live => configuration::Activation::Faded,
             _ => configuration::Activation::NextPowerOn,
         };
@@ -242,11 +244,11 @@ impl<'b, 'a> Device<'b, 'a> {
             case,
             activation,
             format: Format::of(counted),
-            told,
+            configuration,
         })
     }
 
-    /// The frames of a drive. In the next one only what is always there acts.
+    /// The frames of a drive. In the next drive only permanent faults act.
     fn frames(&self, session: &Session, seed: u64, next: bool) -> Vec<Frame> {
         let times = &self.bench.abuse.times;
         let acts = self
@@ -302,17 +304,17 @@ impl<'b, 'a> Device<'b, 'a> {
         self.taught(&Nets::NONE, &input)
     }
 
-    /// A drive with what is stored, and with a learner.
+    /// A drive with the stored networks and a learner.
     fn taught(&self, stored: &Nets, input: &Input<'_>) -> Outcome {
         let mut outcome = None;
-        let told = (&self.told, stored);
-        (self.bench.teach)(&self.told, &mut |learner| {
-            outcome = Some(device::run(told, Some(learner), input));
+        let state = (&self.configuration, stored);
+        (self.bench.teach)(&self.configuration, &mut |learner| {
+            outcome = Some(device::run(state, Some(learner), input));
         });
-        outcome.unwrap_or_else(|| device::run(told, None, input))
+        outcome.unwrap_or_else(|| device::run(state, None, input))
     }
 
-    /// The next drive, in which what was stored acts from the first sample on.
+    /// The next drive, in which the stored networks act from the first sample on.
     fn next(&self, session: &Session, stored: &Nets) -> Outcome {
         let world = self.bench.world(self.case, self.activation);
         let input = Input {

@@ -1,5 +1,5 @@
-//! The sensor: what a case does to its errors and to its samples. The navigation computer gets the
-//! same samples, with and without the corrections of the device.
+//! The sensor: the faults of a case in its errors and in its samples. The navigation computer gets
+//! the same samples, with and without the corrections of the device.
 
 use host_core::inertial::sins::Increment;
 use host_core::inertial::units::{DEG_PER_H, UG};
@@ -13,21 +13,20 @@ use rand_distr::{Distribution, StandardNormal};
 /// Stream of random numbers of the faults.
 const CHANCE: u64 = 42;
 
-/// What is wrong with a sensor.
+/// Faults of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
-    /// Its white noise is so many times the datasheet's.
+    /// Factor of its white noise, relative to the datasheet.
     Noise(f64),
-    /// Its biases are so many times those that it has, and have the other sign after the middle of
-    /// the span: deg/h and ug, 1 sigma.
+    /// Additional biases, which change their sign in the middle of the span: deg/h and ug, 1 sigma.
     Inverted([f64; 2]),
-    /// Its biases step by so much, with a random sign for each axis: deg/h and ug.
+    /// Step of its biases, with a random sign for each axis: deg/h and ug.
     Step([f64; 2]),
-    /// Its biases drift by so much an hour: deg/h and ug.
+    /// Drift of its biases in an hour: deg/h and ug.
     Drift([f64; 2]),
-    /// Its biases swing with this amplitude and period: deg/h, ug, s.
+    /// Its biases oscillate with these amplitudes and this period: deg/h, ug, s.
     Swings([f64; 3]),
-    /// The vertical gyro (deg/s) and the forward accelerometer (g) do not go beyond this.
+    /// The vertical gyro (deg/s) and the forward accelerometer (g) saturate at this.
     Saturates([f64; 2]),
     /// An axis (0 to 5, gyros first) keeps its value.
     Stuck(usize),
@@ -37,13 +36,14 @@ pub enum Fault {
     Coarse([f64; 2]),
     /// An axis (0 to 5) has the wrong sign.
     Negated(usize),
-    /// Spikes: their share of the samples, and their size in deg/s; as many mg.
+    /// Spikes: their share of the samples, and their size in deg/s for gyros and in mg for
+    /// accelerometers.
     Spikes([f64; 2]),
     /// Bias of the gyros by specific force, deg/h/g.
     GSensitivity(f64),
     /// Scale factors are off by this share.
     Scale(f64),
-    /// Accelerometers are late by so many samples.
+    /// Delay of the accelerometers, samples.
     LateAccel(usize),
     /// The next drive begins with the sensor still warm.
     HotRestart,
@@ -55,12 +55,12 @@ impl Fault {
         next || self != Self::HotRestart
     }
 
-    /// Whether what it did stays: the biases of the next drive are those at the end of this one.
+    /// Whether its effect is permanent: the next drive has the biases of the end of this one.
     pub(super) fn stays(self) -> bool {
         matches!(self, Self::Inverted(_) | Self::Step(_))
     }
 
-    /// What it changes in the simulated sensor, in the learning drive or in the next one.
+    /// Applies it to the simulated sensor of the learning drive or the next one.
     pub(super) fn on_spec(self, spec: &mut ImuSpec, next: bool) {
         match self {
             Self::Noise(factor) => {
@@ -73,8 +73,8 @@ impl Fault {
         }
     }
 
-    /// What it changes in the increments of a drive, sample by sample, `dt` s each, within a span.
-    /// `seed` is the unit's: what belongs to the unit is the same in all its drives.
+    /// Applies it to the increments of a drive, `dt` s each, within a span. `seed` is the unit's,
+    /// so that errors of the unit are the same in all its drives.
     pub(super) fn on_samples(self, all: &mut [Increment], dt: f64, span: [f64; 2], seed: u64) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(CHANCE);
@@ -120,9 +120,9 @@ impl Fault {
                 }
             }
             Self::Stuck(axis) => {
-                let held = all.get(from).copied().unwrap_or_default();
+                let frozen = all.get(from).copied().unwrap_or_default();
                 for one in &mut all[from..to] {
-                    *component(one, axis) = *component(&mut { held }, axis);
+                    *component(one, axis) = *component(&mut { frozen }, axis);
                 }
             }
             _ => all[from..to]
@@ -131,7 +131,7 @@ impl Fault {
         }
     }
 
-    /// A fault that treats each sample by itself.
+    /// A fault that acts on each sample independently.
     fn on_one(self, one: &mut Increment, dt: f64, rng: &mut ChaCha8Rng) {
         let rate = |deg_s: f64| deg_s.to_radians() * dt;
         let force = |g: f64| g * 9.8 * dt;
@@ -164,7 +164,7 @@ impl Fault {
                 one.dtheta *= 1.0 + by;
                 one.dv *= 1.0 + by;
             }
-            _ => {} // of the simulated sensor
+            _ => {} // faults of the simulated sensor
         }
     }
 }
@@ -188,7 +188,7 @@ mod tests {
 
     const DT: f64 = 0.01;
 
-    fn still() -> Vec<Increment> {
+    fn constant() -> Vec<Increment> {
         let one = Increment {
             dtheta: Vector3::new(1e-4, -2e-4, 3e-3),
             dv: Vector3::new(0.2, 0.1, -0.098),
@@ -197,15 +197,15 @@ mod tests {
     }
 
     fn with(fault: Fault) -> Vec<Increment> {
-        let mut all = still();
+        let mut all = constant();
         fault.on_samples(&mut all, DT, [2.0, 6.0], 7);
         all
     }
 
-    /// Outside its span a fault changes nothing, and within it what it says.
+    /// A fault changes the samples in its span as described, and none outside it.
     #[test]
     fn faults_act_in_their_span() {
-        let clean = still();
+        let clean = constant();
         for fault in [
             Fault::Saturates([5.0, 1.0]),
             Fault::DeadBand(1.5),
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn a_stuck_axis_keeps_its_value() {
-        let mut all = still();
+        let mut all = constant();
         all.iter_mut()
             .enumerate()
             .for_each(|(k, one)| one.dtheta.z = k as f64);

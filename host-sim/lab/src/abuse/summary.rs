@@ -1,4 +1,4 @@
-//! The runs of a case in figures.
+//! Statistics of the runs of a case.
 
 use super::case::Case;
 use super::names::{Activation, Computer, Sensor};
@@ -7,13 +7,13 @@ use crate::campaign::median_of;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What no case may exceed: the ratio of corrected to raw in the median, and in the worst run.
+/// Largest allowed ratio of the corrected to the raw error: in the median, and in the worst run.
 pub const LIMITS: [f64; 2] = [1.02, 1.10];
-/// Share of the undisturbed gain that must be back when a disturbance has ended.
+/// Share of the undisturbed gain that must be recovered after the end of a disturbance.
 pub const GAIN_KEPT: f64 = 0.8;
-/// Errors below this count as this in a run's ratio, m: nobody minds 2 m in place of 1 m.
+/// Smallest error in the ratio of a run, m. Differences of smaller errors do not matter.
 const FLOOR_M: f64 = 1.0;
-/// There is a gain to keep from this share of the raw error on.
+/// Smallest gain that is judged, as a share of the raw error.
 const LEAST_GAIN: f64 = 0.05;
 
 /// All runs of a case with one sensor, computer and activation.
@@ -27,7 +27,7 @@ pub struct Summary {
     pub computer: Computer,
     /// When corrections act.
     pub activation: Activation,
-    /// How many runs.
+    /// Number of runs.
     pub runs: usize,
     /// Median of the horizontal errors without the device, m.
     pub raw_median_m: f64,
@@ -43,9 +43,9 @@ pub struct Summary {
     pub ratio_worst_run: u32,
     /// Share of the runs in which the device corrected something.
     pub promoted_share: f64,
-    /// Share of the runs in which it gave a correction up again.
+    /// Share of the runs in which it rolled a correction back.
     pub rolled_back_share: f64,
-    /// Of a disturbance that ends: the gain as a share of that without a disturbance.
+    /// The gain as a share of that without a disturbance, for a disturbance that ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_kept: Option<f64>,
     /// Faults that the device raised in any run: bits of `fault` of the command link.
@@ -57,15 +57,15 @@ impl Summary {
     #[must_use]
     pub fn harms(&self) -> bool {
         let [median, worst] = LIMITS;
-        // what is not a number harms
+        // NaN harms
         !(self.ratio_median <= median && self.ratio_worst <= worst)
     }
 
-    /// Whether too little of the gain is back after the disturbance.
+    /// Whether too little of the gain is recovered after the disturbance.
     #[must_use]
     pub fn loses(&self) -> bool {
         self.gain_kept
-            .is_some_and(|kept| kept.is_nan() || kept < GAIN_KEPT)
+            .is_some_and(|gain| gain.is_nan() || gain < GAIN_KEPT)
     }
 }
 
@@ -74,17 +74,17 @@ fn ratio(row: &Judged) -> f64 {
     row.corrected_m.max(FLOOR_M) / row.raw_m.max(FLOOR_M)
 }
 
-/// Sums up, in the order of the cases.
+/// The statistics of all rows, in the order of the cases.
 #[must_use]
 pub fn summarise(rows: &[Judged], cases: &[Case]) -> Vec<Summary> {
-    let place = |name: &str| cases.iter().position(|case| case.name() == name);
+    let position = |name: &str| cases.iter().position(|case| case.name() == name);
     let mut groups: BTreeMap<_, Vec<&Judged>> = BTreeMap::new();
     for row in rows {
         let key = (
             row.sensor,
             row.activation,
             row.computer,
-            place(&row.case),
+            position(&row.case),
             &row.case,
         );
         groups.entry(key).or_default().push(row);
@@ -92,17 +92,17 @@ pub fn summarise(rows: &[Judged], cases: &[Case]) -> Vec<Summary> {
     let mut all: Vec<Summary> = groups.values().map(|rows| of(rows)).collect();
     let clean: Vec<Summary> = all.iter().filter(|of| of.case == "none").cloned().collect();
     for one in &mut all {
-        if place(&one.case).is_some_and(|place| cases[place].ends()) {
+        if position(&one.case).is_some_and(|index| cases[index].ends()) {
             let key = |of: &Summary| (of.sensor, of.activation, of.computer);
             let clean = clean.iter().find(|clean| key(clean) == key(one));
-            one.gain_kept = clean.and_then(|clean| kept(one, clean));
+            one.gain_kept = clean.and_then(|clean| gain_share(one, clean));
         }
     }
     all
 }
 
-/// The gain as a share of that of the undisturbed case, if there is one to speak of.
-fn kept(of: &Summary, clean: &Summary) -> Option<f64> {
+/// The gain as a share of that of the undisturbed case, if that is at least [`LEAST_GAIN`].
+fn gain_share(of: &Summary, clean: &Summary) -> Option<f64> {
     let gain = |of: &Summary| 1.0 - of.ratio_median;
     (gain(clean) > LEAST_GAIN).then(|| gain(of) / gain(clean))
 }
@@ -181,7 +181,7 @@ mod tests {
         // the median alone
         let rows = [row("none", 0, 100.0, 103.0), row("none", 1, 100.0, 103.0)];
         assert!(summarise(&rows, &cases)[0].harms());
-        // metres below the floor are no harm, and what is not a number is
+        // errors below the floor do not harm, and NaN does
         assert!(!summarise(&[row("none", 0, 0.1, 0.9)], &cases)[0].harms());
         assert!(summarise(&[row("none", 0, 100.0, f64::INFINITY)], &cases)[0].harms());
     }

@@ -40,7 +40,7 @@ fn execute(abuse: &Abuse, teach: Teach<'_>) -> Vec<Judged> {
         .unwrap()
 }
 
-/// A learner that promotes what it has not learnt, or nothing at all.
+/// A learner that promotes networks without having learnt them, or nothing at all.
 struct Broken {
     promotes: bool,
 }
@@ -105,7 +105,7 @@ fn a_device_that_harms_is_found() {
     );
 }
 
-/// What is interrupted and resumed, or divided into shards and merged, is what is run in one go.
+/// Interrupted and resumed runs, and merged shards, equal a run in one go.
 #[test]
 fn resumed_and_divided_runs_equal_the_whole() {
     let dir = tempfile::tempdir().unwrap();
@@ -144,14 +144,14 @@ fn resumed_and_divided_runs_equal_the_whole() {
         .collect();
     assert_eq!(merge(&shards).unwrap(), rows);
 
-    // other cases in the same directory are refused, and nothing is lost
+    // other cases in the same directory are rejected, and nothing is lost
     let other = abuse(&["none"], 2, &at("whole"));
     let refused = other.execute(&broken, &AtomicBool::new(false), &|| ());
     assert!(matches!(refused, Err(Error::NotOurs { .. })));
     assert_eq!(merge(&[at("whole")]).unwrap(), rows);
 }
 
-/// The messages of a receiver with these acts.
+/// The messages of a receiver with these acts of a case.
 fn sent(world: &World, acts: &[(Act, Span)]) -> Vec<Message> {
     let faults: Vec<_> = acts
         .iter()
@@ -230,9 +230,9 @@ fn cases_of_the_sensor_change_its_samples() {
     }
 }
 
-/// Every case of the line, of what is told, and of the requests changes these.
+/// Every case of the line, of the configuration, and of the requests changes these.
 #[test]
-fn cases_of_line_and_told_change_these() {
+fn cases_of_line_and_configuration_change_these() {
     let world = World::learning(&SHORT, Motion::Road, 0);
     let session = world.measured(Sensor::Perfect, &[], &SHORT);
     let frames = |acts: &[(Act, Span)]| {
@@ -254,21 +254,21 @@ fn cases_of_line_and_told_change_these() {
             "{case}"
         );
     }
-    let told = |case: &Case| {
+    let configuration = |case: &Case| {
         let faults = case.acts.iter().filter_map(|(act, _)| match act {
             Act::Configured(fault) => Some(*fault),
             _ => None,
         });
-        told::configuration(faults, (Sensor::Perfect, FormatName::Novatel)).unwrap()
+        configured::configuration(faults, (Sensor::Perfect, FormatName::Novatel)).unwrap()
     };
-    let honest = told(&"none".parse().unwrap());
+    let honest = configuration(&"none".parse().unwrap());
     for row in table::PARTS[5].1 {
         let case: Case = row.name.parse().unwrap();
         let asks = case.acts.iter().any(|(act, span)| match act {
             Act::Asked(asked) => !asked.requests(*span, &SHORT).is_empty(),
             _ => false,
         });
-        assert!(asks || told(&case) != honest, "{case}");
+        assert!(asks || configuration(&case) != honest, "{case}");
     }
     let lsb = |counted| Format::of(counted).lsb();
     assert_eq!(lsb(true), lsb(false));
@@ -279,7 +279,7 @@ fn cases_of_line_and_told_change_these() {
 #[test]
 fn cases_of_the_motion_change_the_drive() {
     let clean = World::learning(&SHORT, Motion::Road, 0).truth;
-    let still = SHORT.standstill_s as usize;
+    let standstill = SHORT.standstill_s as usize;
     for row in table::PARTS[2].1 {
         let case: Case = row.name.parse().unwrap();
         if row.name == "align-moving" {
@@ -290,11 +290,11 @@ fn cases_of_the_motion_change_the_drive() {
         assert!(truth.epochs != clean.epochs, "{case}");
         let speed = |k: usize| truth.epochs[k].velocity.xy().norm();
         if row.name != "ship" {
-            assert!((0..still).all(|k| speed(k) < 0.05), "{case}");
+            assert!((0..standstill).all(|k| speed(k) < 0.05), "{case}");
         }
     }
     let case: Case = "creep".parse().unwrap();
     let truth = World::learning(&SHORT, case.motion(), 0).truth;
     let creeps = |k: &usize| (0.1..0.25).contains(&truth.epochs[*k].velocity.xy().norm());
-    assert!((still + 5..still + 42).filter(creeps).count() > 30);
+    assert!((standstill + 5..standstill + 42).filter(creeps).count() > 30);
 }

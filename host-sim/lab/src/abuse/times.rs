@@ -1,14 +1,14 @@
-//! How long the parts of a drive last.
+//! Durations of the parts of a drive.
 
 use serde::{Deserialize, Serialize};
 
-/// How long before the fixes end a disturbance ends that is to be recovered from, s.
+/// Time between the end of a disturbance and the end of the fixes, in which the device recovers, s.
 pub const RECOVERY_S: u32 = 600;
 
-/// How long the parts of a drive last, s.
+/// Durations of the parts of a drive, s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Times {
-    /// Standstill at its beginning, from power-on, at least 60.
+    /// Standstill from power-on on, at least 60.
     pub standstill_s: u32,
     /// Drive with fixes, at least 60.
     pub aided_s: u32,
@@ -37,19 +37,19 @@ impl Times {
 /// When a disturbance acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Span {
-    /// From power-on to the end of the fixes; of a sensor or a line, always.
+    /// From power-on to the end of the fixes. Faults of a sensor or a line act always.
     Always,
     /// While the vehicle drives with fixes.
     Drive,
     /// From the end of the standstill on; it ends [`RECOVERY_S`] before the fixes do, or after a
     /// third of a shorter drive.
     Ends,
-    /// As [`Span::Ends`], and only so long, s.
+    /// As [`Span::Ends`], but only for this long, s.
     For(u32),
 }
 
 impl Span {
-    /// From when to when, s after power-on of the drive in which the device learns.
+    /// Start and end, s after power-on of the drive in which the device learns.
     #[must_use]
     pub fn seconds(self, times: &Times) -> [f64; 2] {
         let (from, until) = (times.standstill_s, times.until());
@@ -58,7 +58,7 @@ impl Span {
             Self::Always => [0, u32::MAX],
             Self::Drive => [from, until],
             Self::Ends => [from, ends],
-            // in the middle of what there is, so that it is learnt before and after
+            // in the middle of the drive, so that the device learns before and after it
             Self::For(length) => {
                 let from = (from + (ends - from) / 3).min(ends);
                 [from, (from + length).min(ends)]
@@ -67,7 +67,7 @@ impl Span {
         [from.into(), to.into()]
     }
 
-    /// Whether the disturbance ends so long before the fixes that what it did can be made good.
+    /// Whether the disturbance ends long enough before the fixes for a recovery.
     #[must_use]
     pub fn ends(self) -> bool {
         matches!(self, Self::Ends | Self::For(_))

@@ -2,13 +2,13 @@
 
 use super::act::Act;
 use super::case::Case;
+use super::configured;
 use super::device::Format;
 use super::line;
 use super::motion::Motion;
 use super::names::Sensor;
 use super::sensor::Fault;
 use super::times::{Span, Times};
-use super::told;
 use crate::campaign::Seeds;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::{Session, to_si};
@@ -19,11 +19,11 @@ use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{Drive, Fixes, SessionConfig, measure};
 use host_core::simulator::truth::{Segment, Truth};
 
-/// Samples a second of all sensors here.
+/// Sample rate of all sensors here, Hz.
 pub(super) const RATE_HZ: u32 = 100;
 /// Samples in one step of a navigation computer, as in campaigns.
 const GATHER: usize = 10;
-/// Where the drives begin.
+/// Start of the drives.
 const START: Geodetic = Geodetic {
     lat: 0.82,
     lon: 0.15,
@@ -33,14 +33,14 @@ const START: Geodetic = Geodetic {
 /// A drive of a unit: the one in which the device learns, or the next one.
 pub(super) struct World {
     pub(super) truth: Truth,
-    /// Of the navigation computer's own receiver.
+    /// Fixes of the navigation computer's own receiver.
     fixes: Fixes,
     pub(super) seeds: Seeds,
     standstill_s: u32,
     next: bool,
 }
 
-/// How a drive is made.
+/// The plan of a drive.
 struct Plan {
     motion: Motion,
     seeds: Seeds,
@@ -117,7 +117,7 @@ impl World {
         }
     }
 
-    /// The drive of a vehicle with which this unit has nothing to do.
+    /// The drive of an unrelated vehicle.
     pub(super) fn elsewhere(times: &Times, k: u32) -> Truth {
         let plan = Plan {
             motion: Motion::Road,
@@ -129,7 +129,7 @@ impl World {
         plan.drive().truth
     }
 
-    /// What the sensor measures on the drive, with what a case does to it.
+    /// The samples that the sensor measures on the drive, with the faults of a case.
     pub(super) fn measured(
         &self,
         sensor: Sensor,
@@ -156,7 +156,7 @@ impl World {
         };
         let mut session = measure(&config, &spec, &self.truth, &self.fixes);
         session.gather = GATHER;
-        // in the next drive only what is always there acts, and what stays
+        // in the next drive only permanent faults act, and those whose effect stays
         let acts =
             |(fault, span): &&(Fault, Span)| !self.next || *span == Span::Always || fault.stays();
         let mut all: Option<Vec<Increment>> = None;
@@ -179,7 +179,7 @@ impl World {
     }
 }
 
-/// What a case does to the sensor.
+/// The sensor faults of a case, and when each acts.
 pub(super) fn sensor_faults(case: &Case) -> Vec<(Fault, Span)> {
     let of = case.acts.iter().filter_map(|(act, span)| match act {
         Act::Sensor(fault) => Some((*fault, *span)),
@@ -190,7 +190,9 @@ pub(super) fn sensor_faults(case: &Case) -> Vec<(Fault, Span)> {
 
 /// The simulated sensor, with the counts of its frames.
 fn spec(sensor: Sensor) -> ImuSpec {
-    let mut spec = told::unit(sensor).simulated().error_model(sensor.group());
+    let mut spec = configured::unit(sensor)
+        .simulated()
+        .error_model(sensor.group());
     let lsb = Format::of(true).lsb();
     spec.rate_hz = RATE_HZ;
     spec.gyro.pulse_arcsec = lsb.rad / ARCSEC;

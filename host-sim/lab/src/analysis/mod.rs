@@ -1,4 +1,4 @@
-//! Analyses of sensors: Allan variance, and how well their errors can be learnt.
+//! Analyses of sensors: Allan variance, and the limits of learning their errors.
 
 pub mod allan;
 pub mod learnability;

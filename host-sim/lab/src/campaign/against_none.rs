@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// The scheme that corrects nothing.
 pub const NONE: &str = "none";
 
-/// How a scheme compares with [`NONE`] at the end of the judged drive.
+/// Comparison of a scheme with [`NONE`] at the end of the judged drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AgainstNone {
     /// Group of errors. `None`: over all groups.
@@ -19,15 +19,15 @@ pub struct AgainstNone {
     pub scheme: String,
     /// Runs that have both schemes.
     pub runs: usize,
-    /// Comparisons: runs, over all groups so many of each group.
+    /// Number of comparisons: runs, or runs times groups over all groups.
     pub compared: usize,
-    /// Of them those with the larger error.
+    /// Number of comparisons in which its error is larger.
     pub worse: usize,
-    /// And those with the smaller one. In the others both are equal.
+    /// Number of comparisons in which its error is smaller. In the others both are equal.
     pub better: usize,
-    /// Greatest quotient of both errors in one comparison.
+    /// Largest quotient of both errors in one comparison.
     pub worst: f64,
-    /// Median of the quotients over runs, over all groups of a run's geometric mean.
+    /// Median of the quotients over runs; over all groups, that of the geometric mean of each run.
     pub ratio: f64,
     /// Its 95 % interval; `None` with too few runs.
     pub interval: Option<(f64, f64)>,
@@ -35,7 +35,7 @@ pub struct AgainstNone {
     pub median_m: Option<f64>,
 }
 
-/// What an interval decides.
+/// The decision by an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decided {
     /// The errors are larger in most runs.
@@ -49,7 +49,7 @@ pub enum Decided {
 }
 
 impl AgainstNone {
-    /// What the interval decides.
+    /// The decision by the interval.
     #[must_use]
     pub fn decided(&self) -> Decided {
         match self.interval {
@@ -63,7 +63,7 @@ impl AgainstNone {
 
 /// Compares at the last of [`TIMES_MIN`]: each number of earlier drives, all groups together, then
 /// each group, schemes in the order of the rows. Empty without the scheme [`NONE`]. Schemes with a
-/// memory are left out before their first drive, where they are others without a memory.
+/// memory are left out before their first drive, where they equal schemes without one.
 #[must_use]
 pub fn against_none(rows: &[Row], ratios: &[Ratio], summary: &[Summary]) -> Vec<AgainstNone> {
     let last = TIMES_MIN.len() - 1;

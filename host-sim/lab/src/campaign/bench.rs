@@ -1,6 +1,6 @@
-//! The classical filters of a case, taken through its fixes once for all schemes that ask for
-//! them, and side by side where they have the same structure ([`pass`]), also
-//! those of different groups of errors on the same drive.
+//! The classical filters of a case. Each runs once for all schemes that use it. Filters of the same
+//! structure run side by side ([`pass`]), also those of different groups of errors on the same
+//! drive.
 
 use super::laws::{self, exponentials};
 use super::schemes::{Case, FILTERS};
@@ -21,44 +21,47 @@ use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// A filter at the end of the fixes, and the logarithm of the density that it gave to them.
+/// A filter at the end of the fixes, and the logarithm of their likelihood.
 pub(super) type Scored = (Aided, f64);
 
-/// What decides a filter on given samples.
+/// All parameters of a filter on given samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Key {
     session: *const Session,
     until: usize,
-    /// A model: of the classical filter with this number the one with this index.
+    /// Number of the classical filter, and index of its model.
     model: (usize, usize),
     prior: Prior,
     noise: Noise,
 }
 
-/// Filters that have run.
+/// Results of the filters that have run.
 #[derive(Debug, Default)]
 pub struct Bench {
     solved: RefCell<Vec<(Key, Rc<Scored>)>>,
-    /// Their free-inertial parts, as far as they were navigated side by side.
+    /// Their free-inertial parts, where they were navigated side by side.
     flown: RefCell<Vec<(Key, FreeInertial)>>,
     read: OnceCell<Arc<[Known]>>,
     felt: OnceCell<Arc<[Known]>>,
 }
 
-/// The number of the filter without a model of the IMU. In place of a walk it has a factor of the
-/// noise.
+/// The number of the filter without a model of the IMU. It has a factor of the noise instead of a
+/// walk.
 pub(super) const NONE: usize = FILTERS.len();
 
-/// What a filter assumes with this walk.
-fn assumed(told: &Assumptions, filter: usize, walk: f64) -> Assumptions {
+/// The assumptions of a filter with this walk.
+fn assumed(assumptions: &Assumptions, filter: usize, walk: f64) -> Assumptions {
     if filter != NONE {
-        return told.walking(walk);
+        return assumptions.walking(walk);
     }
     let noise = Noise {
-        gyro: told.noise.gyro * walk,
-        accel: told.noise.accel * walk,
+        gyro: assumptions.noise.gyro * walk,
+        accel: assumptions.noise.accel * walk,
     };
-    Assumptions { noise, ..*told }
+    Assumptions {
+        noise,
+        ..*assumptions
+    }
 }
 
 /// The models that the classical filter number `filter` picks from.
@@ -79,7 +82,8 @@ fn models(bench: &Bench, filter: usize, session: &Session, prior: &Prior) -> Vec
 }
 
 impl Bench {
-    /// The keys of a filter's models. The first model of each that picks is that of `ekf6`.
+    /// The keys of a filter's models. The first model of a filter with several models is that of
+    /// `ekf6`.
     fn keys(case: &Case<'_>, filter: usize, assumptions: &Assumptions, count: usize) -> Vec<Key> {
         let of = |index: usize| Key {
             session: std::ptr::from_ref(case.session),
@@ -110,7 +114,7 @@ impl Bench {
         let (mut keys, mut missing) = (Vec::new(), Vec::new());
         let mut start = None;
         for &(filter, walk) in wanted {
-            let assumptions = assumed(case.knows.told, filter, walk);
+            let assumptions = assumed(case.knows.assumptions, filter, walk);
             let models = models(self, filter, case.session, &assumptions.prior);
             let own = Self::keys(case, filter, &assumptions, models.len());
             for (key, model) in own.into_iter().zip(models) {
@@ -140,7 +144,7 @@ impl Bench {
         Some(found.1.clone())
     }
 
-    /// Of the models of a filter the one that gave the fixes the greatest density.
+    /// The model of a filter under which the fixes had the greatest likelihood.
     pub(super) fn best(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<Rc<Scored>> {
         Some(self.winner(case, filter, walk)?.1)
     }
@@ -148,7 +152,7 @@ impl Bench {
     /// The same with its key.
     fn winner(&self, case: &Case<'_>, filter: usize, walk: f64) -> Option<(Key, Rc<Scored>)> {
         self.prepare(case, &[(filter, walk)])?;
-        let assumptions = assumed(case.knows.told, filter, walk);
+        let assumptions = assumed(case.knows.assumptions, filter, walk);
         let count = models(self, filter, case.session, &assumptions.prior).len();
         let keys = Self::keys(case, filter, &assumptions, count).into_iter();
         let all: Option<Vec<_>> = keys.map(|key| Some((key, self.found(&key)?))).collect();
@@ -172,7 +176,7 @@ impl Bench {
         Some(())
     }
 
-    /// Forgets the free-inertial parts.
+    /// Drops the free-inertial parts.
     pub(super) fn land(&self) {
         self.flown.borrow_mut().clear();
     }
@@ -227,7 +231,7 @@ pub(super) fn prepare(cases: &[(&Case<'_>, &[(usize, f64)])]) -> Option<()> {
     Some(())
 }
 
-/// A filter at the begin of epoch `first`, which is to pass the fixes up to the end of epoch
+/// A filter at the start of epoch `first`, which has to process the fixes up to the end of epoch
 /// `until`.
 #[derive(Debug)]
 pub(super) struct Task<'a> {
@@ -238,7 +242,7 @@ pub(super) struct Task<'a> {
     pub(super) increments: &'a [Increment],
 }
 
-/// What filters that run side by side have in common.
+/// The common part of filters that run side by side.
 struct Course<'a> {
     session: &'a Session,
     /// The epochs after the first one.
@@ -260,8 +264,8 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The index of the course of a task among these; a new one is added.
-    fn place(all: &mut Vec<Self>, task: &Task<'a>) -> usize {
+    /// The index of a task's course in `all`, to which a new one is added.
+    fn index_of(all: &mut Vec<Self>, task: &Task<'a>) -> usize {
         let epochs = (task.first + 1).min(task.until)..task.until;
         let known = |of: &Self| std::ptr::eq(of.session, task.session) && of.epochs == epochs;
         all.iter().position(known).unwrap_or_else(|| {
@@ -282,12 +286,12 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Takes filters through their fixes, in the order given.
+/// Processes the fixes of all filters. The results are in the order of the tasks.
 pub(super) fn scored(tasks: Vec<Task<'_>>) -> Vec<Scored> {
     let mut courses: Vec<Course<'_>> = Vec::new();
     let mut runs = Vec::with_capacity(tasks.len());
     for task in tasks {
-        let course = Course::place(&mut courses, &task);
+        let course = Course::index_of(&mut courses, &task);
         let mut filter = task.filter;
         let score = match task.first < task.until {
             true => aid(&mut filter, task.session, task.increments, task.first),
@@ -316,13 +320,13 @@ pub(super) fn scored(tasks: Vec<Task<'_>>) -> Vec<Scored> {
     runs.into_iter().map(|(_, _, scored)| scored).collect()
 }
 
-/// A filter on its way: its course, its increments, itself.
+/// A running filter: the index of its course, its increments, and itself.
 type Run<'a> = (usize, &'a [Increment], Scored);
 
-/// Fewer filters than these are faster one after the other.
+/// Smallest number of filters that run faster side by side than one after the other.
 const PAYS: usize = 2;
 
-/// The filters `group`, at most [`PLACES`], in ascending order.
+/// Runs the filters `group` side by side: at most [`PLACES`] indices, ascending.
 fn abreast(runs: &mut [Run<'_>], group: &[usize], courses: &[Course<'_>]) {
     let course = &courses[runs[group[0]].0];
     let Range { start, end } = course.epochs;
@@ -345,8 +349,8 @@ fn abreast(runs: &mut [Run<'_>], group: &[usize], courses: &[Course<'_>]) {
     pass(&mut beside, &course.fixes, course.session.step_s());
 }
 
-/// Whether fixes are valid at their epochs and at the IMU, no sample is missing, and a step is a
-/// piece of the filters' linearisation.
+/// Whether fixes are valid at their epochs and at the IMU, no sample is missing, and a step is one
+/// interval of the filters' linearisation.
 fn simple(session: &Session) -> bool {
     let late =
         |fix: &Option<host_core::inertial::gnss::Fix>| fix.is_some_and(|fix| fix.age_s != 0.0);
@@ -356,7 +360,7 @@ fn simple(session: &Session) -> bool {
         && !session.fixes.iter().any(late)
 }
 
-/// Shorter steps are gathered by a filter alone, s.
+/// Shortest step that filters side by side can use, s. A filter alone joins shorter ones.
 const LEAST_STEP_S: f64 = 0.05;
 
 #[cfg(test)]

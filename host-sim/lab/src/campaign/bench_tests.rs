@@ -6,8 +6,8 @@ use host_core::simulator::imu::ErrorModelName;
 /// The filters without laws of time or temperature.
 const LAWLESS: [usize; 3] = [0, 1, 2];
 
-/// Every filter with three walks, in one batch and side by side where they are alike: the bits of
-/// the same filter alone, and of those with laws all but the last digits.
+/// Every filter with three walks, in one batch and side by side where they are alike, equals the
+/// same filter alone: bit for bit, and with laws up to the last digits.
 #[test]
 fn filters_side_by_side_are_the_filters_alone() {
     let campaign: Campaign = tests::of_one_run();
@@ -22,10 +22,16 @@ fn filters_side_by_side_are_the_filters_alone() {
         case.bench.prepare(case, &wanted).unwrap();
         let start = aligned(case.session, case.increments()).unwrap();
         for (filter, walk) in wanted {
-            let told = case.knows.told.walking(walk);
-            let models = models(case.bench, filter, case.session, &told.prior);
+            let assumptions = case.knows.assumptions.walking(walk);
+            let models = models(case.bench, filter, case.session, &assumptions.prior);
             let alone = models.into_iter().map(|model| {
-                start.scored(model, &told, case.session, case.increments(), case.until)
+                start.scored(
+                    model,
+                    &assumptions,
+                    case.session,
+                    case.increments(),
+                    case.until,
+                )
             });
             let alone = alone.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
             let beside = case.bench.best(case, filter, walk).unwrap();
@@ -57,7 +63,7 @@ fn filters_side_by_side_are_the_filters_alone() {
     assert_eq!(compared, 3 * FILTERS.len());
 }
 
-/// A filter is run once: again asked for, and as a model of another one that picks from it.
+/// A filter runs once, even if it is requested again, and as a model of another filter.
 #[test]
 fn a_filter_runs_once() {
     let campaign: Campaign = tests::of_one_run();

@@ -1,12 +1,12 @@
-//! The causes of the groups: how large those of the fixes are, and what it means that the schemes
-//! are told of one.
+//! The causes of the groups: the sizes of those of the fixes, and what the schemes assume where
+//! they know the size of a cause.
 //!
-//! | cause | not told | told |
+//! | cause | not known | known |
 //! |---|---|---|
-//! | of the sensors | the unit's datasheet | that, with a larger bias and a faster walk |
+//! | of the sensors | the unit's datasheet | the datasheet with a larger bias and a faster walk |
 //! | coloured, optimistic fixes | the accuracy without the cause | the true standard deviation |
-//! | late fixes, lever arm | there is none | its exact value |
-//! | gaps | - | (a fix that does not come tells it) |
+//! | late fixes, lever arm | zero | the exact value |
+//! | gaps | - | (a missing fix shows it) |
 //! | multipath | the accuracy without the cause | the standard deviation with it, during bursts |
 
 use super::group::{FixErrors, Group};
@@ -18,8 +18,8 @@ use host_core::simulator::session::{Drive, Fixes};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A receiver in a town: errors of position and of velocity that last (assumed; the position's like
-/// that of a single-frequency receiver among houses).
+/// A receiver in a town: coloured errors of position and velocity (assumed; those of the position
+/// as of a single-frequency receiver among houses).
 const COLOURED: Coloured = Coloured {
     horizontal_m: 3.0,
     vertical_m: 4.5,
@@ -27,9 +27,9 @@ const COLOURED: Coloured = Coloured {
     time_s: 120.0,
     velocity_time_s: 30.0,
 };
-/// White noise divided by what is told of it.
+/// White noise divided by the reported accuracy.
 const OPTIMISTIC: f64 = 3.0;
-/// From validity to arrival, s.
+/// Delay of fixes from validity to arrival, s.
 const LATENCY_S: f64 = 0.5;
 /// From the IMU to the antenna: forward, right, down, m. From the rear of a car to its roof.
 const LEVER_ARM_M: [f64; 3] = [1.5, 0.6, -1.2];
@@ -84,7 +84,7 @@ pub(super) fn receiver(own: &GnssSpec, group: Group) -> GnssSpec {
     out
 }
 
-/// The fixes of [`receiver`] on a drive, with the accuracy that the schemes of the group are told.
+/// The fixes of [`receiver`] on a drive, with the accuracy that the schemes of the group assume.
 pub(super) fn fixes(drive: &Drive, own: &GnssSpec, group: Group) -> Fixes {
     let with = receiver(own, group);
     let mut fixes = drive.fixes(&with);
@@ -116,12 +116,12 @@ pub(super) fn fixes(drive: &Drive, own: &GnssSpec, group: Group) -> Fixes {
     fixes
 }
 
-/// How large an error of the sensors is: gyros (rad/s), accelerometers (m/s2).
+/// Size of an error of the sensors: gyros (rad/s), accelerometers (m/s2).
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Size {
     /// Root mean square over the part with fixes.
     pub bias: [f64; 2],
-    /// Root mean square of the change in it, as a random walk over an hour.
+    /// Root mean square of its change, as a random walk over an hour.
     pub walk: [f64; 2],
 }
 
@@ -129,8 +129,8 @@ pub struct Size {
 const END_S: usize = 120;
 
 impl Size {
-    /// Of what several units have beside the errors that are told: its mean in each second, axis by
-    /// axis. `aided`: the seconds with fixes.
+    /// The size of the additional errors of several units, given as their mean in each second, axis
+    /// by axis. `aided`: the seconds with fixes.
     pub(super) fn of(units: &[&[Increment]], aided: Range<usize>) -> Self {
         let mut out = Self::default();
         let (ends, hours) = (END_S.min(aided.len() / 2), aided.len() as f64 / 3600.0);
@@ -155,9 +155,9 @@ impl Size {
     }
 }
 
-/// A datasheet that tells of an error of this size too.
-pub(super) fn telling(told: &Assumptions, size: &Size) -> Assumptions {
-    let mut out = *told;
+/// The assumptions of a datasheet, enlarged by an error of this size.
+pub(super) fn enlarged(assumptions: &Assumptions, size: &Size) -> Assumptions {
+    let mut out = *assumptions;
     let prior = [&mut out.prior.gyro_bias, &mut out.prior.accel_bias];
     for (triad, prior) in prior.into_iter().enumerate() {
         let walk = (out.in_run[triad] * *prior).hypot(size.walk[triad]);
@@ -167,8 +167,8 @@ pub(super) fn telling(told: &Assumptions, size: &Size) -> Assumptions {
     out
 }
 
-/// What a session's sensors err by in each second more than those of another session on the same
-/// drive, with the same seeds.
+/// Errors of a session's sensors in each second, minus those of another session on the same drive
+/// with the same seeds.
 pub(super) fn beside(session: &Session, other: &Session) -> Vec<Increment> {
     let seconds = |of: &Session| of.systematic.clone().unwrap_or_default();
     let pairs = seconds(session).into_iter().zip(seconds(other));

@@ -1,6 +1,6 @@
-//! What the groups of a single cause suffer from, and what telling of it does.
+//! The groups of a single cause: their errors, and the assumptions of schemes that know its size.
 
-use super::causes::{Size, beside, fixes, receiver, telling};
+use super::causes::{Size, beside, enlarged, fixes, receiver};
 use super::measuring::Measuring;
 use super::*;
 use crate::learning::teacher::Assumptions;
@@ -28,9 +28,9 @@ fn truth() -> (Drive, GnssSpec) {
 }
 
 /// Sample moments of the fixes against those of the cause: north errors of position and velocity
-/// over 44 min, divided by the accuracy that is told.
+/// over 44 min, divided by the reported accuracy.
 #[test]
-fn what_is_told_of_a_fix_is_true_only_where_the_group_says_so() {
+fn the_reported_accuracy_is_true_only_where_the_group_says_so() {
     let (drive, own) = truth();
     let errors = |name: &str| {
         let fixes = fixes(&drive, &own, group(name));
@@ -61,26 +61,26 @@ fn what_is_told_of_a_fix_is_true_only_where_the_group_says_so() {
         0.35,
     );
     near(errors("coloured-fixes+told"), [1.0, 1.0], 0.35);
-    let (untold, told) = (errors("multipath"), errors("multipath+told"));
+    let (unknown, known) = (errors("multipath"), errors("multipath+told"));
     assert!(
-        untold.0 > 3.0 && told.0 < 0.5 * untold.0,
-        "{untold:?} {told:?}"
+        unknown.0 > 3.0 && known.0 < 0.5 * unknown.0,
+        "{unknown:?} {known:?}"
     );
     let (all, left) = (errors("linear").2, errors("gaps").2);
     let share = left as f64 / all as f64;
     assert!((0.7..0.95).contains(&share), "{share}");
-    // the car is half a second further than the fix says, and drives off and brakes meanwhile
+    // the car is half a second ahead of the fix, and drives off and brakes in that time
     let late = errors("late-fixes");
     assert!(late.0 > 3.0 && late.1 > 3.0, "{late:?}");
 }
 
 #[test]
-fn latency_and_lever_arm_are_told_or_not() {
+fn latency_and_lever_arm_are_known_or_not() {
     let own = GnssSpec::default();
-    let told = |name: &str| receiver(&own, group(name)).told_of_antenna();
-    assert_eq!(told("late-fixes").age_s, [0.0; 2]);
-    assert_eq!(told("late-fixes+told").age_s, [0.5, 0.0]);
-    assert_eq!(told("lever-arm").lever_arm_m, [0.0; 3]);
+    let antenna = |name: &str| receiver(&own, group(name)).told_of_antenna();
+    assert_eq!(antenna("late-fixes").age_s, [0.0; 2]);
+    assert_eq!(antenna("late-fixes+told").age_s, [0.5, 0.0]);
+    assert_eq!(antenna("lever-arm").lever_arm_m, [0.0; 3]);
     let with = receiver(&own, group("lever-arm+told"));
     assert_eq!(Some(with.told_of_antenna().lever_arm_m), with.lever_arm_m);
 }
@@ -106,26 +106,26 @@ fn the_size_of_a_cause_is_its_root_mean_square_and_its_change() {
 }
 
 #[test]
-fn a_datasheet_that_tells_of_a_cause_has_it_in_its_biases() {
-    let told = Assumptions::of(&host_unit::Unit::default());
+fn a_datasheet_with_a_known_cause_has_larger_biases() {
+    let assumptions = Assumptions::of(&host_unit::Unit::default());
     assert_eq!(
-        telling(&told, &Size::default()).prior.gyro_bias,
-        told.prior.gyro_bias
+        enlarged(&assumptions, &Size::default()).prior.gyro_bias,
+        assumptions.prior.gyro_bias
     );
     let size = Size {
-        bias: [3.0 * told.prior.gyro_bias, 0.0],
-        walk: [told.in_run[0] * told.prior.gyro_bias, 0.0],
+        bias: [3.0 * assumptions.prior.gyro_bias, 0.0],
+        walk: [assumptions.in_run[0] * assumptions.prior.gyro_bias, 0.0],
     };
-    let with = telling(&told, &size);
-    assert!((with.prior.gyro_bias / told.prior.gyro_bias - 10.0_f64.sqrt()).abs() < 1e-12);
+    let with = enlarged(&assumptions, &size);
+    assert!((with.prior.gyro_bias / assumptions.prior.gyro_bias - 10.0_f64.sqrt()).abs() < 1e-12);
     let walk = with.in_run[0] * with.prior.gyro_bias;
-    let before = told.in_run[0] * told.prior.gyro_bias;
+    let before = assumptions.in_run[0] * assumptions.prior.gyro_bias;
     assert!((walk / before - 2.0_f64.sqrt()).abs() < 1e-12);
-    assert_eq!(with.prior.accel_bias, told.prior.accel_bias);
+    assert_eq!(with.prior.accel_bias, assumptions.prior.accel_bias);
 }
 
-/// The oracle under each cause of the sensors that it has no parameters for: it is left with the
-/// errors that it has without the cause.
+/// Under each cause of the sensors for which the oracle has no parameters, it has the same errors
+/// as without the cause.
 #[test]
 fn the_oracle_knows_the_environment() {
     let models = [ErrorModelName::Linear].into_iter();
@@ -164,8 +164,7 @@ fn the_oracle_knows_the_environment() {
     assert_eq!((judged, blind_is_worse), (10, 4));
 }
 
-/// Two sessions of the same seeds differ by what one has beside the other, and by nothing where
-/// they have the same errors.
+/// Two sessions of the same seeds differ only by the additional cause of one.
 #[test]
 fn groups_differ_by_their_cause_alone() {
     let campaign = tests::of_one_run();
@@ -176,7 +175,7 @@ fn groups_differ_by_their_cause_alone() {
     let linear = of(ErrorModelName::Linear);
     let same = beside(&of(ErrorModelName::Linear), &linear);
     assert!(same.iter().all(|w| *w == Increment::default()));
-    // what remains of dither is noise to everybody
+    // the residual of dither is noise to all schemes
     let dither = ErrorModelName::Dither;
     for name in ErrorModelName::CAUSES
         .into_iter()

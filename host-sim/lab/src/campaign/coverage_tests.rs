@@ -1,4 +1,4 @@
-//! How often an interval misses what it is about, and so decides where there is no difference.
+//! How often an interval misses the true value, and so decides where there is no difference.
 
 use super::statistics::{FEWEST, interval};
 use super::{Row, ratios, summarise};
@@ -12,7 +12,7 @@ use rand_distr::{Bernoulli, Distribution, StandardNormal, StudentT};
 /// A value with a median of 0.
 type Shape = fn(&mut ChaCha8Rng) -> f64;
 
-/// What logarithms of errors and of their ratios look like, and worse.
+/// Distributions like those of logarithms of errors and of their ratios, and worse ones.
 const SHAPES: [(&str, Shape); 6] = [
     ("normal", normal),
     ("log-normal", |rng| normal(rng).exp() - 1.0),
@@ -42,8 +42,8 @@ fn chance(p: f64, rng: &mut ChaCha8Rng) -> u8 {
     Bernoulli::new(p).unwrap().sample(rng).into()
 }
 
-/// A campaign whose ratios vary by this shape around 1 and whose errors do so around 100 m: how
-/// many of the ratios are decided, and how many intervals of the errors are beside 100 m.
+/// A campaign whose ratios vary by this shape around 1, and whose errors around 100 m: the number
+/// of ratios that are decided, and of intervals of the errors that do not contain 100 m.
 fn missed(shape: Shape, runs: u32, rng: &mut ChaCha8Rng) -> [usize; 2] {
     let mut rows = vec![];
     for run in 0..runs {
@@ -72,8 +72,8 @@ fn missed(shape: Shape, runs: u32, rng: &mut ChaCha8Rng) -> [usize; 2] {
     ]
 }
 
-/// The share of false decisions is at most 5 %, but for the chance of the test itself: four
-/// standard deviations of the share of so many campaigns.
+/// The share of false decisions is at most 5 %, plus four standard deviations of the share of this
+/// number of campaigns.
 #[test]
 fn at_most_one_in_twenty_is_decided_where_there_is_no_difference() {
     let tried = (CAMPAIGNS * TIMES_MIN.len()) as f64;
@@ -98,15 +98,14 @@ fn at_most_one_in_twenty_is_decided_where_there_is_no_difference() {
 }
 
 /// The median lies below the value of a rank if fewer values than that are below the median, each
-/// with a probability of a half. What that comes to is counted here with integers.
+/// with a probability of a half. Here these probabilities are counted with integers.
 #[test]
 fn the_interval_is_the_narrowest_that_the_sign_test_allows() {
     let mut row = vec![1_u128]; // of Pascal's triangle
     for n in 1..=120_usize {
         let next = row.windows(2).map(|of| of[0] + of[1]);
         row = [1].into_iter().chain(next).chain([1]).collect();
-        // so many of all cases have at most `k` values below the median, in twentieths of both
-        // tails
+        // number of cases with at most `k` values below the median, in twentieths of both tails
         let outside = |k: usize| 40 * row[..=k].iter().sum::<u128>();
         let all = 1_u128 << n;
         let values: Vec<f64> = (0..n).map(|k| k as f64).collect();

@@ -8,12 +8,12 @@ use host_core::simulator::imu::ImuSpec;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The random stream of the judged drive's seeds, and how far those of earlier drives are apart.
+/// The random stream of the judged drive's seeds, and the distance of those of earlier drives.
 const JUDGED: u64 = 7;
 const APART: u64 = 1 << 8;
 
 impl Seeds {
-    /// Of the judged drive of run `k`.
+    /// The seeds of the judged drive of run `k`.
     #[must_use]
     pub fn of(k: u32) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(u64::from(k));
@@ -26,7 +26,7 @@ impl Seeds {
         }
     }
 
-    /// Of the earlier drive `number` of the unit of run `k`, counted from 1.
+    /// The seeds of the earlier drive `number` of the unit of run `k`, counted from 1.
     #[must_use]
     pub fn of_earlier(k: u32, number: u32) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(u64::from(k));
@@ -40,12 +40,12 @@ impl Seeds {
     }
 }
 
-/// What is known of one unit after so many drives, with one group of errors.
+/// The memories of one unit, by number of earlier drives and group of errors.
 pub(super) type Known = Vec<(u32, Group, Memory)>;
 
 impl Campaign {
-    /// Takes the wanted schemes with a memory through the earlier drives of run `k`. Nothing is
-    /// simulated that none of them uses.
+    /// Runs the wanted schemes with a memory through the earlier drives of run `k`. Only drives
+    /// that one of them uses are simulated.
     pub(super) fn known(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Known, Error> {
         let filters: Vec<usize> = (0..REMEMBERING.len())
             .filter(|&index| self.schemes().any(|(scheme, _)| uses(scheme, index)))

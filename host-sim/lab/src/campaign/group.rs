@@ -1,5 +1,5 @@
-//! A group of a campaign's rows: which errors the sensors have, which the fixes have, and whether
-//! the schemes are told of them.
+//! A group of a campaign's rows: the errors of the sensors, those of the fixes, and whether the
+//! schemes know their size.
 
 use host_core::error::Error;
 use host_core::simulator::imu::ErrorModelName;
@@ -7,21 +7,21 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// What the fixes of a group suffer from. The sizes are in `campaign/causes.rs`.
+/// Errors of the fixes of a group. The sizes are in `campaign/causes.rs`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum FixErrors {
-    /// What the scenario says.
+    /// Those of the scenario.
     #[default]
     AsInScenario,
-    /// Errors that last, as large as a receiver in a town has them.
+    /// Coloured noise, as large as that of a receiver in a town.
     Coloured,
-    /// White noise larger than the receiver tells.
+    /// White noise larger than the receiver reports.
     Optimistic,
     /// They arrive late.
     Late,
-    /// They are those of an antenna that is not at the IMU.
+    /// The antenna is not at the IMU.
     LeverArm,
-    /// There are times without them.
+    /// There are gaps without fixes.
     Gaps,
     /// Bursts of multipath.
     Multipath,
@@ -38,7 +38,7 @@ impl FixErrors {
         Self::Multipath,
     ];
 
-    /// Name in the name of a group.
+    /// Its part of a group's name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -62,34 +62,34 @@ pub struct Group {
     pub sensors: ErrorModelName,
     /// Errors of the fixes.
     pub fixes: FixErrors,
-    /// Whether the schemes are told how large the cause is: a single cause of the sensors, or that
-    /// of the fixes.
+    /// Whether the schemes know how large the cause is: a single cause of the sensors, or that of
+    /// the fixes. The name of this field is part of a campaign's fingerprint.
     pub told: bool,
 }
 
-/// How the name of a group ends whose schemes are told of its cause.
+/// Last part of the name of a group whose schemes know the size of its cause.
 const TOLD: &str = "told";
 
 impl Group {
-    /// The group itself, or that of `other` if its schemes are told.
+    /// The same group, whose schemes do not know the size of the cause.
     #[must_use]
-    pub fn untold(self) -> Self {
+    pub fn with_unknown_cause(self) -> Self {
         Self {
             told: false,
             ..self
         }
     }
 
-    /// The same, and the schemes are told of the cause.
+    /// The same group, whose schemes know the size of the cause.
     #[must_use]
-    pub fn told(self) -> Self {
+    pub fn with_known_cause(self) -> Self {
         Self { told: true, ..self }
     }
 
-    /// Whether there is anything to tell. A fix that does not come tells of a gap, and no datasheet
-    /// has a bias for what remains of dither.
+    /// Whether the schemes can know the size of the cause. A gap shows by itself, and no datasheet
+    /// states a bias for the residual of dither.
     #[must_use]
-    pub fn can_be_told(self) -> bool {
+    pub fn can_be_known(self) -> bool {
         let (sensors, fixes) = (self.sensors, self.fixes);
         let single = ErrorModelName::CAUSES.contains(&sensors) && sensors != ErrorModelName::Dither;
         single || ![FixErrors::AsInScenario, FixErrors::Gaps].contains(&fixes)
@@ -104,7 +104,8 @@ impl Group {
         groups
     }
 
-    /// Position in tables: errors of fixes, then of sensors, then whether told.
+    /// Position in tables: by errors of fixes, then by those of sensors, then by whether the cause
+    /// is known.
     #[must_use]
     pub fn rank(self) -> (FixErrors, usize, bool) {
         let sensors = ErrorModelName::every().position(|m| m == self.sensors);
@@ -138,8 +139,8 @@ impl fmt::Display for Group {
             ErrorModelName::Linear if !alone => "",
             other => other.name(),
         };
-        let told = if self.told { TOLD } else { "" };
-        let parts = [sensors, self.fixes.name(), told];
+        let suffix = if self.told { TOLD } else { "" };
+        let parts = [sensors, self.fixes.name(), suffix];
         let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
         f.pad(&parts.join("+"))
     }
@@ -165,11 +166,11 @@ impl FromStr for Group {
             }
         }
         group.sensors = sensors.unwrap_or(ErrorModelName::Linear);
-        if group.told && !group.can_be_told() {
+        if group.told && !group.can_be_known() {
             return Err(Error::Option {
                 option: format!("group of errors '{text}'"),
-                problem: "there is no single cause in it that can be told".into(),
-                remedy: "leave +told out, or give a cause whose size somebody can know".into(),
+                problem: "has no single cause whose size can be known".into(),
+                remedy: "leave +told out, or give a cause whose size can be known".into(),
             });
         }
         Ok(group)
@@ -209,9 +210,12 @@ mod tests {
             let alone = Group::from(sensors);
             assert_eq!(alone.to_string(), sensors.name());
             let fixes = FixErrors::CAUSES.map(|fixes| Group { fixes, ..alone });
-            let told = [alone].into_iter().chain(fixes).map(Group::told);
-            let told = told.filter(|group| group.can_be_told());
-            for group in [alone].into_iter().chain(fixes).chain(told) {
+            let known = [alone]
+                .into_iter()
+                .chain(fixes)
+                .map(Group::with_known_cause);
+            let known = known.filter(|group| group.can_be_known());
+            for group in [alone].into_iter().chain(fixes).chain(known) {
                 let name = group.to_string();
                 assert_eq!(name.parse::<Group>().unwrap(), group, "{name}");
                 assert_eq!(
@@ -225,13 +229,13 @@ mod tests {
         names.sort();
         names.dedup();
         // six kinds and 22 causes, each with six causes of fixes or without; all but gaps and
-        // dither can be told
-        let told = 28 * 5 + 2 * 21;
-        assert_eq!((names.len(), all), (28 * 7 + told, 28 * 7 + told));
+        // dither can be known
+        let known = 28 * 5 + 2 * 21;
+        assert_eq!((names.len(), all), (28 * 7 + known, 28 * 7 + known));
         let late: Group = "late-fixes".parse().unwrap();
         assert_eq!(late, FixErrors::Late.into());
         assert_eq!("linear+late-fixes".parse::<Group>().unwrap(), late);
-        assert_eq!(late.told().to_string(), "late-fixes+told");
+        assert_eq!(late.with_known_cause().to_string(), "late-fixes+told");
         assert_eq!(
             "noise+gaps".parse::<Group>().unwrap().to_string(),
             "noise+gaps"

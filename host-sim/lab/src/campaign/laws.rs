@@ -1,4 +1,4 @@
-//! The models that classical filters pick from by their evidence: biases, alone or with laws.
+//! The models from which classical filters select by evidence: biases, alone or with laws.
 
 use host_core::inertial::ekf::{ErrorModel, Known, Parameter, Prior, REFERENCE_DEGC, Regressor};
 use host_core::inertial::session::Session;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 const TIMES_S: [f64; 3] = [150.0, 500.0, 1500.0];
 const SHARES: [f64; 3] = [0.1, 0.3, 1.0];
 
-/// The models that a filter picks from by their evidence, for one session.
+/// The models from which a filter selects by evidence, for one session.
 pub type Models = fn(&Session, &Prior) -> Vec<ErrorModel>;
 
 /// Biases alone.
@@ -24,25 +24,25 @@ pub(super) fn exponentials(_: &Session, prior: &Prior) -> Vec<ErrorModel> {
     alone_or(prior, SHARES.map(with))
 }
 
-/// Biases, alone or with laws of what the thermometers read in three sizes. Without thermometers
-/// they are alone.
+/// Biases, alone or with laws of the thermometers' readings in three sizes. Without thermometers
+/// only biases.
 pub(super) fn temperatures(session: &Session, prior: &Prior) -> Vec<ErrorModel> {
     by_temperature(&read(session), prior)
 }
 
-/// [`temperatures`] with what has been read.
+/// [`temperatures`] with these readings.
 pub(super) fn by_temperature(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> {
     let with = |share| ErrorModel::with_temperatures(prior, known.clone(), share);
     alone_or(prior, SHARES.map(with))
 }
 
-/// Biases, alone or with laws of what networks are given, in three sizes: those of `temperatures`,
+/// Biases, alone or with laws of the networks' inputs, in three sizes: those of `temperatures`,
 /// and one of the vibration in the second before.
 pub(super) fn inputs(session: &Session, prior: &Prior) -> Vec<ErrorModel> {
     by_inputs(&read_and_felt(session), prior)
 }
 
-/// [`inputs`] with what has been read and felt.
+/// [`inputs`] with these readings and vibrations.
 pub(super) fn by_inputs(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> {
     let bias = [prior.gyro_bias, prior.accel_bias];
     let with = |share| {
@@ -59,7 +59,7 @@ pub(super) fn by_inputs(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> 
 /// Vibration of all axes at which its law reaches its prior, (m/s2)^2: a road at speed.
 const SPAN_VIBRATION: f64 = 0.3;
 
-/// What [`read`] gives, zero without thermometers, and the vibration of the second before.
+/// The result of [`read`], zero without thermometers, and the vibration of the second before.
 pub(super) fn read_and_felt(session: &Session) -> Arc<[Known]> {
     let readings = read(session);
     let shaken = session.vibration().into_iter().enumerate();
@@ -77,11 +77,11 @@ fn alone_or(prior: &Prior, with: [ErrorModel; 3]) -> Vec<ErrorModel> {
         .collect()
 }
 
-/// Seconds of readings that a rate of temperature is the slope of: a resolution of 1 K then leaves
+/// Seconds of readings for the rate of temperature: a resolution of 1 K then gives errors up to
 /// 0.4 K/min.
 const RATE_S: usize = 120;
 
-/// The thermometers of the axes in each second, and the slope of what they have read before.
+/// The thermometers of the axes in each second, and the slope of their earlier readings.
 pub(super) fn read(session: &Session) -> Arc<[Known]> {
     let readings = session.readings.as_deref().unwrap_or_default();
     let of = |k: usize| {

@@ -28,7 +28,7 @@ impl Measuring {
         }
     }
 
-    /// The session with these errors and fixes, and what the unit is.
+    /// The session with these errors and fixes, and the unit's errors.
     pub(super) fn session(
         &mut self,
         config: &SessionConfig<'_>,
@@ -63,13 +63,13 @@ struct OfGroup {
 }
 
 impl OfGroup {
-    fn case<'a>(&'a self, told: &'a Assumptions, part: &Part) -> Case<'a> {
+    fn case<'a>(&'a self, assumptions: &'a Assumptions, part: &Part) -> Case<'a> {
         Case {
             session: &self.session,
             increments: &self.increments,
             bench: &self.bench,
             knows: Knowledge {
-                told,
+                assumptions,
                 simulated: &self.spec,
                 unit: &self.unit,
                 beyond: &self.beyond,
@@ -83,8 +83,8 @@ impl OfGroup {
 }
 
 impl Campaign {
-    /// Calls `pass` with a drive as measured with each of these groups of errors; before that
-    /// `prepare` with some groups at once.
+    /// Calls `prepare` with several groups of errors at once, then `pass` with the drive as
+    /// measured with each of them.
     pub(super) fn part(
         &self,
         imu: &ImuSpec,
@@ -93,14 +93,14 @@ impl Campaign {
         prepare: impl Fn(&[(Group, Case<'_>)]) -> Result<(), Error>,
         mut pass: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let told = Assumptions::of(self.scenario.unit());
+        let assumptions = Assumptions::of(self.scenario.unit());
         let gnss = self.scenario.receiver();
         let config = self.config(imu, &gnss, part.seeds, part.drive_s);
         let mut measuring = Measuring::of(&self.scenario.vehicle(), &config);
         for groups in groups.chunks(TOGETHER) {
             let of = |group: &Group| self.of_group(imu, part, *group, &mut measuring);
             let all: Vec<OfGroup> = groups.iter().map(of).collect();
-            let each = all.iter().map(|of| (of.group, of.case(&told, part)));
+            let each = all.iter().map(|of| (of.group, of.case(&assumptions, part)));
             let cases: Vec<(Group, Case<'_>)> = each.collect();
             prepare(&cases)?;
             cases
@@ -146,16 +146,16 @@ impl Campaign {
         }
     }
 
-    /// What the sensors of run `k` err by in each second beside what the datasheet tells of, in
-    /// each group of a single cause whose schemes are told of it.
+    /// Errors of the sensors of run `k` in each second beside those of the datasheet, in each group
+    /// of a single cause whose schemes know its size.
     pub(super) fn causes(&self, imu: &ImuSpec, k: u32) -> Vec<(Group, Vec<Increment>)> {
         let single = |group: &Group| ErrorModelName::CAUSES.contains(&group.sensors);
-        let told = self
+        let known = self
             .models
             .iter()
             .filter(|group| group.told && single(group));
-        let told: Vec<Group> = told.copied().collect();
-        if told.is_empty() {
+        let known: Vec<Group> = known.copied().collect();
+        if known.is_empty() {
             return Vec::new();
         }
         let gnss = self.scenario.receiver();
@@ -164,7 +164,7 @@ impl Campaign {
         let mut of = |sensors| measuring.session(&config, &imu.error_model(sensors), &[]).0;
         let linear = of(ErrorModelName::Linear);
         let each = |group: Group| (group, causes::beside(&of(group.sensors), &linear));
-        told.into_iter().map(each).collect()
+        known.into_iter().map(each).collect()
     }
 
     /// A session: the campaign's standstill, then a drive of this length, s.

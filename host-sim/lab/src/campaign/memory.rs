@@ -1,9 +1,8 @@
-//! Schemes with a memory: what they keep of the earlier drives of a unit over power-off.
+//! Schemes with a memory: the state that they store over power-off between the drives of a unit.
 //!
-//! The classical filters keep mean and covariance of each model that they pick from
-//! ([`Belief`]), and the densities of all fixes so far. The device keeps what its firmware stores:
-//! what is known of the unit ([`firmware::learn::unit`]), and the networks that act from the next
-//! power-on.
+//! The classical filters store mean and covariance of each of their models ([`Belief`]), and the
+//! likelihood of all fixes so far. The device stores the same as its firmware: its estimate of the
+//! unit ([`firmware::learn::unit`]), and the networks that act from the next power-on.
 
 use super::against_none::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
@@ -18,8 +17,8 @@ use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::sins::Increment;
 use host_unit::Unit;
 
-/// Filters with a memory: the names of their schemes, the [`FILTERS`] that they are without it, and
-/// the models that they pick from.
+/// Filters with a memory: the names of their schemes, the same filters without it (of [`FILTERS`]),
+/// and their models.
 pub const REMEMBERING: [(&str, usize, Models); 4] = [
     ("ekf6-memory", 0, biases),
     ("ekf-exp-memory", 4, exponentials),
@@ -27,13 +26,13 @@ pub const REMEMBERING: [(&str, usize, Models); 4] = [
     ("ekf-inputs-memory", 6, inputs),
 ];
 
-/// The device's learner: the scheme that keeps networks.
+/// The device's learner: the scheme that stores networks.
 pub const DEVICE: &str = "rnn-kalman";
 
-/// How the name ends of a filter with a memory that does not learn in the judged drive.
+/// End of the name of a filter with a memory that does not learn in the judged drive.
 const FROZEN: &str = "-frozen";
 
-/// The scheme that a filter with a memory is before its first drive.
+/// The scheme without memory that equals a filter with a memory before its first drive.
 #[must_use]
 pub fn without_memory(scheme: &str) -> Option<&'static str> {
     let index = (0..REMEMBERING.len()).find(|&index| uses(scheme, index))?;
@@ -45,13 +44,13 @@ pub fn without_memory(scheme: &str) -> Option<&'static str> {
     })
 }
 
-/// Whether a scheme uses what it has kept of earlier drives.
+/// Whether a scheme uses its memory of earlier drives.
 #[must_use]
 pub fn remembers(scheme: &str) -> bool {
     without_memory(scheme).is_some() || scheme == DEVICE
 }
 
-/// Whether a scheme uses what the filter number `index` has kept.
+/// Whether a scheme uses the memory of the filter number `index`.
 #[must_use]
 pub fn uses(scheme: &str, index: usize) -> bool {
     scheme.trim_end_matches(FROZEN) == REMEMBERING[index].0
@@ -59,23 +58,23 @@ pub fn uses(scheme: &str, index: usize) -> bool {
 
 /// One model of a filter after some drives.
 #[derive(Debug, Clone)]
-pub struct Kept {
+pub struct StoredModel {
     /// The parameters of the unit.
     pub(super) unit: Belief,
-    /// Logarithm of the density of all fixes so far.
+    /// Logarithm of the likelihood of all fixes so far.
     pub(super) score: f64,
 }
 
-/// What is kept of the drives so far.
+/// The memory of the drives so far.
 #[derive(Debug, Clone, Default)]
 pub struct Memory {
-    /// Of each of [`REMEMBERING`] its models; empty before the first drive.
-    filters: [Vec<Kept>; REMEMBERING.len()],
-    /// What the device's store holds.
+    /// The models of each of [`REMEMBERING`]; empty before the first drive.
+    filters: [Vec<StoredModel>; REMEMBERING.len()],
+    /// The content of the device's store.
     stored: Stored,
 }
 
-/// One model taken through a drive.
+/// One model at the end of a drive.
 pub(super) struct Passed {
     filter: Aided,
     score: f64,
@@ -83,47 +82,55 @@ pub(super) struct Passed {
 }
 
 impl Memory {
-    /// Before the first drive of a unit: the device has what a fleet has taught of its type, if the
-    /// unit's file tells that.
+    /// The memory before the first drive of a unit. The device knows what a fleet has learnt of its
+    /// type, if the unit's file contains that.
     #[must_use]
     pub fn new(unit: &Unit) -> Self {
-        let told = Assumptions::of(unit);
+        let assumptions = Assumptions::of(unit);
         let prior = unit.prior.as_ref();
         Self {
-            stored: prior.map_or_else(Stored::default, |of| Stored::of_type(of, &datasheet(&told))),
+            stored: prior.map_or_else(Stored::default, |of| {
+                Stored::of_type(of, &datasheet(&assumptions))
+            }),
             ..Self::default()
         }
     }
 
-    /// What the filter number `index` has kept.
+    /// The models of the filter number `index`.
     #[must_use]
-    pub fn of(&self, index: usize) -> &[Kept] {
+    pub fn of(&self, index: usize) -> &[StoredModel] {
         &self.filters[index]
     }
 
-    /// What the device's store holds.
+    /// The content of the device's store.
     #[must_use]
     pub fn stored(&self) -> &Stored {
         &self.stored
     }
 
-    /// The filter number `index` has passed a drive. `None`: no attitude.
+    /// Runs the filter number `index` through a drive and stores its models. `None`: no attitude.
     pub(super) fn keep(&mut self, index: usize, case: &Case<'_>) -> Option<()> {
         let turn_on = case.tuned.turn_on[index];
         let passed = pass(index, case, turn_on, &self.filters[index])?;
-        self.filters[index] = kept(index, case, turn_on, &self.filters[index], &passed);
+        self.filters[index] = stored_models(index, case, turn_on, &self.filters[index], &passed);
         Some(())
     }
 
-    /// The device has passed a drive, and stores what it has learnt if that has proved itself.
+    /// Runs the device through a drive. It stores what it has learnt if that is proven.
     pub(super) fn store(&mut self, case: &Case<'_>) -> Option<()> {
         let gates = Gates {
             enabled: ALL,
             ..Gates::default()
         };
-        let told = case.knows.told;
-        let learnt =
-            fix_learner::learn_on(&self.stored, case.session, told, gates, None, case.until)?;
+        let assumptions = case.knows.assumptions;
+        let learnt = fix_learner::learn_on(
+            &self.stored,
+            case.session,
+            assumptions,
+            gates,
+            None,
+            case.until,
+        )?;
         if let Some(next) = learnt.next {
             self.stored = next;
         }
@@ -132,8 +139,8 @@ impl Memory {
 }
 
 fn models(index: usize, case: &Case<'_>) -> (Assumptions, Vec<ErrorModel>) {
-    let told = case.knows.told;
-    let assumptions = told.walking(told.datasheet_walk());
+    let assumptions = case.knows.assumptions;
+    let assumptions = assumptions.walking(assumptions.datasheet_walk());
     let models = REMEMBERING[index].2(case.session, &assumptions.prior);
     (assumptions, models)
 }
@@ -143,12 +150,12 @@ pub(super) fn pass(
     index: usize,
     case: &Case<'_>,
     turn_on: TurnOn,
-    kept: &[Kept],
+    stored: &[StoredModel],
 ) -> Option<Vec<Passed>> {
     let (assumptions, models) = models(index, case);
     let (session, increments) = (case.session, case.increments());
     let each = models.into_iter().enumerate().map(|(i, model)| {
-        let unit = kept.get(i).map(|k| k.unit.clone());
+        let unit = stored.get(i).map(|k| k.unit.clone());
         let unit = unit.unwrap_or_else(|| Belief::of_unit(&model, turn_on));
         let known = unit.turned_on(&model, turn_on);
         let aligned = aligned_knowing(session, increments, &model, &known)?;
@@ -156,41 +163,41 @@ pub(super) fn pass(
         let (filter, score) = aligned.scored_from(filter, session, increments, case.until);
         Some(Passed {
             filter,
-            score: score + kept.get(i).map_or(0.0, |k| k.score),
+            score: score + stored.get(i).map_or(0.0, |k| k.score),
             time_s: (case.until - aligned.first) as f64,
         })
     });
     each.collect()
 }
 
-/// The increments without what is known of the unit by the model that gave the fixes of all drives
-/// the greatest density. `None` before the first drive.
+/// The increments corrected by the model under which the fixes of all drives had the greatest
+/// likelihood. `None` before the first drive.
 pub(super) fn corrected_by_memory(
     index: usize,
     case: &Case<'_>,
-    kept: &[Kept],
+    stored: &[StoredModel],
 ) -> Option<Vec<Increment>> {
     let (_, models) = models(index, case);
-    let each = models.iter().zip(kept);
-    let (model, kept) = each.max_by(|a, b| a.1.score.total_cmp(&b.1.score))?;
-    Some(corrected(case, case.increments(), model, &kept.unit.mean))
+    let each = models.iter().zip(stored);
+    let (model, stored) = each.max_by(|a, b| a.1.score.total_cmp(&b.1.score))?;
+    Some(corrected(case, case.increments(), model, &stored.unit.mean))
 }
 
-/// What is kept of a drive.
-pub(super) fn kept(
+/// The models that are stored after a drive.
+pub(super) fn stored_models(
     index: usize,
     case: &Case<'_>,
     turn_on: TurnOn,
-    before: &[Kept],
+    before: &[StoredModel],
     passed: &[Passed],
-) -> Vec<Kept> {
+) -> Vec<StoredModel> {
     let (_, models) = models(index, case);
     let each = models.iter().zip(passed).enumerate();
     let each = each.map(|(i, (model, passed))| {
         let unit = before.get(i).map(|k| k.unit.clone());
         let unit = unit.unwrap_or_else(|| Belief::of_unit(model, turn_on));
         let after = Belief::of_filter(&passed.filter);
-        Kept {
+        StoredModel {
             unit: unit.powered_off(model, turn_on, &after, passed.time_s),
             score: passed.score,
         }
@@ -198,15 +205,15 @@ pub(super) fn kept(
     each.collect()
 }
 
-/// Free inertial by the model that gave all fixes, those of the earlier drives included, the
-/// greatest density.
+/// Free-inertial navigation by the model under which all fixes, including those of the earlier
+/// drives, had the greatest likelihood.
 pub(super) fn recalled(
     index: usize,
     case: &Case<'_>,
     turn_on: TurnOn,
-    kept: &[Kept],
+    stored: &[StoredModel],
 ) -> Option<FreeInertial> {
-    let passed = pass(index, case, turn_on, kept)?.into_iter();
+    let passed = pass(index, case, turn_on, stored)?.into_iter();
     let best = passed.max_by(|a, b| a.score.total_cmp(&b.score))?;
     Some(from_filter(
         &best.filter,

@@ -24,8 +24,8 @@ fn row<'a>(rows: &'a [Row], scheme: &str, drives: u32) -> &'a Row {
         .unwrap()
 }
 
-/// Without earlier drives a memory is empty. Schemes without one have the same row after each
-/// number of drives, that of a campaign without drives. Memories have others.
+/// Without earlier drives a memory is empty. Schemes without memory have the same row after each
+/// number of drives, that of a campaign without drives. Schemes with memory have other rows.
 #[test]
 fn a_memory_without_drives_is_the_filter_without_memory() {
     let names = ["ekf6", "ekf6-memory", "ekf-exp", "ekf-exp-memory"];
@@ -48,7 +48,7 @@ fn a_memory_without_drives_is_the_filter_without_memory() {
         row(&rows, "floor", 0).north_m,
         row(&rows, "floor", 1).north_m
     );
-    // computed, not copied: the scheme itself has no memory to begin with
+    // computed, not copied: the scheme itself has an empty memory at first
     let imu = both.imu();
     let mut compared = 0;
     both.sessions(&imu, 3, |_, case| {
@@ -65,9 +65,9 @@ fn a_memory_without_drives_is_the_filter_without_memory() {
     assert_eq!(compared, 6);
 }
 
-/// Without fixes the device has nothing before its first drive, and after it what it has stored. A
-/// unit whose errors are known from earlier drives is better than one that is not: the errors of
-/// this unit are biases that stay.
+/// Without fixes the device corrects nothing before its first drive, and then by its stored
+/// networks. This unit has constant biases, so errors are smaller if they are known from earlier
+/// drives.
 #[test]
 fn without_fixes_only_memory_helps() {
     let frozen = "ekf6-memory-frozen";
@@ -91,8 +91,8 @@ fn without_fixes_only_memory_helps() {
     assert_ne!(end("rnn-kalman", 1), end("rnn-kalman", 2));
 }
 
-/// Biases of a unit and of the turn-on, drawn from what the filter is told: after three drives the
-/// distance between the unit's biases and what is remembered of them, normalised by the remembered
+/// Biases of a unit and of the turn-on, drawn from the filter's prior: after three drives the
+/// distance between the unit's biases and the remembered ones, normalised by the remembered
 /// covariance, is a chi-square variable (two-sided 99.9 % bounds over all units).
 #[test]
 fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
@@ -105,12 +105,12 @@ fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
     unit.gyro.bias_turn_on_dph = 0.3_f64.hypot(0.1);
     unit.accel.bias_turn_on_ug = 300.0_f64.hypot(100.0);
     (unit.gyro.bias_in_run_dph, unit.accel.bias_in_run_ug) = (0.0, 0.0);
-    let told = Assumptions::of(&unit).prior;
-    assert!((told.gyro_bias / DEG_PER_H / 0.1_f64.sqrt() - 1.0).abs() < 1e-9);
-    assert!((told.accel_bias / UG / 1e5_f64.sqrt() - 1.0).abs() < 1e-9);
+    let prior = Assumptions::of(&unit).prior;
+    assert!((prior.gyro_bias / DEG_PER_H / 0.1_f64.sqrt() - 1.0).abs() < 1e-9);
+    assert!((prior.accel_bias / UG / 1e5_f64.sqrt() - 1.0).abs() < 1e-9);
     let mut campaign = campaign(&[3], true, &["ekf6-memory"]);
     campaign.models = vec![ErrorModelName::Linear.into()];
-    campaign.scenario.set_unit("told.toml", unit);
+    campaign.scenario.set_unit("assumed.toml", unit);
     let mut tuned = Tuned::default();
     tuned.turn_on[0] = TurnOn {
         law: 1.0,
@@ -160,7 +160,7 @@ fn what_is_remembered_of_a_unit_is_as_good_as_it_claims() {
     );
 }
 
-/// On a unit whose biases alone stay, the search finds that they do: the share that is new at a
+/// On a unit whose biases alone are constant the search finds that: the share that is new at a
 /// turn-on, with the drift in run, is 0.004.
 #[test]
 fn the_search_finds_what_stays() {

@@ -2,8 +2,8 @@
 //!
 //! One run is one drive: a standstill, then 22 min with fixes, from which every scheme learns, then
 //! 22 min without, on which it is judged. The same unit measures the same drive once for each group
-//! of errors. Before it the unit may have had other drives, which schemes with a memory know; then
-//! the judged drive may also do without fixes.
+//! of errors. Before it the unit may have had other drives, which schemes with a memory know. Then
+//! the judged drive may also have no fixes.
 
 mod against_none;
 mod bench;
@@ -56,50 +56,50 @@ const RATE_HZ: u32 = 100;
 /// rate. At 22 min no median changes by more than 0.5 % between steps of 10 ms and 50 ms, nor by
 /// more than 0.4 % between 50 ms and these 100 ms.
 const GATHER: usize = 10;
-/// Whose learner `rnn-kalman` is: results of another are not mixed in.
+/// Name of the learner of `rnn-kalman`, so that results of different learners are not mixed.
 const LEARNER: &str = "device";
 
-/// What to run.
+/// The settings of a campaign.
 #[derive(Debug, Clone)]
 pub struct Campaign {
-    /// Scenario: IMU, place, vehicle, receiver.
+    /// Scenario: IMU, location, vehicle, receiver.
     pub scenario: Scenario,
-    /// Runs, numbered from 0.
+    /// Number of runs, numbered from 0.
     pub runs: u32,
-    /// Of them only those with `number % shards == shard`.
+    /// Shard and number of shards: only runs with `number % shards == shard` are done.
     pub shard: (u32, u32),
     /// Error groups.
     pub models: Vec<Group>,
     /// Directory of results.
     pub out: PathBuf,
-    /// Keep the runs that are there already.
+    /// Whether to keep finished runs of an earlier start.
     pub resume: bool,
     /// Only these schemes; empty: all.
     pub schemes: Vec<String>,
     /// Also the parts of the bank: [`ablations`].
     pub ablation: bool,
-    /// Units that the classical filters are tuned on, >= 1.
+    /// Number of units on which the classical filters are tuned, >= 1.
     pub tuning_units: u32,
     /// Numbers of earlier drives after which the judged drive follows, ascending; `[0]` for none.
     pub drives: Vec<u32>,
-    /// The judged drive has fixes for 22 min. Without, it has none from the end of its standstill.
+    /// Whether the judged drive has fixes for 22 min. Otherwise they end with the standstill.
     pub fixes: bool,
 }
 
 /// A drive of a run.
 struct Part {
     seeds: Seeds,
-    /// The drive after the standstill, s.
+    /// Duration of the drive after the standstill, s.
     drive_s: u32,
     /// Epoch at which the fixes end.
     until: u32,
-    /// They last longer than the standstill.
+    /// Whether they last longer than the standstill.
     fixes: bool,
-    /// Schemes are judged on it.
+    /// Whether schemes are judged on it.
     judged: bool,
 }
 
-/// What makes run `k` reproducible.
+/// Seeds of a run, which make it reproducible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seeds {
     /// Heading at the start, rad.
@@ -131,7 +131,7 @@ impl Campaign {
         }
     }
 
-    /// Runs what is missing on rayon's threads and gives all rows of this shard, ordered by run.
+    /// Does the missing runs on rayon's threads and returns all rows of this shard, ordered by run.
     /// Calls `progress` after each unit and run.
     ///
     /// # Errors
@@ -170,7 +170,7 @@ impl Campaign {
         })
     }
 
-    /// Run `k` alone, all error groups and schemes, without a directory.
+    /// Does run `k` alone, with all error groups and schemes, without a directory.
     ///
     /// # Errors
     /// A scenario whose standstill gives no attitude.
@@ -216,8 +216,8 @@ impl Campaign {
         ablations().filter(|_| self.ablation)
     }
 
-    /// All error groups and schemes of run `k`. The IMU with noise only, on the same drive, is the
-    /// floor of every group.
+    /// The rows of run `k` for all error groups and schemes. The floor of every group is the IMU
+    /// with noise only on the same drive.
     fn one(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
         let known = self.known(imu, tuning, k)?;
         let new = memory::Memory::new(self.scenario.unit());
@@ -249,8 +249,8 @@ impl Campaign {
         Ok(rows)
     }
 
-    /// Adds the rows of all schemes after so many earlier drives. A scheme that does not remember
-    /// them has the same row each time; before the first drive a memory is empty.
+    /// Adds the rows of all schemes after a number of earlier drives. A scheme without memory has
+    /// the same row each time. Before the first drive a memory is empty.
     fn judge(
         &self,
         rows: &mut Vec<Row>,
@@ -292,12 +292,16 @@ impl Campaign {
         let judged = cases.iter().filter(|of| self.models.contains(&of.0));
         let judged = judged.map(|(group, case)| {
             let tuned = tuning.of(*group);
-            (case, tuned, causes::telling(case.knows.told, &tuned.cause))
+            (
+                case,
+                tuned,
+                causes::enlarged(case.knows.assumptions, &tuned.cause),
+            )
         });
         let judged: Vec<_> = judged.collect();
         let cases = judged
             .iter()
-            .map(|(case, tuned, told)| case.with(*tuned, told));
+            .map(|(case, tuned, assumptions)| case.with(*tuned, assumptions));
         let cases: Vec<Case<'_>> = cases.collect();
         let wanted: Vec<_> = cases.iter().map(|case| self.filters(case)).collect();
         let each: Vec<_> = cases.iter().zip(wanted.iter().map(Vec::as_slice)).collect();
@@ -306,14 +310,14 @@ impl Campaign {
 
     /// The classical filters that take part, and their walks.
     fn filters(&self, case: &Case<'_>) -> Vec<(usize, f64)> {
-        let walk = case.knows.told.datasheet_walk();
+        let walk = case.knows.assumptions.datasheet_walk();
         let each = schemes::FILTERS.iter().enumerate();
         let of = |(filter, name): (usize, &&str)| {
-            let told = self.wants(name).then_some((filter, walk));
+            let plain = self.wants(name).then_some((filter, walk));
             let tuned = self
                 .tunes(name)
                 .then_some((filter, case.tuned.walks[filter]));
-            told.into_iter().chain(tuned)
+            plain.into_iter().chain(tuned)
         };
         let none = (bench::NONE, case.tuned.none_factor);
         let none = self.wants("none").then_some(none);
@@ -340,7 +344,7 @@ impl Campaign {
         self.prepared(imu, k, |_| Ok(()), judge)
     }
 
-    /// The same; before that it calls `prepare` with some groups at once.
+    /// The same, but first calls `prepare` with several groups at once.
     fn prepared(
         &self,
         imu: &ImuSpec,
@@ -367,7 +371,7 @@ impl Campaign {
             .collect()
     }
 
-    /// What all its runs have in common.
+    /// The common setting of all its runs.
     fn setting(&self) -> Setting {
         Setting {
             start: self.scenario.power.start,
@@ -376,7 +380,8 @@ impl Campaign {
         }
     }
 
-    /// A name for everything that decides the numbers, so that different campaigns are not mixed.
+    /// All settings on which the results depend, as text, so that different campaigns are not
+    /// mixed.
     fn fingerprint(&self) -> String {
         format!(
             "{}|{:?}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{LEARNER}|{:?}|\
@@ -391,7 +396,7 @@ impl Campaign {
     }
 }
 
-/// What has been done.
+/// A finished piece of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
     /// One of the units that filters are tuned on.

@@ -1,4 +1,4 @@
-//! How much the oracle leaves: on every group of errors against an IMU with noise alone.
+//! The residual error of the oracle: on every group of errors, against an IMU with noise alone.
 
 use super::bench::Bench;
 use super::*;
@@ -54,8 +54,7 @@ fn oracle_of(case: &Case<'_>) -> Option<FreeInertial> {
 
 /// With its parameters given, the oracle removes most of each cause, which is far larger than in
 /// any preset: within 5 min of free-inertial navigation after 10 min of aiding. So does the limit,
-/// which is given its size. Causes that only wander are judged by the consistency tests of the
-/// filter.
+/// which knows its size. The consistency tests of the filter judge causes that only wander.
 #[test]
 fn the_oracle_knows_every_cause() {
     let (campaign, imu) = campaign("medium");
@@ -90,7 +89,7 @@ fn the_oracle_knows_every_cause() {
                 increments: &OnceCell::new(),
                 bench: &Bench::default(),
                 knows: Knowledge {
-                    told: &Assumptions::of_simulated(&spec),
+                    assumptions: &Assumptions::of_simulated(&spec),
                     simulated: &spec,
                     unit: &imu.unit_errors(),
                     beyond: &[],
@@ -104,7 +103,7 @@ fn the_oracle_knows_every_cause() {
             let none = end(schemes::none(&case, case.increments(), 1.0));
             let oracle = end(oracle_of(&case));
             let limit = end(limit::limit(&case));
-            println!("{name}: not told {none:.1} m, told {oracle:.1} m, limit {limit:.1} m");
+            println!("{name}: none {none:.1} m, oracle {oracle:.1} m, limit {limit:.1} m");
             let failed = oracle > 0.3 * none || limit > 0.3 * none;
             failed.then(|| format!("{name}: {oracle} m, limit {limit} m of {none} m"))
         })

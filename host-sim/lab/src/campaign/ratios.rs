@@ -8,20 +8,20 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How a scheme compares with another on the same runs.
+/// Comparison of a scheme with another on the same runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ratio {
     /// Group of errors. `None` (in files `null`) for the geometric mean over all groups.
     pub error_model: Option<Group>,
     /// Scheme.
     pub scheme: String,
-    /// What it is compared with.
+    /// The scheme with which it is compared.
     pub baseline: String,
     /// Minutes of free-inertial navigation.
     pub t_min: u32,
-    /// Runs that have both.
+    /// Number of runs with both.
     pub n: usize,
-    /// Of them those with the smaller error.
+    /// Number of runs in which its error is smaller.
     pub better: usize,
     /// Median over the runs of (error of the scheme / error of the baseline); over all groups, of a
     /// run's geometric mean over them.
@@ -32,7 +32,7 @@ pub struct Ratio {
     pub hi95: Option<f64>,
     /// Earlier drives of each unit, the same for both.
     pub drives: u32,
-    /// How warm the units were at power-on: the campaign's setting.
+    /// Temperature of the units at power-on (the campaign's setting): cold, warm or hot.
     pub start: StartName,
 }
 
@@ -69,7 +69,7 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
         }
     }
     let logs: Vec<Logs<'_>> = groups.iter().map(|g| logs_of(rows, *g)).collect();
-    // each pair once: the other way round, all logarithms have the other sign
+    // each pair once: with exchanged schemes, all logarithms have the other sign
     let mut pairs = Vec::new();
     let mut cells = Vec::new();
     let each = groups.iter().copied().map(Some).chain([None]);
@@ -90,14 +90,14 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
     let each = each.map(|(logs, scheme, baseline)| compared(&differences(logs, scheme, baseline)));
     let compared: Vec<Option<[Compared; TIMES_MIN.len()]>> = each.collect();
     let count = schemes.len();
-    let place = |g: usize, i: usize, j: usize| {
+    let index = |g: usize, i: usize, j: usize| {
         let before = i * (2 * count - i - 1) / 2;
         g * (count * count.saturating_sub(1) / 2) + before + j - i - 1
     };
     let each = cells.into_iter().filter_map(|(error_model, g, i, j)| {
         let of = match i < j {
-            true => compared[place(g, i, j)]?,
-            false => compared[place(g, j, i)]?.map(Compared::reversed),
+            true => compared[index(g, i, j)]?,
+            false => compared[index(g, j, i)]?.map(Compared::reversed),
         };
         let ratio = move |(of, t_min): (Compared, u32)| (error_model, i, j, t_min, of);
         Some(of.into_iter().zip(TIMES_MIN).map(ratio))
@@ -119,11 +119,11 @@ fn paired(rows: &[&Row], drives: u32, start: StartName) -> Vec<Ratio> {
         .collect()
 }
 
-/// How two schemes compare at one time, in logarithms.
+/// Comparison of two schemes at one time, in logarithms.
 #[derive(Debug, Clone, Copy)]
 struct Compared {
     n: usize,
-    /// Runs with the smaller error, and with the larger one.
+    /// Number of runs with the smaller error, and with the larger one.
     better: usize,
     worse: usize,
     median: f64,
@@ -131,7 +131,7 @@ struct Compared {
 }
 
 impl Compared {
-    /// The other way round.
+    /// The same comparison with both schemes exchanged.
     fn reversed(self) -> Self {
         Self {
             better: self.worse,
@@ -192,8 +192,8 @@ mod tests {
     use super::*;
     use host_core::simulator::imu::ErrorModelName;
 
-    /// Errors that differ much from run to run but have a constant ratio in each group: pairing
-    /// leaves no spread.
+    /// Pairing leaves no spread where errors differ much from run to run, but have a constant ratio
+    /// in each group.
     #[test]
     fn ratios_are_paired_by_run_and_averaged_over_groups() {
         let groups = [(ErrorModelName::Linear, 0.5), (ErrorModelName::All, 2.0)];
@@ -223,7 +223,7 @@ mod tests {
     }
 
     /// 100 different ratios: the interval is from the 40th to the 61st, by a table of the sign
-    /// test. The other way round it is mirrored.
+    /// test. With exchanged schemes it is mirrored.
     #[test]
     fn the_interval_has_the_ranks_of_the_sign_test() {
         let rows: Vec<Row> = (1..=100)

@@ -10,11 +10,11 @@ use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../../assets/results.md");
 const STUDIES: &str = include_str!("../../../assets/studies.md");
-/// Time that the tables are for, min.
+/// Time of free-inertial navigation in the tables, min.
 const T_MIN: u32 = 22;
 const FLOOR: &str = "floor";
 
-/// The whole file. `command` is what regenerates it.
+/// The whole file. `command` regenerates it.
 #[must_use]
 pub fn results(
     command: &str,
@@ -97,7 +97,8 @@ fn models(last: &[&Summary]) -> Vec<Group> {
     Group::present(last.iter().map(|s| s.error_model))
 }
 
-/// Names of the schemes, the floor last. Filters with a memory have nothing to remember here.
+/// Names of the schemes, the floor last. Filters with a memory are left out, since theirs is empty
+/// here.
 fn names() -> Vec<&'static str> {
     let names = SCHEMES.iter().map(|(name, _)| *name);
     let shown = names.filter(|name| without_memory(name).is_none());
@@ -120,7 +121,7 @@ pub(super) fn header<'a>(first: &'a str, rest: impl IntoIterator<Item = &'a str>
     [first].into_iter().chain(rest).map(String::from).collect()
 }
 
-/// One row a group of errors, one column a scheme.
+/// A table with one row for each group of errors and one column for each scheme.
 fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
     let rows: Vec<Vec<String>> = models(last)
         .into_iter()
@@ -138,7 +139,7 @@ fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
     table(&header("errors", names()), &rows)
 }
 
-/// The filters that a sceptic would use instead.
+/// The classical filters, which could be used instead.
 fn classical() -> impl Iterator<Item = &'static str> {
     names().into_iter().filter(|name| name.starts_with("ekf"))
 }
@@ -191,7 +192,7 @@ fn goals(last: &[&Summary]) -> String {
 
 type Measure = fn(&Summary) -> f64;
 
-/// Everything about the last time.
+/// All statistics of the last time.
 fn spread(last: &[&Summary]) -> String {
     let rows: Vec<Vec<String>> = last
         .iter()
@@ -210,7 +211,7 @@ fn spread(last: &[&Summary]) -> String {
     table(&header("errors", head), &rows)
 }
 
-/// One scheme against each other, by group of errors and over all.
+/// One scheme against each of the others, by group of errors and over all.
 fn against(scheme: &str, ratios: &[&Ratio]) -> String {
     let baselines: Vec<&str> = names().into_iter().filter(|n| *n != scheme).collect();
     let mut groups: Vec<Option<Group>> = Vec::new();

@@ -9,14 +9,14 @@ use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Runs of which kind: how they are told from those of other commands and settings.
+/// The kind of runs: distinguishes them from those of other commands and settings.
 #[derive(Debug, Clone, Copy)]
 pub struct Stamp {
-    /// Name of the file that holds what decides the numbers.
+    /// Name of the file with the settings on which the results depend.
     pub file: &'static str,
-    /// What a directory holds whose file says something else: the error message's words.
+    /// Words of the error message for a directory with other settings: its content.
     pub other: &'static str,
-    /// What a directory holds that has runs but no such file.
+    /// Words of the error message for a directory with runs and without such a file: its content.
     pub foreign: &'static str,
 }
 
@@ -28,7 +28,7 @@ pub struct Runs {
 }
 
 impl Runs {
-    /// Opens or makes the directory of the runs that `fingerprint` decides.
+    /// Opens or creates the directory of the runs with this `fingerprint`.
     ///
     /// # Errors
     /// A directory with other runs, which are never touched; an unwritable directory.
@@ -54,7 +54,7 @@ impl Runs {
         Error::NotOurs { dir, holds }
     }
 
-    /// Makes room for runs.
+    /// Creates the directory for runs.
     ///
     /// # Errors
     /// An unwritable directory.
@@ -76,7 +76,7 @@ impl Runs {
     /// Removes all runs, and a file beside them.
     ///
     /// # Errors
-    /// What cannot be removed.
+    /// A file that cannot be removed; a directory that cannot be read.
     pub fn forget_all(&self, beside: Option<&str>) -> Result<(), Error> {
         if let Some(name) = beside {
             gone(std::fs::remove_file(self.dir.join(name)), &self.dir)?;
@@ -109,7 +109,7 @@ impl Runs {
     }
 }
 
-/// A removal; what is not there is gone.
+/// The result of a removal. A missing file is no error.
 fn gone(result: std::io::Result<()>, path: &Path) -> Result<(), Error> {
     match result {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::writing(path, e)),
@@ -157,7 +157,7 @@ pub(super) fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
     })
 }
 
-/// A directory that is not to be merged with those before it.
+/// The error of a directory that cannot be merged with those before it.
 pub(super) fn apart(dir: &Path, holds: &str) -> Error {
     Error::Option {
         option: dir.display().to_string(),
@@ -166,7 +166,7 @@ pub(super) fn apart(dir: &Path, holds: &str) -> Error {
     }
 }
 
-/// What decides the runs of some directories, which must be the same for all.
+/// The fingerprint of the runs in some directories, which must all have the same.
 ///
 /// # Errors
 /// A directory without a stamp, or with another.

@@ -2,7 +2,7 @@
 //! from there, on the same samples.
 
 use super::bench::{self, Bench, Task};
-use super::causes::{Size, telling};
+use super::causes::{Size, enlarged};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
 use super::zupt::zupt;
@@ -24,9 +24,9 @@ use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// The classical filters, whose biases walk by a share of their prior in an hour. Each is a scheme
-/// with the walk that the datasheet tells, which the device's learner has too, and one with the
-/// walk that was best on other units: the same search for all of them.
+/// The classical filters, whose biases walk by a share of their prior in an hour. There are
+/// two schemes of each: one with the walk of the datasheet, which the device's learner has too, and
+/// one with the walk that was best on other units, by the same search for all of them.
 pub const FILTERS: [&str; 7] = [
     "ekf6",
     "ekf12",
@@ -37,10 +37,10 @@ pub const FILTERS: [&str; 7] = [
     "ekf-inputs",
 ];
 
-/// How the name of a filter with a tuned walk ends.
+/// End of the name of a filter with a tuned walk.
 pub const TUNED: &str = "-tuned";
 
-/// What was chosen for one group.
+/// The tuned parameters of one group.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
     /// Walks for the tuned classical filters.
@@ -49,15 +49,15 @@ pub struct Tuned {
     pub none_factor: f64,
     /// Noise factor for the filter behind the networks.
     pub rnn_factor: f64,
-    /// What is new at every turn-on, for the filters with a memory.
+    /// Share of the errors that is new at every turn-on, for the filters with a memory.
     pub turn_on: [TurnOn; REMEMBERING.len()],
-    /// Of a group whose schemes are told of its cause: how large it is on other units.
+    /// Size of the cause on other units, for a group whose schemes know it.
     #[serde(default)]
     pub cause: Size,
 }
 
 impl Tuned {
-    /// The walk of a tuned filter by its scheme's name; of all other schemes that of `ekf6-tuned`.
+    /// The walk of a tuned filter by its scheme's name. For all other schemes that of `ekf6-tuned`.
     #[must_use]
     pub fn walk_of(&self, scheme: &str) -> f64 {
         let filter = scheme.trim_end_matches(TUNED);
@@ -87,32 +87,35 @@ pub struct Case<'a> {
     pub increments: &'a OnceCell<Vec<Increment>>,
     /// The classical filters that have run on it.
     pub bench: &'a Bench,
-    /// What may be known of the IMU.
+    /// Knowledge of the IMU.
     pub knows: Knowledge<'a>,
-    /// What was tuned for this group of errors on other units.
+    /// Parameters that were tuned for this group of errors on other units.
     pub tuned: Tuned,
     /// Epoch at which the fixes end.
     pub until: usize,
-    /// The drive has fixes; without them they end with the standstill.
+    /// Whether the drive has fixes. Otherwise they end with the standstill.
     pub fixes: bool,
-    /// What is known of earlier drives, if there were any.
+    /// Memory of earlier drives, if there were any.
     pub memory: Option<&'a Memory>,
 }
 
 impl<'a> Case<'a> {
-    /// Calls `then` with the case of a group for which this was tuned. Where the schemes are told
-    /// of the group's cause, their datasheet tells of it.
+    /// Calls `then` with this case and the tuned parameters of its group. Where the schemes know
+    /// the group's cause, their datasheet includes it.
     pub(super) fn tuned<R>(&self, tuned: Tuned, then: impl FnOnce(&Case<'_>) -> R) -> R {
-        let told = telling(self.knows.told, &tuned.cause);
-        then(&self.with(tuned, &told))
+        let assumptions = enlarged(self.knows.assumptions, &tuned.cause);
+        then(&self.with(tuned, &assumptions))
     }
 
-    /// The case with what was tuned, and what the datasheet then tells.
-    pub(super) fn with<'b>(&self, tuned: Tuned, told: &'b Assumptions) -> Case<'b>
+    /// The case with tuned parameters, and the assumptions that belong to them.
+    pub(super) fn with<'b>(&self, tuned: Tuned, assumptions: &'b Assumptions) -> Case<'b>
     where
         'a: 'b,
     {
-        let knows = Knowledge { told, ..self.knows };
+        let knows = Knowledge {
+            assumptions,
+            ..self.knows
+        };
         Case {
             tuned,
             knows,
@@ -126,18 +129,18 @@ impl<'a> Case<'a> {
     }
 }
 
-/// What a scheme may know.
+/// Knowledge of a scheme.
 #[derive(Debug, Clone, Copy)]
 pub struct Knowledge<'a> {
-    /// What the unit's datasheet tells, for all schemes. It does not tell which groups of errors
+    /// Assumptions by the unit's datasheet, for all schemes. They do not say which groups of errors
     /// are simulated.
-    pub told: &'a Assumptions,
-    /// The simulated IMU: for the oracle.
+    pub assumptions: &'a Assumptions,
+    /// The simulated IMU, for the oracle.
     pub simulated: &'a ImuSpec,
-    /// The unit itself: for the limit.
+    /// The true errors of the unit, for the limit.
     pub unit: &'a UnitErrors,
-    /// For the oracle: what the sensors err by in each second beyond what it has parameters for,
-    /// rad/s and m/s2. Empty: nothing.
+    /// For the oracle: the sensors' errors in each second for which it has no parameters, rad/s and
+    /// m/s2. Empty if there are none.
     pub beyond: &'a [Increment],
 }
 
@@ -148,19 +151,19 @@ pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
 pub const SCHEMES: [(&str, Scheme); 28] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
-    ("ekf6", |c| told::<0>(c)),
+    ("ekf6", |c| by_datasheet::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
-    ("ekf12", |c| told::<1>(c)),
+    ("ekf12", |c| by_datasheet::<1>(c)),
     ("ekf12-tuned", |c| tuned::<1>(c)),
-    ("ekf24", |c| told::<2>(c)),
+    ("ekf24", |c| by_datasheet::<2>(c)),
     ("ekf24-tuned", |c| tuned::<2>(c)),
-    ("ekf-ramp", |c| told::<3>(c)),
+    ("ekf-ramp", |c| by_datasheet::<3>(c)),
     ("ekf-ramp-tuned", |c| tuned::<3>(c)),
-    ("ekf-exp", |c| told::<4>(c)),
+    ("ekf-exp", |c| by_datasheet::<4>(c)),
     ("ekf-exp-tuned", |c| tuned::<4>(c)),
-    ("ekf-temp", |c| told::<5>(c)),
+    ("ekf-temp", |c| by_datasheet::<5>(c)),
     ("ekf-temp-tuned", |c| tuned::<5>(c)),
-    ("ekf-inputs", |c| told::<6>(c)),
+    ("ekf-inputs", |c| by_datasheet::<6>(c)),
     ("ekf-inputs-tuned", |c| tuned::<6>(c)),
     (REMEMBERING[0].0, |c| remembering::<0>(c)),
     (REMEMBERING[1].0, |c| remembering::<1>(c)),
@@ -172,7 +175,7 @@ pub const SCHEMES: [(&str, Scheme); 28] = [
     ("ekf-inputs-memory-frozen", |c| frozen::<3>(c)),
     ("limit", limit),
     ("oracle", |c| {
-        let assumptions = *c.knows.told;
+        let assumptions = *c.knows.assumptions;
         let model = oracle(c.knows.simulated, c.session);
         aided_free_inertial(c, &without_beyond(c), &assumptions, model)
     }),
@@ -183,7 +186,7 @@ pub const SCHEMES: [(&str, Scheme); 28] = [
     ("zupt", zupt),
 ];
 
-/// Parts of the bank, to measure what each is worth: their names, and the hypotheses that take
+/// Parts of the bank, to measure the benefit of each: their names, and the hypotheses that take
 /// part, one bit each. A hypothesis alone is used whatever its evidence.
 pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let alone = (0..HYPOTHESES)
@@ -203,7 +206,7 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     if !case.fixes {
         return stored(case);
     }
-    let assumptions = *case.knows.told;
+    let assumptions = *case.knows.assumptions;
     let gates = Gates {
         enabled,
         ..Gates::default()
@@ -212,7 +215,7 @@ pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     let known = case.memory.map(Memory::stored).cloned().unwrap_or_default();
     let learnt = fix_learner::learn_on(&known, session, &assumptions, gates, None, until)?;
     if learnt.running == ZERO_CORRECTION {
-        // the device changes nothing
+        // the device corrects nothing
         return none(case, case.increments(), case.tuned.none_factor);
     }
     Some(learnt.free_inertial(session, &assumptions, until))
@@ -227,7 +230,7 @@ fn stored(case: &Case<'_>) -> Option<FreeInertial> {
         return none(case, case.increments(), factor);
     };
     let session = case.session;
-    let compensator = compensator(session, &[gyro, accel], case.knows.told);
+    let compensator = compensator(session, &[gyro, accel], case.knows.assumptions);
     let corrected = corrected_increments(session, &compensator, 0..session.epochs());
     none(case, &corrected, factor)
 }
@@ -235,17 +238,17 @@ fn stored(case: &Case<'_>) -> Option<FreeInertial> {
 /// One of [`REMEMBERING`] after the earlier drives. Before the first one it is the filter without
 /// memory.
 fn remembering<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
-    let kept = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
-    if kept.is_empty() {
+    let models = case.memory.map_or(&[][..], |memory| memory.of(INDEX));
+    if models.is_empty() {
         let (_, filter, _) = REMEMBERING[INDEX];
-        return filtered(case, filter, case.knows.told.datasheet_walk());
+        return filtered(case, filter, case.knows.assumptions.datasheet_walk());
     }
-    recalled(INDEX, case, case.tuned.turn_on[INDEX], kept)
+    recalled(INDEX, case, case.tuned.turn_on[INDEX], models)
 }
 
-/// What one of [`REMEMBERING`] remembers, used as the device uses what it remembers: taken off the
-/// samples from power-on, before a navigator that has no model of the IMU. So nothing of this drive
-/// teaches it, neither fixes nor the standstill.
+/// The memory of one of [`REMEMBERING`], used as the device uses its own: subtracted from the
+/// samples from power-on, before a navigator without a model of the IMU. So it learns nothing in
+/// this drive, neither from fixes nor from the standstill.
 fn frozen<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
     let corrected = case
         .memory
@@ -254,8 +257,8 @@ fn frozen<const INDEX: usize>(case: &Case<'_>) -> Option<FreeInertial> {
     none(case, increments, case.tuned.none_factor)
 }
 
-/// The aided filter without a model of the IMU. White noise times `factor` covers what it does not
-/// know.
+/// The aided filter without a model of the IMU. White noise times `factor` covers the
+/// errors that it does not model.
 pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<FreeInertial> {
     if std::ptr::eq(increments, case.increments()) {
         return case.bench.free(case, bench::NONE, factor);
@@ -272,7 +275,7 @@ pub(super) fn nones(
     let (session, until) = (case.session, case.until);
     let aligned = aligned(session, increments)?;
     let of = |factor: &f64| {
-        let mut assumptions = *case.knows.told;
+        let mut assumptions = *case.knows.assumptions;
         assumptions.noise = Noise {
             gyro: assumptions.noise.gyro * factor,
             accel: assumptions.noise.accel * factor,
@@ -291,8 +294,8 @@ pub(super) fn nones(
 }
 
 /// One of [`FILTERS`] with the datasheet's walk.
-fn told<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
-    filtered(case, FILTER, case.knows.told.datasheet_walk())
+fn by_datasheet<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
+    filtered(case, FILTER, case.knows.assumptions.datasheet_walk())
 }
 
 /// One of [`FILTERS`] with the walk that was best on other units.
@@ -300,8 +303,8 @@ fn tuned<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
     filtered(case, FILTER, case.tuned.walks[FILTER])
 }
 
-/// One of [`FILTERS`] with this walk. Of several models the one that gave the fixes the greatest
-/// density goes on.
+/// One of [`FILTERS`] with this walk. Of several models it uses the one under which the fixes had
+/// the greatest likelihood.
 pub(super) fn filtered(case: &Case<'_>, filter: usize, walk: f64) -> Option<FreeInertial> {
     case.bench.free(case, filter, walk)
 }
@@ -318,13 +321,13 @@ pub(super) fn aided_free_inertial(
     Some(from_filter(&filter, session, increments, case.until))
 }
 
-/// The increments behind networks taught over the aided part. Where no network is promoted they are
-/// the session's own, as they are without fixes.
+/// The increments corrected by networks that were trained over the aided part. Without fixes, and
+/// where no network is promoted, they are the session's own.
 pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     if !case.fixes {
         return Some(Cow::Borrowed(case.increments()));
     }
-    let assumptions = *case.knows.told;
+    let assumptions = *case.knows.assumptions;
     let session = case.session;
     let learnt = fit(
         session,
@@ -346,9 +349,9 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     Some(Cow::Owned(increments))
 }
 
-/// The filter that knows the simulator: it has parameters for exactly the errors that are
-/// simulated, with their exact statistics, and knows the temperature and the field in each second.
-/// Errors by the environment, which have no parameters, are taken off before.
+/// The model of a filter that knows the simulator: it has parameters for exactly the errors that
+/// are simulated, with their exact statistics, and knows the temperature and the field in each
+/// second. Errors by the environment, which have no parameters, are subtracted before.
 #[must_use]
 pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
     let mut out = ErrorModel {
@@ -360,7 +363,7 @@ pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
     out
 }
 
-/// The increments without what the oracle knows and has no parameters for.
+/// The increments minus the known errors for which the oracle has no parameters.
 pub(super) fn without_beyond<'a>(case: &Case<'a>) -> Cow<'a, [Increment]> {
     let (session, all) = (case.session, case.increments());
     if case.knows.beyond.is_empty() {

@@ -16,7 +16,7 @@ pub struct Summary {
     pub scheme: String,
     /// Minutes of free-inertial navigation.
     pub t_min: u32,
-    /// Runs.
+    /// Number of runs.
     pub n: usize,
     /// Median horizontal error, m.
     pub median_m: f64,
@@ -30,11 +30,11 @@ pub struct Summary {
     pub hi95_m: Option<f64>,
     /// Earlier drives of each unit.
     pub drives: u32,
-    /// How warm the units were at power-on: the campaign's setting.
+    /// Temperature of the units at power-on (the campaign's setting): cold, warm or hot.
     pub start: StartName,
 }
 
-/// Sums up by error group, number of earlier drives, scheme and time, in the order of first
+/// The statistics by error group, number of earlier drives, scheme and time, in the order of first
 /// appearance. `start` is the campaign's setting.
 #[must_use]
 pub fn summarise(rows: &[Row], start: StartName) -> Vec<Summary> {
@@ -88,8 +88,8 @@ pub fn median(x: &mut [f64]) -> f64 {
     0.5 * (x[(n - 1) / 2] + x[n / 2])
 }
 
-/// The value below which the share `q` of sorted values lies, between the two nearest values on a
-/// straight line. There must be a value.
+/// The value below which the share `q` of sorted values lies, interpolated linearly between the two
+/// nearest values. There must be a value.
 pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
     let at = q * (sorted.len() - 1) as f64;
     let (low, share) = (at.floor() as usize, at.fract());
@@ -97,19 +97,19 @@ pub(super) fn quantile(sorted: &[f64], q: f64) -> f64 {
     sorted[low] + share * (sorted[high] - sorted[low])
 }
 
-/// Runs below which there is no 95 % interval: five that all agree do so by chance in one case of
-/// sixteen, which is more than 5 %.
+/// Smallest number of runs for a 95 % interval: five runs agree by chance in one case of sixteen,
+/// which is more than 5 %.
 pub const FEWEST: usize = 6;
 
 /// Probability of each tail of a 95 % interval.
 const TAIL: f64 = 0.025;
 
-/// The 95 % interval of the median of what sorted values were drawn from: from the value of a rank
+/// The 95 % interval of the median of the distribution of sorted values: from the value of a rank
 /// to that of the same rank from above, by the sign test. `None` with fewer than [`FEWEST`].
 ///
 /// It holds for every distribution and every number of values, with ties too. None of the narrower
-/// ones does. With 6, 10, 20 and 50 values so many of 100 intervals miss, of the median or of the
-/// mean:
+/// ones does. The table has the number of 100 intervals, of the median or of the mean, that miss,
+/// with 6, 10, 20 and 50 values:
 ///
 /// | interval | normal | log-normal | 80 % at -0.5, 20 % at 2 |
 /// |---|---|---|---|
@@ -118,11 +118,11 @@ const TAIL: f64 = 0.025;
 /// | Wilcoxon's | 3, 5, 5, 5 | 3, 7, 12, 24 | 3, 6, 7, 13 |
 /// | percentile bootstrap of the mean | 14, 10, 7, 6 | 26, 20, 14, 10 | 28, 12, 8, 6 |
 ///
-/// The price: of normal values it is 1.3 to 1.8 times as wide as Student's.
+/// For normal values it is 1.3 to 1.8 times as wide as Student's.
 pub(super) fn interval(sorted: &[f64]) -> Option<(f64, f64)> {
     let n = sorted.len();
     let below = Binomial::new(0.5, n as u64).ok()?.inverse_cdf(TAIL);
-    // so many values lie outside at each end
+    // number of values outside at each end
     let outside = (below as usize).checked_sub(1)?;
     Some((sorted[outside], sorted[n - 1 - outside]))
 }

@@ -26,10 +26,10 @@ pub struct Row {
     pub north_m: [f64; TIMES_MIN.len()],
     /// Its part to the east, m.
     pub east_m: [f64; TIMES_MIN.len()],
-    /// How warm the unit was at power-on.
+    /// Temperature of the unit at power-on: cold, warm or hot.
     #[serde(default)]
     pub start: StartName,
-    /// How many earlier drives the unit had.
+    /// Number of earlier drives of the unit.
     #[serde(default)]
     pub drives: u32,
 }
@@ -76,14 +76,14 @@ pub(super) fn row(
     Some(out)
 }
 
-/// What one or more directories hold.
+/// The content of one or more directories.
 #[derive(Debug, Clone)]
 pub struct Merged {
     /// All rows, ordered by run.
     pub rows: Vec<Row>,
-    /// What the filters were tuned to.
+    /// The tuned parameters of the filters.
     pub tuning: Tuning,
-    /// What decided the numbers.
+    /// The settings on which the results depend.
     pub fingerprint: String,
 }
 
@@ -101,9 +101,9 @@ const STAMP: Stamp = Stamp {
 const TUNING: &str = "tuning.json";
 
 impl Store {
-    /// Opens or makes the directory. Unless the campaign resumes, old runs of the same campaign and
-    /// shard are removed, and any beyond its number. Runs of other shards and of another campaign
-    /// are never touched.
+    /// Opens or creates the directory. Unless the campaign resumes, it removes old runs of the same
+    /// campaign and shard, and those beyond the number of runs. Runs of other shards and of another
+    /// campaign are never touched.
     pub(super) fn open(dir: &Path, campaign: &Campaign) -> Result<Self, Error> {
         let runs = Runs::open(dir, &STAMP, &campaign.fingerprint())?;
         match (campaign.resume, campaign.shard.1) {
@@ -116,7 +116,7 @@ impl Store {
         Ok(Self { dir, runs })
     }
 
-    /// What an earlier start, or another shard in the same directory, has tuned.
+    /// The tuning by an earlier start, or by another shard in the same directory.
     pub(super) fn tuning(&self) -> Result<Option<Tuning>, Error> {
         let file = self.dir.join(TUNING);
         if !file.exists() {

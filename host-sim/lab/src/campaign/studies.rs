@@ -35,7 +35,7 @@ const REMEMBERING: [&str; 7] = [
 ];
 /// Numbers of earlier drives.
 const DRIVES: [u32; 5] = [0, 1, 2, 4, 8];
-/// Vehicles that can stand first.
+/// Vehicles that can stand before they drive.
 const VEHICLES: [&str; 7] = [
     "road",
     "city",
@@ -50,10 +50,10 @@ const STARTS: [&str; 3] = ["cold", "warm", "hot"];
 /// Time of the tables: the last.
 const LAST: usize = TIMES_MIN.len() - 1;
 
-/// What a study is about.
+/// The topic of a study.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Topic {
-    /// Each single cause of errors, told and not told.
+    /// Each single cause of errors, known and unknown to the schemes.
     Causes,
     /// A kind of start.
     Start(&'static str),
@@ -77,13 +77,13 @@ impl std::fmt::Display for Topic {
 /// A study, and its rows once it has run.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// What it is about.
+    /// Its topic.
     pub topic: Topic,
-    /// What runs.
+    /// Its campaign.
     pub campaign: Campaign,
 }
 
-/// All studies with the unit, place and receiver of `main`, on its first `runs` units each, in
+/// All studies with the unit, location and receiver of `main`, on its first `runs` units each, in
 /// directories within its own.
 ///
 /// # Errors
@@ -106,7 +106,7 @@ pub fn studies(main: &Campaign, runs: u32) -> Result<Vec<Study>, Error> {
             }
             Topic::Vehicle(vehicle) => {
                 scenario.set_vehicle(vehicle)?;
-                // a car that stands is not shaken by the road
+                // the road does not shake a standing car
                 scenario.city.calm_stops = true;
                 let two = [ErrorModelName::Noise, ErrorModelName::Linear];
                 (two.map(Group::from).to_vec(), &SCHEMES[..])
@@ -133,11 +133,12 @@ pub fn studies(main: &Campaign, runs: u32) -> Result<Vec<Study>, Error> {
     topics.map(study).collect()
 }
 
-/// The groups of the table of causes: those without a cause, then each cause, not told and told.
+/// The groups of the table of causes: those without a cause, then each cause, unknown and known to
+/// the schemes.
 fn causes() -> Vec<Group> {
-    let told = |group: Group| {
-        let told = group.can_be_told().then(|| group.told());
-        [group].into_iter().chain(told)
+    let both = |group: Group| {
+        let known = group.can_be_known().then(|| group.with_known_cause());
+        [group].into_iter().chain(known)
     };
     let mut out: Vec<Group> = [ErrorModelName::Linear, ErrorModelName::Noise]
         .map(Group::from)
@@ -146,14 +147,14 @@ fn causes() -> Vec<Group> {
         ErrorModelName::CAUSES
             .map(Group::from)
             .into_iter()
-            .flat_map(told),
+            .flat_map(both),
     );
     for sensors in [ErrorModelName::Linear, ErrorModelName::Noise] {
         let with = FixErrors::CAUSES.map(|fixes| Group {
             fixes,
             ..sensors.into()
         });
-        out.extend(with.into_iter().flat_map(told));
+        out.extend(with.into_iter().flat_map(both));
     }
     out
 }
@@ -176,7 +177,7 @@ fn middle(errors: &Errors) -> f64 {
     }
 }
 
-/// Geometric mean of the ratios of the runs that both have.
+/// Geometric mean of the ratios of the common runs.
 fn ratio(of: &Errors, to: &Errors) -> f64 {
     let logs = of
         .iter()
@@ -227,7 +228,7 @@ fn worse(of: &Errors, than: &Errors) -> String {
     format!("{} of {}", of.iter().filter(worse).count(), of.len())
 }
 
-/// The rows of several studies, each with a label: medians, m.
+/// A table of several studies, one row for each label: medians, m.
 #[must_use]
 pub fn of_labelled(first: &str, studies: &[(String, Vec<Row>)]) -> String {
     let mut lines = Vec::new();
@@ -263,7 +264,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_cause_is_there_told_and_not_told() {
+    fn every_cause_is_there_known_and_unknown() {
         let causes = causes();
         // 21 causes of the sensors twice, dither once, five of the fixes twice and gaps once, on
         // two sensors

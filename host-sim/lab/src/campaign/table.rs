@@ -7,7 +7,7 @@ use std::io;
 /// The file: the same bytes for the same results.
 ///
 /// # Errors
-/// None of its own; memory can be written.
+/// Never fails, since it writes to memory.
 pub fn to_csv(results: &Merged) -> io::Result<Vec<u8>> {
     let mut file = csv::Writer::from_writer(Vec::new());
     file.write_record(head())?;

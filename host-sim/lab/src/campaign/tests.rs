@@ -1,4 +1,4 @@
-//! Of campaigns as a whole.
+//! Tests of whole campaigns.
 
 use super::bench::Bench;
 use super::*;
@@ -12,7 +12,7 @@ pub(super) fn of_one_run() -> Campaign {
     Campaign::single(scenario, &[ErrorModelName::All])
 }
 
-/// Results of one unit are not mixed with those of another, whatever differs between them.
+/// Results of units that differ in any value are not mixed.
 #[test]
 fn the_fingerprint_contains_the_unit() {
     let with = |unit: Unit| {
@@ -32,8 +32,8 @@ fn the_fingerprint_contains_the_unit() {
     assert_ne!(medium, with(derived));
 }
 
-/// The campaign's steps against steps of one sample on the same samples. All random numbers
-/// follow from the number of the run alone.
+/// The campaign's steps give the same errors as steps of one sample. All random numbers depend on
+/// the number of the run alone.
 #[test]
 fn long_steps_do_not_change_the_errors() {
     let campaign = of_one_run();
@@ -86,7 +86,7 @@ fn any_vehicle_that_can_stand_goes_on_the_drives() {
         campaign.scenario.set_vehicle(vehicle).unwrap();
         assert_ne!(campaign.fingerprint(), road);
         let imu = campaign.imu();
-        let mut seen = 0;
+        let mut judged = 0;
         let judge = |_: Group, case: &Case<'_>| {
             let session = case.session;
             let speed = |epoch: usize| session.reference[epoch].velocity.norm();
@@ -94,10 +94,10 @@ fn any_vehicle_that_can_stand_goes_on_the_drives() {
             assert!((0..300).all(|epoch| speed(epoch) < 0.05), "{vehicle}");
             let most = (300..session.epochs()).map(speed).fold(0.0, f64::max);
             assert!(fastest.contains(&most), "{vehicle}: {most}");
-            seen += 1;
+            judged += 1;
             Ok(())
         };
         campaign.sessions(&imu, 3, judge).unwrap();
-        assert_eq!(seen, 2, "{vehicle}");
+        assert_eq!(judged, 2, "{vehicle}");
     }
 }

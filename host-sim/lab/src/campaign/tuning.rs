@@ -16,7 +16,7 @@ use host_core::simulator::imu::world::StartName;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Candidates for the walk, so many that the best is not the last.
+/// Candidates for the walk. The range is so wide that the best is not the last one.
 const WALKS: [f64; 13] = [
     0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8,
 ];
@@ -27,14 +27,14 @@ const FACTORS: [f64; 11] = [
 /// Number of the first unit to train on: far above any run's.
 pub(super) const FIRST_UNIT: u32 = 4_000_000_000;
 
-/// What all runs of a campaign have in common.
+/// The common setting of all runs of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
-    /// How warm the unit is at power-on.
+    /// Temperature of the unit at power-on: cold, warm or hot.
     pub start: StartName,
     /// Numbers of earlier drives.
     pub drives: Vec<u32>,
-    /// The judged drive has fixes.
+    /// Whether the judged drive has fixes.
     pub fixes: bool,
 }
 
@@ -48,25 +48,25 @@ impl Default for Setting {
     }
 }
 
-/// What was simulated, by name. It decides nothing: what does is in the campaign's fingerprint.
+/// Names of the simulated unit and vehicle, for information. The fingerprint contains their values.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Simulated {
-    /// Unit: a preset or a file, as it was told.
+    /// Unit: a preset or a file, as it was given.
     pub unit: String,
     /// Vehicle.
     pub vehicle: String,
 }
 
-/// What was chosen for each group.
+/// The tuned parameters of each group.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tuning {
     chosen: Vec<(Group, Tuned)>,
-    /// What the filters were tuned for.
+    /// The setting for which the filters were tuned.
     pub setting: Setting,
-    /// What it was simulated with; empty in directories of older versions.
+    /// Names of the simulated unit and vehicle; empty in directories of older versions.
     #[serde(default)]
     pub simulated: Simulated,
-    /// Units that were tuned on; 0 in directories of older versions.
+    /// Number of training units; 0 in directories of older versions.
     #[serde(default)]
     pub units: u32,
 }
@@ -133,7 +133,7 @@ impl Tuning {
         Ok(tuning)
     }
 
-    /// Sets what is new at every turn-on for a filter with a memory.
+    /// Sets the share that is new at every turn-on for a filter with a memory.
     pub(super) fn set_turn_on(&mut self, model: Group, index: usize, turn_on: TurnOn) {
         let found = self.chosen.iter_mut().find(|(m, _)| *m == model);
         if let Some((_, tuned)) = found {
@@ -194,7 +194,7 @@ impl Tuning {
         Ok(out)
     }
 
-    /// What was chosen for a group.
+    /// The tuned parameters of a group.
     #[must_use]
     pub fn of(&self, model: Group) -> Tuned {
         let found = self.chosen.iter().find(|(m, _)| *m == model);
@@ -207,23 +207,23 @@ pub(super) fn error_m(free: &FreeInertial) -> Option<f64> {
     Row::of(free, "", 22).map(|row| row.horizontal_m)
 }
 
-/// Marks a walk beyond which a better one may lie. Below no walk there is none.
+/// The text of a walk, marked if it is at the upper edge of the candidates.
 pub(super) fn walk_text(walk: f64) -> String {
     marked(walk, &WALKS[WALKS.len() - 1..])
 }
 
-/// Marks a factor beyond which a better one may lie.
+/// The text of a factor, marked if it is at an edge of the candidates.
 pub(super) fn factor_text(factor: f64) -> String {
     marked(factor, &[FACTORS[0], FACTORS[FACTORS.len() - 1]])
 }
 
-/// Marks a value that is one of these.
+/// The text of a value, marked if it is one of `edges`.
 fn marked(value: f64, edges: &[f64]) -> String {
     let at_edge = edges.iter().any(|edge| edge.total_cmp(&value).is_eq());
     format!("{value}{}", if at_edge { " (edge)" } else { "" })
 }
 
-/// How large the causes are that schemes are told of, over the units to train on.
+/// Sizes of the causes that schemes know, over the units to train on.
 fn sizes(campaign: &Campaign, imu: &ImuSpec) -> Vec<(Group, Size)> {
     let units: Vec<_> = (0..campaign.tuning_units)
         .into_par_iter()
@@ -237,7 +237,7 @@ fn sizes(campaign: &Campaign, imu: &ImuSpec) -> Vec<(Group, Size)> {
     (0..groups).map(of).collect()
 }
 
-/// The candidate of the least error, the first of equals.
+/// The candidate with the smallest error, the first of equal ones.
 fn best(candidates: &[f64], error: impl Fn(usize) -> f64) -> f64 {
     let mut best = (f64::INFINITY, candidates[0]);
     for (i, c) in candidates.iter().enumerate() {

@@ -1,17 +1,18 @@
-//! What is new at every turn-on, for the filters with a memory. The search that finds the walks
-//! finds it, too, on the same further units. They have earlier drives with the same kind of start.
+//! The share of the errors that is new at every turn-on, for the filters with a memory. It is
+//! searched for together with the walks, on the same training units. They have earlier drives with
+//! the same kind of start.
 //!
-//! First all have the same share; then that of the gyros' biases is searched for, the
-//! accelerometers', and the laws'. For biases the density counts that the best model of each unit
-//! gives to the fixes of all its earlier drives, each before it learnt from them: the errors of a
-//! dozen free-inertial drives scatter too much to tell their shares apart. Of laws the density
-//! knows less: where starts are cold, warm and hot it calls a law new at every turn-on that only is
-//! the wrong law. For them the geometric mean counts of the errors of all units, each after one,
-//! two and four drives, smoothed over neighbouring shares. Of equals the largest is taken: it
-//! trusts the past least.
+//! First all errors have the same share. Then the shares of the gyros' biases, of the
+//! accelerometers' biases and of the laws are searched for one after the other. The score of biases
+//! is the likelihood of the fixes of all earlier drives under the best model of each unit, each
+//! before it learnt from them: the errors of a dozen free-inertial drives scatter too much to
+//! distinguish shares. For laws the likelihood is less suitable: where starts are cold, warm and
+//! hot, it takes a wrong law for one that is new at every turn-on. Their score is the geometric
+//! mean of the errors of all units after one, two and four drives, smoothed over neighbouring
+//! shares. Of equal shares the largest is taken, which relies least on earlier drives.
 
 use super::laws::Models;
-use super::memory::{Kept, REMEMBERING, kept, pass, recalled, uses};
+use super::memory::{REMEMBERING, StoredModel, pass, recalled, stored_models, uses};
 use super::schemes::Case;
 use super::tuning::{FIRST_UNIT, Tuning, error_m};
 use super::{Campaign, Error, Group};
@@ -19,16 +20,16 @@ use host_core::inertial::ekf::TurnOn;
 use host_core::simulator::imu::ImuSpec;
 use rayon::prelude::*;
 
-/// Candidates for a share of the prior variance, ascending. The last one is the end of its range:
-/// nothing is remembered. Below the first one a bias walks more in a drive. They are dense where
-/// turn-ons of good sensors lie: a tenth of the whole bias is a share of 0.01.
+/// Candidates for the share of the prior variance, ascending. At the last one nothing is
+/// remembered. Below the first one a bias walks more in a drive. They are dense in the range of
+/// good sensors: a tenth of the whole bias is a share of 0.01.
 const SHARES: [f64; 11] = [1e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.3, 0.6, 1.0];
-/// Drives of a unit that is tuned on. The first one tells nothing of what is new at a turn-on.
+/// Number of drives of a training unit. The first one contains no information on turn-ons.
 const DRIVES: u32 = 4;
-/// Of them those after which errors are judged.
+/// Numbers of drives after which errors are judged.
 const JUDGED: [u32; 3] = [1, 2, 4];
 
-/// What is searched for.
+/// The parameter that is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
     All,
@@ -39,7 +40,7 @@ enum Stage {
 
 /// The searches, one after the other.
 const STAGES: [Stage; 4] = [Stage::All, Stage::Gyro, Stage::Accel, Stage::Law];
-/// How often each unit is simulated for them.
+/// Number of simulations of each unit for the searches.
 pub(super) const ROUNDS: u32 = STAGES.len() as u32;
 
 impl Stage {
@@ -58,7 +59,7 @@ impl Stage {
         }
     }
 
-    /// A filter without laws has no search for theirs.
+    /// Whether it concerns a filter: one without laws has no share of laws.
     fn concerns(self, index: usize) -> bool {
         self != Self::Law || !is_alone(REMEMBERING[index].2)
     }
@@ -68,63 +69,64 @@ fn is_alone(models: Models) -> bool {
     std::ptr::fn_addr_eq(models, super::laws::biases as Models)
 }
 
-/// The candidates of one filter for one group of errors, and what each has kept.
+/// The candidates of one filter for one group of errors, and the memory of each.
 struct Trial {
     model: Group,
     index: usize,
     candidates: Vec<TurnOn>,
-    /// Whether errors count, not densities.
+    /// Whether the score is by errors, not by likelihood.
     judges: bool,
-    /// What each candidate has kept after the drives so far.
-    kept: Vec<Vec<Kept>>,
-    /// The same after the drives of [`JUDGED`], where errors count.
-    after: Vec<Vec<Vec<Kept>>>,
-    /// Logarithm of the error of each candidate in the judged drive, summed up.
+    /// The memory of each candidate after the drives so far.
+    stored: Vec<Vec<StoredModel>>,
+    /// The same after the drives of [`JUDGED`], if the score is by errors.
+    after: Vec<Vec<Vec<StoredModel>>>,
+    /// Sum of the logarithms of each candidate's errors in the judged drive.
     errors: Vec<f64>,
 }
 
 impl Trial {
-    /// The next drive, `number` from 1. All candidates are alike before the first one.
+    /// Runs the next drive, `number` from 1. All candidates are alike before the first one.
     fn keep(&mut self, case: &Case<'_>, number: u32) -> Option<()> {
         let index = self.index;
-        if self.kept.is_empty() {
+        if self.stored.is_empty() {
             let passed = pass(index, case, *self.candidates.first()?, &[])?;
-            let of = |turn_on: &TurnOn| kept(index, case, *turn_on, &[], &passed);
-            self.kept = self.candidates.iter().map(of).collect();
+            let of = |turn_on: &TurnOn| stored_models(index, case, *turn_on, &[], &passed);
+            self.stored = self.candidates.iter().map(of).collect();
         } else {
-            let of = |(turn_on, before): (&TurnOn, &Vec<Kept>)| {
+            let of = |(turn_on, before): (&TurnOn, &Vec<StoredModel>)| {
                 let passed = pass(index, case, *turn_on, before)?;
-                Some(kept(index, case, *turn_on, before, &passed))
+                Some(stored_models(index, case, *turn_on, before, &passed))
             };
-            let each = self.candidates.iter().zip(&self.kept).map(of);
-            self.kept = each.collect::<Option<_>>()?;
+            let each = self.candidates.iter().zip(&self.stored).map(of);
+            self.stored = each.collect::<Option<_>>()?;
         }
         if self.judges && JUDGED.contains(&number) {
-            self.after.push(self.kept.clone());
+            self.after.push(self.stored.clone());
         }
         Some(())
     }
 
-    /// The judged drive, after each number of drives.
+    /// Runs the judged drive after each number of drives.
     fn judge(&mut self, case: &Case<'_>) -> Option<()> {
-        for kept in &self.after {
-            for ((turn_on, kept), sum) in self.candidates.iter().zip(kept).zip(&mut self.errors) {
-                let free = recalled(self.index, case, *turn_on, kept)?;
+        for stored in &self.after {
+            for ((turn_on, stored), sum) in self.candidates.iter().zip(stored).zip(&mut self.errors)
+            {
+                let free = recalled(self.index, case, *turn_on, stored)?;
                 *sum += error_m(&free)?.ln();
             }
         }
         Some(())
     }
 
-    /// Of a candidate: less the sum of its errors' logarithms, or the logarithm of the density that
-    /// its best model gave to all fixes.
+    /// Score of a candidate: minus the sum of its errors' logarithms, or the logarithm of the
+    /// likelihood of all fixes under its best model.
     fn score(&self, candidate: usize) -> f64 {
         if self.judges {
             return self.errors.get(candidate).map_or(f64::NAN, |sum| -sum);
         }
-        let models = self.kept.get(candidate).into_iter().flatten();
+        let models = self.stored.get(candidate).into_iter().flatten();
         models
-            .map(|kept| kept.score)
+            .map(|stored| stored.score)
             .fold(f64::NEG_INFINITY, f64::max)
     }
 }
@@ -140,7 +142,7 @@ impl Campaign {
         (0..REMEMBERING.len()).filter(wanted).collect()
     }
 
-    /// How often a unit is simulated to tune all filters.
+    /// Number of simulations of a unit for the tuning of all filters.
     #[must_use]
     pub fn tuning_rounds(&self) -> u32 {
         match self.remembering().is_empty() {
@@ -150,7 +152,7 @@ impl Campaign {
     }
 }
 
-/// Adds to `tuning` what is best for the filters with a memory.
+/// Adds the best shares of the filters with a memory to `tuning`.
 pub(super) fn search(
     campaign: &Campaign,
     imu: &ImuSpec,
@@ -187,22 +189,22 @@ pub(super) fn search(
     Ok(())
 }
 
-/// Each with half of its weight, and its neighbours with a quarter each; at an end the end itself
-/// counts for the missing one.
+/// Each score with half of the weight, and its neighbours with a quarter each. At an end the score
+/// itself replaces the missing neighbour.
 fn smoothed(scores: &[f64]) -> Vec<f64> {
     let at = |k: usize| scores[k.min(scores.len() - 1)];
     let of = |k: usize| 0.25 * (at(k.saturating_sub(1)) + 2.0 * at(k) + at(k + 1));
     (0..scores.len()).map(of).collect()
 }
 
-/// The last candidate of the greatest score.
+/// The last candidate with the greatest score.
 fn best(scores: &[f64]) -> usize {
     let most = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let good = |score: &f64| *score >= most;
     scores.iter().rposition(good).unwrap_or(scores.len() - 1)
 }
 
-/// What a stage tries on each unit.
+/// The trials of a stage on each unit.
 fn trials<'a>(
     campaign: &'a Campaign,
     filters: &'a [usize],
@@ -222,7 +224,7 @@ fn trials<'a>(
                 index,
                 candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
                 judges: stage == Stage::Law,
-                kept: Vec::new(),
+                stored: Vec::new(),
                 after: Vec::new(),
                 errors: vec![0.0; SHARES.len()],
             })

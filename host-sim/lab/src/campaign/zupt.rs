@@ -1,5 +1,6 @@
-//! What stops are worth: `ekf6` that goes on as a filter after the fixes end, with the zero
-//! velocity of the vehicle's stops as its only measurement. Samples alone tell when it stands.
+//! The scheme with zero-velocity updates: `ekf6` continues as a filter after the fixes end, with
+//! the zero velocity of the vehicle's stops as its only measurement. Stops are detected from the
+//! samples alone.
 
 use super::schemes::Case;
 use super::statistics::median;
@@ -13,14 +14,14 @@ use nalgebra::Vector3;
 const EKF6: usize = 0;
 /// Standard deviation of the height that damps the vertical channel, m.
 const HEIGHT_M: f64 = 1.0;
-/// A vehicle stands in a second if the samples in it and in those before and after it scatter no
-/// more, in variance, than this many times what they do in the median of the standstill.
+/// A vehicle stands in a second if the variance of the samples in it, and in the seconds before and
+/// after it, is at most this many times the median of that in the standstill.
 const ROUGHER: f64 = 3.0;
 
 /// The scheme `zupt`.
 pub(super) fn zupt(case: &Case<'_>) -> Option<FreeInertial> {
     let (session, increments, until) = (case.session, case.increments(), case.until);
-    let walk = case.knows.told.datasheet_walk();
+    let walk = case.knows.assumptions.datasheet_walk();
     let mut filter = case.bench.best(case, EKF6, walk)?.0.clone();
     let standing = standing(session, until);
     let n = session.steps_per_epoch();
@@ -58,10 +59,10 @@ fn standing(session: &Session, from: usize) -> Vec<bool> {
         [dtheta, variance(si.iter().map(|w| w.dv))]
     };
     let epochs = session.epochs();
-    let still: Vec<[f64; 2]> = (0..session.standstill.min(epochs)).map(roughness).collect();
+    let standstill: Vec<[f64; 2]> = (0..session.standstill.min(epochs)).map(roughness).collect();
     let limits = [0, 1].map(|triad| {
-        let mut still: Vec<f64> = still.iter().map(|r| r[triad]).collect();
-        ROUGHER * median(&mut still)
+        let mut standstill: Vec<f64> = standstill.iter().map(|r| r[triad]).collect();
+        ROUGHER * median(&mut standstill)
     });
     let first = from.saturating_sub(2);
     let quiet = |second: usize| {

@@ -1,7 +1,7 @@
-//! What a scheme takes off the samples of a recording, for those who want the corrected recording.
-//! It is what the scheme's row of the table was navigated with.
+//! The corrections that a scheme subtracts from the samples of a recording, for output of the
+//! corrected recording. The scheme's row of the table was navigated with them.
 //!
-//! | scheme | taken off |
+//! | scheme | subtracted |
 //! |---|---|
 //! | `raw` | nothing |
 //! | `ls-bias`, `ls-3x3` | the fitted errors, from the first epoch on |
@@ -9,8 +9,9 @@
 //! | `ekf6`, `ekf12`, `ekf24` | nothing while the filter learns, then its last estimate |
 //! | `rnn-kalman` | nothing while the device learns, then the output of its networks |
 //!
-//! `rnn-kalman` is what the device sends: it learns in mode shadow and corrects in mode frozen.
-//! Before the first epoch, nothing is taken off. After the last one, the last correction stays.
+//! `rnn-kalman` is the output of the device, which learns in mode shadow and corrects in mode
+//! frozen. Before the first epoch nothing is subtracted. After the last one the last correction
+//! stays.
 
 use crate::learning::baseline::LinearModel;
 use host_core::inertial::ekf::Aided;
@@ -32,7 +33,7 @@ pub const SCHEMES: [&str; 8] = [
     "rnn-kalman",
 ];
 
-/// What one scheme takes off.
+/// The correction by one scheme, which is subtracted.
 #[derive(Debug, Clone)]
 pub enum Correction {
     /// Nothing.
@@ -46,7 +47,7 @@ pub enum Correction {
 }
 
 impl Correction {
-    /// What is taken off each sample of `record`, in the form of its samples. The first epoch is at
+    /// The correction of each sample of `record`, in the form of its samples. The first epoch is at
     /// time `begin` on the clock of the IMU, s.
     #[must_use]
     pub fn taken(&self, record: &Record, begin: f64) -> Vec<Increment> {
@@ -63,8 +64,8 @@ impl Correction {
         samples.map(taken).collect()
     }
 
-    /// What is taken off a sample that ends `since` seconds after the first epoch and measures
-    /// `length` seconds. The result counts as that over `weight` seconds.
+    /// The correction of a sample that ends `since` seconds after the first epoch and covers
+    /// `length` seconds, scaled to `weight` seconds.
     fn of(&self, sample: &Increment, since: f64, length: f64, weight: f64) -> Increment {
         let less = |corrected: Increment| Increment {
             dtheta: sample.dtheta - corrected.dtheta,
@@ -91,7 +92,7 @@ impl Correction {
 /// Times closer than this are the same, s.
 const SAME_S: f64 = 1e-6;
 
-/// What each increment measures, s.
+/// Durations of the increments, s.
 fn lengths(record: &Record) -> Vec<f64> {
     let step = median_step(&record.time);
     let gaps = gaps(&record.time, record.kind, step);

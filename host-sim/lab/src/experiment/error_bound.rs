@@ -1,5 +1,5 @@
-//! The error bound of a session: how far corrections within their limits can move a free-inertial
-//! position.
+//! The error bound of a session: the largest change of a free-inertial position by corrections
+//! within their limits.
 
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::limit;
@@ -17,7 +17,7 @@ pub fn error_bound(session: &Session, assumptions: &Assumptions) -> (ErrorBound,
         limit: limit(assumptions),
         speed: speed.fold(0.0, f64::max) as f32,
         latitude: begins.map_or(LATITUDE, |state| state.position.lat),
-        words: 1.0, // every sample of a recording comes once
+        words: 1.0, // every sample of a recording arrives once
     };
     let [a, b, c, d, e] = bound.table();
     let text = format!(
@@ -48,7 +48,7 @@ mod tests {
     /// The part of the bound without the alignment. Perfect sensors with corrections of a limit's
     /// size on every axis: constant in the body,
     /// constant over the ground (where turns do not average them out), reversed at random times.
-    /// None may reach the bound, and the worst must come near it, or the bound would say nothing.
+    /// None may reach the bound, and the worst must come near it, or the bound would be useless.
     #[test]
     fn no_correction_within_the_limits_passes_the_bound() {
         let scenario = Scenario::default();

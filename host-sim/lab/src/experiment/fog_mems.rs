@@ -1,5 +1,5 @@
-//! The MEMS recording with a FOG navigator as its reference: learnt on one part and judged on the
-//! other, and the other way round.
+//! The MEMS recording with a FOG navigator as its reference: learning on one part and judging on
+//! the other, also with the parts exchanged.
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
@@ -15,7 +15,7 @@ use host_unit::Unit;
 /// Name of the preset of the recorded MEMS unit.
 pub const UNIT: &str = "fog-mems";
 
-/// How the recording is replayed with a unit like its own.
+/// Settings of the replay with a unit like that of the recording.
 #[must_use]
 pub fn settings(unit: &Unit) -> Settings {
     Settings {

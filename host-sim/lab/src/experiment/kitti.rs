@@ -1,4 +1,4 @@
-//! The road drives of KITTI: each half teaches once and is judged once.
+//! The road drives of KITTI: each half is used once for learning and once for judging.
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
@@ -14,7 +14,7 @@ use host_unit::Unit;
 /// Name of the preset of the recorded RT3003.
 pub const UNIT: &str = "kitti";
 
-/// How the drives are replayed with a unit like theirs.
+/// Settings of the replay with a unit like that of the drives.
 #[must_use]
 pub fn settings(unit: &Unit) -> Settings {
     Settings {
@@ -31,7 +31,7 @@ pub fn settings(unit: &Unit) -> Settings {
     }
 }
 
-/// First half teaches and second is judged, and the other way round.
+/// Learns on the first half and judges on the second, also with the halves exchanged.
 ///
 /// # Errors
 /// As [`judge`].
@@ -58,7 +58,7 @@ mod tests {
     }
 
     /// At 60 s and at the end 11/36, 5/12, 27/144 and 30/166 m were measured elsewhere with
-    /// displaced time stamps. With the stamps in their places most of the ends are better.
+    /// displaced time stamps. With corrected time stamps most of the ends are better.
     #[test]
     fn free_inertial_errors_are_the_known_ones() {
         let known = [[9.5, 29.5], [4.8, 11.8], [32.7, 98.2], [29.3, 157.7]];

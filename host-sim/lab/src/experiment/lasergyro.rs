@@ -21,7 +21,7 @@ use host_io::recordings::lasergyro::Recording;
 use host_unit::Unit;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Least length of the learning part, s: a third of it is alignment.
+/// Shortest learning part, s. A third of it is alignment.
 pub const LEAST_LEARN_S: u32 = 120;
 
 /// Surveyed site of the recording (recording's documentation).
@@ -34,12 +34,12 @@ const SWAY: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 /// (assumed).
 const WALK_PER_HOUR: f64 = 0.2;
 
-/// What is told of the recorded unit.
+/// The assumptions about the recorded unit.
 #[must_use]
 pub fn assumptions(unit: &Unit) -> Assumptions {
-    let mut told = Assumptions::of(unit);
-    told.prior.walk_per_hour = WALK_PER_HOUR;
-    told
+    let mut assumptions = Assumptions::of(unit);
+    assumptions.prior.walk_per_hour = WALK_PER_HOUR;
+    assumptions
 }
 
 /// Name of the preset of the recorded unit.
@@ -65,7 +65,7 @@ pub fn session(recording: &Recording, learn_s: u32) -> Session {
         lon: SITE[1] * DEG,
         h: SITE[2],
     };
-    // the attitude is not part of the reference: nothing asks for it
+    // the attitude is not part of the reference, and is not used
     let at_rest = NavState {
         position,
         velocity: Vector3::zeros(),
@@ -82,7 +82,7 @@ pub fn session(recording: &Recording, learn_s: u32) -> Session {
     }
 }
 
-/// Teaching on a short standstill: a third of it judges.
+/// Training on a short standstill: a third of it is held back.
 fn network() -> NetworkSpec {
     NetworkSpec {
         held_back: 0.33,
@@ -91,7 +91,7 @@ fn network() -> NetworkSpec {
 }
 
 /// The navigators that are aided over the learning part: without a model of the sensors, with six
-/// biases, and the device. Gives what the device made of it.
+/// biases, and the device. Returns the device's results.
 fn aid_all(session: &Session, a: &Assumptions, judged: &mut Judged) -> Option<Bench> {
     let increments = session.increments();
     let until = session.standstill;

@@ -30,33 +30,33 @@ pub struct Row {
     pub horizontal_m: f64,
 }
 
-/// What the device made of the part that was learnt from, and what limits it.
+/// The device's results on the learning part, and its error bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bench {
     /// The course of its learning.
     pub diary: Diary,
     /// Networks of the candidate in force, its biases folded in.
     pub nets: Nets,
-    /// The candidate in force at the end, by its place in `firmware::learn::bank::NAMES`.
+    /// The candidate in force at the end: its index in `firmware::learn::bank::NAMES`.
     pub running: usize,
-    /// Most metres that corrections within their limits add 5, 10, 15, 20 and 22 min after an
-    /// alignment.
+    /// Largest error that corrections within their limits can add 5, 10, 15, 20 and 22 min after an
+    /// alignment, m.
     pub bound_m: [u32; 5],
     /// The same in a sentence.
     pub bound: String,
     /// Time of second 0 on the clock of the recording, s.
     pub begin_s: f64,
-    /// What was learnt from, s since power-on.
+    /// The learning part, s since power-on.
     pub learn: Range<usize>,
-    /// What was judged, s since power-on.
+    /// The judged part, s since power-on.
     pub judge: Range<usize>,
-    /// Standard deviation of the fixes that judge, along the worse of north and east, m: the median
-    /// over the judged part. `None` where a better solution judges.
+    /// Standard deviation of the fixes of the reference, along the worse of north and east, m: the
+    /// median over the judged part. `None` if the reference is a better solution.
     pub reference_sigma_m: Option<f64>,
 }
 
 impl Bench {
-    /// Of a session that was judged against its fixes.
+    /// The results of a session that was judged against its fixes.
     #[must_use]
     pub fn of(
         learnt: &Learnt,
@@ -89,18 +89,18 @@ impl Bench {
 pub struct Outcome {
     /// Recording, for example `fog-mems` or `kitti-0027`.
     pub recording: String,
-    /// What was learnt from and what was judged.
+    /// The learning part and the judged part.
     pub case: String,
     /// Rows, times ascending, schemes in display order within a time.
     pub rows: Vec<Row>,
-    /// What the reader must know, in sentences.
+    /// Notes for the reader, in sentences.
     pub notes: Vec<String>,
-    /// Where the recording contradicts what is said of it.
+    /// Contradictions between the recording and its header or unit.
     pub warnings: Vec<Warning>,
-    /// What the page draws.
+    /// The curves of the page.
     #[serde(skip)]
     pub curves: Curves,
-    /// The device's side of it.
+    /// The device's results.
     #[serde(skip)]
     pub bench: Option<Box<Bench>>,
 }

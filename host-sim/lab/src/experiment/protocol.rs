@@ -1,15 +1,15 @@
 //! Learning from one part of a recording of a moving vehicle and judging on another. Every scheme
 //! gets the same fixes and the same samples.
 //!
-//! Without a standstill, the first attitude is the reference's. Over the learning part fixes of the
-//! reference teach. Then navigation is free inertial.
+//! Without a standstill, the first attitude is the reference's. Over the learning part the schemes
+//! learn from fixes of the reference. Then navigation is free inertial.
 //!
 //! When the judged part follows the learning part, each scheme's own aided navigator carries its
 //! state over. It has no sensor errors in its state, except in the filters. When the judged part
 //! precedes the learning part, free-inertial navigation begins at the reference's state, and the
 //! compensator starts there with its networks' state at power-on.
 //!
-//! What was learnt belongs to the attitude that the teacher found. That attitude differs from the
+//! Learnt errors belong to the attitude that the teacher found. That attitude differs from the
 //! reference's by the mounting: a tilt of 1 mrad and an accelerometer bias of 1000 ug are the same
 //! to the teacher. So for all schemes that learnt, the first attitude is turned by the mean
 //! difference over the learning part; for the filters and the device, by the difference at its end.
@@ -45,17 +45,17 @@ use learnt::{Learnt, aided};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
-/// What is learnt from and what is judged, in epochs of the session.
+/// The learning part and the judged part, in epochs of the session.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Split {
-    /// Fixes teach.
+    /// Learning part, with fixes.
     pub learn: Range<usize>,
-    /// Free inertial.
+    /// Judged part, free inertial.
     pub judge: Range<usize>,
 }
 
 impl Split {
-    /// Learn from the first `learn` of `epochs`, judge on the rest.
+    /// Learning on the first `learn` of `epochs`, judging on the rest.
     #[must_use]
     pub fn forward(epochs: usize, learn: usize) -> Self {
         let cut = learn.min(epochs);
@@ -65,7 +65,7 @@ impl Split {
         }
     }
 
-    /// The roles exchanged: learn from the last `learn` of `epochs`, judge on the first.
+    /// Exchanged parts: learning on the last `learn` of `epochs`, judging on the first.
     #[must_use]
     pub fn exchanged(epochs: usize, learn: usize) -> Self {
         let cut = epochs.saturating_sub(learn);
@@ -75,7 +75,7 @@ impl Split {
         }
     }
 
-    /// A description.
+    /// A description of the two parts.
     #[must_use]
     pub fn case(&self) -> String {
         let (l, j) = (&self.learn, &self.judge);
@@ -86,18 +86,17 @@ impl Split {
     }
 }
 
-/// What is assumed of the sensors and how the networks are taught.
+/// Assumptions about the sensors, and settings of the networks' training.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Sensors.
+    /// Assumptions about the sensors.
     pub assumptions: Assumptions,
     /// Errors of the reference as the state of this IMU, mounting included. `None`: those of a
     /// self-alignment.
     pub start_sigma: Option<InitialSigma>,
-    /// Teaching.
+    /// Settings of the training.
     pub network: NetworkSpec,
-    /// Whether `rnn` uses only networks that prove themselves on a held-back part, as the device
-    /// does.
+    /// Whether `rnn` uses only networks that are proven on a held-back part, as on the device.
     pub promoted_only: bool,
     /// Times of the table, s after the start of the judged part.
     pub times_s: Vec<u32>,
@@ -117,7 +116,7 @@ pub fn judge(
     Ok(judged.map(|(outcome, _)| outcome))
 }
 
-/// [`judge`], with what one of the schemes takes off the samples. The judged part must follow the
+/// [`judge`], with the corrections by one of the schemes. The judged part must follow the
 /// learning part, which begins with the session.
 ///
 /// # Errors
@@ -249,7 +248,7 @@ fn solutions(
         out.insert(3 + k, (name, free_inertial(&run, &frozen, nav, from, to)));
     }
     let device = match follows {
-        // it changes nothing
+        // it corrects nothing
         _ if learnt.device.running == ZERO_CORRECTION => out.first()?.1.clone(),
         true => learnt.device.free_inertial(&run, a, from),
         false => {
@@ -288,7 +287,7 @@ fn corrected<'a>(
     ]
 }
 
-/// What the device's row is. `since`: when that candidate came into force, s after power-on.
+/// Describes the device's row. `since`: when that candidate came into force, s after power-on.
 fn in_force(running: usize, since: Option<usize>) -> String {
     if running == ZERO_CORRECTION {
         return "The row `rnn-kalman` is the device. By the end of the learning part nothing had \
@@ -305,9 +304,10 @@ fn in_force(running: usize, since: Option<usize>) -> String {
     )
 }
 
-/// The verdict of the device's test on networks taught from the same part, with its end held back.
+/// The verdict of the device's test on networks that learnt from the same part, with its end held
+/// back.
 fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
-    let held = fit_from(
+    let fitted = fit_from(
         lesson,
         &lesson.motion(),
         nominal,
@@ -318,7 +318,7 @@ fn gate(lesson: &Session, nominal: &Nominal, settings: &Settings) -> String {
     let percent = 100.0 * settings.network.held_back;
     format!(
         "The row `rnn` is learnt from the whole learning part and unjudged. With its last {percent:.0} % held back: {}",
-        held.verdict()
+        fitted.verdict()
     )
 }
 

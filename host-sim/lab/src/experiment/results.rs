@@ -1,4 +1,4 @@
-//! What an experiment gives: rows of the table, curves, and all that a report shows.
+//! Results of an experiment: rows of the table, curves, and the other contents of a report.
 
 use crate::experiment::outcome::Bench;
 use host_core::inertial::free_inertial::FreeInertial;
@@ -25,7 +25,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Row of the table after `t_min` minutes of free-inertial navigation, if it lasts so long.
+    /// Row of the table after `t_min` minutes of free-inertial navigation, if it lasts that long.
     #[must_use]
     pub fn of(free: &FreeInertial, scheme: &str, t_min: u32) -> Option<Self> {
         let k = t_min as usize * 60;
@@ -83,7 +83,7 @@ pub struct ErrorTrace {
     pub network: Vec<f64>,
 }
 
-/// What the pictures of an experiment show.
+/// Curves of the pictures of an experiment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curves {
     /// East (x) and north (y) of the reference and of each scheme, m.
@@ -129,21 +129,21 @@ impl Curves {
     }
 }
 
-/// All that the page shows.
+/// Contents of the page.
 #[derive(Debug, Clone)]
 pub struct Report {
     /// One line.
     pub title: String,
     /// The table.
     pub results: Results,
-    /// Label and value of what was run: preset, rates, durations, seeds, settings of learning. A
-    /// value labelled `command` is the command that makes this report again.
+    /// Labels and values of the set-up: preset, rates, durations, seeds, settings of learning. The
+    /// value labelled `command` is the command that regenerates this report.
     pub set_up: Vec<(String, String)>,
-    /// What the reader must know, in sentences: which alignment, whether the correction stayed at
-    /// zero and why, and so on.
+    /// Notes for the reader, in sentences: the alignment, whether the correction stayed at zero and
+    /// why, and so on.
     pub notes: Vec<String>,
-    /// What the pictures show.
+    /// Curves of the pictures.
     pub curves: Curves,
-    /// The device's side of a replay.
+    /// The device's results in a replay.
     pub bench: Option<Box<Bench>>,
 }

@@ -25,12 +25,12 @@ use rand_chacha::ChaCha8Rng;
 /// Minutes of free-inertial navigation at which the table is taken, as in the paper.
 pub const TIMES_MIN: [u32; 5] = [5, 10, 15, 20, 22];
 
-/// What the caller chooses beside the scenario.
+/// Options beside the scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Judge on the session that was learnt from, as the paper did.
+    /// Whether to judge on the learning session, as in the paper.
     pub in_sample: bool,
 }
 
@@ -41,7 +41,7 @@ pub struct Sessions<'a> {
     unit: u64,
     learn: [u64; 2],
     test: [u64; 2],
-    /// Earlier drives beside the one to learn from.
+    /// Seeds of further earlier drives.
     more: Vec<[u64; 2]>,
 }
 
@@ -71,8 +71,8 @@ impl Sessions<'_> {
         self.simulate_with_fixes(learning).0
     }
 
-    /// The same with all fixes and when they arrive, s after power-on: a session has only one a
-    /// second.
+    /// The same with all fixes and their times of arrival, s after power-on. A session has only one
+    /// fix a second.
     #[must_use]
     pub fn simulate_with_fixes(&self, learning: bool) -> (Session, Vec<(f64, Fix)>) {
         if learning {
@@ -105,7 +105,7 @@ impl Sessions<'_> {
     }
 }
 
-/// Runs the experiment; `progress` is told each stage.
+/// Runs the experiment. `progress` is called with each stage.
 ///
 /// # Errors
 /// A scenario without a standstill, or whose standstill gives no attitude.
@@ -213,7 +213,7 @@ pub fn judge(session: &Session, learnt: &FittedNetworks) -> Option<Judged> {
 }
 
 impl Judged {
-    /// One more scheme, navigated elsewhere over the same time.
+    /// Adds a scheme with its navigation over the same time.
     pub fn add(&mut self, scheme: &'static str, free: FreeInertial) {
         self.solutions.push((scheme, free));
     }
@@ -339,8 +339,8 @@ pub fn traces(session: &Session, learnt: &FittedNetworks) -> Vec<ErrorTrace> {
     out
 }
 
-/// Median over a minute around each second. It shows the slow error below the spikes that scale
-/// factor and misalignment make in turns.
+/// Median over a minute around each second. It shows the slow error without the spikes by scale
+/// factor and misalignment in turns.
 fn running_median(x: &[f64]) -> Vec<f64> {
     const HALF: usize = 30;
     (0..x.len())
@@ -396,7 +396,7 @@ fn set_up(scenario: &Scenario, imu: &ImuSpec, options: &Options) -> Vec<(String,
     out
 }
 
-/// What the reader must know of the learning.
+/// Notes for the reader on the learning.
 #[must_use]
 pub fn notes(learnt: &FittedNetworks, options: &Options) -> Vec<String> {
     if options.in_sample {

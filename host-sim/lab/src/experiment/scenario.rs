@@ -1,4 +1,4 @@
-//! What to simulate: a named scenario or a TOML file.
+//! Scenarios of simulations: a named one or a TOML file.
 
 use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
@@ -75,24 +75,24 @@ pub struct Scenario {
     /// Vehicle.
     #[serde(rename = "vehicle")]
     pub vehicle_name: VehicleName,
-    /// What a city car does, if it is the vehicle.
+    /// Parameters of a city car, if it is the vehicle.
     pub city: City,
-    /// What a ship does.
+    /// Parameters of a ship.
     pub ship: Ship,
-    /// What an aircraft does.
+    /// Parameters of an aircraft.
     pub aircraft: Aircraft,
-    /// What a car in traffic does.
+    /// Parameters of a car in traffic.
     pub traffic: Traffic,
-    /// What a train does.
+    /// Parameters of a train.
     pub train: Train,
-    /// What a hand-held device does.
+    /// Parameters of a hand-held device.
     #[serde(rename = "hand-held")]
     pub hand_held: HandHeld,
-    /// What a vehicle does that never moves.
+    /// Parameters of a vehicle that never moves.
     pub standing: Standing,
     /// Temperature of the air around the unit.
     pub ambient: Ambient,
-    /// How the unit starts, and its age.
+    /// Start of the unit (cold, warm or hot), and its age.
     pub power: Power,
     /// Receiver.
     pub gnss: GnssSpec,
@@ -100,7 +100,7 @@ pub struct Scenario {
     pub learn: DriveSpec,
     /// Session to be judged on.
     pub test: DriveSpec,
-    /// Networks and their teaching.
+    /// Networks and their training.
     pub network: NetworkSpec,
     /// The unit of that name.
     #[serde(skip)]
@@ -108,7 +108,7 @@ pub struct Scenario {
     /// The keys that the file gives.
     #[serde(skip)]
     given: Vec<String>,
-    /// Where this came from, for errors.
+    /// Path of the file, for errors.
     #[serde(skip)]
     source: PathBuf,
 }
@@ -204,7 +204,7 @@ impl Scenario {
         scenario.given = keys.keys().cloned().collect();
         scenario.unit = Unit::load_beside(&scenario.unit_name, path)?;
         if scenario.name == "medium" {
-            // a file that does not name itself goes by its file name
+            // a file without a name gets its file name
             scenario.name = path
                 .file_stem()
                 .map_or_else(|| "scenario".into(), |s| s.to_string_lossy().into_owned());
@@ -213,7 +213,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// That the file gives none of these keys, which `command` would ignore.
+    /// Checks that the file gives none of these keys, which `command` would ignore.
     ///
     /// # Errors
     /// The first one that is given.
@@ -225,7 +225,7 @@ impl Scenario {
         })
     }
 
-    /// Ranges of all values.
+    /// Checks the ranges of all values.
     fn check(&self) -> Result<(), Error> {
         if self.name.is_empty()
             || !self
@@ -323,7 +323,7 @@ impl Scenario {
         &self.unit
     }
 
-    /// Samples of the drive to learn from and of the one to be judged on.
+    /// Number of samples of the learning drive and the judged one.
     #[must_use]
     pub fn samples(&self) -> f64 {
         let seconds = |of: &DriveSpec| f64::from(of.standstill_s) + of.duration_s();
@@ -331,7 +331,7 @@ impl Scenario {
         both * f64::from(self.imu_spec().rate_hz)
     }
 
-    /// The errors of the simulated IMU, and the world that it is in.
+    /// The errors of the simulated IMU, and its environment.
     #[must_use]
     pub fn imu_spec(&self) -> ImuSpec {
         ImuSpec {

@@ -1,9 +1,9 @@
-//! How a user's recording starts, and how it goes on after a gap of samples.
+//! The start of a user's recording, and its continuation after a gap of samples.
 //!
-//! A recording whose attitude nobody tells starts by the device's own alignment in motion
+//! A recording without a given attitude starts by the device's own alignment in motion
 //! ([`in_motion`]). The session begins at the epoch where the attitude is known, with its standard
-//! deviations, the same for all schemes. After a long gap of samples the attitude is found anew in
-//! the same way. All schemes go on from there and keep what they have learnt of the sensors.
+//! deviations, the same for all schemes. After a long gap of samples the attitude is found again in
+//! the same way. All schemes continue from there and keep their estimates of the sensors.
 
 use crate::learning::in_motion::{self, Aligned, Known};
 use crate::learning::teacher::Assumptions;
@@ -20,14 +20,14 @@ use host_unit::Unit;
 use std::ops::Range;
 use std::path::Path;
 
-/// A part of a recording is worth a new alignment if it is at least so long, s.
+/// A part of a recording is aligned again if it is at least this long, s.
 const LEAST_PART: usize = 10;
 
-/// What the user says of the start.
+/// The user's settings of the start.
 #[derive(Debug, Clone, Copy)]
 pub struct Wishes {
-    /// How the vehicle moves, and a rough heading.
-    pub told: Known,
+    /// Kind of the vehicle, and a rough heading.
+    pub known: Known,
     /// Errors of a given attitude, tilt and heading, rad.
     pub attitude_sigma: [f64; 2],
     /// Number of the part, counted from 1, that is used alone.
@@ -35,12 +35,12 @@ pub struct Wishes {
 }
 
 impl Wishes {
-    /// What the recording and the unit's vehicle tell, with the errors of a given attitude, tilt
-    /// and heading, rad, of the part with this number or of all.
+    /// The settings by the recording and the unit's vehicle. `attitude_sigma`: errors of a given
+    /// attitude, tilt and heading, rad. `part`: number of a part that is used alone.
     #[must_use]
     pub fn of(unit: &Unit, record: &Record, attitude_sigma: [f64; 2], part: Option<usize>) -> Self {
         Self {
-            told: Known {
+            known: Known {
                 vehicle: unit.vehicle.kind,
                 heading: record.rough_heading,
             },
@@ -57,7 +57,7 @@ pub struct Started {
     pub session: Session,
     /// Time of its first epoch on the IMU's clock, s.
     pub begin: f64,
-    /// What the reader must know, in sentences.
+    /// Notes for the reader, in sentences.
     pub notes: Vec<String>,
 }
 
@@ -129,7 +129,7 @@ pub fn start(
     })
 }
 
-/// How a part begins.
+/// The start of a part.
 enum Begin {
     Standstill(usize),
     Given(Start),
@@ -137,7 +137,7 @@ enum Begin {
 }
 
 impl Begin {
-    /// The epoch from which on it is navigated.
+    /// The first epoch of its navigation.
     fn epoch(&self, part: &Range<usize>) -> usize {
         match self {
             Self::Standstill(_) | Self::Given(_) => part.start,
@@ -189,7 +189,7 @@ impl Begin {
     }
 }
 
-/// What gave a heading, in words.
+/// The source of a heading, in words.
 fn named(way: Way) -> &'static str {
     match way {
         Way::None => "nothing",
@@ -250,21 +250,21 @@ fn begin_of(
     wishes: &Wishes,
     assumptions: &Assumptions,
 ) -> Result<Begin, Progress> {
-    let told = match (given, part.start) {
+    let known = match (given, part.start) {
         (Some(InitialAttitude::Standstill(s)), _) if s < part.end => {
             return Ok(Begin::Standstill(s));
         }
         (Some(InitialAttitude::Known(_)), _) => {
             return Ok(Begin::Given(given_start(session, wishes.attitude_sigma)));
         }
-        (_, 0) => wishes.told,
+        (_, 0) => wishes.known,
         // the heading was that of the first fix
         _ => Known {
             heading: None,
-            ..wishes.told
+            ..wishes.known
         },
     };
-    in_motion::align(session, part, told, assumptions).map(Begin::Found)
+    in_motion::align(session, part, known, assumptions).map(Begin::Found)
 }
 
 /// The state at the first epoch with an attitude that was given.
@@ -282,7 +282,7 @@ fn given_start(session: &Session, [tilt, heading]: [f64; 2]) -> Start {
     }
 }
 
-/// Why there is no attitude.
+/// The error of a recording without an attitude.
 fn no_attitude(file: &Path, progress: Progress) -> Error {
     let (why, remedy) = match progress.way {
         _ if progress.refused > 0 => (

@@ -1,6 +1,6 @@
-//! A user's own recording: learnt from its first part, judged on the rest. The reference is the
-//! fixes, or a better solution if one is given. Errors below the noise of the fixes therefore mean
-//! nothing.
+//! A user's own recording: learning on its first part, judging on the rest. The reference is the
+//! fixes, or a better solution if one is given. Errors below the noise of the fixes are therefore
+//! meaningless.
 
 use crate::experiment::correction::Correction;
 use crate::experiment::doubts::{Class, Says, Warning, doubts};
@@ -20,10 +20,10 @@ pub const LEAST_S: usize = 20;
 const SHORT_S: usize = 300;
 /// Time for which fixes aid the navigators after a gap of samples before they are judged, s.
 const SETTLE_S: usize = 60;
-/// Most times in the table.
+/// Largest number of times in the table.
 const MOST_TIMES: usize = 7;
 
-/// What the user may choose.
+/// The user's choices.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
     /// Sensors.
@@ -33,9 +33,9 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Settles the time offset of the fixes, found from the data if `estimates`, and looks for what
-    /// contradicts `says`. `given`: the user has named the unit that is assumed. A sentence for the
-    /// report, and warnings.
+    /// Settles the time offset of the fixes, estimated from the data if `estimates`, and looks for
+    /// contradictions to `says`. `given`: the user has named the assumed unit. Returns a sentence
+    /// for the report, and warnings.
     pub fn examine(
         &self,
         record: &mut Record,
@@ -50,18 +50,18 @@ impl Plan {
         (note, warnings)
     }
 
-    /// What is learnt from and what is judged. Navigation without fixes does not survive missing
+    /// The learning part and the judged part. Navigation without fixes does not survive missing
     /// samples, so that the judged part ends where they begin.
     ///
     /// # Errors
     /// The possible range (empty for a recording that is too short) when the choice lies outside.
     pub fn split(&self, session: &Session) -> Result<Split, (usize, usize)> {
-        let (still, all) = (session.standstill, session.epochs());
+        let (standstill, all) = (session.standstill, session.epochs());
         let possible: Vec<Range<usize>> = whole(session)
             .into_iter()
             .filter_map(|part| {
                 let settle = match part.start {
-                    0 => still + LEAST_S,
+                    0 => standstill + LEAST_S,
                     // a new attitude has to settle
                     start => start + LEAST_S.max(SETTLE_S.min(part.len() / 2)),
                 };
@@ -70,7 +70,7 @@ impl Plan {
             })
             .collect();
         let learn = self.learn.or_else(|| {
-            let half = still + (all - still) / 2;
+            let half = standstill + (all - standstill) / 2;
             let middle = |part: &Range<usize>| match part.end - LEAST_S {
                 last if (part.start..=last).contains(&half) => half,
                 last if last < half => usize::midpoint(part.start, last),
@@ -91,7 +91,9 @@ impl Plan {
                 judge: learn..part.end,
             })
         };
-        let least = possible.first().map_or(still + LEAST_S, |part| part.start);
+        let least = possible
+            .first()
+            .map_or(standstill + LEAST_S, |part| part.start);
         let most = possible.last().map(|part| part.end - LEAST_S);
         learn
             .and_then(fits)
@@ -130,7 +132,7 @@ impl Plan {
         Ok(replayed.map(|(outcome, _)| outcome))
     }
 
-    /// [`Plan::replay`], with what the scheme `corrected_by` takes off the samples.
+    /// [`Plan::replay`], with the corrections by the scheme `corrected_by`.
     ///
     /// # Errors
     /// As [`judge_and_correct`].

@@ -1,8 +1,8 @@
-//! A session's fixes on their way to a filter: where and when they were valid.
+//! A session's fixes for a filter, with the position and time of their validity.
 //!
-//! A filter takes the fix of an epoch at the end of that epoch. A fix that was valid earlier, or at
-//! an antenna that is not at the IMU, is moved there by the filter's own attitude, rate and motion
-//! since. So the difference between fix and navigator is that at the fix's own time and place, and
+//! A filter processes the fix of an epoch at the end of that epoch. A fix that was valid earlier,
+//! or at an antenna that is not at the IMU, is moved to the IMU and to that time by the filter's
+//! own attitude, rate and motion. So the innovation is that at the fix's own time and position, and
 //! only the navigator's error is taken as constant over the age of the fix, at most one epoch. The
 //! device's learner does the same.
 
@@ -38,17 +38,16 @@ pub fn fix_at(session: &Session, epoch: usize) -> Option<Fix> {
     Some(fix)
 }
 
-/// What a filter has passed.
+/// An epoch that a filter has processed.
 #[derive(Debug)]
 pub(crate) enum Passed {
-    /// An epoch, with the fix at its end as a receiver at the IMU would have measured it there and
-    /// then.
+    /// An epoch with the fix at its end, as measured by a receiver at the IMU at that time.
     Epoch(Option<Fix>),
     /// An epoch without samples.
     Outage(Record),
 }
 
-/// Takes the filter through epoch `k`. `fix` is that of the epoch's end.
+/// Processes epoch `k` in the filter. `fix` is that of the epoch's end.
 pub(crate) fn pass(
     filter: &mut Aided,
     session: &Session,
@@ -63,7 +62,7 @@ pub(crate) fn pass(
     Passed::Epoch(approach(filter, session, increments, k, fix))
 }
 
-/// Takes the filter through the increments of epoch `k`.
+/// Processes the increments of epoch `k` in the filter.
 fn approach(
     filter: &mut Aided,
     session: &Session,
@@ -98,7 +97,7 @@ fn approach(
     Some(at_the_imu(fix, session, (&then, &rate), &filter.sins.nav))
 }
 
-/// The state at a share of the step between two; beyond it by as much as the step goes on.
+/// The state at a share of the step between two states. Shares above 1 extrapolate.
 fn between([a, b]: &[NavState; 2], share: f64) -> NavState {
     let mix = |x: f64, y: f64| x + (y - x) * share;
     NavState {
@@ -113,7 +112,7 @@ fn between([a, b]: &[NavState; 2], share: f64) -> NavState {
 }
 
 /// A fix of the antenna at the time of `then`, moved to the IMU at the time of `now`. `rate`: that
-/// of the body, rad/s. A velocity that the vehicle is known to have is the IMU's already.
+/// of the body, rad/s. A known velocity of the vehicle is already that of the IMU.
 fn at_the_imu(
     mut fix: Fix,
     session: &Session,

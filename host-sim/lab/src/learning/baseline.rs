@@ -1,5 +1,6 @@
-//! The linear competitors: a bias, and a bias with a 3x3 matrix (scale factor and misalignment).
-//! Both are fitted by least squares to the same references that the networks learn from.
+//! Linear models for comparison: a bias, and a bias with a 3x3 matrix (scale factor and
+//! misalignment). Both are fitted by least squares to the same references that the networks learn
+//! from.
 
 use host_core::inertial::sins::Increment;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -46,13 +47,13 @@ pub fn fit_bias(samples: &[Sample]) -> Linear {
 
 /// Least squares of bias and 3x3 matrix through the singular value decomposition. Directions that
 /// the drive does not excite stay at zero: on a level road the vertical accelerometer's bias cannot
-/// be told from its scale factor.
+/// be separated from its scale factor.
 #[must_use]
 pub fn fit_3x3(samples: &[Sample]) -> Linear {
     if samples.len() < 4 {
         return fit_bias(samples);
     }
-    // columns centred, so that the matrix takes no share of the bias
+    // columns are centred, so that the matrix contains no part of the bias
     let n = samples.len().max(1) as f64;
     let mean_in: Vector3<f64> = samples.iter().map(|(x, _)| x).sum::<Vector3<f64>>() / n;
     let mean_err: Vector3<f64> = samples.iter().map(|(_, e)| e).sum::<Vector3<f64>>() / n;
@@ -73,7 +74,7 @@ pub fn fit_3x3(samples: &[Sample]) -> Linear {
 }
 
 impl LinearModel {
-    /// The increment less the estimated errors.
+    /// The increment minus the estimated errors.
     #[must_use]
     pub fn correct(&self, increment: &Increment, dt: f64) -> Increment {
         let fix = |l: &Linear, d: &Vector3<f64>| d - l.bias * dt - l.matrix * d;

@@ -1,5 +1,5 @@
-//! The samples of a session behind a compensator, made epoch by epoch where that gives the same
-//! bits as all at once, so that no corrected copy of a long recording is in memory.
+//! The samples of a session corrected by a compensator. They are computed epoch by epoch where that
+//! gives the same bits as all at once, so that no corrected copy of a long recording is in memory.
 
 use super::window::{corrected_increments, read_temperature};
 use firmware::compensator::{Compensator, State};
@@ -31,7 +31,7 @@ pub fn corrected_motion(session: &Session, compensator: Compensator) -> Incremen
 }
 
 /// The increments of a session, one a sample, behind a compensator in `state` before epoch `first`.
-/// Going back to an earlier epoch begins anew.
+/// A request for an earlier epoch restarts the computation.
 #[must_use]
 pub fn compensated_motion(
     session: &Session,
@@ -75,8 +75,8 @@ mod tests {
     use host_core::simulator::session::{SessionConfig, simulate};
     use lrnn_nostd::Net;
 
-    /// Samples made epoch by epoch are those of the whole session to the last bit, also when an
-    /// earlier epoch is asked for again.
+    /// Samples computed epoch by epoch are those of the whole session to the last bit, also after a
+    /// request for an earlier epoch.
     #[test]
     fn epochs_are_made_as_the_whole_session_is() {
         let spec = ImuSpec::preset("medium").unwrap();
@@ -100,7 +100,7 @@ mod tests {
         };
         let mut session = simulate(&config).0;
         let assumptions = Assumptions::of_simulated(&spec);
-        // networks that say something from the first epoch on
+        // networks with an output from the first epoch on
         let mut nets = normalisation(&assumptions).map(|n| Net::new(start(3, 1.0).weights, n));
         nets.iter_mut()
             .for_each(|net| net.weights.layers[2].b = [0.3; 3]);

@@ -1,4 +1,4 @@
-//! What one session teaches: references, linear fits, two networks, and the decision whether the
+//! Learning from one session: references, linear fits, two networks, and the decision whether the
 //! networks may be used.
 
 use crate::learning::baseline::{LinearModel, Sample, fit_3x3, fit_bias};
@@ -37,7 +37,7 @@ impl Use {
     }
 }
 
-/// Everything that was learnt from a session.
+/// All results of learning from a session.
 #[derive(Debug, Clone)]
 pub struct FittedNetworks {
     /// References over the part learnt from.
@@ -50,12 +50,12 @@ pub struct FittedNetworks {
     pub taught: [Taught; 2],
     /// The networks to use. A network that was not promoted has zero output.
     pub nets: [Net; 2],
-    /// Which were promoted.
+    /// The networks that were promoted.
     pub promoted: Use,
     /// Log-likelihood ratios on the held-back part: of both networks, of the gyro network only, of
     /// the accelerometer network only. Empty if nothing was held back.
     pub evidence: Vec<(Use, f64)>,
-    /// Assumptions that the fit was made with.
+    /// Assumptions of the fit.
     pub assumptions: Assumptions,
 }
 
@@ -94,7 +94,7 @@ pub fn fit_from(
     spec: &NetworkSpec,
     hold_back: bool,
 ) -> FittedNetworks {
-    // the paper's networks see their own triads, whatever drives those of the device
+    // the inputs of the paper's networks are their own triads, whatever those of the device are
     assumptions.inputs = OWN;
     let total = nominal.records.len();
     let learnt = if hold_back {
@@ -165,7 +165,7 @@ fn linear_fits(inputs: &Inputs, references: &[Reference]) -> (LinearModel, Linea
 }
 
 impl FittedNetworks {
-    /// What became of the networks, in a sentence.
+    /// The decision on the networks, in a sentence.
     #[must_use]
     pub fn verdict(&self) -> String {
         let best = self

@@ -1,5 +1,5 @@
 //! The device's alignment in motion on a session of the desktop: counts and fixes give the attitude
-//! where nobody has told it and the vehicle has not stood.
+//! where it is not given and the vehicle has not stood.
 //!
 //! The alignment and the detection of a standstill are the firmware's, called as its learner calls
 //! them. Fixes of position alone give velocities by their differences.
@@ -18,16 +18,16 @@ use host_core::inertial::sins::Sins;
 use host_unit::around::Kind;
 use std::ops::Range;
 
-/// As for the device's learner: a vehicle that is faster by the receiver does not stand, m/s;
-/// seconds after which a standstill is believed; the standard deviation of its velocity, m/s.
+/// As for the device's learner: speed by the receiver above which a vehicle moves, m/s; seconds
+/// after which a standstill is accepted; the standard deviation of the velocity at rest, m/s.
 const STANDS_MPS: f64 = 0.3;
-const STILL_S: u32 = 3;
-const STILL_MPS: f64 = 0.01;
+const REST_S: u32 = 3;
+const REST_MPS: f64 = 0.01;
 
-/// What is known beside samples and fixes.
+/// Knowledge beside samples and fixes.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
-    /// How the vehicle moves.
+    /// Kind of the vehicle.
     pub vehicle: Kind,
     /// Heading at the first fix and its standard deviation, rad.
     pub heading: Option<[f64; 2]>,
@@ -36,36 +36,36 @@ pub struct Known {
 /// An attitude that was found.
 #[derive(Debug, Clone, Copy)]
 pub struct Aligned {
-    /// The epoch at which it is known.
+    /// The epoch of the attitude.
     pub epoch: usize,
     /// The state there.
     pub start: Start,
-    /// What gave the heading.
+    /// Source of the heading.
     pub way: Way,
     /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
     pub residual: f64,
-    /// Alignments before it that were given up because their innovations were too large.
+    /// Number of earlier alignments that were rejected because their innovations were too large.
     pub refused: u32,
 }
 
 /// Finds the attitude in `epochs` of a session.
 ///
 /// # Errors
-/// How far it came when it does not.
+/// The progress of an alignment that did not succeed.
 pub fn align(
     session: &Session,
     epochs: &Range<usize>,
-    told: Known,
+    known: Known,
     assumptions: &Assumptions,
 ) -> Result<Aligned, Progress> {
-    let config = config(session, told.vehicle, assumptions);
+    let config = config(session, known.vehicle, assumptions);
     let mut motion = InMotion::new(config, [0.0; 6]);
     let sensors = Sensors {
         noise: [config.navigator.noise.gyro, config.navigator.noise.accel],
         bias: config.bias,
     };
     let mut standing = Align::new(sensors, session.lsb, session.dt);
-    let mut heading = told.heading;
+    let mut heading = known.heading;
     let mut scratch = Transition::ZEROED;
     let n = session.samples_per_epoch();
     let due = |epoch: usize| {
@@ -85,14 +85,14 @@ pub fn align(
         if fix.has(3..5) && fix.velocity.norm() > STANDS_MPS.max(5.0 * sigma) {
             standing.moves();
         }
-        let still = standing.still() >= STILL_S;
-        let used = if still {
+        let stationary = standing.still() >= REST_S;
+        let used = if stationary {
             at_rest(fix, standing.gain_mps())
         } else {
             fix
         };
         let fix = firmware_fix(&used, epoch);
-        let found = motion.fix(&fix, [0.0; 2], still, &mut scratch);
+        let found = motion.fix(&fix, [0.0; 2], stationary, &mut scratch);
         if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
             motion.heading(Heading {
                 angle: angle as f32,
@@ -115,7 +115,7 @@ pub fn align(
     Err(motion.progress())
 }
 
-/// What was found after sample `after`, at the end of its epoch.
+/// The attitude found after sample `after`, at the end of its epoch.
 fn aligned(
     session: &Session,
     after: usize,
@@ -180,7 +180,7 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
 
 /// A fix of a vehicle that stands.
 fn at_rest(mut fix: Fix, gain_mps: f32) -> Fix {
-    let sigma = STILL_MPS.hypot(10.0 * f64::from(gain_mps));
+    let sigma = REST_MPS.hypot(10.0 * f64::from(gain_mps));
     if sigma < fix.sigmas[3] {
         fix.velocity.fill(0.0);
         fix.sigmas[3..].fill(sigma);

@@ -3,10 +3,10 @@
 //!
 //! A filter that allows for small sensor errors only (a tenth of the datasheet's) runs over the
 //! held-back part twice: on the increments as they are, and on the corrected ones. The difference
-//! of the two log-likelihoods of the fixes is the log-likelihood ratio of "little is left after the
-//! correction" to "there is little without it". When the second is true, a ratio above `k` has a
-//! probability below `1/k` (Ville's inequality), whatever was learnt. The small errors that the
-//! filter allows for keep errors that no correction removes from deciding.
+//! of the two log-likelihoods of the fixes is the log-likelihood ratio of "the errors are small
+//! with the correction" to "the errors are small without it". If the second is true, a ratio above
+//! `k` has a probability below `1/k` (Ville's inequality), whatever was learnt. The filter allows
+//! for small errors so that errors that no correction removes do not decide.
 
 use crate::learning::aiding::{Passed, pass};
 use crate::learning::teacher::{Assumptions, Nominal};
@@ -14,7 +14,7 @@ use host_core::inertial::ekf::{Aided, ErrorModel, NAV};
 use host_core::inertial::motion::Motion;
 use host_core::inertial::session::Session;
 
-/// Least log-likelihood ratio: less than one wrong promotion in a hundred.
+/// Smallest log-likelihood ratio of a promotion: less than one in a hundred is wrong.
 pub const THRESHOLD: f64 = 4.6;
 
 /// Sensor errors that both hypotheses allow for, as a share of the prior (assumed).

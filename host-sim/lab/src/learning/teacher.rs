@@ -1,4 +1,4 @@
-//! The teacher: what the sensors' errors must have been, from a navigation with fixes.
+//! The teacher: estimates of the sensors' errors, from a navigation with fixes.
 //!
 //! Fixes give position and velocity but no attitude. The nominal trajectory is therefore that of an
 //! aided navigator: alignment at standstill, loosely coupled filter, smoother over the learning
@@ -23,7 +23,7 @@ use host_unit::Unit;
 use host_unit::triads::MRAD;
 use nalgebra::Vector3;
 
-/// What the teacher assumes of the sensors.
+/// The teacher's assumptions about the sensors.
 #[derive(Debug, Clone, Copy)]
 pub struct Assumptions {
     /// Prior of the biases.
@@ -31,15 +31,15 @@ pub struct Assumptions {
     /// White noise, without quantisation.
     pub noise: Noise,
     /// Random walk of the biases in an hour as a share of their prior, gyros then accelerometers:
-    /// what the device's learner is told.
+    /// the configuration of the device's learner.
     pub in_run: [f64; 2],
     /// Bias of the gyros by specific force, rad/s per m/s2.
     pub g_sensitivity: f64,
     /// Largest correction of gyros and accelerometers, SI; `None`: ten times the prior.
     pub limit: Option<[f64; 2]>,
-    /// What drives the networks.
+    /// Inputs of the networks.
     pub inputs: Inputs,
-    /// Networks of the type, which a device has that has not driven yet.
+    /// Networks of the type, for a device that has not driven yet.
     pub shape: Option<Nets>,
 }
 
@@ -67,8 +67,8 @@ pub struct Nominal {
 }
 
 impl Assumptions {
-    /// What a unit's datasheet tells. A bias is the root of the squares of its part at power-on and
-    /// of its walk in an hour, as for the device (`learn::Settings::of`).
+    /// The assumptions by a unit's datasheet. A bias is the root of the squares of its part at
+    /// power-on and of its walk in an hour, as for the device (`learn::Settings::of`).
     #[must_use]
     pub fn of(unit: &Unit) -> Self {
         let (g, a) = (&unit.gyro, &unit.accel);
@@ -99,8 +99,8 @@ impl Assumptions {
         }
     }
 
-    /// What is to be expected of exactly these simulated errors: for bounds, and for tests that
-    /// change them. The angle random walk includes that of lock-in.
+    /// The expected values of exactly these simulated errors, for bounds, and for tests that change
+    /// them. The angle random walk includes that of lock-in.
     #[must_use]
     pub fn of_simulated(spec: &ImuSpec) -> Self {
         let noise = Noise {
@@ -118,9 +118,9 @@ impl Assumptions {
         }
     }
 
-    /// Random walk of a bias per hour, relative to its prior, that the datasheet tells: that of the
-    /// triad with the larger one, to twelve digits. The classical filters have it, and the device's
-    /// learner.
+    /// Random walk of a bias per hour by the datasheet, relative to its prior: that of the triad
+    /// with the larger one, to twelve digits. The classical filters and the device's learner use
+    /// it.
     #[must_use]
     pub fn datasheet_walk(&self) -> f64 {
         let [gyro, accel] = self.in_run;
@@ -134,7 +134,7 @@ impl Assumptions {
         self
     }
 
-    /// Initial uncertainty after an alignment of which nothing else is known: tilt from the bias of
+    /// Initial uncertainty after an alignment without further information: tilt from the bias of
     /// the accelerometers, heading from that of the gyros.
     #[must_use]
     pub fn initial_sigma(&self, site: &NavState, sigmas: &[f64; 6]) -> InitialSigma {
@@ -149,15 +149,15 @@ impl Assumptions {
     }
 }
 
-/// No sensor is believed to be better than this: a filter needs something to estimate.
+/// Smallest assumed bias, deg/h, so that a filter has something to estimate.
 const LEAST_DPH: f64 = 1e-5;
 const LEAST_UG: f64 = 1e-2;
 
-/// By how much the teacher's filter lets a bias walk in an hour, as a share of its prior: enough to
-/// cover what it does not model (assumed).
+/// Random walk of a bias in an hour in the teacher's filter, as a share of its prior. It covers
+/// errors that are not modelled (assumed).
 const WALK_PER_HOUR: f64 = 0.5;
 
-/// What simulated errors let one expect.
+/// The prior of simulated errors.
 fn prior(spec: &ImuSpec) -> Prior {
     let (g, a) = (&spec.gyro, &spec.accel);
     let [gyro_dph, accel_ug] = spec.expected_bias();
@@ -176,8 +176,8 @@ fn prior(spec: &ImuSpec) -> Prior {
     }
 }
 
-/// Takes the filter through epoch `k` and the fix at its end. While the vehicle is known to stand,
-/// the velocity of the fix is zero. Gives the logarithm of the probability density of the fix.
+/// Processes epoch `k` and the fix at its end in the filter. While the vehicle is known to stand,
+/// the velocity of the fix is zero. Returns the logarithm of the likelihood of the fix.
 pub fn aid(
     filter: &mut Aided,
     session: &Session,
@@ -263,16 +263,16 @@ mod tests {
     fn the_filter_expects_the_random_walk_that_lock_in_makes() {
         let mut spec = ImuSpec::preset("medium").unwrap();
         let with = |spec: &ImuSpec| Assumptions::of_simulated(spec).noise.gyro / DEG_PER_SQRT_H;
-        // the preset's own comment: 0.0049 and lock-in make 0.005
+        // as in the preset's comment: 0.0049 and lock-in give 0.005
         assert!((with(&spec) - 0.005).abs() < 2e-5, "{}", with(&spec));
         spec.gyro.dither.lock_in_dph *= 10.0;
         assert!(with(&spec) > 0.009, "{}", with(&spec));
     }
 
-    /// The datasheets of the three units of the simulation tell what their error terms let one
-    /// expect, so that figures made before the unit file stay true. The numbers are SI.
+    /// The datasheets of the three simulated units state the expected values of their error terms,
+    /// so that older results stay valid. The numbers are SI.
     #[test]
-    fn units_of_the_simulation_tell_what_they_always_told() {
+    fn datasheets_of_simulated_units_have_their_old_values() {
         let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
         let known = [
             (
@@ -301,22 +301,22 @@ mod tests {
             ),
         ];
         for (name, [gyro_bias, accel_bias, gyro_noise]) in known {
-            let told = Assumptions::of(&Unit::preset(name).unwrap());
-            assert!(near(told.prior.gyro_bias, gyro_bias), "{name}");
-            assert!(near(told.prior.accel_bias, accel_bias), "{name}");
-            assert!(near(told.noise.gyro, gyro_noise), "{name}");
+            let assumed = Assumptions::of(&Unit::preset(name).unwrap());
+            assert!(near(assumed.prior.gyro_bias, gyro_bias), "{name}");
+            assert!(near(assumed.prior.accel_bias, accel_bias), "{name}");
+            assert!(near(assumed.noise.gyro, gyro_noise), "{name}");
             let simulated = Assumptions::of_simulated(&ImuSpec::preset(name).unwrap());
             let numbers = |a: &Assumptions| {
                 let (p, n) = (a.prior, a.noise);
                 let biases = [p.gyro_bias, p.accel_bias, p.walk_per_hour, n.gyro, n.accel];
                 [&biases[..], &p.scale, &p.misalignment, &a.in_run].concat()
             };
-            let pairs = numbers(&told).into_iter().zip(numbers(&simulated));
+            let pairs = numbers(&assumed).into_iter().zip(numbers(&simulated));
             assert!(
                 pairs.clone().all(|(a, b)| near(a, b)),
-                "{name}: {told:?} {simulated:?}"
+                "{name}: {assumed:?} {simulated:?}"
             );
-            assert_eq!(told.in_run.map(|share| share as f32), [0.05; 2]);
+            assert_eq!(assumed.in_run.map(|share| share as f32), [0.05; 2]);
         }
     }
 

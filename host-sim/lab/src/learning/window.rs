@@ -13,29 +13,30 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Rules of `lrnn-nostd` for the weights of the next pass.
+/// Learning rules of `lrnn-nostd`, by which the weights of the next pass are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rule {
     /// Gauss-Newton with a prior on each weight: some ten passes.
     GaussNewton,
-    /// The paper's step sizes, guarded: a pass that raises the cost is undone. It takes hundreds of
-    /// passes and has no prior.
+    /// The paper's step sizes, with a check: a pass that increases the cost is undone. It takes
+    /// hundreds of passes and has no prior.
     Guarded,
     /// The paper's rule as printed (eq. 7-13).
     Paper,
 }
 
-/// The paper's constants eps_1 = eps_2 = eps_3. It only says that they lie in [0, 1] (assumed).
+/// The paper's constants eps_1 = eps_2 = eps_3. The paper only states that they lie in [0, 1]
+/// (assumed).
 const PAPER_EPS: f64 = 0.1;
 
-/// How the networks are taught.
+/// Settings of the networks' training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NetworkSpec {
     /// Epochs (s) in a reference window, >= 1.
     pub window_s: u32,
-    /// How the weights follow from a pass.
+    /// Learning rule.
     pub rule: Rule,
     /// Passes over the learning part, >= 1.
     pub passes: u32,
@@ -69,7 +70,7 @@ impl Default for NetworkSpec {
 }
 
 impl NetworkSpec {
-    /// For recordings of some minutes at most: windows of one second.
+    /// Settings for recordings of a few minutes: windows of one second.
     #[must_use]
     pub fn short() -> Self {
         Self {
@@ -83,9 +84,9 @@ impl NetworkSpec {
 /// Inputs of the two networks, one a block of one epoch.
 #[derive(Debug, Clone, Default)]
 pub struct Inputs {
-    /// Of the gyro network: rates, rad/s, unless the compensator was told other inputs.
+    /// Gyro network: rates, rad/s, unless the compensator has other inputs.
     pub rate: Vec<[f32; 3]>,
-    /// Of the accelerometer network: specific forces, m/s2, likewise.
+    /// Accelerometer network: specific forces, m/s2, unless the compensator has other inputs.
     pub force: Vec<[f32; 3]>,
 }
 
@@ -124,7 +125,7 @@ pub fn normalisation(assumptions: &Assumptions) -> [Normalisation; 2] {
 /// curves.
 const TIME_CONSTANTS_S: [f64; 3] = [150.0, 500.0, 1500.0];
 
-/// Where learning starts, and how far from there each weight is expected to go.
+/// The start of learning, and the expected change of each weight.
 #[derive(Debug, Clone)]
 pub struct Start {
     /// First weights; the output is zero.
@@ -133,13 +134,13 @@ pub struct Start {
     pub sigma: Weights,
 }
 
-/// First weights, and the prior around them. `sigma` is what each path may add to the output, in
-/// units of the output scale.
+/// First weights, and the prior around them. `sigma` is the standard deviation of each path's
+/// contribution to the output, in units of the output scale.
 ///
 /// The second layer's units are slow: `y(k) = tanh((1 - leak) y(k-1) + leak a + ...)`. A unit goes
-/// to `a` within its time constant only while `a^2 << 3 leak`, since the cubic term of tanh
-/// otherwise pulls harder than the leak. A slow unit therefore has a small amplitude, and the
-/// weights that read it may be as much larger.
+/// to `a` within its time constant only while `a^2 << 3 leak`, since the cubic term of tanh is
+/// otherwise stronger than the leak. A slow unit therefore has a small amplitude, and the weights
+/// of its output may be larger by the same factor.
 #[must_use]
 pub fn start(seed: u64, sigma: f32) -> Start {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -209,8 +210,8 @@ pub fn compensator(session: &Session, nets: &[Net; 2], assumptions: &Assumptions
     compensator
 }
 
-/// What the thermometers tell in the epoch that begins with sample `k`, degrees C: the mean of
-/// their three axes, as the device takes it. `None` within an epoch, and where they tell nothing.
+/// The thermometers' reading in the epoch that begins with sample `k`, degrees C: the mean of their
+/// three axes, as in the device. `None` within an epoch, and without a reading.
 #[must_use]
 pub fn temperature_at(session: &Session, k: usize) -> Option<f32> {
     let n = session.samples_per_epoch();
@@ -218,7 +219,7 @@ pub fn temperature_at(session: &Session, k: usize) -> Option<f32> {
     Some(readings.get(k / n)?.axes.mean() as f32)
 }
 
-/// The compensator reads the thermometers before sample `k`.
+/// Gives the compensator the thermometers' reading before sample `k`.
 pub fn read_temperature(session: &Session, k: usize, state: &mut State) {
     if let Some(celsius) = temperature_at(session, k) {
         state.read_temperature(celsius);
@@ -327,7 +328,7 @@ pub struct Taught {
     pub cost: Vec<f64>,
 }
 
-/// A reference over a window: the epochs it covers, what the output must sum to, and its weight.
+/// A reference over a window: its epochs, the required sum of the output, and its weight.
 struct Target {
     epochs: std::ops::Range<usize>,
     sum: [f32; 3],
@@ -423,7 +424,7 @@ fn passes<U: lrnn_nostd::learn::Rule<f32>>(
         learner.begin_pass();
         let mut epoch = 0;
         for target in targets {
-            // what precedes a window only moves the state
+            // inputs before a window only change the state
             for input in &inputs[epoch..target.epochs.start] {
                 let _ = learner.step(*input, EPOCH_S as f32);
             }

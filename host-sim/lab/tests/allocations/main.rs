@@ -1,4 +1,4 @@
-//! Filters that run side by side allocate nothing once they are made.
+//! Filters that run side by side do not allocate after their start.
 
 use allocation_counter::measure;
 use host_core::inertial::earth::Geodetic;
@@ -60,7 +60,7 @@ fn filters_side_by_side_allocate_nothing() {
     };
     let second = [increment; 10];
     let mut filters: Vec<(Aided, f64)> = [0.0, 0.1, 0.4, 1.6].map(|w| (filter(w), 0.0)).into();
-    // alone, a filter takes each fix with vectors of its own: the counter counts
+    // alone, a filter allocates vectors for each fix, so the counter works
     let alone = measure(|| {
         for (filter, score) in &mut filters {
             second.iter().for_each(|w| filter.step(w, STEP_S));
@@ -69,7 +69,7 @@ fn filters_side_by_side_allocate_nothing() {
     });
     assert!(alone.count_total >= 4, "{}", alone.count_total);
     assert!(filters.iter().all(|f| alike(&filters[0].0, &f.0)));
-    // what they allocate when they begin does not depend on how far they go
+    // the allocations at the start do not depend on the duration
     let allocated = |seconds: usize| {
         let mut filters = filters.clone();
         let fixes: Vec<Option<Fix>> = (2..2 + seconds).map(|k| Some(fix(k))).collect();

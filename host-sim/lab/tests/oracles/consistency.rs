@@ -184,8 +184,8 @@ fn consistent(subject: &Subject) {
     }
 }
 
-/// All errors of a group, and the filter that is told of each.
-fn told(group: ErrorModelName) -> Subject {
+/// All errors of a group, and the filter with parameters for each of them.
+fn oracle_of(group: ErrorModelName) -> Subject {
     let mut imu = ImuSpec::preset("medium").unwrap().error_model(group);
     imu.rate_hz = 100;
     Subject {
@@ -199,7 +199,7 @@ fn told(group: ErrorModelName) -> Subject {
 
 /// White noise, and biases that are drawn and walk as the classical filters assume.
 fn walking(name: &'static str, model: fn(&ImuSpec, &Session) -> ErrorModel) -> Subject {
-    let mut subject = told(ErrorModelName::Noise);
+    let mut subject = oracle_of(ErrorModelName::Noise);
     let preset = ImuSpec::preset("medium").unwrap();
     let (gyro, accel) = (preset.gyro.bias_unit_dph, preset.accel.bias_unit_ug);
     let imu = &mut subject.imu;
@@ -253,29 +253,29 @@ fn ekf_ramp_is_consistent_with_ramps_too() {
 
 #[test]
 fn consistent_on_noise_without_a_model() {
-    consistent(&told(ErrorModelName::Noise));
+    consistent(&oracle_of(ErrorModelName::Noise));
 }
 
 #[test]
 fn consistent_on_linear_errors() {
-    consistent(&told(ErrorModelName::Linear));
+    consistent(&oracle_of(ErrorModelName::Linear));
 }
 
 #[test]
 fn consistent_on_thermal_errors() {
-    consistent(&told(ErrorModelName::Thermal));
+    consistent(&oracle_of(ErrorModelName::Thermal));
 }
 
 #[test]
 fn consistent_on_all_errors() {
-    consistent(&told(ErrorModelName::All));
+    consistent(&oracle_of(ErrorModelName::All));
 }
 
 #[test]
 fn a_filter_that_halves_its_noise_is_found_out() {
     let squares = judged(&Subject {
         noise: 0.5,
-        ..told(ErrorModelName::Noise)
+        ..oracle_of(ErrorModelName::Noise)
     });
     for (name, value, within) in &squares[..3] {
         assert!(!within && *value > 1.5, "{name} is {value}");

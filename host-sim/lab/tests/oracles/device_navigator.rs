@@ -253,7 +253,7 @@ fn relative(got: &Transition, want: &Block) -> [f64; 3] {
     worst
 }
 
-/// The reference takes each sample as a piece of its own. Its usual way, a second at once, is
+/// The reference linearises over each sample separately. Its usual interval of a second is
 /// compared, too.
 #[test]
 fn transitions_are_those_of_the_desktop() {

@@ -9,8 +9,8 @@ use host_core::simulator::truth::{
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// What is allowed at the end: horizontal and vertical position, m, the same of velocity, m/s, and
-/// attitude, rad. Each is a tenth above what is measured at the worst of the latitudes.
+/// Largest errors at the end: horizontal and vertical position, m, the same of velocity, m/s, and
+/// attitude, rad. Each is a tenth above the error at the worst of the latitudes.
 struct Limits {
     position: [f64; 2],
     velocity: [f64; 2],
@@ -20,12 +20,12 @@ struct Limits {
 /// 10 min on perfect increments without vibration end where the journey ends, at any latitude: rate
 /// and specific force contain the rotation of the Earth, gravity and the vehicle's own motion.
 ///
-/// What is left over is vertical: 6.2 mm for ship and car at the equator, 2.6 mm at 47 degrees,
-/// 5 um at 85 degrees, whatever the step and the motion. It is the gravity 300 m above the
-/// ellipsoid. There the free-air term of second order, which the simulator uses, differs from the
-/// closed form of the reference by 3.2e-8, 1.3e-8 and 3e-11 m/s2. Over 600 s with the unstable
-/// vertical channel this integrates to 6.2 mm and 2.3e-5 m/s. Coriolis turns the vertical velocity
-/// into the east velocity that is left. At latitude 47 the aircraft, which climbs, has 4.1 mm.
+/// The residual is vertical: 6.2 mm for ship and car at the equator, 2.6 mm at 47 degrees, 5 um at
+/// 85 degrees, whatever the step and the motion. It is the gravity 300 m above the ellipsoid. There
+/// the free-air term of second order, which the simulator uses, differs from the closed form of the
+/// reference by 3.2e-8, 1.3e-8 and 3e-11 m/s2. Over 600 s with the unstable vertical channel this
+/// integrates to 6.2 mm and 2.3e-5 m/s. The Coriolis effect turns the vertical velocity into the
+/// residual east velocity. At latitude 47 the aircraft, which climbs, has 4.1 mm.
 #[test]
 fn the_reference_follows_every_vehicle() {
     for (vehicle, limits) in [

@@ -5,15 +5,15 @@ use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
 use host_lab::campaign::{AgainstNone, Decided};
 
-/// Room for the longest name of a scheme.
+/// Width for the longest name of a scheme, CSS pixels.
 const NAMES: f64 = 190.0;
 /// Ratios beyond these are drawn at the end of the axis.
 const LEAST: f64 = 0.03;
 const GREATEST: f64 = 30.0;
-/// Where a scheme is as good as none.
+/// Line style of the ratio 1, where a scheme is as good as none.
 const EVEN: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
 
-/// How a decision is drawn.
+/// Line style of a decision.
 fn look(decided: Decided) -> Look {
     match decided {
         Decided::Better => BETTER,
@@ -57,7 +57,7 @@ fn picture(panel: Panel, legend: (f64, f64)) -> Picture {
     }
 }
 
-/// What the sides of the line mean.
+/// The meaning of the two sides of the line.
 fn sides() -> [String; 2] {
     ["smaller errors", "larger errors"].map(String::from)
 }
@@ -114,7 +114,7 @@ mod tests {
         }
     }
 
-    /// Each decision has a sign of its own, and colours apart.
+    /// Each decision has a different sign and colour.
     #[test]
     fn decisions_differ_in_sign_and_colour() {
         let rows = [

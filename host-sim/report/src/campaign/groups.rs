@@ -1,16 +1,16 @@
-//! Groups of errors in words, for readers who meet only their names.
+//! Descriptions of groups of errors.
 
 use host_core::simulator::imu::ErrorModelName;
 use host_lab::campaign::{FixErrors, Group};
 
-/// What the sensors and the fixes of a group suffer from, as a sentence.
+/// The errors of the sensors and the fixes of a group, as a sentence.
 pub(super) fn sentence(group: Group) -> String {
     let mut text = format!("The sensors have {}", sensors(group.sensors));
     if let Some(fixes) = fixes(group.fixes) {
         text += &format!("; the fixes {fixes}");
     }
     if group.told {
-        text += ". The schemes are told how large the cause is";
+        text += ". The schemes know how large the cause is";
     }
     text + "."
 }
@@ -56,7 +56,7 @@ fn fixes(errors: FixErrors) -> Option<&'static str> {
     Some(match errors {
         FixErrors::AsInScenario => return None,
         FixErrors::Coloured => "have errors that last, as in a town",
-        FixErrors::Optimistic => "have more noise than the receiver tells",
+        FixErrors::Optimistic => "have more noise than the receiver reports",
         FixErrors::Late => "arrive late",
         FixErrors::LeverArm => "are those of an antenna that is not at the sensors",
         FixErrors::Gaps => "fail at times",
@@ -72,7 +72,9 @@ mod tests {
     fn each_group_has_a_sentence_of_its_own() {
         let sensors = ErrorModelName::every().map(Group::from);
         let fixes = FixErrors::CAUSES.map(Group::from);
-        let all = sensors.chain(fixes).flat_map(|group| [group, group.told()]);
+        let all = sensors
+            .chain(fixes)
+            .flat_map(|group| [group, group.with_known_cause()]);
         let mut said: Vec<String> = all.map(sentence).collect();
         let wanted = said.len();
         said.sort();

@@ -1,4 +1,4 @@
-//! What a campaign leaves: the tables that it prints, and its page.
+//! Output of a campaign: the tables that it prints, and its page.
 
 mod forest;
 mod groups;

@@ -9,10 +9,10 @@ use host_lab::campaign::{
     fingerprint, missing,
 };
 
-/// What made a campaign.
+/// The origin of a campaign.
 #[derive(Debug, Clone)]
 pub struct Made {
-    /// The commands, without what changes nothing.
+    /// The commands, without options that do not change the results.
     pub commands: Vec<String>,
 }
 
@@ -83,7 +83,7 @@ fn gaps(campaign: &Merged) -> Option<String> {
     })
 }
 
-/// A group of errors, or all of them.
+/// The part of the page for a group of errors, or for all of them.
 fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
     let group = rows.first().and_then(|of| of.group);
     let (id, title) = match group {
@@ -133,7 +133,7 @@ fn harmed(rows: &[AgainstNone]) -> String {
     }
 }
 
-/// What is decided, with its mark.
+/// The decision, with its mark.
 pub(super) fn decided(of: &AgainstNone) -> &'static str {
     match of.decided() {
         Decided::Better => "\u{25cf} better",
@@ -177,7 +177,7 @@ fn table(rows: &[AgainstNone]) -> Table {
     }
 }
 
-/// How it was measured.
+/// The part on the method of the campaign.
 fn measured(campaign: &Merged, all: &[AgainstNone]) -> Part {
     let (tuning, setting) = (&campaign.tuning, &campaign.tuning.setting);
     let drive = match setting.fixes {
@@ -234,7 +234,7 @@ fn measured(campaign: &Merged, all: &[AgainstNone]) -> Part {
     }
 }
 
-/// What each scheme is.
+/// The part that explains each scheme.
 fn schemes(all: &[AgainstNone]) -> Part {
     let mut names = vec!["none"];
     for of in all {

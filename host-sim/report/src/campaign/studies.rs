@@ -1,4 +1,4 @@
-//! The studies beside a campaign, on its page: what the device does in each of them.
+//! The studies beside a campaign, on its page: the device's results in each of them.
 
 use super::page::decided;
 use super::{quotient, verdict};
@@ -24,7 +24,7 @@ pub(super) fn compared(studies: &[(Topic, Vec<Row>)], start: StartName) -> Vec<C
     studies.iter().map(of).collect()
 }
 
-/// What the device does in all of them, the harm by its groups; `None` without studies.
+/// The device's results in all studies, and the groups with harm. `None` without studies.
 pub(super) fn sentence(studies: &[Compared]) -> Option<String> {
     let device = |of: &Compared| -> Vec<AgainstNone> { of.device().cloned().collect() };
     let all: Vec<AgainstNone> = studies.iter().flat_map(device).collect();
@@ -58,7 +58,7 @@ pub(super) fn sentence(studies: &[Compared]) -> Option<String> {
     })
 }
 
-/// A part of the page for each.
+/// A part of the page for each study.
 pub(super) fn parts(studies: &[Compared]) -> impl Iterator<Item = Part> + '_ {
     studies.iter().map(|study| {
         let several = study.all.iter().any(|of| of.drives != study.all[0].drives);
@@ -87,7 +87,7 @@ fn named(of: &AgainstNone) -> String {
 }
 
 impl Compared {
-    /// The device in each group of errors.
+    /// The device's results in each group of errors.
     fn device(&self) -> impl Iterator<Item = &AgainstNone> {
         let groups = self.all.iter().filter(|of| of.group.is_some());
         groups.filter(|of| of.scheme == DEVICE)

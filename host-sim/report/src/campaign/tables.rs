@@ -5,7 +5,7 @@ use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use host_lab::campaign::{Ratio, Summary, between};
 use std::collections::BTreeSet;
 
-/// The scheme that all others are compared with in the first table.
+/// The scheme with which all others are compared in the first table.
 const BASELINE: &str = "ekf6";
 
 /// Errors of each scheme in each group of errors, and the ratios of each scheme to each other.

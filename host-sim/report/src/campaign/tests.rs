@@ -1,4 +1,4 @@
-//! The page of campaigns made by hand.
+//! The page of artificial campaigns.
 
 use super::{Made, document};
 use crate::document::Document;
@@ -46,9 +46,9 @@ fn page_with(
     document(&merged, &summary, &paired, studied, &made)
 }
 
-/// Nine runs of two groups, of which the sign test decides what eight agree on. The device halves
-/// the errors of one group but for a run, and changes nothing in the other; each classical filter
-/// is three times worse than none there.
+/// Nine runs of two groups. The sign test decides if eight agree. The device halves the errors of
+/// one group, except in one run, and changes nothing in the other. There each classical filter is
+/// three times worse than none.
 fn rows(drives: u32) -> Vec<Row> {
     let mut rows = vec![];
     for run in 0..9_u32 {
@@ -143,7 +143,7 @@ fn every_scheme_is_explained_where_it_stands_and_in_the_list() {
 }
 
 #[test]
-fn numbers_of_earlier_drives_stand_apart_and_gaps_are_told() {
+fn numbers_of_earlier_drives_stand_apart_and_gaps_are_reported() {
     let mut all = rows(0);
     all.extend(rows(4));
     all.retain(|row| row.run != 2);
@@ -169,7 +169,7 @@ fn without_none_there_is_no_page() {
     );
 }
 
-/// A study in which the device does harm: the verdict tells it, and its table has it with its mark.
+/// A study in which the device does harm: the verdict reports it, and its table marks it.
 #[test]
 fn the_harm_of_a_study_is_in_the_verdict_and_in_its_part() {
     let harmful = |row: &Row| {

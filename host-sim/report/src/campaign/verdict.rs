@@ -1,10 +1,10 @@
-//! What a campaign says, in sentences: harm first.
+//! The verdict of a campaign, in sentences, harm first.
 
 use super::{T_MIN, quotient};
 use crate::verdict::DEVICE;
 use host_lab::campaign::{AgainstNone, Decided, FEWEST};
 
-/// Schemes that know what nobody can know.
+/// Schemes with knowledge that is not available in practice.
 pub(super) const UNREACHABLE: [&str; 3] = ["oracle", "limit", "floor"];
 
 /// All sentences on the schemes after one number of earlier drives. The first is the shortest
@@ -45,13 +45,13 @@ fn named(of: &AgainstNone) -> String {
     of.group.map_or_else(String::new, |group| group.to_string())
 }
 
-/// Those of which this is decided.
+/// The rows with this decision.
 fn decided<'a>(of: &[&'a AgainstNone], as_this: Decided) -> Vec<&'a AgainstNone> {
     let of = of.iter().copied();
     of.filter(|of| of.decided() == as_this).collect()
 }
 
-/// What the device does.
+/// The device's results.
 fn of_the_device(groups: &[&AgainstNone]) -> String {
     let [harmed, helped] = [Decided::Worse, Decided::Better].map(|d| decided(groups, d));
     let n = groups.len();
@@ -116,7 +116,7 @@ fn over_all(whole: &AgainstNone) -> String {
     )
 }
 
-/// What the schemes do where the device takes no part.
+/// The schemes' results if the device does not take part.
 fn of_schemes(groups: &[&AgainstNone]) -> String {
     let harmed = decided(groups, Decided::Worse);
     let compared: usize = groups.iter().map(|of| of.compared).sum();
@@ -136,7 +136,7 @@ fn of_schemes(groups: &[&AgainstNone]) -> String {
     }
 }
 
-/// How many other schemes do harm in each group, and which is the worst.
+/// Number of other schemes that do harm in each group, and the worst of them.
 fn harm_by_others(others: &[&AgainstNone]) -> Option<String> {
     let groups = others.chunk_by(|a, b| a.group == b.group);
     let of_group = |of: &[&AgainstNone]| {
@@ -161,7 +161,7 @@ fn harm_by_others(others: &[&AgainstNone]) -> Option<String> {
     })
 }
 
-/// The three best schemes over all groups, and where the device stands.
+/// The three best schemes over all groups, and the rank of the device.
 fn ranks(whole: &[&AgainstNone]) -> Option<String> {
     let mut sorted = whole.to_vec();
     sorted.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
@@ -174,8 +174,8 @@ fn ranks(whole: &[&AgainstNone]) -> Option<String> {
         "Of the schemes that can be built these have the least errors over all groups: {}.",
         best.collect::<Vec<_>>().join(", ")
     );
-    if let Some(place) = sorted.iter().position(|of| of.scheme == DEVICE) {
-        text += &format!(" The device is number {} of {}.", place + 1, sorted.len());
+    if let Some(index) = sorted.iter().position(|of| of.scheme == DEVICE) {
+        text += &format!(" The device is number {} of {}.", index + 1, sorted.len());
     }
     Some(text)
 }

@@ -6,8 +6,8 @@ use crate::palette::Look;
 use serde_json::{Value, json};
 
 impl Picture {
-    /// Panels with their places (CSS pixels), axes and curves. A curve has the name that the legend
-    /// gives its look. Values have six figures.
+    /// Panels with their positions (CSS pixels), axes and curves. A curve has the name of its look
+    /// in the legend. Values have six figures.
     pub fn data(&self) -> Value {
         let panels = self.panels.iter().map(|panel| self.panel(panel));
         json!({ "size": [self.size.0, self.size.1], "panels": panels.collect::<Vec<_>>() })

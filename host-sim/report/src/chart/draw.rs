@@ -9,22 +9,22 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
-/// Drawing units a CSS pixel.
+/// Number of drawing units in a CSS pixel.
 pub(super) const UNITS: f64 = 4.0;
-/// Size of the text.
+/// Size of the text, CSS pixels.
 const TEXT: f64 = 12.0;
 /// Plotters writes the font size of an SVG as its own divided by this.
 const FONT_SCALE: f64 = 1.24;
-/// Room for the labels left of the axes, where they are numbers, and below.
+/// Space for the labels left of the axes, if they are numbers, and below, CSS pixels.
 const LEFT: f64 = 62.0;
 const BELOW: f64 = 42.0;
-/// Distance between labels at the ends of curves.
+/// Distance between labels at the ends of curves, CSS pixels.
 pub(super) const APART: f64 = 16.0;
 
-/// What a back end of plotters is to be helped with.
+/// The back end of plotters, which determines the workarounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum BackEnd {
-    /// The SVG: nothing.
+    /// The SVG: no workarounds.
     Svg,
     /// The bitmap: it places text too high, and it draws a wide curve as one polygon, which has
     /// holes and spikes where a noisy curve crosses itself.
@@ -60,7 +60,7 @@ impl Picture {
 }
 
 impl<DB: DrawingBackend> Sheet<'_, DB> {
-    /// By how much text is to be moved down so that its middle is where it should be.
+    /// Distance by which text must be moved down to be centred, drawing units.
     fn lower(&self) -> i32 {
         match self.back_end {
             BackEnd::Svg => 0,
@@ -68,13 +68,13 @@ impl<DB: DrawingBackend> Sheet<'_, DB> {
         }
     }
 
-    /// A line of text with its middle at the height of `at`.
+    /// Draws a line of text, vertically centred at `at`.
     fn text(&self, words: &str, style: &TextStyle, at: (i32, i32)) -> Drawn<DB> {
         let at = (at.0, at.1 + self.lower());
         self.root.draw_text(words, style, at)
     }
 
-    /// A sign with its middle at a place.
+    /// Draws a sign centred at a position.
     fn sign(&self, at: (i32, i32), sign: Sign, colour: Colour) -> Drawn<DB> {
         let filled = |colour| rgb(colour).filled();
         match sign {
@@ -239,7 +239,7 @@ impl Panel {
             heights.push((*y).min(lowest));
             lowest = heights[heights.len() - 1] - units(APART);
         }
-        // What has been moved beyond the upper end comes back down.
+        // Labels beyond the upper end are moved back down.
         let mut highest = units(self.at.1);
         for height in heights.iter_mut().rev() {
             *height = (*height).max(highest);
@@ -259,7 +259,7 @@ impl Panel {
     }
 }
 
-/// A curve as single strokes with round joints.
+/// Draws a curve as single strokes with round joints.
 fn segments<DB: DrawingBackend>(
     chart: &mut Chart<DB>,
     points: &[(f64, f64)],
@@ -273,7 +273,7 @@ fn segments<DB: DrawingBackend>(
     chart.draw_series(joints.map(joint)).map(drop)
 }
 
-/// Makes the embedded font known to plotters, which otherwise has none.
+/// Registers the embedded font with plotters, which otherwise has none.
 fn register() {
     static ONCE: std::sync::Once = std::sync::Once::new();
     ONCE.call_once(|| {
@@ -283,7 +283,7 @@ fn register() {
     });
 }
 
-/// Drawing units of a length.
+/// A length in drawing units.
 pub(super) fn units(length: f64) -> i32 {
     (length * UNITS).round() as i32
 }

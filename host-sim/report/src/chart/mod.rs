@@ -1,4 +1,4 @@
-//! Charts: what a picture shows as plain data, drawn by plotters as SVG or as PNG.
+//! Charts: pictures as plain data, drawn by plotters as SVG or as PNG.
 //!
 //! All lengths are CSS pixels. Plotters takes whole numbers only, so a drawing has
 //! [`draw::UNITS`] units a pixel, which keeps lines smooth. The PNG is drawn at that size and
@@ -18,7 +18,7 @@ use std::fmt::Write;
 const SMOOTH: usize = 2;
 /// Width of the pictures of a page.
 pub(super) const WIDTH: f64 = 960.0;
-/// Most points of one curve.
+/// Largest number of points of one curve.
 pub(super) const MOST_POINTS: usize = 1500;
 
 /// A picture: legends, panels and notes on a sheet.
@@ -28,7 +28,7 @@ pub(super) struct Picture {
     pub size: (f64, f64),
     pub legends: Vec<Legend>,
     pub panels: Vec<Panel>,
-    /// Sentences in place of panels without data, each with the place of its middle.
+    /// Sentences instead of panels without data, each with the position of its centre.
     pub notes: Vec<((f64, f64), String)>,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Picture {
 pub(super) struct Legend {
     /// Left end and height of the first row.
     pub at: (f64, f64),
-    /// Where a row must end.
+    /// Largest width of a row.
     pub width: f64,
     pub entries: Vec<(String, Look)>,
 }
@@ -53,11 +53,11 @@ pub(super) struct Panel {
     pub title: [String; 2],
     pub x: Axis,
     pub y: Axis,
-    /// In the order of drawing.
+    /// Marks in the order of drawing.
     pub marks: Vec<Mark>,
 }
 
-/// Something drawn between axes. What lies beyond the axes or is NaN is left out.
+/// Something drawn between axes. Values beyond the axes and NaN are left out.
 #[derive(Debug, Clone)]
 pub(super) enum Mark {
     /// A curve.
@@ -66,7 +66,7 @@ pub(super) enum Mark {
     Dots(Vec<(f64, f64)>, f64, Colour),
     /// The signs of a look.
     Signs(Vec<(f64, f64)>, Look),
-    /// A dot with a text so far below it.
+    /// A dot, and a text at this distance below it.
     Text((f64, f64), f64, String),
     /// The last points of curves, each with a text at its right, moved apart where they are close.
     Ends(Vec<((f64, f64), String, Colour)>),
@@ -75,8 +75,8 @@ pub(super) enum Mark {
 impl Mark {
     /// A curve over a rising abscissa, thinned.
     pub fn curve(x: &[f64], y: &[f64], look: Look) -> Self {
-        let kept = thinned(y, MOST_POINTS).into_iter();
-        Self::Line(kept.map(|i| (x[i], y[i])).collect(), look)
+        let indices = thinned(y, MOST_POINTS).into_iter();
+        Self::Line(indices.map(|i| (x[i], y[i])).collect(), look)
     }
 }
 
@@ -90,7 +90,7 @@ impl Picture {
         }
     }
 
-    /// Whether all its axes have scales, so that it can be zoomed and values be read from it.
+    /// Whether all its axes have scales, so that a reader can zoom and read values.
     pub fn has_scales(&self) -> bool {
         let axes = self.panels.iter().flat_map(|panel| [&panel.x, &panel.y]);
         axes.into_iter().all(|axis| axis.room().is_none())
@@ -105,7 +105,7 @@ impl Picture {
         self.svg_element(name, title, "", "")
     }
 
-    /// The same as a file that stands alone: with its size, and with colours for a dark screen.
+    /// The same as a separate file, with its size, and with colours for a dark screen.
     ///
     /// # Errors
     /// [`Error::Drawing`].

@@ -1,6 +1,6 @@
 //! The page: one file with its style, its pictures and their script inside. It fetches nothing.
 //!
-//! Without the script everything can be read. The script adds zooming and reading of values.
+//! The page is readable without the script, which adds zooming and reading of values.
 
 use super::{Document, Figure, Part, Table};
 use crate::chart::Picture;

@@ -1,8 +1,7 @@
-//! A report in words, tables and pictures, and the files that are made from it: a page and JSON of
-//! the same contents.
+//! A report as text, tables and pictures, and its output: a page and JSON of the same contents.
 //!
-//! Who knows what a report is about fills a [`Document`]: the report of a unit, and that of a
-//! campaign. The same document gives the same bytes.
+//! The report of a unit and that of a campaign each fill a [`Document`]. The same document gives
+//! the same bytes.
 
 mod html;
 
@@ -15,9 +14,9 @@ use serde_json::{Value, json};
 pub struct Document {
     pub(super) title: String,
     pub(super) date: Option<String>,
-    /// The shortest answer first.
+    /// Sentences of the verdict, the shortest answer first.
     pub(super) verdict: Vec<String>,
-    /// Files that lie beside the page: the name of each, and what the page calls it.
+    /// Files beside the page: the name of each, and its description on the page.
     pub(super) beside: Vec<(&'static str, &'static str)>,
     pub(super) parts: Vec<Part>,
 }
@@ -28,13 +27,13 @@ pub(super) struct Part {
     /// Its name in links and in the JSON.
     pub id: String,
     pub title: String,
-    /// Why there is nothing in it.
+    /// Why it is empty.
     pub left_out: Option<String>,
     pub sentences: Vec<String>,
     pub tables: Vec<Table>,
     pub figures: Vec<Figure>,
     pub commands: Vec<String>,
-    /// The figures themselves, for the JSON.
+    /// The results, for the JSON.
     pub data: Value,
 }
 
@@ -45,12 +44,11 @@ pub(super) struct Table {
     pub head: Vec<String>,
     pub rows: Vec<Vec<String>>,
     pub text: usize,
-    /// What the first cells of the rows mean, for readers of the page who ask there; empty, or one
-    /// for each row.
+    /// Explanations of the first cells of the rows, shown on request. Empty, or one for each row.
     pub meanings: Vec<Option<String>>,
 }
 
-/// A picture with its words.
+/// A picture with its text.
 #[derive(Debug)]
 pub(super) struct Figure {
     pub name: &'static str,
@@ -60,12 +58,12 @@ pub(super) struct Figure {
 }
 
 impl Table {
-    /// Whether a column is to be read from the left.
+    /// Whether a column contains text, aligned to the left.
     fn is_text(&self, column: usize) -> bool {
         column < self.text
     }
 
-    /// Labels and values.
+    /// A table of labels and values.
     pub fn of_pairs(pairs: impl IntoIterator<Item = (String, String)>) -> Self {
         Self {
             rows: pairs.into_iter().map(|(a, b)| vec![a, b]).collect(),
@@ -84,7 +82,7 @@ impl Part {
         }
     }
 
-    /// A part with nothing in it.
+    /// An empty part.
     pub fn without(id: &str, title: &str, why: &str) -> Self {
         Self {
             left_out: Some(why.to_owned()),

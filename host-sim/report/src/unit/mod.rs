@@ -1,8 +1,8 @@
 //! The report of one unit, to be filed: a page and JSON of the same contents.
 //!
-//! [`Contents`] holds what the commands `allan`, `learnability` and `replay` compute, or what a
-//! device tells. [`Report`] puts it in words, tables and pictures. The same contents give the same
-//! bytes.
+//! [`Contents`] holds the results of the commands `allan`, `learnability` and `replay`, or the
+//! state that a device reports. [`Report`] presents them as text, tables and pictures. The same
+//! contents give the same bytes.
 
 mod parts;
 mod verdict;
@@ -23,39 +23,39 @@ use std::path::{Path, PathBuf};
 /// Name of the weights beside the page.
 const WEIGHTS: &str = "weights.bin";
 
-/// What a part holds, or in a sentence why it is left out.
+/// The contents of a part, or a sentence that says why it is left out.
 pub type Found<T> = Result<T, String>;
 
-/// What the report is made of.
+/// The contents of the report.
 #[derive(Debug)]
 pub struct Contents {
     /// The unit file.
     pub unit: Unit,
-    /// What was typed for it; `None`: nothing, and it is only assumed.
+    /// The option by which it was given. `None`: not given, so that it is only assumed.
     pub unit_name: Option<String>,
     /// Date or note of the user for the head.
     pub date: Option<String>,
-    /// Label and value of what is known of the recording or the device.
+    /// Labels and values of the recording or the device.
     pub source: Vec<(String, String)>,
     /// Files that were read, and their SHA-256 in hexadecimal digits.
     pub files: Vec<(String, String)>,
-    /// Where the samples contradict what is said of them, and whatever else comes first.
+    /// Contradictions between the samples and their header or unit, and other warnings.
     pub warnings: Vec<String>,
     /// Allan analysis at rest.
     pub noise: Found<Findings>,
-    /// What can be learnt on a drive.
+    /// Bounds of learning on a drive.
     pub learnable: Found<Answer>,
-    /// Replays: learnt from one part and judged on another.
+    /// Replays: learning on one part and judging on another.
     pub outcomes: Found<Vec<Outcome>>,
     /// Time on the recording's clock, s, and temperature, degrees C.
     pub temperatures: Found<Vec<(f64, f64)>>,
-    /// What a device tells.
+    /// The state that a device reports.
     pub device: Option<Readout>,
-    /// The commands that made the report, and those that give its parts alone.
+    /// The commands that made the report, and those that make its parts alone.
     pub commands: Vec<String>,
 }
 
-/// The report, and the weights that lie beside it.
+/// The report, and the weights beside it.
 #[derive(Debug)]
 pub struct Report {
     document: Document,
@@ -64,7 +64,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Puts the contents in words.
+    /// Makes the report of these contents.
     ///
     /// # Errors
     /// [`Error::BadResult`] for results that are not finite.
@@ -92,12 +92,12 @@ impl Report {
         &self.document
     }
 
-    /// Writes the page and the weights into `dir`, all or nothing. Gives the page's path.
+    /// Writes the page and the weights into `dir`, all or nothing. Returns the page's path.
     ///
     /// # Errors
     /// As [`page::write`].
     pub fn write(&self, dir: &Path) -> Result<PathBuf, Error> {
-        page::place(dir, || {
+        page::write_files(dir, || {
             let mut files = vec![(page::PAGE, self.document.page()?.into_bytes())];
             files.extend(self.weights.clone().map(|image| (WEIGHTS, image)));
             Ok(files)
@@ -108,7 +108,7 @@ impl Report {
 /// SHA-256 in hexadecimal digits, as `sha256sum` prints it.
 ///
 /// # Errors
-/// What the reader says.
+/// The reader's errors.
 pub fn hash(mut from: impl Read) -> io::Result<String> {
     let mut digest = Sha256::new();
     let mut piece = [0; 1 << 14];
@@ -122,7 +122,7 @@ pub fn hash(mut from: impl Read) -> io::Result<String> {
     Ok(digest.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
-/// The same of bytes in memory.
+/// The SHA-256 of bytes in memory.
 fn hash_of(bytes: &[u8]) -> String {
     hash(bytes).unwrap_or_default() // a slice can be read
 }

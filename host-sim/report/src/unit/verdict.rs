@@ -1,4 +1,4 @@
-//! The verdict: what the report says, harm first.
+//! The verdict of the report, harm first.
 
 use super::parts::device::name;
 use super::parts::{against, halved, in_force};
@@ -10,7 +10,7 @@ pub(super) fn sentences(contents: &Contents) -> Vec<String> {
     let mut out = vec![];
     if contents.unit_name.is_none() {
         out.push(
-            "No unit was told, so the datasheet of a preset is assumed: what is said against it \
+            "No unit was given, so the datasheet of a preset is assumed: what is said against it \
              means little."
                 .to_owned(),
         );
@@ -48,10 +48,10 @@ pub(super) fn sentences(contents: &Contents) -> Vec<String> {
     out
 }
 
-/// The verdict on a device by what it tells.
-fn of_device(told: &Readout) -> Vec<String> {
-    let (info, learner) = (&told.info, &told.info.learner);
-    let faults: Vec<&str> = told.faults.iter().map(|fault| fault.name).collect();
+/// The verdict on a device by the state that it reports.
+fn of_device(readout: &Readout) -> Vec<String> {
+    let (info, learner) = (&readout.info, &readout.info.learner);
+    let faults: Vec<&str> = readout.faults.iter().map(|fault| fault.name).collect();
     let mut out = vec![];
     out.push(match (info.configured, faults.is_empty()) {
         (false, _) => "Verdict: the device has no configuration and corrects nothing.".to_owned(),

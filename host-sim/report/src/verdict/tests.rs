@@ -31,7 +31,7 @@ fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
 }
 
 #[test]
-fn of_several_cases_harm_in_one_is_harm_and_the_device_is_told_apart() {
+fn of_several_cases_harm_in_one_is_harm_and_the_device_is_separate() {
     let good = outcome("a", &[("raw", 90.0), ("rnn", 20.0), ("rnn-kalman", 90.0)]);
     let bad = outcome("b", &[("raw", 9.0), ("rnn", 50.0), ("rnn-kalman", 9.0)]);
     let both = of_outcomes(&[good.clone(), bad.clone()]);
@@ -85,7 +85,7 @@ fn harm_stands_first_with_the_worst_scheme_before_the_others() {
 }
 
 #[test]
-fn harm_at_an_earlier_time_is_told_though_the_end_is_better() {
+fn harm_at_an_earlier_time_is_reported_though_the_end_is_better() {
     let got = sentences(
         &rows(&[
             (5, "raw", 25.0),
@@ -129,10 +129,10 @@ fn what_an_aided_start_changes_is_no_merit_of_a_correction() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    // without that row both are compared with the samples as they are
+    // without that row both are compared with the uncorrected samples
     let raw = of_outcomes(&[outcome("b", &[ends[0], ends[3]])]).device;
     assert!(raw.expect("a device").contains("better than no correction"));
-    // and `none` alone helps nobody
+    // and `none` alone is not enough
     let none = of_outcomes(&[outcome("c", &[ends[0], ends[2]])]).headline;
     assert_eq!(none, NO_RESULTS);
 }

@@ -1,6 +1,6 @@
 //! Several cases at once, and cases that end ten minutes before the fixes do.
 
-/// Their names.
+/// The names of these cases.
 pub(super) const NAMES: &[&str] = &[
     "late-0.5+lever-arm-2+coloured",
     "coloured+gaps+noise-3",

@@ -1,11 +1,11 @@
 //! The table of cases, by what is disturbed. A new case is one row in one of these files.
 
 mod combined;
+mod configured;
 mod motion;
 mod receiver;
 mod sensor;
 mod timing;
-mod told;
 
 use super::case::{Given, Row};
 use super::times::Span;
@@ -17,7 +17,7 @@ pub const PARTS: [(&str, &[Row]); 6] = [
     ("Motion", motion::ROWS),
     ("Sensor", sensor::ROWS),
     ("Line and timing", timing::ROWS),
-    ("Configured, wired and asked", told::ROWS),
+    ("Configured, wired and asked", configured::ROWS),
 ];
 
 const NONE: Row = Row {
@@ -43,7 +43,7 @@ pub fn part_of(case: &str) -> &'static str {
         .map_or(COMBINED, |(heading, _)| heading)
 }
 
-/// Heading of what is no single row.
+/// Heading of the cases that are no single row.
 pub const COMBINED: &str = "Several at once, and with an end";
 
 /// The names of the cases that are run by default: all rows, several at once, and those that end.

@@ -28,7 +28,7 @@ const TIMES: [&str; 2] = ["t_s", "time_s"];
 /// A time step that departs from the median by more than this share is a gap.
 const GAP: f64 = 0.5;
 
-/// What to read from a file.
+/// The columns to read from a file, and their rate.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Names of the columns. If empty, all columns whose names are known.
@@ -41,7 +41,7 @@ pub struct Choice {
 #[derive(Debug, Clone)]
 struct Sensor {
     /// Position among the columns of the file.
-    place: usize,
+    index: usize,
     name: String,
     kind: Kind,
     /// Value in SI of one unit of the column.
@@ -63,8 +63,8 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
     let sensors = choose(file, &names, choice)?;
     let times = names.iter().position(|name| TIMES.contains(&&**name));
     let times = times.filter(|_| choice.rate_hz.is_none());
-    let places = sensors.iter().map(|s| s.place);
-    let wanted: Vec<usize> = times.into_iter().chain(places).collect();
+    let indices = sensors.iter().map(|s| s.index);
+    let wanted: Vec<usize> = times.into_iter().chain(indices).collect();
     let layout = Layout {
         skip: 1,
         names: &names,
@@ -72,8 +72,8 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
         gap: None,
     };
     let mut lists: Vec<Writer<f64>> = sensors.iter().map(|_| Writer::new(IN_MEMORY)).collect();
-    let kept = usize::from(times.is_some());
-    let table = Table::read_first(&source, &layout, kept, |row| {
+    let retained = usize::from(times.is_some());
+    let table = Table::read_first(&source, &layout, retained, |row| {
         let mut values = lists.iter_mut().zip(row);
         values.try_for_each(|(list, value)| list.push(*value))
     })?;
@@ -123,7 +123,7 @@ fn too_short(file: &Path, samples: usize) -> Error {
 
 /// The sensor whose output a column of this name holds. If the user has asked for columns by name
 /// (`named`), the unit is enough.
-fn sensor(place: usize, name: &str, named: bool) -> Option<Sensor> {
+fn sensor(index: usize, name: &str, named: bool) -> Option<Sensor> {
     let begins = |parts: &[&str]| named || parts.iter().any(|part| name.starts_with(part));
     let (_, unit) = name.rsplit_once('_')?;
     let (kind, scale, increment) = match unit {
@@ -140,7 +140,7 @@ fn sensor(place: usize, name: &str, named: bool) -> Option<Sensor> {
         _ => return None,
     };
     Some(Sensor {
-        place,
+        index,
         name: name.to_owned(),
         kind,
         scale,
@@ -154,7 +154,7 @@ fn choose(file: &Path, names: &[String], choice: &Choice) -> Result<Vec<Sensor>,
     let named = !choice.columns.is_empty();
     let columns = names.iter().enumerate();
     let known: Vec<Sensor> = columns
-        .filter_map(|(place, name)| sensor(place, name, named))
+        .filter_map(|(index, name)| sensor(index, name, named))
         .collect();
     let is_known = |wanted: &&String| known.iter().any(|sensor| sensor.name == **wanted);
     if let Some(missing) = choice.columns.iter().find(|wanted| !is_known(wanted)) {

@@ -162,7 +162,7 @@ fn faults_are_named_by_line_and_column() {
 }
 
 #[test]
-fn gzip_reads_alike_and_a_broken_one_is_told() {
+fn gzip_reads_alike_and_a_broken_one_is_reported() {
     use std::io::Write;
     let text = file("dtheta_x_rad", |i| format!("{}e-6", i * 7919 % 1009));
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());

@@ -1,5 +1,5 @@
-//! The covariance of Allan variances: how uncertain one is, and how much two of them at different
-//! averaging times have in common.
+//! The covariance of Allan variances: the uncertainty of one, and the correlation of two at
+//! different averaging times.
 //!
 //! The second differences d of the integral of a Gaussian noise have the covariance
 //!
@@ -19,7 +19,7 @@
 //! causes. This holds for any mixture of noises. It gives the equivalent degrees of freedom 2 V^2 /
 //! cov(V, V) that NIST SP 1065 tabulates for pure noises. The sums over lags have up to a million
 //! terms. Between the lags at which an argument of s is zero the function R is smooth, so a
-//! Gauss-Legendre rule for each such stretch is enough.
+//! Gauss-Legendre rule for each such interval is enough.
 
 use std::f64::consts::{LN_2, PI};
 

@@ -7,8 +7,8 @@ use host_core::simulator::imu::ImuSpec;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Columns of so many samples together are analysed at the same time. Each sample takes 24 bytes
-/// meanwhile: its increment, its integral, and a copy of either.
+/// Largest number of samples of the columns that are analysed at the same time. Each sample takes
+/// 24 bytes: its increment, its integral, and a copy of either.
 const SAMPLES_AT_ONCE: usize = 1 << 24;
 
 /// The results of a run. Serialised, they are the `--json` format.
@@ -21,14 +21,14 @@ pub struct Findings {
     /// Q, N, B, K, R of the simulated gyros and accelerometers, in the units of the coefficients.
     /// `None` for recordings.
     pub configured: Option<[[Option<f64>; 5]; 2]>,
-    /// What the reader should know.
+    /// Notes for the reader.
     pub notes: Vec<String>,
 }
 
 /// The five noises of a specification, in the units of the coefficients. Its Gauss-Markov drift of
 /// sigma and T is, well below T, a random walk of `K = sigma sqrt(2 / T)`. It has no R.
-/// What stripping leaves of the dither is a spectral line, and none of the five noises. The fit
-/// cannot tell it from Q, so with it the Q of the gyros is `None`; see [`dither_note`].
+/// The residual of dither after stripping is a spectral line, and none of the five noises. The fit
+/// cannot distinguish it from Q, so with it the Q of the gyros is `None`; see [`dither_note`].
 pub(super) fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
     let (g, a) = (&spec.gyro, &spec.accel);
     let lsb = host_core::simulator::imu::Imu::lsb(spec);
@@ -38,19 +38,19 @@ pub(super) fn configured(spec: &ImuSpec) -> [[Option<f64>; 5]; 2] {
         drift(g.bias_drift_dph, g.bias_drift_time_s),
         drift(a.bias_drift_ug, a.bias_drift_time_s),
     );
-    let seen = |b: f64| (b > 0.0).then_some(b);
+    let present = |b: f64| (b > 0.0).then_some(b);
     [
         [
             (g.dither.strip_residual_arcsec == 0.0).then_some(g.pulse_arcsec / root_12),
             Some(g.total_angle_random_walk_dpsqrth()),
-            seen(g.bias_instability_dph),
+            present(g.bias_instability_dph),
             Some(g.rate_random_walk_dphpsqrth.hypot(drift_g)),
             None,
         ],
         [
             Some(lsb.mps / root_12),
             Some(a.velocity_random_walk_ugpsqrthz),
-            seen(a.bias_instability_ug),
+            present(a.bias_instability_ug),
             Some(a.acceleration_random_walk_ugpsqrth.hypot(drift_a)),
             None,
         ],
@@ -143,7 +143,7 @@ impl Findings {
         })
     }
 
-    /// The same beside the noises of a datasheet.
+    /// The same findings, with the noises of a datasheet for comparison.
     #[must_use]
     pub fn beside(self, spec: &ImuSpec) -> Self {
         Self {

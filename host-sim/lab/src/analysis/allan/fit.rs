@@ -187,7 +187,7 @@ struct Fit {
 impl Fit {
     fn new(points: &[Point], samples: usize, t0: f64) -> Self {
         let design = DMatrix::from_fn(points.len(), 5, |i, j| Model::basis(points[i].tau)[j]);
-        let seen = DVector::from_iterator(points.len(), points.iter().map(|p| p.variance));
+        let observed = DVector::from_iterator(points.len(), points.iter().map(|p| p.variance));
         // the first weights, without a model: only independent averages count
         let mut sigmas = DVector::from_iterator(
             points.len(),
@@ -198,7 +198,7 @@ impl Fit {
         let mut model = Model::default();
         let mut further = 0.0;
         for _ in 0..ROUNDS {
-            model = Model(non_negative(&design, &seen, &sigmas));
+            model = Model(non_negative(&design, &observed, &sigmas));
             let chance = |p: &Point| model.covariance(p.m, p.m, samples, t0);
             let chances: Vec<f64> = points.iter().map(chance).collect();
             further = further_error(points, &model, &chances);
@@ -214,7 +214,7 @@ impl Fit {
             };
             further + model.covariance(points[i].m, points[j].m, samples, t0)
         });
-        let (free, sigma) = intervals(&design, &seen, &sigmas, &covariance);
+        let (free, sigma) = intervals(&design, &observed, &sigmas, &covariance);
         // the relative error of a deviation is half that of its variance
         Self {
             model,
@@ -296,8 +296,8 @@ fn scaled(
 
 /// Least squares under the condition that no square is negative. Of all 31 subsets of the columns
 /// whose solution is not negative it takes the one with the smallest residual.
-fn non_negative(design: &DMatrix<f64>, seen: &DVector<f64>, sigmas: &DVector<f64>) -> [f64; 5] {
-    let target = seen.component_div(sigmas);
+fn non_negative(design: &DMatrix<f64>, observed: &DVector<f64>, sigmas: &DVector<f64>) -> [f64; 5] {
+    let target = observed.component_div(sigmas);
     let mut best = ([0.0; 5], f64::INFINITY);
     for choice in 1_u32..32 {
         let used: Vec<usize> = (0..5).filter(|j| choice >> j & 1 == 1).collect();
@@ -320,7 +320,7 @@ fn non_negative(design: &DMatrix<f64>, seen: &DVector<f64>, sigmas: &DVector<f64
 /// Unconstrained estimate and standard deviation of each square.
 fn intervals(
     design: &DMatrix<f64>,
-    seen: &DVector<f64>,
+    observed: &DVector<f64>,
     sigmas: &DVector<f64>,
     covariance: &DMatrix<f64>,
 ) -> ([f64; 5], [f64; 5]) {
@@ -331,7 +331,7 @@ fn intervals(
     let Ok(inverse) = a.pseudo_inverse(1e-12) else {
         return ([0.0; 5], [f64::INFINITY; 5]);
     };
-    let free = &inverse * seen.component_div(sigmas);
+    let free = &inverse * observed.component_div(sigmas);
     let spread = &inverse * whitened * inverse.transpose();
     (
         std::array::from_fn(|j| free[j] / lengths[j]),

@@ -1,6 +1,6 @@
 //! The rounding to whole pulses, which is white noise only if other noise is larger.
 //!
-//! A sensor that counts pulses keeps what is left of a pulse for the next sample. So its integral
+//! A sensor that counts pulses carries the remainder of a pulse to the next sample. So its integral
 //! has a rounding error that is uniform over one pulse p, with the variance p^2 / 12. The model
 //! takes the errors at two times as independent (`Q = p / sqrt 12`). This is true only if the noise
 //! in between moves the integral by a good part of a pulse. At shorter times the error is a regular
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 const INDEPENDENT: f64 = 1.25;
 
 /// The smallest step between different values. It is the pulse if the series is made of pulses, and
-/// next to nothing if not.
+/// nearly zero if not.
 fn pulse(mut values: Vec<f64>) -> Option<f64> {
     values.par_sort_unstable_by(f64::total_cmp);
     let steps = values.windows(2).map(|pair| pair[1] - pair[0]);
@@ -26,7 +26,7 @@ fn pulse(mut values: Vec<f64>) -> Option<f64> {
 }
 
 /// Number of samples to join, so that the rounding errors of the joined ones are independent: a
-/// power of two. It is 1 if no number does it, or if too few joined samples would be left.
+/// power of two. It is 1 if no number is enough, or if too few joined samples would remain.
 #[must_use]
 pub fn joined(increments: Vec<f64>, x: &[f64]) -> usize {
     let samples = increments.len();

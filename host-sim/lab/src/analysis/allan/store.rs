@@ -5,8 +5,8 @@ use super::{Kind, Series};
 use host_core::error::Error;
 use host_core::list::Writer;
 
-/// A column of at most so many bytes waits in memory: three hours at 200 samples a second. There
-/// are six of them.
+/// Largest column that waits in memory, bytes: three hours at 200 samples a second. There are six
+/// columns.
 pub(super) const IN_MEMORY: usize = 1 << 24;
 
 /// A series that waits for its analysis.

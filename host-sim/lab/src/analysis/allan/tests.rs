@@ -43,9 +43,9 @@ fn flicker(samples: usize, normal: &mut impl FnMut() -> f64) -> Vec<f64> {
         response.push(response[response.len() - 1] * (k - 0.5) / k);
     }
     let white: Vec<f64> = (0..samples).map(|_| normal()).collect();
-    let past = |i: usize| white[..=i].iter().rev().zip(&response);
+    let terms = |i: usize| white[..=i].iter().rev().zip(&response);
     (0..samples)
-        .map(|i| past(i).map(|(w, h)| w * h).sum())
+        .map(|i| terms(i).map(|(w, h)| w * h).sum())
         .collect()
 }
 
@@ -57,7 +57,7 @@ fn holds(coefficient: &Coefficient, truth: f64) -> bool {
 fn intervals_contain_the_truth_nineteen_times_in_twenty_and_are_narrow() {
     let units = Kind::Gyro.coefficient_units();
     // Q arcsec, N deg/sqrt(h), B deg/h, K deg/h/sqrt(h), R deg/h^2; then which of them must nearly
-    // always be seen, and within which relative width
+    // always be visible, and within which relative width
     type Case = ([f64; 5], &'static [(usize, f64)]);
     let cases: [Case; 5] = [
         ([0.05, 0.005, 0.0, 0.1, 0.0], &[(0, 0.4), (1, 0.05)]),
@@ -66,23 +66,23 @@ fn intervals_contain_the_truth_nineteen_times_in_twenty_and_are_narrow() {
         ([0.0, 0.001, 0.0, 1.0, 0.0], &[(3, 0.35)]),
         ([0.0, 0.001, 0.0, 0.0, 0.6], &[(4, 0.1)]),
     ];
-    for (truth, seen) in cases {
+    for (truth, visible) in cases {
         let si: [f64; 5] = std::array::from_fn(|i| truth[i] * units[i].1);
         let runs = 40;
-        let (mut held, mut sharp) = ([0; 5], vec![0; seen.len()]);
+        let (mut covered, mut sharp) = ([0; 5], vec![0; visible.len()]);
         for seed in 0..runs {
             let found = analyse(gyro(si, 2.0, 7200, seed)).unwrap();
             for (i, coefficient) in found.coefficients.iter().enumerate() {
-                held[i] += usize::from(holds(coefficient, truth[i]));
+                covered[i] += usize::from(holds(coefficient, truth[i]));
             }
-            for (count, (i, width)) in sharp.iter_mut().zip(seen) {
+            for (count, (i, width)) in sharp.iter_mut().zip(visible) {
                 let c = &found.coefficients[*i];
                 *count += usize::from(c.is_seen() && c.high - c.low < 2.0 * width * truth[*i]);
             }
         }
-        println!("{truth:?}: held {held:?}, sharp {sharp:?} of {runs}");
+        println!("{truth:?}: covered {covered:?}, sharp {sharp:?} of {runs}");
         // a correct 95 % interval misses 6 or more of 40 in one of 70 cases
-        assert!(held.iter().all(|&n| n >= 35), "{truth:?}: {held:?}");
+        assert!(covered.iter().all(|&n| n >= 35), "{truth:?}: {covered:?}");
         assert!(sharp.iter().all(|&n| n >= 30), "{truth:?}: {sharp:?}");
     }
 }

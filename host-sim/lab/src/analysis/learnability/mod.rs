@@ -1,4 +1,4 @@
-//! How well bias, scale factor and misalignment can be known at all: their Cramer-Rao bound, and
+//! The best possible estimates of bias, scale factor and misalignment: their Cramer-Rao bound, and
 //! the errors that the learning schemes reach.
 //!
 //! The bound is the covariance of a filter that knows everything except the state and the 24
@@ -35,7 +35,7 @@ const STANDSTILL_S: u32 = 300;
 /// Samples per second.
 const RATE_HZ: u32 = 100;
 
-/// What is known of the state at power-on, before the samples improve it.
+/// Uncertainty of the state at power-on, before the samples improve it.
 const AT_POWER_ON: InitialSigma = InitialSigma {
     tilt: DEG,
     heading: 5.0 * DEG,
@@ -43,7 +43,7 @@ const AT_POWER_ON: InitialSigma = InitialSigma {
     position: 1.0,
 };
 
-/// The question: which IMU, which receiver, how long.
+/// The question: the IMU, the receiver, and the time of driving.
 #[derive(Debug, Clone)]
 pub struct Question {
     /// IMU.

@@ -153,7 +153,7 @@ fn true_constants(session: &Session, truth: &Truth, model: &ErrorModel) -> Optio
     Some(out)
 }
 
-/// What the schemes of the teacher have learnt.
+/// The estimates of the teacher's schemes.
 struct Learnt {
     bias: LinearModel,
     linear: LinearModel,
@@ -161,8 +161,8 @@ struct Learnt {
     network: DVector<f64>,
 }
 
-/// Lets the schemes learn from the session up to epoch `until`, as the product does, but without
-/// holding data back for validation.
+/// Lets the schemes learn from the session up to epoch `until`, as in the product, but without
+/// data held back for validation.
 fn taught(config: &SessionConfig<'_>, session: &Session, until: usize) -> Option<Learnt> {
     let mut assumptions = Assumptions::of_simulated(config.imu);
     assumptions.noise = noises(config).samples;

@@ -43,7 +43,7 @@ fn acceleration_sigma(sigma: f64, rate_hz: f64, time_s: f64) -> f64 {
 
 /// The known figures are 491 ug over 60 s and 8.8 ug over 300 s, from fixes of 5 m at 1
 /// Hz. They are computed by formula, by least squares of the fixes, and by the bound of a vehicle
-/// at rest with unknown place, speed and bias of one accelerometer.
+/// at rest with unknown position, speed and bias of one accelerometer.
 #[test]
 fn fixes_alone_give_the_known_acceleration() {
     let mut imu = imu();

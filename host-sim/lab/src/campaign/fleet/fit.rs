@@ -1,29 +1,29 @@
-//! The shape of a type: the hidden layers that leave the least of the errors of many units, when
+//! The shape of a type: the hidden layers with the smallest residual errors of many units, where
 //! each unit has its own best output layer ([`super::linear`]).
 //!
-//! Levenberg and Marquardt over the hidden weights, from several starts. The Jacobian is that of
-//! what the best output layers leave (the whole variable projection), by differences. The moments
-//! of the fleet are renewed after each step. What counts is always the drive of a unit that it has
-//! not learnt from: the last one. Units that check the fit choose the start and the step at which
-//! it ends; other units judge it.
+//! It is a Levenberg-Marquardt search over the hidden weights, from several starts. The Jacobian is
+//! that of the residuals with the best output layers (full variable projection), by differences.
+//! The moments of the fleet are computed again after each step. The score of a unit is always that
+//! of its last drive, from which it has not learnt. A set of units for validation chooses the start
+//! and the step at which the fit ends. Other units judge it.
 
 use super::linear::{Constants, Moments, Point, Sums, regressors, renewed, solve};
 use super::shape::{HIDDEN, Shape, Three};
 use nalgebra::{DMatrix, DVector, Vector4};
 use rayon::prelude::*;
 
-/// Random starts beside the others.
+/// Number of random starts beside the others.
 const FURTHER_STARTS: usize = 4;
-/// Steps of each start, and of the best one at most.
+/// Number of steps of each start, and largest number for the best one.
 const FIRST_STEPS: usize = 4;
 const STEPS: usize = 25;
-/// Steps without a better check after which the fit ends.
+/// Number of steps without a better validation after which the fit ends.
 const PATIENCE: usize = 4;
-/// Units on which starts are compared, at most.
+/// Largest number of units on which starts are compared.
 const FIRST_UNITS: usize = 24;
 /// Step of the differences, standard deviations of a weight.
 const DIFFERENCE: f64 = 1e-4;
-/// Renewals of the moments after a step, and at the end.
+/// Iterations of the moments after a step, and at the end.
 const RENEWALS: usize = 2;
 const LAST_RENEWALS: usize = 40;
 
@@ -37,14 +37,14 @@ pub(super) struct DriveData {
 /// The drives of a unit, in their order.
 pub(super) type UnitData = Vec<DriveData>;
 
-/// What features are made of inputs.
+/// The features of a law, as functions of the inputs.
 #[derive(Debug, Clone)]
 pub(super) enum Law {
     /// A network.
     Shape(Box<Shape>),
     /// The inputs themselves: a static linear law.
     Linear,
-    /// None: biases.
+    /// No features: biases only.
     Biases,
 }
 
@@ -77,7 +77,7 @@ pub(super) struct Fitted {
 }
 
 impl Fitted {
-    /// A law whose moments are found on these units.
+    /// A law with its moments on these units.
     pub(super) fn of(law: Law, units: &[&UnitData]) -> Self {
         let features: Vec<Vec<Three>> = units
             .iter()
@@ -87,7 +87,7 @@ impl Fitted {
         Self { law, moments }.renewed(units, RENEWALS)
     }
 
-    /// The same with moments that are renewed so often.
+    /// The same law after `times` further iterations of the moments.
     pub(super) fn renewed(mut self, units: &[&UnitData], times: usize) -> Self {
         let sums: Vec<_> = units.par_iter().map(|unit| self.law.sums(unit)).collect();
         for _ in 0..times {
@@ -97,7 +97,7 @@ impl Fitted {
         self
     }
 
-    /// Which part of the last drive's errors is left, of each unit, when the unit has learnt from
+    /// The residual share of the last drive's errors of each unit, when the unit has learnt from
     /// the drives before and the turn-on is not known.
     pub(super) fn left(&self, units: &[&UnitData]) -> Vec<f64> {
         let of = |unit: &&UnitData| {
@@ -115,7 +115,7 @@ impl Fitted {
         units.par_iter().map(of).collect()
     }
 
-    /// Mean logarithm of what is left: the fit's check.
+    /// Mean logarithm of the residual shares: the score of a validation.
     fn check(&self, units: &[&UnitData]) -> f64 {
         let left = self.left(units);
         let count = left.len().max(1) as f64;
@@ -147,8 +147,8 @@ impl Fitted {
             for ((drive, features), (t, _)) in unit.iter().zip(&features).zip(&known.turn_ons) {
                 out.push(t / self.moments.turn_on);
                 let of = |p: &Point| {
-                    let told = known.mean.dot(&regressors(features, p.second)) + t;
-                    p.weight.sqrt() * (p.error - told)
+                    let predicted = known.mean.dot(&regressors(features, p.second)) + t;
+                    p.weight.sqrt() * (p.error - predicted)
                 };
                 out.extend(drive.points[axis].iter().map(of));
             }
@@ -184,7 +184,7 @@ impl Fitted {
             .fold(first, |(a, b), (square, cross)| (a + square, b + cross))
     }
 
-    /// One step of Levenberg and Marquardt; `None` when no step is better.
+    /// One Levenberg-Marquardt step. `None` if no step is better.
     fn step(&self, units: &[&UnitData], damping: &mut f64) -> Option<Self> {
         let shape = self.shape()?;
         let (square, cross) = self.normal(shape, units);
@@ -211,7 +211,7 @@ impl Fitted {
         None
     }
 
-    /// Steps until `check` is no longer better; gives the best.
+    /// Takes steps until the validation is no longer better. Returns the best law and its score.
     fn descended(self, units: &[&UnitData], check: &[&UnitData], steps: usize) -> (Self, f64) {
         let mut damping = 0.1;
         let mut now = self;
@@ -240,7 +240,7 @@ fn constants(sums: &[Vec<Sums>; 3], moments: &Moments) -> [Constants; 3] {
     [0, 1, 2].map(|axis| solve(&sums[axis], moments, axis))
 }
 
-/// Units by what they are for.
+/// The units for training, validation and test.
 pub(super) struct Parts<'a> {
     pub(super) learn: Vec<&'a UnitData>,
     pub(super) check: Vec<&'a UnitData>,
@@ -248,7 +248,7 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// Of five units three are for learning, one for checking and one for judging.
+    /// Of five units three are for training, one for validation and one for the test.
     pub(super) fn of(units: &'a [UnitData]) -> Self {
         let part = |which: fn(usize) -> bool| {
             let all = units.iter().enumerate();
@@ -283,12 +283,12 @@ pub(super) fn fit(parts: &Parts<'_>, settles: bool, progress: &dyn Fn()) -> Fitt
     fitted.renewed(&parts.learn, LAST_RENEWALS)
 }
 
-/// A law without a shape.
+/// A law without a shape, fitted for comparison.
 pub(super) fn rival(law: Law, parts: &Parts<'_>) -> Fitted {
     Fitted::of(law, &parts.learn).renewed(&parts.learn, LAST_RENEWALS)
 }
 
-/// How many starts are compared.
+/// Number of starts that are compared.
 pub(super) const STARTS: usize = super::shape::STARTS + FURTHER_STARTS;
 
 /// A mean of an output layer: three rows of weights, then the biases.
@@ -303,9 +303,9 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// Units whose errors are a sigmoid of the first input, which a line cannot follow, and nothing
-    /// else. The shape is found: on units that were not learnt from much less is left than by the
-    /// static linear law.
+    /// The errors of these units are a sigmoid of the first input, which a line cannot follow. The
+    /// fit finds the shape: on test units the residual is much smaller than that of the static
+    /// linear law.
     #[test]
     fn a_known_shape_is_found() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
@@ -347,7 +347,7 @@ mod tests {
     }
 
     /// The derivative of the cost by each hidden weight is twice the product of the Jacobian and
-    /// the residuals: what variable projection promises.
+    /// the residuals, as by the theory of variable projection.
     #[test]
     fn the_gradient_is_that_of_the_cost() {
         let shape = Shape::starts(4, true).pop().unwrap();

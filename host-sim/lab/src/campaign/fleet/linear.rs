@@ -1,4 +1,4 @@
-//! What belongs to a unit: the output layer on given features, in closed form.
+//! The parameters of a unit: the output layer on given features, in closed form.
 //!
 //! The error of an axis in units of the output scale is, at the time k of the drive d of a unit,
 //!
@@ -8,8 +8,8 @@
 //!
 //! For given features y this is linear (variable projection: Golub and Pereyra, SIAM J. Numer.
 //! Anal. 10, 1973). `t_d` is eliminated drive by drive. The moments m, s and T are those of the
-//! fleet; they are found by expectation and maximisation (Dempster, Laird and Rubin 1977): the mean
-//! square of what the units have, with what is not known of each.
+//! fleet. They are found by expectation maximisation (Dempster, Laird and Rubin 1977): the mean
+//! square of the units' estimates plus their covariances.
 
 use super::shape::Three;
 use nalgebra::{Matrix4, Vector4};
@@ -33,12 +33,12 @@ pub(super) struct Point {
 pub(super) struct Sums {
     square: Matrix4<f64>,
     cross: Vector4<f64>,
-    /// Of the errors' squares.
+    /// Sum of the errors' squares.
     errors: f64,
 }
 
 impl Sums {
-    /// Of the points of a drive with these features of each second.
+    /// The sums over the points of a drive, with the features of each second.
     pub(super) fn of(points: &[Point], features: &[Three]) -> Self {
         let mut out = Self {
             square: Matrix4::zeros(),
@@ -54,7 +54,7 @@ impl Sums {
         out
     }
 
-    /// Sum of the squares that constants leave of the errors.
+    /// Sum of the squares of the residuals with these constants.
     pub(super) fn left(&self, constants: &Vector4<f64>) -> f64 {
         let explained =
             2.0 * constants.dot(&self.cross) - constants.dot(&(self.square * constants));
@@ -76,16 +76,16 @@ pub(super) fn regressors(features: &[Three], second: usize) -> Vector4<f64> {
 /// Mean and variances over the units of a type, in units of the output scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Moments {
-    /// Of each axis: three weights and a bias.
+    /// Means of each axis: three weights and a bias.
     pub(super) mean: [Vector4<f64>; 3],
     /// Standard deviations of the columns and of the bias.
     pub(super) sigma: Vector4<f64>,
-    /// Standard deviation of what is new at a turn-on.
+    /// Standard deviation of the change at a turn-on.
     pub(super) turn_on: f64,
 }
 
 impl Moments {
-    /// Wide ones: each feature may add as much as a bias.
+    /// Wide moments: each feature may contribute as much as a bias.
     pub(super) fn wide(features: &[Vec<Three>]) -> Self {
         let mut squares = [0.0; 3];
         let mut count = 0.0;
@@ -105,12 +105,12 @@ impl Moments {
     }
 }
 
-/// What is known of one axis of one unit.
+/// The estimated constants of one axis of one unit.
 #[derive(Debug, Clone)]
 pub(super) struct Constants {
     pub(super) mean: Vector4<f64>,
     pub(super) covariance: Matrix4<f64>,
-    /// The turn-on bias of each drive, and the mean square of what is known of it.
+    /// The turn-on bias of each drive, and its mean square.
     pub(super) turn_ons: Vec<(f64, f64)>,
 }
 
@@ -145,7 +145,7 @@ pub(super) fn solve(drives: &[Sums], moments: &Moments, axis: usize) -> Constant
     }
 }
 
-/// The next moments, from what is known of all units: `units` has three axes of each.
+/// The next moments, from the estimates of all units. `units` has three axes of each.
 pub(super) fn renewed(units: &[[Constants; 3]]) -> Moments {
     let count = units.len().max(1) as f64;
     let mean = [0, 1, 2].map(|axis| {
@@ -153,7 +153,7 @@ pub(super) fn renewed(units: &[[Constants; 3]]) -> Moments {
         let mean = all.clone().sum::<Vector4<f64>>() / count;
         let squares = all.map(|x| (x - mean).map(|d| d * d));
         let spread: Vector4<f64> = squares.sum::<Vector4<f64>>() / count;
-        // what so few units tell of the mean is shrunk by its own variance
+        // the mean of few units is shrunk by its own variance
         mean.zip_map(&spread, |m, s| shrunk(m, s / count))
     });
     let mut squares = Vector4::zeros();
@@ -175,7 +175,7 @@ pub(super) fn renewed(units: &[[Constants; 3]]) -> Moments {
     }
 }
 
-/// A mean whose own variance is `variance`, drawn towards zero by it (James and Stein).
+/// A mean with this `variance`, shrunk towards zero (James and Stein).
 fn shrunk(mean: f64, variance: f64) -> f64 {
     match mean * mean > variance {
         true => mean * (1.0 - variance / (mean * mean)),
@@ -205,7 +205,7 @@ mod tests {
         (0..n).map(of).collect()
     }
 
-    /// Against one dense least-squares problem with a row of each prior.
+    /// The result equals that of one dense least-squares problem with a row for each prior.
     #[test]
     fn the_closed_form_is_that_of_the_dense_problem() {
         let moments = Moments {

@@ -1,9 +1,9 @@
-//! What a fleet of units teaches about a type of sensor: [`host_unit::prior::Prior`].
+//! The prior of a type of sensor, learnt from a fleet of units: [`host_unit::prior::Prior`].
 //!
-//! Each drive of each unit becomes a series of errors (`series`). That is most of the work, and
-//! it is kept unit by unit (`runs`). Then a fit finds, for each triad by itself, the
-//! hidden layers that the units share (`fit`, `shape`), and how their output layers and turn-on
-//! biases scatter (`linear`).
+//! Each drive of each unit becomes a series of errors (`series`). That is most of the work, and its
+//! results are stored unit by unit (`runs`). Then a fit finds, for each triad independently, the
+//! common hidden layers of the units (`fit`, `shape`), and the scatter of their output layers and
+//! turn-on biases (`linear`).
 
 mod fit;
 mod linear;
@@ -31,12 +31,12 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// Seeds of a simulated fleet's units begin here: apart from the runs of campaigns, and from the
-/// units that those tune on.
+/// First seed of a simulated fleet's units. It is apart from the runs of campaigns, and from their
+/// training units.
 const FIRST_UNIT: u32 = 3_000_000_000;
-/// So few units with two drives teach nothing about others.
+/// Smallest number of units with two drives or more.
 const LEAST_UNITS: usize = 10;
-/// An error is not known better than this share of the output.
+/// Smallest standard deviation of an error, as a share of the output.
 const LEAST_SIGMA: f64 = 0.01;
 
 const STAMP: Stamp = Stamp {
@@ -45,23 +45,23 @@ const STAMP: Stamp = Stamp {
     foreign: "holds a directory 'runs' that is no fleet's",
 };
 
-/// Where the drives come from.
+/// The source of the drives.
 #[derive(Debug, Clone)]
 pub enum Origin {
-    /// A simulation of so many units.
+    /// A simulation of units.
     Simulation {
         /// Scenario, start and shards.
         campaign: Box<Campaign>,
         /// Errors of the sensors.
         group: Group,
-        /// Drives of each unit.
+        /// Number of drives of each unit.
         drives: u32,
     },
     /// Folders of units.
     Recordings {
-        /// One for each unit.
+        /// One folder for each unit.
         units: Vec<PathBuf>,
-        /// What is known of all of them.
+        /// The type of all units.
         unit: Box<Unit>,
     },
 }
@@ -75,9 +75,9 @@ pub struct Fleet {
     pub inputs: Inputs,
     /// Directory of the series.
     pub out: PathBuf,
-    /// Keep the series that are there already.
+    /// Whether to keep finished series of an earlier start.
     pub resume: bool,
-    /// Of the units only those with `number % shards == shard`.
+    /// Shard and number of shards: only units with `number % shards == shard` are processed.
     pub shard: (u32, u32),
 }
 
@@ -93,7 +93,7 @@ impl Fleet {
         (0..all).filter(|k| k % shards == shard).collect()
     }
 
-    /// Makes the series that are missing, on rayon's threads. Calls `progress` after each unit.
+    /// Computes the missing series on rayon's threads. Calls `progress` after each unit.
     ///
     /// # Errors
     /// Unwritable directory; a directory of another fleet; a drive that gives no attitude; a folder
@@ -145,7 +145,8 @@ impl Fleet {
                         &[*group],
                         |_| Ok(()),
                         |_, case| {
-                            let drive = Drive::of(k, case.session, case.knows.told, &self.inputs);
+                            let drive =
+                                Drive::of(k, case.session, case.knows.assumptions, &self.inputs);
                             out.push(drive.ok_or_else(|| campaign.scenario.no_attitude())?);
                             Ok(())
                         },
@@ -156,7 +157,7 @@ impl Fleet {
         }
     }
 
-    /// What decides the series.
+    /// The settings on which the series depend, as text.
     fn fingerprint(&self) -> String {
         let from = match &self.from {
             Origin::Simulation {
@@ -183,7 +184,7 @@ pub fn merge(dirs: &[PathBuf]) -> Result<Vec<Vec<Drive>>, Error> {
     Ok(units.into_values().collect())
 }
 
-/// How often [`learn`] calls its `progress`.
+/// Number of calls of `progress` by [`learn`].
 pub const PROGRESS: usize = 2 * (STARTS + 1);
 
 /// The prior of the type `unit`, whose units have these drives. `inputs` are those of the series.
@@ -207,9 +208,9 @@ pub fn learn(
             remedy: format!("give at least {LEAST_UNITS} units, each with several drives"),
         });
     }
-    let told = Assumptions::of(unit).prior;
-    let output = [told.gyro_bias, told.accel_bias];
-    let sheet = Datasheet::land_vehicle(told.gyro_bias as f32, told.accel_bias as f32);
+    let prior = Assumptions::of(unit).prior;
+    let output = [prior.gyro_bias, prior.accel_bias];
+    let sheet = Datasheet::land_vehicle(prior.gyro_bias as f32, prior.accel_bias as f32);
     let scales = sheet.driven_normalisation(inputs);
     let triad = |index: usize| {
         let data: Vec<UnitData> = several
@@ -237,7 +238,7 @@ pub fn learn(
     })
 }
 
-/// One drive as the fit takes it: inputs and errors in units of the network.
+/// One drive for the fit, with inputs and errors in units of the network.
 fn data(drive: &Drive, triad: usize, scales: &Normalisation, output: f64) -> DriveData {
     let normal = |all: &[f32; 3]| scales.input(*all).map(f64::from);
     let points = [0, 1, 2].map(|axis| {
@@ -256,7 +257,7 @@ fn data(drive: &Drive, triad: usize, scales: &Normalisation, output: f64) -> Dri
     }
 }
 
-/// What is learnt of a triad. `settles`: its networks begin in their steady state.
+/// The prior of a triad. `settles`: its networks start in their steady state.
 fn of_triad(units: &[UnitData], settles: bool, progress: &dyn Fn()) -> Triad {
     let parts = Parts::of(units);
     let network = fit::fit(&parts, settles, progress);
@@ -286,12 +287,12 @@ fn of_triad(units: &[UnitData], settles: bool, progress: &dyn Fn()) -> Triad {
     triad
 }
 
-/// As many digits as an `f32` has, so that files are short and end in the same networks.
+/// Rounds to the digits of an `f32`, so that files are short and give the same networks.
 fn rounded(x: f64) -> f64 {
     format!("{x:.7e}").parse().unwrap_or(x)
 }
 
-/// An `f32` as the shortest text that tells it.
+/// An `f32` as the `f64` of its shortest text.
 fn short(x: f32) -> f64 {
     x.to_string().parse().unwrap_or_else(|_| f64::from(x))
 }

@@ -15,9 +15,9 @@ use host_unit::Unit;
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 
-/// Name of the file that makes a folder a drive.
+/// Name of the file in the folder of each drive.
 const HEADER: &str = "header.toml";
-/// Thermometers beside the samples: the end of a second, three axes.
+/// Name of the file with the thermometers: end of a second, three axes.
 const TEMPERATURE: &str = "temperature.csv";
 /// Standard deviations of a given attitude, tilt and heading, rad: those of `replay`.
 const ATTITUDE: [f64; 2] = [0.1 * DEG, 0.5 * DEG];
@@ -47,14 +47,14 @@ pub(super) fn drives(
     unit: &Unit,
     inputs: &Inputs,
 ) -> Result<Vec<Drive>, Error> {
-    let told = Assumptions::of(unit);
+    let assumptions = Assumptions::of(unit);
     let drives = folders(dir)?;
     let headers: Vec<PathBuf> = drives.iter().map(|drive| drive.join(HEADER)).collect();
     let headers = headers.into_iter().filter(|header| header.is_file());
     let all: Result<Vec<Drive>, Error> = headers
         .map(|header| {
-            let session = session(&header, unit, &told)?;
-            let drive = Drive::of(number, &session, &told, inputs);
+            let session = session(&header, unit, &assumptions)?;
+            let drive = Drive::of(number, &session, &assumptions, inputs);
             drive.ok_or_else(|| useless(&header))
         })
         .collect();
@@ -71,17 +71,17 @@ pub(super) fn drives(
     Ok(all)
 }
 
-fn session(header: &Path, unit: &Unit, told: &Assumptions) -> Result<Session, Error> {
+fn session(header: &Path, unit: &Unit, assumptions: &Assumptions) -> Result<Session, Error> {
     let record = generic::read_with_truth(header, &[], None)?;
     let wishes = Wishes {
-        told: Known {
+        known: Known {
             vehicle: unit.vehicle.kind,
             heading: record.rough_heading,
         },
         attitude_sigma: ATTITUDE,
         part: None,
     };
-    let Started { session, begin, .. } = start(record.prepare()?, &wishes, told, header)?;
+    let Started { session, begin, .. } = start(record.prepare()?, &wishes, assumptions, header)?;
     let beside = header.with_file_name(TEMPERATURE);
     let readings = match beside.is_file() {
         true => Some(readings(&beside, begin, session.epochs())?),

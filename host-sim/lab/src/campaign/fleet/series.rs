@@ -1,10 +1,11 @@
-//! What a drive tells of the errors of a sensor: every ten seconds the error of each axis with its
-//! standard deviation, and every second what networks may be given.
+//! The sensor errors of a drive: every ten seconds the error of each axis with its standard
+//! deviation, and every second the possible inputs of networks.
 //!
 //! The errors are the biases of a filter that is aided by fixes and lets them walk fast, smoothed
 //! over the whole drive ([`crate::learning::teacher`]). Neighbouring ones share the fixes between
 //! them. A bias that walks by `q` in a second and is known to the variance P is smoothed over some
-//! `2 P / q` seconds; the variance is enlarged to what so few independent ones would have.
+//! `2 P / q` seconds; the variance is enlarged accordingly, for the smaller number of independent
+//! errors.
 
 use crate::learning::teacher::{Assumptions, Nominal, navigate, navigate_from, references};
 use crate::learning::window::{compensator, inputs};
@@ -15,8 +16,8 @@ use host_core::inertial::session::{EPOCH_S, Session};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Random walk of the biases in an hour as a share of their prior, at least: what temperature and
-/// vibration make of them.
+/// Smallest random walk of the biases in an hour, as a share of their prior: the effect of
+/// temperature and vibration.
 const WALK_PER_HOUR: f64 = 2.0;
 /// Seconds from one error to the next.
 const STEP_S: usize = 10;
@@ -26,7 +27,7 @@ const STEP_S: usize = 10;
 pub struct Drive {
     /// Number of the unit.
     pub unit: u32,
-    /// What the networks of gyros and accelerometers are given in each second since power-on, SI.
+    /// Inputs of the networks of gyros and accelerometers in each second since power-on, SI.
     pub inputs: [Vec<[f32; 3]>; 2],
     /// The errors.
     pub errors: Vec<Error10>,
@@ -44,25 +45,30 @@ pub struct Error10 {
 }
 
 impl Drive {
-    /// The series of a session whose fixes go on to its end. `None`: no attitude, or a drive that
-    /// is too short to tell anything.
+    /// The series of a session with fixes to its end. `None`: no attitude, or a drive that
+    /// is too short.
     #[must_use]
-    pub fn of(unit: u32, session: &Session, told: &Assumptions, which: &Inputs) -> Option<Self> {
-        let told = Assumptions {
+    pub fn of(
+        unit: u32,
+        session: &Session,
+        assumptions: &Assumptions,
+        which: &Inputs,
+    ) -> Option<Self> {
+        let assumptions = Assumptions {
             inputs: *which,
-            ..told.walking(told.prior.walk_per_hour.max(WALK_PER_HOUR))
+            ..assumptions.walking(assumptions.prior.walk_per_hour.max(WALK_PER_HOUR))
         };
         let increments = session.increments();
         let until = session.epochs();
         let nominal = match &session.start {
             Some(start) if session.standstill == 0 => {
-                navigate_from(session, &increments, &told, start, 0, until)
+                navigate_from(session, &increments, &assumptions, start, 0, until)
             }
-            _ => navigate(session, &increments, &told, until)?,
+            _ => navigate(session, &increments, &assumptions, until)?,
         };
-        let errors = errors(&nominal, &told);
-        // what the device's own blocks tell
-        let quiet = compensator(session, &[Nets::NONE.gyro; 2], &told);
+        let errors = errors(&nominal, &assumptions);
+        // the inputs of the device's own blocks
+        let quiet = compensator(session, &[Nets::NONE.gyro; 2], &assumptions);
         let driven = inputs(session, &quiet, until);
         (!errors.is_empty()).then_some(Self {
             unit,
@@ -72,10 +78,10 @@ impl Drive {
     }
 }
 
-/// Errors every [`STEP_S`], in the middle of the seconds that they stand for.
-fn errors(nominal: &Nominal, told: &Assumptions) -> Vec<Error10> {
-    let bias = [told.prior.gyro_bias, told.prior.accel_bias];
-    let walk = bias.map(|b| (b * told.prior.walk_per_hour).powi(2) / 3600.0);
+/// Errors every [`STEP_S`], at the middle of their seconds.
+fn errors(nominal: &Nominal, assumptions: &Assumptions) -> Vec<Error10> {
+    let bias = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias];
+    let walk = bias.map(|b| (b * assumptions.prior.walk_per_hour).powi(2) / 3600.0);
     let enlarged = |sigma: f64, q: f64| {
         let over_s = 2.0 * sigma * sigma / q;
         (sigma * (2.0 * over_s / (STEP_S as f64 * EPOCH_S)).max(1.0).sqrt()) as f32
@@ -100,11 +106,12 @@ fn errors(nominal: &Nominal, told: &Assumptions) -> Vec<Error10> {
     of.filter(good).collect()
 }
 
-/// A drive without an attitude.
+/// The error of a drive without an attitude.
 pub(super) fn useless(file: &Path) -> Error {
     Error::Option {
         option: format!("--recordings: {}", file.display()),
-        problem: "its fixes and samples give no attitude, so that no errors can be told".into(),
+        problem: "its fixes and samples give no attitude, so that its errors cannot be estimated"
+            .into(),
         remedy: "leave this drive out, or let it begin with a standstill of 90 s".into(),
     }
 }

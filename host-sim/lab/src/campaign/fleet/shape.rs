@@ -1,23 +1,23 @@
-//! The shape that all units of a type share: the two hidden layers of a network, as numbers in
-//! standard deviations about a start.
+//! The common shape of all units of a type: the two hidden layers of a network, in standard
+//! deviations from a start.
 //!
 //! The features of a drive are the outputs `y_2` of the second layer, step by step, as
-//! [`lrnn_nostd::Net`] computes them. What a feature adds to the error is the output layer's, which
-//! belongs to the unit.
+//! [`lrnn_nostd::Net`] computes them. The contribution of a feature to the error is a weight of
+//! the output layer, which belongs to the unit.
 
 use lrnn_nostd::{Full, Identity, Layer, NEURONS, Net, Normalisation, Rational, State, Weights};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Parameters of the two hidden layers.
+/// Number of parameters of the two hidden layers.
 pub(super) const HIDDEN: usize = 42;
-/// Time constants of slow units in the starts, s: from minutes to what a potted coil needs.
+/// Time constants of slow units in the starts, s: from minutes to that of a potted coil.
 const SLOW_S: [[f64; 3]; 2] = [[150.0, 500.0, 1500.0], [0.0, 300.0, 1200.0]];
 
-/// Time constants of an inner place that follows the thermometer's, s.
+/// Time constants of an inner location whose temperature follows the thermometer, s.
 const INNER_S: [f64; 2] = [400.0, 1200.0];
-/// Starts that are not drawn.
+/// Number of starts that are not random.
 pub(super) const STARTS: usize = 6;
 
 /// Inputs or features of one second.
@@ -31,14 +31,14 @@ type Exact = Net<Rational, Identity, Full, f64>;
 pub(super) struct Shape {
     start: [f64; HIDDEN],
     sigma: [f64; HIDDEN],
-    /// It begins in the steady state of its first input.
+    /// Whether it starts in the steady state of its first input.
     settles: bool,
     /// Standard deviations from the start.
     pub(super) z: [f64; HIDDEN],
 }
 
 impl Shape {
-    /// A start: its layers and how far each weight may go.
+    /// A start: its layers, and the standard deviation of each weight.
     fn about([first, second]: [Layer<f64>; 2], [far, farther]: [Layer<f64>; 2]) -> Self {
         let flat = |one, two| {
             let all = Weights {
@@ -70,8 +70,7 @@ impl Shape {
         Weights::from_fn(value)
     }
 
-    /// The features at the start of each second. Where the feedback overflows they stay as they
-    /// were.
+    /// The features at the start of each second. If the feedback overflows they keep their values.
     pub(super) fn features(&self, inputs: &[Three]) -> Vec<Three> {
         let net = Exact::new(self.weights(), Normalisation::identity());
         let mut state = State::new();
@@ -126,7 +125,7 @@ fn layer(w: [[f64; 3]; 3], r: [[f64; 3]; 3], b: Three) -> Layer<f64> {
     Layer { w, r, b }
 }
 
-/// Nearly linear, without a memory.
+/// A start that is nearly linear, without memory.
 fn fast() -> Shape {
     Shape::about(
         [
@@ -140,7 +139,7 @@ fn fast() -> Shape {
     )
 }
 
-/// Kinks of the first input at two places beside the second and third.
+/// A start with kinks at two values of the first input, beside the second and third input.
 fn kinks() -> Shape {
     let w = [[1.5, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, 0.5, 0.5]];
     Shape::about(
@@ -156,7 +155,7 @@ fn kinks() -> Shape {
 }
 
 /// Units of the second layer that follow the first input with these time constants, s; 0: the
-/// third and second input at once. A slow unit works at the small amplitude at which its leak
+/// third and second input without delay. A slow unit works at the small amplitude at which its leak
 /// outweighs the cubic term of tanh (`firmware::learn::prior`).
 fn slow(times: Three) -> Shape {
     let mut second = layer([[0.0; 3]; 3], diagonal([0.0; 3]), [0.0; 3]);
@@ -184,9 +183,9 @@ fn slow(times: Three) -> Shape {
     )
 }
 
-/// A unit of the first layer follows the first input with this time constant, s, as an inner place
-/// follows a thermometer; in the second layer there is a straight function of it, and a bent one.
-/// The third function is of the inputs at once.
+/// A unit of the first layer follows the first input with this time constant, s, as an inner
+/// location follows a thermometer. The second layer has a linear function of it, and a nonlinear
+/// one. The third function is one of the inputs without delay.
 fn inner(time: f64) -> Shape {
     const AMPLITUDE: f64 = 0.01;
     let leak = 1.0 / time;

@@ -31,8 +31,8 @@ fn fleet(out: PathBuf, shard: (u32, u32)) -> Fleet {
     }
 }
 
-/// Two shards in directories of their own, merged, are the same bytes as one run; a directory of
-/// another fleet is refused and named.
+/// Two merged shards in separate directories give the same bytes as one run. A directory of another
+/// fleet is rejected and named.
 #[test]
 fn shards_merge_to_the_same_prior() {
     let dir = tempfile::tempdir().unwrap();
@@ -50,7 +50,7 @@ fn shards_merge_to_the_same_prior() {
     let (all, shards) = (all.unwrap(), shards.unwrap());
     assert_eq!(all, shards);
     assert!(all.iter().all(|drives| drives.len() == 2));
-    // the errors that are told are those of the simulation to some ten per cent of the bias
+    // the estimated errors are those of the simulation to some ten per cent of the bias
     assert!(all[0][0].errors.len() > 120);
 
     let few = learn(&all[..9], &[INPUTS; 2], &Unit::default(), &|| {}).unwrap_err();

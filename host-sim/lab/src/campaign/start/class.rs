@@ -1,4 +1,4 @@
-//! The classes: a sensor, a vehicle, a place, and what is expected of the start.
+//! The classes: a sensor, a vehicle, a location, and the expected result.
 
 use host_core::error::Error;
 use host_core::simulator::truth::{
@@ -12,37 +12,36 @@ use serde::Serialize;
 pub struct Class {
     /// Its name.
     pub name: &'static str,
-    /// What it is, in a few words.
+    /// Description, in a few words.
     pub about: &'static str,
-    /// What is expected.
+    /// The expected result.
     pub goal: Goal,
     /// Preset of the sensor.
     pub unit: &'static str,
     /// The vehicle.
     pub vehicle: Vehicle,
-    /// What the device is told of the vehicle.
-    pub told: Kind,
+    /// The configured kind of vehicle.
+    pub configured: Kind,
     /// Latitude of the start, deg.
     pub latitude_deg: f64,
     /// Standstill before the journey, s.
     pub standstill_s: f64,
 }
 
-/// What is expected of the device.
+/// The expected result of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Goal {
     /// It starts, and its heading is as good as it claims.
     Start,
-    /// The heading cannot be known, or what the device is told is wrong: better no start than a
-    /// wrong one.
+    /// The heading cannot be known, or the configuration is wrong: better no start than a wrong
+    /// one.
     Trap,
 }
 
 /// Time of the journey after the standstill, s.
 pub const JOURNEY_S: f64 = 600.0;
-/// Standstill of the land vehicles that have one, s: somewhat more than the usual time of
-/// alignment.
+/// Standstill of the land vehicles that have one, s: somewhat longer than the usual alignment.
 const STANDSTILL_S: f64 = 120.0;
 const MID: f64 = 47.0;
 
@@ -92,7 +91,7 @@ const PARKED: Standing = Standing {
     sway_mps: 0.002,
 };
 
-/// A car on the road that stands first.
+/// A car that stands, then drives on the road.
 const fn road(name: &'static str, unit: &'static str, latitude_deg: f64) -> Class {
     Class {
         name,
@@ -100,19 +99,19 @@ const fn road(name: &'static str, unit: &'static str, latitude_deg: f64) -> Clas
         goal: Goal::Start,
         unit,
         vehicle: Vehicle::Road,
-        told: Kind::Land,
+        configured: Kind::Land,
         latitude_deg,
         standstill_s: STANDSTILL_S,
     }
 }
 
-/// A vehicle that does not stand first.
+/// A vehicle that moves from the start.
 const fn moving(
     name: &'static str,
     about: &'static str,
     unit: &'static str,
     vehicle: Vehicle,
-    told: Kind,
+    configured: Kind,
 ) -> Class {
     Class {
         name,
@@ -120,7 +119,7 @@ const fn moving(
         goal: Goal::Start,
         unit,
         vehicle,
-        told,
+        configured,
         latitude_deg: MID,
         standstill_s: 0.0,
     }

@@ -6,7 +6,7 @@ use crate::campaign::results::table;
 
 const TEMPLATE: &str = include_str!("../../../../assets/start.md");
 
-/// The whole file. `command` is what makes it again.
+/// The whole file. `command` regenerates it.
 #[must_use]
 pub fn markdown(command: &str, summaries: &[Summary]) -> String {
     let seeds = summaries.iter().map(|s| s.started.n).max().unwrap_or(0);
@@ -63,7 +63,7 @@ pub fn row(summary: &Summary) -> [String; 11] {
     ]
 }
 
-/// Trials that were silently wrong, and the share of the time.
+/// Number of trials that were wrong without a warning, and their share of the time.
 fn wrong(summary: &Summary) -> String {
     match summary.silently_wrong {
         0 => "0".to_owned(),
@@ -77,7 +77,7 @@ fn text(spread: Option<Spread>, digits: usize) -> String {
     })
 }
 
-/// A number with so many digits behind the point, and fewer where it is large.
+/// A number with `digits` digits behind the point, and fewer where it is large.
 fn figures(x: f64, digits: usize) -> String {
     let digits = match x.abs() {
         x if x >= 100.0 => 0,

@@ -1,9 +1,9 @@
-//! How the device's learner starts: success and heading error over classes of sensors, vehicles and
-//! places.
+//! The start of the device's learner: success and heading error by classes of sensors, vehicles and
+//! locations.
 //!
 //! A trial is one turn-on. The sensor's errors are drawn from its unit, the vehicle moves by a
-//! journey of its own, and the receiver sends fixes. The device's learner is the firmware's and
-//! gets every sample.
+//! journey of its own, and the receiver sends fixes. The device's learner is that of the firmware
+//! and gets every sample.
 
 mod class;
 mod markdown;
@@ -23,23 +23,23 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What to try.
+/// The settings of a study.
 #[derive(Debug, Clone)]
 pub struct Study {
     /// Classes, each once.
     pub classes: Vec<Class>,
     /// Trials of each class, numbered from 0.
     pub seeds: u32,
-    /// A sensor for all classes in place of their own.
+    /// A sensor for all classes instead of their own.
     pub unit: Option<Unit>,
     /// The receiver.
     pub receiver: Receiver,
 }
 
-/// The trials of a class, with their figures.
+/// The trials of a class, with their statistics.
 #[derive(Debug, Clone, Serialize)]
 pub struct Tried {
-    /// The figures.
+    /// The statistics.
     #[serde(flatten)]
     pub summary: Summary,
     /// The trials by their seeds.
@@ -47,17 +47,18 @@ pub struct Tried {
 }
 
 impl Study {
-    /// How many trials there are.
+    /// Number of all trials.
     #[must_use]
     pub fn trials(&self) -> usize {
         self.classes.len() * self.seeds as usize
     }
 
-    /// Tries on rayon's threads. Calls `progress` after each trial. After `stop` no further trial
-    /// begins, and those that are done are summed up. All classes get their first seeds first.
+    /// Runs the trials on rayon's threads. Calls `progress` after each trial. After `stop` no
+    /// further trial starts, and the result contains those that are done. The first seeds of all
+    /// classes come first.
     ///
     /// # Errors
-    /// A unit that no device takes; a rate of fixes that does not divide the samples.
+    /// A unit that a device rejects; a rate of fixes that does not divide the samples.
     pub fn execute(
         &self,
         stop: &AtomicBool,

@@ -7,16 +7,17 @@ use host_core::simulator::truth::Truth;
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 
-/// What the receiver is like.
+/// Parameters of the receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Receiver {
     /// Fixes a second.
     pub rate_hz: u32,
-    /// Time from validity to arrival, s. `None`: as the unit tells.
+    /// Delay from validity to arrival, s. `None`: as configured in the unit.
     pub delay_s: Option<f64>,
-    /// From the IMU to the antenna, forward, right, down, m. `None`: as the unit tells.
+    /// Lever arm from the IMU to the antenna, forward, right, down, m. `None`: as configured in the
+    /// unit.
     pub lever_arm: Option<[f64; 3]>,
-    /// The fixes have no vertical velocity.
+    /// Whether the fixes lack the vertical velocity.
     pub horizontal_velocity: bool,
     /// Noise.
     pub noise: GnssSpec,
@@ -59,9 +60,9 @@ pub(super) fn fixes(
     let late = (delay_s / truth.dt).round() as usize;
     let epoch_ms = 1000.0 * truth.samples_per_epoch as f64 * truth.dt;
     let fix = |epoch: usize| {
-        let seen = receiver.noise.fix(&at_epoch(truth, epoch, &arm), rng);
+        let measured = receiver.noise.fix(&at_epoch(truth, epoch, &arm), rng);
         let mut sigmas = receiver.noise.sigmas().map(|sigma| sigma as f32);
-        let mut velocity: [f64; 3] = seen.velocity.into();
+        let mut velocity: [f64; 3] = measured.velocity.into();
         if receiver.horizontal_velocity {
             (sigmas[5], velocity[2]) = (NOT_MEASURED, 0.0);
         }
@@ -70,9 +71,9 @@ pub(super) fn fixes(
         Sent {
             fix: Fix {
                 position: Position {
-                    latitude: seen.position.lat,
-                    longitude: seen.position.lon,
-                    height: seen.position.h,
+                    latitude: measured.position.lat,
+                    longitude: measured.position.lon,
+                    height: measured.position.h,
                 },
                 velocity,
                 sigmas,

@@ -1,4 +1,4 @@
-//! The trials of a class in figures.
+//! Statistics of the trials of a class.
 
 use super::class::{Class, Goal};
 use super::trial::{Attitude, Trial};
@@ -7,12 +7,12 @@ use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
-/// A number out of a number, with an interval.
+/// A share of the trials, with an interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Share {
-    /// How many.
+    /// Number of hits.
     pub k: usize,
-    /// Of how many.
+    /// Number of trials.
     pub n: usize,
     /// Lower end of the 95 % interval of the probability.
     pub lo95: f64,
@@ -31,7 +31,7 @@ impl Share {
             let law = Beta::new(k as f64, (n + 1 - k) as f64).ok();
             law.map(|law| law.inverse_cdf(p))
         };
-        // without a law: all or none
+        // the exact ends for none and all
         Self {
             k,
             n,
@@ -68,11 +68,11 @@ impl Spread {
 pub struct Summary {
     /// Name of the class.
     pub class: &'static str,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
     /// Preset of the sensor.
     pub unit: String,
-    /// What is expected.
+    /// The expected result.
     pub goal: Goal,
     /// Trials that started.
     pub started: Share,
@@ -82,11 +82,11 @@ pub struct Summary {
     pub silently_wrong: usize,
     /// Share of the time of navigation in which the heading was silently wrong.
     pub wrong_share: f64,
-    /// How often a navigator was lost or given up, in all trials together.
+    /// How often a navigator was lost or dropped, in all trials together.
     pub lost: u32,
-    /// Alignments that were refused, in all trials together.
+    /// Alignments that were rejected, in all trials together.
     pub refused_alignments: u32,
-    /// How the trials started, and how many.
+    /// Number of trials by source of the heading at the start.
     pub ways: BTreeMap<String, usize>,
     /// Time of the start after power-on, s.
     pub start_s: Option<Spread>,
@@ -102,7 +102,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of the trials of `class`, made with the unit of that name.
+    /// The statistics of trials of `class` with the unit of that name.
     #[must_use]
     pub fn of(class: &Class, unit: &str, trials: &[Trial]) -> Self {
         let n = trials.len();
@@ -153,7 +153,7 @@ mod tests {
     use super::super::trial::Started;
     use super::*;
 
-    /// Intervals from Newcombe, Statistics in Medicine 17 (1998), table I, method 5.
+    /// Compares with intervals from Newcombe, Statistics in Medicine 17 (1998), table I, method 5.
     #[test]
     fn the_interval_is_that_of_the_literature() {
         for (k, n, lo, hi) in [
@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(Share::of(0, 0).hi95, 1.0);
     }
 
-    /// The chance of each number of successes, added up where the interval misses the probability.
+    /// Sums the probability of each number of successes whose interval misses the true probability.
     #[test]
     fn the_interval_of_a_share_misses_at_most_one_in_twenty() {
         for n in [1, 2, 5, 10, 20, 50] {

@@ -1,5 +1,5 @@
-//! One trial: a sensor is switched on in a vehicle, and the device's learner from fixes starts, or
-//! not. Samples go in at full rate, as on the device.
+//! One trial: a sensor is switched on in a vehicle, and the device's learner from fixes starts or
+//! does not. It gets samples at the full rate, as on the device.
 
 use super::class::{Class, JOURNEY_S};
 use super::receiver::{Receiver, Sent, fixes};
@@ -24,23 +24,23 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// Samples a second at most: enough for the classes' motion, in a fifth of the time of 1000.
+/// Largest sample rate, Hz: enough for the classes' motion, in a fifth of the time of 1000 Hz.
 pub const MOST_HZ: u32 = 200;
 /// Number of the random stream of the fixes, beside that of the journey.
 const FIXES: u64 = 1;
 /// Seconds after the start at which the errors are recorded.
 pub const LATER_S: [u32; 2] = [60, 300];
-/// A heading is silently wrong when it is off by more than so many claimed standard deviations and
-/// by more than so many degrees.
+/// A heading is silently wrong if it is off by more than this many claimed standard deviations and
+/// by more than [`LEAST_DEG`].
 const SIGMAS: f64 = 4.0;
 const LEAST_DEG: f64 = 3.0;
 
-/// A class with all that its trials share.
+/// A class with the common parameters of its trials.
 #[derive(Debug, Clone)]
 pub struct Prepared {
     pub(super) class: Class,
     spec: ImuSpec,
-    told: Configuration,
+    configuration: Configuration,
     receiver: Receiver,
     /// Delay of the fixes, s, and lever arm, m.
     link: [f64; 4],
@@ -60,24 +60,24 @@ pub struct Attitude {
 /// The start of the device's navigator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Started {
-    /// When, s after power-on: the first whole second at which it navigates.
+    /// Time of the start, s after power-on: the first whole second at which it navigates.
     pub at_s: u32,
-    /// By what.
+    /// Source of the heading.
     pub way: String,
     /// Mean normalised innovation squared of the alignment in motion; 0 without one.
     pub residual: f64,
-    /// Errors then.
+    /// Errors at the start.
     pub attitude: Attitude,
-    /// Errors after [`LATER_S`], if the recording lasts and the device still navigates.
+    /// Errors after [`LATER_S`], if the trial lasts that long and the device still navigates.
     pub later: [Option<Attitude>; 2],
 }
 
-/// What came of a trial.
+/// Result of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Name of the class.
     pub class: String,
-    /// Number that makes all random draws.
+    /// Seed of all random numbers.
     pub seed: u32,
     /// The first start; `None` if it never navigated.
     pub started: Option<Started>,
@@ -87,20 +87,20 @@ pub struct Trial {
     pub wrong_s: u32,
     /// Seconds for which the device navigated.
     pub navigated_s: u32,
-    /// How often the navigator was lost, or given up because it contradicted the fixes.
+    /// How often the navigator was lost, or dropped because it contradicted the fixes.
     pub lost: u32,
-    /// Alignments that were refused because they contradicted the fixes.
+    /// Alignments that were rejected because they contradicted the fixes.
     pub refused_alignments: u32,
     /// Fixes that the navigator used.
     pub fixes: u32,
-    /// Of these, with a component that was refused as an outlier.
+    /// Number of these with a component that was rejected as an outlier.
     pub refused: u32,
     /// Fixes that arrived too late.
     pub late: u32,
 }
 
 impl Attitude {
-    /// Of an estimate (body or sensor axes to NED) against the truth.
+    /// The errors of an estimate (body or sensor axes to NED) against the truth.
     fn of(estimate: &UnitQuaternion<f64>, truth: &UnitQuaternion<f64>, sigma: f64) -> Self {
         // the error is a turn about the vertical after a turn about a level axis
         let error = (estimate * truth.inverse()).into_inner();
@@ -114,15 +114,15 @@ impl Attitude {
         }
     }
 
-    /// Whether the claim is wrong and nobody is told.
+    /// Whether the heading is wrong by more than the device claims.
     #[must_use]
     pub fn is_wrong(&self) -> bool {
         let (error, claimed) = (self.heading_deg.abs(), SIGMAS * self.sigma_deg);
-        // what is not a number is wrong too
+        // NaN is wrong too
         error.is_nan() || claimed.is_nan() || error > claimed.max(LEAST_DEG)
     }
 
-    /// Square of the error divided by the variance that is claimed.
+    /// Square of the error divided by the claimed variance.
     #[must_use]
     pub fn normalised_square(&self) -> f64 {
         (self.heading_deg / self.sigma_deg).powi(2)
@@ -133,13 +133,13 @@ impl Prepared {
     /// A class with another sensor than its own, if given.
     ///
     /// # Errors
-    /// A unit that no device takes; a rate of fixes that does not divide the samples.
+    /// A unit that a device rejects; a rate of fixes that does not divide the samples.
     pub fn new(class: &Class, unit: Option<&Unit>, receiver: &Receiver) -> Result<Self, Error> {
         let mut unit = match unit {
             Some(unit) => unit.clone(),
             None => Unit::load(class.unit)?,
         };
-        unit.vehicle.kind = class.told;
+        unit.vehicle.kind = class.configured;
         if let Some(delay) = receiver.delay_s {
             unit.receiver.fix_delay_ms = 1e3 * delay;
         }
@@ -158,7 +158,7 @@ impl Prepared {
                 remedy: "give 1, 2, 5 or 10".into(),
             });
         }
-        let told = unit.configuration().map_err(|found| Error::Option {
+        let configuration = unit.configuration().map_err(|found| Error::Option {
             option: "--unit".into(),
             problem: format!("'{}': {} {}", unit.name, found.key, found.problem),
             remedy: found.remedy,
@@ -167,7 +167,7 @@ impl Prepared {
         Ok(Self {
             class: *class,
             spec,
-            told,
+            configuration,
             receiver: *receiver,
             link: [1e-3 * unit.receiver.fix_delay_ms, x, y, z],
         })
@@ -175,7 +175,7 @@ impl Prepared {
 
     /// Sensor axes to body axes.
     fn mounting(&self) -> UnitQuaternion<f64> {
-        let [w, x, y, z] = self.told.mounting.map(f64::from);
+        let [w, x, y, z] = self.configuration.mounting.map(f64::from);
         UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
     }
 
@@ -200,12 +200,12 @@ impl Prepared {
 
     fn compensator(&self) -> Compensator {
         let dt = 1.0 / f64::from(self.spec.rate_hz);
-        let block = (f64::from(self.told.correction.block) / dt).round() as u16;
+        let block = (f64::from(self.configuration.correction.block) / dt).round() as u16;
         let Nets { gyro, accel } = Nets::NONE;
-        let limit = self.told.correction.limit;
+        let limit = self.configuration.correction.limit;
         let made = Compensator::new(gyro, accel, Imu::lsb(&self.spec), dt, block, limit);
         let mut compensator = made.expect("a configuration that was checked");
-        compensator.set_inputs(self.told.inputs);
+        compensator.set_inputs(self.configuration.inputs);
         compensator
     }
 
@@ -220,7 +220,7 @@ impl Prepared {
             .into_iter()
             .peekable();
         let mut memory = Box::new(FixMemory::ZEROED);
-        let settings = Settings::of(&self.told);
+        let settings = Settings::of(&self.configuration);
         let mut device = Device::new(&mut memory, settings, self.compensator());
         let mut imu = Imu::new(&self.spec, seeds.unit, seeds.turn_on);
         let mut judge = Judge::new(self.class.name, seed);
@@ -286,7 +286,7 @@ impl Judge {
         }
     }
 
-    /// At a whole second, after the samples and before a fix of that time.
+    /// Judges a whole second, after its samples and before a fix of that time.
     fn second(
         &mut self,
         at_s: u32,
@@ -332,7 +332,7 @@ impl Judge {
     }
 }
 
-/// What gave the heading, in a word.
+/// The source of the heading, in a word.
 fn word(way: Way) -> &'static str {
     match way {
         Way::None => "nothing",
@@ -349,7 +349,7 @@ mod tests {
     use super::*;
     use host_core::inertial::rotation::from_euler;
 
-    /// Errors in heading and tilt that were put in come out, at any attitude.
+    /// Given errors in heading and tilt are found at any attitude.
     #[test]
     fn the_error_is_divided_into_heading_and_tilt() {
         for (roll, pitch, heading) in [(0.0, 0.0, 0.0), (0.5, -0.2, 2.0), (-1.0, 0.3, -3.0)] {

@@ -1,9 +1,9 @@
-//! Doubts about a recording before it is replayed: what its header and the assumed class of sensor
-//! say, against what the samples show. The rules at rest are the device's
+//! Doubts about a recording before it is replayed: contradictions between its samples and its
+//! header or the assumed class of sensor. The rules at rest are those of the device
 //! ([`firmware::plausibility`]). A recording also has fixes along the whole drive, so that its
 //! gyros can be compared with the changes of course, and a drive without a rest with gravity.
 
-mod seen;
+mod observed;
 #[cfg(test)]
 mod tests;
 
@@ -17,35 +17,36 @@ use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
 use host_unit::{Unit, presets};
 use nalgebra::Vector3;
-use seen::Seen;
+use observed::Observed;
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
 
-/// Noise or bias that differs from the assumed class by more than this factor is told.
+/// Noise or bias that differs from the assumed class by more than this factor is reported.
 const FACTOR: f64 = 5.0;
 /// Sway of a standing vehicle by people, wind and engine: standard deviations of angle, rad, and
 /// velocity, m/s (assumed, as in [`firmware::align`]). It hides the noise of good sensors.
 const SWAY: [f64; 2] = [1.4e-4, 1.4e-2];
-/// A told rate that is off by more than this share is told.
+/// A stated rate that is off by more than this share is reported.
 const RATE_SHARE: f64 = 0.02;
-/// Distance from gravity of the mean force of a drive without a rest that is told, as a share.
+/// Smallest reported difference between gravity and the mean specific force of a drive without a
+/// rest, as a share.
 const DRIVE_SHARE: f64 = 0.3;
-/// A unit fits when it brings a value so close to what it should be, as a share.
+/// A unit fits if it brings a value this close to the expected one, as a share.
 const FITS: f64 = 0.15;
-/// Rotation by change of course that is told, as a factor either way.
+/// Smallest reported ratio of rotation and change of course, as a factor either way.
 const TURNING: f64 = 2.5;
 
-/// A doubt, with what it is about and the remedy.
+/// A doubt: what it is about, and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Warning {
-    /// File that says something else than the samples.
+    /// File that contradicts the samples.
     pub file: PathBuf,
     /// Field of its header, or option of the command.
     pub field: String,
     /// The rest of a sentence that begins with the field.
     pub problem: String,
-    /// What would be right.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -64,13 +65,13 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Where a recording says what a triad's values are.
+/// The field of a recording that states the unit of a triad's values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// Name of the field or option.
     pub name: String,
-    /// The unit told, where the file names one.
-    pub told: Option<NamedUnit>,
+    /// The unit that the file names, if any.
+    pub named: Option<NamedUnit>,
     /// All units that it could name.
     pub units: Vec<NamedUnit>,
 }
@@ -81,32 +82,32 @@ impl Field {
     pub fn fixed(name: &str) -> Self {
         Self {
             name: name.into(),
-            told: None,
+            named: None,
             units: Vec::new(),
         }
     }
 
     /// The units for which `fits` is true of the factor that they change values by, as a remedy.
     fn fitting(&self, fits: impl Fn(f64) -> bool) -> Option<String> {
-        let (_, told) = self.told.as_ref()?;
-        let fitting = self.units.iter().filter(|(_, unit)| fits(unit / told));
+        let (_, named) = self.named.as_ref()?;
+        let fitting = self.units.iter().filter(|(_, unit)| fits(unit / named));
         let names: Vec<_> = fitting.map(|(name, _)| format!("'{name}'")).collect();
         (!names.is_empty()).then(|| format!("the unit {} would fit", names.join(" or ")))
     }
 
     fn remedy(&self, fits: impl Fn(f64) -> bool) -> String {
         let fitting = self.fitting(fits);
-        fitting.unwrap_or_else(|| match self.told {
+        fitting.unwrap_or_else(|| match self.named {
             Some(_) => "check the unit; none of those that the header may name fits".into(),
             None => "check that the file is in the units of its format".into(),
         })
     }
 }
 
-/// What a recording says of itself.
+/// The statements of a recording about its samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Says {
-    /// File that says it.
+    /// The file with these statements.
     pub file: PathBuf,
     /// Gyros.
     pub gyro: Field,
@@ -114,24 +115,24 @@ pub struct Says {
     pub accel: Field,
     /// Name of the field of the axes, with an example of right ones.
     pub axes: (String, String),
-    /// Name of the field of the rate, and the rate, Hz, where one is told.
+    /// Name of the field of the rate, and the rate, Hz, if it is stated.
     pub rate: Option<(String, f64)>,
 }
 
 /// The class of sensor that is assumed.
 #[derive(Debug, Clone, Copy)]
 pub struct Class<'a> {
-    /// What is assumed.
+    /// The assumptions of this class.
     pub assumed: &'a Assumptions,
-    /// The user has named it.
+    /// Whether the user has named it.
     pub given: bool,
 }
 
 /// All doubts about a recording.
 #[must_use]
 pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
-    let told = told(class.assumed);
-    let seen = Seen::of(record, &told);
+    let expected = expected(class.assumed);
+    let observed = Observed::of(record, &expected);
     let warn = |field: &str, problem, remedy| Warning {
         file: says.file.clone(),
         field: field.into(),
@@ -139,11 +140,11 @@ pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
         remedy,
     };
     let found = [
-        rate(says, &seen),
-        gravity(says, &seen),
-        axes(says, &seen),
-        gyros(says, &seen, &told, class.given),
-        sheet(&seen, &told, class),
+        rate(says, &observed),
+        gravity(says, &observed),
+        axes(says, &observed),
+        gyros(says, &observed, &expected, class.given),
+        sheet(&observed, &expected, class),
     ];
     let found = found.into_iter().flatten();
     found
@@ -154,7 +155,8 @@ pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
 /// Field, problem and remedy.
 type Doubt = (String, String, String);
 
-fn told(assumed: &Assumptions) -> Expected {
+/// The values that the device's plausibility checks expect of an assumed class.
+fn expected(assumed: &Assumptions) -> Expected {
     let triad = |bias: f64, noise: f64, scale: f64| Triad {
         bias_turn_on: bias as f32,
         bias_in_run: 0.0,
@@ -174,21 +176,25 @@ fn told(assumed: &Assumptions) -> Expected {
     }
 }
 
-fn rate(says: &Says, seen: &Seen) -> Option<Doubt> {
-    let (field, told) = says.rate.as_ref()?;
-    let off = seen.rate_hz / told - 1.0;
+fn rate(says: &Says, observed: &Observed) -> Option<Doubt> {
+    let (field, stated) = says.rate.as_ref()?;
+    let off = observed.rate_hz / stated - 1.0;
     (off.abs() > RATE_SHARE).then(|| {
         let problem = format!(
-            "says {told} samples a second, the time stamps {:.1}",
-            seen.rate_hz
+            "says {stated} samples a second, the time stamps {:.1}",
+            observed.rate_hz
         );
-        (field.clone(), problem, format!("give {:.0}", seen.rate_hz))
+        (
+            field.clone(),
+            problem,
+            format!("give {:.0}", observed.rate_hz),
+        )
     })
 }
 
-fn gravity(says: &Says, seen: &Seen) -> Option<Doubt> {
+fn gravity(says: &Says, observed: &Observed) -> Option<Doubt> {
     let size = |force: [f32; 3]| Vector3::from(force).map(f64::from).norm();
-    let (size, when) = match (seen.fault(fault::GRAVITY), seen.drive()) {
+    let (size, when) = match (observed.fault(fault::GRAVITY), observed.drive()) {
         (Some(found), _) => (size(found.means.force), "at rest"),
         (None, Some(force)) if (force.norm() / G - 1.0).abs() > DRIVE_SHARE => {
             (force.norm(), "on the mean of the drive")
@@ -202,7 +208,7 @@ fn gravity(says: &Says, seen: &Seen) -> Option<Doubt> {
     Some((says.accel.name.clone(), problem, remedy))
 }
 
-fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
+fn axes(says: &Says, observed: &Observed) -> Option<Doubt> {
     let (field, example) = &says.axes;
     let up = |force: &Vector3<f64>| {
         let axis = force.iamax();
@@ -212,12 +218,12 @@ fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
             false => format!("along the axis called {name}"),
         }
     };
-    let wrong = seen.fault(fault::AXES);
-    let force = match (wrong, seen.drive()) {
+    let wrong = observed.fault(fault::AXES);
+    let force = match (wrong, observed.drive()) {
         (Some(found), _) => Vector3::from(found.means.force).map(f64::from),
         (None, Some(force)) if -force.z < 0.866 * force.norm() => force,
         _ => {
-            let turns_back = seen.turning.is_some_and(|turning| turning < 0.0);
+            let turns_back = observed.turning.is_some_and(|turning| turning < 0.0);
             return turns_back.then(|| {
                 let problem = "turns the other way than the course of the fixes".to_owned();
                 (
@@ -233,8 +239,8 @@ fn axes(says: &Says, seen: &Seen) -> Option<Doubt> {
     Some((field.clone(), problem, remedy))
 }
 
-fn gyros(says: &Says, seen: &Seen, told: &Expected, given: bool) -> Option<Doubt> {
-    let turning = seen.turning.map(f64::abs);
+fn gyros(says: &Says, observed: &Observed, expected: &Expected, given: bool) -> Option<Doubt> {
+    let turning = observed.turning.map(f64::abs);
     let turns = |factor: f64| turning.is_none_or(|t| ((t * factor).ln()).abs() < TURNING.ln());
     let name = says.gyro.name.clone();
     if !turns(1.0) {
@@ -249,7 +255,7 @@ fn gyros(says: &Says, seen: &Seen, told: &Expected, given: bool) -> Option<Doubt
     if turning.is_some() {
         return None; // the unit is right, whatever the rate at rest is
     }
-    let means = seen.fault(fault::EARTH_RATE)?.means;
+    let means = observed.fault(fault::EARTH_RATE)?.means;
     let size = norm(means.rate);
     let problem = format!(
         "gives {:.3} deg/h at rest, where the Earth turns by 15.041 deg/h",
@@ -261,10 +267,10 @@ fn gyros(says: &Says, seen: &Seen, told: &Expected, given: bool) -> Option<Doubt
         ..means
     };
     let fits = |factor: f64| {
-        scaled(factor).judge(told) & fault::EARTH_RATE == 0
+        scaled(factor).judge(expected) & fault::EARTH_RATE == 0
             && size * factor > 0.1 * f64::from(EARTH)
     };
-    // without a datasheet it is more likely forgotten than the unit wrong
+    // without a datasheet, a missing one is more likely than a wrong unit
     let remedy = says.gyro.fitting(fits);
     let other = || given.then(|| "check the unit, and the bias of the datasheet".into());
     Some((name, problem, remedy.or_else(other)?))
@@ -274,23 +280,24 @@ fn norm(v: [f32; 3]) -> f64 {
     Vector3::from(v).map(f64::from).norm()
 }
 
-/// What is seen at rest of bias and noise, for a class that the user has not named.
-fn sheet(seen: &Seen, told: &Expected, class: Class<'_>) -> Option<Doubt> {
-    let noise = seen.noise()?;
-    let (bias, seconds) = seen.bias()?;
+/// Compares bias and noise at rest with the datasheet, for a class that the user has not named.
+fn sheet(observed: &Observed, expected: &Expected, class: Class<'_>) -> Option<Doubt> {
+    let noise = observed.noise()?;
+    let (bias, seconds) = observed.bias()?;
     let fits = |sheet: &Expected| {
         let noises = noise.iter().zip([&sheet.gyro, &sheet.accel]).zip(SWAY);
-        let quiet = noises.fold(true, |all, ((seen, triad), sway)| {
-            all & (*seen <= FACTOR * f64::from(triad.white_noise) + 2.0 * sway)
+        let quiet = noises.fold(true, |all, ((observed, triad), sway)| {
+            all & (*observed <= FACTOR * f64::from(triad.white_noise) + 2.0 * sway)
         });
         let noisy = noise[0] == 0.0 || noise[0] * FACTOR > f64::from(sheet.gyro.white_noise);
         let most = FACTOR * f64::from(sheet.gyro.bias_turn_on) + 2.0 * SWAY[0] / seconds;
         quiet && noisy && bias <= most
     };
-    if class.given || fits(told) {
+    if class.given || fits(expected) {
         return None;
     }
-    let of_preset = |name: &str| Unit::preset(name).map(|unit| self::told(&Assumptions::of(&unit)));
+    let of_preset =
+        |name: &str| Unit::preset(name).map(|unit| self::expected(&Assumptions::of(&unit)));
     let mut names = presets::names();
     names.retain(|name| of_preset(name).is_some_and(|sheet| fits(&sheet)));
     let remedy = match names.is_empty() {

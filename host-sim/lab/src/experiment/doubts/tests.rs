@@ -92,9 +92,9 @@ impl Files {
         std::fs::write(&path, self.header.replace(from, to)).unwrap();
         let record = generic::read(&path, &[])?;
         let [gyro, accel] = generic::units(&path, 1.0 / record.rate_hz as f64)?;
-        let field = |name: &str, (told, units)| Field {
+        let field = |name: &str, (named, units)| Field {
             name: name.into(),
-            told: Some(told),
+            named: Some(named),
             units,
         };
         let says = Says {
@@ -109,7 +109,7 @@ impl Files {
     }
 }
 
-/// Fields that are doubted, and the remedies.
+/// Fields with a doubt, and the remedies.
 fn fields(warnings: &[Warning]) -> Vec<(&str, &str)> {
     let fields = warnings
         .iter()
@@ -117,7 +117,7 @@ fn fields(warnings: &[Warning]) -> Vec<(&str, &str)> {
     fields.collect()
 }
 
-/// Without a standstill, as a recording that begins on the road.
+/// The recording without its standstill, as if it began on the road.
 fn on_the_road(session: &Session) -> Record {
     let mut record = Record::from_session(session);
     let from = record.time.partition_point(|t| *t <= 155.0);
@@ -129,7 +129,7 @@ fn on_the_road(session: &Session) -> Record {
 }
 
 #[test]
-fn a_right_header_raises_no_doubt_and_every_edit_is_told() {
+fn a_right_header_raises_no_doubt_and_every_edit_is_reported() {
     for preset in ["medium", "nav", "tactical"] {
         let session = drive(preset, 120);
         let whole = Record::from_session(&session);
@@ -174,7 +174,7 @@ fn a_right_header_raises_no_doubt_and_every_edit_is_told() {
 }
 
 #[test]
-fn radians_called_degrees_are_told_at_rest_and_in_turns() {
+fn radians_called_degrees_are_reported_at_rest_and_in_turns() {
     for preset in ["medium", "tactical"] {
         for record in [
             Record::from_session(&drive(preset, 120)),
@@ -194,7 +194,7 @@ fn radians_called_degrees_are_told_at_rest_and_in_turns() {
 }
 
 #[test]
-fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
+fn a_forgotten_datasheet_is_reported_with_the_presets_that_fit() {
     let record = Record::from_session(&drive("tactical", 300));
     let files = Files::of(&record, true);
     let forgotten = files.edited("deg/s", "deg/s", ("nav", false)).unwrap();
@@ -231,7 +231,7 @@ fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
         matches!(found[..], [("--unit", remedy)] if mems(remedy)),
         "{found:?}"
     );
-    // medium is assumed where nothing is said
+    // medium is assumed by default
     let record = Record::from_session(&drive("medium", 120));
     let files = Files::of(&record, true);
     assert_eq!(
@@ -241,7 +241,7 @@ fn a_forgotten_datasheet_is_told_with_the_presets_that_fit() {
 }
 
 #[test]
-fn a_rate_that_its_time_stamps_contradict_is_told() {
+fn a_rate_that_its_time_stamps_contradict_is_reported() {
     let record = Record::from_session(&drive("tactical", 90));
     let says = |rate: f64| Says {
         file: "log".into(),
@@ -260,7 +260,7 @@ fn a_rate_that_its_time_stamps_contradict_is_told() {
     assert_eq!(fields(&found), [("--imu", "give 100")]);
 }
 
-/// Recorded sessions with what may be expected of their sensors.
+/// Recorded sessions with the assumptions about their sensors.
 fn recordings() -> Vec<(String, Record, Assumptions)> {
     let preset = |name: &str| Assumptions::of(&Unit::preset(name).unwrap());
     use crate::experiment::{fog_mems, kitti, lasergyro};
@@ -293,7 +293,7 @@ fn recordings() -> Vec<(String, Record, Assumptions)> {
 #[test]
 fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
     for (name, record, assumed) in recordings() {
-        let told = |gyro: f64, accel: f64, turn: fn(Vector3<f64>) -> Vector3<f64>| {
+        let warnings = |gyro: f64, accel: f64, turn: fn(Vector3<f64>) -> Vector3<f64>| {
             let mut wrong = record.clone();
             let changed = |sample: Increment| Increment {
                 dtheta: turn(sample.dtheta * gyro),
@@ -314,7 +314,7 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
             doubts(&wrong, &says, class)
         };
         let same: fn(Vector3<f64>) -> Vector3<f64> = |v| v;
-        assert_eq!(told(1.0, 1.0, same), [], "{name}");
+        assert_eq!(warnings(1.0, 1.0, same), [], "{name}");
         let has = |warnings: &[Warning], field: &str, what: &str| {
             let found = fields(warnings);
             assert!(
@@ -322,7 +322,7 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
                 "{name}, {what}: {found:?}"
             );
         };
-        has(&told(57.3, 1.0, same), "gyro", "deg for rad");
+        has(&warnings(57.3, 1.0, same), "gyro", "deg for rad");
         // on a straight road nothing shows rotations that are too small
         let course = |v: [f64; 3]| v[1].atan2(v[0]);
         let velocities = record.fixes.iter().filter_map(TimedFix::measured_velocity);
@@ -335,27 +335,27 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
             .map(|w| (w[1] - w[0]).sin().abs())
             .sum::<f64>();
         if fast.is_empty() || turned > 2.0 {
-            has(&told(1.0 / 57.3, 1.0, same), "gyro", "rad for deg");
+            has(&warnings(1.0 / 57.3, 1.0, same), "gyro", "rad for deg");
         }
-        has(&told(1.0, 9.80665, same), "accel", "m/s2 for g");
-        has(&told(1.0, 1.0 / 9.80665, same), "accel", "g for m/s2");
+        has(&warnings(1.0, 9.80665, same), "accel", "m/s2 for g");
+        has(&warnings(1.0, 1.0 / 9.80665, same), "accel", "g for m/s2");
         has(
-            &told(1.0, 1.0, |v| Vector3::new(v.x, -v.y, -v.z)),
+            &warnings(1.0, 1.0, |v| Vector3::new(v.x, -v.y, -v.z)),
             "axes",
             "z up",
         );
         has(
-            &told(1.0, 1.0, |v| Vector3::new(v.z, v.y, -v.x)),
+            &warnings(1.0, 1.0, |v| Vector3::new(v.z, v.y, -v.x)),
             "axes",
             "x and z",
         );
     }
 }
 
-/// Positions of every second are as noisy as the way between them is long. Their courses once made
-/// right gyros look wrong; wrong ones are still told.
+/// The noise of positions of every second is as large as the distance between them. Their courses
+/// must not make right gyros look wrong, and wrong gyros must still be reported.
 #[test]
-fn fixes_without_velocities_raise_no_doubt_and_still_tell_a_wrong_unit() {
+fn fixes_without_velocities_raise_no_doubt_and_still_show_a_wrong_unit() {
     for preset in ["medium", "tactical"] {
         for mut record in [
             Record::from_session(&drive(preset, 120)),

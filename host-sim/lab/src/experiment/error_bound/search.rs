@@ -1,6 +1,6 @@
-//! The error bound against a search for the worst case: corrections that change at will within
-//! their limits, in the alignment and after it, on several roads. The alignment is made, and the
-//! samples are navigated, with the desktop's own code.
+//! The error bound against a search for the worst case: corrections that change arbitrarily within
+//! their limits, in the alignment and after it, on several roads. Alignment and navigation are
+//! those of the desktop.
 
 use crate::experiment::scenario::Scenario;
 use firmware::compensator::Limit;
@@ -19,9 +19,9 @@ use rand_chacha::ChaCha8Rng;
 
 const STANDSTILL_S: f64 = 300.0;
 const DRIVE_S: f64 = 1330.0;
-/// Pieces of a constant correction: one for the alignment, the others after it.
+/// Number of pieces with constant correction: one for the alignment, the others after it.
 const PIECES: usize = 9;
-/// Corrections tried for a road and a time.
+/// Number of corrections that are tried for a road and a time.
 const TRIALS: usize = 150;
 
 /// Corrections in units of their limits: six axes in each piece.
@@ -36,7 +36,7 @@ fn segment(duration_s: f64, speed_mps: f64, turn_deg: f64) -> Segment {
     }
 }
 
-/// Straight on; there and back once; to and fro; round and round; standing.
+/// Straight on; one turn back; repeated turns back; circles; standing.
 fn roads() -> Vec<Vec<Segment>> {
     let start = segment(20.0, 30.0, 0.0);
     let back = [segment(30.0, 30.0, 180.0)];
@@ -103,7 +103,7 @@ fn pushed(
     increments.iter().enumerate().map(one).collect()
 }
 
-/// A road with its samples, and where the navigation ends without corrections.
+/// A road with its samples, and the end of the navigation without corrections.
 struct Case {
     session: Session,
     increments: Vec<Increment>,
@@ -131,7 +131,7 @@ impl Case {
         }
     }
 
-    /// The error at each time as a share of the bound; more than 1 breaks it.
+    /// The error at each time as a share of the bound. More than 1 exceeds it.
     fn shares(&self, push: &Push) -> [f64; 5] {
         let limit = [self.bound.limit.gyro, self.bound.limit.accel].map(f64::from);
         let pushed = pushed(&self.session, &self.increments, push, limit);
@@ -145,8 +145,8 @@ impl Case {
         })
     }
 
-    /// Climbs towards the greatest share at the time with this index, from a correction that
-    /// reverses after the alignment. Gives the shares of the worst one found.
+    /// Searches for the largest share at the time with this index, from a correction that reverses
+    /// after the alignment. Returns the shares of the worst correction found.
     fn worst(&self, time: usize, rng: &mut ChaCha8Rng) -> [f64; 5] {
         let mut best: Push = std::array::from_fn(|piece| {
             let sign = if piece == 0 { 1.0 } else { -1.0 };
@@ -180,12 +180,12 @@ impl Case {
 /// The limits of a medium laser gyro by default, and those of 10 deg/h and 1 mg, with which the
 /// alignment is off by a radian.
 fn limits() -> [Limit; 2] {
-    let told = firmware::configuration::Configuration::default();
+    let configuration = firmware::configuration::Configuration::default();
     let wide = Limit {
         gyro: (10.0 * DEG_PER_H) as f32,
         accel: (1000.0 * UG) as f32,
     };
-    [told.correction.limit, wide]
+    [configuration.correction.limit, wide]
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn no_correction_alignment_or_manoeuvre_passes_the_bound() {
         }
         println!("{limit:?}: share of the bound that was reached: {nearest:.2?}");
         assert!(nearest.iter().all(|share| *share <= 1.0), "{nearest:?}");
-        // a bound that nothing comes near says nothing
+        // a bound that no error comes near is useless
         assert!(nearest[0] > 0.3 && nearest[4] > 0.3, "{nearest:?}");
     }
 }

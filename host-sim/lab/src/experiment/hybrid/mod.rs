@@ -1,18 +1,17 @@
-//! The measured error of the real laser-gyro recording, added to a simulated drive. This gives what
-//! no recording here has: a laser-gyro vehicle that moves for 20 minutes, with sensor errors that
-//! nobody invented.
+//! The measured error of the real laser-gyro recording, added to a simulated drive. No recording
+//! here has this: a laser-gyro vehicle that moves for 20 minutes, with measured sensor errors.
 //!
 //! **What counts as error.** An error is the measured value minus that of an ideal IMU. The vehicle
-//! stood at a known place, but people and engine swayed it by up to 5 mrad. That is thousands of
+//! stood at a known position, but people and engine swayed it by up to 5 mrad. That is thousands of
 //! times the angle that a drift of 0.01 deg/h makes in a minute. So the attitude of an ideal IMU is
 //! not a constant: differences from a constant attitude would be sway, which does not even cancel
-//! on a vehicle that turns (1 mrad of it is 1000 ug). Instead, an aided navigator is told that
-//! position and velocity stay the same (to 5 cm and 1 cm/s) and carries the attitude by the gyros.
-//! A smoother over the whole recording gives the attitude at every second. The error of a second is
+//! on a vehicle that turns (1 mrad of it is 1000 ug). Instead, an aided navigator gets a constant
+//! position and velocity (to 5 cm and 1 cm/s) as fixes and carries the attitude by the gyros. A
+//! smoother over the whole recording gives the attitude at every second. The error of a second is
 //! its measured increments, minus those that belong to the smoothed states at its ends, in body
-//! axes. The smoother follows within some tens of seconds. What is faster cannot be told apart into
-//! gyro noise and sway and is left out; the slow part of the random walk is included. Pulses are
-//! made anew, by rounding the sum to the recording's counts.
+//! axes. The smoother follows within some tens of seconds. Faster errors cannot be separated into
+//! gyro noise and sway and are left out; the slow part of the random walk is included. Pulses are
+//! generated again by rounding the sum to the recording's counts.
 //!
 //! **Heading** is hardly observable at rest. But the vehicle did not turn: the slope of the
 //! straight line through the smoothed heading over the half hour is taken as drift of the vertical
@@ -20,8 +19,8 @@
 //!
 //! **What one attitude cannot show.** A constant bias of a level accelerometer is a tilt of the
 //! alignment, a constant bias of the east gyro is a heading, and scale factors and misalignments
-//! have no motion to act on. Of the biases only the changes are in the error, of the others
-//! nothing. So the drive is easier than a real one with the same unit.
+//! have no motion to act on. The error contains only the changes of the biases, and none of
+//! the others. So the drive is easier than a real one with the same unit.
 
 use crate::experiment::lasergyro::{self, session as at_rest};
 use crate::experiment::outcome::Outcome;
@@ -46,9 +45,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Part of the recording that the first attitude is found on, s.
+/// Duration of the alignment for the first attitude, s.
 const ALIGN_S: usize = 480;
-/// Bias that a gyro of the recording may have, rad/s; its vertical one has 0.1 deg/h.
+/// Assumed bias of a gyro of the recording, rad/s. Its vertical one has 0.1 deg/h.
 const GYRO_BIAS: f64 = 0.15 * DEG_PER_H;
 
 /// The recording's error, second by second (rad/s and m/s2, forward-right-down). It is one second
@@ -97,7 +96,7 @@ fn usual() -> Assumptions {
     lasergyro::assumptions(&unit)
 }
 
-/// The recording's unit, with room for the bias that its vertical gyro has.
+/// The recording's unit, with an assumed bias large enough for its vertical gyro.
 fn laser() -> Assumptions {
     let mut a = usual();
     a.prior.gyro_bias = GYRO_BIAS;
@@ -139,11 +138,11 @@ pub struct Config {
     pub length_s: f64,
     /// Heading at the start, rad.
     pub heading: f64,
-    /// Scale of the road's vibration.
+    /// Factor of the road's vibration.
     pub vibration: f64,
     /// Receiver.
     pub gnss: GnssSpec,
-    /// Seed of road and fixes; `None` stands still throughout.
+    /// Seed of road and fixes. `None`: the vehicle is at rest throughout.
     pub drive: Option<u64>,
 }
 
@@ -206,9 +205,9 @@ fn drive(recording: &Recording, errors: &[Increment], road: u64) -> Option<Sessi
     session(recording, errors, &config)
 }
 
-/// One drive for each of `roads`: aligned and taught over the first 520 s, then free inertial for
-/// 22 min. As on the device, the networks are used only if they prove themselves on the held-back
-/// part.
+/// One drive for each of `roads`: alignment and learning over the first 520 s, then free-inertial
+/// navigation for 22 min. As on the device, the networks are used only if they are proven on the
+/// held-back part.
 ///
 /// # Errors
 /// As [`judge`].

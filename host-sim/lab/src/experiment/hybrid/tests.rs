@@ -11,8 +11,8 @@ fn recorded() -> Option<Recording> {
     file("lasergyro-static.csv.gz").map(|path| load(&path).unwrap())
 }
 
-/// A perfect IMU on a vehicle that sways by some mrad, partly for good, with a constant error
-/// added; in the form of the file.
+/// A perfect IMU on a vehicle that sways by some mrad, partly with a lasting change, with a
+/// constant error added; in the form of the file.
 fn swaying(seconds: usize, error: &Increment) -> Recording {
     let site = at_rest(
         &Recording {
@@ -132,9 +132,9 @@ fn drives_of_22_minutes_are_judged() {
         let zero = o.notes[0].starts_with("The correction is left at zero");
         assert_eq!(o.horizontal("rnn", 1320) == Some(raw), zero);
     }
-    // A learner that must prove itself does no harm on the real error. On no road is it worse than
-    // the device without corrections. Over all roads it is no worse than a navigator that does not
-    // use the stops of the drive.
+    // A learner whose corrections must be proven does no harm on the real error. On no road is it
+    // worse than the device without corrections. Over all roads it is no worse than a navigator
+    // that does not use the stops of the drive.
     let total = |scheme: &str| -> f64 {
         let on = |o: &Outcome| o.horizontal(scheme, 1320).unwrap();
         all.iter().map(on).sum()

@@ -1,4 +1,4 @@
-//! What is learnt from one part of a recording, by every scheme.
+//! Learning from one part of a recording, for every scheme.
 
 use super::{Settings, Split};
 use crate::experiment::correction::Correction;
@@ -15,9 +15,9 @@ use host_core::inertial::motion::Motion;
 use host_core::inertial::session::Session;
 use nalgebra::Vector3;
 
-/// The classical filters beside the networks, with the walk of the biases that the datasheet tells.
-fn classical(told: &Assumptions) -> [(&'static str, ErrorModel); 3] {
-    let prior = told.walking(told.datasheet_walk()).prior;
+/// The classical filters beside the networks, with the walk of the biases by the datasheet.
+fn classical(assumptions: &Assumptions) -> [(&'static str, ErrorModel); 3] {
+    let prior = assumptions.walking(assumptions.datasheet_walk()).prior;
     [
         ("ekf6", ErrorModel::biases(&prior)),
         ("ekf12", ErrorModel::with_scale(&prior)),
@@ -25,7 +25,7 @@ fn classical(told: &Assumptions) -> [(&'static str, ErrorModel); 3] {
     ]
 }
 
-/// What was made of the part to learn from.
+/// Results of the part to learn from.
 pub(super) struct Learnt {
     pub(super) lesson: Session,
     pub(super) nominal: Nominal,
@@ -76,7 +76,7 @@ impl Learnt {
         Ok(learnt)
     }
 
-    /// What a scheme takes off the samples of the whole session.
+    /// The correction by a scheme for the samples of the whole session.
     pub(super) fn correction(
         &self,
         scheme: &str,
@@ -135,9 +135,9 @@ fn begin(
     }
     let mut nav = session.referenced(first);
     if first > 0 {
-        let still = increments.beginning(first, session.samples_per_epoch());
+        let standstill = increments.beginning(first, session.samples_per_epoch());
         nav.q_bn = align::inertial_frame(
-            &still,
+            &standstill,
             session.dt,
             session.samples(),
             session.nearest_fix(0).position,

@@ -23,11 +23,12 @@ fn splits_share_the_recording_out_without_overlap() {
     assert_eq!(Split::forward(20, 30).judge, 20..20);
 }
 
-/// How the IMU of the files sits in the vehicle: roll, pitch, heading, deg.
+/// Mounting of the IMU of the files in the vehicle: roll, pitch, heading, deg.
 const MOUNTING: [f64; 3] = [178.0, -3.0, 40.0];
 
-/// Writes a drive as rates in deg/s and g, or increments in rad and m/s, in axes of a sensor that
-/// is mounted askew, with a column of its own between them and blanks around some numbers.
+/// Writes a drive as rates in deg/s and g, or increments in rad and m/s, in axes of a
+/// sensor with an oblique mounting, with an additional column between them and blanks around some
+/// numbers.
 fn write(dir: &Path, kind: Kind, seed: u64) {
     let mut session = simulated(20.0, 280.0, seed);
     session.standstill = 0;
@@ -64,7 +65,7 @@ fn write(dir: &Path, kind: Kind, seed: u64) {
 
 fn started(record: &Record) -> Started {
     let wishes = Wishes {
-        told: Known {
+        known: Known {
             vehicle: around::Kind::Land,
             heading: None,
         },
@@ -81,10 +82,10 @@ fn started(record: &Record) -> Started {
     .unwrap()
 }
 
-/// Whoever navigates with the corrected file gets what the scheme's row of the table says, from the
-/// same start: to 0.1 mm with increments. A correction of rates that begins at an epoch begins half
-/// a sample earlier by the trapezoidal rule: 5 ms of 1 mg are 5 mm after 100 s. Nothing but numbers
-/// of the sensors has changed in the file.
+/// Navigation with the corrected file gives the scheme's row of the table from the same start, to
+/// 0.1 mm with increments. A correction of rates that begins at an epoch begins half a sample
+/// earlier by the trapezoidal rule: 5 ms of 1 mg are 5 mm after 100 s. Only the sensors' numbers
+/// have changed in the file.
 #[test]
 fn the_corrected_file_navigates_as_the_scheme_did() {
     for (seed, kind, limit) in [(1, Kind::Increment, 1e-4), (2, Kind::Rate, 1e-2)] {
@@ -130,7 +131,7 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
             assert!(shape(&text) == shape(&original), "{scheme}");
             let again = generic::read(&header, std::slice::from_ref(&file)).unwrap();
             assert!(again.time == record.time);
-            // the numbers read back are those that were meant
+            // the numbers read back are the corrected ones
             for ((new, old), taken) in again.samples.iter().zip(&record.samples).zip(&taken) {
                 let off = (old.dtheta - taken.dtheta - new.dtheta).norm()
                     + (old.dv - taken.dv - new.dv).norm();

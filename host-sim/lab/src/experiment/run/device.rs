@@ -1,5 +1,5 @@
-//! The device in the paper's experiment: after earlier drives of the same unit with fixes, what has
-//! proved itself there corrects a drive without any.
+//! The device in the paper's experiment: networks that were proven in earlier drives of the same
+//! unit with fixes correct a drive without fixes.
 
 use super::Sessions;
 use crate::learning::fix_learner::{Learnt, Stored, learn_on};
@@ -12,8 +12,8 @@ use host_core::inertial::session::Session;
 use rayon::prelude::*;
 use std::iter;
 
-/// Earlier drives after which the device is judged: their numbers, and its names then. In each it
-/// learns from fixes. In the judged drive there are none, and what it has stored corrects from
+/// Numbers of earlier drives after which the device is judged, and its names then. In each earlier
+/// drive it learns from fixes. The judged drive has no fixes, and the stored networks correct from
 /// power-on.
 const DRIVES: [(u32, &str); 2] = [(1, "device-1"), (4, "device-4")];
 
@@ -33,8 +33,8 @@ pub(super) struct After {
 }
 
 /// The device after each number of [`DRIVES`] of earlier drives, of which `first` is the first.
-/// What it has not learnt, because a standstill shows no attitude or nothing proves itself, it does
-/// not correct.
+/// Without learnt networks, because a standstill gives no attitude or nothing is proven, it
+/// corrects nothing.
 pub(super) fn after_drives(
     sessions: &Sessions<'_>,
     first: &Session,
@@ -49,10 +49,10 @@ pub(super) fn after_drives(
     for (number, drive) in (1..).zip(iter::once(first).chain(&more)) {
         let (gates, until) = (Gates::default(), drive.epochs());
         let learnt = learn_on(&stored, drive, assumptions, gates, None, until);
-        if let Some((next, told)) =
-            learnt.and_then(|of| Some((of.next.clone()?, told(&of, number))))
+        if let Some((next, origin)) =
+            learnt.and_then(|of| Some((of.next.clone()?, origin(&of, number))))
         {
-            (stored, by) = (next, Some(told));
+            (stored, by) = (next, Some(origin));
         }
         let named = DRIVES.iter().find(|(drives, _)| *drives == number);
         let Nets { gyro, accel } = stored.nets.unwrap_or(Nets::NONE);
@@ -69,8 +69,8 @@ pub(super) fn after_drives(
     out
 }
 
-/// What a drive has stored for the next power-on.
-fn told(learnt: &Learnt, drive: u32) -> String {
+/// Describes the networks that a drive has stored for the next power-on.
+fn origin(learnt: &Learnt, drive: u32) -> String {
     let since = learnt
         .diary
         .since()
@@ -117,7 +117,7 @@ mod tests {
         );
     }
 
-    /// Names are no numbers of metres: "device, 4 828 m" was read as 4 828 m.
+    /// A name cannot be mistaken for a number of metres, as in "device, 4 828 m".
     #[test]
     fn a_name_has_no_blank_and_no_comma() {
         for (_, name) in DRIVES {

@@ -5,7 +5,7 @@ use host_core::error::Error;
 use host_core::simulator::gnss::{AntennaPrior, GnssSpec};
 
 impl Scenario {
-    /// The receiver with what the unit tells of its antenna.
+    /// The receiver with lever arm and delay as configured in the unit.
     #[must_use]
     pub fn receiver(&self) -> GnssSpec {
         let unit = &self.unit().receiver;
@@ -20,7 +20,7 @@ impl Scenario {
         }
     }
 
-    /// That there is one fix a second, for commands that take no more of them.
+    /// Checks that there is one fix a second, for commands that cannot use more.
     ///
     /// # Errors
     /// Another rate.
@@ -47,7 +47,7 @@ impl Scenario {
             text.push_str(", and coloured errors");
         }
         if gnss.told_factor != 1.0 {
-            text.push_str(&format!("; told accuracy times {}", gnss.told_factor));
+            text.push_str(&format!("; reported accuracy times {}", gnss.told_factor));
         }
         let streets = gnss.multipath.in_streets;
         for (on, name) in [
@@ -62,19 +62,23 @@ impl Scenario {
                 text.push_str(&format!("; {name}"));
             }
         }
-        let told = gnss.told_of_antenna();
+        let antenna = gnss.told_of_antenna();
         if let Some(latency_s) = gnss.latency_s {
-            let [told_s, _] = told.age_s;
-            text.push_str(&format!("; {latency_s} s late, told {told_s} s"));
+            let [configured_s, _] = antenna.age_s;
+            text.push_str(&format!(
+                "; {latency_s} s late, configured {configured_s} s"
+            ));
         }
         if let Some(arm) = gnss.lever_arm_m {
-            let told = told.lever_arm_m;
-            text.push_str(&format!("; lever arm {arm:?} m, told {told:?} m"));
+            let configured = antenna.lever_arm_m;
+            text.push_str(&format!(
+                "; lever arm {arm:?} m, configured {configured:?} m"
+            ));
         }
         text
     }
 
-    /// Ranges of the table and the tables in it.
+    /// Checks the ranges of the table and the tables in it.
     pub(super) fn check_receiver(&self) -> Result<(), Error> {
         let gnss = &self.gnss;
         let (coloured, gaps, multipath) = (&gnss.coloured, &gnss.gaps, &gnss.multipath);
@@ -156,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_receiver_errs_only_as_the_file_tells() {
+    fn the_receiver_has_only_the_errors_of_the_file() {
         assert_eq!(load_text("").unwrap().gnss, GnssSpec::default());
         let text = "[gnss]\ntold_factor = 0.5\n[gnss.coloured]\nhorizontal_m = 2.5";
         let gnss = load_text(text).unwrap().gnss;
@@ -166,7 +170,7 @@ mod tests {
         let white = "1 Hz, 1 m horizontal, 1.5 m vertical, 0.05 m/s";
         assert_eq!(load_text("").unwrap().fixes(), white);
         let text = format!("{text}\n[gnss.gaps]\nmean_interval_s = 60");
-        let want = format!("{white}, and coloured errors; told accuracy times 0.5; gaps");
+        let want = format!("{white}, and coloured errors; reported accuracy times 0.5; gaps");
         assert_eq!(load_text(&text).unwrap().fixes(), want);
     }
 
@@ -193,9 +197,9 @@ mod tests {
         assert!(message("[gnss]\ntold_antenna = 1").contains(":2: 'told_antenna'"));
     }
 
-    /// What is told of the antenna is the unit's, and only of what the scenario gives.
+    /// Lever arm and delay that filters assume are the unit's, where the scenario gives them.
     #[test]
-    fn the_unit_tells_of_the_antenna_what_the_scenario_makes_true() {
+    fn filters_get_the_units_lever_arm_and_delay_where_the_scenario_gives_them() {
         let unit =
             "[receiver]\nlever_arm_m = [1, 0, -2]\nlever_arm_sigma_m = 0.3\nfix_delay_ms = 80";
         let dir = tempfile::tempdir().unwrap();
@@ -211,13 +215,19 @@ mod tests {
             (scenario.receiver().told_of_antenna(), scenario.fixes())
         };
         assert_eq!(receiver("").0, AntennaPrior::default());
-        let (told, text) = receiver("latency_s = 0.5");
-        assert_eq!((told.age_s, told.lever_arm_m), ([0.08, 0.1], [0.0; 3]));
-        assert!(text.ends_with("; 0.5 s late, told 0.08 s"), "{text}");
-        let (told, text) = receiver("lever_arm_m = [2.5, 0, 0]");
-        assert_eq!((told.age_s, told.lever_arm_m), ([0.0; 2], [1.0, 0.0, -2.0]));
-        assert_eq!(told.lever_arm_sigma_m, 0.3);
-        let want = "; lever arm [2.5, 0.0, 0.0] m, told [1.0, 0.0, -2.0] m";
+        let (antenna, text) = receiver("latency_s = 0.5");
+        assert_eq!(
+            (antenna.age_s, antenna.lever_arm_m),
+            ([0.08, 0.1], [0.0; 3])
+        );
+        assert!(text.ends_with("; 0.5 s late, configured 0.08 s"), "{text}");
+        let (antenna, text) = receiver("lever_arm_m = [2.5, 0, 0]");
+        assert_eq!(
+            (antenna.age_s, antenna.lever_arm_m),
+            ([0.0; 2], [1.0, 0.0, -2.0])
+        );
+        assert_eq!(antenna.lever_arm_sigma_m, 0.3);
+        let want = "; lever arm [2.5, 0.0, 0.0] m, configured [1.0, 0.0, -2.0] m";
         assert!(text.ends_with(want), "{text}");
     }
 

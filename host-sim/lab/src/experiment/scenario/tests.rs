@@ -1,4 +1,4 @@
-//! Scenario files: what is read, and how mistakes are told.
+//! Scenario files: what is read, and how mistakes are reported.
 
 use super::*;
 use std::io::Write;

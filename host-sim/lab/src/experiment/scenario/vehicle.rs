@@ -1,4 +1,4 @@
-//! The vehicle of a scenario: its name, its table of parameters, and what it cannot do.
+//! The vehicle of a scenario: its name, its table of parameters, and its restrictions.
 
 use super::{DriveSpec, Scenario};
 use host_core::error::Error;
@@ -43,7 +43,7 @@ impl Scenario {
         others.map(|(name, _)| name).collect()
     }
 
-    /// Ranges of the vehicles' parameters, and what a vehicle can do.
+    /// Checks the ranges of the vehicles' parameters, and the restrictions of the vehicle.
     pub(super) fn check_vehicle(&self) -> Result<(), Error> {
         self.check_tables()?;
         if self.gnss.multipath.in_streets && !self.vehicle().is_car() {
@@ -63,7 +63,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Ranges of the tables of all vehicles.
+    /// Checks the ranges of the tables of all vehicles.
     fn check_tables(&self) -> Result<(), Error> {
         let (ship, aircraft) = (&self.ship, &self.aircraft);
         let (traffic, train) = (&self.traffic, &self.train);
@@ -100,7 +100,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// The standstill of a drive: only a vehicle that need not stand may have none.
+    /// Checks the standstill of a drive. Only vehicles that need none may have none.
     pub(super) fn check_standstill(&self, key: &str, drive: &DriveSpec) -> Result<(), Error> {
         let may_be_0 = self.vehicle_name != VehicleName::Road;
         if may_be_0 && drive.standstill_s == 0 {
@@ -110,8 +110,7 @@ impl Scenario {
         self.in_ranges(&[(&key, f64::from(drive.standstill_s), 90.0, 7200.0)])
     }
 
-    /// That the vehicle can stand at all, for commands that align themselves at a standstill of
-    /// their own.
+    /// Checks that the vehicle can stand, for commands that align at a standstill of their own.
     ///
     /// # Errors
     /// A ship.
@@ -123,7 +122,7 @@ impl Scenario {
         Err(self.bad("vehicle", problem, remedy))
     }
 
-    /// That the vehicle stands before both drives, for commands that align themselves there.
+    /// Checks that the vehicle stands before both drives, for commands that align there.
     ///
     /// # Errors
     /// A ship; a standstill of 0.

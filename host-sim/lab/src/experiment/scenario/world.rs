@@ -1,11 +1,11 @@
-//! The world of a scenario: the tables `[ambient]` and `[power]`.
+//! The environment of a scenario: the tables `[ambient]` and `[power]`.
 
 use super::Scenario;
 use host_core::error::Error;
 use host_core::simulator::imu::world::StartName;
 
 impl Scenario {
-    /// How the unit starts, by name.
+    /// Sets the start of the unit (cold, warm or hot) by name.
     ///
     /// # Errors
     /// An unknown name; a cold start with a soak.
@@ -20,7 +20,7 @@ impl Scenario {
         self.check_world()
     }
 
-    /// Ranges of the two tables, and what does not go together.
+    /// Checks the ranges of the two tables, and rejects contradictory values.
     pub(super) fn check_world(&self) -> Result<(), Error> {
         let (air, power) = (&self.ambient, &self.power);
         self.in_ranges(&[

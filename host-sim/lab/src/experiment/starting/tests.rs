@@ -32,7 +32,7 @@ fn drive(seed: u64) -> (Record, Session) {
 
 fn wishes() -> Wishes {
     Wishes {
-        told: Known {
+        known: Known {
             vehicle: Kind::Land,
             heading: None,
         },
@@ -87,7 +87,7 @@ fn agree(name: &str, factor: f64, spoil: impl Fn(&mut Record, &Session)) {
     }
 }
 
-/// The vehicle drives already when the recording begins, and nobody tells its attitude.
+/// The vehicle is moving when the recording begins, and no attitude is given.
 #[test]
 fn without_attitude_and_standstill() {
     agree("no attitude", 3.0, |record, _| {
@@ -234,7 +234,7 @@ fn a_lever_arm_of_two_metres() {
     });
 }
 
-/// Fixes with accuracies of their own: half of them are ten times worse and say so.
+/// Fixes with individual accuracies: half of them are ten times worse, with matching accuracies.
 #[test]
 fn sigmas_of_each_fix() {
     agree("sigmas of each fix", 2.0, |record, _| {
@@ -252,7 +252,7 @@ fn sigmas_of_each_fix() {
     });
 }
 
-/// With a truth of its own the errors are those against the truth, not against the fixes.
+/// With a separate truth the errors are those against the truth, not against the fixes.
 #[test]
 fn a_truth_of_its_own() {
     agree("truth", 2.0, |record, session| {
@@ -261,7 +261,7 @@ fn a_truth_of_its_own() {
             .collect();
         record.truth = Some(Track::new(time, session.reference.clone()));
         for fix in record.fixes.iter_mut().skip(370) {
-            fix.lat_deg += 1e-3; // 111 m: nobody may be judged by these
+            fix.lat_deg += 1e-3; // 111 m: these must not be the reference
         }
     });
 }
@@ -278,7 +278,7 @@ fn fixes_between_the_epochs() {
             let mut fix = *fix;
             let next = session.reference[k + 1];
             let here = session.reference[k];
-            // between two true states a curve of third order, as velocities and positions tell
+            // a cubic curve between two true states, by their positions and velocities
             let (v0, v1) = (here.velocity, next.velocity);
             let p = next.position.ned_from(&here.position);
             let (t, u) = (late, 1.0 - late);
@@ -310,9 +310,9 @@ fn what_cannot_start_says_why() {
         let started = start(prepared, &wishes(), &assumptions(), Path::new("in"));
         started.map(|s| s.begin).unwrap_err().to_string()
     };
-    let mut still = Record::from_session(&simulated(200.0, 5.0, 1));
-    still.initial_attitude = None;
-    let text = why(&still);
+    let mut stationary = Record::from_session(&simulated(200.0, 5.0, 1));
+    stationary.initial_attitude = None;
+    let text = why(&stationary);
     assert!(
         text.starts_with("in: 'start' gives no attitude, and none is found in motion: "),
         "{text}"

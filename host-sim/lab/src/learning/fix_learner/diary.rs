@@ -1,5 +1,5 @@
-//! What the device's learner did in the course of a drive: which candidate ran since when, what it
-//! believed of the sensors, and what its rehearsals said of each candidate. It only looks.
+//! The course of the device's learner in a drive: the candidates in force with their times, the
+//! estimated sensor errors, and the results of the rehearsals of each candidate. It only observes.
 
 use firmware::learn::FixLearner;
 use firmware::learn::bank::{HYPOTHESES, SIX_BIASES, ZERO_CORRECTION};
@@ -15,31 +15,31 @@ pub struct Entry {
     /// The candidate with the greatest evidence; where that is the one without any correction, the
     /// biases.
     pub candidate: usize,
-    /// What it believes of the sensors: rate errors, rad/s, then specific-force errors, m/s2.
+    /// Estimated sensor errors: rates, rad/s, then specific forces, m/s2.
     pub estimate: [f32; 6],
     /// Standard deviations of its biases, in the same units.
     pub sigma: [f32; 6],
-    /// Greatest capital of each candidate's bets that it is worth its use, in stakes.
+    /// Largest capital of each candidate's bets that it is useful, in stakes.
     pub proof: [f32; HYPOTHESES],
-    /// Least capital of its bets that it does no harm, in stakes.
+    /// Smallest capital of its bets that it does no harm, in stakes.
     pub check: [f32; HYPOTHESES],
 }
 
-/// A candidate of the learner when the drive ends.
+/// A candidate of the learner at the end of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Its rehearsals have proved that it is worth its use.
+    /// Whether its rehearsals have proven that it is useful.
     pub proved: bool,
-    /// Its rehearsals have found that it does harm.
+    /// Whether its rehearsals have found that it does harm.
     pub harms: bool,
     /// Log-likelihood of the fixes with it, relative to that without any correction.
     pub evidence: f64,
 }
 
-/// See the module.
+/// The diary of a drive; see the module.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Diary {
-    /// One in [`EVERY_S`] seconds, from the beginning of navigation on.
+    /// One entry every [`EVERY_S`] seconds from the start of navigation on.
     pub entries: Vec<Entry>,
     /// Time since the first sample, s, and the candidate that is in force from then on.
     pub changes: Vec<(usize, usize)>,
@@ -47,14 +47,14 @@ pub struct Diary {
     pub candidates: Vec<Candidate>,
     /// Rehearsals of each length of `firmware::learn::rehearsal::HORIZONS_S` that have ended.
     pub rehearsals: Vec<u16>,
-    /// Fixes that were compared with the navigator, and how many of them were refused as outliers.
+    /// Fixes that were compared with the navigator, and how many of them were rejected as outliers.
     pub fixes: [u32; 2],
     /// Fixes that arrived too late to be used.
     pub late: u32,
 }
 
 impl Diary {
-    /// Takes down second `t_s`.
+    /// Records second `t_s`.
     pub(super) fn second(&mut self, t_s: usize, learner: &FixLearner<'_>) {
         let running = learner.running();
         let before = self.changes.last().map_or(0, |(_, before)| *before);
@@ -79,7 +79,7 @@ impl Diary {
         });
     }
 
-    /// Since when the last candidate runs, s; `None` if nothing ever changed.
+    /// Time from which the last candidate is in force, s. `None` if there was no change.
     #[must_use]
     pub fn since(&self) -> Option<usize> {
         self.changes.last().map(|(since, _)| *since)

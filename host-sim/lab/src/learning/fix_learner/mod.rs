@@ -1,13 +1,13 @@
 //! The device's learner from fixes, on a session of the desktop (LEARNING sections 3 and 4).
 //!
-//! [`Device`] is the firmware's own path: a session's integer counts go at full rate through the
-//! compensator's blocks, and samples, blocks and fixes reach [`FixLearner`] by the same calls, in
-//! the same order, that the application makes. Navigation, alignment, the hypotheses and the choice
-//! among them are the firmware's.
+//! [`Device`] uses the path of the firmware: a session's integer counts go at full rate through the
+//! compensator's blocks, and samples, blocks and fixes reach [`FixLearner`] by the same calls in
+//! the same order as in the application. Navigation, alignment, the hypotheses and the choice among
+//! them are the firmware's.
 //!
-//! [`learn`] takes a session to the end of its fixes and gives what the device then knows
-//! ([`Learnt`]). [`Learnt::free_inertial`] goes on from there as the device does in mode frozen:
-//! the networks correct the counts and are taught no more.
+//! [`learn`] processes a session up to the end of its fixes and returns the device's knowledge
+//! ([`Learnt`]). [`Learnt::free_inertial`] continues from there like the device in mode frozen: the
+//! networks correct the counts and do not learn.
 
 pub mod diary;
 mod stored;
@@ -40,8 +40,8 @@ pub use stored::Stored;
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
 const WEEK_MS: u64 = 604_800_000;
-/// What has settled is stored once in so many epochs. (The device does so at most every ten
-/// minutes, while the vehicle stands or when it has been settled for five.)
+/// Settled networks are stored once in this many epochs. (The device does so at most every ten
+/// minutes, while the vehicle stands or when they have been settled for five.)
 const KEEP_S: usize = 60;
 /// Milliseconds between fixes.
 const EPOCH_MS: u64 = 1000;
@@ -54,19 +54,19 @@ pub struct Device<'m> {
     state: compensator::State,
     /// Number of the last sample, modulo 2^32; the first is 0.
     number: u32,
-    /// What has been stored in this drive for the next power-on.
+    /// The content stored in this drive for the next power-on.
     next: Option<Stored>,
     diary: Diary,
 }
 
 impl<'m> Device<'m> {
-    /// Begins to learn; the compensator tells how the stream is scaled and timed.
+    /// Starts to learn. The compensator contains the scale and the rate of the stream.
     #[must_use]
     pub fn new(memory: &'m mut FixMemory, settings: Settings, compensator: Compensator) -> Self {
         Self::knowing(&Stored::default(), memory, settings, compensator)
     }
 
-    /// The same after earlier drives of the unit.
+    /// The same as [`Self::new`], after earlier drives of the unit.
     #[must_use]
     pub fn knowing(
         stored: &Stored,
@@ -116,7 +116,7 @@ impl<'m> Device<'m> {
         self.learner.fix(self.number, fix);
     }
 
-    /// What the learner tells of itself.
+    /// The learner's report.
     #[must_use]
     pub fn report(&self) -> Report {
         self.learner.report()
@@ -127,7 +127,7 @@ impl<'m> Device<'m> {
         Some(nav_state(&self.learner.nav()?))
     }
 
-    /// What it has learnt so far; `None` while it does not navigate.
+    /// The present result of learning. `None` while it does not navigate.
     pub fn learnt(&mut self) -> Option<Learnt> {
         let nav = nav_state(&self.learner.nav_in_force()?);
         let (nets, states) = self.learner.learnt();
@@ -144,7 +144,7 @@ impl<'m> Device<'m> {
         })
     }
 
-    /// The diary, with how the candidates stand now.
+    /// The diary, with the present state of the candidates.
     fn closed_diary(&self) -> Diary {
         let (bank, rehearsal) = (self.learner.bank(), self.learner.rehearsal());
         let candidate = |h| Candidate {
@@ -167,7 +167,7 @@ impl<'m> Device<'m> {
         }
     }
 
-    /// Stores for the next power-on what has settled, if anything has.
+    /// Stores settled networks for the next power-on, if there are any.
     fn keep(&mut self) {
         let winner = self.learner.for_next_power_on();
         let Some(winner) = winner.filter(|winner| winner.settled) else {
@@ -182,30 +182,30 @@ impl<'m> Device<'m> {
     }
 }
 
-/// What the device has learnt when the fixes end.
+/// The result of learning at the end of the fixes.
 #[derive(Debug, Clone)]
 pub struct Learnt {
     /// Networks of the hypothesis in force, its biases folded in.
     pub nets: Nets,
     /// Their states after the last block.
     pub states: [State; 2],
-    /// What they say of the next block: rad/s and m/s2.
+    /// Their output for the next block: rad/s and m/s2.
     pub estimate: [[f32; 3]; 2],
-    /// The navigator's solution with all that is known.
+    /// The navigator's solution with the estimates of the hypothesis in force.
     pub nav: NavState,
     /// The hypothesis in force.
     pub running: usize,
     /// Log-likelihoods of the hypotheses, relative to that of the zero correction.
     pub evidence: [f64; HYPOTHESES],
-    /// What it stores for the next power-on; `None`: nothing new.
+    /// The content to store for the next power-on. `None`: nothing new.
     pub next: Option<Stored>,
     /// The course of the drive.
     pub diary: Diary,
 }
 
 impl Learnt {
-    /// Free inertial from the navigator's solution, on counts that the networks go on correcting
-    /// although they are no longer taught. `session` and `until` as in [`learn`].
+    /// Free-inertial navigation from the navigator's solution, on counts that the networks continue
+    /// to correct without learning. `session` and `until` as in [`learn`].
     #[must_use]
     pub fn free_inertial(
         &self,
@@ -228,7 +228,7 @@ impl Learnt {
         free_inertial(session, &increments, self.nav, until, session.epochs())
     }
 
-    /// The errors that are taken off in each epoch after `until`, with one more for what follows
+    /// The errors that are subtracted in each epoch after `until`, and one more for the time after
     /// the session: rad/s and m/s2. The arguments are those of [`Learnt::free_inertial`].
     #[must_use]
     pub fn estimates(
@@ -250,7 +250,7 @@ impl Learnt {
         out
     }
 
-    /// The compensator that goes on with what was learnt.
+    /// The compensator with the learnt networks.
     fn compensator(
         &self,
         session: &Session,
@@ -265,7 +265,7 @@ impl Learnt {
     }
 }
 
-/// What the learner is told of the sensors.
+/// The sensors' datasheet for the learner.
 #[must_use]
 pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     let ekf::Prior {
@@ -279,9 +279,9 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     }
 }
 
-/// What the device is told: the sensors' datasheet, and that fixes arrive when they are valid, as
-/// well as the session says that this is known.
-/// The alignment takes a third of the standstill, as everybody's does.
+/// The device's settings: the sensors' datasheet, and fixes that arrive when they are valid, with
+/// the session's standard deviations of lever arm and delay. The alignment takes a third of the
+/// standstill, as that of the other schemes.
 fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Settings {
     let share = (session.standstill as f64 * ALIGN_SHARE).floor();
     let [arm_sigma, age_sigma] = session.antenna_sigmas;
@@ -307,9 +307,9 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
     }
 }
 
-/// Learns from the fixes up to epoch `until`. With a standstill the device aligns itself, because
-/// a navigation computer that knows of it commands it; without one it starts from `start`. `None`
-/// when the standstill gives no attitude.
+/// Learns from the fixes up to epoch `until`. With a standstill the device aligns itself at the
+/// command of a navigation computer. Without one it starts from `start`. `None` if the standstill
+/// gives no attitude.
 #[must_use]
 pub fn learn(
     session: &Session,
@@ -361,7 +361,7 @@ fn device<'m>(
     Device::knowing(&stored, memory, settings, compensator)
 }
 
-/// The session up to epoch `until`, and what the device has then learnt.
+/// Processes the session up to epoch `until`, and returns the result of learning.
 fn taught(
     device: &mut Device<'_>,
     session: &Session,
@@ -428,8 +428,8 @@ pub(super) fn arrival(
     after.round().max(1.0) as usize
 }
 
-/// Sensors too coarse for the device's alignment: it is given the state at the end of the
-/// standstill.
+/// The state at the end of the standstill, for sensors that are too coarse for the device's
+/// alignment.
 fn aligned_elsewhere(session: &Session, assumptions: &Assumptions) -> Option<Start> {
     let first = session.standstill;
     let increments = session.increments();
@@ -449,7 +449,7 @@ fn aligned_elsewhere(session: &Session, assumptions: &Assumptions) -> Option<Sta
     Some(Start { nav, sigma })
 }
 
-/// The navigator starts from a known state.
+/// Starts the navigator from a known state.
 fn begin(device: &mut Device<'_>, Start { nav, sigma }: &Start) -> Option<()> {
     let (a, v, p) = (sigma.tilt, sigma.velocity, sigma.position);
     let sigmas: [f32; NAV] = [a, a, sigma.heading, v, v, v, p, p, p].map(|sigma| sigma as f32);

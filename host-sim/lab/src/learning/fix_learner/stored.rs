@@ -1,23 +1,22 @@
-//! What the device's store holds between two drives.
+//! The content of the device's store between two drives.
 
 use firmware::learn::prior::{Datasheet, Shapes};
 use firmware::learn::unit;
 use firmware::model::Nets;
 use host_unit::prior::Prior;
 
-/// What the device's store holds of a unit.
+/// The content of the device's store for a unit.
 #[derive(Debug, Clone, Default)]
 pub struct Stored {
     /// Networks that act from power-on.
     pub nets: Option<Nets>,
-    /// What is known of the unit: [`firmware::learn::unit`]; empty: nothing.
+    /// The memory of the unit: [`firmware::learn::unit`]. Empty if nothing is known.
     pub memory: Vec<u8>,
 }
 
 impl Stored {
-    /// What the store of a device holds before the first drive of a unit, if a fleet has taught
-    /// something of its type: networks of the type's shape that correct nothing yet, and how units
-    /// differ.
+    /// The content of a device's store before the first drive of a unit whose type has a prior from
+    /// a fleet: networks of the type's shape with zero output, and the variation between units.
     #[must_use]
     pub fn of_type(prior: &Prior, sheet: &Datasheet) -> Self {
         let mut nets = prior.nets();

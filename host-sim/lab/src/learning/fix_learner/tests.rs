@@ -25,7 +25,7 @@ fn with_receiver(gnss: &GnssSpec, model: ErrorModelName, seed: u64) -> (Session,
     driven(gnss, model, seed, 850.0)
 }
 
-/// The same with a drive of so many seconds.
+/// The same with a drive of `drive_s` seconds.
 fn driven(gnss: &GnssSpec, model: ErrorModelName, seed: u64, drive_s: f64) -> (Session, Truth) {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
@@ -82,14 +82,14 @@ fn real_biases_are_promoted() {
     let (session, _) = driven(&gnss, ErrorModelName::Linear, 5, 2250.0);
     let assumptions = Assumptions::of_simulated(&ImuSpec::preset("medium").unwrap());
     let learnt = learn(&session, &assumptions, Gates::default(), None, 400).unwrap();
-    // the evidence comes first, the proof by rehearsals later
+    // the evidence is found before the proof by rehearsals
     assert_eq!(learnt.running, ZERO_CORRECTION);
     assert!(learnt.evidence[1] > 100.0);
     let learnt = learn(&session, &assumptions, Gates::default(), None, 2400).unwrap();
     assert_ne!(learnt.running, ZERO_CORRECTION);
 }
 
-/// Where nothing is in force, the samples of the free-inertial part pass unchanged.
+/// Without a candidate in force, the samples of the free-inertial part are unchanged.
 #[test]
 fn the_zero_correction_changes_no_sample() {
     let (session, assumptions) = session(ErrorModelName::Noise, 11);
@@ -130,9 +130,9 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
 }
 
 /// The antenna is 3 m ahead of the IMU, 1 m to its right and 2 m above it. The fixes are moved
-/// there by the true attitude and the true rate, in this crate's own arithmetic. A device that
-/// knows this finds nothing wrong with its noisy sensors. One that does not know it takes the
-/// antenna's motion in curves for errors.
+/// there by the true attitude and the true rate, in this crate's own arithmetic. A device with this
+/// configuration finds no errors of its noisy sensors. One without it takes the antenna's motion in
+/// curves for errors.
 #[test]
 fn the_lever_arm_is_taken_into_account() {
     let arm = Vector3::new(3.0, 1.0, -2.0);
@@ -147,12 +147,12 @@ fn the_lever_arm_is_taken_into_account() {
             .map(|at| truth.increments[at.clamp(1, truth.increments.len()) - 1].dtheta);
         let rate = (before + after) / (2.0 * truth.dt);
         let q_bn = truth.epochs[epoch].q_bn;
-        let place = q_bn * arm;
+        let offset = q_bn * arm;
         let here = fix.position;
         let radius = 6_378_137.0;
-        fix.position.lat += place.x / radius;
-        fix.position.lon += place.y / (radius * here.lat.cos());
-        fix.position.h -= place.z;
+        fix.position.lat += offset.x / radius;
+        fix.position.lon += offset.y / (radius * here.lat.cos());
+        fix.position.h -= offset.z;
         fix.velocity += q_bn * rate.cross(&arm);
     }
     let run = |lever_arm: [f32; 3]| {
@@ -178,12 +178,13 @@ fn the_lever_arm_is_taken_into_account() {
     let ignored = run([0.0; 3]);
     assert!(known.1 < 5 && known.2 < 1.5, "{known:?}");
     assert!(ignored.1 > 20 && ignored.2 > 2.5, "{ignored:?}");
-    // what it takes for errors of the sensors does not prove itself
+    // the supposed errors of the sensors are not proven by rehearsals
     assert_eq!((known.0, ignored.0), (ZERO_CORRECTION, ZERO_CORRECTION));
 }
 
-/// Fixes are 0.4 s late and the device is told 0.1 s. With the standard deviation that it is told,
-/// it finds the rest. Without one it believes what it is told, and takes the rest for errors.
+/// Fixes are 0.4 s late, and the device is configured for 0.1 s. With a configured standard
+/// deviation it finds the rest. Without one it trusts the configured delay, and takes the rest for
+/// errors.
 #[test]
 fn a_false_latency_is_found_as_far_as_it_is_doubted() {
     let found = |sigma_s: f64| {

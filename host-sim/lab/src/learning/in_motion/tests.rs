@@ -47,21 +47,21 @@ fn positions_alone_do_too_and_a_rough_heading_helps() {
     for fix in session.fixes.iter_mut().flatten() {
         fix.velocity.fill(f64::NAN);
         fix.sigmas = [0.05, 0.05, 0.1, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED];
-        // positions of that accuracy
+        // positions of this accuracy
     }
     let exact: Vec<_> = session.reference.iter().map(|s| s.position).collect();
-    for (fix, place) in session.fixes.iter_mut().zip(exact) {
-        fix.as_mut().unwrap().position = place;
+    for (fix, position) in session.fixes.iter_mut().zip(exact) {
+        fix.as_mut().unwrap().position = position;
     }
     let found = align(&session, &(0..310), LAND, &assumptions()).unwrap();
     let errors = errors(&session, &found);
     assert!(errors.iter().all(|e| e.abs() < 4.0), "{errors:?}");
     let heading = to_euler(&session.reference[1].q_bn).2;
-    let told = Known {
+    let known = Known {
         heading: Some([heading, 5.0 * DEG]),
         ..LAND
     };
-    let helped = align(&session, &(0..310), told, &assumptions()).unwrap();
+    let helped = align(&session, &(0..310), known, &assumptions()).unwrap();
     assert!(helped.epoch <= found.epoch);
 }
 

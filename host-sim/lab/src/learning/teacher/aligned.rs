@@ -1,4 +1,4 @@
-//! Where filters start: a session aligned on the first part of its standstill.
+//! The start of filters: a session aligned on the first part of its standstill.
 
 use super::{Assumptions, aid};
 use crate::learning::aiding::ZERO_VELOCITY_MPS;
@@ -11,8 +11,8 @@ use host_core::inertial::session::{EPOCH_S, Session, Start};
 use host_core::inertial::sins::{Increment, NavState, Samples};
 use nalgebra::{SMatrix, Vector3};
 
-/// Share of the standstill that is used for alignment. The rest already teaches, since a warm-up is
-/// steepest there.
+/// Share of the standstill that is used for alignment. The filters learn from the rest, since a
+/// warm-up is steepest there.
 pub const ALIGN_SHARE: f64 = 1.0 / 3.0;
 
 /// A session aligned on the first part of its standstill.
@@ -38,8 +38,8 @@ impl Aligned {
         }
     }
 
-    /// How the initial errors (attitude, velocity, position) follow from constant errors of the
-    /// sensors, and the covariance of the remaining part.
+    /// The initial errors (attitude, velocity, position) as a linear function of constant errors of
+    /// the sensors, and the covariance of the remaining part.
     #[must_use]
     pub fn errors(
         &self,
@@ -70,7 +70,7 @@ impl Aligned {
             .aligned_by(&self.alignment, &unmodelled)
     }
 
-    /// A filter with `model` that begins with what is known of the parameters at power-on. The
+    /// A filter with `model` that starts with this belief of the parameters at power-on. The
     /// alignment must be that of [`aligned_knowing`] with the same belief.
     #[must_use]
     pub fn filter_knowing(
@@ -102,7 +102,7 @@ impl Aligned {
 }
 
 impl Aligned {
-    /// [`Aligned::filter`], taken through the fixes up to the end of epoch `until`.
+    /// [`Aligned::filter`], with the fixes up to the end of epoch `until` processed.
     #[must_use]
     pub fn aided(
         &self,
@@ -116,8 +116,8 @@ impl Aligned {
         scored.0
     }
 
-    /// As [`Aligned::aided`], with the logarithm of the probability density that the filter gave to
-    /// all fixes, each before it learnt from it.
+    /// As [`Aligned::aided`], with the logarithm of the likelihood of all fixes, each before the
+    /// filter processed it.
     #[must_use]
     pub fn scored(
         &self,
@@ -131,7 +131,7 @@ impl Aligned {
         self.scored_from(filter, session, increments, until)
     }
 
-    /// [`Aligned::scored`] with a filter that has been made from here.
+    /// [`Aligned::scored`] with a filter that starts from here.
     #[must_use]
     pub fn scored_from(
         &self,
@@ -172,7 +172,7 @@ pub fn aligned(session: &Session, increments: &(impl Motion + ?Sized)) -> Option
     })
 }
 
-/// [`aligned`], with the mean of what is known of the sensors taken off the samples.
+/// [`aligned`], with the mean of a belief of the sensors subtracted from the samples.
 #[must_use]
 pub fn aligned_knowing(
     session: &Session,
@@ -184,7 +184,7 @@ pub fn aligned_knowing(
     let first = (session.standstill as f64 * ALIGN_SHARE) as usize;
     let standing = &increments[..first * session.steps_per_epoch()];
     let mut slow = SlowErrors::default();
-    // at rest nothing changes from one increment to the next but the noise
+    // at rest only the noise changes from one increment to the next
     let corrected = |(k, w): (usize, &Increment)| {
         model.corrected(&known.mean, [w, w], dt, (k as f64 + 0.5) * dt, &mut slow)
     };
@@ -222,7 +222,7 @@ mod tests {
         simulate(&config).0
     }
 
-    /// A belief that is the prior gives the filter without one, to the last bit.
+    /// A belief that equals the prior gives the filter without a belief, to the last bit.
     #[test]
     fn a_belief_that_is_the_prior_changes_nothing() {
         let mut imu = ImuSpec::preset("medium").unwrap();
@@ -256,7 +256,7 @@ mod tests {
         assert_eq!(one.0.sins.nav, other.0.sins.nav);
     }
 
-    /// Biases that are known exactly leave the alignment of sensors without biases.
+    /// With exactly known biases the alignment is that of sensors without biases.
     #[test]
     fn known_biases_do_not_tilt_or_turn_the_alignment() {
         let mut imu = ImuSpec::preset("medium").unwrap();

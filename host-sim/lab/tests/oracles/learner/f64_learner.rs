@@ -1,5 +1,4 @@
-//! The hypotheses in f64 over the desktop's f64 navigator: what the device does in f32 is held
-//! against it.
+//! The hypotheses in f64 with the desktop's f64 navigator, as a reference for the device's f32.
 
 use firmware::learn::bank::{Bank, Gates, Scratch};
 use host_core::inertial::ekf::{Block, Linearised, NAV, displaced};
@@ -12,14 +11,14 @@ use host_lab::learning::teacher::{Assumptions, Start, aligned};
 use lrnn_nostd::learn::kalman::Transition;
 use nalgebra::{DVector, SMatrix, Vector3};
 
-/// A learner on its way through a session.
+/// A learner within a session.
 pub struct F64Learner {
     /// The hypotheses.
     pub bank: Bank<f64>,
     scratch: Scratch<f64>,
     sins: Sins,
     linearised: Linearised,
-    /// Taken out of the increments of the present epoch: rad/s and m/s2.
+    /// Correction of the increments of the present epoch: rad/s and m/s2.
     applied: [f64; 6],
 }
 
@@ -60,13 +59,13 @@ impl F64Learner {
         Some(learner)
     }
 
-    /// The state with what the hypothesis in force knows.
+    /// The state with the estimates of the hypothesis in force.
     pub fn nav(&self) -> NavState {
         self.sins.nav
     }
 
-    /// Navigates through an epoch and learns from the fix at its end. Gives which observations were
-    /// refused, one bit each.
+    /// Navigates through an epoch and learns from the fix at its end. Returns the rejected
+    /// observations, one bit each.
     pub fn learn(&mut self, epoch: &[Increment], dt: f64, fix: &Fix) -> u8 {
         let [a, b, c, d, e, f] = self.applied.map(|e| e * dt);
         for increment in epoch {
@@ -92,7 +91,7 @@ impl F64Learner {
         refused
     }
 
-    /// The networks take an epoch's increments; their output holds for the next.
+    /// Gives the networks an epoch's increments. Their output applies to the next epoch.
     fn step(&mut self, epoch: &[Increment]) {
         let sum = epoch.iter().fold(Increment::default(), |sum, w| Increment {
             dtheta: sum.dtheta + w.dtheta,

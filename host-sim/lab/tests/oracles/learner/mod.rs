@@ -190,7 +190,7 @@ fn the_device_stays_near_the_f64_learner() {
     let (session, assumptions) = session(ErrorModelName::Linear, 5);
     let (increments, until) = (session.increments(), 400);
     let want = F64Learner::taught(&session, &increments, &assumptions, until).unwrap();
-    // the leading hypothesis is in force, whatever it has proved
+    // the leading hypothesis is in force, without a proof
     let gates = Gates {
         enabled: ALL & !(1 << ZERO_CORRECTION),
         ..Gates::default()
@@ -245,9 +245,9 @@ fn an_outlier_moves_nothing_and_a_lasting_jump_is_believed() {
     assert!((0..HYPOTHESES).all(|i| learner.bank.is_healthy(i)));
 }
 
-/// Six sums of sensor errors instead of a navigation, with a reference for the sums every 10 s. The
-/// output weights learn alone: all weights at once, in an extended filter without process noise,
-/// stop 11 % short of such a curve.
+/// Six sums of sensor errors instead of a navigation, with a reference for the sums every 10 s.
+/// Only the output weights learn: with all weights at once, an extended filter without process
+/// noise stays 11 % off such a curve.
 #[test]
 fn window_references_teach_without_navigation() {
     let (_, assumptions) = session(ErrorModelName::Linear, 1);

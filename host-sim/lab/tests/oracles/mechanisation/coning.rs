@@ -23,7 +23,7 @@ fn cone(a: f64, omega: f64) -> impl Fn(f64) -> (UnitQuaternion<f64>, Vector3<f64
     }
 }
 
-pub(super) fn still(_: f64) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn at_rest(_: f64) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::zeros(), Vector3::zeros())
 }
 
@@ -44,7 +44,7 @@ fn residual(samples: Samples, l: f64) -> f64 {
 pub(super) fn coning_drift(samples: Samples, a: f64, hz: f64, dt: f64, seconds: f64) -> f64 {
     let motion = Motion {
         attitude: Box::new(cone(a, TAU * hz)),
-        velocity: Box::new(still),
+        velocity: Box::new(at_rest),
     };
     let drift = |seconds: f64| {
         let (nav, truth) = motion.run(samples, HOME, dt, seconds);

@@ -1,6 +1,6 @@
 //! Hard cases for the mechanisation: fast coning, spin, high speed, the pole.
 
-use super::coning::{coning_drift, still};
+use super::coning::{at_rest, coning_drift};
 use super::*;
 use crate::ecef::{EcefReference, GravityModel, ecef, geodetic, gravity, ned_to_ecef};
 use host_core::inertial::earth::OMEGA_IE;
@@ -54,7 +54,7 @@ fn spinning_body_with_nutation() {
             );
             (mean * q, rate)
         }),
-        velocity: Box::new(still),
+        velocity: Box::new(at_rest),
     };
     for (samples, dt, speed, angle) in [
         (Samples::Two, 0.01, 3e-2, 3e-6),

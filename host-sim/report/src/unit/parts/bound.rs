@@ -1,4 +1,4 @@
-//! What corrections can do at worst.
+//! The error bound of corrections.
 
 use super::super::{Contents, Part, Table};
 use super::benches;
@@ -62,7 +62,7 @@ pub(super) fn part(contents: &Contents) -> Part {
     }
 }
 
-/// With a capital letter at the beginning.
+/// `text` with a capital first letter.
 fn capital(text: &str) -> String {
     let mut chars = text.chars();
     let first = chars.next().map(|c| c.to_uppercase().to_string());

@@ -1,4 +1,4 @@
-//! What a device tells of itself at its command link.
+//! The state that a device reports at its command link.
 
 use super::super::{Part, Table};
 use super::data;
@@ -7,44 +7,44 @@ use host_device::device::faults::Fault;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What was read from a device.
+/// The data that were read from a device.
 #[derive(Debug, Clone, Serialize)]
 pub struct Readout {
-    /// What it is and what it is told.
+    /// Its identity and configuration.
     pub info: Info,
-    /// What is wrong now.
+    /// Present faults.
     pub faults: Vec<Fault>,
     /// Its counters since power-on.
     pub counters: BTreeMap<&'static str, u32>,
     /// The weight image in use.
     #[serde(skip)]
     pub weights: Vec<u8>,
-    /// Pages that its black box has begun, or why they are not known.
+    /// Number of pages of its black box that are in use, or why it is not known.
     pub black_box: Result<u32, String>,
-    /// What could not be read, in sentences.
+    /// The data that could not be read, in sentences.
     pub missing: Vec<String>,
 }
 
-pub(super) fn part(told: &Readout) -> Part {
-    let faults = told.faults.iter().map(|fault| {
+pub(super) fn part(readout: &Readout) -> Part {
+    let faults = readout.faults.iter().map(|fault| {
         let text = |text: &str| text.to_owned();
         vec![text(fault.name), text(fault.says), text(fault.remedy)]
     });
-    let counters = told
+    let counters = readout
         .counters
         .iter()
         .map(|(name, n)| ((*name).to_owned(), n.to_string()));
     let mut tables = vec![
         Table {
             caption: Some("State".into()),
-            ..Table::of_pairs(state(told))
+            ..Table::of_pairs(state(readout))
         },
         Table {
             caption: Some("Counters since power-on".into()),
             ..Table::of_pairs(counters)
         },
     ];
-    if !told.faults.is_empty() {
+    if !readout.faults.is_empty() {
         tables.insert(
             0,
             Table {
@@ -59,16 +59,16 @@ pub(super) fn part(told: &Readout) -> Part {
         );
     }
     Part {
-        sentences: told.missing.clone(),
+        sentences: readout.missing.clone(),
         tables,
-        data: data(told),
+        data: data(readout),
         ..Part::new("device", "State of the device")
     }
 }
 
-/// Label and value of what it tells of its state.
-fn state(told: &Readout) -> Vec<(String, String)> {
-    let Readout { info, .. } = told;
+/// Labels and values of its state.
+fn state(readout: &Readout) -> Vec<(String, String)> {
+    let Readout { info, .. } = readout;
     let pair = |label: &str, value: String| (label.to_owned(), value);
     let learner = &info.learner;
     let sigma = learner.heading_sigma_deg;
@@ -94,7 +94,7 @@ fn state(told: &Readout) -> Vec<(String, String)> {
             format!("{}, {:.1} h", info.memory.drives, info.memory.hours),
         ),
         pair("stored networks act", yes(info.memory.acts)),
-        pair("black box", black_box(&told.black_box)),
+        pair("black box", black_box(&readout.black_box)),
     ]
 }
 
@@ -102,7 +102,7 @@ fn yes(is: bool) -> String {
     if is { "yes" } else { "no" }.to_owned()
 }
 
-/// A candidate by the number that the device tells.
+/// The name of a candidate by the number that the device reports.
 pub(in super::super) fn name(winner: u8) -> String {
     let names = firmware::learn::bank::NAMES;
     names

@@ -1,4 +1,4 @@
-//! Which unit this is, what its datasheet says, and what was looked at.
+//! Identity of the unit, its datasheet, and the sources of the report.
 
 use super::super::{Contents, Part, Table};
 use crate::allan::figures;
@@ -36,15 +36,15 @@ pub(super) fn part(contents: &Contents) -> Part {
     }
 }
 
-/// What the unit file says.
+/// Rows of the unit file.
 fn datasheet(contents: &Contents) -> Vec<(String, String)> {
     let (unit, spec) = (&contents.unit, contents.unit.simulated());
-    let told = contents.unit_name.as_deref();
+    let given = contents.unit_name.as_deref();
     let pair = |label: &str, value: String| (label.to_owned(), value);
     vec![
         pair("unit", unit.name.clone()),
         pair("serial number", or_none(&unit.serial)),
-        pair("told by", told.unwrap_or("nothing: assumed").to_owned()),
+        pair("given by", given.unwrap_or("nothing: assumed").to_owned()),
         pair("sensor", format!("{} samples a second", spec.rate_hz)),
         pair(
             "gyros, bias from turn-on to turn-on",
@@ -72,5 +72,5 @@ fn datasheet(contents: &Contents) -> Vec<(String, String)> {
 }
 
 fn or_none(text: &str) -> String {
-    if text.is_empty() { "none told" } else { text }.to_owned()
+    if text.is_empty() { "none given" } else { text }.to_owned()
 }

@@ -1,4 +1,4 @@
-//! What can be learnt of the unit at all, and when.
+//! Bounds of learning the unit's errors over time.
 
 use super::super::{Contents, Figure, Part, Table};
 use super::data;
@@ -13,7 +13,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
         Ok(answer) => answer,
         Err(why) => return Ok(Part::without("learnable", TITLE, why)),
     };
-    table(answer)?; // refuses what is not finite
+    table(answer)?; // rejects results that are not finite
     let lines = answer.lines();
     let times = answer.times_s.iter().map(|t| format!("{} min", t / 60));
     let head = ["bound of", "unit", "before"].map(String::from);
@@ -54,7 +54,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
     })
 }
 
-/// When each of the six biases is known to a half of what is known before, in a sentence.
+/// The times at which the uncertainty of each of the six biases is halved, in a sentence.
 pub(in super::super) fn halved(answer: &Answer) -> Option<String> {
     let lines = answer.lines();
     let bias = lines.iter().filter(|line| line.quantity.contains("bias"));

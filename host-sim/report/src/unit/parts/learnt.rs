@@ -1,4 +1,4 @@
-//! What the device believed of the sensors: against time and temperature.
+//! The device's estimates of the sensor errors, against time and temperature.
 
 use super::super::{Contents, Figure, Part, Table};
 use super::{benches, case};
@@ -20,7 +20,7 @@ const AXES: [&str; 6] = [
 const BELIEF: Look = Look::solid(RNN, 2.2);
 const BAND: Look = Look::dashed(SOFT, 1.0, (4.0, 3.0));
 const BAND_95: f64 = 1.96;
-/// A reading this far from an entry is not its temperature, s.
+/// Largest time between an entry and the reading of its temperature, s.
 const NEAR_S: f64 = 60.0;
 
 /// Unit of an axis and its value in SI.

@@ -7,7 +7,7 @@ use host_device::device::images;
 use serde_json::json;
 
 pub(super) fn part(contents: &Contents) -> Part {
-    // the image tells its version after four bytes of a magic number
+    // the version of the image follows four bytes of a magic number
     let image = images(&Nets::NONE).get(4).copied().unwrap_or(0);
     let pair = |label: &str, value: String| (label.to_owned(), value);
     let mut versions = vec![

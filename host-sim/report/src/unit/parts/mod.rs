@@ -38,7 +38,7 @@ pub(super) fn all(contents: &Contents) -> Result<Vec<Part>, Error> {
     Ok(parts)
 }
 
-/// The cases of which the device's side is known, or why there are none.
+/// The cases with results of the device, or why there are none.
 fn benches(contents: &Contents) -> Result<Vec<(&Outcome, &Bench)>, &str> {
     let outcomes = contents.outcomes.as_ref().map_err(String::as_str)?;
     let each = outcomes.iter();
@@ -47,7 +47,7 @@ fn benches(contents: &Contents) -> Result<Vec<(&Outcome, &Bench)>, &str> {
         .collect())
 }
 
-/// What a replay, of several, is about.
+/// The title of one of several replays.
 fn case(outcome: &Outcome) -> String {
     format!("{}, {}", outcome.recording, outcome.case)
 }

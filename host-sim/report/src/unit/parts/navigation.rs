@@ -10,9 +10,10 @@ use host_core::error::Error;
 use host_lab::experiment::outcome::Outcome;
 
 const TITLE: &str = "Navigation without fixes";
-/// The fixes that judge err in two directions, each by this standard deviation at most: in 95 % of
-/// cases by less than so many in the length of both. So no horizontal error is off by more. One
-/// direction (1.96) is enough only for errors that are much larger than those of the fixes.
+/// Factor of the standard deviation of the reference fixes for an interval of 95 %. They err in two
+/// directions, each by at most this standard deviation, and the length of both is below this factor
+/// in 95 % of cases. One direction (1.96) is enough only for errors that are much larger than those
+/// of the fixes.
 const TWO_DIRECTIONS: f64 = 2.448;
 
 pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
@@ -61,7 +62,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
     Ok(part)
 }
 
-/// What the intervals are.
+/// Explanation of the intervals.
 fn interval(outcomes: &[Outcome]) -> String {
     let known = outcomes
         .iter()
@@ -134,7 +135,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    /// Errors of none to a hundred standard deviations of the fixes, seen through such fixes.
+    /// Errors of none to a hundred standard deviations of the fixes, measured with such fixes.
     #[test]
     fn the_interval_holds_for_small_and_large_errors() {
         const TRIED: usize = 20_000;

@@ -1,4 +1,4 @@
-//! Allan deviation at rest, beside the datasheet.
+//! Allan deviation at rest, compared with the datasheet.
 
 use super::super::{Contents, Figure, Part, Table};
 use super::data;
@@ -8,7 +8,7 @@ use host_lab::analysis::allan::findings::Findings;
 use host_lab::analysis::allan::{Analysis, Coefficient, Kind};
 
 const TITLE: &str = "Noise at rest";
-/// Noise this many times the datasheet's is worth a sentence of the verdict.
+/// Ratio of the noise to the datasheet's from which on the verdict reports it.
 const WORSE: f64 = 1.3;
 
 pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
@@ -16,7 +16,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
         Ok(findings) => findings,
         Err(why) => return Ok(Part::without("noise", TITLE, why)),
     };
-    findings.json()?; // refuses what is not finite
+    findings.json()?; // rejects results that are not finite
     let mut figures = vec![];
     for (kind, name, title) in [
         (Kind::Gyro, "allan-gyro", "Allan deviation of the gyros"),
@@ -65,34 +65,34 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
     })
 }
 
-/// What the white noise of each axis is against the datasheet, in sentences.
+/// Compares the white noise of each axis with the datasheet, in sentences.
 pub(in super::super) fn against(findings: &Findings) -> Vec<String> {
     let mut out = vec![];
     for (kind, name) in [(Kind::Gyro, "gyros"), (Kind::Accel, "accelerometers")] {
-        let told = findings
+        let stated = findings
             .configured
             .and_then(|c| c[usize::from(kind == Kind::Accel)][1]);
         let of = findings.analyses.iter().filter(|a| a.kind == kind);
-        let seen: Vec<(&Analysis, &Coefficient)> = of
+        let visible: Vec<(&Analysis, &Coefficient)> = of
             .filter_map(|a| Some((a, a.coefficients.get(1)?)))
             .filter(|(_, n)| n.is_seen())
             .collect();
-        if seen.is_empty() && findings.analyses.iter().any(|a| a.kind == kind) {
+        if visible.is_empty() && findings.analyses.iter().any(|a| a.kind == kind) {
             out.push(format!(
                 "White noise of the {name}: not compared with the datasheet, because other \
                  noise or sway hides it."
             ));
         }
-        let Some(told) = told.filter(|told| *told > 0.0 && !seen.is_empty()) else {
+        let Some(stated) = stated.filter(|stated| *stated > 0.0 && !visible.is_empty()) else {
             continue;
         };
-        let worse = seen.iter().filter(|(_, n)| n.low > WORSE * told);
+        let worse = visible.iter().filter(|(_, n)| n.low > WORSE * stated);
         let worse: Vec<String> = worse
-            .map(|(a, n)| format!("{} {:.1} times", a.column, n.value / told))
+            .map(|(a, n)| format!("{} {:.1} times", a.column, n.value / stated))
             .collect();
-        let unit = seen[0].1.unit;
-        let names: Vec<&str> = seen.iter().map(|(a, _)| a.column.as_str()).collect();
-        let sheet = format!("the {} {unit} of the datasheet", figures(told));
+        let unit = visible[0].1.unit;
+        let names: Vec<&str> = visible.iter().map(|(a, _)| a.column.as_str()).collect();
+        let sheet = format!("the {} {unit} of the datasheet", figures(stated));
         out.push(match worse.is_empty() {
             true => format!(
                 "White noise of the {name} (seen in {}): not above {sheet}, by its 95 % intervals.",

@@ -1,4 +1,4 @@
-//! What the device's rehearsals said of each candidate, and what its gates let pass.
+//! Results of the device's rehearsals of each candidate, and the candidates that passed its gates.
 
 use super::super::{Contents, Figure, Part, Table};
 use super::{benches, case};
@@ -53,7 +53,7 @@ pub(super) fn part(contents: &Contents) -> Part {
     part
 }
 
-/// Which candidate runs, and since when.
+/// The candidate in force, and the time since when.
 pub(in super::super) fn in_force(bench: &Bench) -> String {
     let changes = &bench.diary.changes;
     let given_up = changes
@@ -91,7 +91,7 @@ fn gates(diary: &Diary) -> String {
     )
 }
 
-/// The candidates that take part. What is stored takes none where there is nothing stored.
+/// The candidates that take part. The stored one takes part only if something is stored.
 fn shown(diary: &Diary) -> impl Iterator<Item = (usize, &Candidate)> {
     let each = diary.candidates.iter().enumerate();
     each.filter(|(h, of)| *h != ZERO_CORRECTION && (*h != STORED || of.proved || of.harms))

@@ -1,4 +1,4 @@
-//! The networks: what they are named by.
+//! The networks, and the hash that identifies them.
 
 use super::super::{Contents, Part, Table, WEIGHTS, hash_of};
 use super::{benches, case};
@@ -8,7 +8,7 @@ use serde_json::json;
 
 const TITLE: &str = "Weights";
 
-/// The weight image that lies beside the page: that of the device, else of the last case.
+/// The weight image beside the page: that of the device, else of the last case.
 pub(in super::super) fn image(contents: &Contents) -> Option<Vec<u8>> {
     match &contents.device {
         Some(device) => Some(device.weights.clone()),

@@ -1,5 +1,5 @@
-//! What a recording shows: blocks of a second, times at rest, and how it turns and how strongly
-//! gravity pulls while it moves.
+//! Quantities computed from a recording: blocks of a second, times at rest, and rotation and mean
+//! specific force in motion.
 
 use firmware::plausibility::rest::{Judged, Rest};
 use firmware::plausibility::{AT_REST, EARTH, Expected};
@@ -7,20 +7,20 @@ use host_io::recordings::InitialAttitude;
 use host_io::recordings::record::{Record, TimedFix};
 use nalgebra::Vector3;
 
-/// A fix farther away in time tells nothing about a block, s.
+/// Largest time between a block and a fix that applies to it, s.
 const NEAR_S: f64 = 2.5;
-/// Slower by the fixes, a course means nothing, m/s.
+/// Smallest speed by the fixes for a meaningful course, m/s.
 const COURSE_MPS: f64 = 3.0;
-/// Smaller changes of course are not compared, rad; and fewer in all, rad.
+/// Smallest change of course that is compared, and smallest sum of them, rad.
 const TURN: f64 = 0.03;
 const TURNS: f64 = 0.5;
 /// Time between positions whose difference is a course, s.
 const CHORD_S: f64 = 4.0;
-/// The squares of the turns are at least so many times those of the noise of the courses.
+/// Smallest ratio of the squares of the turns to those of the noise of the courses.
 const CLEAR: f64 = 5.0;
-/// More rotation between two fixes than on any straight road, rad.
+/// Rotation between two fixes that exceeds that on any straight road, rad.
 const STRAIGHT: f64 = 0.1;
-/// A drive whose mean force is looked at is at least so long, s.
+/// Shortest drive whose mean force is evaluated, s.
 const DRIVE_S: usize = 60;
 /// Metres of a degree of latitude.
 const DEGREE_M: f64 = 111_200.0;
@@ -36,11 +36,11 @@ pub(super) struct Block {
     pub(super) force: Vector3<f64>,
 }
 
-/// What a recording shows.
+/// Quantities computed from a recording.
 #[derive(Debug)]
-pub(super) struct Seen {
+pub(super) struct Observed {
     pub(super) blocks: Vec<Block>,
-    /// Times at rest: what was found, and the number of the block after the last one.
+    /// Times at rest: the judgement, and the number of the block after the last one.
     pub(super) rests: Vec<(Judged, usize)>,
     /// Rotation about the down axis by the change of course that the fixes show, if it turns.
     pub(super) turning: Option<f64>,
@@ -50,10 +50,10 @@ pub(super) struct Seen {
     pub(super) rate_hz: f64,
 }
 
-impl Seen {
-    pub(super) fn of(record: &Record, told: &Expected) -> Self {
+impl Observed {
+    pub(super) fn of(record: &Record, expected: &Expected) -> Self {
         let blocks = blocks(record);
-        let mut rest = Rest::new(*told);
+        let mut rest = Rest::new(*expected);
         let speeds = speeds(record);
         let declared = match record.initial_attitude {
             Some(InitialAttitude::Standstill(s)) => record.first_epoch() + s as f64,
@@ -84,7 +84,7 @@ impl Seen {
         }
     }
 
-    /// Whether most times at rest show a fault, with the first that does.
+    /// The first time at rest with a fault, if most of them have it.
     pub(super) fn fault(&self, bit: u32) -> Option<&Judged> {
         let judged = self.rests.iter().map(|(found, _)| found);
         let judged: Vec<_> = judged.filter(|found| found.judged & bit != 0).collect();
@@ -114,8 +114,8 @@ impl Seen {
         Some([of(|b| b.rate)?, of(|b| b.force)?])
     }
 
-    /// How far the rates at rest are from the Earth's, up or across, rad/s, and over how many
-    /// seconds they were averaged.
+    /// Difference of the rates at rest from the Earth's, up or across, rad/s, and the number of
+    /// seconds over which they were averaged.
     pub(super) fn bias(&self) -> Option<(f64, f64)> {
         let (sin, cos) = self.latitude?.sin_cos();
         let (mut seconds, mut off) = (0.0, [0.0; 2]);
@@ -212,10 +212,10 @@ fn speed(speeds: &[(f64, [f64; 2], f64, f64)], start: f64, end: f64) -> Option<(
 }
 
 /// The factor from changes of course to rotation about the down axis. On a straight road only
-/// rotations that are far too large can be told.
+/// rotations that are far too large can be detected.
 ///
 /// The noise of the courses adds to their squares and not to the products, so that it makes the
-/// factor too small. Where it is not small beside the turns, nothing is told.
+/// factor too small. Where the noise is not small compared with the turns, there is no factor.
 fn turning(record: &Record) -> Option<f64> {
     let courses = courses(record);
     let turns = angles(record, courses.iter().map(|course| course.time));
@@ -255,7 +255,7 @@ fn turning(record: &Record) -> Option<f64> {
 struct Course {
     /// Time of validity, s.
     time: f64,
-    /// Between the fixes that it is the difference of, s; 0: it was measured.
+    /// Time between the fixes of which it is the difference, s; 0 if it was measured.
     span: f64,
     /// North and east, m/s.
     velocity: [f64; 2],
@@ -269,12 +269,12 @@ impl Course {
         n.hypot(e)
     }
 
-    /// Fast enough for its direction to mean something.
+    /// Whether it is fast enough for a meaningful direction.
     fn is_fast(&self) -> bool {
         self.speed() > COURSE_MPS.max(3.0 * self.sigma)
     }
 
-    /// Of the direction, rad2. Differences side by side share a fix, which adds half.
+    /// Variance of the direction, rad2. Neighbouring differences share a fix, which adds half.
     fn variance(&self) -> f64 {
         let shared = if self.span > 0.0 { 1.5 } else { 1.0 };
         shared * (self.sigma / self.speed()).powi(2)
@@ -282,7 +282,8 @@ impl Course {
 }
 
 /// The courses that the fixes have measured; without velocities those between positions that are
-/// [`CHORD_S`] apart, since positions of a second are as noisy as the way between them is long.
+/// [`CHORD_S`] apart, since the noise of positions of every second is as large as the distance
+/// between them.
 fn courses(record: &Record) -> Vec<Course> {
     let mut out = Vec::new();
     let mut from: Option<&TimedFix> = None;

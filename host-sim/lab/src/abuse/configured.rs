@@ -1,5 +1,4 @@
-//! What the device is told of its unit, where that is not true. The navigation computer always
-//! knows better.
+//! Wrong configurations of the device. The navigation computer always has the correct values.
 
 use super::names::Sensor as Kind;
 use firmware::configuration::Configuration;
@@ -8,30 +7,30 @@ use host_unit::around::Kind as VehicleKind;
 use host_unit::sensor::{FormatName, Sensor};
 use nalgebra::{Quaternion, UnitQuaternion};
 
-/// A piece of the configuration that is wrong.
+/// An error of the configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fault {
-    /// Biases of the datasheet, as many times the true ones.
+    /// The biases of the datasheet are this many times the true ones.
     Biases(f64),
-    /// White noise likewise.
+    /// The same factor for the white noise.
     Noise(f64),
-    /// Scale factors and misalignments likewise.
+    /// The same factor for scale factors and misalignments.
     Scale(f64),
     /// The mounting is off by these angles about forward, right and down, deg.
     Mounting([f64; 3]),
-    /// The lever arm, m.
+    /// The configured lever arm, m.
     LeverArm([f64; 3]),
-    /// Delay of the fixes, s.
+    /// The configured delay of the fixes, s.
     Delay(f64),
-    /// Lever arm and delay are told as not measured, as in a unit file that leaves them out.
+    /// Lever arm and delay are configured as not measured, as by a unit file without them.
     Unmeasured,
-    /// The vehicle is told to be a ship.
+    /// The vehicle is configured as a ship.
     Ship,
-    /// The vehicle is told to be an aircraft.
+    /// The vehicle is configured as an aircraft.
     Aircraft,
 }
 
-/// The unit whose datasheet everybody is told.
+/// The unit whose datasheet the device and the navigation computer get.
 pub(super) fn unit(sensor: Kind) -> Unit {
     Unit::preset(sensor.preset()).unwrap_or_default()
 }
@@ -68,22 +67,22 @@ impl Fault {
         }
     }
 
-    pub(super) fn on_configuration(self, told: &mut Configuration) {
+    pub(super) fn on_configuration(self, configuration: &mut Configuration) {
         if let Self::Mounting(degrees) = self {
             let [roll, pitch, yaw] = degrees.map(f64::to_radians);
             let wrong = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-            let [w, x, y, z] = told.mounting.map(f64::from);
+            let [w, x, y, z] = configuration.mounting.map(f64::from);
             let q = wrong * UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
-            told.mounting = [q.w, q.i, q.j, q.k].map(|x| x as f32);
+            configuration.mounting = [q.w, q.i, q.j, q.k].map(|x| x as f32);
         }
     }
 }
 
-/// What the device is told of a kind of sensor, with these faults: its preset with frames of this
-/// format.
+/// The device's configuration for a kind of sensor, with these faults: its preset with frames of
+/// this format.
 ///
 /// # Errors
-/// Why no device takes it.
+/// Why a device would reject the configuration.
 pub(super) fn configuration(
     faults: impl Iterator<Item = Fault> + Clone,
     (sensor, format): (Kind, FormatName),
@@ -96,8 +95,9 @@ pub(super) fn configuration(
         ..Sensor::of(format)
     };
     faults.clone().for_each(|fault| fault.on_unit(&mut unit));
-    let told = unit.configuration();
-    let mut told = told.map_err(|found| format!("{} {}", found.key, found.problem))?;
-    faults.for_each(|fault| fault.on_configuration(&mut told));
-    Ok(told)
+    let configuration = unit.configuration();
+    let mut configuration =
+        configuration.map_err(|found| format!("{} {}", found.key, found.problem))?;
+    faults.for_each(|fault| fault.on_configuration(&mut configuration));
+    Ok(configuration)
 }

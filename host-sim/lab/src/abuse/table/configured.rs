@@ -1,9 +1,9 @@
-//! Cases of what is told, of the wiring, and of what the navigation computer asks for.
+//! Cases of the configuration, of the wiring, and of the navigation computer's requests.
 
 use super::super::act::{Act, Asked};
 use super::super::case::Row;
+use super::super::configured::Fault;
 use super::super::times::Span;
-use super::super::told::Fault;
 use super::given;
 
 /// The rows.
