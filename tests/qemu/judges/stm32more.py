@@ -222,7 +222,7 @@ class Core:
     """Of the core what programs read: identity, the interrupt controller's registers, cycles, and the trace port that they report by (Armv7-M C1.7)."""
 
     def __init__(self, chip):
-        self.chip, self.words, self.told = chip, {}, []
+        self.chip, self.words, self.reports = chip, {}, []
 
     def read(self, offset):
         """`None`: not here."""
@@ -243,6 +243,6 @@ class Core:
     def write(self, offset, value):
         if offset < 0x80:
             if self.words.get(0xEDFC, 0) >> 24 & 1 and self.words.get(0x0E80, 0) & 1 and self.words.get(0x0E00, 0) >> offset // 4 & 1:
-                self.told.append((offset // 4, value, self.chip.cycles))
+                self.reports.append((offset // 4, value, self.chip.cycles))
         elif offset in (0x0E00, 0x0E80, 0x1000, 0xED08, 0xED10, 0xED14, 0xED88, 0xEDFC):
             self.words[offset] = value
