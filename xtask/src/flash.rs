@@ -78,9 +78,9 @@ fn served_by(way: &Way, rp2350: bool) -> Result<()> {
 
 /// Whether a chip is the board's, but for its package and its size of flash.
 fn is_of(family: Family, chip: &str) -> Result<()> {
-    let (told, ours) = (chip.to_ascii_uppercase(), family.chip.to_ascii_uppercase());
+    let (given, ours) = (chip.to_ascii_uppercase(), family.chip.to_ascii_uppercase());
     // "STM32F446RETx": the family and the number
-    let number = told.get(..told.len().min(9).min(ours.len()));
+    let number = given.get(..given.len().min(9).min(ours.len()));
     let alike = number.is_some_and(|number| number.len() > 5 && ours.starts_with(number));
     ensure!(
         alike,

@@ -186,8 +186,8 @@ pub fn installed(target: &str) -> bool {
 /// the same wherever it is built. Flags of a host run (coverage, sanitizers) do not apply to it.
 pub fn without_paths(build: &mut Command, sources: &Path) {
     let home = |name: &str, usual: &str| {
-        let told = std::env::var_os(name).map(PathBuf::from);
-        told.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(usual)))
+        let set = std::env::var_os(name).map(PathBuf::from);
+        set.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(usual)))
     };
     let places = [
         (Some(sources.to_path_buf()), "source"),

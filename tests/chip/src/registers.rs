@@ -122,7 +122,7 @@ pub fn supply_fell() {
     SERVED[1].fetch_add(1, Ordering::Relaxed);
 }
 
-/// A write to flash that the controller has not been told of: it is refused, and a flag stays.
+/// A write to flash without programming enabled: it is refused, and an error flag stays set.
 pub fn wrong_write(address: u32) {
     write(address as usize, 0x1234_5678);
     while read(FLASH_SR) >> 16 & 1 != 0 {}

@@ -18,8 +18,8 @@ fn write(target: &str, name: &str, bytes: &[u8]) {
 fn configurations() {
     for name in presets::names() {
         let unit = Unit::preset(name).expect("a unit");
-        let told = unit.configuration().expect("a configuration");
-        let record = encode(&told);
+        let configuration = unit.configuration().expect("a configuration");
+        let record = encode(&configuration);
         let body = &record[8..record.len() - 4];
         let seed = [&[SCHEMA as u8], body].concat();
         write("configuration", &format!("seed-{name}"), &seed);

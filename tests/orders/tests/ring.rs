@@ -103,7 +103,7 @@ fn an_interrupt_takes_what_the_loop_writes() {
 }
 
 /// What an interrupt pushes: a byte without room is lost, the ones before and after it are not, and
-/// the loop is told.
+/// the loss is reported to the loop.
 #[test]
 fn a_lost_byte_is_reported() {
     loom::model(|| {

@@ -60,8 +60,8 @@ impl Adis {
         }
     }
 
-    /// Bursts that were read, and what a sensor would not have understood.
-    pub fn told(&self) -> (usize, Vec<String>) {
+    /// Number of bursts that were read, and the transfers that a sensor would not have understood.
+    pub fn outcome(&self) -> (usize, Vec<String>) {
         let sensor = self.0.lock();
         sensor.map_or((0, vec![]), |sensor| (sensor.bursts, sensor.wrong.clone()))
     }

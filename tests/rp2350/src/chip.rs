@@ -48,13 +48,13 @@ pub struct Chip {
     pub served: BTreeMap<u32, usize>,
     /// Instructions outside interrupts and in them.
     pub executed: [u64; 2],
-    /// Begins of the image, and why.
+    /// Starts of the image, and why.
     pub starts: Vec<(u64, &'static str)>,
     /// Levels of the receiver's line: from when on, and which.
     pub receiver: Vec<(u64, bool)>,
-    /// No interrupt reaches the core, until it starts anew.
+    /// No interrupt reaches the core, until it restarts.
     pub deaf: bool,
-    /// What the log's channel told.
+    /// Output of the log's channel.
     pub log: Vec<u8>,
     log_at: Option<u32>,
 }
@@ -249,21 +249,21 @@ impl Chip {
             *self.served.entry(number).or_default() += 1;
         }
         self.active = active;
-        // a line that is still up when its handler ends asks again
-        for (number, told) in LINES.into_iter().zip(&mut self.own.told) {
-            *told &= is(active, number);
+        // a line that is still high when its handler ends requests again
+        for (number, last) in LINES.into_iter().zip(&mut self.own.reported) {
+            *last &= is(active, number);
         }
         self.own.changed = true;
     }
 
-    /// Tells the interrupt controller of the lines that rise.
+    /// Reports rising lines to the interrupt controller.
     fn interrupts(&mut self) {
         let lines = self.own.settle();
-        for ((number, line), told) in LINES.iter().zip(lines).zip(&mut self.own.told) {
-            if line && !*told {
+        for ((number, line), last) in LINES.iter().zip(lines).zip(&mut self.own.reported) {
+            if line && !*last {
                 self.emulator.bus.assert_irq_shared(*number);
             }
-            *told = line;
+            *last = line;
         }
     }
 

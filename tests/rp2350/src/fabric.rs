@@ -49,8 +49,8 @@ pub struct Own {
     pub next: u64,
     /// An interrupt and its priority, written by the last instruction.
     pub priority: Option<(usize, u8)>,
-    /// Interrupts that the lines told last.
-    pub told: [bool; 3],
+    /// Levels of the interrupt lines as last reported.
+    pub reported: [bool; 3],
     /// Something of them has changed.
     pub changed: bool,
 }

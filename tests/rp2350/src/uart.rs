@@ -31,7 +31,7 @@ pub struct Uart {
     out: VecDeque<u8>,
     /// When the byte that is being sent has left.
     busy_until: Option<u64>,
-    /// When the last byte came, while the pause behind it has not been told.
+    /// When the last byte arrived, until the pause after it is reported.
     came: Option<u64>,
     overrun: bool,
     /// What will come, and when its stop bit ends, cycles.
@@ -107,7 +107,7 @@ impl Uart {
             self.busy_until = None;
             if let Some(byte) = self.out.pop_front() {
                 self.begin(until, byte);
-                // told when the level is passed, not while it holds
+                // reported when the level is crossed, not while it is exceeded
                 if self.out.len() == self.level(0) {
                     self.ris |= TX;
                 }

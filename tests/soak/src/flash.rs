@@ -34,7 +34,7 @@ pub struct Failing<'f> {
     pub fails: &'f Cell<bool>,
 }
 
-/// It failed, or was told to do what it cannot do.
+/// Erasing or writing failed, or was out of range.
 #[derive(Debug, Clone, Copy)]
 pub struct Failed;
 

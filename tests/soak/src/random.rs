@@ -5,7 +5,7 @@
 pub struct Random(u64);
 
 impl Random {
-    /// `stream` numbers of the same seed are told apart.
+    /// `stream` selects independent streams of the same seed.
     pub fn new(seed: u64, stream: u64) -> Random {
         let mut random = Random((seed ^ stream.rotate_left(40)) | 1 << 63);
         for _ in 0..8 {

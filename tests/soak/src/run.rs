@@ -144,8 +144,8 @@ pub trait Watch {
     /// After each simulated minute.
     fn minute(&mut self, _: &Report) {}
 
-    /// When the device is about to be reset: what it was told last, and what its black box holds.
-    /// False: what it holds is wrong.
+    /// Called when the device is about to be reset, with its last configuration and the
+    /// application, for its black box. Returns false if the content of the black box is wrong.
     fn drive_over(&mut self, _: &Configuration, _: &App) -> bool {
         true
     }
@@ -178,20 +178,20 @@ pub fn run(memory: &mut Memory, plan: &Plan, watch: &mut impl Watch) -> Report {
     soak.report
 }
 
-/// What the device is told of its sensor.
-fn told(sensor: &Sensor, rate: u32, live: bool) -> Configuration {
-    let mut told = Configuration {
+/// The device's configuration for its sensor.
+fn configured(sensor: &Sensor, rate: u32, live: bool) -> Configuration {
+    let mut configuration = Configuration {
         sensor: Some(ConfiguredSensor::Stream(
             sensor.format.settings(&sensor.settings),
         )),
         rate: rate.into(),
         ..Configuration::default()
     };
-    told.correction.mode = Mode::Learn;
+    configuration.correction.mode = Mode::Learn;
     if live {
-        told.correction.activation = Activation::Faded;
+        configuration.correction.activation = Activation::Faded;
     }
-    told
+    configuration
 }
 
 /// Networks that correct by up to 1 deg/h and 100 ug, and whose output depends on every sample.
@@ -255,8 +255,8 @@ impl Soak<'_> {
             learnt,
         } = memory;
         let live = self.random.below(2) == 0;
-        let told = told(sensor, self.plan.rate, live);
-        let record = record_of(&told);
+        let configuration = configured(sensor, self.plan.rate, live);
+        let record = record_of(&configuration);
         if self.random.below(4) > 0 {
             *blackbox = blackbox::Memory::ZEROED; // else it holds what it had before the reset
         }
@@ -269,7 +269,7 @@ impl Soak<'_> {
         let Ok(mut store) = Store::new(failing) else {
             return self.violated(Violation::Store);
         };
-        // the sensor is exchanged: the device is told
+        // the sensor is exchanged: the device is configured for it
         let held = store.load();
         if !matches!(&held, Ok(Some(stored)) if stored.record == record) {
             let nets = nets();
@@ -342,7 +342,7 @@ impl Soak<'_> {
         }
         self.gather(&mut lines);
         app.hold_recording();
-        if !watch.drive_over(&told, &app) {
+        if !watch.drive_over(&configuration, &app) {
             self.violated(Violation::BlackBox);
         }
     }

@@ -23,7 +23,7 @@ const RADIUS: f64 = 6.38e6;
 pub struct Sensor {
     /// Its format, with the layout of its frames.
     pub format: ImuFormat,
-    /// What the device is told of it.
+    /// The device's settings for it.
     pub settings: Settings,
     simulated: Simulated,
     step: u32,
@@ -65,7 +65,7 @@ impl Sensor {
         })
     }
 
-    /// What a count is worth to a device that is told these settings; `None` where it sees another
+    /// Value of a count for a device with these settings; `None` where the device finds another
     /// rate, or missing frames.
     fn worth(&self, rate: f64) -> Option<[f64; 2]> {
         const PROBE: i32 = 1 << 10;

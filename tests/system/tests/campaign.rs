@@ -184,7 +184,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     assert_eq!(median("rnn-window"), median("floor"));
 }
 
-/// Earlier drives: an interruption and shards change nothing, and each row tells its drives.
+/// Earlier drives: an interruption and shards change nothing, and each row names its drives.
 #[test]
 fn earlier_drives_can_be_interrupted_and_divided() {
     let dir = tempfile::tempdir().unwrap();
@@ -265,8 +265,8 @@ fn earlier_drives_can_be_interrupted_and_divided() {
         (&["--drives", "many"], "--drives"),
     ] {
         let failed = campaign(d, wrong).code(2);
-        let told = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-        assert!(told.contains(remedy), "{wrong:?}: {told}");
+        let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+        assert!(message.contains(remedy), "{wrong:?}: {message}");
     }
     assert!(!d.join("r.md").exists());
 }

@@ -103,8 +103,8 @@ fn a_simulated_recording_goes_through_all_text_forms() {
     doubted(dir.path());
 }
 
-/// A right header raises no warning, not even with `--strict`. A wrong one is told with its remedy,
-/// and stops the replay with `--strict`.
+/// A right header causes no warning, not even with `--strict`. A wrong one is reported with its
+/// remedy, and stops the replay with `--strict`.
 fn doubted(dir: &Path) {
     let args = ["replay", "csv", "--header", "d/header.toml", "--strict"];
     let out = host_sim(dir, &[&args[..], &["--json", "w.json"]].concat()).success();

@@ -1,6 +1,6 @@
 //! The trials, in a process that may end at any of them.
 
-use crate::device::{Device, Scenario, told};
+use crate::device::{Device, Scenario, configured};
 use crate::judge::{Judge, Verdict};
 use anyhow::{Context, Result, ensure};
 use std::io::Write;
@@ -42,8 +42,9 @@ pub fn run(trials: Trials) -> Result<()> {
     let mut device = Device::driven(trials.scenario, trials.seconds)?;
     let without = device.trial(None);
     ensure!(device.trial(None) == without, "a trial leaves traces");
-    let told = told(trials.scenario);
-    let judge = Judge::new(trials.scenario, &told, without.clone()).context("no such stream")?;
+    let configuration = configured(trials.scenario);
+    let judge =
+        Judge::new(trials.scenario, &configuration, without.clone()).context("no such stream")?;
     let idle = judge.judge(device.came(), &without);
     ensure!(idle == Verdict::Same, "without an upset: {idle:?}");
     let mut out = std::io::stdout().lock();

@@ -83,38 +83,39 @@ pub struct Device {
     before_us: u64,
 }
 
-/// The unit: a STIM300 as it is delivered.
+/// The device's configuration: a STIM300 as it is delivered.
 #[must_use]
-pub fn told(scenario: Scenario) -> Configuration {
+pub fn configured(scenario: Scenario) -> Configuration {
     let format = ImuFormat::Stim300;
     let mut wire = Configured::DEFAULT;
     (format.simulated()[0].settings)(&mut wire);
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: Some(Sensor::Stream(format.settings(&wire))),
         rate: f64::from(format.simulated()[0].rate),
         ..Configuration::default()
     };
-    told.identity.serial = "N25581".try_into().unwrap_or_default();
-    told.correction.mode = match scenario {
+    configuration.identity.serial = "N25581".try_into().unwrap_or_default();
+    configuration.correction.mode = match scenario {
         Scenario::Bypass => Mode::Bypass,
         Scenario::Frozen => Mode::Frozen,
         Scenario::Learn => Mode::Learn,
     };
-    told.correction.activation = Activation::Faded;
-    told.correction.mark = false; // so that nothing but values may change
-    told
+    configuration.correction.activation = Activation::Faded;
+    configuration.correction.mark = false; // so that nothing but values may change
+    configuration
 }
 
 impl Device {
-    /// Drives until samples are corrected, and keeps the memory; `seconds` more are to come.
+    /// Drives until samples are corrected, and saves the memory; the drive goes on for `seconds`
+    /// more.
     ///
     /// # Errors
-    /// The drive cannot be simulated, or the device does not come to what is to be tried.
+    /// The drive cannot be simulated, or the device does not reach the state under test.
     pub fn driven(scenario: Scenario, seconds: u32) -> Result<Device> {
-        let told = told(scenario);
+        let configuration = configured(scenario);
         let errors = ImuSpec::preset("medium").context("no such errors")?;
         let drive = drive_told(
-            &told,
+            &configuration,
             ImuFormat::Stim300,
             &errors,
             [LEAD_S + seconds, STANDS_S],
@@ -130,7 +131,7 @@ impl Device {
             Region::of("learner from fixes", memory),
             Region::of("learner, frame", &raw mut *learner),
         ];
-        let mut config = Config::of(&told);
+        let mut config = Config::of(&configuration);
         config.nets = networks();
         let app = Box::into_raw(Box::new(App::with_learner(config, Some(learner))));
         regions.insert(0, Region::of("application", app));

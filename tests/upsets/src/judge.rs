@@ -72,15 +72,17 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// By what the unit is told, and by what leaves without an upset.
+    /// A judge by the device's configuration and by the output without an upset. `None`: no such
+    /// stream.
     #[must_use]
-    pub fn new(scenario: Scenario, told: &Configuration, without: Left) -> Option<Judge> {
+    pub fn new(scenario: Scenario, configuration: &Configuration, without: Left) -> Option<Judge> {
         let format = ImuFormat::Stim300;
-        let stream = firmware::wire::Source::Stream(format).stream(&told.wire_settings(), 0x90)?;
+        let stream =
+            firmware::wire::Source::Stream(format).stream(&configuration.wire_settings(), 0x90)?;
         let period = 1.0 / stream.rate;
         let counts =
             |limit: f32, count: Option<f64>| Some(f64::from(limit) * period / count? + 1.0);
-        let limit = told.correction.limit;
+        let limit = configuration.correction.limit;
         let bound = [
             counts(limit.gyro, stream.units.gyro.increment(period))?,
             counts(limit.accel, stream.units.accel.increment(period))?,

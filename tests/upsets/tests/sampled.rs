@@ -59,15 +59,15 @@ fn while_it_learns() {
 fn the_judge_sees() {
     use firmware::sample::RawSample;
     use firmware::wire::{Change, Checked, ImuFormat};
-    use upsets::device::{Device, told};
+    use upsets::device::{Device, configured};
 
     let mut device = Device::driven(Scenario::Frozen, 3).expect("a drive");
     let without = device.trial(None);
-    let told = told(Scenario::Frozen);
-    let judge = Judge::new(Scenario::Frozen, &told, without.clone()).expect("a stream");
+    let configuration = configured(Scenario::Frozen);
+    let judge = Judge::new(Scenario::Frozen, &configuration, without.clone()).expect("a stream");
     let judged = |left| judge.judge(device.came(), &left);
     assert_eq!(judged(without.clone()), Verdict::Same);
-    let settings = told.wire_settings();
+    let settings = configuration.wire_settings();
     let shifted = |number: usize, counts: i32| {
         let mut left = without.clone();
         let frame = &mut left.after[number];

@@ -204,15 +204,15 @@ fn ready(source: &Source, log: &str) -> Result<()> {
 /// The compiler's version, and the target of this machine.
 fn compiler() -> Result<[String; 2]> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let told = Command::new(rustc)
+    let printed = Command::new(rustc)
         .arg("-vV")
         .current_dir(workspace())
         .output()
         .context("cannot start rustc")?;
-    let told = String::from_utf8(told.stdout)?;
-    let host = told.lines().find_map(|line| line.strip_prefix("host: "));
+    let printed = String::from_utf8(printed.stdout)?;
+    let host = printed.lines().find_map(|line| line.strip_prefix("host: "));
     let host = host.context("rustc names no host")?;
-    let first = told.lines().next().unwrap_or_default();
+    let first = printed.lines().next().unwrap_or_default();
     Ok([first, host].map(str::to_owned))
 }
 

@@ -14,7 +14,7 @@ use stm32f4xx_hal::{ReadFlags, block};
 /// Bytes of each of the two buffers.
 pub const HALF: usize = 64;
 
-/// Sends back [`BYTES`] bytes. What has come is told at each pause of the line.
+/// Sends back [`BYTES`] bytes. The number of received bytes is reported at each pause of the line.
 pub fn echo(chip: pac::Peripherals) {
     let mut rcc = chip.RCC.freeze(Config::hse(12.MHz()).sysclk(168.MHz()));
     let port = chip.GPIOA.split(&mut rcc);

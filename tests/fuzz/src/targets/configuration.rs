@@ -15,14 +15,14 @@ fn framed(schema: u8, body: &[u8]) -> Vec<u8> {
 
 fn check(record: &[u8]) -> bool {
     let _ = schema(record);
-    let Ok(told) = decode(record) else {
+    let Ok(configuration) = decode(record) else {
         return false;
     };
-    assert!(told.check().is_ok());
-    let again = encode(&told);
+    assert!(configuration.check().is_ok());
+    let again = encode(&configuration);
     let same = decode(&again).expect("our own record");
-    assert_eq!(format!("{same:?}"), format!("{told:?}")); // NaN is not equal to itself
-    let _ = App::new(Config::of(&told)).faults();
+    assert_eq!(format!("{same:?}"), format!("{configuration:?}")); // NaN is not equal to itself
+    let _ = App::new(Config::of(&configuration)).faults();
     true
 }
 

@@ -22,7 +22,7 @@ const FORMAT: ImuFormat = ImuFormat::Novatel;
 const SECONDS: [u32; 2] = [75, 1200];
 /// Of these at rest.
 const STANDSTILL_S: u32 = 48;
-/// When the alignment is told to begin and to end, microseconds.
+/// When the alignment is reported to begin and to end, us.
 const ALIGN: [u32; 2] = [3_000_000, 46_000_000];
 
 #[derive(Arbitrary, Debug, Clone, Copy)]

@@ -84,8 +84,8 @@ fn passes<F: Framing>(
 /// A fix has finite values and positive standard deviations, whatever the bytes are.
 fn fixes(format: ReceiverFormat, stream: &[u8], piece: usize) -> bool {
     let mut found = false;
-    for told in [Some(format), None] {
-        let mut receiver = Receiver::new(told);
+    for configured in [Some(format), None] {
+        let mut receiver = Receiver::new(configured);
         let mut arrival = Arrival::default();
         for bytes in stream.chunks(piece) {
             receiver.push(bytes, arrival);

@@ -13,9 +13,9 @@ pub fn run(input: &[u8]) -> bool {
     let text = unit.to_text("fuzz").expect("a unit that was read");
     let again = Unit::read(&crate::file("again.toml", text.as_bytes())).expect("our own text");
     assert_eq!(format!("{again:?}"), format!("{unit:?}"));
-    // what a device is told is a record that it takes
-    if let Ok(told) = unit.configuration() {
-        decode(&encode(&told)).expect("a unit that was checked");
+    // a unit file's configuration encodes to a record that a device accepts
+    if let Ok(configuration) = unit.configuration() {
+        decode(&encode(&configuration)).expect("a unit that was checked");
     }
     true
 }

@@ -223,11 +223,12 @@ impl Files {
     }
 }
 
-/// What KF-GINS is told: the state at the start, and the same of the sensors that ours is told.
+/// Configuration of KF-GINS: the state at the start, and the same sensor model as that of our
+/// filter.
 fn configuration(place: &Place, session: &Session, unit: &Unit, files: &Files) -> String {
-    let told = Assumptions::of(unit);
+    let assumptions = Assumptions::of(unit);
     let start = session.referenced(0);
-    let sigma = told.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
+    let sigma = assumptions.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
     let (roll, pitch, yaw) = to_euler(&start.q_bn);
     let [lat, lon] = [start.position.lat, start.position.lon].map(|x| x / DEG);
     let attitude = [roll, pitch, yaw].map(|x| x / DEG);
@@ -251,12 +252,12 @@ fn configuration(place: &Place, session: &Session, unit: &Unit, files: &Files) -
         start.velocity.z,
         three(sigma.position),
         three(sigma.velocity),
-        three(told.noise.gyro / DEG_PER_SQRT_H),
-        three(told.noise.accel * 60.0),
-        three(told.prior.gyro_bias / DEG_PER_H),
-        three(told.prior.accel_bias / milligal),
-        three(told.prior.scale[0] / PPM),
-        three(told.prior.scale[1] / PPM),
+        three(assumptions.noise.gyro / DEG_PER_SQRT_H),
+        three(assumptions.noise.accel * 60.0),
+        three(assumptions.prior.gyro_bias / DEG_PER_H),
+        three(assumptions.prior.accel_bias / milligal),
+        three(assumptions.prior.scale[0] / PPM),
+        three(assumptions.prior.scale[1] / PPM),
     )
 }
 

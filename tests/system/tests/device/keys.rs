@@ -21,8 +21,8 @@ fn a_device_is_given_a_key_and_then_asks_for_it() {
     let text = error(port, &["mode", "bypass", "--key", &key]);
     assert!(text.contains("no such file"), "{text}");
 
-    let told = output(port, &["provision", "--key-file", &key]);
-    assert!(told.contains("keep the file"), "{told}");
+    let printed = output(port, &["provision", "--key-file", &key]);
+    assert!(printed.contains("keep the file"), "{printed}");
     assert_eq!(json(port, &["info"])["security"]["state"], "keyed");
     // the mode is what it was
     assert_eq!(output(port, &["mode"]), "shadow\n");

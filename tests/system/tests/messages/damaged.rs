@@ -333,7 +333,7 @@ fn every_damaged_file_is_named_with_a_remedy() {
             remove(&dir.join(at));
             let line = spoil(&dir.join(at), &good, *damage);
             let output = host_sim(dir, &args);
-            // who merges is told the folder
+            // `merge` is given the folder
             let named = if at.starts_with("c/campaign") {
                 "c"
             } else {
