@@ -146,7 +146,7 @@ fn receiver_is_right(format: ReceiverFormat, frame: &[u8]) -> bool {
 
 impl Speaker {
     /// The settings of a device that it is connected to.
-    pub fn told(&self) -> Settings {
+    pub fn settings(&self) -> Settings {
         self.sensor.map_or(Settings::DEFAULT, Simulated::told)
     }
 
