@@ -64,7 +64,7 @@ fn ports(qemu: &mut Child) -> Result<[String; 4]> {
             }
         }
         if ports.iter().all(|port| !port.is_empty()) {
-            qemu.stdin = Some(monitor); // kept open: the monitor's end would be QEMU's
+            qemu.stdin = Some(monitor); // stays open: QEMU ends with its monitor
             return Ok(ports);
         }
     }
@@ -72,7 +72,7 @@ fn ports(qemu: &mut Child) -> Result<[String; 4]> {
 }
 
 impl Listening {
-    /// Has the board stand still, as one that hangs or has lost its cable; or go on.
+    /// Pauses the board, as if it hung or had lost its cable, or resumes it.
     ///
     /// # Errors
     /// QEMU's monitor is gone.

@@ -97,7 +97,7 @@ impl Twin {
     }
 }
 
-/// A board in QEMU at its sensor's, navigation computer's and receiver's line.
+/// A board in QEMU, with its sensor, navigation and receiver lines.
 pub struct Board {
     sensor: TcpStream,
     navigation: TcpStream,
@@ -127,10 +127,10 @@ impl Board {
         })
     }
 
-    /// Sends bytes of the sensor and reads so many of the navigation line.
+    /// Sends bytes on the sensor line and reads `expected` bytes from the navigation line.
     ///
     /// # Errors
-    /// A line breaks, or fewer come in time.
+    /// A line breaks, or fewer bytes arrive in time.
     pub fn through(&mut self, bytes: &[u8], expected: usize) -> Result<Vec<u8>> {
         // QEMU takes what fits and the rest as the board reads it: write from another thread
         let mut sensor = self.sensor.try_clone()?;

@@ -17,21 +17,21 @@ use crate::replay::Wires;
 static SENSOR: Uart = Uart::new();
 static NAVIGATION: Uart = Uart::new();
 
-/// Four words for all streams, then six each (RM0090 10.5.11).
+/// Registers: four words for all streams, then six for each (RM0090 10.5.11).
 const WORDS: usize = 4 + 8 * 6;
 const _: () = assert!(size_of::<RegisterBlock>() == 4 * WORDS);
 static REGISTERS: [AtomicU32; WORDS] = [const { AtomicU32::new(0) }; WORDS];
 
-/// Streams, as the board has them for the same lines (there of two controllers).
+/// Numbers of the streams, as on the board, where they are of two controllers.
 const SENSOR_IN: usize = 2;
 const NAVIGATION_OUT: usize = 7;
 const NAVIGATION_IN: usize = 5;
 
-/// Words of a stream.
+/// Offsets of a stream's registers, words.
 const CONFIGURATION: usize = 0;
 const COUNT: usize = 1;
 const ADDRESS: usize = 3;
-/// In the configuration.
+/// Bits of the configuration register.
 const ENABLED: u32 = 1;
 
 /// Size of a transfer in the calibration, which has fewer bytes.
@@ -59,8 +59,8 @@ fn in_stream() -> Stream<NAVIGATION_IN, false> {
     Stream::of(controller())
 }
 
-/// The lines; their interrupts are not let through yet, and both streams have a transfer to
-/// rehearse with.
+/// The lines. Their interrupts are still masked, and both streams have a transfer for the
+/// calibration.
 pub fn wires() -> Wires<'static, Left> {
     use firmware::link::dma::Stream as _;
     sensor_stream().arm(&REHEARSED);
@@ -96,8 +96,7 @@ fn pend(line: Line) {
     isb();
 }
 
-/// Moves one byte: returns its place, unless there is no transfer. The end of a transfer
-/// interrupts.
+/// Moves one byte and returns it; `None` without a transfer. The end of a transfer interrupts.
 #[inline(always)]
 fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Option<u8> {
     if register::<N>(CONFIGURATION).load(Ordering::Relaxed) & ENABLED == 0 {
