@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 const SENT: [u8; 3] = [11, 22, 33];
 
-/// A ring whose atomics have been made before there is a second thread.
+/// A ring whose atomics are created before the second thread starts.
 fn ring() -> Arc<Ring<2>> {
     let ring = Arc::new(Ring::new());
     let (_, _, _) = (ring.pushed(), ring.popped(), ring.outlet());
@@ -18,8 +18,8 @@ fn ring() -> Arc<Ring<2>> {
     ring
 }
 
-/// Runs the two ends in every order. What `puts` returns is how many of [`SENT`] found room; what
-/// `takes` has read must be a beginning of these, and the rest must still be there.
+/// Runs the two ends in every order. `puts` returns how many bytes of [`SENT`] found room; `takes`
+/// must have read the first of these, and the rest must still be in the ring.
 fn in_every_order(
     puts: impl Fn(&Ring<2>) -> usize + Copy + Send + Sync + 'static,
     takes: impl Fn(&Ring<2>, &mut Vec<u8>) + Copy + Send + Sync + 'static,
@@ -38,7 +38,7 @@ fn in_every_order(
     });
 }
 
-/// As many as there are, one at a time, twice as often as there is room.
+/// Takes bytes one at a time, with twice as many attempts as there is room.
 fn pops(ring: &Ring<2>, got: &mut Vec<u8>) {
     let mut outlet = ring.outlet();
     for _ in 0..3 {
@@ -55,7 +55,7 @@ fn reads(ring: &Ring<2>, got: &mut Vec<u8>) {
     }
 }
 
-/// As a controller takes them: it reads the places, then tells how many.
+/// Takes bytes as a DMA controller does: reads the memory, then reports how many.
 fn empties(ring: &Ring<2>, got: &mut Vec<u8>) {
     for _ in 0..2 {
         let places = ring.oldest();
@@ -71,7 +71,7 @@ fn writes(ring: &Ring<2>) -> usize {
     first + second
 }
 
-/// As a controller puts them.
+/// Puts bytes as a DMA controller does.
 fn fills(ring: &Ring<2>) -> usize {
     let mut put = 0;
     for _ in 0..2 {

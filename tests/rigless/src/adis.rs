@@ -11,7 +11,7 @@ use crate::asked;
 
 /// Least time between two selections, ns.
 const STALL: u64 = 16_000;
-/// What begins a burst.
+/// Commands that begin a burst.
 const BURSTS: [[u8; 2]; 2] = [[0x68, 0], [0x7C, 0]];
 
 /// The sensor, which the board and the bus share.
@@ -33,7 +33,7 @@ struct Sensor {
 }
 
 impl Adis {
-    /// With this product number and range.
+    /// A sensor with this product number and range.
     pub fn new(asked: &asked::Adis) -> Self {
         let mut sensor = Sensor {
             period: 8_000_000_000 / asked.hz,
@@ -53,7 +53,7 @@ impl Adis {
         Self(Arc::new(Mutex::new(sensor)))
     }
 
-    /// The next burst is ready.
+    /// Provides the next burst.
     pub fn ready(&self, burst: &[u8]) {
         if let Ok(mut sensor) = self.0.lock() {
             sensor.burst = burst.to_vec();

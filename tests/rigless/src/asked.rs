@@ -1,4 +1,4 @@
-//! What is asked on standard input. Times are in ns, bytes are hexadecimal.
+//! The input of a run, from standard input. Times are in ns, bytes are hexadecimal.
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ pub struct Asked {
     pub instructions: u64,
     /// End of the run.
     pub until: u64,
-    /// What comes: the UART's name, and of each burst of bytes when its first start bit begins, the
+    /// Received bytes: name of the UART, and for each burst when its first start bit begins, the
     /// bit rate and the bytes.
     #[serde(default)]
     pub lines: BTreeMap<String, Vec<(u64, u64, String)>>,
@@ -56,15 +56,15 @@ pub enum Chip {
 /// A sensor.
 #[derive(Debug, Deserialize)]
 pub struct Adis {
-    /// Its number.
+    /// Its product number.
     pub product: u16,
-    /// Its register of the range.
+    /// Its range register.
     pub range: u16,
     /// Its fastest clock of a burst, Hz.
     pub hz: u64,
-    /// Port and pin of the chip select, as in `GPIOD`, and of data-ready.
+    /// Port, such as `GPIOD`, and pin of the chip select.
     pub select: (String, u8),
-    /// The same of data-ready.
+    /// Port and pin of data-ready.
     pub ready: (String, u8),
     /// Its bursts, and when each is ready.
     pub bursts: Vec<(u64, String)>,

@@ -17,10 +17,10 @@ use rigless::time::VirtualNanos;
 use crate::asked::{Asked, bytes, hex};
 use crate::board::Ours;
 
-/// Data-ready is high so long, ns.
+/// Time for which data-ready is high, ns.
 const HIGH: u64 = 20_000;
 
-/// What happens from outside.
+/// An external event.
 #[derive(Clone, Debug)]
 enum Event {
     /// The pin of the reset is pulled.
@@ -35,7 +35,7 @@ enum Event {
 
 struct World<'a> {
     asked: &'a Asked,
-    /// When the start bits of bytes begin, which is when a UART looks at its line.
+    /// When the start bits of bytes begin, at which a UART samples its line.
     begins: BTreeSet<u64>,
     events: BTreeMap<u64, Vec<Event>>,
     output: String,
@@ -202,8 +202,8 @@ fn outcome(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
     Ok(text)
 }
 
-/// What started the chip anew, what rigless has no model for, and what its models say the manual
-/// forbids.
+/// Writes the resets of the chip, the registers without a model in rigless, and the accesses that
+/// its models report as forbidden.
 fn gaps(session: &Session<Ours>, text: &mut String) -> Result<()> {
     for reset in session.resets() {
         writeln!(text, "reset {} {:?}", reset.at.0, reset.cause)?;
@@ -214,13 +214,13 @@ fn gaps(session: &Session<Ours>, text: &mut String) -> Result<()> {
     for (address, fault) in session.refused() {
         writeln!(text, "refused {address:#010x} {fault}")?;
     }
-    for seen in session.unimplemented().values() {
-        let (instance, register) = (seen.instance, seen.register);
-        let (reads, writes) = (seen.reads, seen.writes);
+    for register_use in session.unimplemented().values() {
+        let (instance, register) = (register_use.instance, register_use.register);
+        let (reads, writes) = (register_use.reads, register_use.writes);
         writeln!(text, "unimplemented {instance} {register} {reads} {writes}")?;
     }
-    for (address, seen) in session.undefined() {
-        writeln!(text, "undefined {} {address:#010x}", seen.instance)?;
+    for (address, access) in session.undefined() {
+        writeln!(text, "undefined {} {address:#010x}", access.instance)?;
     }
     for (instance, interrupt) in session.unrouted() {
         writeln!(text, "unrouted {instance} {interrupt}")?;

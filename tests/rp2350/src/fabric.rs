@@ -1,4 +1,4 @@
-//! The bus that the core sees: the emulator's, but for the peripherals of this program.
+//! The bus of the core: the emulator's, except for the peripherals of this program.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -12,21 +12,21 @@ use crate::uart::Uart;
 use crate::usb::Usb;
 
 const UARTS: [u32; 2] = [0x4007_0000, 0x4007_8000];
-/// Where the emulator has UART1.
+/// Address of UART1 in the emulator.
 const THEIR_UART: u32 = 0x4007_4000;
 const USB: u32 = 0x5011_0000;
 const USB_MEMORY: u32 = 0x5010_0000;
-/// Where the boot ROM leaves the function that turns execution from flash on again.
+/// Address where the boot ROM leaves the function that enables execution from flash.
 const BOOT_RAM: u32 = 0x400E_0000;
-/// SSPCR1 of SPI0. The emulator's SPI receives only what it sends, by this bit. So a look for a
-/// sensor there finds its own question, which is no sensor's number.
+/// SSPCR1 of SPI0. The emulator's SPI receives only what it sends, by this bit. So a search for a
+/// sensor reads its own command, which is no product number.
 const SPI_CONTROL: u32 = 0x4008_0004;
 const LOOP_BACK: u32 = 1;
-/// STIR: the interrupt of this number is to be served. The emulator does not know it.
+/// STIR: triggers the interrupt of this number. The emulator does not have it.
 const TRIGGER: u32 = 0xE000_EF00;
-/// NVIC_IPR, a byte for each interrupt. The emulator knows words only.
+/// NVIC_IPR, a byte for each interrupt. The emulator has word access only.
 const PRIORITIES: Range<u32> = 0xE000_E400..0xE000_E434;
-/// "Go back".
+/// Two instructions `BX LR`: return.
 const RETURN: u32 = 0x4770_4770;
 const TICKS: u32 = 0x4010_8000;
 /// Interrupts of the two UARTs and of USB.
@@ -39,9 +39,9 @@ pub struct Own {
     pub uarts: [Uart; 2],
     /// The command link.
     pub usb: Usb,
-    /// The instruction that the core is about to run.
+    /// Address of the instruction that the core is about to run.
     pub pc: u32,
-    /// UART1 is the emulator's.
+    /// Whether UART1 is the emulator's.
     pub theirs: bool,
     /// The cycle now.
     pub now: u64,
@@ -51,11 +51,11 @@ pub struct Own {
     pub priority: Option<(usize, u8)>,
     /// Levels of the interrupt lines as last reported.
     pub reported: [bool; 3],
-    /// Something of them has changed.
+    /// Whether one of them has changed.
     pub changed: bool,
 }
 
-/// Part of an address: a block and where in it.
+/// A decoded address: peripheral and offset in it.
 enum Place {
     Uart(usize, u32),
     Usb(u32),
@@ -94,7 +94,7 @@ impl Own {
         })
     }
 
-    /// True if it was for one of these.
+    /// Writes a register. Returns true if it belongs to one of these.
     fn write(&mut self, address: u32, value: u32, bytes: usize) -> bool {
         let Some(place) = self.place(address) else {
             return false;
@@ -121,7 +121,7 @@ impl Own {
         true
     }
 
-    /// Lets the UARTs go on to this cycle.
+    /// Advances the UARTs to this cycle.
     pub fn advance(&mut self, now: u64) {
         self.now = now;
         if now < self.next {
@@ -133,7 +133,7 @@ impl Own {
         self.changed = true;
     }
 
-    /// The lines of the interrupts, and the next event.
+    /// Levels of the interrupt lines. Also updates the time of the next event.
     pub fn settle(&mut self) -> [bool; 3] {
         self.changed = false;
         self.next = self.uarts.iter().map(Uart::next).min().unwrap_or(u64::MAX);
@@ -142,7 +142,7 @@ impl Own {
     }
 }
 
-/// Both.
+/// The emulator's bus and our peripherals.
 pub struct Fabric<'a> {
     /// The emulator's.
     pub bus: &'a mut Bus,
@@ -151,15 +151,14 @@ pub struct Fabric<'a> {
 }
 
 impl Fabric<'_> {
-    /// How much faster the core is than what the ticks of the chip count (12 MHz): the emulator
-    /// counts cycles of the core there.
+    /// Converts core cycles, which the emulator counts, to the chip's ticks (12 MHz).
     fn ticks(&self, cycles: u32) -> u32 {
         let by = u64::from(self.bus.sys_clk_hz()) * u64::from(cycles);
         (by / u64::from(self.bus.ref_clk_hz())) as u32
     }
 }
 
-/// An address of the chip at the emulator.
+/// The emulator's address for an address of the chip.
 const fn theirs(address: u32) -> u32 {
     match address & !0x3FFF == UARTS[1] {
         true => address - UARTS[1] + THEIR_UART,
@@ -167,7 +166,7 @@ const fn theirs(address: u32) -> u32 {
     }
 }
 
-/// CYCLES of a domain of the ticks.
+/// Whether an address is a CYCLES register of the tick generators.
 const fn is_ticks(address: u32) -> bool {
     address & !0x3FFF == TICKS && (address & 0x7F) % 12 == 4
 }
@@ -240,7 +239,7 @@ impl CoreBus for Fabric<'_> {
         self.bus.write32(address, value, core);
     }
 
-    /// The core tells the trace of accesses to its own registers, which the bus does not see.
+    /// With the trace, the core reports accesses to its own registers, which do not reach the bus.
     fn mmio_trace_enabled(&self) -> bool {
         true
     }

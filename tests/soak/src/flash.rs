@@ -8,7 +8,7 @@ use embedded_storage::nor_flash::{
 
 /// Bytes of a sector: room for one record.
 const SECTOR: usize = 4352;
-/// Bytes of both.
+/// Bytes of both sectors.
 pub const LEN: usize = 2 * SECTOR;
 
 /// The flash.
@@ -18,16 +18,16 @@ pub struct Flash {
 }
 
 impl Flash {
-    /// Erased.
+    /// An erased flash.
     pub const BLANK: Flash = Flash { bytes: [0xFF; LEN] };
 
-    /// Both sectors are erased.
+    /// Erases both sectors.
     pub fn clear(&mut self) {
         self.bytes.fill(0xFF);
     }
 }
 
-/// The flash in use. While `fails` says so, erasing and writing fail.
+/// The flash in use. While `fails` is set, erasing and writing fail.
 #[derive(Debug)]
 pub struct Failing<'f> {
     pub flash: &'f mut Flash,

@@ -84,7 +84,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     assert_eq!((dated(&kept), dated(&tuning)), before);
     assert!(read(d, "one.json") == read(d, "resumed.json"), "resumed");
 
-    // Shards have directories of their own, or share one and with it the tuning.
+    // Shards have directories of their own, or share one, including the tuning.
     run(&["--shard", "0/2", "--out", "s0"]).success();
     run(&["--shard", "1/2", "--out", "s1"]).success();
     run(&["--shard", "0/2", "--out", "shared"]).success();

@@ -1,4 +1,4 @@
-//! What shells, `man` and other programs get from the command line.
+//! Output for shells, `man` and other programs.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -28,7 +28,7 @@ fn completions_are_scripts_that_know_commands_and_options() {
     }
     let script = printed(dir.path(), &["completions", "bash"]);
     let file = dir.path().join("host-sim.bash");
-    // what the script offers after `host-sim le`
+    // completions that the script offers after `host-sim le`
     let asked = "COMP_WORDS=(host-sim le); COMP_CWORD=1; _host__sim host-sim le host-sim; \
                  echo \"${COMPREPLY[@]}\"";
     std::fs::write(&file, script + asked + "\n").expect("written");

@@ -1,4 +1,4 @@
-//! What left the device after an upset, compared with what came in.
+//! Compares the output of the device after an upset with its input.
 
 use crate::device::{Left, Scenario};
 use firmware::configuration::Configuration;
@@ -16,24 +16,25 @@ pub enum Verdict {
     Bounded,
     /// The device noticed, and passes samples as they are.
     Raw,
-    /// Frames were lost or cut, none was wrong, and in the last second all came.
+    /// Frames were lost or cut, none was wrong, and in the last second all left.
     Lost,
-    /// Nothing came any more: the watchdog would start the device anew.
+    /// The output stopped: the watchdog would restart the device.
     Silent,
-    /// The process ended: on the target a fault of the processor, which starts the device anew.
+    /// The process ended: on the target a fault of the processor, which restarts the device.
     Fault,
-    /// It never ended: the watchdog would start the device anew.
+    /// It never ended: the watchdog would restart the device.
     Hang,
-    /// A check that only a test build has.
+    /// A check failed that only a test build has.
     Check,
     /// Good frames whose values are off by more than the limit.
     Beyond,
-    /// Good frames in which something else than values was changed, or frames that nobody sent.
+    /// Good frames in which something other than values was changed, or frames that were not
+    /// received.
     Forged,
 }
 
 impl Verdict {
-    /// All.
+    /// All verdicts.
     pub const ALL: [Verdict; 11] = [
         Verdict::Same,
         Verdict::Recovered,
@@ -61,7 +62,7 @@ impl Verdict {
     }
 }
 
-/// The judge.
+/// Judges trials.
 pub struct Judge {
     format: ImuFormat,
     /// Largest correction of a triad's value, counts, with one for rounding.

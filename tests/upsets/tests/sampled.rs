@@ -18,7 +18,7 @@ fn sampled(scenario: Scenario) -> Found {
     found.expect("the trials run")
 }
 
-/// After any upset the device sends good frames within the limit, or none.
+/// After any upset the device sends only good frames within the limit, or none.
 fn never_harms(found: &Found) {
     for verdict in [
         Verdict::Beyond,
@@ -53,8 +53,8 @@ fn while_it_learns() {
     never_harms(&sampled(Scenario::Learn));
 }
 
-/// The judge sees what it is there for: values beyond the limit, another counter, a frame that is
-/// missing, and one too many.
+/// The judge detects values beyond the limit, another counter, a missing frame, and an additional
+/// frame.
 #[test]
 fn the_judge_sees() {
     use firmware::sample::RawSample;

@@ -1,4 +1,4 @@
-//! USART1 at 921 600 bit/s: a ring in, which DMA fills without an end, and DMA out.
+//! USART1 at 921 600 bit/s: received into a ring that DMA fills continuously, and sent by DMA.
 
 use chip::{BYTES, LAST, Report, tell};
 use cortex_m::singleton;
@@ -8,8 +8,8 @@ use embassy_stm32::usart::{Config, Uart};
 use crate::Interrupts;
 use crate::waiting::wait_for;
 
-/// Sends back [`BYTES`] bytes. The driver gives what has come at each pause of the line, and when
-/// half of the ring is full.
+/// Sends back [`BYTES`] bytes. The driver delivers the received bytes at each pause of the line,
+/// and when half of the ring is full.
 pub fn echo(chip: Peripherals) {
     let mut config = Config::default();
     config.baudrate = 921_600;

@@ -1,4 +1,4 @@
-//! `embassy-stm32`, unmodified, on the chip that is asked for a subject.
+//! Runs a subject over unmodified `embassy-stm32`.
 
 #![no_std]
 #![no_main]
@@ -197,7 +197,8 @@ fn watchdog(watchdog: Peri<'static, peripherals::IWDG>, timer: &mut SYST) {
     sleep(timer, 160_000, 3);
 }
 
-/// 12 ms, of which the last six are open. Fed in time, then too early; or never.
+/// A window watchdog of 12 ms, of which the last six are open. It is fed in time, then too early;
+/// or never.
 fn window(watchdog: Peri<'static, peripherals::WWDG>, timer: &mut SYST, fed: bool) {
     if registers::restarted() {
         return;

@@ -1,4 +1,4 @@
-//! USART1 at 921 600 bit/s: two buffers in, which DMA fills in turn, and one out.
+//! USART1 at 921 600 bit/s: two receive buffers, which DMA fills in turn, and one to send.
 
 use chip::{BYTES, LAST, Report, tell};
 use cortex_m::singleton;

@@ -1,4 +1,4 @@
-//! `stm32f4xx-hal`, unmodified, on the chip that is asked for a subject.
+//! Runs a subject over unmodified `stm32f4xx-hal`.
 
 #![no_std]
 #![no_main]

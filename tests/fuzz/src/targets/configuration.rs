@@ -1,5 +1,5 @@
-//! Any bytes as a configuration record of any schema, also with a right frame around them: what is
-//! taken is in range, and an application starts with it.
+//! Any bytes as a configuration record of any schema, also with a right frame around them: an
+//! accepted record is in range, and an application starts with it.
 
 use firmware::app::{App, Config};
 use firmware::configuration::record::{decode, encode, schema};
@@ -26,7 +26,7 @@ fn check(record: &[u8]) -> bool {
     true
 }
 
-/// Whether a record was taken.
+/// Whether a record was accepted.
 pub fn run(input: &[u8]) -> bool {
     let plain = check(input);
     let [schema, body @ ..] = input else {

@@ -1,5 +1,5 @@
-//! Any text as a unit file: it is read or refused with a sentence, and what was read is written and
-//! read again the same.
+//! Any text as a unit file: it is read or refused with a message, and a unit that was read is the
+//! same after writing and reading it again.
 
 use firmware::configuration::record::{decode, encode};
 use host_io::unit::Unit;

@@ -19,22 +19,22 @@ const SECONDS: u32 = 50_000;
 /// Largest relative difference of two deviations by the same estimator: the rounding of sums of
 /// 10^7 terms.
 const AGREE: f64 = 1e-9;
-/// Where `AllanTools` is missing.
+/// The remedy where `AllanTools` is missing.
 const REMEDY: &str = "python3 -m venv V && V/bin/pip install allantools==2024.6, then \
                       PYTHON=V/bin/python cargo xtask beside";
 
-/// What both print.
+/// The output of either program.
 #[derive(Deserialize)]
 struct Printed {
     #[serde(default)]
     version: String,
-    /// By the clock, and of the processor.
+    /// Elapsed time and processor time, s.
     seconds: [f64; 2],
     /// Averaging time, s, and deviation, rad/s.
     curve: Vec<(f64, f64)>,
 }
 
-/// Measures both, and gives the table.
+/// Measures both programs, and returns the table.
 pub fn measure(place: &Place) -> Result<String> {
     let spec = ImuSpec::preset("medium").context("no preset medium")?;
     let spec = spec.error_model(ErrorModelName::Linear);

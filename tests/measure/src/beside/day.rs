@@ -1,6 +1,6 @@
 //! A recording of 24 h at 200 samples a second, through `host-sim allan` and `host-sim replay csv`.
 //! The vehicle stands all the time, so `replay csv` does not look for a time offset between samples
-//! and fixes. docs/PERFORMANCE.md says what a vehicle that moves costs.
+//! and fixes. docs/PERFORMANCE.md has the cost for a moving vehicle.
 
 use std::fs;
 use std::path::Path;
@@ -31,7 +31,7 @@ const LENGTH_S: u32 = 86_400;
 const STANDSTILL_S: u32 = 300;
 const RATE_HZ: u32 = 200;
 
-/// Measures, and gives the table and what exceeds its budget.
+/// Measures, and returns the table and what exceeds its budget.
 pub fn measure(place: &Place) -> Result<(String, Vec<String>)> {
     let folder = place.folder.join("day");
     eprintln!("      writing {}", folder.display());

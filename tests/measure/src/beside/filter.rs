@@ -34,19 +34,19 @@ const LENGTH_S: [f64; 2] = [300.0, 1320.0];
 const WEEK_S: f64 = 1000.0;
 /// The unit of the drive.
 const UNIT: &str = "medium";
-/// Where KF-GINS is missing.
+/// The remedy where KF-GINS is missing.
 const REMEDY: &str = "build it with -DCMAKE_BUILD_TYPE=Release \
                       (https://github.com/i2Nav-WHU/KF-GINS), then KFGINS=/path/to/KF-GINS cargo \
                       xtask beside";
 
-/// A row of what our side prints.
+/// A row of our program's output.
 #[derive(Clone, Debug, Deserialize)]
 struct Filtered {
     filter: String,
     states: usize,
     each_sample: bool,
     samples: usize,
-    /// By the clock, and of the processor.
+    /// Elapsed time and processor time, s.
     seconds: [f64; 2],
     horizontal_m: f64,
 }
@@ -59,7 +59,7 @@ struct Row {
     horizontal_m: f64,
 }
 
-/// Measures both, and gives the table.
+/// Measures both programs, and returns the table.
 pub fn measure(place: &Place) -> Result<String> {
     let unit = Unit::load(UNIT)?;
     let session = drive(&unit);

@@ -1,7 +1,7 @@
-//! `cargo xtask beside`: what a user would pick instead, on the same bytes in one run. Whole
-//! processes run in turn, several times, so that other load on the machine affects all of them. It
-//! writes the part of `docs/PERFORMANCE.md` between the markers. No figure there is written by
-//! hand.
+//! `cargo xtask beside`: comparison with the programs that a user would choose instead, on the same
+//! bytes in one run. Whole processes run in turn, several times, so that other load on the machine
+//! affects all of them. It writes the part of `docs/PERFORMANCE.md` between the markers. No figure
+//! there is written by hand.
 
 mod allan;
 mod day;
@@ -24,7 +24,7 @@ const ROUNDS: usize = 5;
 struct Place {
     /// `host-sim`.
     program: PathBuf,
-    /// The example that does the same work as a rival.
+    /// The example that does the same work as the other programs.
     ours: PathBuf,
     folder: PathBuf,
 }
@@ -46,8 +46,8 @@ impl Place {
     }
 }
 
-/// Measures, prints, writes. A result that differs from the rival's is an error, and so is a day
-/// that takes more memory than its budget.
+/// Measures, prints, writes. A result that differs from the other program's is an error, and so is
+/// a day's recording that takes more memory than its budget.
 pub fn beside() -> Result<ExitCode> {
     eprintln!("[1/4] programs");
     let place = Place::new()?;
@@ -69,7 +69,7 @@ fn seconds([least, median, most]: [f64; 3]) -> String {
     format!("{median:.2} ({least:.2} .. {most:.2})")
 }
 
-/// The most memory that any of the runs held.
+/// Peak memory over all runs.
 fn peak<'a>(runs: impl IntoIterator<Item = &'a Used>) -> String {
     let peaks = runs.into_iter().map(|used| used.peak_mib);
     let most = peaks.reduce(|a, b| Some(a?.max(b?))).flatten();

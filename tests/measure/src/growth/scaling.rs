@@ -34,8 +34,8 @@ pub struct Cell {
     pub cpu: Option<f64>,
 }
 
-/// The time of a campaign without the waiting, which the threads that had runs to do shared
-/// equally.
+/// The time of a campaign without waiting. The waiting time is divided equally among the threads
+/// that had runs.
 fn undisturbed(used: &Used, runs: u32, jobs: usize) -> f64 {
     used.wall_s - used.waited_s / jobs.min(runs as usize) as f64
 }
@@ -49,7 +49,7 @@ pub struct Drives {
     pub cpu: Option<f64>,
 }
 
-/// All of them.
+/// All measurements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scaling {
     pub cells: Vec<Cell>,
@@ -196,7 +196,7 @@ impl Prepared {
         child::run(&mut self.command(runs, jobs, true))
     }
 
-    /// No run is kept.
+    /// Deletes the finished runs.
     fn forget(&self) -> Result<()> {
         let done = self.place.join("runs");
         fs::remove_dir_all(&done).with_context(|| done.display().to_string())

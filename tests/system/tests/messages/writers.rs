@@ -10,7 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Where the drive starts.
+/// Start position of the drive.
 pub const ORIGIN: Geodetic = Geodetic {
     lat: 0.8,
     lon: 0.1,
@@ -62,13 +62,13 @@ pub fn fixes(session: &Session) -> Vec<Fix> {
     all.filter_map(fix).collect()
 }
 
-/// Messages of several kinds in the order of time.
+/// Merges messages of several kinds, by time.
 fn merged<T>(mut all: Vec<(i64, T)>) -> Vec<T> {
     all.sort_by_key(|(us, _)| *us);
     all.into_iter().map(|(_, message)| message).collect()
 }
 
-/// `imu.csv`, `gnss.csv` and `header.toml`. Rates, or increments.
+/// Writes `imu.csv`, `gnss.csv` and `header.toml`, with rates or increments.
 pub fn csv(dir: &Path, session: &Session, rates: bool) {
     let mut imu = "t,gx,gy,gz,ax,ay,az\n".to_owned();
     let scale = if rates { 1.0 } else { session.dt };
@@ -117,7 +117,7 @@ pub fn bag(session: &Session) -> Vec<u8> {
     bag_of(session, ["/imu", "/fix", "/vel"])
 }
 
-/// The same with names of its topics: samples, fixes, velocities.
+/// An MCAP file with the names of its topics: samples, fixes, velocities.
 pub fn bag_of(session: &Session, [imu, fix, velocity]: [&str; 3]) -> Vec<u8> {
     const START: i64 = 1_700_000_000;
     const MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -311,7 +311,7 @@ pub fn ubx(session: &Session) -> Vec<u8> {
     merged(all).concat()
 }
 
-/// `mav0` with x of the room as north and y as west, and the axes of the MAV.
+/// Writes `mav0`, with x of the room as north, y as west, and the axes of the MAV.
 pub fn euroc(dir: &Path, session: &Session) {
     const START: i64 = 1_400_000_000_000_000_000;
     let mut imu = "#timestamp [ns],wx,wy,wz,ax,ay,az\n".to_owned();
