@@ -30,7 +30,7 @@ pub fn damage(long: bool) -> Result<ExitCode> {
     let mut run = cargo_with("run --quiet --release --package damage --");
     if long {
         let log = target_directory()?.join("damage/100-million.jsonl");
-        eprintln!("log: {} (delete it to begin anew)", log.display());
+        eprintln!("log: {} (delete it to start again)", log.display());
         run.args(["--millions", "100", "--log"]).arg(log);
     }
     let status = run.status().context("cannot start cargo")?;

@@ -99,13 +99,13 @@ pub fn begin(debug: &mut DCB, trace: &mut ITM) {
 }
 
 /// Reports a word.
-pub fn tell(what: Report, word: u32) {
+pub fn report(what: Report, word: u32) {
     registers::write(0xE000_0000 + 4 * what as usize, word);
 }
 
 /// Reports the end and loops for ever.
 pub fn done() -> ! {
-    tell(Report::Done, 1);
+    report(Report::Done, 1);
     loop {
         cortex_m::asm::wfi();
     }
@@ -124,9 +124,9 @@ pub const SECTOR: u32 = 0xE_0000;
 pub const PATTERN: [u8; 24] = *b"a driver that is trusted";
 
 /// Reports the words at the start of the sector, as the core reads them.
-pub fn tell_sector() {
+pub fn report_sector() {
     for n in 0..6 {
-        tell(
+        report(
             Report::Word,
             registers::read(0x0800_0000 + SECTOR as usize + 4 * n),
         );
@@ -135,7 +135,7 @@ pub fn tell_sector() {
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    tell(
+    report(
         Report::Panic,
         info.location().map_or(0, |place| place.line()),
     );

@@ -8,7 +8,7 @@ use cortex_m::peripheral::NVIC;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 
-use crate::{Report, tell};
+use crate::{Report, report};
 
 const RCC_APB1ENR: usize = 0x4002_3840;
 const RCC_CSR: usize = 0x4002_3874;
@@ -62,7 +62,7 @@ pub fn cause() -> u32 {
 #[must_use]
 pub fn restarted() -> bool {
     let flags = cause();
-    tell(Report::Cause, flags);
+    report(Report::Cause, flags);
     flags & (3 << 29) != 0
 }
 
@@ -111,8 +111,8 @@ pub fn supply(timer: &mut SYST) {
     // SAFETY: the handler touches nothing but its counter and its flag.
     unsafe { NVIC::unmask(Number(1)) };
     for _ in 0..3 {
-        tell(Report::Word, read(PWR_CSR) >> 2 & 1);
-        tell(Report::Interrupts, SERVED[1].load(Ordering::Relaxed));
+        report(Report::Word, read(PWR_CSR) >> 2 & 1);
+        report(Report::Interrupts, SERVED[1].load(Ordering::Relaxed));
         sleep(timer, 160_000, 1);
     }
 }
@@ -127,7 +127,7 @@ pub fn supply_fell() {
 pub fn wrong_write(address: u32) {
     write(address as usize, 0x1234_5678);
     while read(FLASH_SR) >> 16 & 1 != 0 {}
-    tell(Report::Word, read(address as usize));
+    report(Report::Word, read(address as usize));
 }
 
 /// Clears the error flags of the controller.

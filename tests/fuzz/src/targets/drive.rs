@@ -107,7 +107,7 @@ struct Device<'m> {
 }
 
 /// Time and sample of a frame, to find it in the output.
-fn seen(bytes: &mut [u8]) -> Option<(u64, RawSample)> {
+fn time_and_sample(bytes: &mut [u8]) -> Option<(u64, RawSample)> {
     let checked = firmware::wire::Checked::new(FORMAT, bytes).ok()?;
     let reading = checked.read().ok()?;
     Some((reading.time?.to_bits(), reading.sample))
@@ -151,7 +151,7 @@ impl Device<'_> {
             self.framer.push(piece);
             while let Some(event) = self.framer.next_event() {
                 let mut bytes = event.bytes().to_vec();
-                if let Some((time, out)) = seen(&mut bytes)
+                if let Some((time, out)) = time_and_sample(&mut bytes)
                     && let Some(was) = self.inside.get(&time)
                 {
                     let off = difference(*was, out);
@@ -340,7 +340,7 @@ pub fn drive(bytes: &[u8], long: bool) -> Option<End> {
                     values.1 -= 1;
                     other_values(&mut bytes, values.0);
                 }
-                if let Some((time, sample)) = seen(&mut bytes) {
+                if let Some((time, sample)) = time_and_sample(&mut bytes) {
                     device.inside.insert(time, sample);
                 }
                 for _ in 0..times {
