@@ -135,10 +135,7 @@ pub fn report_sector() {
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    report(
-        Report::Panic,
-        info.location().map_or(0, |place| place.line()),
-    );
+    report(Report::Panic, info.location().map_or(0, |at| at.line()));
     loop {
         cortex_m::asm::wfi();
     }

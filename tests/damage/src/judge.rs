@@ -142,7 +142,7 @@ impl<'s> Judge<'s> {
     }
 
     /// Index of the undamaged piece at exactly these bytes.
-    fn place(&mut self, at: &Range<usize>) -> Option<usize> {
+    fn piece_at(&mut self, at: &Range<usize>) -> Option<usize> {
         let pieces = &self.stream.pieces;
         while pieces.get(self.next)?.at.end < at.end {
             self.next += 1;
@@ -153,12 +153,12 @@ impl<'s> Judge<'s> {
 
     /// Notes an accepted frame. `came`: number of bytes received before the last push.
     fn frame(&mut self, at: Range<usize>, came: usize) -> Result<(), String> {
-        if let Some(place) = self.place(&at) {
-            self.found[place] = true;
+        if let Some(index) = self.piece_at(&at) {
+            self.found[index] = true;
             self.figures.found += 1;
             if let Some(late) = came.checked_sub(at.end) {
                 self.figures.late_bytes = self.figures.late_bytes.max(late as u64);
-                let since = self.stream.pieces[place + 1..].iter();
+                let since = self.stream.pieces[index + 1..].iter();
                 let frames = since
                     .take_while(|piece| piece.at.end <= came)
                     .filter(|piece| piece.damage.is_none());

@@ -23,7 +23,7 @@ pub enum Kind {
     Insert,
     /// A piece comes twice.
     Duplicate,
-    /// Two pieces have changed places.
+    /// Two pieces are exchanged.
     Swap,
     /// The beginning of a frame without the rest: the worst noise.
     Beginning,

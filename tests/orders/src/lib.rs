@@ -63,7 +63,7 @@ mod slot {
 
         /// Writes a value. Loom fails if the other end uses the slot at the same time.
         pub fn write(&self, value: T) {
-            let before = self.with(|place| place.replace(value));
+            let before = self.with(|slot| slot.replace(value));
             assert!(before.is_none(), "a value that was not taken");
         }
 
@@ -75,7 +75,7 @@ mod slot {
         #[allow(unsafe_code, reason = "loom's cells have no other access")]
         fn with<R>(&self, act: impl FnOnce(&mut Option<T>) -> R) -> R {
             // SAFETY: loom panics when anybody else has it.
-            self.get().with_mut(|place| act(unsafe { &mut *place }))
+            self.get().with_mut(|slot| act(unsafe { &mut *slot }))
         }
     }
 

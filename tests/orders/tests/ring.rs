@@ -12,8 +12,8 @@ const SENT: [u8; 3] = [11, 22, 33];
 fn ring() -> Arc<Ring<2>> {
     let ring = Arc::new(Ring::new());
     let (_, _, _) = (ring.pushed(), ring.popped(), ring.outlet());
-    for place in ring.free() {
-        assert_eq!(place.load(Ordering::Relaxed), 0);
+    for byte_slot in ring.free() {
+        assert_eq!(byte_slot.load(Ordering::Relaxed), 0);
     }
     ring
 }
@@ -58,9 +58,13 @@ fn reads(ring: &Ring<2>, got: &mut Vec<u8>) {
 /// Takes bytes as a DMA controller does: reads the memory, then reports how many.
 fn empties(ring: &Ring<2>, got: &mut Vec<u8>) {
     for _ in 0..2 {
-        let places = ring.oldest();
-        got.extend(places.iter().map(|place| place.load(Ordering::Relaxed)));
-        ring.emptied(places.len());
+        let oldest = ring.oldest();
+        got.extend(
+            oldest
+                .iter()
+                .map(|byte_slot| byte_slot.load(Ordering::Relaxed)),
+        );
+        ring.emptied(oldest.len());
     }
 }
 
@@ -77,8 +81,8 @@ fn fills(ring: &Ring<2>) -> usize {
     for _ in 0..2 {
         let free = ring.free();
         let bytes = &SENT[put..];
-        for (place, byte) in free.iter().zip(bytes) {
-            place.store(*byte, Ordering::Relaxed);
+        for (byte_slot, byte) in free.iter().zip(bytes) {
+            byte_slot.store(*byte, Ordering::Relaxed);
         }
         let filled = free.len().min(bytes.len());
         ring.filled(filled);

@@ -25,7 +25,7 @@ class Judged(Faulty):
         super().__init__({"image": asked["image"], "chip": asked.get("chip", {}) | {"adis": asked.get("adis")}})
         self.ask()
         self.uarts["sensor"].peer = 921_600
-        self.cpu.mem_write(FLASH[0] + 0xE_0000, bytes(range(256)))  # what was in the last sector before
+        self.cpu.mem_write(FLASH[0] + 0xE_0000, bytes(range(256)))  # previous content of the last sector
         self.faults += [(ms * MS, "volts", volts) for ms, volts in asked.get("volts", [])]
 
     def ask(self):

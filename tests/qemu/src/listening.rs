@@ -55,12 +55,12 @@ fn ports(qemu: &mut Child) -> Result<[String; 4]> {
     let monitor_output = qemu.stdout.take().context("no monitor")?;
     for line in BufReader::new(monitor_output).lines() {
         let line = line?;
-        for (number, place) in ports.iter_mut().enumerate() {
+        for (number, port) in ports.iter_mut().enumerate() {
             if let Some((_, rest)) = line.split_once(&format!("serial{number}: "))
                 && let Some((_, address)) = rest.split_once("tcp:")
             {
                 let end = address.find(',').unwrap_or(address.len());
-                *place = format!("tcp:{}", &address[..end]);
+                *port = format!("tcp:{}", &address[..end]);
             }
         }
         if ports.iter().all(|port| !port.is_empty()) {

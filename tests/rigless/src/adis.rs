@@ -40,12 +40,12 @@ impl Adis {
             ..Sensor::default()
         };
         let paged = (16480..16500).contains(&asked.product);
-        let places = if paged {
+        let registers = if paged {
             [(0, 0x7E), (3, 0x12)]
         } else {
             [(0, 0x72), (0, 0x5E)]
         };
-        for ((page, address), value) in places.into_iter().zip([asked.product, asked.range]) {
+        for ((page, address), value) in registers.into_iter().zip([asked.product, asked.range]) {
             let [low, high] = value.to_le_bytes();
             sensor.memory.insert((page, address), low);
             sensor.memory.insert((page, address + 1), high);
@@ -73,19 +73,19 @@ impl Sensor {
     }
 
     fn transfer(&mut self, byte: u8, now: u64) -> u8 {
-        let place = self.frame.len();
+        let index = self.frame.len();
         self.frame.push(byte);
         if self.is_burst() {
-            if place > 1 && now < self.last + self.period {
+            if index > 1 && now < self.last + self.period {
                 let wrong = format!("a byte of a burst in {} ns", now - self.last);
                 self.wrong.push(wrong);
             }
             self.last = now;
-            let place = place.checked_sub(2);
-            return place.and_then(|n| self.burst.get(n)).copied().unwrap_or(0);
+            let word = index.checked_sub(2);
+            return word.and_then(|n| self.burst.get(n)).copied().unwrap_or(0);
         }
         self.last = now;
-        self.answer.get(place).copied().unwrap_or(0)
+        self.answer.get(index).copied().unwrap_or(0)
     }
 
     fn select(&mut self, now: u64) {

@@ -56,7 +56,7 @@ pub struct Own {
 }
 
 /// A decoded address: peripheral and offset in it.
-enum Place {
+enum Decoded {
     Uart(usize, u32),
     Usb(u32),
     UsbMemory(u32),
@@ -64,39 +64,39 @@ enum Place {
 }
 
 impl Own {
-    fn place(&self, address: u32) -> Option<Place> {
+    fn decode(&self, address: u32) -> Option<Decoded> {
         if !matches!(address >> 20, 0x400 | 0x501) {
             return None;
         }
         let offset = address & 0xFFF;
         match address & !0x3FFF {
-            block if block == UARTS[0] => Some(Place::Uart(0, offset)),
-            block if block == UARTS[1] && !self.theirs => Some(Place::Uart(1, offset)),
-            USB => Some(Place::Usb(offset)),
-            USB_MEMORY => Some(Place::UsbMemory(offset)),
-            BOOT_RAM => Some(Place::BootRam),
+            block if block == UARTS[0] => Some(Decoded::Uart(0, offset)),
+            block if block == UARTS[1] && !self.theirs => Some(Decoded::Uart(1, offset)),
+            USB => Some(Decoded::Usb(offset)),
+            USB_MEMORY => Some(Decoded::UsbMemory(offset)),
+            BOOT_RAM => Some(Decoded::BootRam),
             _ => None,
         }
     }
 
     fn read(&mut self, address: u32, bytes: usize) -> Option<u32> {
-        let place = self.place(address)?;
+        let decoded = self.decode(address)?;
         self.changed = true;
-        Some(match place {
-            Place::Uart(which, offset) => {
+        Some(match decoded {
+            Decoded::Uart(which, offset) => {
                 let uart = &mut self.uarts[which];
                 uart.advance(self.now);
                 uart.read(offset)
             }
-            Place::Usb(offset) => self.usb.read(offset),
-            Place::UsbMemory(offset) => self.usb.load(offset, bytes),
-            Place::BootRam => RETURN,
+            Decoded::Usb(offset) => self.usb.read(offset),
+            Decoded::UsbMemory(offset) => self.usb.load(offset, bytes),
+            Decoded::BootRam => RETURN,
         })
     }
 
     /// Writes a register. Returns true if it belongs to one of these.
     fn write(&mut self, address: u32, value: u32, bytes: usize) -> bool {
-        let Some(place) = self.place(address) else {
+        let Some(decoded) = self.decode(address) else {
             return false;
         };
         self.changed = true;
@@ -107,16 +107,16 @@ impl Own {
             2 => old | value,
             _ => old & !value,
         };
-        match place {
-            Place::Uart(which, offset) => {
+        match decoded {
+            Decoded::Uart(which, offset) => {
                 let uart = &mut self.uarts[which];
                 uart.advance(self.now);
                 let old = if alias == 0 { 0 } else { uart.read(offset) };
                 uart.write(offset, value(old), self.now);
             }
-            Place::Usb(offset) => self.usb.write(offset, value(self.usb.read(offset))),
-            Place::UsbMemory(offset) => self.usb.store(offset, value(0), bytes),
-            Place::BootRam => {}
+            Decoded::Usb(offset) => self.usb.write(offset, value(self.usb.read(offset))),
+            Decoded::UsbMemory(offset) => self.usb.store(offset, value(0), bytes),
+            Decoded::BootRam => {}
         }
         true
     }

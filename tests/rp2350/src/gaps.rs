@@ -123,7 +123,7 @@ impl Pair {
 /// like one is never run.
 #[derive(Debug)]
 pub struct Pairs {
-    places: Vec<u64>,
+    candidates: Vec<u64>,
     flash: Vec<u16>,
 }
 
@@ -136,19 +136,19 @@ impl Pairs {
             .iter()
             .map(|half| u16::from_le_bytes(*half))
             .collect();
-        let mut places = vec![0; flash.len() / 64];
+        let mut candidates = vec![0; flash.len() / 64];
         for (n, halves) in flash.windows(2).enumerate() {
             if Pair::of(halves[0], halves[1]).is_some() {
-                places[n / 64] |= 1 << (n % 64);
+                candidates[n / 64] |= 1 << (n % 64);
             }
         }
-        Self { places, flash }
+        Self { candidates, flash }
     }
 
     /// The pair at this address.
     pub fn at(&self, pc: u32) -> Option<Pair> {
         let half = pc.checked_sub(0x1000_0000)? as usize / 2;
-        if self.places.get(half / 64)? >> (half % 64) & 1 == 0 {
+        if self.candidates.get(half / 64)? >> (half % 64) & 1 == 0 {
             return None;
         }
         Pair::of(self.flash[half], self.flash[half + 1])

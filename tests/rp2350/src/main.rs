@@ -39,10 +39,10 @@ fn flash(image: &[u8]) -> Vec<u8> {
     for n in 0..half(44) {
         let header = word(28) as usize + half(42) * n;
         let [kind, from, _, to, len] = [0, 1, 2, 3, 4].map(|n| word(header + 4 * n) as usize);
-        let place = to
+        let address = to
             .checked_sub(0x1000_0000)
             .filter(|to| to + len <= rom::FLASH);
-        if let (1, Some(to)) = (kind, place) {
+        if let (1, Some(to)) = (kind, address) {
             flash[to..to + len].copy_from_slice(&image[from..from + len]);
         }
     }

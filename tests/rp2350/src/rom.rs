@@ -71,8 +71,8 @@ impl Rom {
     }
 
     /// Calls a function by its index. Returns how long it takes, us.
-    fn call(&mut self, emulator: &mut Emulator, place: usize, of: [u32; 3]) -> u64 {
-        let Some(before) = place.checked_sub(1) else {
+    fn call(&mut self, emulator: &mut Emulator, index: usize, of: [u32; 3]) -> u64 {
+        let Some(before) = index.checked_sub(1) else {
             let is = |name: &&[u8; 2]| u32::from(u16::from_le_bytes(**name)) == of[0];
             let found = NAMES.iter().position(is);
             let address = found.map_or(0, |n| LOOK_UP + 16 * (n as u32 + 1) + 1);
@@ -97,8 +97,8 @@ impl Rom {
             b"RP" => {
                 let len = of[2] as usize;
                 // a 1 leaves a bit unchanged: the driver pads a page with ones
-                for (n, place) in self.flash[from..from + len].iter_mut().enumerate() {
-                    *place &= emulator.bus.read8(of[1] + n as u32, 0);
+                for (n, cell) in self.flash[from..from + len].iter_mut().enumerate() {
+                    *cell &= emulator.bus.read8(of[1] + n as u32, 0);
                 }
                 self.counts[1] += len / PAGE;
                 emulator.load_flash(&self.flash);

@@ -145,15 +145,15 @@ const UNKNOWN: Chip = Chip {
 /// only when the F4's and F7's address gave no known id.
 pub fn identify(core: Core, mut read: impl FnMut(u32) -> Option<u32>) -> Found {
     let mut last = 0;
-    for place in [ID_F4_F7, ID_H7] {
+    for address in [ID_F4_F7, ID_H7] {
         let here = || {
             let known = KNOWN.iter();
-            known.filter(move |(its_core, at, ..)| *its_core == core && *at == place)
+            known.filter(move |(its_core, at, ..)| *its_core == core && *at == address)
         };
         if here().next().is_none() {
             continue;
         }
-        let Some(word) = read(place) else { continue };
+        let Some(word) = read(address) else { continue };
         let id = (word & 0xFFF) as u16;
         if let Some((.., chip)) = here().find(|(_, _, its_id, _)| *its_id == id) {
             return Found { chip: *chip, id };
@@ -190,11 +190,11 @@ mod tests {
 
     #[test]
     fn each_chip_where_it_has_its_id() {
-        for (core, place, id, chip) in KNOWN {
+        for (core, address, id, chip) in KNOWN {
             // Revision, and reserved bits that an H743 sets.
             let word = 0x1003_0000 | 0x6000 | u32::from(id);
             assert_eq!(
-                identify(core, read_of(&[(place, word)])),
+                identify(core, read_of(&[(address, word)])),
                 Found { chip, id }
             );
         }
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn only_the_f405_gets_the_boards_clock() {
-        let chip = |core, place, word| identify(core, read_of(&[(place, word)])).chip;
+        let chip = |core, address, word| identify(core, read_of(&[(address, word)])).chip;
         for word in [0x100F_6413, 0x2000_6411] {
             assert_eq!(chip(Core::M4, ID_F4_F7, word).clock, Clock::Board);
         }

@@ -70,8 +70,8 @@ impl NorFlash for Failing<'_> {
         if self.fails.get() {
             return Err(Failed);
         }
-        let place = self.flash.bytes.get_mut(from as usize..to as usize);
-        place.ok_or(Failed)?.fill(0xFF);
+        let sector = self.flash.bytes.get_mut(from as usize..to as usize);
+        sector.ok_or(Failed)?.fill(0xFF);
         Ok(())
     }
 
@@ -79,13 +79,13 @@ impl NorFlash for Failing<'_> {
         if self.fails.get() {
             return Err(Failed);
         }
-        let place = self.flash.bytes.get_mut(offset as usize..).ok_or(Failed)?;
-        let place = place.get_mut(..bytes.len()).ok_or(Failed)?;
-        for (place, byte) in place.iter_mut().zip(bytes) {
-            if *place != 0xFF {
+        let target = self.flash.bytes.get_mut(offset as usize..).ok_or(Failed)?;
+        let target = target.get_mut(..bytes.len()).ok_or(Failed)?;
+        for (cell, byte) in target.iter_mut().zip(bytes) {
+            if *cell != 0xFF {
                 return Err(Failed); // a word is written once
             }
-            *place = *byte;
+            *cell = *byte;
         }
         Ok(())
     }

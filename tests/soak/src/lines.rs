@@ -32,11 +32,11 @@ impl Input {
             return Err(Lost);
         }
         let mut len = 0;
-        for place in buffer {
+        for slot in buffer {
             let Some(byte) = self.bytes.pop_front() else {
                 break;
             };
-            *place = byte;
+            *slot = byte;
             len += 1;
         }
         Ok(len)
@@ -170,10 +170,10 @@ impl<'p> Out<'p> {
         let mut came = [0; LONGEST];
         let mut passing = self.passing.borrow_mut();
         let mut differ = 0;
-        for (place, byte) in came.iter_mut().zip(message) {
+        for (slot, byte) in came.iter_mut().zip(message) {
             match passing.bytes.pop_front() {
                 Some(was) => {
-                    *place = was;
+                    *slot = was;
                     differ += u64::from(was != *byte);
                 }
                 None => self.seen.made_up += 1,
@@ -184,8 +184,8 @@ impl<'p> Out<'p> {
             return;
         }
         let mut left = [0; LONGEST];
-        for (place, byte) in left.iter_mut().zip(message) {
-            *place = *byte;
+        for (slot, byte) in left.iter_mut().zip(message) {
+            *slot = *byte;
         }
         let len = message.len().min(LONGEST);
         let format = self.format;

@@ -574,8 +574,8 @@ impl Drive<'_> {
         let mut at = 0;
         let mut put = |bytes: &[u8]| {
             for byte in bytes {
-                if let Some(place) = into.get_mut(at) {
-                    *place = *byte;
+                if let Some(slot) = into.get_mut(at) {
+                    *slot = *byte;
                     at += 1;
                 }
             }

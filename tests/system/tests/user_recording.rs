@@ -385,8 +385,8 @@ fn a_long_recording_needs_space_for_temporary_files() {
     assert!(said().contains("host-sim: --learn-s: "), "{}", said());
     write(1_450_000);
     let text = said();
-    let place = text.contains("nowhere/a temporary file: cannot be written");
+    let named = text.contains("nowhere/a temporary file: cannot be written");
     let remedy = text.contains("; remedy: choose a place with free space");
-    assert!(place && remedy, "{text}");
+    assert!(named && remedy, "{text}");
     assert!(!dir.path().join("out").exists());
 }

@@ -58,8 +58,8 @@ pub fn run(trials: Trials) -> Result<()> {
         TURN.fetch_add(1, Ordering::Relaxed);
         writeln!(out, "> {bit}")?;
         out.flush()?;
-        let place = place(&device, bit).context("no such bit")?;
-        let left = catch_unwind(AssertUnwindSafe(|| device.trial(Some(place))));
+        let bit_at = region_of(&device, bit).context("no such bit")?;
+        let left = catch_unwind(AssertUnwindSafe(|| device.trial(Some(bit_at))));
         let verdict = match left {
             Ok(left) => judge.judge(device.came(), &left),
             Err(_) => {
@@ -77,7 +77,7 @@ pub fn run(trials: Trials) -> Result<()> {
 }
 
 /// Region of a bit, and the bit within it.
-fn place(device: &Device, bit: usize) -> Option<(usize, usize)> {
+fn region_of(device: &Device, bit: usize) -> Option<(usize, usize)> {
     let mut left = bit;
     for (number, region) in device.regions.iter().enumerate() {
         if left < region.bits() {

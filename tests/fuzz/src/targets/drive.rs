@@ -324,8 +324,8 @@ pub fn drive(bytes: &[u8], long: bool) -> Option<End> {
                 Act::Request(kind) => device.request(kind),
                 Act::Recall(at, with) => {
                     let mut memory = vec![0; 64];
-                    let place = usize::from(at) % memory.len();
-                    memory[place] = with;
+                    let position = usize::from(at) % memory.len();
+                    memory[position] = with;
                     device.app.recall(&memory);
                 }
             }

@@ -148,8 +148,8 @@ pub fn run(bytes: &[u8]) -> bool {
         torn: 0,
     };
     let at = usize::from(input.at) % CAPACITY;
-    for (place, byte) in (at..CAPACITY).zip(input.garbage) {
-        flash.set(place, *byte);
+    for (offset, byte) in (at..CAPACITY).zip(input.garbage) {
+        flash.set(offset, *byte);
     }
     let record = Record::new();
     let mut found = false;
@@ -205,8 +205,8 @@ pub fn run(bytes: &[u8]) -> bool {
             Act::Rot(at, bytes) => {
                 flash = store.into_inner();
                 let at = usize::from(at) % (CAPACITY - 8);
-                for (place, byte) in (at..).zip(bytes) {
-                    flash.set(place, byte);
+                for (offset, byte) in (at..).zip(bytes) {
+                    flash.set(offset, byte);
                 }
                 certain = None;
             }

@@ -24,7 +24,7 @@ use host_io::unit::Unit;
 use host_lab::learning::teacher::Assumptions;
 use serde::Deserialize;
 
-use super::{Place, ROUNDS, peak, seconds};
+use super::{Programs, ROUNDS, peak, seconds};
 use crate::child::{self, Used, spread};
 use crate::table::{markdown, thousands};
 
@@ -60,10 +60,10 @@ struct Row {
 }
 
 /// Measures both programs, and returns the table.
-pub fn measure(place: &Place) -> Result<String> {
+pub fn measure(programs: &Programs) -> Result<String> {
     let unit = Unit::load(UNIT)?;
     let session = drive(&unit);
-    let files = Files::write(place, &session, &unit)?;
+    let files = Files::write(programs, &session, &unit)?;
     let theirs = std::env::var_os("KFGINS").map(PathBuf::from);
     if theirs.is_none() {
         eprintln!("skipped: KF-GINS, which KFGINS does not name; to see it beside us: {REMEDY}");
@@ -71,7 +71,7 @@ pub fn measure(place: &Place) -> Result<String> {
     let (mut ours, mut kf_gins): (Vec<Vec<Filtered>>, Vec<Used>) = (Vec::new(), Vec::new());
     for round in 0..ROUNDS {
         eprintln!("      round {} of {ROUNDS}", round + 1);
-        let mut command = Command::new(&place.ours);
+        let mut command = Command::new(&programs.ours);
         command
             .arg("filter")
             .args([&files.imu, &files.gnss, &files.truth])
@@ -183,8 +183,8 @@ struct Files {
 }
 
 impl Files {
-    fn write(place: &Place, session: &Session, unit: &Unit) -> Result<Self> {
-        let at = |name: &str| place.folder.join(name);
+    fn write(programs: &Programs, session: &Session, unit: &Unit) -> Result<Self> {
+        let at = |name: &str| programs.folder.join(name);
         let files = Self {
             imu: at("imu.txt"),
             gnss: at("gnss.txt"),
@@ -218,14 +218,17 @@ impl Files {
             fs::write(path, text).with_context(|| path.display().to_string())
         };
         save(&files.truth, truth)?;
-        save(&files.config, configuration(place, session, unit, &files))?;
+        save(
+            &files.config,
+            configuration(programs, session, unit, &files),
+        )?;
         Ok(files)
     }
 }
 
 /// Configuration of KF-GINS: the state at the start, and the same sensor model as that of our
 /// filter.
-fn configuration(place: &Place, session: &Session, unit: &Unit, files: &Files) -> String {
+fn configuration(programs: &Programs, session: &Session, unit: &Unit, files: &Files) -> String {
     let assumptions = Assumptions::of(unit);
     let start = session.referenced(0);
     let sigma = assumptions.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
@@ -244,7 +247,7 @@ fn configuration(place: &Place, session: &Session, unit: &Unit, files: &Files) -
          abstd: {:?}\n  gsstd: {:?}\n  asstd: {:?}\n  corrtime: 4.0\nantlever: [0, 0, 0]\n",
         files.imu,
         files.gnss,
-        place.folder,
+        programs.folder,
         WEEK_S + session.dt,
         start.position.h,
         start.velocity.x,

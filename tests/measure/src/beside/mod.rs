@@ -21,7 +21,7 @@ use crate::stage::{cargo_with, succeed};
 const ROUNDS: usize = 5;
 
 /// The programs of this package, built, and a folder for their files.
-struct Place {
+struct Programs {
     /// `host-sim`.
     program: PathBuf,
     /// The example that does the same work as the other programs.
@@ -29,7 +29,7 @@ struct Place {
     folder: PathBuf,
 }
 
-impl Place {
+impl Programs {
     fn new() -> Result<Self> {
         succeed(&mut cargo_with(
             "build --quiet --release --package host-sim --package host-lab --bin host-sim \
@@ -50,13 +50,13 @@ impl Place {
 /// a day's recording that takes more memory than its budget.
 pub fn beside() -> Result<ExitCode> {
     eprintln!("[1/4] programs");
-    let place = Place::new()?;
+    let programs = Programs::new()?;
     eprintln!("[2/4] Allan deviation beside AllanTools");
-    let mut part = allan::measure(&place)?;
+    let mut part = allan::measure(&programs)?;
     eprintln!("[3/4] filters beside KF-GINS");
-    part += &filter::measure(&place)?;
+    part += &filter::measure(&programs)?;
     eprintln!("[4/4] a recording of 24 h");
-    let (day, exceeded) = day::measure(&place)?;
+    let (day, exceeded) = day::measure(&programs)?;
     part += &day;
     println!("{part}");
     markers::write("beside", &part)?;

@@ -28,8 +28,8 @@ impl Line for Feed {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         let left = self.bytes.get(self.taken..).unwrap_or_default();
         let taken = left.len().min(buffer.len());
-        for (place, byte) in buffer.iter_mut().zip(left) {
-            *place = *byte;
+        for (slot, byte) in buffer.iter_mut().zip(left) {
+            *slot = *byte;
         }
         self.taken += taken;
         Ok(taken)

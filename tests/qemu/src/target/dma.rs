@@ -104,10 +104,10 @@ fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Opti
     }
     let address = register::<N>(ADDRESS).load(Ordering::Relaxed);
     register::<N>(ADDRESS).store(address + 1, Ordering::Relaxed);
-    let place = core::ptr::with_exposed_provenance::<AtomicU8>(address as usize);
-    // SAFETY: the driver armed the stream with places that exist for ever, and no more than `COUNT`
-    // of them are touched.
-    let byte = byte(unsafe { &*place });
+    let cell = core::ptr::with_exposed_provenance::<AtomicU8>(address as usize);
+    // SAFETY: the driver armed the stream with memory that exists for ever, and at most `COUNT`
+    // bytes of it are accessed.
+    let byte = byte(unsafe { &*cell });
     let left = register::<N>(COUNT).load(Ordering::Relaxed) - 1;
     register::<N>(COUNT).store(left, Ordering::Relaxed);
     if left == 0 {
@@ -120,15 +120,15 @@ fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Opti
 }
 
 fn came(_: &Uart, byte: u8) -> bool {
-    let _ = moved::<SENSOR_IN>(Line::SensorIn, |place| {
-        place.store(byte, Ordering::Relaxed);
+    let _ = moved::<SENSOR_IN>(Line::SensorIn, |cell| {
+        cell.store(byte, Ordering::Relaxed);
         byte
     });
     woken()
 }
 
 fn left(_: &Uart) -> Option<u8> {
-    moved::<NAVIGATION_OUT>(Line::NavigationOut, |place| place.load(Ordering::Relaxed))
+    moved::<NAVIGATION_OUT>(Line::NavigationOut, |cell| cell.load(Ordering::Relaxed))
 }
 
 // As the board's handlers.

@@ -1,5 +1,5 @@
 //! Interrupts of serial lines whose other end is the program itself. The program makes them pending
-//! and serves them as a board serves its UART, with memory in place of registers.
+//! and serves them as a board serves its UART, with memory instead of registers.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 

@@ -293,11 +293,11 @@ fn spoil(at: &Path, good: &[u8], damage: Damage) -> Option<usize> {
 fn fault(output: &std::process::Output, name: &str, line: Option<usize>) -> Option<String> {
     let said = [&output.stderr[..], &output.stdout].concat();
     let said = String::from_utf8_lossy(&said).into_owned();
-    let place = line.map_or_else(|| name.to_owned(), |line| format!("{name}:{line}"));
+    let location = line.map_or_else(|| name.to_owned(), |line| format!("{name}:{line}"));
     let fault = match () {
         () if output.status.code() != Some(2) => "the exit code",
         () if said.contains("panicked") => "a panic",
-        () if !said.contains(&place) => "no place",
+        () if !said.contains(&location) => "no location",
         () if !said.contains("remedy") => "no remedy",
         () if said.contains("os error") || said.contains("cannot be read") => "no words",
         () if said.chars().any(|c| c.is_control() && c != '\n') => "bytes of the file",
@@ -305,7 +305,7 @@ fn fault(output: &std::process::Output, name: &str, line: Option<usize>) -> Opti
         () => return None,
     };
     Some(format!(
-        "{fault} (not {place}): {:?}: {said}",
+        "{fault} (not {location}): {:?}: {said}",
         output.status.code()
     ))
 }
@@ -323,7 +323,7 @@ fn every_damaged_file_is_named_with_a_remedy() {
     let mut faults = vec![];
     for Reader(args, name, damages) in READERS {
         let good = std::fs::read(dir.join(name)).unwrap_or_default();
-        // a file that the command finds by itself is damaged in its place
+        // a file that the command finds by itself is damaged where it is
         let given = args.contains("FILE");
         let kind = Path::new(name).extension().unwrap_or_default();
         let own = format!("damaged.{}", kind.to_string_lossy());

@@ -56,8 +56,8 @@ pub fn fixes(session: &Session) -> Vec<Fix> {
     let fix = |(k, fix): (usize, &Option<host_core::inertial::gnss::Fix>)| {
         let fix = fix.as_ref()?;
         let p = fix.position;
-        let place = [p.lat / DEG, p.lon / DEG, p.h];
-        Some((k as i64 * 1_000_000, place, fix.velocity.into()))
+        let position = [p.lat / DEG, p.lon / DEG, p.h];
+        Some((k as i64 * 1_000_000, position, fix.velocity.into()))
     };
     all.filter_map(fix).collect()
 }
@@ -158,8 +158,8 @@ pub fn bag_of(session: &Session, [imu, fix, velocity]: [&str; 3]) -> Vec<u8> {
         numbers[25..28].copy_from_slice(&[ax, -ay, -az]);
         all.push(message(1, us, cdr(us, &[], &numbers, &[])));
     }
-    for (us, place, [n, e, d]) in fixes(session) {
-        let mut numbers = place.to_vec();
+    for (us, position, [n, e, d]) in fixes(session) {
+        let mut numbers = position.to_vec();
         numbers.extend([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.25]);
         all.push(message(2, us, cdr(us, &[0, 1, 0], &numbers, &[2])));
         let twist = [e, n, -d, 0.0, 0.0, 0.0];
@@ -213,10 +213,10 @@ pub fn ulog(session: &Session) -> Vec<u8> {
     }
     for (us, [lat, lon, h], v) in fixes(session) {
         let time = (START + us).to_le_bytes();
-        let place: Vec<u8> = [lat, lon, h].iter().flat_map(|x| x.to_le_bytes()).collect();
+        let position: Vec<u8> = [lat, lon, h].iter().flat_map(|x| x.to_le_bytes()).collect();
         // accuracies of two, one and three axes
         let values = [&[0.05 * 3.0_f64.sqrt(), 2.0_f64.sqrt(), 1.5], &v[..]].concat();
-        let parts = [&[1, 0], &time[..], &place, &floats(&values), &[3, 1]];
+        let parts = [&[1, 0], &time[..], &position, &floats(&values), &[3, 1]];
         all.push((us, raw(b'D', &parts.concat())));
     }
     let mut out = b"\x55\x4C\x6F\x67\x01\x12\x35\x01\0\0\0\0\0\0\0\0".to_vec();
