@@ -145,7 +145,7 @@ fn read(run: &mut Run, name: &str, rest: &str) -> Result<()> {
     match (name, &words[..]) {
         ("report", [kind, word, at]) => {
             run.reports
-                .push((kind.parse()?, word.parse()?, at.parse()?))
+                .push((kind.parse()?, word.parse()?, at.parse()?));
         }
         ("start", [at, _]) => run.starts.push(at.parse()?),
         ("clock", clocks) => {
