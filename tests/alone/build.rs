@@ -1,4 +1,4 @@
-//! Where the machines of QEMU have code and memory.
+//! Memory maps of the QEMU machines, for the linker.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -1,4 +1,4 @@
-//! The boards over other people's drivers (`firmware/boards`, a workspace of its own): how they are
+//! The boards over third-party drivers (`firmware/boards`, a workspace of its own): how they are
 //! built.
 
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ pub const M33: &str = "thumbv8m.main-none-eabihf";
 pub struct Family {
     /// Its package, and its entry in `budgets.toml`.
     pub name: &'static str,
-    /// Its name on the box.
+    /// Its product name.
     pub board: &'static str,
     /// The target triple.
     pub target: &'static str,
@@ -73,7 +73,7 @@ pub const FAMILIES: [Family; 6] = [
 ];
 
 impl Family {
-    /// The one of this name.
+    /// The board of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         FAMILIES.into_iter().find(|family| family.name == name)
@@ -104,17 +104,17 @@ pub fn build(package: &str, target: &str) -> Result<PathBuf> {
 /// The board of a name.
 ///
 /// # Errors
-/// There is none; the error names those that there are.
+/// There is none; the error lists the existing ones.
 pub fn named(name: &str) -> Result<Family> {
     let names = FAMILIES.map(|family| family.name).join(", ");
     Family::named(name)
         .with_context(|| format!("no board `{name}`; remedy: stm32f405 or one of {names}"))
 }
 
-/// Examples of a loop of one's own, which only have to build.
+/// Examples of a custom main loop, which only have to build.
 const EXAMPLES: [&str; 2] = ["loop-embassy", "loop-rtic"];
 
-/// Programs over other people's drivers for the chip model (`tests/chip`): feature and name.
+/// Programs over third-party drivers for the chip model (`tests/chip`): feature and name.
 pub const DRIVERS: [(&str, &str); 2] = [("hal", "chip-hal"), ("embassy", "chip-embassy")];
 
 /// Builds the examples.
@@ -127,9 +127,9 @@ pub fn examples() -> Result<()> {
         .try_for_each(|name| build(name, TARGET).map(drop))
 }
 
-/// Clippy over what has a workspace of its own, in the folders of their builds: each board alone,
-/// since it needs its chip's features, the judges of the chip model, the emulator for the Pico 2,
-/// and `lrnn-nostd` alone.
+/// Runs Clippy over the packages with a workspace of their own, in the folders of their builds:
+/// each board alone, since it needs its chip's features, the judges of the chip model, the emulator
+/// for the Pico 2, and `lrnn-nostd` alone.
 pub fn lints() -> Result<()> {
     let boards = FAMILIES.map(|family| (family.name, family.target));
     let examples = EXAMPLES.map(|example| (example, TARGET));
@@ -150,7 +150,8 @@ pub fn lints() -> Result<()> {
     )
 }
 
-/// Of a workspace, for a target or for this machine; `folder` of the target directory is its own.
+/// Runs Clippy over a workspace, for a target or for this machine, in its own `folder` of the
+/// target directory.
 fn clippy(workspace_of: &str, folder: &str, target: Option<&str>, of: &[&str]) -> Result<()> {
     let mut clippy = apart("clippy", workspace_of, folder, target)?;
     succeed(clippy.args(of).args(["--", "-D", "warnings"]))

@@ -1,7 +1,6 @@
-//! `cargo xtask test` and `cargo xtask check`. In each, what is compiled for the target is looked
-//! at beside what is compiled for this machine: images are linked on one core, and both have
-//! folders of their own. The tests come last, so that the output ends with the closing lines of
-//! their runner.
+//! `cargo xtask test` and `cargo xtask check`. In each, the code for the target is checked in
+//! parallel with the code for this machine: images are linked on one core, and both have folders of
+//! their own. The tests come last, so that the output ends with the closing lines of their runner.
 
 use std::process::{Command, ExitCode};
 use std::thread;
@@ -16,7 +15,8 @@ use crate::runner::{self, Part};
 use crate::stage::{Stages, cargo_with, succeed};
 use crate::{boards, comments, fuzz, needs, package, reproduce, supply, wheel};
 
-/// What is compiled for the target: each alone, so that no other package's features help it.
+/// Packages that are compiled for the target: each alone, so that it does not depend on other
+/// packages' features.
 const TARGET_PACKAGES: [&str; 6] = [
     "lrnn-nostd",
     "vectors",
@@ -26,7 +26,7 @@ const TARGET_PACKAGES: [&str; 6] = [
     "silicon",
 ];
 
-/// The workspaces whose format is looked at.
+/// The workspaces whose format is checked.
 const FORMATTED: [&str; 6] = [
     "fmt --all --check",
     "fmt --check --manifest-path tests/chip/Cargo.toml",
@@ -36,11 +36,11 @@ const FORMATTED: [&str; 6] = [
     "fmt --check --manifest-path tests/alone/Cargo.toml",
 ];
 
-/// What Clippy denies.
+/// Lints that Clippy denies.
 const DENIED: [&str; 2] = ["-D", "warnings"];
 
-/// `cargo xtask test`: what a change must pass before it is shown to others; `fast` leaves out what
-/// needs the target or QEMU. The exit code is the test runner's.
+/// `cargo xtask test`: what a change must pass before review; `fast` leaves out what needs the
+/// target or QEMU. The exit code is the test runner's.
 pub fn test(fast: bool) -> Result<ExitCode> {
     let stages = Stages::new(if fast { 5 } else { 7 });
     let part = Part::Quick { qemu: !fast };
@@ -96,7 +96,7 @@ pub fn check() -> Result<ExitCode> {
     Part::Slow.run(&stages)
 }
 
-/// Does both at the same time.
+/// Runs both at the same time.
 fn beside(
     here: impl FnOnce() -> Result<()>,
     target: impl FnOnce() -> Result<()> + Send,
@@ -108,8 +108,8 @@ fn beside(
     })
 }
 
-/// What is compiled for the target, all in the folder of the images. What the machine lacks is
-/// fetched before, while the other thread computes.
+/// Compiles the code for the target, all in the folder of the images. Missing tools are fetched
+/// before, while the other thread computes.
 fn target(stages: &Stages) -> Result<()> {
     stages.run("prepare: targets, QEMU, browser, reader of PDF", || {
         needs::targets()?;
@@ -173,7 +173,8 @@ fn build_alone(package: &str) -> Result<()> {
     succeed(&mut build)
 }
 
-/// With the features that the tests have, so that nothing is compiled for the budgets alone.
+/// Runs all tests. The features are those of the tests, so that nothing is compiled for the budgets
+/// alone.
 fn all_tests() -> Result<()> {
     let words = "build --quiet --workspace --tests --bin measure";
     succeed(&mut cargo_with(words))

@@ -1,5 +1,5 @@
-//! Comments fit on a screen: no line of Rust that carries a comment is longer than [`WIDTH`].
-//! rustfmt wraps code, but leaves comments as they are.
+//! Checks the width of comments: no line of Rust with a comment is longer than [`WIDTH`]. rustfmt
+//! wraps code, but leaves comments as they are.
 
 use crate::images::workspace;
 use anyhow::{Context, Result, ensure};

@@ -1,5 +1,5 @@
-//! `cargo xtask emulators`: our STM32 images in an emulator that others wrote (`tests/rigless`). It
-//! is not in `cargo xtask check`, since compiling its code generator takes minutes of a processor.
+//! `cargo xtask emulators`: our STM32 images in a third-party emulator (`tests/rigless`). It is not
+//! in `cargo xtask check`, since compiling its code generator takes minutes of a processor.
 
 use std::process::ExitCode;
 
@@ -9,12 +9,12 @@ use crate::images::{REQUIRE, apart};
 use crate::needs;
 use crate::stage::{cargo_with, succeed};
 
-/// Builds the emulator, looks at its lints, and runs its tests.
+/// Builds the emulator, checks its lints, and runs its tests.
 pub fn emulators() -> Result<ExitCode> {
     needs::targets()?;
     for command in ["build", "clippy"] {
         let mut cargo = apart(command, "tests/rigless", "rigless", None)?;
-        cargo.arg("--ignore-rust-version"); // it names a younger compiler, and builds with ours
+        cargo.arg("--ignore-rust-version"); // it requires a newer compiler, but builds with ours
         if command == "clippy" {
             cargo.args(["--all-targets", "--", "-D", "warnings"]);
         }

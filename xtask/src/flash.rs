@@ -33,7 +33,7 @@ const SMALL: [&str; 9] = [
 /// How an image gets to the board.
 #[derive(Debug, Default)]
 pub struct Way {
-    /// The chip, where it is not the usual one.
+    /// The chip, if it is not the default.
     pub chip: Option<String>,
     /// Instead of a probe: a file for the RP2350's drive.
     pub uf2: Option<PathBuf>,
@@ -41,7 +41,7 @@ pub struct Way {
     pub dfu: Option<PathBuf>,
 }
 
-/// Our own board's image, or the bench.
+/// Writes our own board's image, or the bench.
 pub fn flash(image: Image, way: &Way) -> Result<ExitCode> {
     let chip = way.chip.as_deref().unwrap_or(CHIP);
     fits(image, chip)?;
@@ -50,7 +50,7 @@ pub fn flash(image: Image, way: &Way) -> Result<ExitCode> {
     write(&image.build()?, chip, way)
 }
 
-/// The image of a board.
+/// Writes the image of a board.
 pub fn flash_board(name: &str, way: &Way) -> Result<ExitCode> {
     if name == STM32F405.name {
         return flash(STM32F405, way);
@@ -63,7 +63,7 @@ pub fn flash_board(name: &str, way: &Way) -> Result<ExitCode> {
     write(&family.build()?, chip, way)
 }
 
-/// Whether the board has the boot loader that a file is for.
+/// Checks that the board has the boot loader that a file is for.
 fn served_by(way: &Way, rp2350: bool) -> Result<()> {
     ensure!(
         rp2350 || way.uf2.is_none(),
@@ -76,11 +76,11 @@ fn served_by(way: &Way, rp2350: bool) -> Result<()> {
     Ok(())
 }
 
-/// Whether a chip is the board's, but for its package and its size of flash.
+/// Checks that a chip is the board's, apart from package and flash size.
 fn is_of(family: Family, chip: &str) -> Result<()> {
-    let (told, ours) = (chip.to_ascii_uppercase(), family.chip.to_ascii_uppercase());
+    let (given, ours) = (chip.to_ascii_uppercase(), family.chip.to_ascii_uppercase());
     // "STM32F446RETx": the family and the number
-    let number = told.get(..told.len().min(9).min(ours.len()));
+    let number = given.get(..given.len().min(9).min(ours.len()));
     let alike = number.is_some_and(|number| number.len() > 5 && ours.starts_with(number));
     ensure!(
         alike,
@@ -92,7 +92,7 @@ fn is_of(family: Family, chip: &str) -> Result<()> {
     Ok(())
 }
 
-/// To a file, or by a debug probe at the board. The latter ends with Ctrl-C, the bench by itself.
+/// Writes to a file, or with a debug probe. The probe runs until Ctrl-C; the bench ends by itself.
 fn write(built: &Path, chip: &str, way: &Way) -> Result<ExitCode> {
     if let Some(out) = &way.uf2 {
         load::uf2(built, out)?;
@@ -133,7 +133,7 @@ fn write(built: &Path, chip: &str, way: &Way) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether the image is for this chip.
+/// Checks that the image is for this chip.
 fn fits(image: Image, chip: &str) -> Result<()> {
     let of = |names: &[&str]| {
         let upper = chip.to_ascii_uppercase();

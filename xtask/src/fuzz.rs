@@ -1,9 +1,9 @@
-//! `cargo xtask fuzz`: damaged bytes for every protocol, and fuzz targets that are led by the
-//! branches they reach.
+//! `cargo xtask fuzz`: damaged bytes for every protocol, and fuzz targets that are guided by branch
+//! coverage.
 //!
-//! The targets are built with the pinned compiler. What `cargo fuzz` asks of a nightly one are
-//! sanitizers; the counters of branches are a pass of LLVM that every compiler has. Only the
-//! packages of this workspace have counters.
+//! The targets are built with the pinned compiler. `cargo fuzz` needs a nightly compiler only for
+//! sanitizers; the branch counters are a pass of LLVM that every compiler has. Only the packages of
+//! this workspace have counters.
 
 use std::env::consts::EXE_SUFFIX;
 use std::fs;
@@ -19,18 +19,18 @@ use crate::stage::{cargo_with, succeed};
 
 /// Calls the compiler so that it counts branches and comparisons.
 const COUNTING: &str = "tests/fuzz/rustc-counting";
-/// From so many seconds on, the drive is one of 1200 s, in which what is learnt is promoted.
+/// Seconds from which on the drive has 1200 s, in which a learnt correction is promoted.
 const LONG_S: u32 = 120;
 /// Targets that run at a time.
 const AT_A_TIME: usize = 2;
 
 /// Millions of damaged bytes of each protocol: 1, or in the long run 100. The long run writes a log
-/// and goes on where it was interrupted.
+/// and continues where it was interrupted.
 pub fn damage(long: bool) -> Result<ExitCode> {
     let mut run = cargo_with("run --quiet --release --package damage --");
     if long {
         let log = target_directory()?.join("damage/100-million.jsonl");
-        eprintln!("log: {} (delete it to begin anew)", log.display());
+        eprintln!("log: {} (delete it to start again)", log.display());
         run.args(["--millions", "100", "--log"]).arg(log);
     }
     let status = run.status().context("cannot start cargo")?;
@@ -41,8 +41,8 @@ pub fn damage(long: bool) -> Result<ExitCode> {
     })
 }
 
-/// Builds every target and runs it for so many seconds from its corpus. The same seed tries the
-/// same inputs in the same order, as many as there is time for.
+/// Builds every target and runs each for `seconds` from its corpus. The same seed tries the same
+/// inputs in the same order, as many as there is time for.
 pub fn targets(seconds: u32, only: Option<&str>, seed: Option<u32>) -> Result<()> {
     needs::cpp()?;
     let folder = workspace().join("tests/fuzz");
@@ -100,7 +100,7 @@ fn names(folder: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// A target that runs.
+/// A running target.
 struct Run {
     name: String,
     child: Child,
@@ -116,7 +116,7 @@ impl Run {
         (seconds, seed): (u32, Option<u32>),
     ) -> Result<Run> {
         let work = match seed {
-            // from the committed corpus alone, whatever was found before
+            // from the committed corpus alone, independent of earlier runs
             Some(seed) => directory.join(format!("{name}-of-seed-{seed}")),
             None => directory.join(name),
         };
@@ -148,7 +148,7 @@ impl Run {
         Ok(Run { name, child, log })
     }
 
-    /// Waits for it and prints its counts. Gives what went wrong.
+    /// Waits for it and prints its counts. Returns the failure, if any.
     fn end(mut self) -> Result<Option<String>> {
         let status = self.child.wait()?;
         let text = String::from_utf8_lossy(&fs::read(&self.log)?).into_owned();

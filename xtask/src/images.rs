@@ -182,19 +182,19 @@ pub fn installed(target: &str) -> bool {
     })
 }
 
-/// Leaves the folders of this machine out of an image that is built from `sources`, so that it is
-/// the same wherever it is built. Flags of a host run (coverage, sanitizers) do not apply to it.
+/// Removes the paths of this machine from an image that is built from `sources`, so that it is the
+/// same wherever it is built. Flags of a host run (coverage, sanitizers) do not apply to it.
 pub fn without_paths(build: &mut Command, sources: &Path) {
     let home = |name: &str, usual: &str| {
-        let told = std::env::var_os(name).map(PathBuf::from);
-        told.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(usual)))
+        let set = std::env::var_os(name).map(PathBuf::from);
+        set.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(usual)))
     };
-    let places = [
+    let folders = [
         (Some(sources.to_path_buf()), "source"),
         (home("CARGO_HOME", ".cargo"), "cargo"),
         (home("RUSTUP_HOME", ".rustup"), "rustup"),
     ];
-    let flags = places.into_iter().filter_map(|(from, to)| {
+    let flags = folders.into_iter().filter_map(|(from, to)| {
         let from = from?.into_os_string().into_string().ok()?;
         Some(format!("--remap-path-prefix={from}=/{to}"))
     });
@@ -222,7 +222,7 @@ pub fn target_directory() -> Result<PathBuf> {
     Ok(directory.into())
 }
 
-/// What cargo says of the workspace's packages.
+/// Metadata of the workspace's packages, from cargo.
 ///
 /// # Errors
 /// `cargo metadata` fails.

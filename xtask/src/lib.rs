@@ -1,6 +1,6 @@
-//! How images and programs are built, what the machine must have, and how other programs are
-//! called. `cargo xtask` uses it, and so do the packages that test images (`tests/qemu`) and
-//! measure them (`tests/measure`). It depends on nothing of this workspace.
+//! Builds images and programs, checks what the machine must have, and calls other programs. `cargo
+//! xtask` uses it, and so do the packages that test images (`tests/qemu`) and measure them
+//! (`tests/measure`). It depends on nothing of this workspace.
 
 pub mod boards;
 pub mod images;

@@ -9,10 +9,10 @@ use crc::{CRC_32_JAMCRC, Crc};
 use object::read::elf::{ElfFile32, ProgramHeader as _};
 use object::{Endianness, elf};
 
-/// A part of an image: where it lies in flash, and its bytes.
+/// A part of an image: its address in flash, and its bytes.
 type Part = (u32, Vec<u8>);
 
-/// What is loaded into flash, by rising addresses.
+/// The parts that are loaded into flash, by rising addresses.
 fn parts(image: &Path) -> Result<Vec<Part>> {
     let bytes = fs::read(image).with_context(|| image.display().to_string())?;
     let file: ElfFile32<'_, Endianness> = ElfFile32::parse(&*bytes)?;
@@ -29,10 +29,10 @@ fn parts(image: &Path) -> Result<Vec<Part>> {
     Ok(parts)
 }
 
-/// A hole in an image from this size on is flash that something else may use, as the store.
+/// Smallest size of a hole in an image that other data, such as the store, may occupy.
 const HOLE: u32 = 4096;
 
-/// Writes the bytes of `image` as they lie in flash, with FF in small gaps, and returns the address
+/// Writes the bytes of `image` as they are in flash, with FF in small gaps, and returns the address
 /// of the first. An image with a large hole is not written: its bytes would erase what is there.
 pub fn bin(image: &Path, out: &Path) -> Result<Option<u32>> {
     let Some((start, bytes)) = bin_of(&parts(image)?) else {
@@ -56,7 +56,7 @@ fn bin_of(parts: &[Part]) -> Option<(u32, Vec<u8>)> {
     Some((start, all))
 }
 
-/// Bytes of a block of UF2 that are the image's: a page of the flash.
+/// Bytes of the image in a block of UF2: a page of the flash.
 const PAGE: usize = 256;
 /// The family of programs for the RP2350's Arm cores.
 const RP2350_ARM: u32 = 0xE48B_FF59;
@@ -67,7 +67,7 @@ pub fn uf2(image: &Path, out: &Path) -> Result<()> {
     fs::write(out, file).with_context(|| out.display().to_string())
 }
 
-/// The format is Microsoft's (github.com/microsoft/uf2): blocks of 512 bytes, each on its own.
+/// UF2, Microsoft's format (github.com/microsoft/uf2): independent blocks of 512 bytes.
 fn uf2_of(parts: &[Part]) -> Vec<u8> {
     let mut pages = std::collections::BTreeMap::<u32, [u8; PAGE]>::new();
     for (address, bytes) in parts {
@@ -104,8 +104,8 @@ pub fn dfu(image: &Path, out: &Path) -> Result<()> {
     fs::write(out, file).with_context(|| out.display().to_string())
 }
 
-/// ST's UM0391: a prefix, one target with an element a part, and the suffix of DFU 1.1 with ST's
-/// numbers.
+/// ST's format `DfuSe` (UM0391): a prefix, one target with one element per part, and the suffix of
+/// DFU 1.1 with ST's numbers.
 fn dfu_of(parts: &[Part]) -> Vec<u8> {
     let mut elements = Vec::new();
     for (address, bytes) in parts {

@@ -1,4 +1,4 @@
-//! The one front door, the same on a developer's machine and in CI: `cargo xtask <task>`.
+//! The single entry point, on a developer's machine and in CI: `cargo xtask <task>`.
 
 mod check;
 mod comments;
@@ -53,7 +53,8 @@ enum Task {
     /// Whether `lrnn-nostd` could be published: packs it, builds what is packed, and checks it for
     /// each core without `std` and with the oldest Rust that it names.
     Package,
-    /// Measures the desktop side beside what a user would pick instead, and a recording of 24 h.
+    /// Compares the desktop side with the programs that a user would choose instead, and measures a
+    /// recording of 24 h.
     #[command(disable_help_flag = true)]
     Beside(Handed),
     /// Measures how cost grows with rate, networks, weights, runs and cores.
@@ -62,12 +63,12 @@ enum Task {
     /// Runs every board in QEMU and compares it with the desktop, bit for bit.
     #[command(disable_help_flag = true)]
     Qemu(Handed),
-    /// Builds the boards over other people's drivers (firmware/boards), and compares flash and RAM
+    /// Builds the boards over third-party drivers (firmware/boards), and compares flash and RAM
     /// with budgets.toml.
     #[command(disable_help_flag = true)]
     Boards(Handed),
-    /// Runs our STM32 images in an emulator that others wrote (tests/rigless), whose compilation
-    /// takes minutes.
+    /// Runs our STM32 images in a third-party emulator (tests/rigless), whose compilation takes
+    /// minutes.
     Emulators,
     /// Writes the image of a board with probe-rs and shows its log; or writes it as a file for the
     /// chip's boot loader.
@@ -99,7 +100,7 @@ enum Task {
     Figures(Handed),
     /// Reads a million damaged bytes of every protocol and counts what is lost or wrongly accepted.
     Fuzz {
-        /// A hundred million bytes of each, with a log; goes on where it was interrupted.
+        /// A hundred million bytes of each, with a log; continues where it was interrupted.
         #[arg(long, conflicts_with = "targets")]
         long: bool,
         /// Instead: builds the fuzz targets and runs each from its corpus.
@@ -111,8 +112,7 @@ enum Task {
         /// Only this target.
         #[arg(long, value_name = "NAME", requires = "targets")]
         only: Option<String>,
-        /// Of the inputs that are tried: the same number tries the same ones. Without it, others
-        /// each time.
+        /// Seed of the inputs: the same number tries the same ones. Without it, others each time.
         #[arg(long, value_name = "NUMBER", requires = "targets")]
         seed: Option<u32>,
     },
@@ -120,7 +120,7 @@ enum Task {
     Supply,
     /// Writes a bill of materials (CycloneDX) for each package, with cargo-cyclonedx.
     Sbom,
-    /// Builds what a release hands out into target/release-VERSION: images, host-sim, the Python
+    /// Builds the content of a release into target/release-VERSION: images, host-sim, the Python
     /// wheel, bills of materials, checksums, a page.
     Release(release::Order),
     /// Builds the image of the STM32F405 in two folders and compares both.
@@ -144,7 +144,7 @@ enum Task {
     Vectors,
 }
 
-/// What is handed on to `tests/measure`, which measures; `--help` too.
+/// Arguments that are passed on to `tests/measure`, including `--help`.
 #[derive(Args)]
 struct Handed {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -158,7 +158,7 @@ fn measure(task: &str) -> Command {
     run
 }
 
-/// Runs it, and ends as it ends.
+/// Runs it, and ends with its exit code.
 fn hand(task: &str, handed: Handed) -> Result<ExitCode> {
     let status = measure(task).args(handed.words).status();
     let code = status.context("cannot start cargo")?.code();

@@ -1,5 +1,5 @@
-//! What the machine must have. It is installed where that needs no question, else the error names
-//! the remedy.
+//! Tools that the machine must have. They are installed where that needs no confirmation, else the
+//! error names the remedy.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -50,23 +50,23 @@ pub fn can_start(emulator: &str) -> bool {
     version.is_ok_and(|status| status.success())
 }
 
-/// The emulator of this name, or the one that [`OTHER`] tells in its place.
+/// A command for the emulator of this name, or for the one that [`OTHER`] names instead.
 pub fn start(emulator: &str) -> Command {
     let other = std::env::var_os(OTHER).filter(|path| emulator == QEMU && !path.is_empty());
     Command::new(other.unwrap_or_else(|| emulator.into()))
 }
 
-/// The core library of the boards' usual target, for the pinned toolchain.
+/// Installs the core library of the boards' usual target, for the pinned toolchain.
 pub fn target() -> Result<()> {
     core_library(TARGET)
 }
 
-/// Those of all boards.
+/// Installs the core libraries of all boards' targets.
 pub fn targets() -> Result<()> {
     target().and_then(|()| core_library(M33))
 }
 
-/// All that `lrnn-nostd` alone needs: the core libraries and both emulators.
+/// Installs what `lrnn-nostd` alone needs: the core libraries and both emulators.
 pub fn alone() -> Result<()> {
     ALONE.into_iter().try_for_each(core_library)?;
     emulator()?;
@@ -152,7 +152,7 @@ pub fn cpp() -> Result<()> {
 pub fn python() -> Result<std::ffi::OsString> {
     let python = std::env::var_os("PYTHON").unwrap_or_else(|| "python3".into());
     let found = || {
-        // Debian has `venv` without what it installs
+        // Debian has `venv` without the packages that it installs
         let asked = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
         let asked = Command::new(&python).args(["-c", asked]).output();
         asked.is_ok_and(|output| output.status.success())
@@ -178,8 +178,8 @@ pub fn pdf_reader() {
     }
 }
 
-/// Installs a package of Debian, where that needs no question; else the error is `missing`. One at
-/// a time: apt takes no second.
+/// Installs a package of Debian, where that needs no confirmation; else the error is `missing`. One
+/// at a time: apt takes no second.
 fn install(package: &str, missing: &str) -> Result<()> {
     static ONE: Mutex<()> = Mutex::new(());
     let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);

@@ -12,8 +12,8 @@ use crate::stage::{cargo_with, succeed};
 /// The package, the only one of the workspace that is published.
 const NAME: &str = "lrnn-nostd";
 
-/// Packs it and builds what is packed; then [`check`], and the comparison of its interface with the
-/// published one, where `cargo-semver-checks` is installed and there is one.
+/// Packs the crate and builds the package; then [`check`], and the comparison of its interface with
+/// the published one, where `cargo-semver-checks` is installed and there is one.
 pub fn package() -> Result<ExitCode> {
     needs::alone()?;
     check()?;
@@ -36,7 +36,7 @@ pub fn package() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What a test run looks at: what would be packed, the library for each core without `std`, and
+/// The checks of a test run: the list of packed files, the library for each core without `std`, and
 /// with the oldest Rust that its manifest names.
 pub fn check() -> Result<()> {
     let directory = target_directory()?.join("package");
@@ -64,8 +64,8 @@ pub fn check() -> Result<()> {
 }
 
 /// The library with the oldest Rust that its manifest names. In the lints stage, clippy has already
-/// looked for younger parts of the standard library (`incompatible_msrv`); only the compiler itself
-/// finds younger syntax. Without rustup, or where it can fetch nothing, a line says so.
+/// searched for newer parts of the standard library (`incompatible_msrv`); only the compiler itself
+/// finds newer syntax. Without rustup, or where it can fetch nothing, a line says so.
 fn oldest() -> Result<()> {
     let version = rust_version()?;
     let rustup = |arguments: &[&str]| {

@@ -15,7 +15,7 @@ use crate::stage::succeed;
 pub fn reproduce() -> Result<ExitCode> {
     let here = fs::read(STM32F405.build()?)?;
     let elsewhere = tempfile::tempdir()?;
-    // of another length, so that a path in the image would move what follows it
+    // a path of another length, so that a path in the image would shift what follows it
     let copy = elsewhere.path().join("another/folder");
     copy_sources(&workspace(), &copy)?;
     let directory = elsewhere.path().join("built");

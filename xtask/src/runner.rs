@@ -17,10 +17,10 @@ use crate::stage::{Stages, cargo_with, succeed};
 /// hours of driving, a million bytes.
 const SLOW: [&str; 6] = ["damage", "live", "qemu", "soak", "system", "upsets"];
 
-/// Those that are quick all the same. `agreement` compares the bits of desktop and target.
+/// Programs of these packages that are quick. `agreement` compares the bits of desktop and target.
 const QUICK: [&str; 1] = ["agreement"];
 
-/// Slow tests beside those, as a filter of nextest.
+/// Further slow tests, as a filter of nextest.
 const CAMPAIGNS: &str = "package(=host-lab) & kind(lib) & test(/^campaign::/)";
 
 /// A part of the tests.
@@ -33,7 +33,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// As a filter of nextest.
+    /// The part as a filter of nextest.
     fn filter(self) -> String {
         let all = |of: &str, names: &[&str]| {
             let names = names.iter().map(|name| format!("{of}(={name})"));

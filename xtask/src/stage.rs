@@ -30,7 +30,7 @@ impl Stages {
         Ok(())
     }
 
-    /// Prints the line that says where we are. The last stage prints only that, so that the output
+    /// Prints the line that shows the progress. The last stage prints only that, so that the output
     /// ends with the closing lines of its own command.
     pub fn begin(&self, name: &str) {
         let next = self.next.fetch_add(1, Ordering::Relaxed);
@@ -45,7 +45,7 @@ pub fn cargo_with(arguments: &str) -> Command {
     cargo
 }
 
-/// Runs a command whose failure is ours.
+/// Runs a command; its failure is an error.
 pub fn succeed(command: &mut Command) -> Result<()> {
     let status = command
         .status()

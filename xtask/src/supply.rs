@@ -1,4 +1,4 @@
-//! `cargo xtask supply` and `sbom`: what others wrote and we build, by the tools that exist for it:
+//! `cargo xtask supply` and `sbom`: checks and lists third-party dependencies with standard tools:
 //! `cargo deny` (deny.toml) and `cargo cyclonedx`.
 
 use std::fs;
@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use crate::images::workspace;
 use crate::stage::{cargo_with, succeed};
 
-/// How both tools are installed.
+/// Commands that install both tools.
 const DENY: &str = "cargo install --locked cargo-deny";
 pub const CYCLONEDX: &str = "cargo install --locked cargo-cyclonedx";
 
@@ -25,7 +25,7 @@ const WORKSPACES: [&str; 7] = [
     "lrnn-nostd/examples/cortex-m",
 ];
 
-/// Everything, and advisories where their repository can be fetched.
+/// Checks everything, and advisories where their repository can be fetched.
 pub fn supply() -> Result<ExitCode> {
     ensure!(
         installed("deny"),
@@ -41,7 +41,7 @@ pub fn supply() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Licences, sources and duplicates, where `cargo deny` is installed.
+/// Checks licences, sources and duplicates, where `cargo deny` is installed.
 pub fn check() -> Result<()> {
     if !installed("deny") {
         println!("licences, sources, duplicates: not checked; remedy: {DENY}");
@@ -69,7 +69,7 @@ pub fn sbom() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether `cargo cyclonedx` is there.
+/// Whether `cargo cyclonedx` is installed.
 pub fn has_cyclonedx() -> bool {
     installed("cyclonedx")
 }

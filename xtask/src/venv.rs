@@ -1,5 +1,5 @@
-//! Virtual environments of Python below the target folder, each with what a list of requirements
-//! names.
+//! Virtual environments of Python below the target folder, each with the packages of a list of
+//! requirements.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,8 +17,9 @@ const REMEDY: &str = "remedy: what this file names must be reachable by pip";
 pub struct Environment(PathBuf);
 
 impl Environment {
-    /// The environment in this place below the target folder, with the packages of this file and of
-    /// the files beside it that it names with `-r`. It is made anew after a change of them.
+    /// The environment in the folder `place` below the target folder, with the packages of this
+    /// file and of the files beside it that it names with `-r`. It is recreated after a change of
+    /// them.
     pub fn of(place: &str, requirements: &Path) -> Result<Environment> {
         let venv = target_directory()?.join(place);
         let (stamp, wanted) = (venv.join("installed.txt"), whole(requirements)?);
@@ -35,7 +36,7 @@ impl Environment {
         Ok(environment)
     }
 
-    /// Its interpreter, which leaves no files beside what it runs.
+    /// Its interpreter, which writes no cache files beside the scripts.
     pub fn python(&self) -> Command {
         let mut python = Command::new(self.program("python"));
         python.env("PYTHONDONTWRITEBYTECODE", "1");
@@ -50,14 +51,14 @@ impl Environment {
         pip
     }
 
-    /// A program that one of its packages has brought.
+    /// A program that one of its packages installed.
     pub fn program(&self, name: &str) -> PathBuf {
         let folder = if cfg!(windows) { "Scripts" } else { "bin" };
         self.0.join(folder).join(name)
     }
 }
 
-/// The text of a list and of the lists that it names.
+/// The text of a list and of the lists that it includes.
 fn whole(requirements: &Path) -> Result<String> {
     let mut text =
         fs::read_to_string(requirements).with_context(|| requirements.display().to_string())?;

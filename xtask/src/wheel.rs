@@ -1,8 +1,8 @@
 //! `cargo xtask wheel`: the Python wheel, from its sources to its notebooks.
 //!
 //! Everything happens in a virtual environment below the target folder. The wheel is compiled with
-//! the profile and the features of the workspace's tests, so that what it shares with them is
-//! compiled once.
+//! the profile and the features of the workspace's tests, so that shared packages are compiled
+//! once.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use crate::venv::Environment;
 /// Folder of the package.
 pub const PACKAGE: &str = "host-sim/python";
 
-/// Builds, installs and checks; with `release` also the wheel that is given away.
+/// Builds, installs and checks; with `release` also the wheel for a release.
 pub fn wheel(release: bool) -> Result<ExitCode> {
     let venv = environment()?;
     if release {
@@ -58,7 +58,7 @@ fn checked(venv: &Environment) -> Result<()> {
     succeed(python(venv).args(["-m", "mypy.stubtest", "lrnn_imu"]))
 }
 
-/// What `requirements.txt` names, maturin among it.
+/// The environment with the packages of `requirements.txt`, including maturin.
 pub fn environment() -> Result<Environment> {
     let wanted = workspace().join(PACKAGE).join("requirements.txt");
     Environment::of("wheel/venv", &wanted)
@@ -71,7 +71,7 @@ fn python(venv: &Environment) -> Command {
     python
 }
 
-/// Builds the wheel into `folder`, which then holds no other.
+/// Builds the wheel into `folder`, and removes others there.
 fn build(venv: &Environment, options: &str, folder: &Path) -> Result<PathBuf> {
     if folder.exists() {
         fs::remove_dir_all(folder)?;
@@ -93,7 +93,7 @@ fn build(venv: &Environment, options: &str, folder: &Path) -> Result<PathBuf> {
     }
 }
 
-/// Installs a wheel, and nothing that it needs: all of that is pinned.
+/// Installs a wheel without its dependencies, which are pinned.
 fn install(venv: &Environment, wheel: &Path) -> Result<()> {
     let options = ["--no-deps", "--force-reinstall", "--no-index"];
     succeed(venv.pip().args(options).arg(wheel))

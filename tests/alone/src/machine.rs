@@ -33,7 +33,7 @@ pub fn exit(success: bool) -> ! {
     }
 }
 
-/// A semihosting call: its number, and its argument or the address of it.
+/// A semihosting call: `number`, and its argument or the argument's address.
 #[inline(never)]
 fn call(number: usize, argument: usize) {
     #[cfg(target_arch = "arm")]
@@ -65,8 +65,8 @@ pub fn start_counter() {
     }
 }
 
-/// Ticks of the counter, modulo `MASK` + 1. Under `-icount shift=0` they tell instructions: SysTick
-/// counts at its clock, RISC-V counts each one.
+/// Ticks of the counter, modulo `MASK` + 1. Under `-icount shift=0` they measure instructions:
+/// SysTick counts at its clock, RISC-V counts each instruction.
 #[inline(always)]
 pub fn ticks() -> u32 {
     #[cfg(target_arch = "arm")]

@@ -1,4 +1,4 @@
-//! The works whose instructions are counted, under the names of `vectors::list`.
+//! The pieces of work whose instructions are counted, under the names of `vectors::list`.
 
 use core::fmt::{Result, Write};
 use core::hint::black_box;
@@ -8,13 +8,13 @@ use vectors::work::{Found, LearnWork, NetworkWork, Portable, plausible};
 
 use crate::machine::{MASK, Out, start_counter, ticks, turn};
 
-/// Repetitions of each work.
+/// Repetitions of each piece of work.
 const REPETITIONS: usize = 200;
 
-/// Prints a loop of known length, the empty loop and every work, one line each.
+/// Prints a loop of known length, the empty loop and every piece of work, one line each.
 ///
 /// # Errors
-/// A work went wrong, so its count would be of something else; or a line cannot be printed.
+/// A piece of work failed, so its count would be wrong; or a line cannot be printed.
 pub fn print() -> Result {
     start_counter();
     for turns in [100_000, 1_100_000] {
@@ -49,8 +49,8 @@ fn network<H: Activation>([step, gradient, descent, learn]: [&str; 4]) -> Result
     measure(learn, |input| work.run(input))
 }
 
-/// Prints the ticks of all repetitions. One that went wrong is an error, because its count would be
-/// of something else.
+/// Prints the ticks of all repetitions. A failed repetition is an error, because its count would be
+/// wrong.
 #[inline(never)]
 fn measure(name: &str, mut work: impl FnMut([f32; 3]) -> Found) -> Result {
     let mut good = true;

@@ -1,4 +1,4 @@
-//! Recorded files, a simulated drive, and how an error must read.
+//! Recorded files, a simulated drive, and a check of error messages.
 
 use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
@@ -9,7 +9,7 @@ use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use std::path::{Path, PathBuf};
 
-/// A file called `name` with `bytes`, and the temporary folder that it lives in.
+/// A file called `name` with `bytes`, in a temporary folder, which is returned too.
 pub fn file(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let path = dir.path().join(name);
@@ -17,7 +17,7 @@ pub fn file(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     (dir, path)
 }
 
-/// Whether all of these are numbers.
+/// Whether all values are finite.
 pub fn finite(samples: &[Increment]) -> bool {
     let mut values = samples.iter().flat_map(|s| s.dtheta.iter().chain(&s.dv));
     values.all(|x| x.is_finite())
@@ -47,7 +47,7 @@ pub fn fog_mems() -> Option<Session> {
     Some(session.expect("a good recording"))
 }
 
-/// The message of an error from the name of the file on. It must have a remedy.
+/// The message of an error, from the name of the file on. Asserts that it has a remedy.
 pub fn message(error: &Error) -> String {
     let text = error.to_string();
     assert!(text.contains("; remedy: "), "{text}");

@@ -1,5 +1,5 @@
-//! What the programs of both drivers share: which subject is asked for, how they report, and what
-//! neither driver has: the supply's detector, a write to flash that is wrong, the reset's cause.
+//! Shared by the programs of both drivers: which subject to run, the reports, and what neither
+//! driver has: the supply voltage detector, an invalid write to flash, the cause of a reset.
 //!
 //! A program reports words by the trace port of the core (Armv7-M C1.7), as on a board with a
 //! debugger at SWO. The port's number says what the word is; `judges/stm32chip.py` reads them.
@@ -10,13 +10,13 @@ pub mod registers;
 
 use cortex_m::peripheral::{DCB, ITM};
 
-/// What a reported word is.
+/// The kind of a reported word.
 #[derive(Clone, Copy)]
 #[repr(usize)]
 pub enum Report {
-    /// A point of time: the model tells its cycle.
+    /// A point in time: the model records the cycle.
     Mark = 0,
-    /// Hz of the core, as the driver says.
+    /// Hz of the core, by the driver.
     Core = 1,
     /// Hz of the slow peripheral bus.
     Apb1 = 2,
@@ -24,11 +24,11 @@ pub enum Report {
     Apb2 = 3,
     /// Bytes of one read.
     Read = 4,
-    /// Times that the line was found idle.
+    /// How often the line was found idle.
     Idle = 5,
     /// A word that was exchanged, or found in flash or a register.
     Word = 6,
-    /// What a driver says of an error: 0 none.
+    /// Result of an operation: 0, or a driver's error.
     Error = 7,
     /// Flags of RCC_CSR.
     Cause = 8,
@@ -46,16 +46,16 @@ pub enum Report {
     Panic = 31,
 }
 
-/// What the program is to do.
+/// The task of the program.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Subject {
     /// Set up clocks, and wait a millisecond.
     Clock(u32),
-    /// Send back what comes, by DMA both ways.
+    /// Send received bytes back, by DMA both ways.
     Line,
     /// Read an ADIS at the SPI.
     Spi,
-    /// Erase, write, read, and do what is not allowed.
+    /// Erase, write, read, and write without permission.
     Flash,
     /// The independent watchdog, fed twice.
     Watchdog,
@@ -63,14 +63,14 @@ pub enum Subject {
     Window(bool),
     /// The calendar over the end of a year.
     Calendar,
-    /// The supply's detector.
+    /// The supply voltage detector.
     Supply,
 }
 
-/// Where the model puts the subject and its variant: the begin of core-coupled memory.
+/// Address where the model puts the subject and its variant: the start of core-coupled memory.
 const ASKED: usize = 0x1000_0000;
 
-/// What is asked for.
+/// Reads the subject.
 #[must_use]
 pub fn subject() -> Subject {
     let [subject, variant] = [registers::read(ASKED), registers::read(ASKED + 4)];
@@ -99,34 +99,34 @@ pub fn begin(debug: &mut DCB, trace: &mut ITM) {
 }
 
 /// Reports a word.
-pub fn tell(what: Report, word: u32) {
+pub fn report(what: Report, word: u32) {
     registers::write(0xE000_0000 + 4 * what as usize, word);
 }
 
-/// Reports the end and stays there.
+/// Reports the end and loops for ever.
 pub fn done() -> ! {
-    tell(Report::Done, 1);
+    report(Report::Done, 1);
     loop {
         cortex_m::asm::wfi();
     }
 }
 
-/// Sent after the bytes that came, without DMA.
+/// Sent after the received bytes, without DMA.
 pub const LAST: u8 = 0x5A;
 
-/// Bytes that come and go on the line.
+/// Number of bytes received and sent on the line.
 pub const BYTES: usize = 300;
 
-/// Where the flash programs work: the last sector.
+/// Offset of the sector that the flash programs use: the last one.
 pub const SECTOR: u32 = 0xE_0000;
 
-/// What they write there.
+/// The bytes that they write there.
 pub const PATTERN: [u8; 24] = *b"a driver that is trusted";
 
-/// The words at the begin of the sector, as the core reads them.
-pub fn tell_sector() {
+/// Reports the words at the start of the sector, as the core reads them.
+pub fn report_sector() {
     for n in 0..6 {
-        tell(
+        report(
             Report::Word,
             registers::read(0x0800_0000 + SECTOR as usize + 4 * n),
         );
@@ -135,10 +135,7 @@ pub fn tell_sector() {
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    tell(
-        Report::Panic,
-        info.location().map_or(0, |place| place.line()),
-    );
+    report(Report::Panic, info.location().map_or(0, |at| at.line()));
     loop {
         cortex_m::asm::wfi();
     }

@@ -1,4 +1,4 @@
-//! Registers that no driver of the two has, by their addresses (stm32f4 0.16, stm32-metapac 21).
+//! Registers that neither driver supports, by address (stm32f4 0.16, stm32-metapac 21).
 
 #![allow(unsafe_code)]
 
@@ -8,7 +8,7 @@ use cortex_m::peripheral::NVIC;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 
-use crate::{Report, tell};
+use crate::{Report, report};
 
 const RCC_APB1ENR: usize = 0x4002_3840;
 const RCC_CSR: usize = 0x4002_3874;
@@ -19,7 +19,7 @@ const EXTI_RTSR: usize = 0x4001_3C08;
 const EXTI_PR: usize = 0x4001_3C14;
 const FLASH_SR: usize = 0x4002_3C0C;
 
-/// A register or a word of memory.
+/// Reads a register or a word of memory.
 #[must_use]
 pub fn read(address: usize) -> u32 {
     // SAFETY: callers name registers and memory of this chip.
@@ -28,7 +28,7 @@ pub fn read(address: usize) -> u32 {
 
 /// Writes a register, or a word of flash.
 pub fn write(address: usize, word: u32) {
-    // SAFETY: as above; nothing of Rust's is there.
+    // SAFETY: as above; no Rust object is there.
     unsafe { core::ptr::write_volatile(address as *mut u32, word) }
 }
 
@@ -36,7 +36,7 @@ fn set(address: usize, bits: u32) {
     write(address, read(address) | bits);
 }
 
-/// A number of an interrupt.
+/// An interrupt number.
 #[derive(Clone, Copy)]
 struct Number(u16);
 
@@ -47,10 +47,10 @@ unsafe impl cortex_m::interrupt::InterruptNumber for Number {
     }
 }
 
-/// Interrupts of SysTick and of the supply's detector.
+/// Interrupts served: SysTick and the supply voltage detector.
 pub static SERVED: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 
-/// Of RCC_CSR: why the chip has started. Clears them for the next time.
+/// Flags of RCC_CSR: why the chip has started. Clears them for the next start.
 #[must_use]
 pub fn cause() -> u32 {
     let flags = read(RCC_CSR) & 0xFE00_0000;
@@ -58,20 +58,20 @@ pub fn cause() -> u32 {
     flags
 }
 
-/// Tells why the chip has started, and whether a watchdog was it.
+/// Reports why the chip has started. Returns whether a watchdog was the cause.
 #[must_use]
 pub fn restarted() -> bool {
     let flags = cause();
-    tell(Report::Cause, flags);
+    report(Report::Cause, flags);
     flags & (3 << 29) != 0
 }
 
-/// Starts anew, as software does.
+/// Resets the chip by software.
 pub fn reset() -> ! {
     SCB::sys_reset()
 }
 
-/// Sleeps for some periods of so many cycles of the core.
+/// Sleeps for some periods, each of `cycles` cycles of the core.
 pub fn sleep(timer: &mut SYST, cycles: u32, periods: u32) {
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(cycles - 1);
@@ -86,7 +86,7 @@ pub fn sleep(timer: &mut SYST, cycles: u32, periods: u32) {
     timer.disable_interrupt();
 }
 
-/// Waits a period by looking at the timer's flag, as drivers' delays do.
+/// Waits a period by polling the timer's flag, as drivers' delays do.
 pub fn wait(timer: &mut SYST, cycles: u32) {
     timer.set_clock_source(SystClkSource::Core);
     timer.set_reload(cycles - 1);
@@ -101,7 +101,8 @@ fn SysTick() {
     SERVED[0].fetch_add(1, Ordering::Relaxed);
 }
 
-/// Neither driver has the supply's detector. Its interrupt is line 16's (RM0090 12.2.5).
+/// Uses the supply voltage detector, which neither driver supports. Its interrupt is that of EXTI
+/// line 16 (RM0090 12.2.5).
 pub fn supply(timer: &mut SYST) {
     set(RCC_APB1ENR, 1 << 28);
     set(PWR_CR, 7 << 5 | 1 << 4); // 2.9 V
@@ -110,26 +111,26 @@ pub fn supply(timer: &mut SYST) {
     // SAFETY: the handler touches nothing but its counter and its flag.
     unsafe { NVIC::unmask(Number(1)) };
     for _ in 0..3 {
-        tell(Report::Word, read(PWR_CSR) >> 2 & 1);
-        tell(Report::Interrupts, SERVED[1].load(Ordering::Relaxed));
+        report(Report::Word, read(PWR_CSR) >> 2 & 1);
+        report(Report::Interrupts, SERVED[1].load(Ordering::Relaxed));
         sleep(timer, 160_000, 1);
     }
 }
 
-/// The handler of the supply's detector.
+/// Interrupt handler of the supply voltage detector.
 pub fn supply_fell() {
     write(EXTI_PR, 1 << 16);
     SERVED[1].fetch_add(1, Ordering::Relaxed);
 }
 
-/// A write to flash that the controller has not been told of: it is refused, and a flag stays.
+/// A write to flash without programming enabled: it is refused, and an error flag stays set.
 pub fn wrong_write(address: u32) {
     write(address as usize, 0x1234_5678);
     while read(FLASH_SR) >> 16 & 1 != 0 {}
-    tell(Report::Word, read(address as usize));
+    report(Report::Word, read(address as usize));
 }
 
-/// Clears what the controller says.
+/// Clears the error flags of the controller.
 pub fn forgive() {
     write(FLASH_SR, 0xF0);
 }

@@ -1,6 +1,6 @@
-//! Checksums from their definitions, bit by bit, apart from those of the firmware.
+//! Checksums from their definitions, bit by bit, independent of those of the firmware.
 
-/// A CRC of 16 bits whose bits are sent most significant first.
+/// A 16-bit CRC, most significant bit first.
 pub fn crc16(polynomial: u16, start: u16, bytes: &[u8]) -> u16 {
     bytes.iter().fold(start, |mut crc, &byte| {
         crc ^= u16::from(byte) << 8;
@@ -12,7 +12,7 @@ pub fn crc16(polynomial: u16, start: u16, bytes: &[u8]) -> u16 {
     })
 }
 
-/// The same with bits sent least significant first; `polynomial` is written that way round.
+/// A 16-bit CRC, least significant bit first; `polynomial` is reflected, too.
 pub fn crc16_reflected(polynomial: u16, start: u16, bytes: &[u8]) -> u16 {
     bytes.iter().fold(start, |mut crc, &byte| {
         crc ^= u16::from(byte);

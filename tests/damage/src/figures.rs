@@ -1,4 +1,4 @@
-//! What was counted.
+//! Counts of read and accepted frames.
 
 use crate::kind::Kind;
 use crate::protocol::Protocol;
@@ -13,24 +13,25 @@ pub struct Figures {
     pub bytes: u64,
     /// Undamaged frames sent.
     pub good: u64,
-    /// ... and accepted in their place.
+    /// Undamaged frames accepted at their position.
     pub found: u64,
     /// Pieces of damage.
     pub damaged: u64,
-    /// Frames accepted that an undamaged piece of the stream happens to hold: damage can leave a
-    /// frame whole, or the next frame can begin with what it lacks.
+    /// Frames accepted that are undamaged by chance: damage can leave a frame intact, or the next
+    /// frame can begin with the missing bytes.
     pub whole: u64,
-    /// How often a checksum was compared with bytes that were not sent so.
+    /// How often a checksum was compared with bytes that were not sent as a frame.
     pub trials: u64,
-    /// Frames accepted that were not sent, by the kind of damage. Their checksum is right.
+    /// Frames accepted that were not sent, by the kind of damage. Their checksum matches by chance.
     pub accidents: BTreeMap<Kind, u64>,
-    /// Undamaged frames that such an accident reached into, or that were joined to damage.
+    /// Undamaged frames lost because such an accident overlapped them, or because damage joined
+    /// them.
     pub lost: u64,
-    /// The most of these in a row, without damage between them.
+    /// Most of these in a row, without damage between them.
     pub lost_in_a_row: u64,
-    /// The most bytes that had come after the end of a good frame before it was accepted.
+    /// Most bytes received after the end of a good frame before it was accepted.
     pub late_bytes: u64,
-    /// ... and good frames among them.
+    /// Most good frames received meanwhile.
     pub late_frames: u64,
 }
 
@@ -40,12 +41,12 @@ impl Figures {
         self.accidents.values().sum()
     }
 
-    /// How many there should be if each comparison were right by chance.
+    /// Expected number of accidents, if checksums match by chance.
     pub fn expected(&self, protocol: Protocol) -> f64 {
         self.trials as f64 / f64::from(protocol.bits()).exp2()
     }
 
-    /// Puts both together.
+    /// Adds other counts.
     pub fn add(&mut self, other: &Figures) {
         self.bytes += other.bytes;
         self.good += other.good;
@@ -62,12 +63,12 @@ impl Figures {
         self.late_frames = self.late_frames.max(other.late_frames);
     }
 
-    /// What these counts break: a CRC lets through more than by chance; an accident costs more than
-    /// two frames, where the checksum has more than 8 bits; a false start holds up what follows it
-    /// for longer than the longest message.
+    /// Checks the counts: a CRC must not accept more than by chance; an accident may cost at most
+    /// two frames, where the checksum has more than 8 bits; a false start may delay the following
+    /// bytes by at most the longest message.
     ///
     /// # Errors
-    /// The sentence.
+    /// A sentence that names the broken rule.
     pub fn check(&self, protocol: Protocol) -> Result<(), String> {
         let expected = self.expected(protocol);
         let most = expected + 6.0 * expected.sqrt() + 3.0;

@@ -1,4 +1,4 @@
-//! Reads a stream and compares with what was sent.
+//! Reads a stream and compares the result with what was sent.
 
 use crate::figures::Figures;
 use crate::protocol::Protocol;
@@ -10,7 +10,7 @@ use rand::RngExt;
 use std::cell::Cell;
 use std::ops::Range;
 
-/// A format whose wrong checksums are counted.
+/// A format that counts wrong checksums.
 #[derive(Clone, Copy, PartialEq)]
 struct Counting<'c, F> {
     format: F,
@@ -31,22 +31,22 @@ impl<F: Framing> Framing for Counting<'_, F> {
     }
 }
 
-/// What is accepted so far.
+/// The messages accepted so far.
 struct Judge<'s> {
     stream: &'s Stream,
     figures: Figures,
-    /// The piece at which the search for the next accepted message begins.
+    /// Index of the piece at which the search for the next accepted message begins.
     next: usize,
-    /// For each piece: accepted in its place.
+    /// For each piece: whether it was accepted at its position.
     found: Vec<bool>,
-    /// Messages accepted elsewhere.
+    /// Messages accepted at other positions.
     elsewhere: Vec<Range<usize>>,
 }
 
 /// Makes a chunk of a protocol and reads it.
 ///
 /// # Errors
-/// The promise that is broken, and where.
+/// The rule that is broken, and where.
 pub fn chunk(protocol: Protocol, number: u64, len: usize) -> Result<Figures, String> {
     let stream = Stream::new(protocol, number, len);
     let figures = read(&stream, number);
@@ -141,8 +141,8 @@ impl<'s> Judge<'s> {
         }
     }
 
-    /// The piece that is exactly these bytes and undamaged.
-    fn place(&mut self, at: &Range<usize>) -> Option<usize> {
+    /// Index of the undamaged piece at exactly these bytes.
+    fn piece_at(&mut self, at: &Range<usize>) -> Option<usize> {
         let pieces = &self.stream.pieces;
         while pieces.get(self.next)?.at.end < at.end {
             self.next += 1;
@@ -151,14 +151,14 @@ impl<'s> Judge<'s> {
         (piece.at == *at && piece.damage.is_none()).then_some(self.next)
     }
 
-    /// A frame was accepted when these many bytes had come before the last push.
+    /// Notes an accepted frame. `came`: number of bytes received before the last push.
     fn frame(&mut self, at: Range<usize>, came: usize) -> Result<(), String> {
-        if let Some(place) = self.place(&at) {
-            self.found[place] = true;
+        if let Some(index) = self.piece_at(&at) {
+            self.found[index] = true;
             self.figures.found += 1;
             if let Some(late) = came.checked_sub(at.end) {
                 self.figures.late_bytes = self.figures.late_bytes.max(late as u64);
-                let since = self.stream.pieces[place + 1..].iter();
+                let since = self.stream.pieces[index + 1..].iter();
                 let frames = since
                     .take_while(|piece| piece.at.end <= came)
                     .filter(|piece| piece.damage.is_none());
@@ -193,7 +193,7 @@ impl<'s> Judge<'s> {
         self.elsewhere.push(at);
     }
 
-    /// Every undamaged frame was accepted, except where `may_be_lost` says why not.
+    /// Checks that every undamaged frame was accepted, unless `may_be_lost` allows its loss.
     fn close(mut self, may_be_lost: impl Fn(&Judge, usize) -> bool) -> Result<Figures, String> {
         let mut row = 0;
         for (n, piece) in self.stream.pieces.iter().enumerate() {

@@ -3,7 +3,7 @@
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-/// What is done to a frame, or put between frames.
+/// Damage to a frame, or bytes between frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -23,11 +23,11 @@ pub enum Kind {
     Insert,
     /// A piece comes twice.
     Duplicate,
-    /// Two pieces have changed places.
+    /// Two pieces are exchanged.
     Swap,
-    /// The beginning of a frame, then nothing of it: the worst noise.
+    /// The beginning of a frame without the rest: the worst noise.
     Beginning,
-    /// A beginning in which one byte is another: lengths and kinds that lie.
+    /// A beginning with one wrong byte: wrong lengths and kinds.
     Lie,
     /// Random bytes with start marks among them.
     Noise,
@@ -37,7 +37,7 @@ pub enum Kind {
     Foreign,
 }
 
-/// All of them.
+/// All kinds.
 pub const ALL: [Kind; 14] = [
     Kind::Bit,
     Kind::Bits,
@@ -56,7 +56,7 @@ pub const ALL: [Kind; 14] = [
 ];
 
 impl Kind {
-    /// The bytes that come in place of this frame of at least 8 bytes.
+    /// The bytes that replace this frame, which has at least 8 bytes.
     pub fn damage(self, frame: &[u8], foreign: &[u8], rng: &mut impl Rng) -> Vec<u8> {
         let mut bytes = frame.to_vec();
         let len = bytes.len();
@@ -132,7 +132,7 @@ fn flip(bytes: &mut [u8], rng: &mut impl Rng) {
     bytes[bit / 8] ^= 1 << (bit % 8);
 }
 
-/// A place in `len` bytes and how many from there on.
+/// A random piece of `len` bytes: start and length.
 fn piece(rng: &mut impl Rng, len: usize, counts: core::ops::Range<usize>) -> (usize, usize) {
     let count = rng.random_range(counts).min(len);
     (rng.random_range(0..=len - count), count)

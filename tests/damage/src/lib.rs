@@ -1,12 +1,12 @@
-//! Damaged streams for every protocol that comes as bytes, and a judge of what is read from them.
+//! Damaged streams for every byte protocol, and a judge of what is read from them.
 //!
-//! A stream is made of good frames and damage ([`stream`]). It notes where each undamaged frame
-//! stands. That is the oracle: the reader under test has no part in it. The judge ([`judge`]) reads
-//! the stream in pieces and holds the reader to these promises:
+//! A stream is made of good frames and damage ([`stream`]). It notes the position of each undamaged
+//! frame. That is the oracle, independent of the reader under test. The judge ([`judge`]) reads the
+//! stream in pieces and checks these rules:
 //!
-//! - every byte comes out once, in its place;
-//! - a message is accepted only if it was sent so, or if its checksum is right, computed here from
-//!   its definition ([`checksum`]); a 32-bit checksum has no such accidents;
+//! - every byte comes out once, in order;
+//! - a message is accepted only if it was sent as it is, or if its checksum is right by the
+//!   definition ([`checksum`]); a 32-bit checksum has no such accidents;
 //! - every undamaged frame is accepted, unless such an accident or, on the command link, the damage
 //!   in front of it reaches into it.
 //!

@@ -1,5 +1,5 @@
-//! Reads so many damaged bytes of each protocol and prints the counts. What is done stands in a
-//! log; a run that was interrupted goes on where it stopped.
+//! Reads a number of damaged bytes of each protocol and prints the counts. A log records what is
+//! done; an interrupted run continues where it stopped.
 
 use clap::Parser;
 use damage::figures::Figures;
@@ -36,7 +36,7 @@ struct Arguments {
 #[derive(Serialize, Deserialize)]
 struct Done {
     protocol: String,
-    /// Chunks from 0 on that the figures count.
+    /// Number of chunks, from chunk 0 on, that the figures include.
     chunks: u64,
     figures: Figures,
 }
@@ -121,7 +121,7 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     }
 }
 
-/// What a log says is done: the last line of each protocol.
+/// Reads the finished work from a log: the last line of each protocol.
 fn before(log: &Path) -> Result<BTreeMap<String, (u64, Figures)>, Box<dyn Error>> {
     if let Some(folder) = log.parent() {
         fs::create_dir_all(folder)?;

@@ -1,5 +1,4 @@
-//! Every protocol that comes as bytes: how good frames are made, and whether the checksum of a
-//! message is right by its definition.
+//! Every byte protocol: makes good frames, and checks the checksum of a message by its definition.
 
 use crate::checksum::{crc16, crc16_reflected, crc32_novatel, fletcher, sum16};
 use firmware::control::Mode;
@@ -12,25 +11,25 @@ use rand::{Rng, RngExt};
 /// A protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
-    /// Of an IMU.
+    /// A protocol of an IMU.
     Imu(ImuFormat),
-    /// Of a receiver.
+    /// A protocol of a receiver.
     Receiver(ReceiverFormat),
-    /// The command link, as the device hears it.
+    /// The command link, in the direction to the device.
     Command,
 }
 
-/// All of them.
+/// All protocols.
 pub fn all() -> Vec<Protocol> {
     let imus = ImuFormat::ALL.map(Protocol::Imu).into_iter();
     let receivers = ReceiverFormat::ALL.map(Protocol::Receiver);
     imus.chain(receivers).chain([Protocol::Command]).collect()
 }
 
-/// A protocol as one sensor speaks it.
+/// A protocol as sent by one sensor.
 #[derive(Debug, Clone, Copy)]
 pub struct Speaker {
-    /// What it speaks, with the layout of its frames.
+    /// The protocol, with the layout of its frames.
     pub protocol: Protocol,
     sensor: Option<&'static Simulated>,
 }
@@ -48,7 +47,7 @@ impl Protocol {
         }
     }
 
-    /// Bits of the checksum.
+    /// Length of the checksum, bits.
     pub fn bits(self) -> u32 {
         match self {
             Protocol::Imu(
@@ -61,8 +60,8 @@ impl Protocol {
         }
     }
 
-    /// Whether it is a sum or an exclusive or: errors that cancel and pieces that change places
-    /// pass it more often than by its bits.
+    /// Whether the checksum is a sum or an exclusive or: it misses errors that cancel and exchanged
+    /// pieces more often than its length suggests.
     pub fn is_sum(self) -> bool {
         matches!(
             self,
@@ -71,7 +70,7 @@ impl Protocol {
         )
     }
 
-    /// The `n`th of the sensors that speak it, over and over.
+    /// The `n`th of the sensors with this protocol, cyclically.
     pub fn speaker(self, n: usize) -> Speaker {
         let Protocol::Imu(format) = self else {
             let (protocol, sensor) = (self, None);
@@ -145,8 +144,8 @@ fn receiver_is_right(format: ReceiverFormat, frame: &[u8]) -> bool {
 }
 
 impl Speaker {
-    /// The settings of a device that it is connected to.
-    pub fn told(&self) -> Settings {
+    /// The settings of a device for this sensor.
+    pub fn settings(&self) -> Settings {
         self.sensor.map_or(Settings::DEFAULT, Simulated::told)
     }
 

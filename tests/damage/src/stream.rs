@@ -1,4 +1,4 @@
-//! A stream of good frames and damage, with a note of what stands where.
+//! A stream of good frames and damage, with the position of each piece.
 
 use crate::kind::{self, Kind};
 use crate::protocol::{Protocol, Speaker, all};
@@ -9,9 +9,9 @@ use std::ops::Range;
 /// A piece of a stream.
 #[derive(Debug, Clone)]
 pub struct Piece {
-    /// Where it stands.
+    /// Its position, bytes.
     pub at: Range<usize>,
-    /// What it is; `None`: an undamaged frame.
+    /// Kind of damage; `None`: an undamaged frame.
     pub damage: Option<Kind>,
     /// The frame as it would have been without the damage.
     pub frame: Vec<u8>,
@@ -20,15 +20,15 @@ pub struct Piece {
 /// A damaged stream.
 #[derive(Debug)]
 pub struct Stream {
-    /// Who sends.
+    /// The sensor that sends.
     pub speaker: Speaker,
-    /// What comes.
+    /// The bytes.
     pub bytes: Vec<u8>,
-    /// Its pieces, without a gap. The last bytes, zeros, are of none.
+    /// Its pieces, without a gap. The zeros at the end belong to none.
     pub pieces: Vec<Piece>,
 }
 
-/// Zeros at the end, which end the wait of the last false start.
+/// Zeros at the end, so that the last false start does not wait for more bytes.
 const END: usize = 600;
 
 impl Stream {

@@ -1,8 +1,8 @@
 //! Fuzz targets: one for everything that reads bytes from a line, a file or flash.
 //!
-//! A target takes any input, and panics where something does not hold. The program `fuzz` leads its
+//! A target takes any input, and panics where a property does not hold. The program `fuzz` selects
 //! inputs by the branches that they reach (feature `guided`). The tests of this package replay the
-//! committed inputs without that, and look how far they get.
+//! committed inputs without that, and check how far they get.
 
 pub mod targets;
 
@@ -16,8 +16,8 @@ use std::sync::OnceLock;
 pub struct Target {
     /// Its name, which is the folder of its corpus, too.
     pub name: &'static str,
-    /// Runs it. Gives whether the input got as far as the target is for: past the checks that most
-    /// inputs fail at.
+    /// Runs it. Returns whether the input got as far as intended: past the checks at which most
+    /// inputs fail.
     pub run: fn(&[u8]) -> bool,
 }
 
@@ -42,17 +42,17 @@ pub fn structured<'i, T: Arbitrary<'i>>(bytes: &'i [u8]) -> Option<T> {
     input?.ok()
 }
 
-/// An input was refused, which an error must say.
+/// Checks that a refusal has an error message. Returns false.
 ///
 /// # Panics
-/// It says nothing.
+/// The message is empty.
 pub fn refused(error: &impl ToString) -> bool {
     assert!(!error.to_string().is_empty());
     false
 }
 
-/// The checksum that ends most formats' frames is beyond a fuzzer's reach: repair it where a start
-/// mark stands. How long the frame is, the scan tells by asking for its bytes.
+/// Repairs the checksums after each start mark, since a fuzzer does not find them. The scan gives
+/// the length of a frame by asking for its bytes.
 pub fn repaired(format: ImuFormat, bytes: &[u8]) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for at in 0..bytes.len() {
@@ -71,7 +71,7 @@ pub fn repaired(format: ImuFormat, bytes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A recording that was read.
+/// Checks a recording that was read.
 ///
 /// # Panics
 /// One of its samples is no finite number.

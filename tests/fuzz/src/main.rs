@@ -1,4 +1,4 @@
-//! One target, led by the branches it reaches: `cargo xtask fuzz --targets`.
+//! One target, guided by branch coverage: `cargo xtask fuzz --targets`.
 //!
 //! All targets are in one program, so that it is linked once. The environment variable
 //! `FUZZ_TARGET` names the one. The arguments are those of libFuzzer.

@@ -1,4 +1,4 @@
-//! The committed inputs of every target: nothing fails, and they get as far as the target is for.
+//! The committed inputs of every target: nothing fails, and they get past the checks of the target.
 
 use fuzz::{TARGETS, Target, targets::drive};
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ macro_rules! replayed {
     };
 }
 
-// so many get that far at least
+// least number that gets that far
 replayed! {
     app: 25,
     command: 8,

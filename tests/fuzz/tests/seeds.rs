@@ -1,5 +1,5 @@
-//! Writes inputs with which the targets begin, made by our own writers. Only on demand, after a
-//! change of a format: `cargo test -p fuzz --test seeds -- --ignored`.
+//! Writes the initial inputs of the targets with our own writers. Only on demand, after a change of
+//! a format: `cargo test -p fuzz --test seeds -- --ignored`.
 
 use firmware::configuration::SCHEMA;
 use firmware::configuration::record::encode;
@@ -12,21 +12,21 @@ fn write(target: &str, name: &str, bytes: &[u8]) {
     std::fs::write(folder.join(target).join(name), bytes).expect("a file");
 }
 
-/// The configuration of each unit that we know.
+/// The configuration of each preset unit.
 #[test]
 #[ignore = "writes files"]
 fn configurations() {
     for name in presets::names() {
         let unit = Unit::preset(name).expect("a unit");
-        let told = unit.configuration().expect("a configuration");
-        let record = encode(&told);
+        let configuration = unit.configuration().expect("a configuration");
+        let record = encode(&configuration);
         let body = &record[8..record.len() - 4];
         let seed = [&[SCHEMA as u8], body].concat();
         write("configuration", &format!("seed-{name}"), &seed);
     }
 }
 
-/// A message that MAVLink signs, which nobody can change. The target makes its CRC right.
+/// A signed MAVLink message, which cannot be changed. The target repairs its CRC.
 fn signed() {
     let mavlink = ImuFormat::ALL
         .iter()

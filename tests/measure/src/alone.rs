@@ -9,13 +9,13 @@ use qemu::alone::{CORES, LEVELS, M4F, REFERENCE, SMALL};
 use crate::table::{markdown, thousands};
 use crate::{markers, needs};
 
-/// Where the tables are.
+/// The file with the tables.
 const README: &str = "lrnn-nostd/README.md";
 
-/// The works in the tables, of the default network.
+/// The pieces of work in the tables, with the default network.
 const WORKS: [&str; 3] = ["step_rational", "gradient_rational", "descent_rational"];
 
-/// Measures and writes the tables. A digest that is not the desktop's is an error.
+/// Measures and writes the tables. A digest that differs from the desktop's is an error.
 pub fn alone() -> Result<ExitCode> {
     needs::alone()?;
     let tables = format!("{}\n{}", levels()?, cores()?);
@@ -24,7 +24,7 @@ pub fn alone() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The Cortex-M4F at every level.
+/// Table of the Cortex-M4F at every level.
 fn levels() -> Result<String> {
     let rows: Vec<_> = LEVELS
         .into_iter()
@@ -40,7 +40,7 @@ fn levels() -> Result<String> {
     Ok(table("opt-level, on a Cortex-M4F", rows))
 }
 
-/// Every core at opt-level "s", where its digests are compared, too.
+/// Table of every core at opt-level "s". Its digests are compared, too.
 fn cores() -> Result<String> {
     let rows: Vec<_> = CORES
         .into_iter()

@@ -31,9 +31,9 @@ const STEP: &str = "step_rational";
 const LEARN: &str = "descent_rational";
 const FIX: &str = "learner_fix";
 const NAV: &str = "nav_second";
-/// A second of eight shadow navigators, which are one more coast of the rehearsals.
+/// A second of eight shadow navigators, that is, one more coast of the rehearsals.
 const SHADOW: &str = "shadow_nav_second";
-/// The same over a drive of [`DRIVE`] samples; measured on this machine only.
+/// The learning step over a drive of [`DRIVE`] samples; measured on this machine only.
 const DRIVE_NS: &str = "drive/descent_rational";
 
 /// The `--json` format, which stays stable.
@@ -52,7 +52,8 @@ struct OnTarget {
     step_instructions: f64,
     /// One step, its exact gradient, and one weight update.
     gradient_step_instructions: f64,
-    /// The same with the kernel in assembly, in the form with fewer instructions.
+    /// As `gradient_step_instructions`, with the kernel in assembly, in the form with fewer
+    /// instructions.
     kernel_step_instructions: f64,
     kernel_gradient_step_instructions: f64,
     /// Learning from one fix: the covariance over a second and six updates, 126 weights and 6
@@ -65,8 +66,8 @@ struct OnTarget {
     /// A STIM300 sample, from the interrupt of its first byte in to that of its last byte out, with
     /// two frozen networks.
     word_instructions: f64,
-    /// The same with lines by DMA: includes the interrupts of the streams, but not moving the
-    /// bytes.
+    /// As `word_instructions`, with lines by DMA: includes the interrupts of the streams, but not
+    /// moving the bytes.
     word_instructions_dma: f64,
 }
 

@@ -1,4 +1,4 @@
-//! `cargo xtask boards`: builds the boards over other people's drivers (`firmware/boards`) and
+//! `cargo xtask boards`: builds the boards over third-party drivers (`firmware/boards`) and
 //! compares flash and RAM with `budgets.toml`.
 
 use std::process::ExitCode;

@@ -1,5 +1,5 @@
-//! Programs that are measured as whole processes: time, processor time, and the most memory that
-//! they have held. Linux reports the last two; elsewhere they are unknown.
+//! Programs that are measured as whole processes: time, processor time, and peak memory. Linux
+//! reports the last two; elsewhere they are unknown.
 
 use std::fs;
 use std::io::{Read, Seek};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 
-/// What a process took.
+/// Resources that a process used.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Used {
     /// From start to exit, s.
@@ -21,18 +21,18 @@ pub struct Used {
     pub cpu_s: Option<f64>,
     /// Most memory that was resident, MiB.
     pub peak_mib: Option<f64>,
-    /// What it printed.
+    /// Its standard output.
     pub output: String,
 }
 
-/// Time between two looks at a running process. What its threads wait after the last look is not
-/// seen, nor is memory that it takes first after that.
+/// Time between two samples of a running process. Waiting and memory growth after the last sample
+/// are missed.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// Runs a program to its end, and no other at the same time.
 ///
 /// # Errors
-/// It cannot be started, or it fails; then the error has what it said on the standard error.
+/// It cannot be started, or it fails; then the error contains its standard error output.
 pub fn run(command: &mut Command) -> Result<Used> {
     let program = command.get_program().display().to_string();
     let mut printed = tempfile::tempfile()?;
@@ -64,7 +64,7 @@ pub fn run(command: &mut Command) -> Result<Used> {
     Ok(used)
 }
 
-/// All that a file holds.
+/// The content of a file.
 fn text(file: &mut fs::File) -> Result<String> {
     let mut bytes = Vec::new();
     file.rewind()?;
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn processor_time_and_memory_of_a_process_are_seen() {
+    fn processor_time_and_memory_of_a_process_are_measured() {
         // a string of 2^24 characters, then 0.2 s in which it is there
         let busy = "a=x; i=0; while [ $i -lt 24 ]; do a=$a$a; i=$((i+1)); done; sleep 0.2";
         let used = run(Command::new("sh").args(["-c", busy])).expect("a shell");

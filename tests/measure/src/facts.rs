@@ -1,5 +1,5 @@
-//! What a release says of itself: the version numbers of what devices and programs exchange and
-//! keep (docs/RELEASES.md), and the sizes of its images.
+//! Facts about a release: the version numbers of the formats that devices and programs exchange and
+//! store (docs/RELEASES.md), and the sizes of its images.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,7 +19,7 @@ pub fn facts(images: &[PathBuf]) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// All formats with their versions, as the code has them.
+/// All formats with their versions, from the code.
 fn formats() -> [(&'static str, u32); 6] {
     [
         ("command link", firmware::wire::command::WIRE_VERSION.into()),

@@ -1,5 +1,5 @@
-//! Measures what is built, on this machine and in QEMU, and writes the figures of the pages.
-//! `cargo xtask bench` and its like run this program.
+//! Measures what is built, on this machine and in QEMU, and writes the figures of the pages. `cargo
+//! xtask bench` and similar tasks run this program.
 
 mod alone;
 mod bench;
@@ -40,12 +40,13 @@ enum Task {
     /// Measures `lrnn-nostd` in a crate of its own: on five cores, whose digests it compares with
     /// the desktop's, and at every level of optimisation. Writes tables in lrnn-nostd/README.md.
     Alone,
-    /// Measures the desktop side beside what a user would pick instead, and a recording of 24 h.
-    /// Takes some minutes and 3 GB of disk. PYTHON names a Python with AllanTools, KFGINS the
-    /// program KF-GINS; what is missing is left out. Writes tables in docs/PERFORMANCE.md.
+    /// Compares the desktop side with the programs that a user would choose instead, and measures a
+    /// recording of 24 h. Takes some minutes and 3 GB of disk. PYTHON names a Python with
+    /// AllanTools, KFGINS the program KF-GINS; what is missing is left out. Writes tables in
+    /// docs/PERFORMANCE.md.
     Beside,
-    /// Builds the boards over other people's drivers (firmware/boards) and the examples of a loop
-    /// of one's own, and compares flash and RAM with budgets.toml.
+    /// Builds the boards over third-party drivers (firmware/boards) and the examples of a custom
+    /// main loop, and compares flash and RAM with budgets.toml.
     Boards {
         /// Only this board.
         only: Option<String>,

@@ -5,12 +5,12 @@ use std::fs;
 use anyhow::{Context, Result, ensure};
 use qemu::images::workspace;
 
-/// Replaces what stands between the markers of `task` in `docs/PERFORMANCE.md`.
+/// Replaces the text between the markers of `task` in `docs/PERFORMANCE.md`.
 pub fn write(task: &str, part: &str) -> Result<()> {
     write_in("docs/PERFORMANCE.md", task, part)
 }
 
-/// Replaces what stands between the markers of `task` in this file of the workspace.
+/// Replaces the text between the markers of `task` in this file of the workspace.
 pub fn write_in(file: &str, task: &str, part: &str) -> Result<()> {
     let path = workspace().join(file);
     let old = fs::read_to_string(&path).with_context(|| path.display().to_string())?;

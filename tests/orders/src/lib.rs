@@ -1,10 +1,9 @@
-//! The ring of the lines and the queue between two priorities, from their own source, with loom's
-//! atomics and cells in place of the processor's.
-//! Loom runs a test in every order in which the two ends can take their steps, and with every value
-//! that a load may see.
+//! The ring of the lines and the queue between two priorities, compiled from their own source with
+//! loom's atomics and cells instead of the processor's. Loom runs a test in every order in which
+//! the two ends can take their steps, and with every value that a load may see.
 
-/// Atomics that loom watches. Those of the processor can be made in a constant, so these are made
-/// when they are used first.
+/// Atomics that loom checks. Those of the processor can be created in a constant; these are created
+/// on first use.
 pub mod atomics {
     pub use std::sync::atomic::Ordering;
 
@@ -15,7 +14,7 @@ pub mod atomics {
             pub struct $name($value, std::sync::OnceLock<loom::sync::atomic::$loom>);
 
             impl $name {
-                /// With this value.
+                /// An atomic with this initial value.
                 pub const fn new(value: $value) -> $name {
                     $name(value, std::sync::OnceLock::new())
                 }
@@ -43,17 +42,17 @@ pub mod atomics {
     atomic!(AtomicUsize, AtomicUsize, usize);
 }
 
-/// A place whose use loom watches, in place of that of `firmware`.
+/// A slot whose use loom checks, instead of that of `firmware`.
 mod slot {
     use loom::cell::UnsafeCell;
     use std::sync::OnceLock;
 
-    /// It is made when it is used first: loom's cells cannot be made in a constant.
+    /// It is created on first use: loom's cells cannot be created in a constant.
     #[derive(Debug)]
     pub struct Slot<T>(OnceLock<UnsafeCell<Option<T>>>);
 
     impl<T> Slot<T> {
-        /// Without a value.
+        /// A slot without a value.
         pub const fn new() -> Slot<T> {
             Slot(OnceLock::new())
         }
@@ -62,13 +61,13 @@ mod slot {
             self.0.get_or_init(|| UnsafeCell::new(None))
         }
 
-        /// Loom fails if the other end uses it at the same time.
+        /// Writes a value. Loom fails if the other end uses the slot at the same time.
         pub fn write(&self, value: T) {
-            let before = self.with(|place| place.replace(value));
+            let before = self.with(|slot| slot.replace(value));
             assert!(before.is_none(), "a value that was not taken");
         }
 
-        /// The same.
+        /// Takes the value. Loom fails if the other end uses the slot at the same time.
         pub fn read(&self) -> T {
             self.with(Option::take).expect("a value")
         }
@@ -76,7 +75,7 @@ mod slot {
         #[allow(unsafe_code, reason = "loom's cells have no other access")]
         fn with<R>(&self, act: impl FnOnce(&mut Option<T>) -> R) -> R {
             // SAFETY: loom panics when anybody else has it.
-            self.get().with_mut(|place| act(unsafe { &mut *place }))
+            self.get().with_mut(|slot| act(unsafe { &mut *slot }))
         }
     }
 

@@ -8,18 +8,18 @@ use std::sync::Arc;
 
 const SENT: [u8; 3] = [11, 22, 33];
 
-/// A ring whose atomics have been made before there is a second thread.
+/// A ring whose atomics are created before the second thread starts.
 fn ring() -> Arc<Ring<2>> {
     let ring = Arc::new(Ring::new());
     let (_, _, _) = (ring.pushed(), ring.popped(), ring.outlet());
-    for place in ring.free() {
-        assert_eq!(place.load(Ordering::Relaxed), 0);
+    for byte_slot in ring.free() {
+        assert_eq!(byte_slot.load(Ordering::Relaxed), 0);
     }
     ring
 }
 
-/// Runs the two ends in every order. What `puts` returns is how many of [`SENT`] found room; what
-/// `takes` has read must be a beginning of these, and the rest must still be there.
+/// Runs the two ends in every order. `puts` returns how many bytes of [`SENT`] found room; `takes`
+/// must have read the first of these, and the rest must still be in the ring.
 fn in_every_order(
     puts: impl Fn(&Ring<2>) -> usize + Copy + Send + Sync + 'static,
     takes: impl Fn(&Ring<2>, &mut Vec<u8>) + Copy + Send + Sync + 'static,
@@ -38,7 +38,7 @@ fn in_every_order(
     });
 }
 
-/// As many as there are, one at a time, twice as often as there is room.
+/// Takes bytes one at a time, with twice as many attempts as there is room.
 fn pops(ring: &Ring<2>, got: &mut Vec<u8>) {
     let mut outlet = ring.outlet();
     for _ in 0..3 {
@@ -55,12 +55,16 @@ fn reads(ring: &Ring<2>, got: &mut Vec<u8>) {
     }
 }
 
-/// As a controller takes them: it reads the places, then tells how many.
+/// Takes bytes as a DMA controller does: reads the memory, then reports how many.
 fn empties(ring: &Ring<2>, got: &mut Vec<u8>) {
     for _ in 0..2 {
-        let places = ring.oldest();
-        got.extend(places.iter().map(|place| place.load(Ordering::Relaxed)));
-        ring.emptied(places.len());
+        let oldest = ring.oldest();
+        got.extend(
+            oldest
+                .iter()
+                .map(|byte_slot| byte_slot.load(Ordering::Relaxed)),
+        );
+        ring.emptied(oldest.len());
     }
 }
 
@@ -71,14 +75,14 @@ fn writes(ring: &Ring<2>) -> usize {
     first + second
 }
 
-/// As a controller puts them.
+/// Puts bytes as a DMA controller does.
 fn fills(ring: &Ring<2>) -> usize {
     let mut put = 0;
     for _ in 0..2 {
         let free = ring.free();
         let bytes = &SENT[put..];
-        for (place, byte) in free.iter().zip(bytes) {
-            place.store(*byte, Ordering::Relaxed);
+        for (byte_slot, byte) in free.iter().zip(bytes) {
+            byte_slot.store(*byte, Ordering::Relaxed);
         }
         let filled = free.len().min(bytes.len());
         ring.filled(filled);
@@ -103,7 +107,7 @@ fn an_interrupt_takes_what_the_loop_writes() {
 }
 
 /// What an interrupt pushes: a byte without room is lost, the ones before and after it are not, and
-/// the loop is told.
+/// the loss is reported to the loop.
 #[test]
 fn a_lost_byte_is_reported() {
     loom::model(|| {

@@ -3,7 +3,7 @@
 
 use orders::spsc::{Consumer, Producer, Queue};
 
-/// Values that are no atomics: a value that is read too early is seen.
+/// Values that are not atomic, so that reading too early is detected.
 type Value = [u32; 3];
 
 const SENT: [Value; 3] = [[1, 2, 3], [4, 5, 6], [7, 8, 9]];

@@ -1,4 +1,4 @@
-"""Messages of satellite receivers, made and read by the libraries of others: pyubx2, pynmeagps, NovAtel's own encoder, pysbf2.
+"""Messages of satellite receivers, made and read by third-party libraries: pyubx2, pynmeagps, NovAtel's own encoder, pysbf2.
 
 Standard output, a line a message: format, bytes in hexadecimal, and what the library reads in them: ms (of the day for NMEA, else of the week), lat, lon
 (degrees), h (m above the ellipsoid), speed and course (m/s, degrees) or n, e, d (m/s), s0 to s5 (standard deviations), heading and hs (degrees).
@@ -17,7 +17,7 @@ from pyubx2 import GET, UBXMessage, UBXReader
 draw = random.Random(13)
 
 
-def tell(name, data, **values):
+def report(name, data, **values):
     print(name, data.hex(), *(f"{key}={value!r}" for key, value in values.items() if value is not None))
 
 
@@ -30,18 +30,18 @@ def ubx():
     m = UBXReader.parse(data)
     h, v, s = m.hAcc / 1000 / math.sqrt(2), m.vAcc / 1000, m.sAcc / 1000 / math.sqrt(3)
     north, east, down = (getattr(m, axis) / 1000 for axis in velocity)
-    tell("Ubx", data, ms=m.iTOW, lat=m.lat, lon=m.lon, h=m.height / 1000, n=north, e=east, d=down, s0=h, s1=h, s2=v, s3=s, s4=s, s5=s)
+    report("Ubx", data, ms=m.iTOW, lat=m.lat, lon=m.lon, h=m.height / 1000, n=north, e=east, d=down, s0=h, s1=h, s2=v, s3=s, s4=s, s5=s)
     names = [f"{what}Cov{axes}" for what in ("pos", "vel") for axes in ("NN", "NE", "ND", "EE", "ED", "DD")]
     covariance = {name: draw.uniform(0.01, 9) for name in names}
     data = UBXMessage("NAV", "NAV-COV", GET, iTOW=ms, version=0, posCovValid=1, velCovValid=1, **covariance).serialize()
     m = UBXReader.parse(data)
     diagonal = (m.posCovNN, m.posCovEE, m.posCovDD, m.velCovNN, m.velCovEE, m.velCovDD)
-    tell("Ubx", data, ms=m.iTOW, **{f"s{k}": math.sqrt(variance) for k, variance in enumerate(diagonal)})
+    report("Ubx", data, ms=m.iTOW, **{f"s{k}": math.sqrt(variance) for k, variance in enumerate(diagonal)})
     flags = {"gnssFixOK": 1, "relPosValid": 1, "carrSoln": 2, "isMoving": 1, "relPosHeadingValid": 1}
     angles = {"relPosHeading": draw.uniform(0, 360), "accHeading": draw.uniform(0.1, 5)}
     data = UBXMessage("NAV", "NAV-RELPOSNED", GET, version=1, iTOW=ms, **angles, **flags).serialize()
     m = UBXReader.parse(data)
-    tell("Ubx", data, ms=m.iTOW, heading=m.relPosHeading, hs=m.accHeading)
+    report("Ubx", data, ms=m.iTOW, heading=m.relPosHeading, hs=m.accHeading)
 
 
 def sentence(text):
@@ -59,24 +59,24 @@ def nmea():
     ms = lambda m: round(((m.time.hour * 60 + m.time.minute) * 60 + m.time.second) * 1000 + m.time.microsecond / 1000)
     gga = sentence(f"{talker}GGA,{time},{place},2,12,{draw.uniform(0.5, 3):.2f},{sea},M,{geoid},M,,0")
     m = NMEAReader.parse(gga)
-    tell("Nmea", gga, ms=ms(m), lat=m.lat, lon=m.lon, h=m.alt + m.sep, s0=1.9 * m.HDOP / math.sqrt(2), s2=3.8 * m.HDOP)
+    report("Nmea", gga, ms=ms(m), lat=m.lat, lon=m.lon, h=m.alt + m.sep, s0=1.9 * m.HDOP / math.sqrt(2), s2=3.8 * m.HDOP)
     gns = sentence(f"{talker}GNS,{time},{place},RNNN,12,{draw.uniform(0.5, 3):.2f},{sea},{geoid},,0,V")
     m = NMEAReader.parse(gns)
-    tell("Nmea", gns, ms=ms(m), lat=m.lat, lon=m.lon, h=m.alt + m.sep, s0=0.05 * m.HDOP / math.sqrt(2), s2=0.1 * m.HDOP)
+    report("Nmea", gns, ms=ms(m), lat=m.lat, lon=m.lon, h=m.alt + m.sep, s0=0.05 * m.HDOP / math.sqrt(2), s2=0.1 * m.HDOP)
     speed, course = f"{draw.uniform(0, 90):.3f}", f"{draw.uniform(0, 360):.2f}"
     rmc = sentence(f"{talker}RMC,{time},A,{place},{speed},{course},221126,,,D,V")
     m = NMEAReader.parse(rmc)
-    tell("Nmea", rmc, ms=ms(m), speed=m.spd * 1852 / 3600, course=m.cog)
+    report("Nmea", rmc, ms=ms(m), speed=m.spd * 1852 / 3600, course=m.cog)
     vtg = sentence(f"{talker}VTG,{course},T,,M,{speed},N,{float(speed) * 1.852:.3f},K,D")
     m = NMEAReader.parse(vtg)
-    tell("Nmea", vtg, speed=m.sogk / 3.6, course=m.cogt)
+    report("Nmea", vtg, speed=m.sogk / 3.6, course=m.cogt)
     gst = sentence(f"{talker}GST,{time},1.0,,,,{draw.uniform(0.01, 9):.3f},{draw.uniform(0.01, 9):.3f},{draw.uniform(0.01, 9):.3f}")
     m = NMEAReader.parse(gst)
-    tell("Nmea", gst, ms=ms(m), s0=m.stdLat, s1=m.stdLong, s2=m.stdAlt)
+    report("Nmea", gst, ms=ms(m), s0=m.stdLat, s1=m.stdLong, s2=m.stdAlt)
     ths = sentence(f"{talker}THS,{draw.uniform(0, 360):.2f},A")
-    tell("Nmea", ths, heading=NMEAReader.parse(ths).headt, hs=1.0)
+    report("Nmea", ths, heading=NMEAReader.parse(ths).headt, hs=1.0)
     hdt = sentence(f"{talker}HDT,{draw.uniform(0, 360):.2f},T")
-    tell("Nmea", hdt, heading=NMEAReader.parse(hdt).headingT, hs=1.0)
+    report("Nmea", hdt, heading=NMEAReader.parse(hdt).headingT, hs=1.0)
 
 
 def log(text):
@@ -102,16 +102,16 @@ def novatel():
     data, m = log(f'{name},{header},{kind},{place},WGS84,{sigmas},"",0.000,0.000,19,19,19,19,00,06,00,33')
     f = m.to_dict()
     sigmas = {f"s{k}": f[f"{axis}_std_dev"] for k, axis in enumerate(("latitude", "longitude", "height"))}
-    tell("Novatel", data, ms=ms, lat=f["latitude"], lon=f["longitude"], h=f["orthometric_height"] + f["undulation"], **sigmas)
+    report("Novatel", data, ms=ms, lat=f["latitude"], lon=f["longitude"], h=f["orthometric_height"] + f["undulation"], **sigmas)
     name = draw.choice(["BESTVELA", "BESTGNSSVELA"])
     speed = f"{draw.uniform(0, 40):.4f},{draw.uniform(0, 360):.6f},{draw.uniform(-5, 5):.4f}"
     data, m = log(f"{name},{header},DOPPLER_VELOCITY,0.000,0.000,{speed},0.0")
     f = m.to_dict()
-    tell("Novatel", data, ms=ms, speed=f["horizontal_speed"], course=f["ground_track"], d=-f["z"], s3=0.05, s5=0.05)
+    report("Novatel", data, ms=ms, speed=f["horizontal_speed"], course=f["ground_track"], d=-f["z"], s3=0.05, s5=0.05)
     angles = f"{draw.uniform(0, 360):.6f},0.5,0.0,{draw.uniform(0.1, 5):.6f},0.25"
     data, m = log(f'HEADING2A,{header},NARROW_INT,1.5,{angles},"0001","0002",18,17,17,16,00,01,00,33')
     f = m.to_dict()
-    tell("Novatel", data, ms=ms, heading=f["heading"], hs=f["heading_std_dev"])
+    report("Novatel", data, ms=ms, heading=f["heading"], hs=f["heading_std_dev"])
 
 
 def block(number, body):
@@ -138,14 +138,14 @@ def sbf():
     data, m = block(4007 | 2 << 13, when + mode + place + motion + middle + accuracy)
     lat, lon = math.degrees(m.Latitude), math.degrees(m.Longitude)
     h, v = m.HAccuracy / 2 / math.sqrt(2), m.VAccuracy / 2
-    tell("Sbf", data, ms=ms, lat=lat, lon=lon, h=m.Height, n=m.Vn, e=m.Ve, d=-m.Vu, s0=h, s1=h, s2=v, s3=0.05)
+    report("Sbf", data, ms=ms, lat=lat, lon=lon, h=m.Height, n=m.Vn, e=m.Ve, d=-m.Vu, s0=h, s1=h, s2=v, s3=0.05)
     variances = struct.pack("<10f", *(draw.uniform(0.01, 9) for _ in range(10)))
     data, m = block(5906, when + mode + variances)
-    tell("Sbf", data, ms=ms, s0=math.sqrt(m.Cov_latlat), s1=math.sqrt(m.Cov_lonlon), s2=math.sqrt(m.Cov_hgthgt))
+    report("Sbf", data, ms=ms, s0=math.sqrt(m.Cov_latlat), s1=math.sqrt(m.Cov_lonlon), s2=math.sqrt(m.Cov_hgthgt))
     data, m = block(5908, when + mode + variances)
-    tell("Sbf", data, ms=ms, s3=math.sqrt(m.Cov_VnVn), s4=math.sqrt(m.Cov_VeVe), s5=math.sqrt(m.Cov_VuVu))
+    report("Sbf", data, ms=ms, s3=math.sqrt(m.Cov_VnVn), s4=math.sqrt(m.Cov_VeVe), s5=math.sqrt(m.Cov_VuVu))
     data, m = block(5938, when + struct.pack("<BBHH6f", 20, 0, 2, 0, draw.uniform(0, 360), *[-2e10] * 5))
-    tell("Sbf", data, ms=ms, heading=m.Heading, hs=0.5)
+    report("Sbf", data, ms=ms, heading=m.Heading, hs=0.5)
 
 
 for _ in range(50):

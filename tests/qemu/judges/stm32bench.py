@@ -1,11 +1,11 @@
-"""The bench image (`tests/silicon`) on an STM32F4, F7 or H7: Unicorn's Cortex-M4 or M7 with the registers by which the image tells chips apart, caches and
+"""The bench image (`tests/silicon`) on an STM32F4, F7 or H7: Unicorn's Cortex-M4 or M7 with the registers by which the image identifies chips, caches and
 cycle counter, written from the reference manuals and stricter than they are.
 
 What ends the run as an error: a peripheral the image has no business with, a bus fault that is not expected, the counter of a Cortex-M7 started while it is locked,
 a cache turned on before every line of it was invalidated, FAULTMASK left set. There is no cache here; but what a data cache could hold back is blank in
 the memory that is given out, since a probe reads behind the cache. The counter runs with the time of this machine: **its figures are nobody's cycles**.
 
-Standard input, JSON: {"image": path, "chip": a key of CHIPS}. Standard output: "exit CODE" (semihosting's), "ram HEX" (128 KiB as a probe sees them).
+Standard input, JSON: {"image": path, "chip": a key of CHIPS}. Standard output: "exit CODE" (semihosting's), "ram HEX" (128 KiB as a probe reads them).
 """
 import json
 import struct
@@ -19,11 +19,11 @@ FLASH, SRAM = (0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000)
 SYSTEM, CORE = 0x4000_0000, 0xE000_0000
 F4_F7, H7 = 0xE004_2000, 0x5C00_1000
 RCC_FLASH = (0x4002_3800, 0x4002_4000)
-TIMER_11 = (0x4001_4800, 0x4001_4C00)  # its input sees no edges
+TIMER_11 = (0x4001_4800, 0x4001_4C00)  # its input has no edges
 M4, M7 = arm.UC_CPU_ARM_CORTEX_M4, arm.UC_CPU_ARM_CORTEX_M7
 EXIT, STOPPED = 0x18, 0x20026
 
-# processor, CPUID, what is at the places of device ids, place and value of FLASH_ACR, KiB of DTCM, KiB of each cache
+# processor, CPUID, content of the addresses of device ids, address and value of FLASH_ACR, KiB of DTCM, KiB of each cache
 CHIPS = {
     "f405": (M4, 0x410F_C241, {F4_F7: 0x100F_6413}, (0x4002_3C00, 0), 0, 0),
     "f446": (M4, 0x410F_C241, {F4_F7: 0x1000_6421}, (0x4002_3C00, 0), 0, 0),
@@ -31,7 +31,7 @@ CHIPS = {
     "f746": (M7, 0x410F_C271, {F4_F7: 0x1001_6449}, (0x4002_3C00, 0), 64, 4),
     "f767": (M7, 0x411F_C270, {F4_F7: 0x1001_6451}, (0x4002_3C00, 0), 128, 16),
     "h743": (M7, 0x411F_C271, {F4_F7: 0, H7: 0x2003_6450}, (0x5200_2000, 0x37), 128, 16),
-    "h743-faults": (M7, 0x411F_C271, {H7: 0x2003_6450}, (0x5200_2000, 0x37), 128, 16),  # nothing answers in the other place
+    "h743-faults": (M7, 0x411F_C271, {H7: 0x2003_6450}, (0x5200_2000, 0x37), 128, 16),  # nothing answers at the other address
     "nobody": (M7, 0x411F_C271, {}, (0, 0), 128, 16),
 }
 
@@ -81,12 +81,12 @@ class Chip:
         return False
 
     def fault(self, address):
-        """Of a load: ignored at priority -1 with BFHFNMIGN."""
+        """A bus fault of a load: ignored at priority -1 with BFHFNMIGN."""
         ignored = self.cpu.reg_read(arm.UC_ARM_REG_FAULTMASK) and self.registers.get(0xE000_ED14, 0) & 1 << 8
         if not ignored:
             self.stop(f"bus fault: {address:#x}")
         self.cfsr |= 0x8200  # BFARVALID, PRECISERR
-        return 0xDEAD_B413  # unusable, and for whoever uses it an F405
+        return 0xDEAD_B413  # invalid; code that uses it takes the chip for an F405
 
     @staticmethod
     def is_board(address):
@@ -116,7 +116,7 @@ class Chip:
             ways = 2 if self.registers.get(0xE000_ED84, 0) & 1 else 4
             return (self.cache * 1024 // 32 // ways - 1) << 13 | (ways - 1) << 3 | 1
         if address == 0xE000_EDF0:
-            return 1  # a debugger is there
+            return 1  # a debugger is connected
         return {0xE000_ED00: self.cpuid, 0xE000_ED28: self.cfsr}.get(address, self.registers.get(address, 0))
 
     def count(self):
@@ -167,7 +167,7 @@ class Chip:
             sys.exit(self.broken)
 
     def seen(self):
-        """RAM as a probe sees it: what the data cache may hold is not there."""
+        """RAM as a probe reads it: without data that the cache may hold."""
         ram = bytearray(self.cpu.mem_read(*SRAM))
         if self.registers.get(0xE000_ED14, 0) >> 16 & 1:
             ram[self.dtcm * 1024 :] = b"\xff" * (len(ram) - self.dtcm * 1024)

@@ -1,4 +1,4 @@
-"""Mutants of the chip model: each is one thing that a writer of it could get wrong. `tests/chip.rs` asserts which drivers notice."""
+"""Mutants of the chip model: each has one plausible mistake. `tests/chip.rs` asserts which drivers notice."""
 import stm32dma
 import stm32f405
 import stm32more
@@ -7,7 +7,7 @@ import stm32spi
 
 
 def count_too_high():
-    """A stream's NDTR has one too many."""
+    """A stream's NDTR is too large by one."""
     read = stm32dma.Stream.read
     stm32dma.Stream.read = lambda self, offset: read(self, offset) + (offset == 0x04 and self.ndtr > 0)
 
@@ -57,7 +57,7 @@ def timers_at_bus():
 
 
 def no_erase():
-    """A sector is as it was after its time to erase."""
+    """A sector keeps its content when it is erased."""
     stm32parts.Flash.BLANK = None
 
 
@@ -80,7 +80,7 @@ def calendar_slow():
 
 
 def byte_late():
-    """A byte comes out of the SPI with the next one."""
+    """A byte leaves the SPI only with the next one."""
     shift = stm32spi.Spi.shift
 
     def late(self, byte, at):
@@ -92,7 +92,7 @@ def byte_late():
 
 
 def dma_leaves_byte():
-    """A byte that the DMA has taken from the SPI is still there."""
+    """A byte that the DMA has read from the SPI stays in its register."""
     request = stm32spi.Spi.request
 
     def leaves(self):
@@ -104,7 +104,7 @@ def dma_leaves_byte():
 
 
 def supply_always_good():
-    """The supply's detector never finds it low."""
+    """The supply voltage detector never reports a low supply."""
     stm32parts.Power.low = lambda self: False
 
 

@@ -1,11 +1,11 @@
-"""Programs over other people's drivers on the STM32F405 of stm32f405.py, one after the other: docs/BOARDS.md.
+"""Programs over third-party drivers on the STM32F405 of stm32f405.py, one after the other: docs/BOARDS.md.
 
 Standard input, JSON: {"break": name of a mutant in stm32broken.py or null, "runs": [{"image": path, "subject": number, "variant": number, "ms": how long at
 most, "chip": {arguments of Chip}, "line": [[us, hex], ...] bytes at USART1 at 921 600 bit/s after the program's first mark, "volts": [[ms, volts], ...],
 "adis": as for stm32f405.py}, ...]}.
 
-Standard output, for each run: "run NUMBER", then "told PORT VALUE US" for each word that the program reports at the trace port, "start MS CAUSES" for each
-start, "clock CORE APB1 APB2" in Hz, "line DIVIDER BITS SENT LAST": what left, hexadecimal, and when the last stop bit ended, us; "interrupts NUMBER:COUNT ...", "wrong TEXT": what ended the run.
+Standard output, for each run: "run NUMBER", then "report PORT VALUE US" for each word that the program reports at the trace port, "start MS CAUSES" for each
+start, "clock CORE APB1 APB2" in Hz, "line DIVIDER BITS SENT LAST": bytes sent, hexadecimal, and when the last stop bit ended, us; "interrupts NUMBER:COUNT ...", "wrong TEXT": what ended the run.
 """
 import json
 import sys
@@ -20,12 +20,12 @@ MARK, DONE, PANIC = 0, 30, 31
 
 class Judged(Faulty):
     def __init__(self, asked):
-        self.asked, self.told, self.ended = asked, [], 0
+        self.asked, self.reports, self.ended = asked, [], 0
         self.bursts = [(us * US, bytes.fromhex(text)) for us, text in asked.get("line", [])]
         super().__init__({"image": asked["image"], "chip": asked.get("chip", {}) | {"adis": asked.get("adis")}})
         self.ask()
         self.uarts["sensor"].peer = 921_600
-        self.cpu.mem_write(FLASH[0] + 0xE_0000, bytes(range(256)))  # what was in the last sector before
+        self.cpu.mem_write(FLASH[0] + 0xE_0000, bytes(range(256)))  # previous content of the last sector
         self.faults += [(ms * MS, "volts", volts) for ms, volts in asked.get("volts", [])]
 
     def ask(self):
@@ -34,16 +34,16 @@ class Judged(Faulty):
 
     def power_up(self, flags):
         super().power_up(flags)
-        self.core.told = self.told  # one list over all starts
+        self.core.reports = self.reports  # one list over all starts
 
     def advanced(self, instructions):
         super().advanced(instructions)
-        if self.bursts and self.told:
-            begin, byte = self.told[0][2], CORE * 10 / 921_600
+        if self.bursts and self.reports:
+            begin, byte = self.reports[0][2], CORE * 10 / 921_600
             for at, text in self.bursts:
                 self.uarts["sensor"].arrivals.extend((begin + at + byte * (n + 1), value) for n, value in enumerate(text))
             self.bursts, self.changed = [], True
-        if self.told and self.told[-1][0] in (DONE, PANIC):
+        if self.reports and self.reports[-1][0] in (DONE, PANIC):
             raise Ended
 
     def byte_left(self, uart):
@@ -65,8 +65,8 @@ def judge(number, asked):
         pass
     except Forbidden as what:
         print("wrong", what)
-    for port, value, cycle in chip.told:
-        print("told", port, value, f"{cycle / US:.2f}")
+    for port, value, cycle in chip.reports:
+        print("report", port, value, f"{cycle / US:.2f}")
     for start in chip.starts:
         print("start", f"{start['at'] / MS:.3f}", hex(start["causes"]))
     print("clock", round(chip.rcc.core), round(chip.rcc.apb1), round(chip.rcc.apb2))

@@ -1,4 +1,4 @@
-"""The DMA controllers of an STM32F405 (RM0090 section 10), as far as lines of bytes use them: direct mode, once, circular, or with two buffers.
+"""The DMA controllers of an STM32F405 (RM0090 section 10), as far as serial lines use them: direct mode, once, circular, or with two buffers.
 
 What the manual forbids raises Forbidden. What drivers do that thousands of chips take is taken here as well; docs/BOARDS.md lists where this was learnt.
 """
@@ -71,7 +71,7 @@ class Stream:
         return {0x00: self.cr, 0x04: self.ndtr, 0x08: self.par, 0x0C: self.m0ar, 0x10: self.m1ar, 0x14: self.fcr}.get(offset, 0)
 
     def serves(self, data, outwards, channel=None):
-        """Whether a request of a peripheral reaches the stream: enabled, its channel chosen, direction and address as they must be."""
+        """Whether a request of a peripheral reaches the stream: it is enabled, and its channel, direction and address are right."""
         if not self.cr & 1 or self.cr >> 25 & 7 != (self.CHANNEL if channel is None else channel):
             return False
         if self.cr >> 6 & 3 != int(outwards) or self.par != data or not self.cr >> 10 & 1 or self.cr >> 9 & 1:
@@ -79,7 +79,7 @@ class Stream:
         return True
 
     def moved(self):
-        """Where the next byte is. The half and the end set flags; circular and with two buffers it goes on (10.3.8, 10.3.9)."""
+        """Address of the next byte. The half and the end set flags; circular and with two buffers it goes on (10.3.8, 10.3.9)."""
         place, self.at, self.ndtr = self.at, self.at + 1, self.ndtr - 1
         if self.ndtr == self.whole - self.whole // 2:
             self.flags |= HTIF
@@ -101,7 +101,7 @@ class Stream:
 
 
 class Registers:
-    """What a controller has beside its streams: the flags of all of them, and how they are cleared."""
+    """The registers of a controller besides its streams: the flags of all streams, and how they are cleared."""
 
     def __init__(self, chip, controller):
         self.streams = [chip.streams[controller, number] for number in range(8)]

@@ -26,12 +26,12 @@ from stm32parts import CORE, POWER_ON, PIN, BROWN_OUT, Flash, Forbidden, Iwdg, P
 from stm32spi import Spi
 from stm32timer import Tim5
 
-SLICE = 100  # most instructions between two looks at the world: a byte takes 1823
-FINE = 16  # the same in an interrupt, and while one waits that is masked
+SLICE = 100  # most instructions between two updates of the peripherals: a byte takes 1823 cycles
+FINE = 16  # the same in an interrupt, and while a masked one is pending
 PENDSV = -2  # number of its exception less 16
 ENTRY, EXIT = 12, 10  # cycles for the registers that an exception saves (Cortex-M4 TRM, 3.9.1; ARM DDI 0439)
 FLASH, CCM, SYSTEM = (0x0800_0000, 0x10_0000), (0x1000_0000, 0x1_0000), (0x1FFF_0000, 0x8000)
-GARBAGE = 0xA5  # what core-coupled memory holds at start
+GARBAGE = 0xA5  # content of core-coupled memory at start
 
 # base, bus, interrupt, (controller, stream) in and out: RM0090 tables 42 and 43, channel 4
 UARTS = {
@@ -56,10 +56,10 @@ class Uart:
         self.since = 0  # when DR was written
         self.sent = bytearray()
         self.began = []  # when the start bit of each byte sent began
-        self.arrivals = collections.deque()  # (cycle, byte), or with a flag of SR that comes with it
+        self.arrivals = collections.deque()  # (cycle, byte); the byte may carry a flag of SR
         self.peer = None  # bit rate at the other end, if it matters
-        self.garbled = [0, 0]  # bytes in and out that the two ends do not agree on
-        self.stuck = False  # the transmitter takes nothing more
+        self.garbled = [0, 0]  # bytes in and out that arrive garbled
+        self.stuck = False  # the transmitter accepts no more bytes
         self.idle_at = None
         self.seen = 0  # SR as last read: then DR clears
 
@@ -111,7 +111,7 @@ class Uart:
             if value >> 13 & 1 and (value >> 15 & 1 and self.brr & 8 or value >> 10 & 1 and not value >> 12 & 1):
                 raise Forbidden(f"{self.name}: fourth bit of the fraction with OVER8, or parity in eight bits")
             self.cr1 = value
-            if not value >> 13 & 1:  # off: what was under way is gone
+            if not value >> 13 & 1:  # off: a byte in transmission is lost
                 self.sr, self.waiting, self.shifting, self.idle_at = TXE | TC, None, None, None
         elif offset == 0x14:
             self.cr3 = value
@@ -119,7 +119,7 @@ class Uart:
     def level(self):
         error = self.sr & (ORE | FE | NF) and (self.cr3 & 1 and self.cr3 >> 6 & 1 or self.cr1 >> 5 & 1)
         error = error or self.sr & PE and self.cr1 >> 8 & 1
-        return bool(error or self.sr & self.cr1 & INTERRUPTS)  # each enable has its flag's place
+        return bool(error or self.sr & self.cr1 & INTERRUPTS)  # each enable is at the same bit as its flag
 
     def next_event(self):
         at = self.arrivals[0][0] if self.arrivals else None
@@ -137,14 +137,14 @@ class Uart:
             self.request()
         if self.shifting is None and self.waiting is not None and not self.stuck and self.cr1 >> 3 & 1:
             self.shifting, self.waiting = self.waiting, None
-            # what waits in DR follows without a pause, however late we look (30.3.2)
+            # a byte waiting in DR follows without a pause, however late this is called (30.3.2)
             self.began.append(max(self.since, self.sends_until))
             self.sends_until = self.began[-1] + self.byte_cycles()
             self.sr |= TXE
             self.request()
 
     def happens(self, now):
-        """What is due: bytes that have come, an idle line, the end of a byte that leaves."""
+        """Handles due events: received bytes, an idle line, the end of a byte that is sent."""
         while self.arrivals and self.arrivals[0][0] <= now:
             at, byte, *flag = self.arrivals.popleft()
             if self.cr1 >> 2 & 1 and self.cr1 >> 13 & 1 and wired(self.chip, self.name, True):
@@ -221,7 +221,7 @@ class Timer:
 
 
 ALL = range(0x400)
-CLEARED = {Uart: (0x04,), Stream: (), Tim2: (), Iwdg: ()}  # what reading changes: of these only that, of the others perhaps all
+CLEARED = {Uart: (0x04,), Stream: (), Tim2: (), Iwdg: ()}  # registers that reading changes; of classes not listed reading may change all
 
 
 class Chip:
@@ -253,7 +253,7 @@ class Chip:
         self.cpu.hook_add(UC_HOOK_MEM_WRITE, self.programs, None, FLASH[0], FLASH[0] + FLASH[1] - 1)
 
     def power_up(self, flags):
-        """The peripherals as after a reset; the lines' other ends stay."""
+        """The peripherals as after a reset; the other ends of the lines keep their state."""
         crystal, internal, locks = self.world
         self.registers = {}
         self.backup = getattr(self, "backup", None) or Backup()
@@ -285,18 +285,18 @@ class Chip:
         self.timed = (*self.uarts.values(), self.spi, self.tim5, self.iwdg, self.wwdg)
         self.reload, self.systick_at, self.systick, self.systick_ended = 0, None, 0, False
         self.enabled, self.pending, self.systick_pending = {PENDSV}, set(), False
-        self.active, self.high = set(), set()  # handlers begun and not ended; lines that were high at the last look
+        self.active, self.high = set(), set()  # active handlers; lines that were high at the last update
         self.priorities, self.running = collections.defaultdict(int), 256
         self.returned = self.asleep = self.waits_for_event = self.event = False
         self.broken = None
-        self.changed, self.due = True, 0  # something may have happened that nobody looked at; when something happens by itself
+        self.changed, self.due = True, 0  # whether something may have changed since the last update; cycle of the next event
 
     def reset_peripherals(self, register, bits):
         for base in held(register, bits):
             self.reset_peripheral(base)
 
     def reset_peripheral(self, base):
-        """As it is after power-on; what the other end sends and has received stays."""
+        """As it is after power-on; the other ends of the lines keep their state."""
         for controller, at in DMA.items():
             if at == base:
                 self.streams |= {(controller, n): Stream(controller, n) for n in range(8)}
@@ -348,13 +348,13 @@ class Chip:
         self.event = True
 
     def sleeps(self):
-        """Whether the core stays asleep after the instruction that asked for it."""
+        """Whether the core stays asleep after its WFE or WFI."""
         event, self.waits_for_event = self.waits_for_event and self.event, False
         self.event = self.event and not event
         return not event
 
     def isb(self, *_):
-        """What has been made pending or let through before is served here."""
+        """Serves interrupts that have become pending or enabled before."""
         if self.next_interrupt(self.running) is not None:
             self.cpu.emu_stop()
 
@@ -450,7 +450,7 @@ class Chip:
             uart.step(self.cycles)
         level = {stream.interrupt for stream in self.streams.values() if stream.flags and stream.level()}
         level |= {device.interrupt for device in (*self.uarts.values(), self.tim5) if device.level()}
-        # while its handler runs, an interrupt becomes pending anew when its line rises, else when the handler has ended (B3.4.1)
+        # while its handler runs, an interrupt becomes pending again when its line rises, else when the handler has ended (B3.4.1)
         self.pending |= level - (self.active & self.high)
         self.high = level
         self.changed, self.due = False, self.coming()
@@ -492,8 +492,8 @@ class Chip:
         return self.word.value
 
     def restart(self, cause, why=""):
-        """A reset; here nobody expects one."""
-        self.broken = f"it starts anew {why}"
+        """A reset; here none is expected."""
+        self.broken = f"it restarts {why}"
         self.cpu.emu_stop()
 
     def programs(self, _, __, address, size, value, ___):
@@ -518,7 +518,7 @@ class Chip:
         self.cpu.ctl_flush_tb()
 
     def stall(self, cycles):
-        """The core stands still; the rest goes on."""
+        """The core is stalled; the rest goes on."""
         self.advance(cycles)
 
     def advance(self, cycles):
@@ -581,7 +581,7 @@ class Chip:
         return True
 
     def entered(self, pc):
-        """A handler begins, at which nobody reads the frame."""
+        """Enters a handler that does not read its frame."""
 
     def run(self, until):
         """Runs to a cycle."""
@@ -606,7 +606,7 @@ class Chip:
         return min(max(ahead, 1), SLICE)
 
     def coming(self):
-        """When something happens by itself, SysTick aside."""
+        """Cycle of the next event, SysTick aside."""
         return min([at for device in self.timed if (at := device.next_event()) is not None], default=float("inf"))
 
     def next_event(self, until):

@@ -58,7 +58,7 @@ class Faulty(Chip):
         self.cpu.emu_stop()
 
     def again(self):
-        """The reset itself: peripherals and core begin anew, RAM and the world stay."""
+        """The reset itself: peripherals and core restart, RAM and the other ends of the lines keep their state."""
         flags, self.cause = self.rcc.flags | self.cause | PIN, None
         self.power_up(flags)
         self.frozen = self.in_fault = False
@@ -155,7 +155,7 @@ class Faulty(Chip):
             self.changed = True
 
     def make_hang(self, masked):
-        """The program comes into a loop: the default handler's."""
+        """The program enters a loop: the default handler's."""
         self.pc = int.from_bytes(self.cpu.mem_read(FLASH[0] + 4 * (16 + 1), 4), "little") & ~1
         self.cpu.reg_write(arm.UC_ARM_REG_PC, self.pc)
         self.cpu.reg_write(arm.UC_ARM_REG_PRIMASK, int(bool(masked)))
@@ -174,11 +174,11 @@ class Faulty(Chip):
         self.pending.add(number)
 
     def make_stuck(self, for_good):
-        """The navigation line's transmitter takes nothing more, until it is switched off, or for good."""
+        """The navigation line's transmitter accepts no more bytes, until it is switched off, or for good."""
         self.uarts["navigation"].stuck = "for good" if for_good else True
 
     def make_deaf(self, _):
-        """The stream of the sensor's bytes is switched off by nobody."""
+        """The stream of the sensor's bytes stops, though the program has not switched it off."""
         self.streams[2, 2].cr &= ~1
 
     def make_crystal(self, _):
@@ -188,13 +188,13 @@ class Faulty(Chip):
             self.enter(NMI)
 
     def make_overflow(self, _):
-        """The program comes into a recursion without an end: push {r0-r7, lr}; b back."""
+        """The program enters an endless recursion: push {r0-r7, lr}; b back."""
         self.pc = FLASH[0] + 0xB_FF00  # nothing else is there
         self.cpu.mem_write(self.pc, bytes.fromhex("ffb5fde7"))
         self.cpu.reg_write(arm.UC_ARM_REG_PC, self.pc)
 
     def make_wild(self, address):
-        """The program jumps to where no program is."""
+        """The program jumps to an address without code."""
         self.pc = address
         self.cpu.reg_write(arm.UC_ARM_REG_PC, address)
 
@@ -202,14 +202,14 @@ class Faulty(Chip):
         self.volts = self.power.volts = volts
 
     def make_tim5(self, speed):
-        """The counter of microseconds of a board over embassy-stm32 runs so many times faster."""
+        """The counter of microseconds of a board over embassy-stm32 runs faster by this factor."""
         timer = self.tim5
         timer.look()
         timer.psc = (timer.psc + 1) // speed - 1
         timer.since = self.cycles - timer.cycles(timer.seen)
 
     def make_torn(self, _):
-        """The stream of the sensor's bytes tells an error of its bus (10.3.18), at which embassy-stm32 panics."""
+        """The stream of the sensor's bytes reports a bus error (10.3.18), at which embassy-stm32 panics."""
         self.streams[2, 2].flags |= TEIF
 
     def make_tim2(self, speed):
@@ -277,7 +277,7 @@ def main():
     for name, line in chip.uarts.items():
         line.peer = baud[name]
     end = asked["ms"] * MS
-    # 28 bytes in two milliseconds, no two places of the stream alike
+    # 28 bytes in two milliseconds, no two positions of the stream alike
     noise, byte = random.Random(asked.get("seed", 1) + 1), CORE * 10 / baud["sensor"]
     quiet = asked.get("quiet", [0, 0])
     stream = bytearray()
@@ -312,7 +312,7 @@ def main():
 
 
 def run_all(chip, faults, end):
-    """Faults at a time of the world stay when the chip starts anew."""
+    """Faults at an absolute time remain when the chip restarts."""
     begun = chip.began
 
     def began(causes):

@@ -1,4 +1,4 @@
-"""More of an STM32F405: what its own firmware does not use and other drivers do, from RM0090 and the Armv7-M manual.
+"""More of an STM32F405: parts that our firmware does not use and other drivers do, from RM0090 and the Armv7-M manual.
 
 External interrupts and the supply's detector at their line (section 12), real-time clock and backup domain (26), the alias that has an address for each
 bit, clocks and resets of peripherals (7.3), pins of the lines (8.3), and of the core: trace port, counter of cycles, read access to the interrupt
@@ -54,13 +54,13 @@ class Exti:
             line = ready.bit_length() - 1
             ready &= ~(1 << line)
             now |= {LINE_INTERRUPT[line]} if line in LINE_INTERRUPT else set()
-        # while its handler runs, an interrupt becomes pending anew when its line rises (Armv7-M B3.4.1)
+        # while its handler runs, an interrupt becomes pending again when its line rises (Armv7-M B3.4.1)
         self.chip.pending |= now - (getattr(self.chip, "active", set()) & self.were)
         self.were = now
 
 
 class Backup:
-    """The backup domain: RCC_BDCR, 20 registers and the calendar. It outlives a reset of the chip, not a loss of its supply."""
+    """The backup domain: RCC_BDCR, 20 registers and the calendar. It survives a reset of the chip, not a loss of its supply."""
 
     def __init__(self):
         self.bdcr, self.words = 0, [0] * 20
@@ -73,7 +73,7 @@ class Backup:
 
 
 class Rtc:
-    """The calendar (26.3): written behind two keys and in its initialisation, read through shadows or around them."""
+    """The calendar (26.3): written after two keys and in initialisation mode, read through shadow registers or directly."""
 
     def __init__(self, chip):
         self.chip, self.domain = chip, chip.backup
@@ -137,7 +137,7 @@ class Rtc:
 
     def write(self, offset, value):
         if not self.chip.power.cr >> 8 & 1:
-            return  # DBP: the domain does not hear (5.1.2)
+            return  # DBP: the domain is write-protected (5.1.2)
         if offset == 0x24:
             self.keys = (self.keys + [value & 0xFF])[-2:]
             self.open = self.keys == [0xCA, 0x53]
@@ -187,7 +187,7 @@ CLOCK_OF = {base: (register, bit) for base, register, bit in CLOCKS}
 
 
 def clocked(chip, address):
-    """What has no clock does not hear what is written to it; who writes to it has a fault."""
+    """A peripheral without a clock ignores writes; a program that writes to it is at fault."""
     register, bit = CLOCK_OF.get(address & ~0x3FF, (None, 0))
     if register is not None and not chip.rcc.read(register) >> bit & 1:
         raise Forbidden(f"{address:#x} without its clock")
@@ -219,13 +219,13 @@ def wired(chip, line, receives):
 
 
 class Core:
-    """Of the core what programs read: identity, the interrupt controller's registers, cycles, and the trace port that they report by (Armv7-M C1.7)."""
+    """Registers of the core that programs read: identity, the interrupt controller's registers, cycles, and the trace port that they report by (Armv7-M C1.7)."""
 
     def __init__(self, chip):
-        self.chip, self.words, self.told = chip, {}, []
+        self.chip, self.words, self.reports = chip, {}, []
 
     def read(self, offset):
-        """`None`: not here."""
+        """`None`: no register here."""
         chip = self.chip
         if offset < 0x80:
             return 1  # the port takes a word
@@ -243,6 +243,6 @@ class Core:
     def write(self, offset, value):
         if offset < 0x80:
             if self.words.get(0xEDFC, 0) >> 24 & 1 and self.words.get(0x0E80, 0) & 1 and self.words.get(0x0E00, 0) >> offset // 4 & 1:
-                self.told.append((offset // 4, value, self.chip.cycles))
+                self.reports.append((offset // 4, value, self.chip.cycles))
         elif offset in (0x0E00, 0x0E80, 0x1000, 0xED08, 0xED10, 0xED14, 0xED88, 0xEDFC):
             self.words[offset] = value

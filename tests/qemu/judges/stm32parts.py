@@ -1,4 +1,4 @@
-"""Parts of an STM32F405 that decide whether it lives: clock tree, timers, watchdogs, flash controller, supply. Written from RM0090, stricter than it.
+"""Vital parts of an STM32F405: clock tree, timers, watchdogs, flash controller, supply. Written from RM0090, stricter than it.
 
 Time is counted in cycles of 168 MHz, whatever the core's clock is: an instruction takes `Rcc.cost` of them. `chip` gives `cycles`, `power` (a Power),
 and `restart(cause)`. What the manual forbids raises Forbidden.
@@ -39,7 +39,7 @@ class Rcc:
         return 2 * (self.pllcfgr >> 16 & 3) + 2
 
     def derive(self):
-        """Clocks in Hz; what is asked for and not there leaves the core on what it has."""
+        """Clocks in Hz; a source that is selected but not ready leaves the core on its present one."""
         switch = self.cfgr & 3
         there = {0: self.internal, 1: self.crystal if self.hse() else 0, 2: self.pll()}.get(switch, 0)
         self.switched = switch if there else 0
@@ -64,7 +64,7 @@ class Rcc:
             self.derive()
             return self.cfgr & ~0xC | self.switched << 2
         if offset == 0x70:
-            return self.chip.backup.bdcr  # the crystal of 32 kHz is not there: LSERDY stays 0
+            return self.chip.backup.bdcr  # there is no crystal of 32 kHz: LSERDY stays 0
         if offset == 0x74:
             return self.flags | self.lsi | (self.lsi and self.chip.cycles >= self.lsi_at + CORE // 66_000) << 1  # 15 us, DS8626 table 35
         return {0x04: self.pllcfgr}.get(offset, self.registers.get(offset, 1 << 20 if offset == 0x30 else 0))
@@ -181,7 +181,7 @@ class Tim11:
 
 
 class Rng:
-    """RM0090 section 24: a word of 48 MHz from the PLL. A generator of pseudo-random numbers stands for the noise."""
+    """RM0090 section 24: a word of 48 MHz from the PLL. A pseudo-random generator replaces the noise."""
 
     def __init__(self, chip):
         self.chip, self.cr, self.word = chip, 0, 1
@@ -279,7 +279,7 @@ class Wwdg:
 
 
 class Power:
-    """The supply and its detector (section 5.2.3). Falling thresholds at their least, DS8626 table 19."""
+    """The supply and its voltage detector (section 5.2.3). Falling thresholds at their least, DS8626 table 19."""
 
     LEVELS = [1.98, 2.13, 2.29, 2.44, 2.59, 2.75, 2.85, 2.95]
 
@@ -299,8 +299,8 @@ class Power:
 
 
 class Flash:
-    """The controller (3.5 to 3.9). The program is in the same flash, so the core stands still while it works: 16 us for a piece, whatever its width,
-    and for a sector what DS8626 tables 39 and 40 tell as usual. What it refuses it tells in FLASH_SR, and leaves flash as it was.
+    """The controller (3.5 to 3.9). The program is in the same flash, so the core is stalled while it works: 16 us for a piece, whatever its width,
+    and for a sector the typical times of DS8626 tables 39 and 40. It reports refused operations in FLASH_SR, and leaves flash unchanged.
 
     Stricter than the chip: a bit is never set without erasing, and no sector is erased that a program was loaded into.
     """
@@ -313,8 +313,8 @@ class Flash:
 
     def __init__(self, chip, brown_out):
         self.chip, self.cr, self.sr, self.keys, self.brown_out, self.writes, self.erased = chip, 1 << 31, 0, [], brown_out, 0, []
-        self.after = []  # pieces that are not what the core wrote: address, bytes
-        self.stands = 0  # cycles that the core has yet to stand still
+        self.after = []  # pieces whose content differs from what the core wrote: address, bytes
+        self.stands = 0  # cycles for which the core is still stalled
 
     def read(self, offset):
         self.done() if offset == 0x0C else None

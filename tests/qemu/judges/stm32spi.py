@@ -7,7 +7,7 @@ import collections
 
 from stm32parts import CORE, Forbidden
 
-SLICE = 100  # instructions between two looks at the world
+SLICE = 100  # instructions between two updates of the peripherals
 RXNE, TXE, OVR, BSY = 1, 2, 1 << 6, 1 << 7
 
 
@@ -21,7 +21,7 @@ class Spi:
         self.reset()
 
     def reset(self):
-        """As after power-on (7.3.9): a byte under way is broken off."""
+        """As after power-on (7.3.9): a byte in transmission is aborted."""
         self.cr1, self.cr2, self.came, self.lost, self.seen = 0, 0, None, False, 0
         self.waiting, self.exchanged, self.done = None, None, None
         self.hangs, self.asked = False, 0

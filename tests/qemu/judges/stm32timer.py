@@ -1,4 +1,4 @@
-"""TIM5 as a counter with two compare channels: the time of other firmwares and what wakes them (RM0090 section 18; only what they use)."""
+"""TIM5 as a counter with two compare channels: the clock of other firmware and its wake-ups (RM0090 section 18; only what they use)."""
 from stm32parts import CORE, Forbidden
 
 UIF, CC1, CC2 = 1, 2, 4

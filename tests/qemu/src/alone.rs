@@ -24,7 +24,7 @@ pub const REFERENCE: &str = "o3";
 /// Opt-level "s", which most images of this kind have.
 pub const SMALL: &str = "os";
 
-/// A core: how it is built for, and the machine that stands for it.
+/// A core: its build target, and the QEMU machine that has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Core {
     /// Its name in `budgets.toml`.
@@ -74,12 +74,12 @@ pub const CORES: [Core; 5] = [
     },
 ];
 
-/// Bytes of flash that a network takes, without start and end of the program.
+/// Bytes of flash that a network takes, without the program's start-up and exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flash {
-    /// It steps.
+    /// A network that only steps.
     pub step: u64,
-    /// It learns at each step.
+    /// A network that also learns at each step.
     pub descent: u64,
 }
 
@@ -141,7 +141,7 @@ impl Built {
         machine::run(self.core.machine, &image, Clock::Free, limit)
     }
 
-    /// Instructions of each work. The counter is checked on a loop of known length.
+    /// Instructions of each piece of work. The counter is checked on a loop of known length.
     ///
     /// # Errors
     /// As [`count::run`]; or the loop was miscounted.

@@ -1,4 +1,4 @@
-//! What images may cost: `budgets.toml` at the top of the workspace.
+//! Limits on the cost of images: `budgets.toml` at the top of the workspace.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,16 +14,16 @@ use crate::images::workspace;
 pub struct Budgets {
     /// Instructions of the longest pass of the main loop.
     pub longest_pass: f64,
-    /// By image name.
+    /// Flash and memory, by image name.
     pub image: BTreeMap<String, ImageBudget>,
-    /// Of the boards over other people's drivers, by package.
+    /// Limits of the boards over third-party drivers, by package.
     pub board: BTreeMap<String, BoardBudget>,
     /// Instructions on the target, by the name the `instructions` image prints.
     pub instructions: BTreeMap<String, f64>,
     /// Instructions of the whole application, by the sensor's format.
     pub application: BTreeMap<String, ApplicationBudget>,
-    /// Instructions on the target for one more of what a device may have several of, by the kind
-    /// of the growing works.
+    /// Instructions on the target for one more network, candidate and the like, by the kind of work
+    /// that grows.
     pub one_more: BTreeMap<String, f64>,
     /// Bursts of an ADIS over SPI.
     pub adis: AdisBudget,
@@ -37,20 +37,20 @@ pub struct Budgets {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ApplicationBudget {
-    /// All passes of a sample, mean.
+    /// Mean of all passes for a sample.
     pub sample: f64,
-    /// The same with lines by DMA.
+    /// As `sample`, with lines by DMA.
     pub sample_dma: f64,
-    /// All passes of the most expensive sample.
+    /// All passes for the most expensive sample.
     pub worst_sample: f64,
-    /// The same of all but the first samples of a stream.
+    /// As `worst_sample`, without the first samples of a stream.
     pub worst_later: f64,
     /// From the last byte of a frame to the first byte sent.
     pub latency: f64,
 }
 
-/// Limits of a burst that DMA fetches and that leaves uncorrected, instructions on the Cortex-M4F,
-/// all of them.
+/// Limits of a burst that DMA fetches and that leaves uncorrected: all instructions on the
+/// Cortex-M4F.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AdisBudget {
@@ -58,9 +58,9 @@ pub struct AdisBudget {
     pub burst_2000: f64,
     /// At 4000 bursts a second, of an ADIS1649x.
     pub burst_4000: f64,
-    /// The same on the board `f405`, over the drivers of `embassy-stm32`.
+    /// At 2000 bursts a second on the board `f405`, over the drivers of `embassy-stm32`.
     pub over_embassy_2000: f64,
-    /// ... at 4000.
+    /// At 4000 bursts a second on that board.
     pub over_embassy_4000: f64,
 }
 
@@ -71,7 +71,7 @@ pub struct AloneBudget {
     /// Step, gradient and descent on a core with an FPU: at most this many times the instructions
     /// of opt-level 3 at every other level.
     pub times: f64,
-    /// The same of a pass of one step.
+    /// The same limit for a learning pass of one step.
     pub learn_times: f64,
     /// By core.
     pub core: BTreeMap<String, AloneCore>,
@@ -108,7 +108,7 @@ pub struct ImageBudget {
     pub ram_and_stack: Option<u64>,
 }
 
-/// Limits of the image of a board over other people's drivers. They can panic.
+/// Limits of the image of a board over third-party drivers. These can panic.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoardBudget {

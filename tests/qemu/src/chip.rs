@@ -1,5 +1,5 @@
-//! Programs over other people's drivers for the chip model (`tests/chip`, a workspace of its own):
-//! how they are built, and what the model tells of their runs.
+//! Programs over third-party drivers for the chip model (`tests/chip`, a workspace of its own): how
+//! they are built, and what the model reports of their runs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::images::{TARGET, apart, target_directory};
 use crate::judges::ask;
 
-/// A crate of drivers that many chips have judged.
+/// A driver crate that is proven on real chips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Driver {
     /// `stm32f4xx-hal`.
@@ -19,10 +19,10 @@ pub enum Driver {
 }
 
 impl Driver {
-    /// Both.
+    /// Both drivers.
     pub const ALL: [Self; 2] = [Self::Hal, Self::Embassy];
 
-    /// Its feature in `tests/chip`.
+    /// Name of its feature in `tests/chip`.
     #[must_use]
     pub const fn feature(self) -> &'static str {
         match self {
@@ -31,7 +31,7 @@ impl Driver {
         }
     }
 
-    /// Its program there.
+    /// Name of its program in `tests/chip`.
     #[must_use]
     pub const fn program(self) -> &'static str {
         match self {
@@ -58,19 +58,20 @@ impl Driver {
     }
 }
 
-/// What a word at the trace port is; the numbers are those of `chip::Report`.
-pub mod told {
-    /// A point of time.
+/// Ports of the trace: what a word that a program reports is. The numbers are those of
+/// `chip::Report`.
+pub mod report {
+    /// A point in time; the word has no meaning.
     pub const MARK: u32 = 0;
     /// Hz of the core, of the slow and of the fast bus.
     pub const CLOCKS: [u32; 3] = [1, 2, 3];
-    /// Bytes so far, at each read.
+    /// Bytes received so far, at each read.
     pub const READ: u32 = 4;
     /// How often the line was idle.
     pub const IDLE: u32 = 5;
     /// A word of memory or of a bus.
     pub const WORD: u32 = 6;
-    /// What a driver says of an error.
+    /// Result of an operation: 0, or the driver reported an error.
     pub const ERROR: u32 = 7;
     /// Flags of RCC_CSR.
     pub const CAUSE: u32 = 8;
@@ -80,26 +81,26 @@ pub mod told {
     pub const DATE: u32 = 10;
     /// Interrupts served.
     pub const INTERRUPTS: u32 = 12;
-    /// The end.
+    /// The program has ended.
     pub const DONE: u32 = 30;
 }
 
-/// What the model tells of a run.
+/// Results of a run in the model.
 #[derive(Debug, Default)]
 pub struct Run {
-    /// Words at the trace port: what it is, the word, when in microseconds.
-    pub told: Vec<(u32, u32, f64)>,
-    /// Starts, ms.
+    /// Words at the trace port: port, word, time in us.
+    pub reports: Vec<(u32, u32, f64)>,
+    /// Times of the chip's starts, ms.
     pub starts: Vec<f64>,
-    /// Hz of the core, of the slow and of the fast bus, as they are.
+    /// Clocks in the model: core, slow bus and fast bus, Hz.
     pub clocks: Vec<u32>,
-    /// Divider of the line, bits of a byte.
+    /// Divider of the line, and bits per character.
     pub line: Vec<u32>,
-    /// What left on the line, hexadecimal.
+    /// Bytes sent on the line, hexadecimal.
     pub sent: String,
     /// When the last byte had left, us.
     pub last_us: f64,
-    /// What ended the run before its end.
+    /// Why the run ended early, if it did.
     pub wrong: Option<String>,
 }
 
@@ -107,22 +108,23 @@ impl Run {
     /// The words of one kind.
     #[must_use]
     pub fn words(&self, kind: u32) -> Vec<u32> {
-        let of = self.told.iter().filter(|told| told.0 == kind);
-        of.map(|told| told.1).collect()
+        let of = self.reports.iter().filter(|report| report.0 == kind);
+        of.map(|report| report.1).collect()
     }
 
-    /// When the words of one kind were told, us.
+    /// When the words of one kind were reported, us.
     #[must_use]
     pub fn times(&self, kind: u32) -> Vec<f64> {
-        let of = self.told.iter().filter(|told| told.0 == kind);
-        of.map(|told| told.2).collect()
+        let of = self.reports.iter().filter(|report| report.0 == kind);
+        of.map(|report| report.2).collect()
     }
 }
 
-/// Runs programs in the model, broken as told, and returns what it tells of each.
+/// Runs programs in the model, with the mutant `broken` if one is given, and returns the results of
+/// each.
 ///
 /// # Errors
-/// The model fails, or tells what is not understood.
+/// The model fails, or its output is not understood.
 pub fn run(python: &Path, broken: Option<&str>, runs: &[Value]) -> Result<Vec<Run>> {
     let asked = json!({"break": broken, "runs": runs}).to_string();
     let mut all: Vec<Run> = Vec::new();
@@ -141,7 +143,10 @@ pub fn run(python: &Path, broken: Option<&str>, runs: &[Value]) -> Result<Vec<Ru
 fn read(run: &mut Run, name: &str, rest: &str) -> Result<()> {
     let words: Vec<&str> = rest.split_whitespace().collect();
     match (name, &words[..]) {
-        ("told", [kind, word, at]) => run.told.push((kind.parse()?, word.parse()?, at.parse()?)),
+        ("report", [kind, word, at]) => {
+            run.reports
+                .push((kind.parse()?, word.parse()?, at.parse()?));
+        }
         ("start", [at, _]) => run.starts.push(at.parse()?),
         ("clock", clocks) => {
             run.clocks = clocks

@@ -1,5 +1,5 @@
-//! Measured figures that are committed and that stand in the pages: `docs/figures/NAME.csv`. The
-//! first line, a comment, names the command that made it. A row is named by its first cells.
+//! Measured figures that are committed and shown in the pages: `docs/figures/NAME.csv`. The first
+//! line, a comment, names the command that made it. A row is named by its first cells.
 
 use std::fs;
 
@@ -7,18 +7,18 @@ use anyhow::{Context, Result, bail, ensure};
 
 use crate::images::workspace;
 
-/// How far what is measured may be from what is committed, as a share, before the file is old.
+/// Relative deviation of a measured figure from the committed one above which the file is outdated.
 pub const NEAR: f64 = 0.03;
 
-/// The remedy for a file that is old.
+/// The remedy for an outdated file.
 const REMEDY: &str = "remedy: cargo xtask figures";
 
 /// A committed table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Committed {
-    /// Its name: of the file, without folder and ending.
+    /// Name of the file, without folder and extension.
     pub name: String,
-    /// What made it.
+    /// The command that made it.
     pub made_by: String,
     /// Names of the columns.
     pub header: Vec<String>,
@@ -81,7 +81,8 @@ impl Committed {
         fs::write(path, format!("# {}\n{lines}", self.made_by)).with_context(|| file(&self.name))
     }
 
-    /// A cell. `row` is what the row begins with: one cell or several, with commas between them.
+    /// The text of a cell. `row` is what the row begins with: one cell or several, with commas
+    /// between them.
     ///
     /// # Errors
     /// No such row, more than one, or no such column.
@@ -100,10 +101,10 @@ impl Committed {
         }
     }
 
-    /// Whether what is measured is what is committed, to [`NEAR`] of it.
+    /// Checks that a measured figure agrees with the committed one within [`NEAR`].
     ///
     /// # Errors
-    /// It is not: the committed file is old.
+    /// It does not: the committed file is outdated.
     pub fn near(&self, row: &str, column: &str, measured: f64) -> Result<()> {
         let committed: f64 = self.cell(row, column)?.parse().context("no number")?;
         ensure!(

@@ -20,9 +20,9 @@ pub type Counts = BTreeMap<String, f64>;
 /// A loop of known length: the measured count, and the number of instructions executed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
-    /// Measured.
+    /// Instructions by the counter.
     pub measured: f64,
-    /// Known by construction.
+    /// Instructions executed, known by construction.
     pub executed: f64,
     /// Uncertainty of one tick, in instructions.
     pub tick: f64,

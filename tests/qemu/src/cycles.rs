@@ -1,5 +1,5 @@
-//! A model of the cycles of straight code on a Cortex-M4F, for what QEMU cannot tell: two forms of
-//! a kernel of which one has fewer instructions.
+//! A model of the cycles of straight code on a Cortex-M4F, for a comparison that QEMU cannot make:
+//! two forms of a kernel, where fewer instructions need not mean fewer cycles.
 //!
 //! From the Cortex-M4 technical reference manual (ARM 100166, tables 3-1 and 7-1), without wait
 //! states of the memory:
@@ -22,7 +22,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 
-/// What one call of a function takes.
+/// Cost of one call of a function.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Executed instructions.
@@ -31,11 +31,11 @@ pub struct Cost {
     pub cycles: u64,
 }
 
-/// What function `name` of an image takes. The function runs the n-th of its loops (one backward
+/// Cost of the function `name` of an image. The function runs the n-th of its loops (one backward
 /// branch each, none nested) `turns[n]` times and calls no other function.
 ///
 /// # Errors
-/// No such image or function, or other loops than these.
+/// No such image or function, or its loops do not match `turns`.
 pub fn of(image: &Path, name: &str, turns: &[u64]) -> Result<Cost> {
     let bytes = fs::read(image).with_context(|| image.display().to_string())?;
     let elf = object::File::parse(&*bytes)?;

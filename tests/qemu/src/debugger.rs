@@ -1,24 +1,24 @@
-//! QEMU as a debugger sees it: stops a live board, sets registers, lets it go on.
+//! A client of QEMU's debug server: stops a live board, sets registers, resumes it.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
 use anyhow::{Result, ensure};
 
-/// A board that stands still.
+/// A board that is stopped.
 #[derive(Debug)]
 pub struct Debugger {
     line: TcpStream,
 }
 
 impl Debugger {
-    /// At the line to QEMU's debug server, which has stopped the board.
+    /// A client on the line to QEMU's debug server, which has stopped the board.
     ///
     /// # Errors
     /// QEMU does not answer.
     pub fn new(line: TcpStream) -> Result<Self> {
         let mut debugger = Self { line };
-        // only who has read what registers there are may set one
+        // QEMU allows setting a register only after its list of registers was read
         debugger.ask("qXfer:features:read:target.xml:0,fff")?;
         Ok(debugger)
     }
@@ -34,7 +34,7 @@ impl Debugger {
         Ok(())
     }
 
-    /// The board goes on.
+    /// Resumes the board.
     ///
     /// # Errors
     /// QEMU refuses.

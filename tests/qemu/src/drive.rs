@@ -1,4 +1,4 @@
-//! Simulated drives (`host_device::hil::drive`) as recordings for the images.
+//! Simulated drives (`host_device::hil::drive`), converted to recordings for the images.
 
 use anyhow::{Context, Result, ensure};
 use firmware::configuration::Configuration;
@@ -12,7 +12,7 @@ use crate::replay::{Input, LONGEST, Pace};
 /// A piece of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// Where its bytes arrive.
+    /// Input at which its bytes arrive.
     pub input: Input,
     /// Time of arrival, microseconds from the start.
     pub at_us: u32,
@@ -28,7 +28,7 @@ pub fn drive(format: ImuFormat, seconds: u32) -> Result<Vec<Record>> {
     Ok(records(simulated::drive(format, seconds)?.records))
 }
 
-/// The same after `standstill_s` seconds at rest, with the drive it was made from.
+/// As [`drive`], after `standstill_s` seconds at rest. Also returns the simulated session.
 ///
 /// # Errors
 /// A sample does not fit into its field.
@@ -41,17 +41,18 @@ pub fn drive_from(
     Ok((drive.session, records(drive.records)))
 }
 
-/// A drive that a device told this measures: its seconds, and those of them at rest.
+/// A drive for a device with this configuration. `seconds`: its length, and how much of it is at
+/// rest.
 ///
 /// # Errors
 /// The sensor cannot be simulated at this rate, or a sample does not fit into its field.
-pub fn drive_told(
-    told: &Configuration,
+pub fn drive_configured(
+    configuration: &Configuration,
     format: ImuFormat,
     seconds: [u32; 2],
 ) -> Result<Vec<Record>> {
     let medium = ImuSpec::preset("medium").context("no preset medium")?;
-    let drive = simulated::drive_told(told, format, &medium, seconds)?;
+    let drive = simulated::drive_told(configuration, format, &medium, seconds)?;
     Ok(records(drive.records))
 }
 
@@ -67,8 +68,8 @@ fn records(simulated: Vec<simulated::Record>) -> Vec<Record> {
     simulated.into_iter().map(record).collect()
 }
 
-/// A recording for the `replay` image at pace [`Pace::Time`], of a device that learns and is told
-/// this sensor: the arguments of [`told`](crate::replay::told).
+/// A recording for the `replay` image at pace [`Pace::Time`], of a device that learns and is
+/// configured for this sensor: the arguments of [`configured`](crate::replay::configured).
 ///
 /// # Errors
 /// As [`recording`].

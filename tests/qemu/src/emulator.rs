@@ -1,5 +1,5 @@
-//! The emulator of other authors (`tests/rigless`, a workspace of its own): how it is built, what
-//! it is asked and what it tells. Its chips are an STM32F427 and an STM32H743.
+//! A third-party emulator (`tests/rigless`, a workspace of its own): how it is built, its input and
+//! its output. Its chips are an STM32F427 and an STM32H743.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -19,36 +19,36 @@ pub const ASKED_FOR: &str = "LRNN_EMULATORS";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Chip {
-    /// An STM32F427, of which an F405 has a part.
+    /// An STM32F427; an F405 has a subset of its peripherals.
     F427,
     /// An STM32H743.
     H743,
 }
 
-/// What is asked of a run. Times are in ns.
+/// Input of a run. Times are in ns.
 #[derive(Clone, Debug, Serialize)]
 pub struct Asked {
     image: PathBuf,
     chip: Chip,
     /// Hz of the crystal; 0: there is none.
     pub crystal: u64,
-    /// Instructions a second: one a cycle, as in the chip model.
+    /// Instructions per second: one a cycle, as in the chip model.
     pub instructions: u64,
-    /// The end.
+    /// End of the run.
     pub until: u64,
-    /// What comes at each UART: when, at how many bit/s, and the bytes, hexadecimal.
+    /// Bytes received at each UART: when, at which bit rate, and the bytes, hexadecimal.
     pub lines: BTreeMap<&'static str, Vec<(u64, u64, String)>>,
-    /// The UARTs that are listened to.
+    /// UARTs whose output is recorded.
     pub listen: Vec<&'static str>,
-    /// When the reset pin is pulled.
+    /// When the reset pin is pulled low.
     pub resets: Vec<u64>,
     /// Registers that are written to from outside: when, address and value.
     pub writes: Vec<(u64, u64, u64)>,
-    /// What is in the flash beside the image: address, and bytes, hexadecimal.
+    /// Content of the flash beside the image: address, and bytes, hexadecimal.
     pub flash: Vec<(u64, String)>,
-    /// Memory that is told at the end: address and bytes.
+    /// Memory that is printed at the end: address and length in bytes.
     pub memory: Vec<(u64, u64)>,
-    /// Registers of which each access is told: address and bytes.
+    /// Registers whose accesses are printed: address and length in bytes.
     pub trace: Vec<(u64, u64)>,
     /// An ADIS at the SPI.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -87,24 +87,24 @@ impl Asked {
     }
 }
 
-/// What a run tells.
+/// Output of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// What left at each UART that was listened to: the bytes, and when the stop bit of each ended.
+    /// Output of each recorded UART: the bytes, and when the stop bit of each ended.
     pub left: BTreeMap<String, (Vec<u8>, Vec<u64>)>,
     /// Memory at the end, in the order asked for.
     pub memory: Vec<Vec<u8>>,
-    /// When the chip started anew, and why.
+    /// When the chip was reset, and why.
     pub resets: Vec<(u64, String)>,
-    /// Registers that no model answers for: instance and register.
+    /// Registers without a model: instance and register.
     pub unimplemented: Vec<(String, String)>,
-    /// All other lines: what a model says the manual forbids (`told`), what the bus refused, what
-    /// is mapped nowhere.
+    /// All other lines: accesses that the manual forbids (`told`), accesses that the bus refused,
+    /// addresses that are not mapped.
     pub lines: Vec<String>,
 }
 
 impl Outcome {
-    /// Lines that begin so.
+    /// The rest of the lines that begin with `name`.
     pub fn all<'t>(&'t self, name: &'t str) -> impl Iterator<Item = &'t str> {
         let lines = self.lines.iter();
         lines.filter_map(move |line| line.strip_prefix(name)?.strip_prefix(' '))
@@ -132,7 +132,7 @@ pub fn build_or_skip() -> Option<PathBuf> {
 /// cargo cannot be started, or the build fails; cargo has printed why.
 pub fn build() -> Result<PathBuf> {
     let mut build = apart("build", "tests/rigless", "rigless", None)?;
-    // it names a younger compiler, and builds with ours
+    // it requires a newer compiler, but builds with ours
     let status = build.arg("--ignore-rust-version").status();
     let status = status.context("cannot start cargo")?;
     ensure!(status.success(), "building the emulator failed");
@@ -142,7 +142,7 @@ pub fn build() -> Result<PathBuf> {
 /// Runs an image.
 ///
 /// # Errors
-/// The emulator fails, or tells what is not understood.
+/// The emulator fails, or its output is not understood.
 pub fn run(emulator: &Path, asked: &Asked) -> Result<Outcome> {
     let mut child = Command::new(emulator)
         .stdin(Stdio::piped())
@@ -157,28 +157,30 @@ pub fn run(emulator: &Path, asked: &Asked) -> Result<Outcome> {
     })?;
     let complaint = String::from_utf8_lossy(&output.stderr);
     ensure!(output.status.success(), "{complaint}");
-    let mut told = Outcome::default();
+    let mut outcome = Outcome::default();
     for line in String::from_utf8(output.stdout)?.lines() {
-        read(&mut told, line).with_context(|| line.to_owned())?;
+        read(&mut outcome, line).with_context(|| line.to_owned())?;
     }
-    Ok(told)
+    Ok(outcome)
 }
 
-fn read(told: &mut Outcome, line: &str) -> Result<()> {
+fn read(outcome: &mut Outcome, line: &str) -> Result<()> {
     let words: Vec<&str> = line.split(' ').collect();
     match words[..] {
-        ["left", name, digits] => told.left.entry(name.into()).or_default().0 = bytes(digits)?,
+        ["left", name, digits] => outcome.left.entry(name.into()).or_default().0 = bytes(digits)?,
         ["times", name, ref times @ ..] => {
             let times = times.iter().filter(|time| !time.is_empty());
             let times = times.map(|time| time.parse()).collect::<Result<_, _>>()?;
-            told.left.entry(name.into()).or_default().1 = times;
+            outcome.left.entry(name.into()).or_default().1 = times;
         }
-        ["memory", _, digits] => told.memory.push(bytes(digits)?),
-        ["reset", at, ref why @ ..] => told.resets.push((at.parse()?, why.join(" "))),
+        ["memory", _, digits] => outcome.memory.push(bytes(digits)?),
+        ["reset", at, ref why @ ..] => outcome.resets.push((at.parse()?, why.join(" "))),
         ["unimplemented", instance, register, ..] => {
-            told.unimplemented.push((instance.into(), register.into()));
+            outcome
+                .unimplemented
+                .push((instance.into(), register.into()));
         }
-        _ => told.lines.push(line.to_owned()),
+        _ => outcome.lines.push(line.to_owned()),
     }
     Ok(())
 }

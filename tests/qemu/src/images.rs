@@ -1,11 +1,11 @@
 //! The images and how they are built ([`xtask::images`]), and the boards: each with its image and
-//! the machine that stands for it.
+//! the QEMU machine that runs it.
 
 pub use xtask::images::*;
 
 use crate::machine::{self, Machine};
 
-/// A board: its image and the machine that stands for it.
+/// A board: its image and the QEMU machine that runs it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Board {
     /// Name in reports.

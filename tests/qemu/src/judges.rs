@@ -17,8 +17,9 @@ fn here(file: &str) -> PathBuf {
         .join(file)
 }
 
-/// The interpreter with the packages of `requirements.txt`, installed when they are not; `None`,
-/// with a line on standard error, on a machine without Python or without the packages.
+/// The interpreter with the packages of `requirements.txt`, which are installed if they are
+/// missing; `None`, with a line on standard error, on a machine without Python or without the
+/// packages.
 #[must_use]
 pub fn python() -> Option<PathBuf> {
     match environment() {
@@ -38,7 +39,7 @@ fn environment() -> Result<PathBuf> {
     let home = target_directory()?.join("judges");
     fs::create_dir_all(&home)?;
     let lock = File::create(home.join("lock"))?;
-    lock.lock()?; // two tests may come at once
+    lock.lock()?; // two tests may start at once
     let wanted = fs::read_to_string(here("requirements.txt"))?;
     let python = home.join("venv/bin/python");
     let stamp = home.join("installed");

@@ -1,7 +1,7 @@
 //! Board images in QEMU. On the desktop this library builds the images ([`images`]), runs them
-//! ([`machine`]), measures them ([`size`], [`count`]) and knows what they may cost
-//! ([`budget`]) and what they cost last ([`committed`]); on the target it is the start-up and exit
-//! of the programs in `src/bin`.
+//! ([`machine`]), measures them ([`size`], [`count`]), and compares the cost with limits
+//! ([`budget`]) and with the last measurement ([`committed`]). On the target it is the start-up and
+//! exit of the programs in `src/bin`.
 //!
 //! [`replay`] is on both sides. The board images themselves run in [`live`] machines, with sockets
 //! at their serial lines, or are [`listening`] at ports.

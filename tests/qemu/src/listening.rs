@@ -55,16 +55,16 @@ fn ports(qemu: &mut Child) -> Result<[String; 4]> {
     let monitor_output = qemu.stdout.take().context("no monitor")?;
     for line in BufReader::new(monitor_output).lines() {
         let line = line?;
-        for (number, place) in ports.iter_mut().enumerate() {
+        for (number, port) in ports.iter_mut().enumerate() {
             if let Some((_, rest)) = line.split_once(&format!("serial{number}: "))
                 && let Some((_, address)) = rest.split_once("tcp:")
             {
                 let end = address.find(',').unwrap_or(address.len());
-                *place = format!("tcp:{}", &address[..end]);
+                *port = format!("tcp:{}", &address[..end]);
             }
         }
         if ports.iter().all(|port| !port.is_empty()) {
-            qemu.stdin = Some(monitor); // kept open: the monitor's end would be QEMU's
+            qemu.stdin = Some(monitor); // stays open: QEMU ends with its monitor
             return Ok(ports);
         }
     }
@@ -72,7 +72,7 @@ fn ports(qemu: &mut Child) -> Result<[String; 4]> {
 }
 
 impl Listening {
-    /// Has the board stand still, as one that hangs or has lost its cable; or go on.
+    /// Pauses the board, as if it hung or had lost its cable, or resumes it.
     ///
     /// # Errors
     /// QEMU's monitor is gone.

@@ -27,17 +27,17 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// As a board that has just been configured. Its learners stay in memory for ever.
+    /// A device that has just been configured. The memory of its learners is never freed.
     #[must_use]
-    pub fn new(told: &Configuration) -> Self {
+    pub fn new(configuration: &Configuration) -> Self {
         let memory = Box::leak(Box::new(FixMemory::ZEROED));
         let references = Box::leak(Box::new(WindowLearner::new()));
         let learner = Box::leak(Box::new(CombinedLearner {
             references,
-            fixes: FixLearner::new(memory, Settings::MEDIUM), // until the configuration tells
+            fixes: FixLearner::new(memory, Settings::MEDIUM), // until it is configured
         }));
         Self {
-            app: App::with_learner(Config::of(told), Some(learner)),
+            app: App::with_learner(Config::of(configuration), Some(learner)),
             lines: Lines::default(),
             now: SetClock(0),
         }
@@ -55,7 +55,7 @@ impl Twin {
         std::mem::take(&mut self.lines.navigation.sent)
     }
 
-    /// Carries out requests; their answers are not looked at.
+    /// Carries out requests and discards the answers.
     pub fn orders(&mut self, requests: &[Request]) {
         for request in requests {
             let mut packet = [0; MAX_PACKET];
@@ -71,7 +71,7 @@ impl Twin {
         while self.app.poll(&mut self.lines, &self.now) {}
     }
 
-    /// What the board's `GetHealth` is answered.
+    /// The answer to `GetHealth`.
     ///
     /// # Errors
     /// There is no answer.
@@ -97,7 +97,7 @@ impl Twin {
     }
 }
 
-/// A board in QEMU at its sensor's, navigation computer's and receiver's line.
+/// A board in QEMU, with its sensor, navigation and receiver lines.
 pub struct Board {
     sensor: TcpStream,
     navigation: TcpStream,
@@ -127,10 +127,10 @@ impl Board {
         })
     }
 
-    /// Sends bytes of the sensor and reads so many of the navigation line.
+    /// Sends bytes on the sensor line and reads `expected` bytes from the navigation line.
     ///
     /// # Errors
-    /// A line breaks, or fewer come in time.
+    /// A line breaks, or fewer bytes arrive in time.
     pub fn through(&mut self, bytes: &[u8], expected: usize) -> Result<Vec<u8>> {
         // QEMU takes what fits and the rest as the board reads it: write from another thread
         let mut sensor = self.sensor.try_clone()?;

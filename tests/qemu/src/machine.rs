@@ -62,7 +62,7 @@ pub const RISCV32: Machine = Machine {
 /// How QEMU keeps time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// As fast as it goes.
+    /// Real time, as fast as QEMU can run.
     Free,
     /// One instruction takes one virtual nanosecond: SysTick counts instructions.
     Instructions,

@@ -57,7 +57,7 @@ impl Memory {
         Ok(u32::from_le_bytes(bytes.try_into()?))
     }
 
-    /// Bytes of stack used at the deepest point, found by the paint that is left.
+    /// Bytes of stack used at the deepest point, found by the remaining paint.
     ///
     /// # Errors
     /// The image has no stack symbols, or no paint is left.
@@ -74,8 +74,8 @@ impl Memory {
         Ok(start - deepest)
     }
 
-    /// The lines that the board has logged, as far as its buffer holds them; it is never emptied
-    /// here.
+    /// The lines that the board has logged, as far as its buffer has room for them; nothing empties
+    /// it here.
     ///
     /// # Errors
     /// The image has no defmt log, or the log is damaged.

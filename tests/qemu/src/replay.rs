@@ -3,8 +3,8 @@
 //!
 //! A recording is three bytes (number in `ImuFormat::ALL`, pace, whether it learns) and then
 //! records: line, two bytes of length, four bytes of time in microseconds (both little-endian),
-//! bytes. At pace [`Pace::Time`] the variant of the sensor and the rate, in three bytes, stand
-//! before the records.
+//! bytes. At pace [`Pace::Time`] the variant of the sensor and the rate, in three bytes, precede
+//! the records.
 
 mod lines;
 mod timed;
@@ -30,10 +30,10 @@ use timed::Timed;
 
 /// Longest record.
 pub const LONGEST: usize = 256;
-/// Bytes of a record before its own.
+/// Length of a record's header, bytes.
 pub const HEADER: usize = 7;
 
-/// Where a record's bytes arrive.
+/// Input at which a record's bytes arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Input {
@@ -61,14 +61,14 @@ impl Input {
 pub enum Pace {
     /// All at once.
     Record,
-    /// One by one, each in an interrupt of its own, and so they leave: as at a board's lines, and
-    /// at the board's cost. A pass for the clock is in it too.
+    /// One by one, each in an interrupt of its own, and they leave in the same way: as at a board's
+    /// lines, and at the board's cost. A pass for the clock is included.
     Byte,
     /// One by one too, but moved by the streams of a DMA controller, whose interrupts alone cost
     /// something.
     Dma,
-    /// All at once, at the record's time. Meanwhile the processor does what there is to do, at its
-    /// speed.
+    /// All at once, at the record's time. Between records the processor does its pending work at
+    /// its own speed.
     Time,
 }
 
@@ -106,10 +106,10 @@ pub fn learning_config(format: ImuFormat) -> Config {
     }
 }
 
-/// A device that learns from fixes and is told of this variant of the format's simulated sensors,
-/// at this rate, Hz. `None`: there is no such variant.
+/// Configuration of a device that learns from fixes, for this variant of the format's simulated
+/// sensors at this rate, Hz. `None`: there is no such variant.
 #[must_use]
-pub fn told(format: ImuFormat, variant: u8, rate: u16) -> Option<Configuration> {
+pub fn configured(format: ImuFormat, variant: u8, rate: u16) -> Option<Configuration> {
     let mut sensor = Settings::DEFAULT;
     let simulated = format.simulated().get(usize::from(variant))?;
     (simulated.settings)(&mut sensor);
@@ -118,16 +118,19 @@ pub fn told(format: ImuFormat, variant: u8, rate: u16) -> Option<Configuration> 
         .position(|known| *known == rate);
     let stim300 = &mut sensor.stim300.config;
     *stim300 = stim300.with_sample_rate_code(code.unwrap_or_default() as u8);
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: Some(Sensor::Stream(format.settings(&sensor))),
         rate: rate.into(),
         ..Configuration::default()
     };
-    (told.correction.mode, told.correction.activation) = (Mode::Learn, Activation::Faded);
-    Some(told)
+    (
+        configuration.correction.mode,
+        configuration.correction.activation,
+    ) = (Mode::Learn, Activation::Faded);
+    Some(configuration)
 }
 
-/// The networks: the weights of the shared vectors, which have a memory; output up to about 1 deg/h
+/// The networks: the weights of the shared vectors, which are recurrent; output up to about 1 deg/h
 /// and 100 ug.
 #[must_use]
 pub fn nets() -> Nets {
@@ -148,8 +151,8 @@ pub fn nets() -> Nets {
     }
 }
 
-/// The correction begins before the first frame of each kind leaves. These frames come once after
-/// power-on, and their latency is not that of the others.
+/// Samples that are left out of the latency. The first frames after power-on start the correction,
+/// so they take longer.
 const FIRST: u32 = 10;
 
 /// What sensor records cost, in ticks.
@@ -205,12 +208,12 @@ pub struct Replay<'u, S = NoStream> {
 }
 
 impl<'u, S: Progress + Copy> Replay<'u, S> {
-    /// With new lines.
+    /// An application without a learner.
     pub fn new(config: Config, pace: Pace, wires: Wires<'u, S>) -> Self {
         Self::with_learner(config, pace, wires, None)
     }
 
-    /// The same with a learner.
+    /// An application with a learner, if one is given.
     pub fn with_learner(
         config: Config,
         pace: Pace,
@@ -250,18 +253,18 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         replay
     }
 
-    /// The learner is run behind this exchange, as on a board: whenever no frame needs the
+    /// Runs the learner through this exchange, as on a board: whenever no frame needs the
     /// processor.
     pub fn learn_apart(&mut self, exchange: &'static mut Exchange) {
         self.background = self.app.split(exchange);
     }
 
-    /// Records in this memory, as a board does.
+    /// Records to this memory, as a board does.
     pub fn record_in(&mut self, memory: &'static mut Memory) {
         self.app.record_in(memory);
     }
 
-    /// One record: what the application sends to the navigation computer.
+    /// Processes one record. Returns what the application sends to the navigation computer.
     pub fn record(&mut self, input: Input, at_us: u32, bytes: &[u8]) -> &[u8] {
         self.sent.clear();
         if self.pace == Pace::Time {
@@ -297,7 +300,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         &self.sent
     }
 
-    /// The frame path, and the learner when that has nothing to do.
+    /// Runs the frame path, and the learner whenever the frame path has nothing to do.
     fn passes(&mut self) {
         self.frame_path();
         while self.background.as_mut().is_some_and(Background::turn) {
@@ -336,7 +339,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         let first = self.lines.navigation.first;
         self.awake(); // by SysTick
         if self.lines.navigation.first.is_none() {
-            self.awake(); // by the next: a message shorter than the one awaited
+            self.awake(); // by the next one: a message shorter than expected
         }
         self.bytes_leave(bytes.len());
         let _ = (self.wires.left)(self.wires.navigation); // the transmitter asks once more
@@ -372,7 +375,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         }
     }
 
-    /// Cost of bytes without their interrupts: making the interrupts, and the loops of this file.
+    /// Measures the cost of bytes without their interrupts: that of this file's loops, ticks.
     fn rehearse(&mut self) -> u32 {
         let ticks = self.wires.ticks;
         let start = ticks();
@@ -383,13 +386,13 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         overhead
     }
 
-    /// The main loop between two sleeps.
+    /// One turn of the main loop.
     fn awake(&mut self) {
         self.passes();
         self.lines.sensor.want(self.app.needs());
     }
 
-    /// What was learnt so far.
+    /// The state of the learner so far.
     pub fn learnt(&mut self) -> Learnt {
         let mut digest = Digest::new();
         if let Some(nets) = self.app.learnt() {
@@ -405,7 +408,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
         }
     }
 
-    /// So far.
+    /// The cost so far.
     pub fn cost(&self) -> Cost {
         self.cost
     }

@@ -32,26 +32,26 @@ pub struct Report {
     pub samples: u32,
     /// FNV-1a of what the library on the desktop sends, hexadecimal.
     pub digest_host: String,
-    /// ... and the target.
+    /// FNV-1a of what the target sends, hexadecimal.
     pub digest_target: String,
     /// Whether all that was compared is equal: the long drive, each format counted, each format
     /// through the serial lines.
     pub equal: bool,
-    /// Of a STIM300 sample, with the interrupts of all its bytes.
+    /// Instructions for a STIM300 sample, with the interrupts of all its bytes.
     #[serde(rename = "instructions_per_word")]
     pub instructions_per_sample: f64,
     /// The same with lines by DMA, whose interrupts are included.
     #[serde(rename = "instructions_per_word_dma")]
     pub instructions_per_sample_dma: f64,
-    /// Of the most expensive sample.
+    /// Instructions for the most expensive sample.
     #[serde(rename = "instructions_worst_word")]
     pub instructions_worst_sample: f64,
     /// From the interrupt of a frame's last byte to the first byte sent; the longest of all
     /// formats.
     pub latency_instructions: f64,
-    /// Of the board's image.
+    /// Flash of the board's image, bytes.
     pub flash_bytes: u64,
-    /// Its static variables.
+    /// RAM of its static variables, bytes.
     pub ram_bytes: u64,
     /// The deepest use of its stack.
     pub stack_high_water_bytes: u64,
@@ -128,7 +128,7 @@ pub fn counted(board: Board, format: ImuFormat, pace: Pace) -> Result<(bool, Ins
     Ok((same, cost))
 }
 
-/// `dma`: of the lines that `cost` was counted with.
+/// Checks `cost` against `budget`. `dma`: `cost` was counted with lines by DMA.
 ///
 /// # Errors
 /// Names what is over `budget`.

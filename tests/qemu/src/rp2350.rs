@@ -1,5 +1,5 @@
-//! The emulator of somebody else for the Raspberry Pi Pico 2 (`tests/rp2350`, a workspace of its
-//! own): how its program is built, and what it tells of a run.
+//! A third-party emulator of the Raspberry Pi Pico 2 (`tests/rp2350`, a workspace of its own): how
+//! its program is built, and the output of a run.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -22,31 +22,30 @@ pub fn build() -> Result<PathBuf> {
     Ok(target_directory()?.join("rp2350/debug/rp2350"))
 }
 
-/// What it tells of a run. Times are in cycles of 150 MHz from the first frame on.
+/// Output of a run. Times are in cycles of 150 MHz from the first frame on.
 #[derive(Debug, Default)]
 pub struct Run {
-    /// What left to the navigation computer and on the command link, hexadecimal.
+    /// Bytes sent to the navigation computer, hexadecimal.
     pub sent: String,
-    /// See above.
+    /// Bytes sent on the command link, hexadecimal.
     pub command: String,
-    /// The same from before the power went off.
+    /// Bytes sent to the navigation computer before the power went off, hexadecimal.
     pub before: String,
-    /// When the stop bit of each byte on the sensor's line ended, and when the start bit of each
-    /// byte on the navigation line began.
+    /// When the stop bit of each byte on the sensor line ended.
     pub came: Vec<f64>,
-    /// See above.
+    /// When the start bit of each byte on the navigation line began.
     pub left: Vec<f64>,
     /// How often each interrupt was served.
     pub served: Vec<(u32, usize)>,
     /// Instructions outside interrupts and in them.
     pub executed: Vec<u64>,
-    /// Why the image began: at power-on, and whatever came then.
+    /// Why the image started, for each start.
     pub starts: Vec<String>,
     /// The log's bytes, hexadecimal.
     pub log: String,
     /// Sectors of flash erased, pages programmed.
     pub flash: Vec<usize>,
-    /// What the program found wrong.
+    /// Errors that the program found.
     pub wrong: Vec<String>,
 }
 
@@ -62,7 +61,7 @@ impl Run {
 /// Runs an image; what is asked is described in `tests/rp2350/src/main.rs`.
 ///
 /// # Errors
-/// The program fails, or tells what is not understood.
+/// The program fails, or its output is not understood.
 pub fn run(program: &Path, asked: &Value) -> Result<Run> {
     let mut child = Command::new(program)
         .stdin(Stdio::piped())

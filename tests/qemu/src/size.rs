@@ -23,7 +23,7 @@ pub struct Size {
     pub ram: u64,
     /// Bytes of core-coupled memory.
     pub coupled: u64,
-    /// What lies there, by the names of its symbols, and its bytes.
+    /// Its variables: name of the symbol, and bytes.
     pub in_coupled: Vec<(String, u64)>,
     /// Names of the functions that can start a panic; empty if nothing can panic.
     pub panics: Vec<String>,
@@ -36,7 +36,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Reads it from the ELF file.
+    /// Reads the size from the ELF file.
     ///
     /// # Errors
     /// No such file, or not an ELF file with symbols: without them nothing could be said of panics.
@@ -94,7 +94,7 @@ impl Size {
     }
 }
 
-/// 0: flash, 1: core-coupled memory, 2: RAM.
+/// Memory of an address. 0: flash, 1: core-coupled memory, 2: RAM.
 fn region(address: u64) -> usize {
     let regions = FIRST_ADDRESSES.iter();
     regions.filter(|first| address >= **first).count()

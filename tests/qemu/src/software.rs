@@ -24,7 +24,7 @@ pub struct Outcome {
     pub samples: u32,
     /// Everything sent.
     pub sent: Vec<u8>,
-    /// FNV-1a of it.
+    /// FNV-1a of `sent`.
     pub digest: u64,
     /// Instructions; none on the desktop, where there is no counter.
     pub cost: Option<Instructions>,
@@ -35,22 +35,23 @@ pub struct Outcome {
 /// Instructions, those of the interrupts and a pass for the clock included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instructions {
-    /// Everything for a sample, mean.
+    /// Mean of all work for a sample.
     pub per_sample: f64,
-    /// Everything for the most expensive sample: the first one, for which the correction is made.
+    /// All work for the most expensive sample: the first one, which starts the correction.
     pub worst_sample: f64,
-    /// The same of all but the first samples: one that ends a block, and two networks step.
+    /// As `worst_sample`, without the first samples: a sample that ends a block, so both networks
+    /// step.
     pub worst_later: f64,
     /// From the interrupt of the last byte of a sample's frame to the first byte sent, the longest.
     pub latency: f64,
     /// The longest single pass.
     pub pass: f64,
-    /// Samples before it.
+    /// Number of samples before it.
     pub pass_at: u32,
     /// At pace [`Pace::Time`]: how long a frame was in the device at most, from its last byte to
     /// the first byte sent, us.
     pub late_us: f64,
-    /// Samples before it.
+    /// Number of samples before it.
     pub late_at: u32,
 }
 
@@ -70,10 +71,10 @@ pub fn learning_on_desktop(format: ImuFormat, records: &[Record]) -> Outcome {
     learner_on_desktop(learning_config(format), records)
 }
 
-/// The same with a device that is told its sensor.
+/// The same with a device that is configured for its sensor.
 #[must_use]
-pub fn told_on_desktop(told: &Configuration, records: &[Record]) -> Outcome {
-    learner_on_desktop(Config::of(told), records)
+pub fn configured_on_desktop(configuration: &Configuration, records: &[Record]) -> Outcome {
+    learner_on_desktop(Config::of(configuration), records)
 }
 
 fn learner_on_desktop(config: Config, records: &[Record]) -> Outcome {
@@ -104,8 +105,8 @@ fn over(mut replay: Replay, records: &[Record]) -> Outcome {
 /// The `replay` image on `machine`; with [`Clock::Instructions`] the cost is known.
 ///
 /// # Errors
-/// QEMU fails or takes longer than `limit`; the image fails; its output is not understood or not
-/// what it says it is.
+/// QEMU fails or takes longer than `limit`; the image fails; its output is not understood or does
+/// not match its digest.
 pub fn on_target(
     image: &Path,
     machine: Machine,
@@ -118,8 +119,8 @@ pub fn on_target(
     run_recording(image, machine, clock, &recording, limit)
 }
 
-/// The same at pace [`Pace::Time`], where the device learns and is told its sensor: the arguments
-/// of [`told`](crate::replay::told).
+/// The same at pace [`Pace::Time`], where the device learns and is configured for its sensor: the
+/// arguments of [`configured`](crate::replay::configured).
 ///
 /// # Errors
 /// As [`on_target`].

@@ -1,4 +1,5 @@
-//! The arithmetic of the networks on three machines; and an image's exit code shows a failure.
+//! The arithmetic of the networks is the same on all machines, and an image's exit code shows a
+//! failure.
 
 use std::time::Duration;
 

@@ -10,7 +10,7 @@ use qemu::images::here_or_skip;
 use qemu::machine::{self, Clock};
 use qemu::size::Size;
 
-/// The works that a level of optimisation may not make slower. `learn` has a limit of its own.
+/// Pieces of work that no level of optimisation may make slower. `learn` has a limit of its own.
 const WORKS: [&str; 3] = ["step", "gradient", "descent"];
 /// Activations of the hidden layers.
 const HIDDEN: [&str; 3] = ["rational", "tanh", "cubic"];
@@ -45,7 +45,7 @@ fn every_core_has_the_bits_of_the_desktop_and_keeps_its_budget() {
     }
 }
 
-/// What a user copies learns, and says so.
+/// The example that users copy learns, and prints the result.
 #[test]
 fn the_example_for_a_cortex_m_runs() {
     if !here_or_skip(missing()) {

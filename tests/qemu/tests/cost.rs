@@ -1,4 +1,4 @@
-//! What the images cost, against `budgets.toml`.
+//! The cost of the images against `budgets.toml`.
 
 use qemu::budget::Budgets;
 use qemu::committed::Committed;
@@ -132,8 +132,8 @@ fn boards_have_no_semihosting() {
     assert!(calls(&other) > 0);
 }
 
-/// Only the core reaches core-coupled memory. The learner's matrices are all that lies there, so no
-/// buffer of the DMA does, and no stack.
+/// Only the core can access core-coupled memory. It holds the learner's matrices and nothing else:
+/// no DMA buffer and no stack.
 #[test]
 fn nothing_but_the_learner_is_in_core_coupled_memory() {
     let Some(image) = STM32F405.build_or_skip() else {
@@ -155,7 +155,7 @@ fn nothing_but_the_learner_is_in_core_coupled_memory() {
 }
 
 #[test]
-fn a_panic_in_an_image_is_seen() {
+fn a_panic_in_an_image_is_found() {
     let Some(image) = DIFFERENT.build_or_skip() else {
         return;
     };

@@ -1,4 +1,4 @@
-//! Cut-through in the board's own image, on the model of the chip with lines at their bit rate
+//! Cut-through in the board's own image, on the chip model with lines at their bit rate
 //! (`judges/stm32f405.py`): how long every byte takes from one line to the other.
 
 use firmware::app::{Config, Hardware};
@@ -11,33 +11,33 @@ use qemu::protocol::{cut_through, set_up_told};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
-/// Cycles of a second.
+/// Core cycles per second.
 const CORE: f64 = 168e6;
-/// Microseconds of a byte at 921 600 bit/s.
+/// Duration of a byte at 921 600 bit/s, us.
 const BYTE_US: f64 = 10e6 / 921_600.0;
-/// Frames until the first gap in which the loop hands over, and the line has caught up.
+/// Frames until the loop hands over to the interrupt in a gap, and the line has caught up.
 const BEGIN: usize = 40;
-/// Most that the interrupt takes, microseconds.
+/// Longest time that the interrupt takes, us.
 const INTERRUPT_US: f64 = 1.7;
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The delays of all bytes of the frames behind the first, microseconds: from the end of the stop
-/// bit on the sensor's line to the begin of the start bit on the navigation line.
+/// Delays of all bytes of the frames after the first ones, us: from the end of the stop bit on the
+/// sensor line to the start of the start bit on the navigation line.
 fn delays(format: ImuFormat, seconds: u32, period: u32, mode: Mode) -> Option<Vec<f64>> {
     let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
         return None;
     };
-    let told = cut_through(format);
+    let configuration = cut_through(format);
     let records = drive(format, seconds).expect("a drive");
     let frames: Vec<&Record> = records
         .iter()
         .filter(|r| r.input == Input::Sensor)
         .collect();
-    let commands = set_up_told(&told, mode).expect("packets");
-    // as far apart as the samples that come before them
+    let commands = set_up_told(&configuration, mode).expect("packets");
+    // spaced by the number of samples that come before them
     let mut fixes = Vec::new();
     let mut before = 0u64;
     for record in &records {
@@ -82,8 +82,8 @@ fn delays(format: ImuFormat, seconds: u32, period: u32, mode: Mode) -> Option<Ve
             "as without cut-through"
         );
     }
-    // a message that is no frame waits for its end, and the frames behind it until the line has
-    // caught up
+    // a message that is not a frame is held until its end, and the frames after it until the line
+    // has caught up
     let usual = frames.last().expect("frames").bytes.len();
     let (mut delays, mut at, mut behind) = (Vec::new(), 0, 0);
     for frame in &frames {
@@ -111,14 +111,14 @@ fn holds(format: ImuFormat, seconds: u32, period: u32, mode: Mode) {
     assert!(least >= 2.0 * BYTE_US - 0.1, "{least}");
     assert!(least <= 2.0 * BYTE_US + INTERRUPT_US, "{least}");
     assert!(most <= 3.0 * BYTE_US, "{most}");
-    // learning or not: nominal rates differ by 0.9 %, so a byte more of the frame waits 0.1 us
-    // longer, and nothing else varies
+    // learning or not: the bit rates differ by 0.9 %, so each further byte of the frame waits 0.1
+    // us longer, and nothing else varies
     let growth = 0.11 * longest(format);
     assert!(most - least <= growth + 0.5, "{least} to {most}");
     assert!(most - least <= BYTE_US, "{least} to {most}");
 }
 
-/// Bytes of a frame.
+/// Longest frame of a format, bytes.
 fn longest(format: ImuFormat) -> f64 {
     match format {
         ImuFormat::Stim300 => 28.0,
@@ -127,7 +127,7 @@ fn longest(format: ImuFormat) -> f64 {
     }
 }
 
-/// Cycles from frame to frame.
+/// Cycles in a millisecond.
 const MILLISECOND: u32 = 168_000;
 
 #[test]

@@ -1,6 +1,6 @@
-//! Cut-through in the board's own image in QEMU: bytes leave while the frame still arrives, they
-//! are those without cut-through, and a decoder of others reads them. QEMU has neither DMA nor bit
-//! rates, so instructions are counted from a byte's interrupt on.
+//! Cut-through in the board's own image in QEMU: bytes leave while the frame is still arriving,
+//! they equal those without cut-through, and a third-party decoder reads them. QEMU has neither DMA
+//! nor bit rates, so instructions are counted from a byte's interrupt on.
 
 use std::io::{Read, Write};
 
@@ -13,20 +13,20 @@ use qemu::live::Live;
 use qemu::protocol::{cut_through, expected, health, obey, set_up_told};
 use qemu::replay::Input;
 
-/// Bytes held.
+/// Bytes that cut-through holds back.
 const HOLD: usize = 2;
-/// By format: the most instructions of an interrupt in which a byte comes and one
-/// leaves, which `docs/PERFORMANCE.md` states.
+/// By format: most instructions of an interrupt in which a byte arrives and one leaves, as stated
+/// in `docs/PERFORMANCE.md`.
 const MOST: [(ImuFormat, usize); 3] = [
     (ImuFormat::Stim300, 424),
     (ImuFormat::Kvh, 424),
     (ImuFormat::Novatel, 424),
 ];
-/// Frames until the first is cut.
+/// Frames before the first one that is cut.
 const BEGIN: usize = 3;
 
-/// A board that cuts this format, with frames, of which this one is damaged, and what leaves for
-/// them without cut-through.
+/// A running board that cuts this format; frames, one of them damaged if `damaged` is given; and
+/// the output for each frame without cut-through.
 fn begun(
     board: Board,
     format: ImuFormat,
@@ -52,7 +52,7 @@ fn begun(
     Some((live, frames, sent))
 }
 
-/// Sends bytes of the sensor, and reads so many of the navigation line.
+/// Sends bytes on the sensor line, and reads `expected` bytes from the navigation line.
 fn pass(live: &mut Live, bytes: &[u8], expected: usize) -> Vec<u8> {
     live.sensor.write_all(bytes).expect("the line holds");
     let mut came = vec![0; expected];
@@ -60,20 +60,20 @@ fn pass(live: &mut Live, bytes: &[u8], expected: usize) -> Vec<u8> {
     came
 }
 
-/// Waits until the loop has done its work for a frame: it answers then only. The next frame is cut
-/// with what it has decided.
+/// Waits until the loop has finished its work for a frame; only then does it answer a request. Its
+/// decision applies to the next frame.
 fn settle(live: &mut Live) {
     health(&mut live.command).expect("it answers");
 }
 
-/// What tells a frame from a message of another kind: its first byte and its length.
+/// The kind of a message: its first byte and its length.
 fn kind(frame: &Record) -> (u8, usize) {
     (frame.bytes[0], frame.bytes.len())
 }
 
-/// A part of each frame comes, and all but the bytes held leaves before the rest comes. What is no
-/// frame, as the STIM300's message of its configuration, passes as a whole, and so does the frame
-/// behind it, with which the cutting begins anew.
+/// A part of each frame is sent, and all but the bytes held back leaves before the rest is sent. A
+/// message that is not a frame, such as the STIM300's configuration, passes as a whole, and so does
+/// the frame after it; then cutting starts again.
 fn leaves_early(board: Board, format: ImuFormat) {
     let Some((mut live, frames, sent)) = begun(board, format, None) else {
         return;
@@ -106,8 +106,8 @@ fn bytes_leave_while_the_frame_arrives_on_the_board() {
     }
 }
 
-/// From QEMU's log of all instructions and exceptions: the instructions of each interrupt of
-/// USART1, the sensor's line on the STM32F405.
+/// Number of instructions of each interrupt of USART1, the sensor line of the STM32F405, from
+/// QEMU's log of all instructions and exceptions.
 fn of_the_sensors_interrupts(log: &str) -> Vec<usize> {
     let (mut all, mut count) = (Vec::new(), None);
     for line in log.lines() {
@@ -173,8 +173,8 @@ fn few_instructions_are_between_a_bytes_interrupt_and_the_byte_that_leaves() {
     }
 }
 
-/// `NovAtel`'s own decoder reads what a device has cut as what leaves without, and does not read
-/// a damaged frame, which leaves as it comes. No other decoder of these formats is to be had.
+/// `NovAtel`'s own decoder reads the same with and without cut-through, and does not read a damaged
+/// frame, which leaves unchanged. No other decoder of these formats is available.
 #[test]
 fn novatels_decoder_reads_what_was_cut_and_refuses_damage() {
     let Some(python) = python() else { return };
@@ -186,7 +186,7 @@ fn novatels_decoder_reads_what_was_cut_and_refuses_damage() {
     let mut cut = Vec::new();
     for (n, frame) in frames.iter().enumerate() {
         let len = frame.bytes.len();
-        // of a frame that is cut a part leaves early; behind the damaged one the loop sends
+        // a part of each cut frame leaves early; after the damaged one the loop sends whole frames
         let is_cut = n >= BEGIN && n <= damaged;
         let part = if is_cut { len - 4 } else { len };
         let early = if is_cut { part - HOLD } else { len };

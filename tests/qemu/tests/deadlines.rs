@@ -1,5 +1,5 @@
 //! No frame is late, and no pass of the frame path is longer than its budget: at the highest rate
-//! of each format, while the device learns, whatever work falls together.
+//! of each format, while the device learns, whatever work coincides.
 
 use std::time::Duration;
 
@@ -8,24 +8,24 @@ use firmware::fix::Heading;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{MAX_CHUNK, Request};
 use qemu::budget::Budgets;
-use qemu::drive::{Record, drive_told};
+use qemu::drive::{Record, drive_configured};
 use qemu::images::REPLAY;
 use qemu::machine::NETDUINOPLUS2;
 use qemu::protocol::{packet_of, set_up_told};
-use qemu::replay::{Input, told};
-use qemu::software::{timed_on_target, told_on_desktop};
+use qemu::replay::{Input, configured};
+use qemu::software::{configured_on_desktop, timed_on_target};
 
-/// Of a drive that begins in motion.
+/// Length of a drive that begins in motion, s.
 const SECONDS: u32 = 60;
-/// Bytes a second of a line at 921 600 bit/s.
+/// Bytes per second on a line at 921 600 bit/s.
 const LINE: f64 = 92_160.0;
-/// Rates that are told, Hz, highest first. Some formats have their own.
+/// Rates that are configured, Hz, highest first. Some formats have a rate of their own.
 const RATES: [u16; 9] = [2000, 1000, 800, 500, 400, 250, 200, 125, 100];
 
-/// The variant of a format's sensor and the rate told, and the rate it has, Hz.
+/// Format, variant of its sensor and configured rate; and the actual rate of its frames, Hz.
 type Sensor = ((ImuFormat, u8, u16), f64);
 
-/// Rate of the frames, Hz, and whether a line carries them.
+/// Rate of the frames, Hz, and whether a serial line can carry them.
 fn rate(records: &[Record]) -> Option<(f64, bool)> {
     let mut frames = (records.iter())
         .filter(|r| r.input == Input::Sensor)
@@ -37,17 +37,17 @@ fn rate(records: &[Record]) -> Option<(f64, bool)> {
 
 /// The highest rate of this variant that the line carries.
 fn highest(format: ImuFormat, variant: u8) -> Option<Sensor> {
-    for rate_told in RATES {
-        let told = told(format, variant, rate_told)?;
-        let Ok(records) = drive_told(&told, format, [1, 0]) else {
+    for rate_configured in RATES {
+        let configuration = configured(format, variant, rate_configured)?;
+        let Ok(records) = drive_configured(&configuration, format, [1, 0]) else {
             continue; // not a rate of this sensor
         };
         let (rate, fits) = rate(&records)?;
         if fits {
-            return Some(((format, variant, rate_told), rate));
+            return Some(((format, variant, rate_configured), rate));
         }
-        if (rate - f64::from(rate_told)).abs() > 1.0 {
-            return None; // its frames tell the rate
+        if (rate - f64::from(rate_configured)).abs() > 1.0 {
+            return None; // its frames state the rate
         }
     }
     None
@@ -61,8 +61,7 @@ fn fastest(format: ImuFormat) -> Sensor {
     fastest.expect("a sensor")
 }
 
-/// Requests that arrive all the time from the third second on, each so long after the one before,
-/// microseconds.
+/// Time between two requests, us. They arrive from the third second on.
 const ASKED_US: u32 = 97_000;
 const ASKED: [Request; 10] = [
     Request::GetHealth,
@@ -86,8 +85,8 @@ const ASKED: [Request; 10] = [
 /// A drive with this sensor. The fixes arrive at the end of a block, from 20 ms before it to 20 ms
 /// after it; each seventh comes together with the next one, and each eleventh is damaged.
 fn drive((format, variant, rate): (ImuFormat, u8, u16)) -> Vec<Record> {
-    let told = told(format, variant, rate).expect("a sensor");
-    let mut records = drive_told(&told, format, [SECONDS, 0]).expect("a drive");
+    let configuration = configured(format, variant, rate).expect("a sensor");
+    let mut records = drive_configured(&configuration, format, [SECONDS, 0]).expect("a drive");
     let fixes = records
         .iter_mut()
         .filter(|record| record.input == Input::Gnss);
@@ -120,8 +119,8 @@ fn no_frame_is_late() {
     for format in ImuFormat::ALL {
         let (sensor, rate) = fastest(format);
         let records = drive(sensor);
-        let here = told_on_desktop(
-            &told(sensor.0, sensor.1, sensor.2).expect("a sensor"),
+        let here = configured_on_desktop(
+            &configured(sensor.0, sensor.1, sensor.2).expect("a sensor"),
             &records,
         );
         let limit = Duration::from_secs(300);
@@ -153,18 +152,18 @@ fn no_frame_is_late() {
     }
 }
 
-/// The second drive: its seconds, and those of them at rest.
+/// The second drive: its length, and how much of it is at rest, s.
 const EVENTFUL: [u32; 2] = [200, 75];
 /// Its sensor's rate, Hz.
 const SLOW: u16 = 250;
-/// When frames are missing in it: for some, for many, for so long that the sensor has started anew.
+/// Times without frames in it: a few frames, many, and so long that the sensor has restarted.
 const MISSING_US: [[u32; 2]; 4] = [
     [90_000_000, 90_030_000],
     [95_100_000, 95_500_000],
     [100_000_000, 100_900_000],
     [105_000_000, 106_600_000],
 ];
-/// What is asked in it, and when, s. Then the device is configured once more.
+/// Requests in this drive, and when they arrive, s. Then the device is configured again.
 const EVENTS: [(u32, Request); 10] = [
     (
         110,
@@ -185,17 +184,17 @@ const EVENTS: [(u32, Request); 10] = [
 ];
 const CONFIGURED_AGAIN_S: u32 = 160;
 
-/// What else may happen: an uncertain antenna and age of the fixes, a start after a standstill and
-/// one in motion, missing samples, a sensor that starts anew, other weights, modes, alignments,
-/// and another configuration while the device learns.
+/// A drive with other events: an uncertain lever arm and fix age, a start after a standstill and
+/// one in motion, missing samples, a sensor restart, other weights, modes, alignments, and a new
+/// configuration while the device learns.
 fn eventful(sensor: (ImuFormat, u8, u16)) -> Vec<Record> {
-    let mut told = told(sensor.0, sensor.1, sensor.2).expect("a sensor");
-    told.receiver.lever_arm_sigma = 0.5;
-    told.receiver.fix_delay_sigma = 0.05;
-    let mut records = drive_told(&told, sensor.0, EVENTFUL).expect("a drive");
+    let mut configuration = configured(sensor.0, sensor.1, sensor.2).expect("a sensor");
+    configuration.receiver.lever_arm_sigma = 0.5;
+    configuration.receiver.fix_delay_sigma = 0.05;
+    let mut records = drive_configured(&configuration, sensor.0, EVENTFUL).expect("a drive");
     let missing = |at: u32| (MISSING_US.iter()).any(|[from, to]| (*from..*to).contains(&at));
     records.retain(|record| record.input != Input::Sensor || !missing(record.at_us));
-    let packets = set_up_told(&told, Mode::Learn).expect("packets");
+    let packets = set_up_told(&configuration, Mode::Learn).expect("packets");
     let command = |at_us: u32, bytes: Vec<u8>| Record {
         input: Input::Command,
         at_us,

@@ -1,5 +1,5 @@
-//! A device that is told its sensor over its command link, in QEMU, by the code of `host-sim
-//! device`.
+//! A device in QEMU that the code of `host-sim device` configures for its sensor over the command
+//! link.
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ use qemu::images::BOARDS;
 use qemu::listening::Listening;
 use qemu::lockstep::{Board, Twin, in_step};
 
-/// The drive: this long, the first part of it at rest.
+/// The drive: its length, and how much of it is at rest, s.
 const SECONDS: [u32; 2] = [80, 45];
 
 /// Presets of four sensors, each with its own format and rate.
@@ -26,17 +26,17 @@ const SENSORS: [&str; 4] = ["stim300", "kvh1775", "hg4930", "hg1700"];
 /// Presets of sensors that cannot find north. The device starts in motion with them.
 const MOVING: [&str; 2] = ["stim300", "icm-42688"];
 
-/// The unit file of a preset, changed so that a short drive teaches something, and read again. It
-/// has its own datasheet, or that of the medium laser gyro.
+/// The unit file of a preset, changed so that a short drive teaches something, written and loaded
+/// again. `own`: with its own datasheet, not that of the medium laser gyro.
 fn unit(name: &str, own: bool) -> Unit {
     let medium = Unit::default();
     let mut unit = Unit::preset(name).expect("a preset");
     if !own {
         (unit.gyro, unit.accel) = (medium.gyro, medium.accel);
     }
-    // serial lines in QEMU carry 20 kB/s, and most of the test's time is theirs
+    // serial lines in QEMU carry 20 kB/s and take most of the test's time
     unit.sensor.rate_hz = Some(match name {
-        // a board without a configuration believes the rate that the simulated sensor tells
+        // a board without a configuration uses the rate that the simulated sensor states
         "stim300" if !own => 250.0,
         "stim300" => 125.0,
         _ => 50.0,
@@ -47,7 +47,7 @@ fn unit(name: &str, own: bool) -> Unit {
     });
     // the axes of the simulated sensor are the vehicle's
     unit.mounting = medium.mounting;
-    // what is learnt comes into force without the navigation computer's alignment, and quickly
+    // learnt corrections come into force quickly, without the navigation computer's alignment
     unit.correction.mode = around::Mode::Learn;
     unit.correction.activation = around::Activation::Faded;
     unit.correction.align_s = 30.0;
@@ -63,16 +63,16 @@ fn unit(name: &str, own: bool) -> Unit {
     Unit::load(file.path().to_str().expect("a name")).expect("a unit file")
 }
 
-fn drive(told: &Configuration, seconds: [u32; 2]) -> Drive {
+fn drive(configuration: &Configuration, seconds: [u32; 2]) -> Drive {
     let errors = ImuSpec::preset("medium").expect("a preset");
-    drive_with(told, &errors, seconds)
+    drive_with(configuration, &errors, seconds)
 }
 
-fn drive_with(told: &Configuration, errors: &ImuSpec, seconds: [u32; 2]) -> Drive {
-    hil::drive_told(told, ImuFormat::Stim300, errors, seconds).expect("a drive")
+fn drive_with(configuration: &Configuration, errors: &ImuSpec, seconds: [u32; 2]) -> Drive {
+    hil::drive_told(configuration, ImuFormat::Stim300, errors, seconds).expect("a drive")
 }
 
-/// Health without what is measured with the board's own clock.
+/// Health without the values that are measured with the board's own clock.
 fn health(health: Health) -> Health {
     Health {
         busy: None,
@@ -81,8 +81,8 @@ fn health(health: Health) -> Health {
     }
 }
 
-/// Health of a board that has done its work: a fix takes it longer than the answer to a request.
-/// Two answers with time for that between them are the same.
+/// Health of a board that has finished its work: processing a fix takes longer than an answer to a
+/// request. Waits until two answers 300 ms apart are equal.
 fn settled(board: &mut Board) -> Health {
     let mut before = health(board.link.health().expect("it answers"));
     for _ in 0..20 {
@@ -96,16 +96,21 @@ fn settled(board: &mut Board) -> Health {
     before
 }
 
-/// Tells the board the unit and sends it the drive. The desktop does the same beside it. The result
-/// is the twin on the desktop, how many bytes were changed, and what both tell of their health.
-fn both(board: &mut Board, name: &str, told: &Configuration, drive: &Drive) -> (Twin, u32, Health) {
+/// Configures the board and sends it the drive, in step with its twin on the desktop. Returns the
+/// twin, the number of changed bytes, and the health, which is the same for both.
+fn both(
+    board: &mut Board,
+    name: &str,
+    configuration: &Configuration,
+    drive: &Drive,
+) -> (Twin, u32, Health) {
     let begun = Instant::now();
-    device::configure(&mut board.link, told).expect("it is configured");
+    device::configure(&mut board.link, configuration).expect("it is configured");
     assert_eq!(
         device::configuration(&mut board.link).expect("it answers"),
-        Some(told.clone())
+        Some(configuration.clone())
     );
-    let mut twin = Twin::new(told);
+    let mut twin = Twin::new(configuration);
     let changed = in_step(&mut twin, Some(&mut *board), &drive.records);
     let changed = changed.unwrap_or_else(|error| panic!("{name}: {error:?}"));
     let here = health(twin.health().expect("it answers"));
@@ -129,11 +134,11 @@ fn one_image_is_configured_for_four_sensors_one_after_another() {
     passes_everything(&mut board);
     for name in SENSORS {
         let unit = unit(name, false);
-        let told = unit.configuration().expect("a configuration");
-        let drive = drive(&told, SECONDS);
-        let (mut twin, changed, here) = both(&mut board, name, &told, &drive);
-        // it learns, but so short a drive proves nothing, and the samples pass as they came:
-        // `learning.rs` has a drive that proves and corrects
+        let configuration = unit.configuration().expect("a configuration");
+        let drive = drive(&configuration, SECONDS);
+        let (mut twin, changed, here) = both(&mut board, name, &configuration, &drive);
+        // it learns, but the drive is too short to confirm a correction, and the samples pass
+        // unchanged: `learning.rs` has a drive that confirms one and corrects
         assert!(
             here.promotions == 0 && here.used_fixes > 30,
             "{name}: {here:?}"
@@ -147,8 +152,8 @@ fn one_image_is_configured_for_four_sensors_one_after_another() {
     }
 }
 
-/// The sensors' own errors and datasheets: what no standstill could align starts in motion, and the
-/// board does what the desktop does, bit for bit.
+/// The sensors' own errors and datasheets: sensors that no standstill can align start in motion,
+/// and the board agrees with the desktop bit for bit.
 #[test]
 fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
     let Some(image) = BOARDS[0].image.build_or_skip() else {
@@ -158,9 +163,9 @@ fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
     let mut board = Board::connect(&listening).expect("it connects");
     for name in MOVING {
         let unit = unit(name, true);
-        let told = unit.configuration().expect("a configuration");
-        let drive = drive_with(&told, &unit.simulated(), [130, 10]);
-        let (_, _, here) = both(&mut board, name, &told, &drive);
+        let configuration = unit.configuration().expect("a configuration");
+        let drive = drive_with(&configuration, &unit.simulated(), [130, 10]);
+        let (_, _, here) = both(&mut board, name, &configuration, &drive);
         assert!(
             matches!(here.way, Way::Course | Way::Velocity) && here.used_fixes > 20,
             "{name}: {here:?}"
@@ -172,10 +177,10 @@ fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
     }
 }
 
-/// Without a configuration bytes pass unchanged, and the device says so.
+/// Without a configuration bytes pass unchanged, and the device reports it.
 fn passes_everything(board: &mut Board) {
-    let told = Configuration::default();
-    let drive = drive(&told, [4, 4]);
+    let configuration = Configuration::default();
+    let drive = drive(&configuration, [4, 4]);
     let sensor = drive
         .records
         .iter()
@@ -204,9 +209,9 @@ fn passes_everything(board: &mut Board) {
     );
 }
 
-/// Records that no device takes, each with the reason that it must give.
-fn bad(told: &Configuration) -> Vec<(Vec<u8>, Reason)> {
-    let good = record::encode(told).to_vec();
+/// Configuration records that a device refuses, each with the expected reason.
+fn bad(configuration: &Configuration) -> Vec<(Vec<u8>, Reason)> {
+    let good = record::encode(configuration).to_vec();
     let sealed = |mut record: Vec<u8>| {
         let end = record.len() - 4;
         let sum = crc32_zlib(&record[..end]).to_le_bytes();
@@ -214,9 +219,9 @@ fn bad(told: &Configuration) -> Vec<(Vec<u8>, Reason)> {
         record
     };
     let with = |change: &dyn Fn(&mut Configuration)| {
-        let mut told = told.clone();
-        change(&mut told);
-        record::encode(&told).to_vec()
+        let mut configuration = configuration.clone();
+        change(&mut configuration);
+        record::encode(&configuration).to_vec()
     };
     let mut damaged = good.clone();
     damaged[20] ^= 4;
@@ -231,28 +236,31 @@ fn bad(told: &Configuration) -> Vec<(Vec<u8>, Reason)> {
         (sealed(newer), Reason::Schema(SCHEMA)),
         (sealed(garbled), Reason::Record),
         (
-            with(&|told| told.vehicle.speed = f32::NAN),
+            with(&|configuration| configuration.vehicle.speed = f32::NAN),
             Reason::Field(Field::Speed),
         ),
         (
-            with(&|told| told.accel.white_noise = 0.0),
+            with(&|configuration| configuration.accel.white_noise = 0.0),
             Reason::Field(Field::Accel),
         ),
         // 25 MHz / 16
         (
-            with(&|told| told.lines.sensor_baud = 1_843_200),
+            with(&|configuration| configuration.lines.sensor_baud = 1_843_200),
             Reason::Baud(1_562_500),
         ),
-        (with(&|told| told.lines.pins = 9), Reason::Pins(1)),
         (
-            with(&|told| told.lines.parity = Parity::Even),
+            with(&|configuration| configuration.lines.pins = 9),
+            Reason::Pins(1),
+        ),
+        (
+            with(&|configuration| configuration.lines.parity = Parity::Even),
             Reason::Field(Field::Parity),
         ),
     ]
 }
 
-/// Bad input of every kind is refused by name. The old configuration stays in force, and the stream
-/// goes on without losing a byte.
+/// Every kind of bad configuration is refused with its reason. The old one stays in force, and the
+/// stream goes on without losing a byte.
 #[test]
 fn bad_configurations_are_refused_and_the_old_one_goes_on() {
     let Some(image) = BOARDS[1].image.build_or_skip() else {
@@ -262,16 +270,16 @@ fn bad_configurations_are_refused_and_the_old_one_goes_on() {
     let mut board = Board::connect(&listening).expect("it connects");
     let mut unit = unit("hg4930", false);
     unit.correction.mode = around::Mode::Frozen;
-    let told = unit.configuration().expect("a configuration");
-    device::configure(&mut board.link, &told).expect("it is configured");
+    let configuration = unit.configuration().expect("a configuration");
+    device::configure(&mut board.link, &configuration).expect("it is configured");
     let images = device::images(&hil::networks());
     board
         .link
         .orders(&device::load(&images))
         .expect("it takes the weights");
-    let mut twin = Twin::new(&told);
+    let mut twin = Twin::new(&configuration);
     twin.orders(&device::load(&images));
-    let drive = drive(&told, [13, 13]);
+    let drive = drive(&configuration, [13, 13]);
     let mut seconds = drive
         .records
         .chunk_by(|a, b| a.at_us / 1_000_000 == b.at_us / 1_000_000);
@@ -286,8 +294,8 @@ fn bad_configurations_are_refused_and_the_old_one_goes_on() {
     };
     go_on(&mut board, &mut twin);
     let mut changed = 0;
-    for (record, reason) in bad(&told) {
-        // in frozen, as it runs, and in bypass, where a good one would be taken
+    for (record, reason) in bad(&configuration) {
+        // in mode frozen, as it runs, and in bypass, where a good one would be accepted
         for mode in [Mode::Frozen, Mode::Bypass] {
             board
                 .link
@@ -300,8 +308,12 @@ fn bad_configurations_are_refused_and_the_old_one_goes_on() {
             } else {
                 assert!(sent.is_err(), "{reason:?}");
             }
-            let held = device::record(&mut board.link).expect("it answers");
-            assert_eq!(held.as_deref(), Some(&*record::encode(&told)), "{reason:?}");
+            let stored = device::record(&mut board.link).expect("it answers");
+            assert_eq!(
+                stored.as_deref(),
+                Some(&*record::encode(&configuration)),
+                "{reason:?}"
+            );
         }
         let frozen = [Request::SetMode(Mode::Frozen)];
         board.link.orders(&frozen).expect("it is set");
@@ -313,10 +325,10 @@ fn bad_configurations_are_refused_and_the_old_one_goes_on() {
     assert_eq!((health.mode, health.faults), (Mode::Frozen, 0));
 }
 
-/// A device tells of its receiver, its antenna and its alignment what it was told and what it has
-/// heard and learnt since.
+/// A device reports the configured and the received or learnt state of its receiver, antenna and
+/// alignment.
 #[test]
-fn info_tells_of_receiver_antenna_and_alignment() {
+fn info_reports_receiver_antenna_and_alignment() {
     let Some(image) = BOARDS[1].image.build_or_skip() else {
         return;
     };
@@ -326,14 +338,14 @@ fn info_tells_of_receiver_antenna_and_alignment() {
     assert_eq!((new.receiver.told, new.receiver.protocol), (None, None));
     assert!(new.receiver.missing[0].contains("no message"), "{new:?}");
     assert_eq!((&new.antenna, new.learner.way), (&None, "none"));
-    let mut told = unit("hg4930", false)
+    let mut configuration = unit("hg4930", false)
         .configuration()
         .expect("a configuration");
-    told.receiver.lever_arm = [1.0, -0.5, 0.25];
-    told.receiver.lever_arm_sigma = 0.1;
-    device::configure(&mut board.link, &told).expect("it is configured");
-    let mut twin = Twin::new(&told);
-    let drive = drive(&told, SECONDS);
+    configuration.receiver.lever_arm = [1.0, -0.5, 0.25];
+    configuration.receiver.lever_arm_sigma = 0.1;
+    device::configure(&mut board.link, &configuration).expect("it is configured");
+    let mut twin = Twin::new(&configuration);
+    let drive = drive(&configuration, SECONDS);
     in_step(&mut twin, Some(&mut board), &drive.records).expect("it runs");
     let info = device::info(&mut board.link).expect("it answers");
     println!(
@@ -343,8 +355,11 @@ fn info_tells_of_receiver_antenna_and_alignment() {
     assert_eq!(info.receiver.protocol, Some("ubx"));
     assert!(info.receiver.missing.is_empty() && info.receiver.fix_time_s.is_some());
     let antenna = info.antenna.expect("a learner");
-    let near = antenna.lever_arm_m.iter().zip(told.receiver.lever_arm);
-    assert!(near.into_iter().all(|(is, told)| (is - told).abs() < 1.0));
+    let near = antenna
+        .lever_arm_m
+        .iter()
+        .zip(configuration.receiver.lever_arm);
+    assert!(near.into_iter().all(|(is, was)| (is - was).abs() < 1.0));
     let sigmas = antenna.lever_arm_sigma_m;
     assert!(
         sigmas.iter().all(|sigma| (0.001..0.2).contains(sigma)),

@@ -1,5 +1,5 @@
-//! A reader written from the interface document alone, in another language, reads our frames
-//! around ADIS bursts with the intended meaning.
+//! A decoder written in another language from the interface document alone reads our frames around
+//! ADIS bursts with the intended meaning.
 
 use firmware::sample::RawSample;
 use firmware::wire::{Change, Checked, Fields, ImuFormat, framer};
@@ -17,7 +17,7 @@ fn ask_for_lines(bytes: &[u8]) -> Option<Vec<String>> {
     Some(ask(&python, "adis.py", bytes).expect("it decodes"))
 }
 
-/// The values, as the reader prints them.
+/// The values, as the decoder prints them.
 fn words(sample: RawSample) -> String {
     let RawSample::Counts { gyro, accel } = sample else {
         panic!("integers");
@@ -57,7 +57,7 @@ fn the_reader_of_the_document_reads_the_corrected_stream() {
     assert_eq!(lines, expected);
 }
 
-/// All forms, before and after a change, with the own fault flag too.
+/// All forms, before and after a change, and with our own fault flag.
 #[test]
 fn the_reader_of_the_document_reads_every_form() {
     for sensor in adis().simulated() {
@@ -70,7 +70,7 @@ fn the_reader_of_the_document_reads_every_form() {
         };
         let mut buffer = [0; framer::LONGEST];
         let len = (sensor.emit)(&fields, &mut buffer).expect("room");
-        let told = sensor.told();
+        let settings = sensor.told();
         let before = buffer[..len].to_vec();
         let mut checked = Checked::new(adis(), &mut buffer[..len]).expect("a good frame");
         let sample = RawSample::Counts {
@@ -80,7 +80,7 @@ fn the_reader_of_the_document_reads_every_form() {
         let change = Change {
             sample: &sample,
             mark: true,
-            settings: &told,
+            settings: &settings,
         };
         checked.change(&change).expect("room");
         let Some(lines) = ask_for_lines(&[&before[..], checked.bytes()].concat()) else {

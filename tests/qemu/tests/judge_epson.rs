@@ -1,4 +1,4 @@
-//! Epson's own driver for Python reads bursts as the device reads them, before and after it has
+//! Epson's own Python driver reads bursts as the device reads them, before and after the device has
 //! changed them.
 
 use firmware::sample::{Axes, RawSample};
@@ -14,7 +14,7 @@ fn epson() -> ImuFormat {
 }
 
 /// For each simulated sensor, the driver's model, BURST_CTRL1 and BURST_CTRL2, the ranges of the
-/// increments, the names of the corrected fields, and counts of a unit of the driver: deg/s and mg,
+/// increments, the names of the corrected fields, and counts per unit of the driver: deg/s and mg,
 /// or degrees and m/s.
 const SENSORS: [(&[&str; 5], [&str; 2], [f64; 2]); 3] = [
     (
@@ -34,7 +34,7 @@ const SENSORS: [(&[&str; 5], [&str; 2], [f64; 2]); 3] = [
     ),
 ];
 
-/// The driver's line of each burst, as names and numbers.
+/// The driver's output line for each burst, as names and numbers.
 fn lines(python: &Path, arguments: &[&str], bytes: &[u8]) -> Vec<Vec<(String, f64)>> {
     let output = ask_with(python, "epson.py", arguments, bytes).expect("it decodes");
     let number = |word: &str| {
@@ -57,7 +57,7 @@ fn apart(line: &[(String, f64)], fields: [&str; 2]) -> ([f64; 6], Vec<(String, f
     (values.try_into().expect("six"), line)
 }
 
-/// The driver rounds to 6 digits, or 8: that is more than a count of the increments.
+/// Compares the driver's values with counts. The driver rounds to 6 or 8 digits.
 fn assert_reads(values: [f64; 6], counts: [i32; 6], per_unit: [f64; 2]) {
     for (axis, (value, count)) in values.into_iter().zip(counts).enumerate() {
         let ours = f64::from(count) / per_unit[axis / 3];
@@ -111,9 +111,9 @@ fn epsons_driver_reads_every_layout_before_and_after_a_change() {
     assert_eq!(sensors.len(), SENSORS.len());
     for (sensor, (arguments, fields, per_unit)) in sensors.iter().zip(SENSORS) {
         let mut bytes = burst(sensor);
-        let told = sensor.told();
+        let settings = sensor.told();
         let mut checked =
-            Checked::new(epson().configured(&told), &mut bytes).expect("a good burst");
+            Checked::new(epson().configured(&settings), &mut bytes).expect("a good burst");
         let old = counts(checked.read().expect("values").sample);
         let before = lines(&python, arguments, checked.bytes());
         let new = [17, -18_000, 30_000, -5, 0, -32_768];
@@ -124,7 +124,7 @@ fn epsons_driver_reads_every_layout_before_and_after_a_change() {
         let change = Change {
             sample: &sample,
             mark: false,
-            settings: &told,
+            settings: &settings,
         };
         assert_eq!(checked.change(&change), Ok(Axes::NONE));
         let after = lines(&python, arguments, checked.bytes());

@@ -1,5 +1,5 @@
-//! Messages of receivers that the libraries of others have made (`judges/receivers.py`), read by
-//! the device's decoders with the same meaning, one by one and as a stream.
+//! Receiver messages from third-party libraries (`judges/receivers.py`), which the device's
+//! decoders read with the same meaning, one by one and as a stream.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use firmware::wire::receiver::epoch::{Arrival, Time, Values};
 use firmware::wire::{Framing, Receiver, Scan};
 use qemu::judges::{ask, python};
 
-/// A message, and what the judge reads in it.
+/// A message, and the values that the judge reads in it.
 struct Made {
     format: ReceiverFormat,
     bytes: Vec<u8>,
@@ -33,7 +33,7 @@ fn made(line: &str) -> Made {
     }
 }
 
-/// What the device reads under the judge's key, and by how much both may differ.
+/// The device's value for a key of the judge, and the tolerance.
 fn read(values: &Values, time: Time, key: &str) -> (f64, f64) {
     let degrees = |radians: f64| radians.to_degrees();
     let heading = || values.heading.expect("a heading");
@@ -85,10 +85,10 @@ fn messages_of_four_libraries_have_the_meaning_that_they_read() {
         } = made(line);
         assert_eq!(format.scan(&bytes), Scan::Frame(bytes.len()), "{line}");
         let head = format.head(&bytes).expect("a message that is read");
-        let mut told = Values::NONE;
-        format.read(&bytes, &mut told);
+        let mut decoded = Values::NONE;
+        format.read(&bytes, &mut decoded);
         for (key, want) in values {
-            let (got, within) = read(&told, head.time, &key);
+            let (got, within) = read(&decoded, head.time, &key);
             assert!((got - want).abs() <= within, "{key} {got} {want}: {line}");
             compared += 1;
         }
@@ -124,7 +124,7 @@ fn their_streams_become_fixes() {
                 }
             }
         }
-        // from the second one on with all that belongs to it
+        // from the second one on with a heading
         assert_eq!((fixes, headings), (50, 49), "{format:?}");
     }
 }

@@ -91,7 +91,7 @@ fn what_is_taken_out_is_the_sensors_error() {
             .sum::<f64>()
             / n;
         println!("{axis}: error {error:+.3e}, taken out {taken:+.3e}");
-        // the vertical gyro shows in the heading only, which curves alone make observable
+        // the vertical gyro affects only the heading, which only curves make observable
         let known = if axis == 2 { 0.5 } else { 0.35 };
         assert!(
             (taken - error).abs() < known * prior[triad],
@@ -193,13 +193,13 @@ fn compensator() -> Compensator {
 fn the_alignment_is_the_desktops() {
     let (session, _) = drive();
     let samples = &session.counts[..120 * (1.0 / session.dt).round() as usize];
-    let place = session.reference[0].position;
+    let position = session.reference[0].position;
     let si: Vec<_> = samples
         .iter()
         .map(|c| host_core::inertial::session::to_si(c, &session.lsb))
         .collect();
     let want =
-        host_core::inertial::align::inertial_frame(&si, session.dt, session.samples(), place)
+        host_core::inertial::align::inertial_frame(&si, session.dt, session.samples(), position)
             .expect("aligned");
     let sensors = Sensors {
         noise: [1.46e-6, 1.96e-4],
@@ -212,7 +212,7 @@ fn the_alignment_is_the_desktops() {
         120,
         "it has noticed the standstill by itself"
     );
-    let got = align.finish(place.lat, place.h).expect("aligned");
+    let got = align.finish(position.lat, position.h).expect("aligned");
     let [w, i, j, k] = got.q_bn;
     let got_q = nalgebra::UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, i, j, k));
     let apart = got_q.angle_to(&want);

@@ -1,4 +1,4 @@
-//! The image of the Raspberry Pi Pico 2 in somebody else's emulator (`tests/rp2350`).
+//! The image of the Raspberry Pi Pico 2 in a third-party emulator (`tests/rp2350`).
 
 use std::path::PathBuf;
 
@@ -34,7 +34,7 @@ fn frames(format: ImuFormat, seconds: u32) -> Vec<Record> {
         .collect()
 }
 
-/// What the desktop sends for them, set up as the image is, hexadecimal.
+/// Output of the desktop for these frames, set up as the image is, hexadecimal.
 fn desktops(frames: &[Record]) -> String {
     let mut input: Vec<_> = set_up()
         .expect("requests")
@@ -49,8 +49,8 @@ fn desktops(frames: &[Record]) -> String {
     hex(&on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent)
 }
 
-/// From the last byte of a frame to the first byte sent, microseconds: the median and the greatest.
-/// The first frames, which are held until the format is known, do not count.
+/// From the last byte of a frame to the first byte sent, microseconds: the median and the maximum.
+/// The first frames, which are buffered until the format is known, do not count.
 fn latencies(run: &Run, frames: &[Record]) -> [f64; 2] {
     assert_eq!(run.came.len(), run.left.len(), "as many bytes leave");
     let (mut late, mut begin) = (Vec::new(), 0);
@@ -79,8 +79,8 @@ impl Tools {
         }
     }
 
-    /// Runs the image, set up or not, over frames so many cycles apart; `world` is added to what is
-    /// asked.
+    /// Runs the image, set up or not, over frames that are `period` cycles apart; `world` is added
+    /// to its input.
     fn run(&self, set: bool, frames: &[Record], period: u32, world: &Value) -> Run {
         let commands = set_up().expect("requests");
         let commands = if set { &commands[..] } else { &[] };
@@ -103,7 +103,7 @@ fn request(number: u8, request: &Request) -> String {
     hex(&packet_of(number, request).expect("a packet"))
 }
 
-/// Of the last answer, hexadecimal, which is one to `GetCounters`.
+/// Decodes the last answer, hexadecimal, which must be one to `GetCounters`.
 fn counters(answers: &str) -> Counters {
     let pairs = (0..answers.len() / 2).map(|n| &answers[2 * n..2 * n + 2]);
     let bytes = pairs.map(|pair| u8::from_str_radix(pair, 16).expect("hexadecimal"));
@@ -116,8 +116,8 @@ fn counters(answers: &str) -> Counters {
     }
 }
 
-/// The command link loads the networks over USB. The UART's buffer asks for the core at 28 bytes,
-/// which is a frame of the STIM300, and behind a pause: docs/BOARDS.md has what is asserted here.
+/// The command link loads the networks over USB. The UART interrupts when its buffer has 28 bytes,
+/// which is a frame of the STIM300, and after a pause. The asserted figures are in docs/BOARDS.md.
 #[test]
 fn the_bytes_that_leave_are_the_desktops() {
     let tools = Tools::build();
@@ -150,7 +150,8 @@ fn the_bytes_that_leave_are_the_desktops() {
     }
 }
 
-/// The emulator's own UART sends the same, though its buffer and its interrupts are not the chip's.
+/// The emulator's own UART sends the same bytes, though its buffer and its interrupts differ from
+/// the chip's.
 #[test]
 fn the_emulators_own_transmitter_sends_the_same() {
     let frames = frames(ImuFormat::Kvh, 1);
@@ -160,7 +161,7 @@ fn the_emulators_own_transmitter_sends_the_same() {
     assert!(run.sent == all, "{} of {}", run.sent.len(), all.len());
 }
 
-/// A wrong stop bit costs a frame, wherever in it it is; so does a byte that is lost. `embassy-rp`
+/// A wrong stop bit anywhere in a frame costs that frame; so does a lost byte. `embassy-rp`
 /// receives nothing after an error until it is asked to.
 #[test]
 fn damage_costs_a_frame_and_not_the_line() {
@@ -176,8 +177,8 @@ fn damage_costs_a_frame_and_not_the_line() {
     assert_eq!((counted.lost, counted.missed), (3, 3), "{counted:?}");
 }
 
-/// What `StoreImage` keeps is there when the power comes back: erased and programmed by the
-/// functions of the ROM, in the part of the flash that the image does not have.
+/// What `StoreImage` stores survives a power cycle. The functions of the ROM erase and program it,
+/// in the part of the flash beyond the image.
 #[test]
 fn networks_and_configuration_outlast_the_power() {
     let mut frames = frames(ImuFormat::Stim300, 1);
@@ -201,8 +202,8 @@ fn networks_and_configuration_outlast_the_power() {
     assert!(run.flash.iter().all(|count| *count > 0), "{:?}", run.flash);
 }
 
-/// The receiver's line is a program of PIO0, and its task is above the loop: an interrupt a byte.
-/// No fix is lost while frames come.
+/// The receiver's line is a program of PIO0, whose task has a higher priority than the loop: one
+/// interrupt per byte. No fix is lost while frames come.
 #[test]
 fn fixes_come_by_pio() {
     let records = drive(ImuFormat::Stim300, 7).expect("a drive");
@@ -227,9 +228,9 @@ fn fixes_come_by_pio() {
     assert_eq!(run.served(PIO), bytes, "{:?}", run.served);
 }
 
-/// A core that nobody wakes does not feed the watchdog, which bites 8 s later.
+/// A core that nobody wakes does not feed the watchdog, which resets the chip 8 s later.
 #[test]
-fn the_watchdog_starts_the_image_anew() {
+fn the_watchdog_restarts_the_image() {
     let run = Tools::build().run(false, &[], MILLISECOND, &json!({"deaf": 8_100}));
     let (at, why) = run.starts[1].split_once(' ').expect("a time");
     assert_eq!((run.starts.len(), why), (2, "watchdog"), "{:?}", run.starts);

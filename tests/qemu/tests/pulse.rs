@@ -1,6 +1,6 @@
 //! The receiver's time pulse on a chip with a timer that captures it: the board's own image in a
 //! model written from the reference manual (`judges/stm32f405.py`). And on the board `f405`, which
-//! has an external interrupt in the timer's place.
+//! uses an external interrupt instead of the timer.
 
 use std::path::Path;
 
@@ -41,10 +41,10 @@ fn fix(second: u64) -> Vec<u8> {
     (sentence(&rmc) + &sentence(&gga)).into_bytes()
 }
 
-/// What the board tells of its receiver after `seconds`, with the pulses of the receiver's seconds
-/// and fixes that come `delay_ms` after their validity.
-fn heard(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<Heard> {
-    heard_by(
+/// What the board reports of its receiver after `seconds`, with pulses at `pulses`, cycles, and
+/// fixes that arrive `delay_ms` after their time of validity.
+fn reported(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<Heard> {
+    reported_by(
         &STM32F405.build_or_skip()?,
         pulse,
         pulses,
@@ -52,20 +52,20 @@ fn heard(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<Hea
     )
 }
 
-/// The same of an image, with pulses that are so many cycles wide.
-fn heard_by(
+/// The same for an image, with pulses of a width in cycles.
+fn reported_by(
     image: &Path,
     pulse: bool,
     pulses: &[u64],
     (seconds, delay_ms, width): (u64, u64, u64),
 ) -> Option<Heard> {
     let python = python()?;
-    let mut told = Configuration::default();
-    told.receiver.protocol = ReceiverProtocol::Nmea;
-    told.receiver.fix_delay = 0.1;
-    told.receiver.pulse = pulse;
-    told.correction.check_rate = false;
-    let command: Vec<_> = configure(&told).expect("packets");
+    let mut configuration = Configuration::default();
+    configuration.receiver.protocol = ReceiverProtocol::Nmea;
+    configuration.receiver.fix_delay = 0.1;
+    configuration.receiver.pulse = pulse;
+    configuration.correction.check_rate = false;
+    let command: Vec<_> = configure(&configuration).expect("packets");
     let command: Vec<_> = command.iter().map(|packet| hex(packet)).collect();
     let records = drive(ImuFormat::Stim300, 2).expect("a drive").into_iter();
     let frames = records.filter(|record| record.input == Input::Sensor);
@@ -88,33 +88,33 @@ fn heard_by(
     let mut heard = None;
     for byte in bytes(sent.expect("a line").trim()) {
         if let Some(packet) = packets.push(byte)
-            && let Ok((99, Response::Receiver(told))) = decode(packet)
+            && let Ok((99, Response::Receiver(receiver))) = decode(packet)
         {
-            heard = Some(told);
+            heard = Some(receiver);
         }
     }
     heard
 }
 
-/// The delay is told as 0.1 s and is 0.6 s, and 13 ms until the last byte.
+/// The configured delay is 0.1 s, the actual one 0.6 s plus 13 ms until the last byte.
 #[test]
 fn the_pulse_is_captured_and_the_age_is_exact() {
     let seconds = 7;
     // a glitch of a loose contact in between, which is captured too
     let mut pulses: Vec<u64> = (1..seconds).map(|second| MS * 1000 * second + 77).collect();
     pulses.insert(3, pulses[2] + 123 * MS);
-    let Some(told) = heard(true, &pulses, seconds, 600) else {
+    let Some(receiver) = reported(true, &pulses, seconds, 600) else {
         return;
     };
-    assert_eq!(told.format, Some(ReceiverFormat::Nmea));
-    assert_eq!(told.pulses, 7);
-    assert_eq!(told.time_ms, Some((43_200 + 6) * 1000)); // a Sunday
-    let age = told.age_us.expect("a pulse");
+    assert_eq!(receiver.format, Some(ReceiverFormat::Nmea));
+    assert_eq!(receiver.pulses, 7);
+    assert_eq!(receiver.time_ms, Some((43_200 + 6) * 1000)); // a Sunday
+    let age = receiver.age_us.expect("a pulse");
     assert!(age.abs_diff(613_000) < 5000, "{age} us");
 }
 
 /// The same by an external interrupt, over the drivers of `embassy-stm32`. A glitch that is over
-/// before the interrupt looks is none.
+/// before the interrupt reads the pin does not count.
 #[test]
 fn the_pulse_interrupts_a_board_over_embassy() {
     let board = Family::named("f405").expect("a board");
@@ -122,20 +122,20 @@ fn the_pulse_interrupts_a_board_over_embassy() {
         return;
     };
     let pulses: Vec<u64> = (1..7).map(|second| MS * 1000 * second + 77).collect();
-    let told = heard_by(&image, true, &pulses, (7, 600, MS / 10)).expect("an answer");
-    assert_eq!(told.pulses, 6);
-    let age = told.age_us.expect("a pulse");
+    let receiver = reported_by(&image, true, &pulses, (7, 600, MS / 10)).expect("an answer");
+    assert_eq!(receiver.pulses, 6);
+    let age = receiver.age_us.expect("a pulse");
     assert!(age.abs_diff(613_000) < 5000, "{age} us");
-    let told = heard_by(&image, true, &pulses[..2], (3, 600, 0)).expect("an answer");
-    assert_eq!((told.age_us, told.pulses), (None, 0));
+    let receiver = reported_by(&image, true, &pulses[..2], (3, 600, 0)).expect("an answer");
+    assert_eq!((receiver.age_us, receiver.pulses), (None, 0));
 }
 
 #[test]
 fn without_a_wired_pulse_the_age_is_not_known() {
     let pulses: Vec<u64> = (1..4).map(|second| MS * 1000 * second).collect();
-    let Some(told) = heard(false, &pulses, 3, 100) else {
+    let Some(receiver) = reported(false, &pulses, 3, 100) else {
         return;
     };
-    assert_eq!((told.age_us, told.pulses), (None, 0));
-    assert!(told.time_ms.is_some());
+    assert_eq!((receiver.age_us, receiver.pulses), (None, 0));
+    assert!(receiver.time_ms.is_some());
 }

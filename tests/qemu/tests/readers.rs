@@ -1,4 +1,5 @@
-//! Independent writers make recordings, and the readers of `host-sim` find in them what went in.
+//! Independent writers make recordings, and the readers of `host-sim` return the values that were
+//! written.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -14,7 +15,7 @@ use host_io::recordings::{mcap, ubx, ulog};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use qemu::judges::{ask_with, python};
 
-/// ns of the first sample.
+/// Time of the first sample, ns.
 const START: i64 = 1_700_000_000_123_456_789;
 
 /// A drive of 17 s.
@@ -51,7 +52,7 @@ fn rates(session: &Session) -> Vec<(i64, [f64; 3], [f64; 3])> {
     increments.iter().enumerate().map(rate).collect()
 }
 
-/// Lines of the bag's writer.
+/// Input lines for the writer of bags.
 fn of_ros(session: &Session) -> String {
     let mut out = String::new();
     for (k, (ns, [gx, gy, gz], [ax, ay, az])) in rates(session).iter().enumerate() {
@@ -121,9 +122,9 @@ fn bags_of_two_writers_hold_what_went_in() {
         for fix in &record.fixes {
             let state = &session.reference[fix.time.round() as usize];
             assert_ne!(fix.time.round(), 3.0);
-            let place = (fix.lat_deg, fix.lon_deg, fix.height_m);
+            let position = (fix.lat_deg, fix.lon_deg, fix.height_m);
             let p = state.position;
-            assert_eq!(place, (p.lat / DEG, p.lon / DEG, p.h), "{form}");
+            assert_eq!(position, (p.lat / DEG, p.lon / DEG, p.h), "{form}");
             assert_eq!(Vector3::from(fix.velocity), state.velocity, "{form}");
             // variances 1, 4, 9 and 0.01, 0.04, 0.09 of east, north, up
             assert_eq!(fix.sigmas, [2.0, 1.0, 3.0, 0.2, 0.1, 0.3], "{form}");
@@ -133,7 +134,7 @@ fn bags_of_two_writers_hold_what_went_in() {
     assert!(why.contains("is a ROS 2 bag in SQLite"), "{why}");
 }
 
-/// As the type `float` of PX4 holds it.
+/// Rounded to the type `float` of PX4.
 fn float(x: f64) -> f64 {
     f64::from(x as f32)
 }
@@ -165,10 +166,10 @@ fn a_log_that_pyulog_writes_holds_what_went_in() {
             let (lat, lon) = (p.lat / DEG, p.lon / DEG);
             // it arrives 110 ms after its time
             let us = us + 110_000;
-            let place = format!("{lat:?} {lon:?} {:?}", p.h);
+            let position = format!("{lat:?} {lon:?} {:?}", p.h);
             writeln!(
                 text,
-                "gps {us} {place} 0.3 1.5 2.5 {north:?} {east:?} {down:?} 3"
+                "gps {us} {position} 0.3 1.5 2.5 {north:?} {east:?} {down:?} 3"
             )
             .expect("memory");
             let q = state.q_bn;
@@ -212,8 +213,8 @@ fn a_log_that_pyulog_writes_holds_what_went_in() {
         let state = &session.reference[k];
         let p = state.position;
         assert_eq!(fix.time, k as f64);
-        let place = (fix.lat_deg, fix.lon_deg, fix.height_m);
-        assert_eq!(place, (p.lat / DEG, p.lon / DEG, p.h));
+        let position = (fix.lat_deg, fix.lon_deg, fix.height_m);
+        assert_eq!(position, (p.lat / DEG, p.lon / DEG, p.h));
         assert_eq!(Vector3::from(fix.velocity), state.velocity.map(float));
         let [h, v, s] = [
             float(1.5) / 2.0_f64.sqrt(),
@@ -229,8 +230,8 @@ fn a_log_that_pyulog_writes_holds_what_went_in() {
     assert!(angle < 1e-6, "{angle}");
 }
 
-/// Lines of the writer of UBX: counts, and fixes that come 40 ms after their time. `ticks` is the
-/// rate of the receiver's clock.
+/// Input lines for the writer of UBX: counts, and fixes that arrive 40 ms after their time. `ticks`
+/// is the rate of the receiver's clock.
 fn of_ubx(session: &Session, kind: &str, ticks: u64) -> String {
     let mut text = String::new();
     let rates = rates(session);
@@ -255,7 +256,7 @@ fn of_ubx(session: &Session, kind: &str, ticks: u64) -> String {
             let p = state.position;
             let [north, east, down]: [f64; 3] = state.velocity.into();
             let whole = |x: f64, unit: f64| (x / unit).round() as i64;
-            let place = format!(
+            let position = format!(
                 "{} {} {}",
                 whole(p.lat / DEG, 1e-7),
                 whole(p.lon / DEG, 1e-7),
@@ -263,7 +264,11 @@ fn of_ubx(session: &Session, kind: &str, ticks: u64) -> String {
             );
             let [north, east, down] = [north, east, down].map(|v| whole(v, 1e-3));
             let ms = 500_000_000 + us / 1_000_000 * 1000;
-            writeln!(text, "pvt {ms} {place} 1414 2000 {north} {east} {down} 173").expect("memory");
+            writeln!(
+                text,
+                "pvt {ms} {position} 1414 2000 {north} {east} {down} 173"
+            )
+            .expect("memory");
         }
     }
     text

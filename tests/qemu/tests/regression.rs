@@ -1,5 +1,5 @@
 //! The application over simulated drives: the target sends what the desktop sends, byte for byte,
-//! and at what cost.
+//! within its budgets.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ fn a_drive_of_22_minutes_is_the_same_on_the_target() {
 }
 
 #[test]
-fn one_wrong_bit_of_the_input_is_seen_in_the_digest() {
+fn one_wrong_bit_of_the_input_changes_the_digest() {
     let Some(image) = REPLAY.build_or_skip() else {
         return;
     };

@@ -85,7 +85,7 @@ const LARGE: &str = "caches: on, 16384 bytes for instructions, 16384 for data";
 const DTCM: &str = "memory: all in DTCM, not cached";
 const HALF_DTCM: &str = "memory: log in DTCM (64 KiB), stack in the SRAM behind it, cached";
 
-/// What the image says on the chips of the model.
+/// Log of the image on the chips of the model.
 #[rustfmt::skip]
 const CHIPS: [(&str, [&str; 5]); 8] = [
     ("f405", [
@@ -126,9 +126,9 @@ const H743: [&str; 5] = [
     DTCM,
 ];
 
-/// One image on eight chips. Each chip is identified, no register is touched that it does not have,
-/// caches and counter are turned on in the right order, and the log can be read behind the D-cache.
-/// The figures are the model's and have no meaning.
+/// One image on eight chips. Each chip is identified, no register that it lacks is accessed, caches
+/// and counter are turned on in the right order, and the log can be read behind the D-cache. The
+/// figures are the model's and have no meaning.
 #[test]
 fn one_image_finds_its_way_on_f4_f7_and_h7() {
     let (Some(python), Some(image)) = (python(), BENCH.build_or_skip()) else {

@@ -8,7 +8,7 @@ use qemu::images::SOAK;
 use qemu::machine::{Clock, MPS2_AN386, run_in};
 use soak::{Memory, Plan, Report, Watch, run};
 
-/// Simulated time, s, if nothing else is said.
+/// Simulated time, s, without `SOAK_HOURS`.
 const SECONDS: u32 = 420;
 
 /// The digests of the lines after each minute.
@@ -64,7 +64,7 @@ fn desktop_and_target_send_the_same_bytes() {
             .trim()
             .to_owned()
     };
-    // a stack that reached into the soak's memory gave other bytes without a word
+    // a stack that reached into the soak's memory would change bytes silently
     let left = says("stack_left ").parse::<u32>().expect("a number");
     assert!(left > 16 << 10, "{left} bytes of the stack are left");
     assert_eq!(here.violation, None);

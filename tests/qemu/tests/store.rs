@@ -13,7 +13,7 @@ use qemu::replay::nets;
 /// The two slots (`memory.x`).
 const SLOTS: [u32; 2] = [0x080C_0000, 0x080E_0000];
 
-/// A record as `firmware::store` documents it, made here anew.
+/// A record as `firmware::store` documents it, written here independently.
 fn record(generation: u32) -> Vec<u8> {
     let images = [image::encode(&nets().gyro), image::encode(&nets().accel)].concat();
     let mut record = b"LRNS".to_vec();
@@ -35,7 +35,7 @@ fn damaged(mut record: Vec<u8>, at: usize) -> Vec<u8> {
     record
 }
 
-/// What the board says of its weights when it starts with these slots.
+/// Log of the board about its weights when it starts with these slots.
 fn log(image: &Path, slots: [Option<Vec<u8>>; 2]) -> Vec<String> {
     let directory = tempfile::tempdir().expect("a directory");
     let files = ["first", "second"].map(|name| directory.path().join(name));

@@ -11,7 +11,7 @@ use crate::asked;
 
 /// Least time between two selections, ns.
 const STALL: u64 = 16_000;
-/// What begins a burst.
+/// Commands that begin a burst.
 const BURSTS: [[u8; 2]; 2] = [[0x68, 0], [0x7C, 0]];
 
 /// The sensor, which the board and the bus share.
@@ -33,19 +33,19 @@ struct Sensor {
 }
 
 impl Adis {
-    /// With this product number and range.
+    /// A sensor with this product number and range.
     pub fn new(asked: &asked::Adis) -> Self {
         let mut sensor = Sensor {
             period: 8_000_000_000 / asked.hz,
             ..Sensor::default()
         };
         let paged = (16480..16500).contains(&asked.product);
-        let places = if paged {
+        let registers = if paged {
             [(0, 0x7E), (3, 0x12)]
         } else {
             [(0, 0x72), (0, 0x5E)]
         };
-        for ((page, address), value) in places.into_iter().zip([asked.product, asked.range]) {
+        for ((page, address), value) in registers.into_iter().zip([asked.product, asked.range]) {
             let [low, high] = value.to_le_bytes();
             sensor.memory.insert((page, address), low);
             sensor.memory.insert((page, address + 1), high);
@@ -53,15 +53,15 @@ impl Adis {
         Self(Arc::new(Mutex::new(sensor)))
     }
 
-    /// The next burst is ready.
+    /// Provides the next burst.
     pub fn ready(&self, burst: &[u8]) {
         if let Ok(mut sensor) = self.0.lock() {
             sensor.burst = burst.to_vec();
         }
     }
 
-    /// Bursts that were read, and what a sensor would not have understood.
-    pub fn told(&self) -> (usize, Vec<String>) {
+    /// Number of bursts that were read, and the transfers that a sensor would not have understood.
+    pub fn outcome(&self) -> (usize, Vec<String>) {
         let sensor = self.0.lock();
         sensor.map_or((0, vec![]), |sensor| (sensor.bursts, sensor.wrong.clone()))
     }
@@ -73,19 +73,19 @@ impl Sensor {
     }
 
     fn transfer(&mut self, byte: u8, now: u64) -> u8 {
-        let place = self.frame.len();
+        let index = self.frame.len();
         self.frame.push(byte);
         if self.is_burst() {
-            if place > 1 && now < self.last + self.period {
+            if index > 1 && now < self.last + self.period {
                 let wrong = format!("a byte of a burst in {} ns", now - self.last);
                 self.wrong.push(wrong);
             }
             self.last = now;
-            let place = place.checked_sub(2);
-            return place.and_then(|n| self.burst.get(n)).copied().unwrap_or(0);
+            let word = index.checked_sub(2);
+            return word.and_then(|n| self.burst.get(n)).copied().unwrap_or(0);
         }
         self.last = now;
-        self.answer.get(place).copied().unwrap_or(0)
+        self.answer.get(index).copied().unwrap_or(0)
     }
 
     fn select(&mut self, now: u64) {

@@ -1,4 +1,4 @@
-//! What is asked on standard input. Times are in ns, bytes are hexadecimal.
+//! The input of a run, from standard input. Times are in ns, bytes are hexadecimal.
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -15,28 +15,28 @@ pub struct Asked {
     pub crystal: u64,
     /// Instructions a second.
     pub instructions: u64,
-    /// The end.
+    /// End of the run.
     pub until: u64,
-    /// What comes: the UART's name, and of each burst of bytes when its first start bit begins, the
+    /// Received bytes: name of the UART, and for each burst when its first start bit begins, the
     /// bit rate and the bytes.
     #[serde(default)]
     pub lines: BTreeMap<String, Vec<(u64, u64, String)>>,
-    /// The UARTs of which is told what left.
+    /// UARTs whose output is printed.
     #[serde(default)]
     pub listen: Vec<String>,
     /// When the reset pin is pulled.
     #[serde(default)]
     pub resets: Vec<u64>,
-    /// Registers that are written to from outside, as what breaks them: when, address and value.
+    /// Registers that are overwritten to inject a fault: when, address and value.
     #[serde(default)]
     pub writes: Vec<(u64, u64, u64)>,
-    /// What is in the flash beside the image: address and bytes.
+    /// Content of the flash beside the image: address and bytes.
     #[serde(default)]
     pub flash: Vec<(u64, String)>,
-    /// Places of memory that are told at the end: address and length.
+    /// Memory that is printed at the end: address and length in bytes.
     #[serde(default)]
     pub memory: Vec<(u64, u64)>,
-    /// Registers of which each access of the core is told: first address and bytes.
+    /// Registers whose accesses by the core are printed: first address and length in bytes.
     #[serde(default)]
     pub trace: Vec<(u64, u64)>,
     /// A sensor at SPI1.
@@ -56,15 +56,15 @@ pub enum Chip {
 /// A sensor.
 #[derive(Debug, Deserialize)]
 pub struct Adis {
-    /// Its number.
+    /// Its product number.
     pub product: u16,
-    /// Its register of the range.
+    /// Its range register.
     pub range: u16,
     /// Its fastest clock of a burst, Hz.
     pub hz: u64,
-    /// Port and pin of the chip select, as in `GPIOD`, and of data-ready.
+    /// Port, such as `GPIOD`, and pin of the chip select.
     pub select: (String, u8),
-    /// The same of data-ready.
+    /// Port and pin of data-ready.
     pub ready: (String, u8),
     /// Its bursts, and when each is ready.
     pub bursts: Vec<(u64, String)>,

@@ -1,4 +1,4 @@
-//! The boards: a chip of rigless with what is at its pins.
+//! The boards: a chip of rigless with the peers at its pins.
 use std::num::NonZeroU64;
 
 use anyhow::{Context, Result};
@@ -43,7 +43,7 @@ enum Bench {
 impl Store for Ours {}
 
 impl Ours {
-    /// As asked.
+    /// A board for a run.
     pub fn new(asked: &Asked) -> Result<Self> {
         let mut bench = match asked.chip {
             Chip::F427 => Bench::F427(Box::new(Stm32f427Bench::new()?)),
@@ -75,8 +75,9 @@ impl Ours {
         })
     }
 
-    /// Mends what rigless leaves out after whatever has happened. An oscillator without a crystal
-    /// is ready there; here it never is. Each look of the core comes behind such a mend.
+    /// Corrects what rigless does not model, after every event. In rigless an oscillator without a
+    /// crystal becomes ready; here it never does. Each read by the core comes after such a
+    /// correction.
     pub fn mend(&mut self) {
         if self.crystal {
             return;
@@ -97,8 +98,8 @@ impl Ours {
         }
     }
 
-    /// The same after a write of the core: the USB of the H743 is memory there, in which a flag
-    /// that is cleared by writing 1 (RM0433 57.14.6) stays set for ever.
+    /// The same after a write of the core. In rigless the USB of the H743 is plain memory, in which
+    /// a flag that is cleared by writing 1 (RM0433 57.14.6) would stay set for ever.
     pub fn written(&mut self, address: u64, value: u64) {
         let Bench::H743(bench) = &mut self.bench else {
             return;
@@ -157,7 +158,7 @@ impl Ours {
 }
 
 impl Bench {
-    /// Hangs a chip at SPI1 behind a chip select, where the bench has another.
+    /// Connects a chip at SPI1 with this chip select, instead of the bench's own.
     fn attach(&mut self, peer: impl Peer, (port, pin): &(String, u8)) -> Result<()> {
         match self {
             Self::F427(bench) => {

@@ -1,4 +1,4 @@
-//! The other end of a UART: sends bytes at their times, and keeps what comes.
+//! The other end of a UART: sends bytes at their times, and records what it receives.
 use std::collections::VecDeque;
 
 use rigless::chip::Timeline;

@@ -12,9 +12,9 @@ use anyhow::Result;
 fn main() -> Result<()> {
     let mut text = String::new();
     stdin().read_to_string(&mut text)?;
-    // what is asked lasts as long as the program, so the thread of the core may keep it
+    // the input lives as long as the program, so the thread of the core may hold it
     let asked = Box::leak(Box::new(serde_json::from_str(&text)?));
-    let told = run::run(asked)?;
-    stdout().write_all(told.as_bytes())?;
+    let output = run::run(asked)?;
+    stdout().write_all(output.as_bytes())?;
     Ok(())
 }

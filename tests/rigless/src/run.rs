@@ -1,4 +1,4 @@
-//! The run: what happens when, and what is told of it.
+//! The run: its events and its output.
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
@@ -17,10 +17,10 @@ use rigless::time::VirtualNanos;
 use crate::asked::{Asked, bytes, hex};
 use crate::board::Ours;
 
-/// Data-ready is high so long, ns.
+/// Time for which data-ready is high, ns.
 const HIGH: u64 = 20_000;
 
-/// What happens from outside.
+/// An external event.
 #[derive(Clone, Debug)]
 enum Event {
     /// The pin of the reset is pulled.
@@ -35,10 +35,10 @@ enum Event {
 
 struct World<'a> {
     asked: &'a Asked,
-    /// When the start bits of bytes begin, which is when a UART looks at its line.
+    /// When the start bits of bytes begin, at which a UART samples its line.
     begins: BTreeSet<u64>,
     events: BTreeMap<u64, Vec<Event>>,
-    told: String,
+    output: String,
     count: u64,
 }
 
@@ -60,7 +60,7 @@ impl Driver<Ours> for World<'static> {
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
         self.count = stop.instruction_count;
-        // a stop comes with the first instruction that ends behind its time
+        // a stop comes with the first instruction that ends after its time
         let later = self.events.split_off(&(stop.at.0 + 1));
         for event in std::mem::replace(&mut self.events, later).into_values() {
             for event in event {
@@ -70,8 +70,8 @@ impl Driver<Ours> for World<'static> {
         if stop.at.0 >= self.asked.until {
             for (address, length) in &self.asked.memory {
                 let read = |at| host.read(at, Width::W8).map_or(0, |byte| byte as u8);
-                let held: Vec<u8> = (*address..address + length).map(read).collect();
-                let _ = writeln!(self.told, "memory {address} {}", hex(&held));
+                let content: Vec<u8> = (*address..address + length).map(read).collect();
+                let _ = writeln!(self.output, "memory {address} {}", hex(&content));
             }
             return None;
         }
@@ -100,7 +100,7 @@ impl World<'_> {
             Event::Write(address, value) => {
                 let mcu = session.mcu();
                 let done = mcu.write(stop.at, address, Width::W32, value);
-                let _ = done.map_err(|error| writeln!(self.told, "not written: {error}"));
+                let _ = done.map_err(|error| writeln!(self.output, "not written: {error}"));
                 return;
             }
             Event::Ready(burst) => {
@@ -120,7 +120,7 @@ impl World<'_> {
         let within = |(from, length): &(u64, u64)| (*from..from + length).contains(&access.address);
         if self.asked.trace.iter().any(within) {
             let _ = writeln!(
-                self.told,
+                self.output,
                 "access {} {:?} {:#010x} {value:#x} {:#x}",
                 access.virtual_time.0,
                 access.kind,
@@ -131,14 +131,14 @@ impl World<'_> {
     }
 }
 
-/// Runs what is asked, and tells of it.
+/// Runs what is asked. Returns the output.
 pub fn run(asked: &'static Asked) -> Result<String> {
     let mut board = Ours::new(asked)?;
     let mut world = World {
         asked,
         begins: BTreeSet::new(),
         events: BTreeMap::new(),
-        told: String::new(),
+        output: String::new(),
         count: 0,
     };
     let mut event = |at, event| world.events.entry(at).or_default().push(event);
@@ -170,10 +170,10 @@ pub fn run(asked: &'static Asked) -> Result<String> {
             Some(*address),
         )?);
     }
-    told(asked, emulate(session, &Start::new(&images), world)?)
+    outcome(asked, emulate(session, &Start::new(&images), world)?)
 }
 
-fn told(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
+fn outcome(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
     let Finished {
         mut session,
         driver,
@@ -182,7 +182,7 @@ fn told(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
     if let Some(error) = session.take_error() {
         return Err(error.into());
     }
-    let mut text = driver.told;
+    let mut text = driver.output;
     for name in &asked.listen {
         let line = session.board_mut().line(name)?;
         let sent: Vec<u8> = line.left.iter().map(|(_, word)| *word as u8).collect();
@@ -191,7 +191,7 @@ fn told(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
         writeln!(text, "times {name} {}", times.join(" "))?;
     }
     if let Some((adis, _)) = &session.board().adis {
-        let (bursts, wrong) = adis.told();
+        let (bursts, wrong) = adis.outcome();
         writeln!(text, "bursts {bursts}")?;
         wrong
             .iter()
@@ -202,8 +202,8 @@ fn told(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
     Ok(text)
 }
 
-/// What started the chip anew, what rigless has no model for, and what its models say the manual
-/// forbids.
+/// Writes the resets of the chip, the registers without a model in rigless, and the accesses that
+/// its models report as forbidden.
 fn gaps(session: &Session<Ours>, text: &mut String) -> Result<()> {
     for reset in session.resets() {
         writeln!(text, "reset {} {:?}", reset.at.0, reset.cause)?;
@@ -214,13 +214,13 @@ fn gaps(session: &Session<Ours>, text: &mut String) -> Result<()> {
     for (address, fault) in session.refused() {
         writeln!(text, "refused {address:#010x} {fault}")?;
     }
-    for seen in session.unimplemented().values() {
-        let (instance, register) = (seen.instance, seen.register);
-        let (reads, writes) = (seen.reads, seen.writes);
+    for register_use in session.unimplemented().values() {
+        let (instance, register) = (register_use.instance, register_use.register);
+        let (reads, writes) = (register_use.reads, register_use.writes);
         writeln!(text, "unimplemented {instance} {register} {reads} {writes}")?;
     }
-    for (address, seen) in session.undefined() {
-        writeln!(text, "undefined {} {address:#010x}", seen.instance)?;
+    for (address, access) in session.undefined() {
+        writeln!(text, "undefined {} {address:#010x}", access.instance)?;
     }
     for (instance, interrupt) in session.unrouted() {
         writeln!(text, "unrouted {instance} {interrupt}")?;

@@ -13,8 +13,8 @@ use crate::rom::Rom;
 
 /// Cycles of a microsecond, as the image sets its clock.
 pub const US: u64 = 150;
-/// Cycles between two looks of the emulator at its peripherals. It counts its watchdog down by one
-/// at each look; the chip does so each microsecond.
+/// Cycles between two updates of the emulator's peripherals. It counts its watchdog down by one at
+/// each update; the chip does so each microsecond.
 const QUANTUM: u32 = US as u32;
 /// Cycles between two packets of USB.
 const PACKET: u64 = 40 * US;
@@ -22,15 +22,15 @@ const PACKET: u64 = 40 * US;
 const RECEIVER: u32 = 6;
 /// First word of the image: its vectors.
 const VECTORS: u32 = 0x1000_0000;
-/// Memory, and what it holds when the power comes.
+/// Memory, and its content at power-on.
 const RAM: u32 = 0x2000_0000;
 const RAM_LEN: usize = 520 * 1024;
 const GARBAGE: u8 = 0xA5;
 /// Vector table, and the request of a reset in AIRCR with its key.
 const VTOR: u32 = 0xE000_ED08;
 const RESET_ASKED: u32 = 1 << 2;
-/// FPCCR.LSPEN: registers of the FPU are saved when a handler first uses it. The emulator takes the
-/// end of an interrupt within such a handler for a fault, so here they are saved at once.
+/// FPCCR.LSPEN: registers of the FPU are saved when a handler first uses it. The emulator treats
+/// the end of an interrupt within such a handler as a fault, so here they are saved at once.
 const LAZY: u32 = 1 << 30;
 
 /// The chip.
@@ -41,26 +41,26 @@ pub struct Chip {
     /// Boot ROM and flash.
     pub rom: Rom,
     pairs: Pairs,
-    /// The emulator's core does not count while it sleeps.
+    /// Cycles slept: the emulator's core does not count them.
     slept: u64,
     active: [u32; 2],
     /// How often each interrupt was served.
     pub served: BTreeMap<u32, usize>,
     /// Instructions outside interrupts and in them.
     pub executed: [u64; 2],
-    /// Begins of the image, and why.
+    /// Starts of the image, and why.
     pub starts: Vec<(u64, &'static str)>,
-    /// Levels of the receiver's line: from when on, and which.
+    /// Levels of the receiver's line, each with the cycle from which on it holds.
     pub receiver: Vec<(u64, bool)>,
-    /// No interrupt reaches the core, until it starts anew.
+    /// Whether interrupts are kept from the core, until it restarts.
     pub deaf: bool,
-    /// What the log's channel told.
+    /// Output of the log's channel.
     pub log: Vec<u8>,
     log_at: Option<u32>,
 }
 
 impl Chip {
-    /// With this flash, at power-on.
+    /// A chip with this flash, at power-on.
     pub fn new(flash: Vec<u8>) -> Self {
         let emulator = Emulator::new(Config::default());
         let mut chip = Self {
@@ -90,7 +90,7 @@ impl Chip {
         self.own.now
     }
 
-    /// Begins the image, as the boot ROM does.
+    /// Starts the image, as the boot ROM does.
     pub fn start(&mut self, why: &'static str) {
         let begun = self.own.now;
         let theirs = self.own.theirs;
@@ -107,7 +107,7 @@ impl Chip {
             theirs,
             ..Own::default()
         };
-        // the emulator's cycles begin anew, ours go on
+        // the emulator's cycles restart at 0, ours go on
         self.slept = begun;
         self.emulator.clock.cycles = begun;
         self.active = [0; 2];
@@ -145,7 +145,7 @@ impl Chip {
         }
     }
 
-    /// The level of the receiver's pin.
+    /// Sets the level of the receiver's pin.
     fn pins(&mut self, now: u64) {
         let passed = self.receiver.partition_point(|(from, _)| *from <= now);
         let level = passed.checked_sub(1).is_none_or(|at| self.receiver[at].1);
@@ -155,7 +155,7 @@ impl Chip {
             .store(u32::from(level) << RECEIVER, Ordering::Relaxed);
     }
 
-    /// Lets the core go on to this cycle.
+    /// Runs the core to this cycle.
     fn cores(&mut self, target: u64) {
         loop {
             let core = self.emulator.core(0);
@@ -182,8 +182,8 @@ impl Chip {
         }
     }
 
-    /// A core that sleeps goes on with the next event or interrupt. The emulator wakes a core from
-    /// "wait for event" with an event only, and not before its next look.
+    /// Wakes a sleeping core at the next event or interrupt. The emulator wakes a core from "wait
+    /// for event" only by an event, and not before its next update.
     fn wakes(&mut self) -> bool {
         let core = &self.emulator.cores.expect_arm()[0];
         let atomics = &self.emulator.bus.atomics;
@@ -236,7 +236,7 @@ impl Chip {
         self.changed_handler(after);
     }
 
-    /// Another handler runs, or none; `after` is its number, 16 for the first interrupt.
+    /// Notes that another handler runs, or none; `after` is its number, 16 for the first interrupt.
     fn changed_handler(&mut self, after: u32) {
         let words = &self.emulator.core(0).ppb.nvic_iabr;
         let active = words.each_ref().map(|word| word.load(Ordering::Relaxed));
@@ -249,27 +249,27 @@ impl Chip {
             *self.served.entry(number).or_default() += 1;
         }
         self.active = active;
-        // a line that is still up when its handler ends asks again
-        for (number, told) in LINES.into_iter().zip(&mut self.own.told) {
-            *told &= is(active, number);
+        // a line that is still high when its handler ends requests again
+        for (number, last) in LINES.into_iter().zip(&mut self.own.reported) {
+            *last &= is(active, number);
         }
         self.own.changed = true;
     }
 
-    /// Tells the interrupt controller of the lines that rise.
+    /// Reports rising lines to the interrupt controller.
     fn interrupts(&mut self) {
         let lines = self.own.settle();
-        for ((number, line), told) in LINES.iter().zip(lines).zip(&mut self.own.told) {
-            if line && !*told {
+        for ((number, line), last) in LINES.iter().zip(lines).zip(&mut self.own.reported) {
+            if line && !*last {
                 self.emulator.bus.assert_irq_shared(*number);
             }
-            *told = line;
+            *last = line;
         }
     }
 
-    /// One look of the emulator at its own peripherals; its core, which we have run, stands still.
+    /// One update of the emulator's own peripherals; its core, which we have run, is stopped.
     fn tick(&mut self, target: u64) {
-        // a deaf core does nothing but wait for the watchdog, which counts looks
+        // a deaf core only waits for the watchdog, which counts updates
         self.emulator.step_quantum = if self.deaf { 1 } else { QUANTUM };
         let atomics = &self.emulator.bus.atomics;
         let sleeps = [atomics.is_halted(0), atomics.is_wfe_waiting(0)];
@@ -287,8 +287,8 @@ impl Chip {
         }
     }
 
-    /// What the image has put into the first channel of its log (RTT), for a reader that never
-    /// lets it wait.
+    /// Reads what the image has written to the first channel of its log (RTT), so fast that it
+    /// never waits.
     fn read_log(&mut self) {
         let Self {
             emulator,
@@ -319,7 +319,7 @@ impl Chip {
         CoreBus::write32(bus, block + 40, read, 0);
     }
 
-    /// The chip's own account of a pin: its function, and whether its pad is open.
+    /// State of a pin in the chip: its function, and whether its pad is isolated.
     pub fn pin(&mut self, number: u32) -> (u32, bool) {
         let function = self.emulator.mmio_read32(0x4002_8004 + 8 * number) & 0x1F;
         let pad = self.emulator.mmio_read32(0x4003_8004 + 4 * number);

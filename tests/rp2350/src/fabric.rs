@@ -1,4 +1,4 @@
-//! The bus that the core sees: the emulator's, but for the peripherals of this program.
+//! The bus of the core: the emulator's, except for the peripherals of this program.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -12,21 +12,21 @@ use crate::uart::Uart;
 use crate::usb::Usb;
 
 const UARTS: [u32; 2] = [0x4007_0000, 0x4007_8000];
-/// Where the emulator has UART1.
+/// Address of UART1 in the emulator.
 const THEIR_UART: u32 = 0x4007_4000;
 const USB: u32 = 0x5011_0000;
 const USB_MEMORY: u32 = 0x5010_0000;
-/// Where the boot ROM leaves the function that turns execution from flash on again.
+/// Address where the boot ROM leaves the function that enables execution from flash.
 const BOOT_RAM: u32 = 0x400E_0000;
-/// SSPCR1 of SPI0. The emulator's SPI receives only what it sends, by this bit. So a look for a
-/// sensor there finds its own question, which is no sensor's number.
+/// SSPCR1 of SPI0. The emulator's SPI receives only what it sends, by this bit. So a search for a
+/// sensor reads its own command, which is no product number.
 const SPI_CONTROL: u32 = 0x4008_0004;
 const LOOP_BACK: u32 = 1;
-/// STIR: the interrupt of this number is to be served. The emulator does not know it.
+/// STIR: triggers the interrupt of this number. The emulator does not have it.
 const TRIGGER: u32 = 0xE000_EF00;
-/// NVIC_IPR, a byte for each interrupt. The emulator knows words only.
+/// NVIC_IPR, a byte for each interrupt. The emulator has word access only.
 const PRIORITIES: Range<u32> = 0xE000_E400..0xE000_E434;
-/// "Go back".
+/// Two instructions `BX LR`: return.
 const RETURN: u32 = 0x4770_4770;
 const TICKS: u32 = 0x4010_8000;
 /// Interrupts of the two UARTs and of USB.
@@ -39,9 +39,9 @@ pub struct Own {
     pub uarts: [Uart; 2],
     /// The command link.
     pub usb: Usb,
-    /// The instruction that the core is about to run.
+    /// Address of the instruction that the core is about to run.
     pub pc: u32,
-    /// UART1 is the emulator's.
+    /// Whether UART1 is the emulator's.
     pub theirs: bool,
     /// The cycle now.
     pub now: u64,
@@ -49,14 +49,14 @@ pub struct Own {
     pub next: u64,
     /// An interrupt and its priority, written by the last instruction.
     pub priority: Option<(usize, u8)>,
-    /// Interrupts that the lines told last.
-    pub told: [bool; 3],
-    /// Something of them has changed.
+    /// Levels of the interrupt lines as last reported.
+    pub reported: [bool; 3],
+    /// Whether one of them has changed.
     pub changed: bool,
 }
 
-/// Part of an address: a block and where in it.
-enum Place {
+/// A decoded address: peripheral and offset in it.
+enum Decoded {
     Uart(usize, u32),
     Usb(u32),
     UsbMemory(u32),
@@ -64,39 +64,39 @@ enum Place {
 }
 
 impl Own {
-    fn place(&self, address: u32) -> Option<Place> {
+    fn decode(&self, address: u32) -> Option<Decoded> {
         if !matches!(address >> 20, 0x400 | 0x501) {
             return None;
         }
         let offset = address & 0xFFF;
         match address & !0x3FFF {
-            block if block == UARTS[0] => Some(Place::Uart(0, offset)),
-            block if block == UARTS[1] && !self.theirs => Some(Place::Uart(1, offset)),
-            USB => Some(Place::Usb(offset)),
-            USB_MEMORY => Some(Place::UsbMemory(offset)),
-            BOOT_RAM => Some(Place::BootRam),
+            block if block == UARTS[0] => Some(Decoded::Uart(0, offset)),
+            block if block == UARTS[1] && !self.theirs => Some(Decoded::Uart(1, offset)),
+            USB => Some(Decoded::Usb(offset)),
+            USB_MEMORY => Some(Decoded::UsbMemory(offset)),
+            BOOT_RAM => Some(Decoded::BootRam),
             _ => None,
         }
     }
 
     fn read(&mut self, address: u32, bytes: usize) -> Option<u32> {
-        let place = self.place(address)?;
+        let decoded = self.decode(address)?;
         self.changed = true;
-        Some(match place {
-            Place::Uart(which, offset) => {
+        Some(match decoded {
+            Decoded::Uart(which, offset) => {
                 let uart = &mut self.uarts[which];
                 uart.advance(self.now);
                 uart.read(offset)
             }
-            Place::Usb(offset) => self.usb.read(offset),
-            Place::UsbMemory(offset) => self.usb.load(offset, bytes),
-            Place::BootRam => RETURN,
+            Decoded::Usb(offset) => self.usb.read(offset),
+            Decoded::UsbMemory(offset) => self.usb.load(offset, bytes),
+            Decoded::BootRam => RETURN,
         })
     }
 
-    /// True if it was for one of these.
+    /// Writes a register. Returns true if it belongs to one of these.
     fn write(&mut self, address: u32, value: u32, bytes: usize) -> bool {
-        let Some(place) = self.place(address) else {
+        let Some(decoded) = self.decode(address) else {
             return false;
         };
         self.changed = true;
@@ -107,21 +107,21 @@ impl Own {
             2 => old | value,
             _ => old & !value,
         };
-        match place {
-            Place::Uart(which, offset) => {
+        match decoded {
+            Decoded::Uart(which, offset) => {
                 let uart = &mut self.uarts[which];
                 uart.advance(self.now);
                 let old = if alias == 0 { 0 } else { uart.read(offset) };
                 uart.write(offset, value(old), self.now);
             }
-            Place::Usb(offset) => self.usb.write(offset, value(self.usb.read(offset))),
-            Place::UsbMemory(offset) => self.usb.store(offset, value(0), bytes),
-            Place::BootRam => {}
+            Decoded::Usb(offset) => self.usb.write(offset, value(self.usb.read(offset))),
+            Decoded::UsbMemory(offset) => self.usb.store(offset, value(0), bytes),
+            Decoded::BootRam => {}
         }
         true
     }
 
-    /// Lets the UARTs go on to this cycle.
+    /// Advances the UARTs to this cycle.
     pub fn advance(&mut self, now: u64) {
         self.now = now;
         if now < self.next {
@@ -133,7 +133,7 @@ impl Own {
         self.changed = true;
     }
 
-    /// The lines of the interrupts, and the next event.
+    /// Levels of the interrupt lines. Also updates the time of the next event.
     pub fn settle(&mut self) -> [bool; 3] {
         self.changed = false;
         self.next = self.uarts.iter().map(Uart::next).min().unwrap_or(u64::MAX);
@@ -142,7 +142,7 @@ impl Own {
     }
 }
 
-/// Both.
+/// The emulator's bus and our peripherals.
 pub struct Fabric<'a> {
     /// The emulator's.
     pub bus: &'a mut Bus,
@@ -151,15 +151,14 @@ pub struct Fabric<'a> {
 }
 
 impl Fabric<'_> {
-    /// How much faster the core is than what the ticks of the chip count (12 MHz): the emulator
-    /// counts cycles of the core there.
+    /// Converts core cycles, which the emulator counts, to the chip's ticks (12 MHz).
     fn ticks(&self, cycles: u32) -> u32 {
         let by = u64::from(self.bus.sys_clk_hz()) * u64::from(cycles);
         (by / u64::from(self.bus.ref_clk_hz())) as u32
     }
 }
 
-/// An address of the chip at the emulator.
+/// The emulator's address for an address of the chip.
 const fn theirs(address: u32) -> u32 {
     match address & !0x3FFF == UARTS[1] {
         true => address - UARTS[1] + THEIR_UART,
@@ -167,7 +166,7 @@ const fn theirs(address: u32) -> u32 {
     }
 }
 
-/// CYCLES of a domain of the ticks.
+/// Whether an address is a CYCLES register of the tick generators.
 const fn is_ticks(address: u32) -> bool {
     address & !0x3FFF == TICKS && (address & 0x7F) % 12 == 4
 }
@@ -240,7 +239,7 @@ impl CoreBus for Fabric<'_> {
         self.bus.write32(address, value, core);
     }
 
-    /// The core tells the trace of accesses to its own registers, which the bus does not see.
+    /// With the trace, the core reports accesses to its own registers, which do not reach the bus.
     fn mmio_trace_enabled(&self) -> bool {
         true
     }

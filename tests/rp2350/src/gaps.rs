@@ -1,5 +1,5 @@
-//! Instructions of the image that the emulator does not know, or takes for others, turned into
-//! those that it knows. The encodings are what LLVM's assembler writes.
+//! Replaces instructions of the image that the emulator does not support, or decodes wrongly, by
+//! those that it supports. The encodings are what LLVM's assembler writes.
 
 use rp2350_emu::CortexM33;
 use rp2350_emu::core::CoreBus;
@@ -10,13 +10,13 @@ const NOTHING: [u16; 2] = [0xEEB0, 0x0A40];
 /// A transfer of a register of 64 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pair {
-    /// Two registers of the core to it, or the other way.
+    /// Between two core registers and the 64-bit register.
     Core([u16; 2], u16, bool),
-    /// A base, how far from it, from memory or to it.
+    /// Between memory and the register: base register, offset, direction.
     Memory(u16, i32, u16, bool),
 }
 
-/// An instruction, as the emulator knows it.
+/// An equivalent instruction that the emulator supports.
 pub const fn known(first: u16, second: u16) -> [u16; 2] {
     match without_order(first, second) {
         Some(plain) => plain,
@@ -31,14 +31,14 @@ pub const fn known(first: u16, second: u16) -> [u16; 2] {
     }
 }
 
-/// CPSIE and CPSID: the masks are F (bit 0) and I (bit 1). The emulator has them the other way
-/// round, so "CPSID i" would be "CPSID f", and no interrupt would be served ever after.
+/// CPSIE and CPSID: the masks are F (bit 0) and I (bit 1). The emulator exchanges them, so "CPSID
+/// i" would be "CPSID f", and no interrupt would ever be served again.
 const fn masks(change: u16) -> u16 {
     change & !3 | change << 1 & 2 | change >> 1 & 1
 }
 
-/// The same without order, which one core does not need. The emulator takes LDAEX for a branch by
-/// a table.
+/// The same instruction without memory ordering, which one core does not need. The emulator decodes
+/// LDAEX as a table branch.
 const fn without_order(first: u16, second: u16) -> Option<[u16; 2]> {
     let (register, base, status) = (second & 0xF000, first & 0xF, second & 0xF);
     Some(match (first & 0xFFF0, second >> 4 & 0xFF) {
@@ -65,14 +65,15 @@ const fn is_choice(first: u16, second: u16) -> bool {
     first >> 8 == 0xFE && second & 0xF10 == 0xA00 && (!is_max || first & 0x30 == 0)
 }
 
-/// VLDM, VSTM, VPUSH and VPOP of registers of 64 bits: the same words as of twice as many of 32.
+/// VLDM, VSTM, VPUSH and VPOP of registers of 64 bits: the same words as with twice as many 32-bit
+/// registers.
 const fn is_block(first: u16, second: u16) -> bool {
     let (before, up, back) = (first & 0x100 != 0, first & 0x80 != 0, first & 0x20 != 0);
     first & 0xFE40 == 0xEC00 && second & 0xF01 == 0xB00 && (up || before) && (back || !before)
 }
 
 impl Pair {
-    /// If it is one.
+    /// The transfer that these half words encode, if any.
     pub const fn of(first: u16, second: u16) -> Option<Self> {
         let to = first & 0x10 != 0;
         if first & 0xFFE0 == 0xEC40 && second & 0xFF0 == 0xB10 {
@@ -118,16 +119,16 @@ impl Pair {
     }
 }
 
-/// Where in flash the image may have a [`Pair`]: a bit for each half word. What is none there, a
-/// constant, is never run.
+/// Where in flash the image may have a [`Pair`]: a bit for each half word. A constant that looks
+/// like one is never run.
 #[derive(Debug)]
 pub struct Pairs {
-    places: Vec<u64>,
+    candidates: Vec<u64>,
     flash: Vec<u16>,
 }
 
 impl Pairs {
-    /// Of this flash.
+    /// The pairs of this flash.
     pub fn new(flash: &[u8]) -> Self {
         let flash: Vec<u16> = flash
             .as_chunks::<2>()
@@ -135,19 +136,19 @@ impl Pairs {
             .iter()
             .map(|half| u16::from_le_bytes(*half))
             .collect();
-        let mut places = vec![0; flash.len() / 64];
+        let mut candidates = vec![0; flash.len() / 64];
         for (n, halves) in flash.windows(2).enumerate() {
             if Pair::of(halves[0], halves[1]).is_some() {
-                places[n / 64] |= 1 << (n % 64);
+                candidates[n / 64] |= 1 << (n % 64);
             }
         }
-        Self { places, flash }
+        Self { candidates, flash }
     }
 
-    /// The one at this address.
+    /// The pair at this address.
     pub fn at(&self, pc: u32) -> Option<Pair> {
         let half = pc.checked_sub(0x1000_0000)? as usize / 2;
-        if self.places.get(half / 64)? >> (half % 64) & 1 == 0 {
+        if self.candidates.get(half / 64)? >> (half % 64) & 1 == 0 {
             return None;
         }
         Pair::of(self.flash[half], self.flash[half + 1])

@@ -1,19 +1,19 @@
-//! Runs an image of the Raspberry Pi Pico 2 in somebody else's emulator, `rp2350-emu`.
+//! Runs an image of the Raspberry Pi Pico 2 in a third-party emulator, `rp2350-emu`.
 //!
 //! Standard input, JSON: `image`: path. `command`: requests, hexadecimal; each is sent over USB
-//! when the answer to the one before has come. `restart`: requests; before them the power goes off
-//! and on. `sensor`: frames, hexadecimal, at UART0, one each `period` cycles of 150 MHz, `baud`
-//! bit/s. `damage`: `[[frame, byte, "framing" or "overrun"], ...]`: that byte comes with a wrong
-//! stop bit,
-//! or is lost. `gnss`: `[[cycle after the first frame, hex], ...]` at the receiver's pin, 115 200
-//! bit/s. `ask`: requests after the frames. `deaf`: then no interrupt reaches the core for so many
-//! milliseconds. `theirs`: the navigation computer's UART is the emulator's.
+//! after the answer to the previous one. `restart`: requests after a power cycle. `sensor`: frames,
+//! hexadecimal, at UART0, one each `period` cycles of 150 MHz, `baud` bit/s. `damage`: `[[frame,
+//! byte, "framing" or "overrun"], ...]`: that byte comes with a wrong stop bit, or is lost. `gnss`:
+//! `[[cycle after the first frame, hex], ...]` at the receiver's pin, 115 200 bit/s. `ask`:
+//! requests after the frames. `deaf`: then no interrupt reaches the core for so many milliseconds.
+//! `theirs`: the navigation computer's UART is the emulator's.
 //!
 //! Standard output: `navigation HEX`, `command HEX` and, from before the power went off, `before
 //! HEX`, `interrupts NUMBER COUNT`, `came CYCLE ...`, `left CYCLE ...` (end of each byte's stop bit
 //! at UART0, begin of its start bit at UART1, from the first frame on), `executed OUTSIDE INSIDE`
 //! (instructions outside interrupts and in them), `start MILLISECOND WHY`, `flash ERASED
-//! PROGRAMMED` (sectors, pages), `log HEX`, and `wrong WHAT` for what the chip would not do.
+//! PROGRAMMED` (sectors, pages), `log HEX`, and `wrong WHAT` for behaviour that the chip does not
+//! have.
 mod chip;
 mod fabric;
 mod gaps;
@@ -31,7 +31,7 @@ const MS: u64 = 1000 * US;
 /// Pins of the lines and their functions: UART, and PIO0.
 const PINS: [(u32, u32); 5] = [(0, 2), (1, 2), (4, 2), (5, 2), (6, 6)];
 
-/// What an ELF image has in flash.
+/// The flash content of an ELF image.
 fn flash(image: &[u8]) -> Vec<u8> {
     let word = |at: usize| u32::from_le_bytes(image[at..at + 4].try_into().expect("four bytes"));
     let half = |at: usize| usize::from(u16::from_le_bytes([image[at], image[at + 1]]));
@@ -39,10 +39,10 @@ fn flash(image: &[u8]) -> Vec<u8> {
     for n in 0..half(44) {
         let header = word(28) as usize + half(42) * n;
         let [kind, from, _, to, len] = [0, 1, 2, 3, 4].map(|n| word(header + 4 * n) as usize);
-        let place = to
+        let address = to
             .checked_sub(0x1000_0000)
             .filter(|to| to + len <= rom::FLASH);
-        if let (1, Some(to)) = (kind, place) {
+        if let (1, Some(to)) = (kind, address) {
             flash[to..to + len].copy_from_slice(&image[from..from + len]);
         }
     }
@@ -63,7 +63,7 @@ fn list<'a>(asked: &'a Value, name: &str) -> &'a [Value] {
     asked[name].as_array().map_or(&[], Vec::as_slice)
 }
 
-/// Sends requests, each when the answer to the one before has come.
+/// Sends requests, each after the answer to the previous one.
 fn ask(chip: &mut Chip, requests: &[Value]) {
     for request in requests {
         let answered = chip.own.usb.from_device.len();
@@ -75,7 +75,7 @@ fn ask(chip: &mut Chip, requests: &[Value]) {
     }
 }
 
-/// Lays the frames on the sensor's line from this cycle on; when each byte has come.
+/// Puts the frames on the sensor line from this cycle on. Returns when each byte has arrived.
 fn send(chip: &mut Chip, asked: &Value, start: u64) -> Vec<u64> {
     let baud = asked["baud"].as_u64().unwrap_or(921_600);
     let period = asked["period"].as_u64().unwrap_or(MS);
@@ -103,7 +103,7 @@ fn send(chip: &mut Chip, asked: &Value, start: u64) -> Vec<u64> {
         .collect()
 }
 
-/// Lays what the receiver sends on its pin.
+/// Puts the receiver's bytes on its pin.
 fn fixes(chip: &mut Chip, asked: &Value, start: u64) {
     let bit = 1_000_000 * US / 115_200;
     for message in list(asked, "gnss") {
@@ -123,7 +123,7 @@ fn times(cycles: impl Iterator<Item = u64>) -> String {
     cycles.join(" ")
 }
 
-/// What the chip would not do.
+/// Behaviour that the chip does not have.
 fn wrong(chip: &mut Chip) -> Vec<String> {
     let mut wrong: Vec<_> = chip.own.usb.wrong.iter().cloned().collect();
     if !chip.own.usb.is_open() {
@@ -149,7 +149,7 @@ fn main() {
     ask(&mut chip, list(&asked, "command"));
     let before = chip.own.usb.from_device.clone();
     if asked["restart"].is_array() {
-        chip.run(chip.now() + 250 * MS); // what is stored is begun when the answer comes
+        chip.run(chip.now() + 250 * MS); // storing begins when the answer is sent
         chip.start("power");
         chip.run(chip.now() + 40 * MS);
         ask(&mut chip, list(&asked, "restart"));

@@ -1,5 +1,5 @@
-//! The boot ROM's functions that the image asks for, by their two letters (RP2350 datasheet, 5.4
-//! and 5.5). The real ROM is not at hand, so the flash is changed here.
+//! The boot ROM functions that the image looks up by two letters (RP2350 datasheet, 5.4 and 5.5).
+//! The real ROM is not at hand, so the flash is changed here.
 
 use rp2350_emu::Emulator;
 
@@ -9,30 +9,30 @@ pub const FLASH: usize = 4 << 20;
 const PAGE: usize = 256;
 const SECTOR: usize = 4096;
 const BLOCK: usize = 65_536;
-/// A W25Q32 typically: a page, a sector, a block, us.
+/// Typical times of a W25Q32 for a page, a sector and a block, us.
 const PROGRAM_US: u64 = 400;
 const SECTOR_US: u64 = 45_000;
 const BLOCK_US: u64 = 150_000;
 
-/// The function that finds the others, 16 bytes each, which follow.
+/// Address of the look-up function. The other functions follow, 16 bytes each.
 const LOOK_UP: u32 = 0x100;
 const NAMES: [&[u8; 2]; 6] = [b"IF", b"EX", b"RE", b"RP", b"FC", b"CX"];
 
-/// "Wait here", "go back".
+/// Code of each function: a branch to itself, then `BX LR`.
 const CODE: [u8; 4] = [0xFE, 0xE7, 0x70, 0x47];
 
-/// What is in the flash, and how often it was changed.
+/// Content of the flash, and how often it was changed.
 #[derive(Debug)]
 pub struct Rom {
     /// The flash.
     pub flash: Vec<u8>,
-    /// Sectors erased and pages programmed.
+    /// Number of sectors erased and of pages programmed.
     pub counts: [usize; 2],
     ends: Option<u64>,
 }
 
 impl Rom {
-    /// With this flash.
+    /// A ROM with this flash.
     pub const fn new(flash: Vec<u8>) -> Self {
         Self {
             flash,
@@ -41,7 +41,7 @@ impl Rom {
         }
     }
 
-    /// The ROM's bytes: it begins the image as the boot ROM does, with its stack and its entry.
+    /// The ROM's bytes: it starts the image as the boot ROM does, with its stack and its entry.
     pub fn bytes(&self) -> Vec<u8> {
         let mut rom = vec![0; 32 * 1024];
         rom[..8].copy_from_slice(&self.flash[..8]);
@@ -53,7 +53,7 @@ impl Rom {
         rom
     }
 
-    /// The core is about to run at this address of the ROM.
+    /// Called when the core is about to run at this address of the ROM.
     pub fn at(&mut self, emulator: &mut Emulator, pc: u32, now: u64, cycles_a_us: u64) {
         match self.ends {
             None if pc < LOOK_UP || !pc.is_multiple_of(16) => {} // on the way back
@@ -70,9 +70,9 @@ impl Rom {
         }
     }
 
-    /// Calls a function by its place; how long it takes, us.
-    fn call(&mut self, emulator: &mut Emulator, place: usize, of: [u32; 3]) -> u64 {
-        let Some(before) = place.checked_sub(1) else {
+    /// Calls a function by its index. Returns how long it takes, us.
+    fn call(&mut self, emulator: &mut Emulator, index: usize, of: [u32; 3]) -> u64 {
+        let Some(before) = index.checked_sub(1) else {
             let is = |name: &&[u8; 2]| u32::from(u16::from_le_bytes(**name)) == of[0];
             let found = NAMES.iter().position(is);
             let address = found.map_or(0, |n| LOOK_UP + 16 * (n as u32 + 1) + 1);
@@ -83,7 +83,7 @@ impl Rom {
         self.change(emulator, function, of)
     }
 
-    /// Erases or programs; how long it takes, us.
+    /// Erases or programs. Returns how long it takes, us.
     fn change(&mut self, emulator: &mut Emulator, function: &[u8; 2], of: [u32; 3]) -> u64 {
         let from = of[0] as usize;
         match function {
@@ -96,9 +96,9 @@ impl Rom {
             }
             b"RP" => {
                 let len = of[2] as usize;
-                // a 1 leaves a bit as it is: the driver fills a page up with them
-                for (n, place) in self.flash[from..from + len].iter_mut().enumerate() {
-                    *place &= emulator.bus.read8(of[1] + n as u32, 0);
+                // a 1 leaves a bit unchanged: the driver pads a page with ones
+                for (n, cell) in self.flash[from..from + len].iter_mut().enumerate() {
+                    *cell &= emulator.bus.read8(of[1] + n as u32, 0);
                 }
                 self.counts[1] += len / PAGE;
                 emulator.load_flash(&self.flash);

@@ -1,7 +1,7 @@
 //! A UART of the chip: Arm's PL011 (DDI 0183, revision r1p5) with buffers of 32 bytes.
 //!
-//! The emulator's own has buffers of 16, receives nothing, and holds its interrupt to the level of
-//! the buffer, where the chip interrupts when the level is passed.
+//! The emulator's own has buffers of 16, receives nothing, and keeps its interrupt set while the
+//! level of the buffer is exceeded, where the chip interrupts when it is crossed.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ const TX: u32 = 1 << 5;
 const TIMEOUT: u32 = 1 << 6;
 /// Framing, parity, break, overrun: bits 7 to 10 of UARTRIS, bits 8 to 11 of UARTDR.
 const ERRORS: u32 = 0xF << 7;
-/// Flags that a byte can come with, as in UARTDR.
+/// Error flags of a received byte, as in UARTDR.
 pub const FRAMING: u16 = 1 << 8;
 /// An overrun.
 pub const OVERRUN: u16 = 1 << 11;
@@ -22,21 +22,21 @@ pub const OVERRUN: u16 = 1 << 11;
 /// UARTCR: on, out, in.
 const ENABLED: [u32; 3] = [1 << 0, 1 << 8, 1 << 9];
 
-/// Its state.
+/// A UART.
 #[derive(Debug, Default)]
 pub struct Uart {
     registers: [u32; 19],
     ris: u32,
     into: VecDeque<u16>,
     out: VecDeque<u8>,
-    /// When the byte that is being sent has left.
+    /// When the byte in transmission has left.
     busy_until: Option<u64>,
-    /// When the last byte came, while the pause behind it has not been told.
+    /// When the last byte arrived, until the pause after it is reported.
     came: Option<u64>,
     overrun: bool,
-    /// What will come, and when its stop bit ends, cycles.
+    /// Bytes that will arrive, and when their stop bits end, cycles.
     pub arrivals: VecDeque<(u64, u16)>,
-    /// What has left.
+    /// Bytes sent.
     pub sent: Vec<u8>,
     /// When the start bit of each byte sent began, cycles.
     pub began: Vec<u64>,
@@ -49,20 +49,20 @@ impl Uart {
     const LEVELS: usize = 13;
     const MASK: usize = 14;
 
-    /// Units of a cycle/64 in sixteen parts of a bit: the divider of UARTIBRD and UARTFBRD.
+    /// The divider of UARTIBRD and UARTFBRD: duration of a sixteenth of a bit, in cycles/64.
     pub fn divider(&self) -> u64 {
         let [whole, part] = Self::DIVIDER.map(|at| u64::from(self.registers[at]));
         whole * 64 + part
     }
 
-    /// Bits of a byte, with start, stop and parity.
+    /// Bits per character, with start, stop and parity.
     pub fn bits(&self) -> u64 {
         let format = self.registers[Self::FORMAT];
         let [parity, two] = [1, 3].map(|bit| u64::from(format >> bit & 1));
         7 + u64::from(format >> 5 & 3) + parity + two
     }
 
-    /// Cycles of so many bits.
+    /// Duration of a number of bits, cycles.
     fn time(&self, bits: u64) -> u64 {
         bits * self.divider() / 4
     }
@@ -72,13 +72,13 @@ impl Uart {
         control & ENABLED[0] != 0 && control & ENABLED[which] != 0
     }
 
-    /// Bytes at which it interrupts: out (0) and in (1).
+    /// Buffer level at which it interrupts, bytes: transmit (0) or receive (1).
     fn level(&self, which: usize) -> usize {
         let select = self.registers[Self::LEVELS] >> (3 * which) & 7;
         DEPTH * [1, 2, 4, 6, 7][select.min(4) as usize] / 8
     }
 
-    /// The interrupt's line.
+    /// Level of the interrupt line.
     pub fn interrupts(&self) -> bool {
         self.ris & self.registers[Self::MASK] != 0
     }
@@ -94,7 +94,7 @@ impl Uart {
             .unwrap_or(u64::MAX)
     }
 
-    /// Brings it to this cycle.
+    /// Advances it to this cycle.
     pub fn advance(&mut self, now: u64) {
         while let Some((at, byte)) = self.arrivals.pop_front_if(|(at, _)| *at <= now) {
             self.receive(at, byte);
@@ -107,7 +107,7 @@ impl Uart {
             self.busy_until = None;
             if let Some(byte) = self.out.pop_front() {
                 self.begin(until, byte);
-                // told when the level is passed, not while it holds
+                // reported when the level is crossed, not while it is exceeded
                 if self.out.len() == self.level(0) {
                     self.ris |= TX;
                 }
@@ -163,7 +163,7 @@ impl Uart {
             | u32::from(self.out.is_empty()) << 7
     }
 
-    /// A register.
+    /// Reads a register.
     pub fn read(&mut self, offset: u32) -> u32 {
         match offset {
             0x00 => self.take(),
@@ -175,7 +175,7 @@ impl Uart {
         }
     }
 
-    /// A register, at this cycle.
+    /// Writes a register, at this cycle.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) {
         match offset {
             0x00 if !self.is_on(1) || self.out.len() == DEPTH => {}

@@ -1,7 +1,7 @@
 //! The USB device controller (RP2350 datasheet, 12.7), and a host that opens the device as a serial
 //! line (CDC ACM).
 //!
-//! The emulator has registers and memory of the controller, and nobody at the other end.
+//! The emulator has registers and memory of the controller, but no host.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ const ENABLED: usize = 0x90;
 const FORCED: usize = 0x94;
 const INTERRUPTS: usize = 0x98;
 
-/// SIE_CTRL: the device shows itself.
+/// SIE_CTRL: the device attaches to the bus.
 const PULL_UP: u32 = 1 << 16;
 /// SIE_STATUS.
 const SETUP: u32 = 1 << 17;
@@ -42,11 +42,11 @@ enum Step {
     Unplugged,
     /// Holds the bus in reset.
     Reset,
-    /// Asks: eight bytes of request and, if any, what follows.
+    /// Sends a request: eight bytes and, if any, data that follow.
     Ask,
     /// Reads what a request returns.
     Answer,
-    /// Sends what follows a request.
+    /// Sends the data of a request.
     Follow,
     /// Ends a request.
     Status(Way),
@@ -68,11 +68,11 @@ pub struct Usb {
     bulk: [Option<usize>; 2],
     odd: [bool; 2],
     control_odd: bool,
-    /// For the device.
+    /// Bytes for the device.
     pub to_device: VecDeque<u8>,
-    /// From the device.
+    /// Bytes from the device.
     pub from_device: Vec<u8>,
-    /// What the host did not understand.
+    /// The first error that the host found.
     pub wrong: Option<String>,
 }
 
@@ -103,7 +103,7 @@ impl Default for Usb {
 }
 
 impl Usb {
-    /// The line is open.
+    /// Whether the line is open.
     pub fn is_open(&self) -> bool {
         matches!(self.step, Step::Open)
     }
@@ -115,12 +115,12 @@ impl Usb {
             | u32::from(status & SETUP != 0) << 16
     }
 
-    /// The interrupt's line.
+    /// Level of the interrupt line.
     pub fn interrupts(&self) -> bool {
         self.read(INTERRUPTS as u32) != 0
     }
 
-    /// A register.
+    /// Reads a register.
     pub fn read(&self, offset: u32) -> u32 {
         match offset as usize {
             RAW => self.raw(),
@@ -129,7 +129,7 @@ impl Usb {
         }
     }
 
-    /// A register.
+    /// Writes a register.
     pub fn write(&mut self, offset: u32, value: u32) {
         let at = offset as usize;
         match at {
@@ -143,7 +143,7 @@ impl Usb {
         }
     }
 
-    /// Bytes of its memory.
+    /// Reads bytes of its memory.
     pub fn load(&self, offset: u32, bytes: usize) -> u32 {
         let at = offset as usize % 4096;
         let mut word = [0; 4];
@@ -151,7 +151,7 @@ impl Usb {
         u32::from_le_bytes(word)
     }
 
-    /// Bytes of its memory.
+    /// Writes bytes of its memory.
     pub fn store(&mut self, offset: u32, value: u32, bytes: usize) {
         let at = offset as usize % 4096;
         self.memory[at..at + bytes].copy_from_slice(&value.to_le_bytes()[..bytes]);
@@ -200,7 +200,7 @@ impl Usb {
         self.registers[BUFFERS / 4] |= 1 << (endpoint * 2 + usize::from(way == Way::Out));
     }
 
-    /// What the device sends in a packet, if it has one.
+    /// Takes a packet from the device, if it has one.
     fn packet_in(&mut self, endpoint: usize, odd: bool) -> Option<Vec<u8>> {
         let (at, word) = self.buffer(endpoint, Way::In, odd)?;
         let packet = self.memory[at..at + (word & LENGTH) as usize].to_vec();
@@ -208,7 +208,7 @@ impl Usb {
         Some(packet)
     }
 
-    /// Gives the device a packet, if it takes one.
+    /// Gives the device a packet. Returns whether it accepts one.
     fn packet_out(&mut self, endpoint: usize, odd: bool, packet: &[u8]) -> bool {
         let Some((at, word)) = self.buffer(endpoint, Way::Out, odd) else {
             return false;
@@ -222,7 +222,7 @@ impl Usb {
         true
     }
 
-    /// One packet of the host.
+    /// Lets the host exchange one packet.
     pub fn turn(&mut self) {
         match self.step {
             Step::Unplugged if self.registers[SIE_CONTROL / 4] & PULL_UP != 0 => {
@@ -286,7 +286,7 @@ impl Usb {
             return;
         };
         if request[..2] == [0, 5] && self.registers[ADDRESS / 4] == 0 {
-            // the device takes it after the status; the host would wait 2 ms
+            // the device applies it after the status; a real host would wait 2 ms
             self.step = Step::Ask;
             return;
         }
@@ -296,7 +296,7 @@ impl Usb {
         self.step = Step::Ask;
     }
 
-    /// The line's two endpoints, from the configuration's descriptor.
+    /// Reads the line's two endpoints from the configuration descriptor.
     fn endpoints(&mut self) {
         let mut rest = &self.answer[..];
         while let [len, kind, ..] = *rest {

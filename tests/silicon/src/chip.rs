@@ -1,9 +1,10 @@
-//! Finds core and chip by their identity registers, because one image runs on all of them.
+//! Identifies core and chip by their identity registers, because one image runs on all of them.
 
-/// Where an STM32F4 or F7 has its device id, DBGMCU_IDCODE (RM0090, RM0410: "MCU device ID code"),
-/// bits 11:0.
+/// Address of the device id of an STM32F4 or F7, DBGMCU_IDCODE (RM0090, RM0410: "MCU device ID
+/// code"), bits 11:0.
 pub const ID_F4_F7: u32 = 0xE004_2000;
-/// Where an STM32H7 has it for its own core, DBGMCU_IDC (RM0433). On an F7 nothing is there.
+/// Address of the device id of an STM32H7, seen by its own core: DBGMCU_IDC (RM0433). On an F7
+/// nothing is there.
 pub const ID_H7: u32 = 0x5C00_1000;
 /// FLASH_ACR: wait states in bits 3:0 (RM0090, RM0410, RM0433).
 const ACR_F4_F7: u32 = 0x4002_3C00;
@@ -21,7 +22,7 @@ pub enum Core {
 }
 
 impl Core {
-    /// By the value of CPUID.
+    /// The core for a value of CPUID.
     pub const fn of(cpuid: u32) -> Self {
         match cpuid >> 4 & 0xFFF {
             0xC24 => Self::M4,
@@ -39,7 +40,7 @@ impl Core {
         }
     }
 
-    /// Whether the work of this name is the form of the kernel that is written for this core.
+    /// Whether the piece of work of this name is the form of the kernel for this core.
     pub fn own_form(self, work: &str) -> bool {
         match self {
             Self::M4 => work.ends_with("_m4"),
@@ -49,28 +50,28 @@ impl Core {
     }
 }
 
-/// What the bench does about the clock.
+/// How the bench sets up the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
     /// 168 MHz, set up as the board image does.
     Board,
     /// Left at the internal oscillator that runs after reset, MHz: cycles are counted, not seconds.
     Reset(u8),
-    /// Left as it is, whatever that is.
+    /// Left unchanged; not known.
     Unknown,
 }
 
-/// What the bench has to know about a chip.
+/// Properties of a chip that the bench needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chip {
     /// The family.
     pub name: &'static str,
-    /// What is done about the clock.
+    /// How its clock is set up.
     pub clock: Clock,
     /// Address of FLASH_ACR.
     pub flash_acr: Option<u32>,
-    /// KiB from 0x2000_0000 on that are the core's own memory (DTCM), which is never cached; what
-    /// follows is SRAM.
+    /// KiB from 0x2000_0000 on that are the core's own memory (DTCM), which is never cached; SRAM
+    /// follows.
     pub dtcm: u8,
 }
 
@@ -144,15 +145,15 @@ const UNKNOWN: Chip = Chip {
 /// only when the F4's and F7's address gave no known id.
 pub fn identify(core: Core, mut read: impl FnMut(u32) -> Option<u32>) -> Found {
     let mut last = 0;
-    for place in [ID_F4_F7, ID_H7] {
+    for address in [ID_F4_F7, ID_H7] {
         let here = || {
             let known = KNOWN.iter();
-            known.filter(move |(its_core, at, ..)| *its_core == core && *at == place)
+            known.filter(move |(its_core, at, ..)| *its_core == core && *at == address)
         };
         if here().next().is_none() {
             continue;
         }
-        let Some(word) = read(place) else { continue };
+        let Some(word) = read(address) else { continue };
         let id = (word & 0xFFF) as u16;
         if let Some((.., chip)) = here().find(|(_, _, its_id, _)| *its_id == id) {
             return Found { chip: *chip, id };
@@ -189,11 +190,11 @@ mod tests {
 
     #[test]
     fn each_chip_where_it_has_its_id() {
-        for (core, place, id, chip) in KNOWN {
+        for (core, address, id, chip) in KNOWN {
             // Revision, and reserved bits that an H743 sets.
             let word = 0x1003_0000 | 0x6000 | u32::from(id);
             assert_eq!(
-                identify(core, read_of(&[(place, word)])),
+                identify(core, read_of(&[(address, word)])),
                 Found { chip, id }
             );
         }
@@ -201,7 +202,7 @@ mod tests {
 
     #[test]
     fn only_the_f405_gets_the_boards_clock() {
-        let chip = |core, place, word| identify(core, read_of(&[(place, word)])).chip;
+        let chip = |core, address, word| identify(core, read_of(&[(address, word)])).chip;
         for word in [0x100F_6413, 0x2000_6411] {
             assert_eq!(chip(Core::M4, ID_F4_F7, word).clock, Clock::Board);
         }
@@ -210,7 +211,7 @@ mod tests {
                 .iter()
                 .all(|(_, _, id, chip)| chip.clock != Clock::Board || [0x413, 0x411].contains(id))
         );
-        // the same ids on another core, or in another place, are not its
+        // the same ids on another core, or at another address, are not its
         assert_eq!(chip(Core::M7, ID_F4_F7, 0x413).clock, Clock::Unknown);
         assert_eq!(chip(Core::M7, ID_H7, 0x413).clock, Clock::Unknown);
         assert_eq!(chip(Core::M4, ID_F4_F7, 0x450).clock, Clock::Unknown);
@@ -218,7 +219,7 @@ mod tests {
     }
 
     /// The addresses that are read on a chip, in order, without the zeros behind them.
-    fn places(core: Core, words: &[(u32, u32)]) -> [u32; 2] {
+    fn addresses(core: Core, words: &[(u32, u32)]) -> [u32; 2] {
         let (mut seen, mut count) = ([0; 2], 0);
         let mut read = read_of(words);
         identify(core, |address| {
@@ -230,14 +231,14 @@ mod tests {
     }
 
     #[test]
-    fn the_second_place_is_read_on_an_m7_alone_and_only_after_the_first() {
-        assert_eq!(places(Core::M4, &[(ID_F4_F7, 0x413)]), [ID_F4_F7, 0]);
-        assert_eq!(places(Core::M4, &[(ID_F4_F7, 0)]), [ID_F4_F7, 0]); // QEMU
-        assert_eq!(places(Core::M4, &[]), [ID_F4_F7, 0]);
-        assert_eq!(places(Core::M7, &[(ID_F4_F7, 0x451)]), [ID_F4_F7, 0]);
-        assert_eq!(places(Core::M7, &[(ID_F4_F7, 0)]), [ID_F4_F7, ID_H7]);
-        assert_eq!(places(Core::M7, &[(ID_H7, 0x450)]), [ID_F4_F7, ID_H7]);
-        assert_eq!(places(Core::Other, &[]), [0, 0]);
+    fn the_second_address_is_read_only_on_an_m7_and_after_the_first() {
+        assert_eq!(addresses(Core::M4, &[(ID_F4_F7, 0x413)]), [ID_F4_F7, 0]);
+        assert_eq!(addresses(Core::M4, &[(ID_F4_F7, 0)]), [ID_F4_F7, 0]); // QEMU
+        assert_eq!(addresses(Core::M4, &[]), [ID_F4_F7, 0]);
+        assert_eq!(addresses(Core::M7, &[(ID_F4_F7, 0x451)]), [ID_F4_F7, 0]);
+        assert_eq!(addresses(Core::M7, &[(ID_F4_F7, 0)]), [ID_F4_F7, ID_H7]);
+        assert_eq!(addresses(Core::M7, &[(ID_H7, 0x450)]), [ID_F4_F7, ID_H7]);
+        assert_eq!(addresses(Core::Other, &[]), [0, 0]);
     }
 
     #[test]

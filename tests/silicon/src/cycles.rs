@@ -14,7 +14,7 @@ const FEW: u32 = 25;
 /// Cortex-M4, 1 on an M7.
 const TURNS: u32 = 1_000_000;
 
-/// Does and reports every piece of work; returns whether all went well.
+/// Runs and reports every piece of work; returns whether all succeeded.
 pub fn measure(core: Core) -> bool {
     let start = DWT::cycle_count();
     cortex_m::asm::delay(TURNS);
@@ -36,7 +36,7 @@ pub fn measure(core: Core) -> bool {
 
 struct Cycles {
     core: Core,
-    /// There is a counter.
+    /// Whether there is a counter.
     there: bool,
     /// Cycles of [`MANY`] repetitions of the empty loop.
     empty: u32,

@@ -10,7 +10,7 @@ unsafe extern "C" {
 }
 
 // SAFETY: `cortex-m-rt` puts this section behind the exceptions and expects this name with its
-// feature `device`; no interrupt is let through.
+// feature `device`; no interrupt is enabled.
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [unsafe extern "C" fn(); 1] = [DefaultHandler];

@@ -7,17 +7,16 @@ use cortex_m::peripheral::SCB;
 /// CCR.BFHFNMIGN: code at priority -1 ignores bus faults of its loads (ARM DDI 0403, B3.2.8: "to
 /// probe system devices and bridges").
 const IGNORE: u32 = 1 << 8;
-/// CFSR: what bus faults leave.
+/// CFSR: flags of bus faults.
 const BUS_FAULTS: u32 = 0xFF00;
 
 /// The word at `address`, a multiple of 4; `None` when the bus answers with a fault. No fault
 /// handler runs.
 pub fn word(scb: &SCB, address: u32) -> Option<u32> {
     let value: u32;
-    // SAFETY: a load has no effect on memory, and the places that are asked for are registers
-    // without an effect of reading. FAULTMASK makes the priority -1, where with BFHFNMIGN a bus
-    // fault leaves its mark in CFSR and an unusable value, and nothing else. Both are as before
-    // afterwards.
+    // SAFETY: a load has no effect on memory, and the addresses read are registers without side
+    // effects. FAULTMASK makes the priority -1, where with BFHFNMIGN a bus fault only sets a flag
+    // in CFSR and gives an invalid value. Both registers are restored afterwards.
     unsafe {
         scb.cfsr.write(BUS_FAULTS); // written ones clear
         scb.ccr.modify(|ccr| ccr | IGNORE);
@@ -36,7 +35,7 @@ pub fn word(scb: &SCB, address: u32) -> Option<u32> {
         scb.ccr.modify(|ccr| ccr & !IGNORE);
     }
     let fault = scb.cfsr.read() & BUS_FAULTS != 0;
-    // SAFETY: clears what has been looked at.
+    // SAFETY: clears flags that have been read.
     unsafe { scb.cfsr.write(BUS_FAULTS) };
     (!fault).then_some(value)
 }

@@ -1,4 +1,4 @@
-//! What goes wrong, and when. All of it follows from the seed.
+//! The disturbances and their times. All follow from the seed.
 
 use crate::random::Random;
 use firmware::control::recording::Order;
@@ -6,7 +6,7 @@ use firmware::control::{Alignment, Mode, Window};
 use firmware::fix::Heading;
 use firmware::wire::command::{MAX_CHUNK, Request};
 
-/// One begins every so many seconds on average.
+/// Mean time between the starts of disturbances, s.
 const EVERY_S: u32 = 15;
 
 macro_rules! kinds {
@@ -18,7 +18,7 @@ macro_rules! kinds {
             $($(#[$doc])+ $kind,)+
         }
 
-        /// All of them, with the longest time each lasts, ms; 0: one sample.
+        /// All kinds, with the longest duration of each, ms; 0: one sample.
         pub const KINDS: [(Kind, u32); [$(stringify!($kind)),+].len()] =
             [$((Kind::$kind, $lasts)),+];
     };
@@ -31,7 +31,7 @@ kinds! {
     SensorLost = 0;
     /// The sensor is silent.
     Silence = 4000;
-    /// The sensor starts anew: it is silent, then counts from zero.
+    /// The sensor restarts: it is silent, then counts from zero.
     Restart = 3000;
     /// Bytes of another format, text and noise stand between the frames.
     Garbage = 2000;
@@ -41,9 +41,9 @@ kinds! {
     Twice = 1000;
     /// Frames are missing.
     Missing = 2000;
-    /// The main loop is held up, so that several frames come at once.
+    /// The main loop is delayed, so that several frames are pending at once.
     HeldUp = 3000;
-    /// The values stand still.
+    /// The values do not change.
     Stuck = 3000;
     /// The values are at the ends of their fields.
     Extreme = 500;
@@ -53,7 +53,7 @@ kinds! {
     FixLate = 20000;
     /// The receiver is silent.
     FixSilence = 60000;
-    /// Many fixes come at once, with times of their own.
+    /// Many fixes arrive at once, each with its own time.
     FixFlood = 500;
     /// The receiver's bytes are damaged.
     ReceiverNoise = 10000;
@@ -63,7 +63,7 @@ kinds! {
     CommandFlood = 1000;
     /// The command link carries noise.
     CommandNoise = 500;
-    /// The navigation computer's line has no room.
+    /// The navigation computer's line is full.
     OutputFull = 1000;
     /// The navigation computer sends to the sensor.
     Reverse = 500;
@@ -77,22 +77,22 @@ kinds! {
     Reset = 0;
 }
 
-/// How many kinds there are.
+/// Number of kinds.
 pub const COUNT: usize = KINDS.len();
 
-/// What is wrong now.
+/// The current disturbances.
 #[derive(Debug, Clone)]
 pub struct Disturb {
     random: Random,
     rate: u32,
-    /// How many samples each still lasts.
+    /// Remaining samples of each kind.
     left: [u32; COUNT],
     /// How often each has begun.
     pub begun: [u32; COUNT],
 }
 
 impl Disturb {
-    /// Nothing is wrong yet.
+    /// Without a disturbance yet.
     #[must_use]
     pub fn new(random: Random, rate: u32) -> Disturb {
         Disturb {
@@ -103,7 +103,7 @@ impl Disturb {
         }
     }
 
-    /// The next sample.
+    /// Advances to the next sample.
     pub fn step(&mut self) {
         for left in &mut self.left {
             *left = left.saturating_sub(1);
@@ -129,13 +129,13 @@ impl Disturb {
         }
     }
 
-    /// Whether this is wrong now.
+    /// Whether this disturbance is present now.
     #[must_use]
     pub fn is(&self, kind: Kind) -> bool {
         self.left.get(kind as usize).is_some_and(|left| *left > 0)
     }
 
-    /// One of so many.
+    /// True with probability 1 / `of`.
     pub fn chance(&mut self, of: u32) -> bool {
         self.random.below(of) == 0
     }
@@ -147,12 +147,12 @@ impl Disturb {
         }
     }
 
-    /// A number below another.
+    /// A random number below `below`.
     pub fn below(&mut self, below: u32) -> u32 {
         self.random.below(below)
     }
 
-    /// A mode; learn most often.
+    /// A random mode; learn most often.
     pub fn mode(&mut self) -> Mode {
         match self.random.below(6) {
             0 => Mode::Bypass,
@@ -162,7 +162,7 @@ impl Disturb {
         }
     }
 
-    /// Any request but those that have kinds of their own. `bytes` are for pieces of images.
+    /// Any request except those that have kinds of their own. `bytes` are for pieces of images.
     pub fn request<'b>(&mut self, bytes: &'b mut [u8; MAX_CHUNK]) -> Request<'b> {
         let offset = self.random.below(700);
         let length = self.random.below(140) as u16;

@@ -8,7 +8,7 @@ use embedded_storage::nor_flash::{
 
 /// Bytes of a sector: room for one record.
 const SECTOR: usize = 4352;
-/// Bytes of both.
+/// Bytes of both sectors.
 pub const LEN: usize = 2 * SECTOR;
 
 /// The flash.
@@ -18,23 +18,23 @@ pub struct Flash {
 }
 
 impl Flash {
-    /// Erased.
+    /// An erased flash.
     pub const BLANK: Flash = Flash { bytes: [0xFF; LEN] };
 
-    /// Both sectors are erased.
+    /// Erases both sectors.
     pub fn clear(&mut self) {
         self.bytes.fill(0xFF);
     }
 }
 
-/// The flash in use. While `fails` says so, erasing and writing fail.
+/// The flash in use. While `fails` is set, erasing and writing fail.
 #[derive(Debug)]
 pub struct Failing<'f> {
     pub flash: &'f mut Flash,
     pub fails: &'f Cell<bool>,
 }
 
-/// It failed, or was told to do what it cannot do.
+/// Erasing or writing failed, or was out of range.
 #[derive(Debug, Clone, Copy)]
 pub struct Failed;
 
@@ -70,8 +70,8 @@ impl NorFlash for Failing<'_> {
         if self.fails.get() {
             return Err(Failed);
         }
-        let place = self.flash.bytes.get_mut(from as usize..to as usize);
-        place.ok_or(Failed)?.fill(0xFF);
+        let sector = self.flash.bytes.get_mut(from as usize..to as usize);
+        sector.ok_or(Failed)?.fill(0xFF);
         Ok(())
     }
 
@@ -79,13 +79,13 @@ impl NorFlash for Failing<'_> {
         if self.fails.get() {
             return Err(Failed);
         }
-        let place = self.flash.bytes.get_mut(offset as usize..).ok_or(Failed)?;
-        let place = place.get_mut(..bytes.len()).ok_or(Failed)?;
-        for (place, byte) in place.iter_mut().zip(bytes) {
-            if *place != 0xFF {
+        let target = self.flash.bytes.get_mut(offset as usize..).ok_or(Failed)?;
+        let target = target.get_mut(..bytes.len()).ok_or(Failed)?;
+        for (cell, byte) in target.iter_mut().zip(bytes) {
+            if *cell != 0xFF {
                 return Err(Failed); // a word is written once
             }
-            *place = *byte;
+            *cell = *byte;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! The four lines. That of the navigation computer compares what leaves with what came.
+//! The four lines. That of the navigation computer compares output with input.
 
 use core::cell::RefCell;
 use firmware::link::{Full, Line, Lost};
@@ -6,21 +6,21 @@ use firmware::wire::framer::CAPACITY;
 use firmware::wire::{Checked, ImuFormat};
 use heapless::Deque;
 
-/// Bytes that wait at a line, at most.
+/// Most bytes that wait at a line.
 pub const ROOM: usize = 2048;
 
 /// Bytes on their way to the application.
 #[derive(Debug, Default)]
 pub struct Input {
     pub bytes: Deque<u8, ROOM>,
-    /// The line reports a loss before it gives them.
+    /// The line reports a loss before it delivers them.
     pub lost: bool,
-    /// What is sent on this line goes into the digest.
+    /// Digest of the bytes sent on this line.
     pub digest: Digest,
 }
 
 impl Input {
-    /// Bytes come; those that find no room are lost.
+    /// Receives bytes; those without room are lost.
     pub fn come(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.lost |= self.bytes.push_back(*byte).is_err();
@@ -32,11 +32,11 @@ impl Input {
             return Err(Lost);
         }
         let mut len = 0;
-        for place in buffer {
+        for slot in buffer {
             let Some(byte) = self.bytes.pop_front() else {
                 break;
             };
-            *place = byte;
+            *slot = byte;
             len += 1;
         }
         Ok(len)
@@ -83,15 +83,15 @@ impl Digest {
     }
 }
 
-/// What has come from the sensor and has not left.
+/// Bytes received from the sensor that have not left.
 #[derive(Debug, Default)]
 pub struct Passing {
     bytes: Deque<u8, { 4 * CAPACITY }>,
-    /// Bytes that the line had no room to note: a fault of the test itself.
+    /// The line had no room to note all bytes: a fault of the test itself.
     pub overrun: bool,
 }
 
-/// The sensor's line as the application sees it: what it takes is noted.
+/// The application's end of the sensor line: received bytes are noted.
 #[derive(Debug)]
 pub struct Noted<'p, L> {
     pub line: L,
@@ -121,34 +121,34 @@ const LONGEST: usize = 256;
 pub struct Out<'p> {
     pub input: Input,
     pub passing: &'p RefCell<Passing>,
-    /// It has no room.
+    /// It is full.
     pub full: bool,
-    /// Nothing may be changed now.
+    /// Nothing may be changed at present.
     pub exact: bool,
     pub seen: Seen,
     format: ImuFormat,
-    /// What left.
+    /// Digest of the bytes sent.
     pub digest: Digest,
 }
 
-/// What was seen on the line.
+/// Counts of the messages on the line.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Seen {
-    /// Messages that left as they came, and that were changed.
+    /// Messages that left unchanged, and that were changed.
     pub same: u64,
     pub changed: u64,
-    /// Messages that are no frame, or became none, and are not what came.
+    /// Changed messages that are not frames, before or after the change.
     pub wrong: u64,
     /// Frames that were changed where nothing should be.
     pub inexact: u64,
-    /// Bytes that nobody sent.
+    /// Bytes that were not received.
     pub made_up: u64,
     /// Messages that found no room.
     pub full: u64,
 }
 
 impl<'p> Out<'p> {
-    /// Of frames of this format.
+    /// A line for frames of this format.
     pub fn new(passing: &'p RefCell<Passing>, format: ImuFormat) -> Out<'p> {
         Out {
             input: Input::default(),
@@ -161,7 +161,7 @@ impl<'p> Out<'p> {
         }
     }
 
-    /// Bytes that have come and not left.
+    /// Bytes received that have not left.
     pub fn inside(&self) -> usize {
         self.passing.borrow().bytes.len()
     }
@@ -170,10 +170,10 @@ impl<'p> Out<'p> {
         let mut came = [0; LONGEST];
         let mut passing = self.passing.borrow_mut();
         let mut differ = 0;
-        for (place, byte) in came.iter_mut().zip(message) {
+        for (slot, byte) in came.iter_mut().zip(message) {
             match passing.bytes.pop_front() {
                 Some(was) => {
-                    *place = was;
+                    *slot = was;
                     differ += u64::from(was != *byte);
                 }
                 None => self.seen.made_up += 1,
@@ -184,8 +184,8 @@ impl<'p> Out<'p> {
             return;
         }
         let mut left = [0; LONGEST];
-        for (place, byte) in left.iter_mut().zip(message) {
-            *place = *byte;
+        for (slot, byte) in left.iter_mut().zip(message) {
+            *slot = *byte;
         }
         let len = message.len().min(LONGEST);
         let format = self.format;

@@ -5,7 +5,7 @@
 pub struct Random(u64);
 
 impl Random {
-    /// `stream` numbers of the same seed are told apart.
+    /// `stream` selects independent streams of the same seed.
     pub fn new(seed: u64, stream: u64) -> Random {
         let mut random = Random((seed ^ stream.rotate_left(40)) | 1 << 63);
         for _ in 0..8 {
@@ -22,7 +22,7 @@ impl Random {
         (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 32) as u32
     }
 
-    /// From 0 to `below`, which is at least 1; without it.
+    /// From 0 to `below` - 1; `below` is at least 1.
     pub fn below(&mut self, below: u32) -> u32 {
         ((u64::from(self.next()) * u64::from(below.max(1))) >> 32) as u32
     }
@@ -32,7 +32,7 @@ impl Random {
         (self.next().cast_signed() >> 8) as f32 * (1.0 / 8_388_608.0)
     }
 
-    /// About normal, with standard deviation 1: a sum of four.
+    /// Approximately normal, with standard deviation 1: a sum of four numbers.
     pub fn normal(&mut self) -> f32 {
         let sum = self.signed() + self.signed() + self.signed() + self.signed();
         sum * 0.866_025_4

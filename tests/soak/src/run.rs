@@ -20,13 +20,13 @@ use firmware::wire::command::{Counters, MAX_CHUNK, MAX_PACKET, Request, encode};
 use firmware::wire::framer::{CAPACITY, LONGEST};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
-/// A pass more often than this without rest is an endless loop.
+/// More passes than this without idle time are an endless loop.
 const PASSES: u32 = 4000;
 
-/// What is to be run.
+/// Parameters of a soak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
-    /// Everything follows from it.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Simulated time, s.
     pub seconds: u32,
@@ -34,7 +34,7 @@ pub struct Plan {
     pub rate: u32,
 }
 
-/// All memory that the soak has besides the stack.
+/// All memory of the soak besides the stack.
 #[derive(Debug)]
 pub struct Memory {
     windows: WindowLearner,
@@ -45,7 +45,7 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// As new.
+    /// Initial content.
     pub const ZEROED: Memory = Memory {
         windows: WindowLearner::new(),
         fixes: FixMemory::ZEROED,
@@ -55,7 +55,7 @@ impl Memory {
     };
 }
 
-/// What must not happen.
+/// A violation of the requirements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Violation {
     /// A message that is no frame was changed.
@@ -64,17 +64,17 @@ pub enum Violation {
     Inexact,
     /// Bytes left that had not come.
     MadeUp,
-    /// More bytes are inside than the framer holds.
+    /// More bytes are pending than the framer has room for.
     Kept,
-    /// The application did not come to rest.
+    /// The application did not become idle.
     Restless,
     /// A counter went back.
     Counter,
-    /// A correction was beyond its limit, or no number.
+    /// A correction was beyond its limit, or not a number.
     Limit,
-    /// The store gave something that was not stored.
+    /// The store returned something that was not stored.
     Store,
-    /// What the black box holds does not play to the same bytes.
+    /// Replaying the black box does not give the same bytes.
     BlackBox,
     /// The soak's own buffers were too small.
     Overrun,
@@ -83,22 +83,22 @@ pub enum Violation {
 /// The lines, as in [`Report::lines`].
 pub const LINES: [&str; 4] = ["navigation computer", "commands", "receiver", "sensor"];
 
-/// What came of it.
+/// Result of a soak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Report {
-    /// Digest of all that left on all lines.
+    /// Digest of the output of all lines.
     pub digest: u64,
-    /// Of each of [`LINES`].
+    /// Digest of each of [`LINES`].
     pub lines: [u64; 4],
-    /// Bytes of the sensor that came.
+    /// Bytes received from the sensor.
     pub came: u64,
-    /// Bytes that left on all lines.
+    /// Bytes sent on all lines.
     pub left: u64,
     /// Samples of the sensor.
     pub samples: u64,
-    /// Times the device was switched on.
+    /// Number of power-ons.
     pub power_ons: u32,
-    /// Messages that left as they came.
+    /// Messages that left unchanged.
     pub same: u64,
     /// Frames that left corrected.
     pub corrected: u64,
@@ -112,9 +112,9 @@ pub struct Report {
     pub failed: u32,
     /// How often each kind of disturbance began.
     pub begun: [u32; COUNT],
-    /// Most passes without a rest.
+    /// Most passes without idle time.
     pub passes: u32,
-    /// The first violation, and the sample at which it was seen.
+    /// The first violation, and the sample at which it was found.
     pub violation: Option<(Violation, u64)>,
 }
 
@@ -126,7 +126,7 @@ impl Clock for Now {
     }
 }
 
-/// What goes on over a power-on.
+/// State that survives a power-on.
 struct Soak<'p> {
     plan: &'p Plan,
     report: Report,
@@ -139,19 +139,19 @@ struct Soak<'p> {
     sensors: u32,
 }
 
-/// Who looks on.
+/// An observer of the soak.
 pub trait Watch {
     /// After each simulated minute.
     fn minute(&mut self, _: &Report) {}
 
-    /// When the device is about to be reset: what it was told last, and what its black box holds.
-    /// False: what it holds is wrong.
+    /// Called when the device is about to be reset, with its last configuration and the
+    /// application, for its black box. Returns false if the content of the black box is wrong.
     fn drive_over(&mut self, _: &Configuration, _: &App) -> bool {
         true
     }
 }
 
-/// Nobody looks on.
+/// No observer.
 impl Watch for () {}
 
 /// Runs a plan.
@@ -178,20 +178,20 @@ pub fn run(memory: &mut Memory, plan: &Plan, watch: &mut impl Watch) -> Report {
     soak.report
 }
 
-/// What the device is told of its sensor.
-fn told(sensor: &Sensor, rate: u32, live: bool) -> Configuration {
-    let mut told = Configuration {
+/// The device's configuration for its sensor.
+fn configured(sensor: &Sensor, rate: u32, live: bool) -> Configuration {
+    let mut configuration = Configuration {
         sensor: Some(ConfiguredSensor::Stream(
             sensor.format.settings(&sensor.settings),
         )),
         rate: rate.into(),
         ..Configuration::default()
     };
-    told.correction.mode = Mode::Learn;
+    configuration.correction.mode = Mode::Learn;
     if live {
-        told.correction.activation = Activation::Faded;
+        configuration.correction.activation = Activation::Faded;
     }
-    told
+    configuration
 }
 
 /// Networks that correct by up to 1 deg/h and 100 ug, and whose output depends on every sample.
@@ -215,7 +215,7 @@ fn nets() -> Nets {
 
 type AppLines<'p> = Lines<Noted<'p, Faulty<Input>>, Out<'p>, Input, Input>;
 
-/// What left on each line, in the order of [`LINES`].
+/// Digests of the lines' output, in the order of [`LINES`].
 fn digests<'l, 'p>(lines: &'l mut AppLines<'p>) -> [&'l mut Digest; 4] {
     [
         &mut lines.navigation.digest,
@@ -244,7 +244,7 @@ impl Soak<'_> {
             .get_or_insert((violation, self.sample));
     }
 
-    /// From a power-on to the next one.
+    /// Runs from one power-on to the next.
     #[inline(never)]
     fn drive(&mut self, memory: &mut Memory, sensor: &Sensor, end: u64, watch: &mut impl Watch) {
         let Memory {
@@ -255,10 +255,10 @@ impl Soak<'_> {
             learnt,
         } = memory;
         let live = self.random.below(2) == 0;
-        let told = told(sensor, self.plan.rate, live);
-        let record = record_of(&told);
+        let configuration = configured(sensor, self.plan.rate, live);
+        let record = record_of(&configuration);
         if self.random.below(4) > 0 {
-            *blackbox = blackbox::Memory::ZEROED; // else it holds what it had before the reset
+            *blackbox = blackbox::Memory::ZEROED; // else its content survives the reset
         }
         *windows = WindowLearner::new();
         let fails = Cell::new(false);
@@ -269,9 +269,9 @@ impl Soak<'_> {
         let Ok(mut store) = Store::new(failing) else {
             return self.violated(Violation::Store);
         };
-        // the sensor is exchanged: the device is told
-        let held = store.load();
-        if !matches!(&held, Ok(Some(stored)) if stored.record == record) {
+        // the sensor is exchanged: the device is configured for it
+        let stored = store.load();
+        if !matches!(&stored, Ok(Some(stored)) if stored.record == record) {
             let nets = nets();
             let content = Content::new(&nets, &record);
             if store.save(&content).is_err() {
@@ -302,8 +302,8 @@ impl Soak<'_> {
             command: Input::default(),
             gnss: Input::default(),
         };
-        for (place, digest) in digests(&mut lines).into_iter().zip(self.digests) {
-            *place = digest; // it goes on over a power-on
+        for (slot, digest) in digests(&mut lines).into_iter().zip(self.digests) {
+            *slot = digest; // it continues over a power-on
         }
         let mut drive = Drive {
             world: World::new(
@@ -342,12 +342,12 @@ impl Soak<'_> {
         }
         self.gather(&mut lines);
         app.hold_recording();
-        if !watch.drive_over(&told, &app) {
+        if !watch.drive_over(&configuration, &app) {
             self.violated(Violation::BlackBox);
         }
     }
 
-    /// What comes on the lines with a sample.
+    /// Sends the bytes of a sample time on all lines.
     fn feed(&mut self, drive: &mut Drive, lines: &mut AppLines, number: u64, record: &Record) {
         let rate = u64::from(self.plan.rate);
         let noise = self.disturb.is(Kind::SensorNoise);
@@ -369,7 +369,7 @@ impl Soak<'_> {
         input.lost |= lost;
         input.come(buffer.get(..len).unwrap_or_default());
         self.report.came += len as u64;
-        // fixes, a tenth of a second after their time
+        // fixes arrive a tenth of a second after their time
         let due = (number + rate - rate / 10).is_multiple_of(rate);
         if due && !self.disturb.is(Kind::FixSilence) {
             let late = self.disturb.is(Kind::FixLate);
@@ -399,7 +399,7 @@ impl Soak<'_> {
         }
     }
 
-    /// Requests.
+    /// Sends requests.
     fn ask(&mut self, lines: &mut AppLines, record: &Record) {
         let disturb = &mut self.disturb;
         let mut send = |request: &Request| {
@@ -438,7 +438,7 @@ impl Soak<'_> {
         }
     }
 
-    /// Passes until the application rests.
+    /// Runs passes until the application is idle.
     fn settle(&mut self, app: &mut App, lines: &mut AppLines, now: &Now) {
         let mut passes = 0;
         loop {
@@ -479,7 +479,7 @@ impl Soak<'_> {
         }
     }
 
-    /// The store, a step in each sample.
+    /// Stores what is pending, one step per sample.
     fn keep(&mut self, app: &mut App, store: &mut Store<Failing>) {
         if !app.wants_to_store() {
             return;
@@ -497,7 +497,7 @@ impl Soak<'_> {
         }
     }
 
-    /// What is looked at once a second.
+    /// Checks that are made once a second.
     fn second(&mut self, drive: &mut Drive, app: &App, lines: &AppLines) {
         self.report.navigated += u32::from(app.learning().navigates);
         if lines.navigation.passing.borrow().overrun {
@@ -532,11 +532,11 @@ impl Soak<'_> {
     }
 }
 
-/// Between two power-ons.
+/// State between two power-ons.
 struct Drive<'s> {
     world: World,
     sensor: &'s Sensor,
-    /// The sensor's own number of the sample.
+    /// The sensor's counter of samples.
     index: u32,
     /// The last counts, for a sensor that is stuck.
     held: [[i32; 3]; 2],
@@ -544,7 +544,7 @@ struct Drive<'s> {
 }
 
 impl Drive<'_> {
-    /// The sensor's bytes of a sample.
+    /// Writes the sensor's bytes for a sample.
     fn bytes(&mut self, disturb: &mut Disturb, rate: u32, into: &mut [u8; 2 * LONGEST]) -> usize {
         let mut counts = self.world.sample(self.sensor);
         self.index = self.index.wrapping_add(1);
@@ -574,8 +574,8 @@ impl Drive<'_> {
         let mut at = 0;
         let mut put = |bytes: &[u8]| {
             for byte in bytes {
-                if let Some(place) = into.get_mut(at) {
-                    *place = *byte;
+                if let Some(slot) = into.get_mut(at) {
+                    *slot = *byte;
                     at += 1;
                 }
             }

@@ -1,7 +1,7 @@
-//! What truly happens: a vehicle that stands and drives, its sensor and its receiver.
+//! The simulated truth: a vehicle that stands and drives, its sensor and its receiver.
 //!
 //! The vehicle is level and has no side slip. Heading and speed change at constant rates between
-//! draws, so that increments and fixes agree with each other as those of a drive do.
+//! draws, so that increments and fixes are consistent, as in a real drive.
 
 use crate::random::Random;
 use firmware::sample::RawSample;
@@ -23,16 +23,16 @@ const RADIUS: f64 = 6.38e6;
 pub struct Sensor {
     /// Its format, with the layout of its frames.
     pub format: ImuFormat,
-    /// What the device is told of it.
+    /// The device's settings for it.
     pub settings: Settings,
     simulated: Simulated,
     step: u32,
-    /// What a count of [`Fields`] is worth: rad, m/s.
+    /// Value of a count of [`Fields`]: rad, m/s.
     count: [f64; 2],
 }
 
 impl Sensor {
-    /// The sensors with this rate, by number; `None` beyond the last.
+    /// A sensor with this rate, by number; `None` beyond the last.
     #[must_use]
     pub fn of(rate: u32, number: u32) -> Option<Sensor> {
         let all = ImuFormat::ALL.into_iter().flat_map(|format| {
@@ -42,7 +42,7 @@ impl Sensor {
         all.into_iter().nth(number as usize)
     }
 
-    /// How many there are.
+    /// Number of sensors with this rate.
     #[must_use]
     pub fn count(rate: u32) -> u32 {
         (0..).take_while(|n| Sensor::of(rate, *n).is_some()).count() as u32
@@ -65,7 +65,7 @@ impl Sensor {
         })
     }
 
-    /// What a count is worth to a device that is told these settings; `None` where it sees another
+    /// Value of a count for a device with these settings; `None` where the device finds another
     /// rate, or missing frames.
     fn worth(&self, rate: f64) -> Option<[f64; 2]> {
         const PROBE: i32 = 1 << 10;
@@ -92,7 +92,7 @@ impl Sensor {
         (rad > 0.0 && mps > 0.0).then_some([rad, mps])
     }
 
-    /// Writes a frame and gives its length.
+    /// Writes a frame and returns its length.
     pub fn emit(&self, index: u32, period: f64, counts: [[i32; 3]; 2], into: &mut [u8]) -> usize {
         let [gyro, accel] = counts;
         let fields = Fields {
@@ -122,23 +122,23 @@ pub struct World {
     /// Cosine and sine of the heading.
     heading: [f64; 2],
     speed: f64,
-    /// Rate of the heading, rad/s, and acceleration, m/s2, and how long they last, s.
+    /// Rate of the heading, rad/s; acceleration, m/s2; and their remaining time, s.
     turns: f64,
     gains: f64,
     lasts: f64,
-    /// North and east of the start, m.
+    /// Position relative to the start: north and east, m.
     way: [f64; 2],
-    /// Gravity, m/s2, and of the latitude: cosine, sine.
+    /// Gravity, m/s2; cosine and sine of the latitude.
     gravity: f64,
     latitude: [f64; 2],
     /// Errors of the sensor: biases in rad/s and m/s2.
     bias: [[f64; 3]; 2],
-    /// What rounding has left, in counts.
+    /// Remainders of the rounding, counts.
     left: [[f64; 3]; 2],
 }
 
 impl World {
-    /// At a power-on.
+    /// A vehicle at power-on.
     #[must_use]
     pub fn new(mut random: Random, rate: u32) -> World {
         let (c, s) = (libm::cos(LATITUDE), libm::sin(LATITUDE));
@@ -162,7 +162,7 @@ impl World {
         }
     }
 
-    /// Another manoeuvre.
+    /// Draws another manoeuvre.
     fn draw(&mut self) {
         self.lasts = 5.0 + f64::from(self.random.below(25));
         let wanted = f64::from(self.random.below(25));

@@ -13,8 +13,8 @@ fn of(seed: u64, seconds: u32) -> Report {
     run(&mut memory, &plan, &mut ())
 }
 
-/// Two hours of 200 Hz: nothing that must not happen does, every kind of disturbance comes, the
-/// learner navigates, and the same seed gives the same bytes.
+/// Two hours at 200 Hz: no violation, every kind of disturbance occurs, the learner navigates, and
+/// the same seed gives the same bytes.
 #[test]
 fn two_hours_with_faults_of_every_kind() {
     let report = of(1, 7200);

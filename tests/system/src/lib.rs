@@ -1,4 +1,4 @@
-//! Tests of the built `host-sim` as its user sees it: output, files, exit codes. The tests are in
+//! Tests of the built `host-sim` from the user's side: output, files, exit codes. The tests are in
 //! `tests/`.
 
 use serde_json::Value;
@@ -54,10 +54,10 @@ pub fn data_dir() -> Option<PathBuf> {
     folder.is_dir().then_some(folder)
 }
 
-/// Whether all elements of a page end where they should.
+/// Checks that all elements of a page are closed correctly.
 ///
 /// # Errors
-/// The first place where they do not.
+/// The first position where they are not.
 pub fn well_formed(page: &str) -> Result<(), String> {
     const VOID: [&str; 3] = ["meta", "br", "link"];
     let (mut open, mut rest) = (vec![], page);

@@ -14,7 +14,7 @@ fn host_sim(dir: &Path, args: &[&str]) -> assert_cmd::assert::Assert {
     command.current_dir(dir).args(args).assert()
 }
 
-/// Drives as short as they may be.
+/// Options for the shortest possible drives.
 const SHORT: [&str; 7] = [
     "abuse",
     "--times",
@@ -64,7 +64,7 @@ fn two_cases_give_rows_and_a_page_and_merge_to_the_same() {
         page.contains("--results page.md") && page.contains("| `none` |"),
         "{page}"
     );
-    // what is there already is not computed again, and two shards make the same
+    // existing results are not computed again, and two shards give the same
     let resumed = [&cases[..], &["--resume", "--json", "again.json"]].concat();
     with(&resumed);
     for shard in ["0/2", "1/2"] {
@@ -79,7 +79,7 @@ fn two_cases_give_rows_and_a_page_and_merge_to_the_same() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_remedy() {
+fn errors_are_reported_with_their_remedy() {
     let dir = tempfile::tempdir().unwrap();
     for (args, words) in [
         (&["--cases", "lat-0.5"][..], "did you mean 'late-0.5'"),

@@ -1,9 +1,9 @@
-//! `docs/ARCHITECTURE.md` and its picture, held against the tree: every room is listed, in an order
-//! in which each room imports only rooms below it.
+//! Compares `docs/ARCHITECTURE.md` and its picture with the source tree: every room is listed, in
+//! an order in which each room imports only rooms below it.
 //!
-//! A room is a module that stands directly in the `src` folder of a crate. The tables of the page
-//! list the rooms of a part from high to low; the desktop's part has several crates. Code that is
-//! compiled for tests only is left out.
+//! A room is a module directly in the `src` folder of a crate. The tables of the page list the
+//! rooms of a part from high to low; the desktop's part has several crates. Code that is compiled
+//! for tests only is left out.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -47,7 +47,7 @@ impl Room {
         workspace().join(&self.package).join("src")
     }
 
-    /// Whether the room is all of its crate.
+    /// Whether the room is a whole crate.
     fn is_crate(&self) -> bool {
         let src = self.src();
         let inside = [src.join(&self.name), src.join(format!("{}.rs", self.name))];
@@ -70,7 +70,7 @@ fn listed(part: &str) -> Vec<Room> {
         .collect()
 }
 
-/// What stands in the `src` folders of the crates of a part.
+/// The modules in the `src` folders of the crates of a part.
 fn standing(rooms: &[Room]) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     for room in rooms {
@@ -113,7 +113,7 @@ fn files(room: &Room) -> Vec<PathBuf> {
     found
 }
 
-/// What a file says of its part's rooms.
+/// The names of modules and crates in a file.
 #[derive(Default)]
 struct Mentions {
     /// First names after `crate::`.
@@ -162,7 +162,8 @@ impl Mentions {
         }
     }
 
-    /// Tokens of an item behind `#[cfg(test)]`; remembers a module that has a file of its own.
+    /// Skips an item after `#[cfg(test)]` and returns its number of tokens; notes a module that has
+    /// a file of its own.
     fn skip_item(&mut self, tokens: &[TokenTree]) -> usize {
         let end = |token: &TokenTree| match token {
             TokenTree::Punct(mark) => mark.as_char() == ';',
@@ -273,7 +274,7 @@ fn each_room_imports_only_rooms_below_it() {
         let order = listed(part);
         for (height, room) in order.iter().enumerate() {
             for imported in imports(room) {
-                // a name that is no room stands in lib.rs, as a re-export or a macro
+                // a name that is not a room is defined in lib.rs, as a re-export or a macro
                 let Some(below) = order.iter().position(|room| room.name == imported) else {
                     continue;
                 };
@@ -290,7 +291,7 @@ fn each_room_imports_only_rooms_below_it() {
 }
 
 #[test]
-fn the_reader_of_imports_sees_groups_and_leaves_out_tests() {
+fn the_reader_of_imports_finds_groups_and_leaves_out_tests() {
     let mut mentions = Mentions::default();
     let source = "use crate::{a::{x, y}, b}; // crate::c\n fn f() { crate::d::g(\"crate::e\") }\n\
                   #[cfg(test)] mod tests; #[cfg(test)] mod inline { use crate::h; }\

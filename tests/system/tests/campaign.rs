@@ -84,7 +84,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     assert_eq!((dated(&kept), dated(&tuning)), before);
     assert!(read(d, "one.json") == read(d, "resumed.json"), "resumed");
 
-    // Shards have directories of their own, or share one and with it the tuning.
+    // Shards have directories of their own, or share one, including the tuning.
     run(&["--shard", "0/2", "--out", "s0"]).success();
     run(&["--shard", "1/2", "--out", "s1"]).success();
     run(&["--shard", "0/2", "--out", "shared"]).success();
@@ -184,7 +184,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     assert_eq!(median("rnn-window"), median("floor"));
 }
 
-/// Earlier drives: an interruption and shards change nothing, and each row tells its drives.
+/// Earlier drives: an interruption and shards change nothing, and each row names its drives.
 #[test]
 fn earlier_drives_can_be_interrupted_and_divided() {
     let dir = tempfile::tempdir().unwrap();
@@ -265,8 +265,8 @@ fn earlier_drives_can_be_interrupted_and_divided() {
         (&["--drives", "many"], "--drives"),
     ] {
         let failed = campaign(d, wrong).code(2);
-        let told = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
-        assert!(told.contains(remedy), "{wrong:?}: {told}");
+        let message = String::from_utf8_lossy(&failed.get_output().stderr).into_owned();
+        assert!(message.contains(remedy), "{wrong:?}: {message}");
     }
     assert!(!d.join("r.md").exists());
 }

@@ -57,8 +57,8 @@ fn a_socket_that_never_answers_is_silent() {
     assert!(text.contains("--baud"), "{text}");
 }
 
-/// A board that passes on what comes is equal to software in the loop without a command link, and
-/// one that changes a byte is not: then the exit code is that of a difference, not of bad input.
+/// A board that passes its input on equals software in the loop without a command link; one that
+/// changes a byte does not, and the exit code is that of a difference, not of bad input.
 #[test]
 fn a_difference_has_an_exit_code_of_its_own() {
     for (wrong, code) in [(false, 0), (true, 1)] {
@@ -69,7 +69,7 @@ fn a_difference_has_an_exit_code_of_its_own() {
             let [mut imu, mut nav] = listeners.map(|listener| listener.accept().unwrap().0);
             let (mut buffer, mut passed) = ([0; 4096], 0);
             while let Ok(len @ 1..) = imu.read(&mut buffer) {
-                // behind the first second, which only shows that the board is there
+                // after the first second, which only shows that the board is present
                 let at = 9000_usize.wrapping_sub(passed);
                 if wrong && at < len {
                     buffer[at] ^= 0x10;

@@ -1,5 +1,5 @@
-//! Ctrl-C in the middle of each command that takes long: files are whole or absent, nothing
-//! temporary is left, the exit code is the one that `--help` tells, and `--resume` goes on.
+//! Ctrl-C in the middle of each command that takes long: files are complete or absent, no temporary
+//! file is left, the exit code is the one in `--help`, and `--resume` continues.
 
 #![cfg(unix)]
 #![allow(
@@ -17,27 +17,27 @@ use std::time::{Duration, Instant};
 enum When {
     /// A file or a folder has a temporary name.
     Writing,
-    /// This file is there.
+    /// This file exists.
     After(&'static str),
-    /// It has computed for so many hundredths of a second.
+    /// It has used this processor time, hundredths of a second.
     Computing(u64),
 }
 
-/// A command, and how it is interrupted.
+/// A command, and when it is interrupted.
 struct Long {
     args: &'static str,
     when: When,
-    /// What must be there before.
+    /// What must exist before.
     needs: Need,
 }
 
-/// What a command works on.
+/// Input of a command.
 #[derive(Clone, Copy, PartialEq)]
 enum Need {
     Nothing,
     /// A simulated drive in `d`.
     Drive,
-    /// A board that passes on what comes, in place of `PORT`.
+    /// A board that passes its input on; its port replaces `PORT`.
     Board,
     /// A scenario file of a long drive.
     Scenario,
@@ -132,8 +132,8 @@ const LONG: &[Long] = &[
     ),
 ];
 
-/// Commands that go on with `--resume`, a file that is finished first, options for the results, and
-/// the file with them; `o` is the directory.
+/// Commands that continue with `--resume`, the file that is finished first, options for the
+/// results, and the file with them; `o` is the directory.
 const RESUMED: &[(&str, &str, &str, &str)] = &[
     (
         "campaign --runs 3 --jobs 1 --models noise --tuning-units 1 --schemes none,ekf6 --out o",
@@ -205,7 +205,7 @@ fn computed(child: &Child) -> u64 {
     next().unwrap_or(0) + next().unwrap_or(0)
 }
 
-/// Waits until it is time. Whether it still ran then.
+/// Waits until the given moment. Returns whether the command was still running.
 fn in_the_middle(dir: &Path, when: When, child: &mut Child) -> bool {
     let begun = Instant::now();
     while begun.elapsed() < Duration::from_secs(120) {
@@ -240,7 +240,7 @@ fn interrupted(dir: &Path, args: &[&str], when: When) -> Option<Output> {
     None
 }
 
-/// Why a file is not whole.
+/// Why a file is not complete.
 fn fault(path: &Path) -> Option<&'static str> {
     if is_temporary(path) {
         return Some("is temporary");
@@ -287,13 +287,14 @@ fn board() -> String {
     port
 }
 
-/// A scenario with so long a drive.
+/// Writes a scenario with a drive of `drive_s` seconds.
 fn scenario(dir: &Path, name: &str, drive_s: u32) {
     let text = format!("unit = \"tactical\"\n[learn]\nstandstill_s = 120\ndrive_s = {drive_s}\n");
     std::fs::write(dir.join(name), text).unwrap();
 }
 
-/// What must be there before the command runs; gives the port of a board. `drive` holds the drive.
+/// Prepares the input of a command; returns the port of a board. `drive` is the folder with the
+/// drive.
 fn prepare(dir: &Path, drive: &Path, needs: Need) -> String {
     match needs {
         Need::Nothing => {}
@@ -304,7 +305,7 @@ fn prepare(dir: &Path, drive: &Path, needs: Need) -> String {
     String::new()
 }
 
-/// One interruption, and what it must leave.
+/// Interrupts a command and checks the files that it leaves.
 fn leaves_whole_files(case: &Long, drive: &Path) {
     let dir = tempfile::tempdir().unwrap();
     let dir = dir.path();
@@ -312,7 +313,7 @@ fn leaves_whole_files(case: &Long, drive: &Path) {
     let before = below(dir);
     let words = case.args.split_whitespace();
     let args: Vec<&str> = words.map(|w| if w == "PORT" { &port } else { w }).collect();
-    // the last file may have got its name before the interruption came
+    // the last file may have got its final name before the interruption
     let output = (0..5).find_map(|_| interrupted(dir, &args, case.when));
     let output = output.unwrap_or_else(|| panic!("{}: ends too soon", case.args));
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -355,7 +356,7 @@ fn an_interrupted_command_leaves_whole_files_or_none() {
     });
 }
 
-/// What was finished before is kept, and the results are those of a command that ran through.
+/// Finished work is retained, and the results are those of an uninterrupted command.
 #[test]
 fn an_interrupted_command_goes_on() {
     for (args, first, more, file) in RESUMED {

@@ -14,16 +14,16 @@ fn workspace() -> PathBuf {
     here.ancestors().nth(2).expect("tests/system").to_path_buf()
 }
 
-/// What a page holds.
+/// Content of a page.
 #[derive(Default)]
 struct Page {
     links: Vec<String>,
-    /// Names of its headings, as a link calls them.
+    /// Anchors of its headings.
     headings: BTreeSet<String>,
     words: usize,
 }
 
-/// A heading as a link calls it: GitHub's and mdBook's rule.
+/// The anchor of a heading, by GitHub's and mdBook's rule.
 fn anchor(heading: &str) -> String {
     let kept = heading.trim().to_lowercase();
     let kept = kept
@@ -136,7 +136,7 @@ fn no_link_of_the_book_leaves_it() {
     assert!(followed > 50, "{followed} links");
 }
 
-/// The blocks of code of a page that are of this language.
+/// The code blocks of a page in this language.
 fn blocks(page: &str, language: &str) -> Vec<String> {
     let mut blocks = Vec::new();
     let mut within = None;
@@ -157,14 +157,14 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     blocks
 }
 
-/// What a hunk of a diff takes away or leaves: the old lines, which the file must have in a row.
+/// Whether a hunk applies: the file must contain its old lines consecutively.
 fn applies(file: &str, old: &[&str]) -> bool {
     let lines: Vec<&str> = file.lines().collect();
     lines.windows(old.len()).any(|window| window == old)
 }
 
-/// Each worked diff that names its files applies to the tree: files that it makes are not there
-/// yet, and each hunk's old lines are.
+/// Each worked diff that names its files applies to the tree: files that it creates do not exist
+/// yet, and each hunk's old lines do.
 #[test]
 fn worked_diffs_apply() {
     let top = workspace();
@@ -201,7 +201,7 @@ fn worked_diffs_apply() {
     }
 }
 
-/// Rust in the book stands in the README of `lrnn-nostd` too, whose examples run as its tests.
+/// Rust code in the book is also in the README of `lrnn-nostd`, whose examples run as its tests.
 #[test]
 fn rust_in_the_book_is_tested() {
     let top = workspace();

@@ -1,11 +1,11 @@
-//! What takes long shows on a terminal how far it is and how much time is left, and nothing of it
-//! is left behind in a file.
+//! Long commands show on a terminal their progress and the remaining time, and write none of it to
+//! a file.
 
 use std::path::Path;
 use std::process::Command;
 use system::host_sim_binary;
 
-/// What a command shows on a terminal; `None` where there is no program that gives it one.
+/// Output of a command on a terminal; `None` where no program can provide a terminal.
 fn on_a_terminal(dir: &Path, args: &[&str]) -> Option<String> {
     let words = [host_sim_binary().to_string_lossy().into_owned()].into_iter();
     let words = words.chain(args.iter().map(|word| (*word).to_owned()));
@@ -28,10 +28,10 @@ fn on_a_terminal(dir: &Path, args: &[&str]) -> Option<String> {
     }
 }
 
-/// The stages of a command, each with the time that is left. A stage that the plan does not know
-/// would have none.
+/// Every stage of a command shows the remaining time. A stage that is missing in the plan would
+/// show none.
 #[test]
-fn each_stage_tells_the_time_that_is_left() {
+fn each_stage_shows_the_time_that_is_left() {
     let dir = tempfile::tempdir().expect("a directory");
     let dir = dir.path();
     std::fs::write(
@@ -89,11 +89,11 @@ fn each_stage_tells_the_time_that_is_left() {
             return;
         };
         for stage in stages {
-            let told = text.split('\r').any(|line| {
+            let shown = text.split('\r').any(|line| {
                 let after = line.split(&format!(" {stage}, about ")).nth(1);
                 after.is_some_and(|rest| rest.contains(" left"))
             });
-            assert!(told, "{args:?}: {stage} in {text:?}");
+            assert!(shown, "{args:?}: {stage} in {text:?}");
         }
     }
 }

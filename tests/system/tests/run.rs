@@ -75,8 +75,8 @@ fn the_first_page_shows(printed: &str) {
     }
 }
 
-/// docs/five-minutes.md has rows of the first replay as they are printed, and what a wrong unit
-/// file makes of it is as the page says.
+/// docs/five-minutes.md has rows of the first replay as they are printed, and a wrong unit file has
+/// the effect that the page describes.
 #[test]
 fn the_first_page_shows_the_first_replay() {
     let dir = tempfile::tempdir().unwrap();
@@ -197,12 +197,12 @@ fn in_sample_is_another_experiment() {
     }
 }
 
-/// An IMU with white noise and pulses only: nothing to learn, so the corrected stream is the raw
-/// one to the last bit.
+/// An IMU with white noise and pulses only: nothing to learn, so the corrected stream equals the
+/// raw one bit for bit.
 #[test]
 fn on_white_noise_alone_the_compensator_stays_at_zero() {
     let dir = tempfile::tempdir().unwrap();
-    // the datasheet goes on promising biases that the simulated sensors do not have
+    // the datasheet still states biases that the simulated sensors do not have
     let mut unit = Unit::preset("medium").unwrap();
     let medium = ImuSpec::preset("medium").unwrap();
     unit.simulation = Some(medium.error_model(ErrorModelName::Noise));

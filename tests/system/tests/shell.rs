@@ -1,4 +1,4 @@
-//! What shells, `man` and other programs get from the command line.
+//! Output for shells, `man` and other programs.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -28,7 +28,7 @@ fn completions_are_scripts_that_know_commands_and_options() {
     }
     let script = printed(dir.path(), &["completions", "bash"]);
     let file = dir.path().join("host-sim.bash");
-    // what the script offers after `host-sim le`
+    // completions that the script offers after `host-sim le`
     let asked = "COMP_WORDS=(host-sim le); COMP_CWORD=1; _host__sim host-sim le host-sim; \
                  echo \"${COMPREPLY[@]}\"";
     std::fs::write(&file, script + asked + "\n").expect("written");
@@ -61,7 +61,7 @@ fn each_command_has_a_page_in_the_manual() {
 }
 
 #[test]
-fn the_exit_codes_are_told() {
+fn the_exit_codes_are_listed() {
     let dir = tempfile::tempdir().expect("a directory");
     let help = printed(dir.path(), &["--help"]);
     for code in ["  0 ", "  1 ", "  2 ", "  101 ", "  130 "] {
@@ -88,14 +88,14 @@ fn what_is_printed_as_a_table_is_there_as_json() {
     assert!(good["unit"].is_string());
     let output = host_sim(dir.path(), &["unit", "check", "wrong.toml", "--json"]);
     assert_eq!(output.status.code(), Some(2));
-    let told: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert!(told["unit"].is_null());
-    let fault = &told["findings"][0];
-    assert!(fault["line"].is_u64(), "{told}");
+    let examined: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(examined["unit"].is_null());
+    let fault = &examined["findings"][0];
+    assert!(fault["line"].is_u64(), "{examined}");
     for key in ["field", "problem", "remedy"] {
         assert!(
             fault[key].as_str().is_some_and(|text| !text.is_empty()),
-            "{told}"
+            "{examined}"
         );
     }
 }

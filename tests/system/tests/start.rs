@@ -165,7 +165,8 @@ fn any_vehicle_can_be_simulated() {
 }
 
 /// A receiver with 5 fixes a second, half a second late: the file has the fixes of all arrivals, at
-/// the times that the unit tells, 0.1 s before them. The true position was passed 0.4 s earlier.
+/// the times that follow from the unit's delay, 0.1 s before them. The true position was passed 0.4
+/// s earlier.
 #[test]
 fn simulated_files_have_the_fixes_of_the_true_receiver() {
     let dir = tempfile::tempdir().unwrap();
@@ -184,7 +185,7 @@ fn simulated_files_have_the_fixes_of_the_true_receiver() {
     // arrivals from 0.6 to 120 s
     assert_eq!((fixes.len(), truth.len()), (598, 121));
     assert!((fixes[0][0] - 0.5).abs() < 1e-9, "{}", fixes[0][0]);
-    // the fix that arrives at a second, and the true place at that second
+    // the fix that arrives at a second, and the true position at that second
     let metres = 6.37e6_f64.to_radians();
     let mut compared = 0;
     for fix in &fixes {

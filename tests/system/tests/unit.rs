@@ -8,7 +8,7 @@
 use assert_cmd::Command;
 use std::path::Path;
 
-/// Runs in `dir` with this input. Gives exit code, output and errors.
+/// Runs in `dir` with this input. Returns exit code, output and errors.
 fn host_sim(dir: &Path, args: &[&str], input: &str) -> (i32, String, String) {
     let mut command = Command::new(system::host_sim_binary());
     let assert = command
@@ -59,7 +59,7 @@ fn a_unit_file_is_made_by_answers_and_never_overwritten() {
 }
 
 #[test]
-fn check_tells_all_mistakes_with_file_line_field_and_remedy() {
+fn check_reports_all_mistakes_with_file_line_field_and_remedy() {
     let dir = tempfile::tempdir().unwrap();
     let (_, text, _) = host_sim(dir.path(), &["unit", "show", "stim300"], "");
     let text = text.replace("scale_ppm = 500", "scale_ppm = -500");
@@ -115,8 +115,8 @@ fn presets_are_listed_and_shown_with_their_sources() {
     assert!(code == 2 && err.contains("did you mean 'stim300'"), "{err}");
 }
 
-/// One word for one thing: each command that needs a sensor takes the same option, and a name that
-/// is none is refused in the same way.
+/// Each command that needs a sensor takes the same option, and refuses an unknown name in the same
+/// way.
 #[test]
 fn every_command_takes_the_same_option() {
     let dir = tempfile::tempdir().unwrap();
@@ -158,7 +158,7 @@ fn the_unit_file_of_the_page_is_good() {
     std::fs::write(dir.path().join("my.toml"), file).unwrap();
     let (code, out, err) = host_sim(dir.path(), &["unit", "check", "my.toml"], "");
     assert_eq!(code, 0, "{out}{err}");
-    // what the page shows of two commands with this file
+    // the output of two commands with this file, as shown in the page
     let commands = [
         "allan --unit my.toml --out allan",
         "learnability --unit my.toml",

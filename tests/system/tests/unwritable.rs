@@ -22,7 +22,8 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// Each command and its arguments. Later ones need the files of earlier ones. DEVICE is the port of
-/// a device, BOARD that of a board that passes on what comes, ORIGIN where the drive starts.
+/// a device, BOARD that of a board that passes its input on, ORIGIN the start position of the
+/// drive.
 const WORKS: &[(&str, &str)] = &[
     ("", "--out o"),
     ("run", "run --seed 3 --out o"),
@@ -161,7 +162,7 @@ fn known() -> [Vec<String>; 2] {
 }
 
 fn host_sim(dir: &Path, args: &str, stdout: impl Into<Stdio>) -> Output {
-    // what `unit new` asks is answered with what it offers
+    // the questions of `unit new` are answered with their defaults
     let answers = dir.join("answers");
     std::fs::write(&answers, "\n".repeat(200)).unwrap();
     let mut command = Command::new(system::host_sim_binary());
@@ -170,12 +171,12 @@ fn host_sim(dir: &Path, args: &str, stdout: impl Into<Stdio>) -> Output {
     command.stderr(Stdio::piped()).output().unwrap()
 }
 
-/// A device on which no place is left.
+/// A device without free space.
 fn full() -> File {
     OpenOptions::new().write(true).open("/dev/full").unwrap()
 }
 
-/// What is wrong with the end of a command that could not print.
+/// The error in how a command ended that could not print.
 fn fault(args: &str, output: &Output) -> Option<String> {
     let said = String::from_utf8_lossy(&output.stderr);
     let named = "host-sim: standard output: cannot be written (";
@@ -241,7 +242,7 @@ fn every_command_ends_with_an_error() {
         })
         .collect();
     assert!(faults.is_empty(), "{faults:#?}");
-    // what is no print is done all the same
+    // files are written all the same
     for file in [
         "k/imu.txt",
         "p.html",
@@ -304,7 +305,7 @@ fn a_reader_that_is_gone_is_an_ordinary_end() {
     assert!(dir.path().join("m/host-sim.1").exists());
 }
 
-/// Both are said, and the code is that of what was found.
+/// Both are reported, and the exit code is that of the finding.
 #[test]
 fn what_a_command_found_comes_first() {
     let dir = tempfile::tempdir().unwrap();

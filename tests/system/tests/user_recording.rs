@@ -39,8 +39,8 @@ fn last(file: &Path, scheme: &str) -> f64 {
     of["horizontal_m"].as_f64().unwrap()
 }
 
-/// A simulated drive passes through every format and comes back bit for bit; each format replays to
-/// the same result.
+/// A simulated drive is converted through every format and stays equal bit for bit; each format
+/// replays to the same result.
 #[test]
 fn a_simulated_recording_goes_through_all_text_forms() {
     let dir = tempfile::tempdir().unwrap();
@@ -103,8 +103,8 @@ fn a_simulated_recording_goes_through_all_text_forms() {
     doubted(dir.path());
 }
 
-/// A right header raises no warning, not even with `--strict`. A wrong one is told with its remedy,
-/// and stops the replay with `--strict`.
+/// A right header causes no warning, not even with `--strict`. A wrong one is reported with its
+/// remedy, and stops the replay with `--strict`.
 fn doubted(dir: &Path) {
     let args = ["replay", "csv", "--header", "d/header.toml", "--strict"];
     let out = host_sim(dir, &[&args[..], &["--json", "w.json"]].concat()).success();
@@ -355,10 +355,10 @@ fn wrong_files_and_options_are_named() {
     host_sim(dir.path(), &["replay", "novatel", log, "--inventory"]).success();
 }
 
-/// Samples of two hours wait in a temporary file. Without a place for it they are refused, and the
-/// same file of half the length is not.
+/// Samples of two hours wait in a temporary file. Without space for it they are refused; a file of
+/// half the length is not.
 #[test]
-fn a_long_recording_needs_a_place_for_temporary_files() {
+fn a_long_recording_needs_space_for_temporary_files() {
     let dir = tempfile::tempdir().unwrap();
     let header = "[imu]\nfile = \"imu.csv\"\ntime = { column = \"t\", unit = \"s\" }\n\
          gyro = { columns = [\"x\", \"y\", \"z\"], unit = \"rad/s\" }\n\
@@ -375,7 +375,7 @@ fn a_long_recording_needs_a_place_for_temporary_files() {
     let said = || {
         let mut command = Command::new(system::host_sim_binary());
         let args = ["replay", "csv", "--header", "header.toml", "--out", "out"];
-        // as no recording is so long, it ends after reading
+        // no recording is that long, so it ends after reading
         let args = args.into_iter().chain(["--learn-s", "99999999"]);
         let command = command.current_dir(dir.path()).args(args);
         let out = command.env("TMPDIR", "nowhere").assert().code(2);
@@ -385,8 +385,8 @@ fn a_long_recording_needs_a_place_for_temporary_files() {
     assert!(said().contains("host-sim: --learn-s: "), "{}", said());
     write(1_450_000);
     let text = said();
-    let place = text.contains("nowhere/a temporary file: cannot be written");
+    let named = text.contains("nowhere/a temporary file: cannot be written");
     let remedy = text.contains("; remedy: choose a place with free space");
-    assert!(place && remedy, "{text}");
+    assert!(named && remedy, "{text}");
     assert!(!dir.path().join("out").exists());
 }

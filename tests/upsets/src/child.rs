@@ -1,6 +1,6 @@
 //! The trials, in a process that may end at any of them.
 
-use crate::device::{Device, Scenario, told};
+use crate::device::{Device, Scenario, configured};
 use crate::judge::{Judge, Verdict};
 use anyhow::{Context, Result, ensure};
 use std::io::Write;
@@ -12,15 +12,15 @@ use std::time::Duration;
 
 /// Exit code when a trial did not end.
 pub const HANGS: i32 = 97;
-/// Exit code when the process is no longer sound.
-pub const UNSOUND: i32 = 98;
+/// Exit code when the process is no longer intact.
+pub const NOT_INTACT: i32 = 98;
 
-/// A trial that takes longer does not end.
+/// A trial that takes longer counts as endless.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// After so many trials it is looked whether the process is still sound.
+/// Number of trials after which the process is checked for being intact.
 const CHECK: usize = 200;
 
-/// Trials: from which on, and which.
+/// A range of trials.
 #[derive(Clone, Copy, Debug)]
 pub struct Trials {
     /// What the device does.
@@ -29,7 +29,7 @@ pub struct Trials {
     pub seconds: u32,
     /// The first bit, counted over all regions.
     pub from: usize,
-    /// Every so manyth bit.
+    /// Step between bits: every `every`th bit is tried.
     pub every: usize,
 }
 
@@ -37,13 +37,14 @@ pub struct Trials {
 /// each trial.
 ///
 /// # Errors
-/// The device does not come to what is to be tried; the output is closed.
+/// The device does not reach the state under test; the output is closed.
 pub fn run(trials: Trials) -> Result<()> {
     let mut device = Device::driven(trials.scenario, trials.seconds)?;
     let without = device.trial(None);
     ensure!(device.trial(None) == without, "a trial leaves traces");
-    let told = told(trials.scenario);
-    let judge = Judge::new(trials.scenario, &told, without.clone()).context("no such stream")?;
+    let configuration = configured(trials.scenario);
+    let judge =
+        Judge::new(trials.scenario, &configuration, without.clone()).context("no such stream")?;
     let idle = judge.judge(device.came(), &without);
     ensure!(idle == Verdict::Same, "without an upset: {idle:?}");
     let mut out = std::io::stdout().lock();
@@ -57,8 +58,8 @@ pub fn run(trials: Trials) -> Result<()> {
         TURN.fetch_add(1, Ordering::Relaxed);
         writeln!(out, "> {bit}")?;
         out.flush()?;
-        let place = place(&device, bit).context("no such bit")?;
-        let left = catch_unwind(AssertUnwindSafe(|| device.trial(Some(place))));
+        let bit_at = region_of(&device, bit).context("no such bit")?;
+        let left = catch_unwind(AssertUnwindSafe(|| device.trial(Some(bit_at))));
         let verdict = match left {
             Ok(left) => judge.judge(device.came(), &left),
             Err(_) => {
@@ -69,14 +70,14 @@ pub fn run(trials: Trials) -> Result<()> {
         writeln!(out, "= {}", verdict.letter())?;
         if count % CHECK == CHECK - 1 && device.trial(None) != without {
             out.flush()?;
-            process::exit(UNSOUND);
+            process::exit(NOT_INTACT);
         }
     }
     Ok(out.flush()?)
 }
 
-/// Region and bit in it.
-fn place(device: &Device, bit: usize) -> Option<(usize, usize)> {
+/// Region of a bit, and the bit within it.
+fn region_of(device: &Device, bit: usize) -> Option<(usize, usize)> {
     let mut left = bit;
     for (number, region) in device.regions.iter().enumerate() {
         if left < region.bits() {
@@ -89,7 +90,7 @@ fn place(device: &Device, bit: usize) -> Option<(usize, usize)> {
 
 static TURN: AtomicU64 = AtomicU64::new(0);
 
-/// Ends the process when a trial does not end.
+/// Starts a thread that ends the process when a trial does not end.
 fn watch() {
     thread::spawn(|| {
         let mut seen = TURN.load(Ordering::Relaxed);

@@ -12,7 +12,7 @@ use firmware::wire::{ImuFormat, Settings as Configured};
 use host_core::simulator::imu::ImuSpec;
 use host_device::hil::{Input, Record, drive_told, networks};
 
-/// What the device does meanwhile.
+/// State of the device under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Scenario {
     /// It passes samples.
@@ -25,7 +25,7 @@ pub enum Scenario {
 
 /// Length of a drive before the first flip, s.
 const LEAD_S: u32 = 1500;
-/// At rest at its beginning, s.
+/// Time at rest at its start, s.
 const STANDS_S: u32 = 120;
 
 /// A line in memory.
@@ -38,8 +38,8 @@ struct Wire {
 impl Line for Wire {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         let len = buffer.len().min(self.received.len());
-        for (place, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
-            *place = byte;
+        for (slot, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
+            *slot = byte;
         }
         Ok(len)
     }
@@ -59,14 +59,14 @@ impl Clock for Now {
     }
 }
 
-/// What left the device in a trial.
+/// Output of the device in a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Left {
-    /// What went to the navigation computer after each frame of the sensor.
+    /// Bytes sent to the navigation computer after each frame of the sensor.
     pub after: Vec<Vec<u8>>,
-    /// Faults that the device tells in the end.
+    /// Faults that the device reports at the end.
     pub faults: u32,
-    /// Times it mended its memory.
+    /// How often it repaired its memory.
     pub mended: u32,
 }
 
@@ -75,46 +75,47 @@ pub struct Device {
     app: *mut App<'static>,
     lines: Lines<Wire, Wire, NoLine, Wire>,
     now: Now,
-    /// What comes after the lead.
+    /// Records after the lead.
     rest: Vec<Record>,
-    /// What may be flipped.
+    /// Memory whose bits may be flipped.
     pub regions: Vec<Region>,
     before: Vec<Vec<u8>>,
     before_us: u64,
 }
 
-/// The unit: a STIM300 as it is delivered.
+/// The device's configuration: a STIM300 as it is delivered.
 #[must_use]
-pub fn told(scenario: Scenario) -> Configuration {
+pub fn configured(scenario: Scenario) -> Configuration {
     let format = ImuFormat::Stim300;
     let mut wire = Configured::DEFAULT;
     (format.simulated()[0].settings)(&mut wire);
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: Some(Sensor::Stream(format.settings(&wire))),
         rate: f64::from(format.simulated()[0].rate),
         ..Configuration::default()
     };
-    told.identity.serial = "N25581".try_into().unwrap_or_default();
-    told.correction.mode = match scenario {
+    configuration.identity.serial = "N25581".try_into().unwrap_or_default();
+    configuration.correction.mode = match scenario {
         Scenario::Bypass => Mode::Bypass,
         Scenario::Frozen => Mode::Frozen,
         Scenario::Learn => Mode::Learn,
     };
-    told.correction.activation = Activation::Faded;
-    told.correction.mark = false; // so that nothing but values may change
-    told
+    configuration.correction.activation = Activation::Faded;
+    configuration.correction.mark = false; // so that only values may change
+    configuration
 }
 
 impl Device {
-    /// Drives until samples are corrected, and keeps the memory; `seconds` more are to come.
+    /// Drives until samples are corrected, and saves the memory; the drive goes on for `seconds`
+    /// more.
     ///
     /// # Errors
-    /// The drive cannot be simulated, or the device does not come to what is to be tried.
+    /// The drive cannot be simulated, or the device does not reach the state under test.
     pub fn driven(scenario: Scenario, seconds: u32) -> Result<Device> {
-        let told = told(scenario);
+        let configuration = configured(scenario);
         let errors = ImuSpec::preset("medium").context("no such errors")?;
         let drive = drive_told(
-            &told,
+            &configuration,
             ImuFormat::Stim300,
             &errors,
             [LEAD_S + seconds, STANDS_S],
@@ -130,7 +131,7 @@ impl Device {
             Region::of("learner from fixes", memory),
             Region::of("learner, frame", &raw mut *learner),
         ];
-        let mut config = Config::of(&told);
+        let mut config = Config::of(&configuration);
         config.nets = networks();
         let app = Box::into_raw(Box::new(App::with_learner(config, Some(learner))));
         regions.insert(0, Region::of("application", app));
@@ -173,7 +174,7 @@ impl Device {
         Ok(device)
     }
 
-    /// What came from the sensor in a trial, frame by frame.
+    /// The sensor's frames in a trial.
     pub fn came(&self) -> impl Iterator<Item = &[u8]> {
         let sensor = self
             .rest
@@ -182,7 +183,8 @@ impl Device {
         sensor.map(|record| record.bytes.as_slice())
     }
 
-    /// A trial: flips a bit of a region, if one is given, drives on, and puts everything back.
+    /// A trial: flips a bit of a region, if one is given, continues the drive, and restores the
+    /// memory.
     pub fn trial(&mut self, flip: Option<(usize, usize)>) -> Left {
         if let Some((region, bit)) = flip {
             self.regions[region].flip(bit);
@@ -202,7 +204,7 @@ impl Device {
         left
     }
 
-    /// As before the last trial, if it ended early.
+    /// Restores the memory after a trial that ended early.
     pub fn put_back(&mut self) {
         for (region, copy) in self.regions.iter_mut().zip(&self.before) {
             region.put_back(copy);
@@ -213,7 +215,7 @@ impl Device {
         self.lines.gnss = Wire::default();
     }
 
-    /// Receives a record, and gives what leaves.
+    /// Receives a record, and returns the output.
     fn take(&mut self, record: &Record) -> Vec<u8> {
         self.now.0 = record.at_us.into();
         match record.input {

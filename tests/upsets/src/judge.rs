@@ -1,4 +1,4 @@
-//! What left the device after an upset, compared with what came in.
+//! Compares the output of the device after an upset with its input.
 
 use crate::device::{Left, Scenario};
 use firmware::configuration::Configuration;
@@ -16,24 +16,25 @@ pub enum Verdict {
     Bounded,
     /// The device noticed, and passes samples as they are.
     Raw,
-    /// Frames were lost or cut, none was wrong, and in the last second all came.
+    /// Frames were lost or cut, none was wrong, and in the last second all left.
     Lost,
-    /// Nothing came any more: the watchdog would start the device anew.
+    /// The output stopped: the watchdog would restart the device.
     Silent,
-    /// The process ended: on the target a fault of the processor, which starts the device anew.
+    /// The process ended: on the target a fault of the processor, which restarts the device.
     Fault,
-    /// It never ended: the watchdog would start the device anew.
+    /// It never ended: the watchdog would restart the device.
     Hang,
-    /// A check that only a test build has.
+    /// A check failed that only a test build has.
     Check,
     /// Good frames whose values are off by more than the limit.
     Beyond,
-    /// Good frames in which something else than values was changed, or frames that nobody sent.
+    /// Good frames in which something other than values was changed, or frames that were not
+    /// received.
     Forged,
 }
 
 impl Verdict {
-    /// All.
+    /// All verdicts.
     pub const ALL: [Verdict; 11] = [
         Verdict::Same,
         Verdict::Recovered,
@@ -61,7 +62,7 @@ impl Verdict {
     }
 }
 
-/// The judge.
+/// Judges trials.
 pub struct Judge {
     format: ImuFormat,
     /// Largest correction of a triad's value, counts, with one for rounding.
@@ -72,15 +73,17 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// By what the unit is told, and by what leaves without an upset.
+    /// A judge by the device's configuration and by the output without an upset. `None`: no such
+    /// stream.
     #[must_use]
-    pub fn new(scenario: Scenario, told: &Configuration, without: Left) -> Option<Judge> {
+    pub fn new(scenario: Scenario, configuration: &Configuration, without: Left) -> Option<Judge> {
         let format = ImuFormat::Stim300;
-        let stream = firmware::wire::Source::Stream(format).stream(&told.wire_settings(), 0x90)?;
+        let stream =
+            firmware::wire::Source::Stream(format).stream(&configuration.wire_settings(), 0x90)?;
         let period = 1.0 / stream.rate;
         let counts =
             |limit: f32, count: Option<f64>| Some(f64::from(limit) * period / count? + 1.0);
-        let limit = told.correction.limit;
+        let limit = configuration.correction.limit;
         let bound = [
             counts(limit.gyro, stream.units.gyro.increment(period))?,
             counts(limit.accel, stream.units.accel.increment(period))?,

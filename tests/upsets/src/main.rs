@@ -1,4 +1,4 @@
-//! `cargo run --release -p upsets`: flips bits and prints how it ended.
+//! `cargo run --release -p upsets`: flips bits and prints the verdicts.
 
 use anyhow::Result;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};

@@ -4,18 +4,18 @@
     reason = "this is what a particle does: bytes change under a running program"
 )]
 
-/// A named piece of memory that stays where it is until the program ends.
+/// A named piece of memory with a fixed address until the program ends.
 #[derive(Debug)]
 pub struct Region {
-    /// What is there.
+    /// Name of its content.
     pub name: &'static str,
     start: *mut u8,
     len: usize,
 }
 
 impl Region {
-    /// The place of a value, which must not be moved and must hold no memory of the heap: its bytes
-    /// are copied and put back.
+    /// The memory of a value, which must not be moved and must own no heap memory: its bytes are
+    /// copied and restored.
     pub fn of<T>(name: &'static str, value: *mut T) -> Region {
         Region {
             name,
@@ -52,7 +52,7 @@ impl Region {
     /// Flips a bit.
     pub fn flip(&mut self, bit: usize) {
         assert!(bit < self.bits(), "no such bit");
-        // SAFETY: as above. The value may then be none of its type; that is what is tried.
+        // SAFETY: as above. The value may then be invalid for its type; that is the purpose.
         unsafe {
             let byte = self.start.add(bit / 8);
             byte.write_volatile(byte.read_volatile() ^ 1 << (bit % 8));
@@ -60,9 +60,9 @@ impl Region {
     }
 }
 
-/// A value behind an address that was made by `Box::into_raw` and is never freed.
+/// A value at an address from `Box::into_raw`, which is never freed.
 pub(crate) fn lent<T>(value: *mut T) -> &'static mut T {
     // SAFETY: it lives for ever. The program is single-threaded, and nobody keeps another reference
-    // while this one is used, but for the flips that are tried.
+    // while this one is used, except for the flips under test.
     unsafe { &mut *value }
 }

@@ -1,6 +1,6 @@
-//! Runs the trials in processes, and counts how they ended.
+//! Runs the trials in processes, and collects the verdicts.
 
-use crate::child::{HANGS, Trials, UNSOUND};
+use crate::child::{HANGS, NOT_INTACT, Trials};
 use crate::judge::Verdict;
 use anyhow::{Context, Result, bail, ensure};
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// How the trials ended.
+/// Verdicts of the trials.
 #[derive(Clone, Debug, Default)]
 pub struct Found {
     /// Name and bits of each region.
@@ -99,9 +99,9 @@ pub fn run(
                 found.verdicts.append(&mut new);
                 return Ok(found);
             }
-            (Some(UNSOUND), _) => {
-                // one of the trials since the last look has left something behind: they are tried
-                // again, each in its own process
+            (Some(NOT_INTACT), _) => {
+                // one of the trials since the last check has left a change behind: they are
+                // repeated, each in its own process
                 let first = trials.from;
                 let end = new.keys().next_back().copied().context("no trial")?;
                 ensure!(

@@ -18,7 +18,7 @@ fn sampled(scenario: Scenario) -> Found {
     found.expect("the trials run")
 }
 
-/// After any upset the device sends good frames within the limit, or none.
+/// After any upset the device sends only good frames within the limit, or none.
 fn never_harms(found: &Found) {
     for verdict in [
         Verdict::Beyond,
@@ -53,21 +53,21 @@ fn while_it_learns() {
     never_harms(&sampled(Scenario::Learn));
 }
 
-/// The judge sees what it is there for: values beyond the limit, another counter, a frame that is
-/// missing, and one too many.
+/// The judge detects values beyond the limit, another counter, a missing frame, and an additional
+/// frame.
 #[test]
 fn the_judge_sees() {
     use firmware::sample::RawSample;
     use firmware::wire::{Change, Checked, ImuFormat};
-    use upsets::device::{Device, told};
+    use upsets::device::{Device, configured};
 
     let mut device = Device::driven(Scenario::Frozen, 3).expect("a drive");
     let without = device.trial(None);
-    let told = told(Scenario::Frozen);
-    let judge = Judge::new(Scenario::Frozen, &told, without.clone()).expect("a stream");
+    let configuration = configured(Scenario::Frozen);
+    let judge = Judge::new(Scenario::Frozen, &configuration, without.clone()).expect("a stream");
     let judged = |left| judge.judge(device.came(), &left);
     assert_eq!(judged(without.clone()), Verdict::Same);
-    let settings = told.wire_settings();
+    let settings = configuration.wire_settings();
     let shifted = |number: usize, counts: i32| {
         let mut left = without.clone();
         let frame = &mut left.after[number];

@@ -1,5 +1,5 @@
-//! Nanoseconds of the works of growing size whose instructions are counted on the target; `cargo
-//! xtask growth` draws both.
+//! Nanoseconds of the pieces of work of growing size whose instructions are counted on the target;
+//! `cargo xtask growth` draws both.
 
 mod processor;
 

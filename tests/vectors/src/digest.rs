@@ -1,6 +1,6 @@
 //! The digest: FNV-1a, 64 bit, over the bits of every number.
 
-/// FNV-1a state; sensitive to the order of what it is fed.
+/// FNV-1a state; it depends on the order of its input.
 #[derive(Clone, Copy, Debug)]
 pub struct Digest(u64);
 

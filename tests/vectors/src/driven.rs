@@ -13,8 +13,8 @@ use crate::network::net;
 const BLOCKS: u32 = 150;
 const SAMPLES: u16 = 25;
 
-/// Digest of what each block tells, of the networks' outputs and of the corrected samples. 0 when
-/// the compensator cannot be made, which no digest is.
+/// Digest of each block's report, of the networks' outputs and of the corrected samples. 0, which
+/// is no digest, if the compensator cannot be created.
 pub fn driven_digest() -> u64 {
     let limit = Limit {
         gyro: 1e-4,
@@ -77,7 +77,8 @@ fn driven(output: f32) -> Net {
     Net::new(net::<Rational>().weights, normalisation)
 }
 
-/// 0 to 65535 from a linear congruential generator (Numerical Recipes' constants) seeded by place.
+/// 0 to 65535 from a linear congruential generator (Numerical Recipes' constants) seeded by the
+/// index.
 fn noise(index: u32) -> u32 {
     let mut seed = index ^ 0x5eed_0002;
     for _ in 0..4 {

@@ -57,7 +57,7 @@ fn drift(index: usize, counts_per_sample: i32) -> i32 {
 }
 
 /// -511 to 511 counts from a linear congruential generator (Numerical Recipes' constants) seeded by
-/// place.
+/// index and axis.
 fn noise(index: usize, axis: usize) -> i32 {
     let mut seed = (index * 3 + axis) as u32 ^ 0x5eed_0001;
     for _ in 0..4 {

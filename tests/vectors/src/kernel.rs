@@ -15,9 +15,9 @@ const STEPS: u32 = 24;
 
 /// A function of the kernel that steps and descends.
 pub type Descend = fn(&mut Net, &mut State, &mut Sensitivities, [f32; 3], &[f32; 3], f32) -> Step;
-/// One that steps and differentiates.
+/// A function of the kernel that steps and differentiates.
 pub type Differentiate = fn(&Net, &mut State, &mut Sensitivities, [f32; 3]) -> Step;
-/// One that steps.
+/// A function of the kernel that steps.
 pub type Advance = fn(&Net, &mut State, [f32; 3]) -> Step;
 
 /// [`digest`] of the form for the Cortex-M4F.

@@ -38,7 +38,7 @@ pub struct LearnerSecondWork {
 }
 
 /// A second of K more coasts of the rehearsals, each of eight shadow navigators: their start from
-/// what the hypotheses believe, their way through the second, their end at a fix with scores and
+/// the hypotheses' estimates, their propagation over the second, their end at a fix with scores and
 /// bets. A coast lasts for 5 to 300 s and starts and ends only once in them.
 #[derive(Clone, Debug)]
 pub struct ShadowSecondWork<const K: usize> {
@@ -48,7 +48,8 @@ pub struct ShadowSecondWork<const K: usize> {
     block: Transition<NAV>,
 }
 
-/// A second and a fix of the filter of lever arm and delay, and what the navigator says of the fix.
+/// A second and a fix of the filter of lever arm and delay, and the navigator's innovation at the
+/// fix.
 #[derive(Clone, Debug)]
 pub struct AntennaSecondWork {
     antenna: Antenna,

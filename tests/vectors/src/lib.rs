@@ -3,8 +3,8 @@
 //!
 //! The desktop test and the board image run the same [`CHECKS`] and compare them with the same
 //! committed constants. If both agree with the constants, they agree with each other bit for bit.
-//! After a change of the network's arithmetic `cargo xtask vectors` writes the constants anew;
-//! commit them together with the change.
+//! After a change of the network's arithmetic `cargo xtask vectors` rewrites the constants; commit
+//! them together with the change.
 #![no_std]
 
 mod digest;

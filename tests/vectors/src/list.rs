@@ -18,7 +18,7 @@ pub trait Measure {
     /// Measures `work`. `long`: a repetition takes a million instructions instead of a thousand.
     ///
     /// # Errors
-    /// The work went wrong, so its figure would be of something else; or nothing can be printed.
+    /// The work failed, so its figure would be wrong; or nothing can be printed.
     fn measure(
         &mut self,
         name: &'static str,

@@ -19,8 +19,8 @@ const GRAVITY: i32 = -9_806_650;
 #[derive(Clone, Debug)]
 pub struct NavSampleWork(Navigator);
 
-/// One sample, and with it the most expensive end of a piece: a step of the equations with the
-/// Earth anew, which at 300 m/s happens once a second. In one of twelve there is a step of the
+/// One sample, and with it the most expensive end of a piece: a step of the equations with new
+/// Earth terms, which at 300 m/s happens once a second. In one of twelve there is a step of the
 /// error dynamics, too.
 #[derive(Clone, Debug)]
 pub struct NavPieceWork(Navigator);
@@ -85,7 +85,7 @@ impl NavPieceWork {
     /// Never `None`: the configuration is valid.
     pub fn new() -> Option<Self> {
         let mut navigator = navigator(Self::RATE, Some(1))?;
-        // in 40 ms so far north that the Earth is computed anew
+        // in 40 ms so far north that the Earth terms are recomputed
         for _ in 0..10 {
             navigator.feed_back(&[0.0, 0.0, 0.0, -950.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         }

@@ -46,7 +46,7 @@ fn the_kernel_meets_every_fault() {
 }
 
 #[test]
-fn a_wrong_constant_is_seen() {
+fn a_wrong_constant_is_found() {
     for wrong in 0..CHECKS.len() {
         let mut checks = CHECKS;
         checks[wrong].expected ^= 1;

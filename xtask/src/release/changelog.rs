@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 
 const UNRELEASED: &str = "## [Unreleased]";
 
-/// What stands under the heading of this version, with or without a date.
+/// The text under the heading of this version, with or without a date.
 pub fn entry<'a>(text: &'a str, version: &str) -> Option<&'a str> {
     let heading = format!("## [{version}]");
     section(text, |line| {
@@ -13,12 +13,12 @@ pub fn entry<'a>(text: &'a str, version: &str) -> Option<&'a str> {
     })
 }
 
-/// What stands under `[Unreleased]`.
+/// The text under `[Unreleased]`.
 pub fn unreleased(text: &str) -> &str {
     section(text, |line| line == UNRELEASED).unwrap_or_default()
 }
 
-/// The text with what was unreleased as the entry of `version`, of this date (year-month-day).
+/// The text with the unreleased changes as the entry of `version`, of this date (year-month-day).
 pub fn release(text: &str, version: &str, date: &str) -> Result<String> {
     ensure!(
         entry(text, version).is_none(),
@@ -32,7 +32,7 @@ pub fn release(text: &str, version: &str, date: &str) -> Result<String> {
     Ok(text.replacen(&format!("{UNRELEASED}\n"), &both, 1))
 }
 
-/// Between a heading of the second level and the next one.
+/// The text between a heading of the second level and the next one.
 fn section(text: &str, is: impl Fn(&str) -> bool) -> Option<&str> {
     let mut begin = None;
     let mut at = 0;

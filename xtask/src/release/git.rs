@@ -1,4 +1,4 @@
-//! Where a release comes from.
+//! The commit that a release is built from.
 
 use std::process::Command;
 
@@ -10,7 +10,7 @@ pub struct Source {
     pub commit: String,
     /// Its day, year-month-day.
     pub day: String,
-    /// Files are changed or new beside it.
+    /// Whether files are changed or new.
     pub dirty: bool,
 }
 

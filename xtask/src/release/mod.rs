@@ -1,4 +1,4 @@
-//! `cargo xtask release`: all that a release hands out, in one folder that appears whole or not at
+//! `cargo xtask release`: all files of a release, in one folder that appears complete or not at
 //! all. docs/RELEASES.md says what the version numbers mean.
 
 mod changelog;
@@ -18,7 +18,7 @@ use crate::{measure, needs, supply};
 use git::Source;
 use page::Page;
 
-/// What to build, and from what.
+/// Options of a release build.
 #[derive(clap::Args)]
 pub struct Order {
     /// The folder, which must not be there yet. Usually target/release-VERSION.
@@ -27,14 +27,14 @@ pub struct Order {
     /// Leaves the Python wheel out.
     #[arg(long)]
     skip_wheel: bool,
-    /// Leaves the boards over other people's drivers (firmware/boards) out.
+    /// Leaves out the boards over third-party drivers (firmware/boards).
     #[arg(long)]
     skip_boards: bool,
     /// Only the firmware images, to compare their checksums with those of a release.
     #[arg(long)]
     only_images: bool,
-    /// Builds whatever is here: changed files and changes without an entry are no error, and the
-    /// version has the commit behind it, and `-dirty` where files are changed.
+    /// Builds the tree as it is: changed files and changes without an entry are no error. The
+    /// version ends with the commit, and with `-dirty` if files are changed.
     #[arg(long)]
     snapshot: bool,
     /// Builds nothing: makes what CHANGELOG.md has under `[Unreleased]` the entry of the version.
@@ -43,7 +43,7 @@ pub struct Order {
     changelog: bool,
 }
 
-/// What is being released.
+/// The release that is being built.
 pub struct Release {
     pub version: String,
     pub source: Source,
@@ -51,14 +51,14 @@ pub struct Release {
     pub toolchain: String,
     /// The target triple of this machine.
     pub host: String,
-    /// Where it is put together.
+    /// The folder in which it is built.
     pub folder: PathBuf,
 }
 
 /// The version of the workspace, which all of its packages have.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Builds and puts it together.
+/// Builds the release.
 pub fn release(order: &Order) -> Result<ExitCode> {
     let path = workspace().join("CHANGELOG.md");
     let log = fs::read_to_string(&path).context("CHANGELOG.md")?;
@@ -176,14 +176,15 @@ fn facts(firmware: &mut [parts::Firmware]) -> Result<Vec<(String, String)>> {
     Ok(lines)
 }
 
-/// The version of what is no release.
+/// The version of a snapshot.
 fn snapshot(source: &Source) -> String {
     let commit = source.commit.get(..8).unwrap_or(&source.commit);
     let dirty = if source.dirty { "-dirty" } else { "" };
     format!("{VERSION}-{commit}{dirty}")
 }
 
-/// Whether this tree is a release: nothing changed, and an entry that holds all that is new.
+/// Checks that this tree can be released: nothing is changed, and the changelog entry has all
+/// changes.
 fn ready(source: &Source, log: &str) -> Result<()> {
     let trial = "or --snapshot, which is no release";
     if source.dirty {
@@ -204,19 +205,19 @@ fn ready(source: &Source, log: &str) -> Result<()> {
 /// The compiler's version, and the target of this machine.
 fn compiler() -> Result<[String; 2]> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let told = Command::new(rustc)
+    let printed = Command::new(rustc)
         .arg("-vV")
         .current_dir(workspace())
         .output()
         .context("cannot start rustc")?;
-    let told = String::from_utf8(told.stdout)?;
-    let host = told.lines().find_map(|line| line.strip_prefix("host: "));
+    let printed = String::from_utf8(printed.stdout)?;
+    let host = printed.lines().find_map(|line| line.strip_prefix("host: "));
     let host = host.context("rustc names no host")?;
-    let first = told.lines().next().unwrap_or_default();
+    let first = printed.lines().next().unwrap_or_default();
     Ok([first, host].map(str::to_owned))
 }
 
-/// A temporary folder is its owner's only; this one is to be given away.
+/// Makes a temporary folder readable for all, since it will be published.
 fn open_to_all(folder: &std::path::Path) -> Result<()> {
     #[cfg(unix)]
     {

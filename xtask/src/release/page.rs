@@ -6,7 +6,7 @@ use super::parts::Firmware;
 use super::{Release, sums};
 use crate::table::markdown;
 
-/// All that the page tells.
+/// The content of the page.
 pub struct Page<'a> {
     pub release: &'a Release,
     /// Name and version of each format.
@@ -14,7 +14,7 @@ pub struct Page<'a> {
     pub firmware: &'a [Firmware],
     /// Each file and its bytes.
     pub files: &'a [(String, u64)],
-    /// What was left out and why, a sentence each.
+    /// Parts that were left out, with the reason, a sentence each.
     pub left_out: &'a [String],
     /// The entry of the changelog.
     pub changes: &'a str,

@@ -1,4 +1,4 @@
-//! What is built for a release.
+//! Builds the parts of a release.
 
 use std::fs;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use crate::flash::CHIP;
 use crate::stage::succeed;
 use crate::{load, supply, wheel};
 
-/// Our own images, and what they are.
+/// Our own images, with descriptions.
 const OWN: [(Image, &str); 2] = [
     (STM32F405, "STM32F405, the whole learner"),
     (
@@ -24,24 +24,24 @@ const OWN: [(Image, &str); 2] = [
         "STM32F405, frozen networks and learning from references",
     ),
 ];
-/// The package over embassy for the chip that `stm32f405` serves: it is there to be compared.
+/// The package over embassy for the chip of `stm32f405`: it exists for comparison.
 const COMPARED: &str = "f405";
 
-/// An image that is handed out.
+/// A released image.
 pub struct Firmware {
-    /// Its name without an ending.
+    /// Its file name without extension.
     pub name: &'static str,
     /// The board in words.
     pub board: &'static str,
     /// Its chip as probe-rs calls it.
     pub chip: &'static str,
-    /// The image as it was built.
+    /// Path of the built image.
     pub built: PathBuf,
     /// Bytes of flash and of memory, as `tests/measure` finds them.
     pub bytes: [String; 2],
     /// Address of the first byte of the `.bin` file, where there is one.
     pub start: Option<u32>,
-    /// Ending of the file for the chip's boot loader, where it has one.
+    /// Extension of the file for the chip's boot loader, where it has one.
     pub loader: Option<&'static str>,
 }
 
@@ -55,8 +55,8 @@ pub fn own_images(release: &Release) -> Result<Vec<Firmware>> {
     built.collect()
 }
 
-/// Builds the images of the boards over other people's drivers. What cannot be built here is named
-/// in `left_out`.
+/// Builds the images of the boards over third-party drivers. Those that cannot be built here are
+/// named in `left_out`.
 pub fn board_images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec<Firmware>> {
     let mut all = Vec::new();
     for family in FAMILIES {
@@ -122,7 +122,7 @@ const PROGRAMS: [(&str, &str, &str); 2] = [
     ("live", "host-sim/live", "host-sim-serve"),
 ];
 
-/// Builds the desktop's programs for this machine, without its folders in them.
+/// Builds the desktop's programs for this machine, without its paths in them.
 pub fn programs(release: &Release) -> Result<()> {
     let directory = target_directory()?.join("dist");
     let ending = std::env::consts::EXE_SUFFIX;
@@ -145,7 +145,7 @@ pub fn programs(release: &Release) -> Result<()> {
     Ok(())
 }
 
-/// Builds the Python wheel with maturin in a virtual environment; or the reason why not.
+/// Builds the Python wheel with maturin in a virtual environment; or returns the reason why not.
 pub fn python(release: &Release) -> Result<Option<String>> {
     let package = workspace().join(wheel::PACKAGE);
     eprintln!("wheel");

@@ -199,7 +199,7 @@ fn a_known_state_needs_a_stream_and_a_range() {
 /// as without the filter that estimates the former, and without noise for the latter. The digest is
 /// that of the present hypotheses.
 #[test]
-fn what_is_told_exactly_keeps_every_bit() {
+fn what_is_configured_exactly_keeps_every_bit() {
     use super::drive::{Drive, Receiver, Road};
     let mut memory = memory();
     let settings = Settings {

@@ -1,4 +1,4 @@
-//! Start and end alone: what the other programs have besides the network.
+//! Only start-up and exit: what the other programs contain besides the network.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,4 +1,4 @@
-//! Counts the instructions of each work.
+//! Counts the instructions of each piece of work.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

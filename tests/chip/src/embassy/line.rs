@@ -1,6 +1,6 @@
-//! USART1 at 921 600 bit/s: a ring in, which DMA fills without an end, and DMA out.
+//! USART1 at 921 600 bit/s: received into a ring that DMA fills continuously, and sent by DMA.
 
-use chip::{BYTES, LAST, Report, tell};
+use chip::{BYTES, LAST, Report, report};
 use cortex_m::singleton;
 use embassy_stm32::Peripherals;
 use embassy_stm32::usart::{Config, Uart};
@@ -8,8 +8,8 @@ use embassy_stm32::usart::{Config, Uart};
 use crate::Interrupts;
 use crate::waiting::wait_for;
 
-/// Sends back [`BYTES`] bytes. The driver gives what has come at each pause of the line, and when
-/// half of the ring is full.
+/// Sends back [`BYTES`] bytes. The driver delivers the received bytes at each pause of the line,
+/// and when half of the ring is full.
 pub fn echo(chip: Peripherals) {
     let mut config = Config::default();
     config.baudrate = 921_600;
@@ -34,21 +34,21 @@ pub fn echo(chip: Peripherals) {
     let (mut out, into) = line.split();
     let mut into = into.into_ring_buffered(ring);
     into.start_uart();
-    tell(Report::Mark, 0);
+    report(Report::Mark, 0);
     let mut count = 0;
     while count < BYTES {
         match wait_for(into.read(&mut sent[count..])) {
             Ok(bytes) => {
                 count += bytes;
-                tell(Report::Read, count as u32);
+                report(Report::Read, count as u32);
             }
-            Err(_) => return tell(Report::Error, 1),
+            Err(_) => return report(Report::Error, 1),
         }
     }
     let end = wait_for(out.write(sent));
-    tell(Report::Mark, 1);
+    report(Report::Mark, 1);
     let end = end.and_then(|()| out.blocking_write(&[LAST]));
     let flushed = out.blocking_flush();
-    tell(Report::Error, u32::from(end.is_err() || flushed.is_err()));
-    tell(Report::Mark, 2);
+    report(Report::Error, u32::from(end.is_err() || flushed.is_err()));
+    report(Report::Mark, 2);
 }

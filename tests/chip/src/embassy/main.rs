@@ -1,4 +1,4 @@
-//! `embassy-stm32`, unmodified, on the chip that is asked for a subject.
+//! Runs a subject over unmodified `embassy-stm32`.
 
 #![no_std]
 #![no_main]
@@ -7,7 +7,7 @@ mod line;
 mod waiting;
 
 use chip::registers::{self, sleep};
-use chip::{PATTERN, Report, SECTOR, Subject, begin, done, subject, tell, tell_sector};
+use chip::{PATTERN, Report, SECTOR, Subject, begin, done, report, report_sector, subject};
 use cortex_m::peripheral::SYST;
 use embassy_stm32::flash::{Error, FLASH_SIZE, Flash};
 use embassy_stm32::gpio::{Level, Output, Speed};
@@ -118,12 +118,12 @@ fn clock(timer: &mut SYST, variant: u32) {
     let clocks = clocks(&chip.RCC);
     let hertz = |clock: Option<Hertz>| clock.map_or(0, |clock| clock.0);
     let core = hertz(clocks.hclk1.into());
-    tell(Report::Core, core);
-    tell(Report::Apb1, hertz(clocks.pclk1.into()));
-    tell(Report::Apb2, hertz(clocks.pclk2.into()));
-    tell(Report::Mark, 0);
+    report(Report::Core, core);
+    report(Report::Apb1, hertz(clocks.pclk1.into()));
+    report(Report::Apb2, hertz(clocks.pclk2.into()));
+    report(Report::Mark, 0);
     registers::wait(timer, core / 1000);
-    tell(Report::Mark, 1);
+    report(Report::Mark, 1);
 }
 
 fn spi(chip: Peripherals) {
@@ -144,8 +144,8 @@ fn spi(chip: Peripherals) {
             wait_for(spi.transfer_in_place(&mut word))
         };
         select.set_high();
-        tell(Report::Error, u32::from(end.is_err()));
-        tell(Report::Word, u32::from(u16::from_be_bytes(word)));
+        report(Report::Error, u32::from(end.is_err()));
+        report(Report::Word, u32::from(u16::from_be_bytes(word)));
         cortex_m::asm::delay(168 * 20);
     }
 }
@@ -159,25 +159,25 @@ fn flash(chip: Peripherals) {
         Err(_) => 9,
     };
     let mut flash = Flash::new_blocking(chip.FLASH);
-    tell(Report::Word, FLASH_SIZE as u32);
-    tell(Report::Mark, 0);
-    tell(
+    report(Report::Word, FLASH_SIZE as u32);
+    report(Report::Mark, 0);
+    report(
         Report::Error,
         number(flash.blocking_erase(SECTOR, SECTOR + 0x2_0000)),
     );
-    tell(Report::Mark, 1);
-    tell_sector();
+    report(Report::Mark, 1);
+    report_sector();
     let end = flash.blocking_write(SECTOR, &PATTERN);
-    tell(Report::Mark, 2);
-    tell(Report::Error, number(end));
-    tell_sector();
+    report(Report::Mark, 2);
+    report(Report::Error, number(end));
+    report_sector();
     registers::wrong_write(0x0800_0000 + SECTOR + 256);
-    tell(
+    report(
         Report::Error,
         number(flash.blocking_write(SECTOR + 64, &PATTERN)),
     );
     registers::forgive();
-    tell(
+    report(
         Report::Error,
         number(flash.blocking_write(SECTOR + 128, &PATTERN)),
     );
@@ -192,25 +192,26 @@ fn watchdog(watchdog: Peri<'static, peripherals::IWDG>, timer: &mut SYST) {
     for _ in 0..2 {
         sleep(timer, 16_000, 8);
         watchdog.pet();
-        tell(Report::Mark, 0);
+        report(Report::Mark, 0);
     }
     sleep(timer, 160_000, 3);
 }
 
-/// 12 ms, of which the last six are open. Fed in time, then too early; or never.
+/// A window watchdog of 12 ms, of which the last six are open. It is fed in time, then too early;
+/// or never.
 fn window(watchdog: Peri<'static, peripherals::WWDG>, timer: &mut SYST, fed: bool) {
     if registers::restarted() {
         return;
     }
     let mut watchdog = WindowWatchdog::new(watchdog, 12_000, 6_000);
-    tell(Report::Mark, 0);
+    report(Report::Mark, 0);
     if fed {
         sleep(timer, 16_000, 8);
         watchdog.pet();
-        tell(Report::Mark, 1);
+        report(Report::Mark, 1);
         sleep(timer, 16_000, 2);
         watchdog.pet();
-        tell(Report::Mark, 2);
+        report(Report::Mark, 2);
     }
     sleep(timer, 160_000, 3);
 }
@@ -222,18 +223,18 @@ fn calendar(chip: Peripherals, timer: &mut SYST) {
         clock.write_backup_register(7, 0x1234_5678);
         let set = DateTime::from(2023, 12, 31, DayOfWeek::Sunday, 23, 59, 58, 0);
         if let Ok(set) = set {
-            tell(Report::Error, u32::from(clock.set_datetime(set).is_err()));
+            report(Report::Error, u32::from(clock.set_datetime(set).is_err()));
         }
     }
-    tell(Report::Word, clock.read_backup_register(7).unwrap_or(0));
+    report(Report::Word, clock.read_backup_register(7).unwrap_or(0));
     for _ in 0..3 {
-        tell(Report::Mark, 0);
+        report(Report::Mark, 0);
         if let Ok(now) = time.now() {
             let minutes = u32::from(now.hour()) * 60 + u32::from(now.minute());
-            tell(Report::Seconds, minutes * 60 + u32::from(now.second()));
+            report(Report::Seconds, minutes * 60 + u32::from(now.second()));
             let date = u32::from(now.year()) * 10_000 + u32::from(now.month()) * 100;
-            tell(Report::Date, date + u32::from(now.day()));
-            tell(Report::Micros, now.microsecond());
+            report(Report::Date, date + u32::from(now.day()));
+            report(Report::Micros, now.microsecond());
         }
         sleep(timer, 16_000_000, 1);
     }

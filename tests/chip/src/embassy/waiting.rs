@@ -1,5 +1,6 @@
-//! One future, and sleep until an interrupt has woken it: an executor of one task. With
-//! `embassy_futures::block_on`, which asks without a pause, a read of the ring returns each byte.
+//! An executor of one task, which sleeps until an interrupt wakes it. With
+//! `embassy_futures::block_on`, which polls without a pause, each read of the ring would return one
+//! byte.
 
 #![allow(unsafe_code)]
 
@@ -17,7 +18,7 @@ static TABLE: RawWakerVTable = RawWakerVTable::new(
     |_| {},
 );
 
-/// The future's result.
+/// Runs a future and returns its result.
 pub fn wait_for<T>(future: impl Future<Output = T>) -> T {
     let mut future = pin!(future);
     // SAFETY: the functions of the table use no data.
@@ -31,7 +32,7 @@ pub fn wait_for<T>(future: impl Future<Output = T>) -> T {
         cortex_m::interrupt::free(|_| {
             while !WOKEN.swap(false, Ordering::Acquire) {
                 cortex_m::asm::wfi();
-                // SAFETY: unmasked for as long as what has come takes.
+                // SAFETY: unmasked while the pending interrupts are served.
                 unsafe { cortex_m::interrupt::enable() };
                 cortex_m::asm::isb();
                 cortex_m::interrupt::disable();

@@ -1,6 +1,6 @@
-//! USART1 at 921 600 bit/s: two buffers in, which DMA fills in turn, and one out.
+//! USART1 at 921 600 bit/s: two receive buffers, which DMA fills in turn, and one to send.
 
-use chip::{BYTES, LAST, Report, tell};
+use chip::{BYTES, LAST, Report, report};
 use cortex_m::singleton;
 use stm32f4xx_hal::dma::config::DmaConfig;
 use stm32f4xx_hal::dma::{DMAError, StreamsTuple, Transfer};
@@ -14,7 +14,7 @@ use stm32f4xx_hal::{ReadFlags, block};
 /// Bytes of each of the two buffers.
 pub const HALF: usize = 64;
 
-/// Sends back [`BYTES`] bytes. What has come is told at each pause of the line.
+/// Sends back [`BYTES`] bytes. The number of received bytes is reported at each pause of the line.
 pub fn echo(chip: pac::Peripherals) {
     let mut rcc = chip.RCC.freeze(Config::hse(12.MHz()).sysclk(168.MHz()));
     let port = chip.GPIOA.split(&mut rcc);
@@ -41,7 +41,7 @@ pub fn echo(chip: pac::Peripherals) {
     let mut coming =
         Transfer::init_peripheral_to_memory(streams.2, into, first, Some(second), ring);
     coming.start(|_| {});
-    tell(Report::Mark, 0);
+    report(Report::Mark, 0);
     let (mut spare, mut count, mut idle) = (Some(third), 0, 0);
     while count + HALF - usize::from(coming.number_of_transfers()) < BYTES {
         if coming.flags().is_transfer_complete()
@@ -54,17 +54,17 @@ pub fn echo(chip: pac::Peripherals) {
                     spare = Some(full);
                 }
                 Err(DMAError::NotReady(kept) | DMAError::SmallBuffer(kept)) => spare = Some(kept),
-                Err(DMAError::Overrun(_)) => return tell(Report::Error, 1),
+                Err(DMAError::Overrun(_)) => return report(Report::Error, 1),
             }
         }
         if coming.is_idle() {
             coming.clear_idle_interrupt();
             idle += 1;
             let here = count + HALF - usize::from(coming.number_of_transfers());
-            tell(Report::Read, here as u32);
+            report(Report::Read, here as u32);
         }
     }
-    tell(Report::Idle, idle);
+    report(Report::Idle, idle);
     // the buffers are filled in turn, and the last one is not full
     let (_, _, first, second) = coming.release();
     if let Some(rest) = if (count / HALF).is_multiple_of(2) {
@@ -77,9 +77,9 @@ pub fn echo(chip: pac::Peripherals) {
     let mut going = Transfer::init_memory_to_peripheral(streams.7, out, sent, None, each);
     going.start(|_| {});
     going.wait();
-    tell(Report::Mark, 1);
+    report(Report::Mark, 1);
     let (_, mut out, ..) = going.release();
     let end = block!(out.write(LAST)).and_then(|()| block!(out.flush()));
-    tell(Report::Error, u32::from(end.is_err()));
-    tell(Report::Mark, 2);
+    report(Report::Error, u32::from(end.is_err()));
+    report(Report::Mark, 2);
 }

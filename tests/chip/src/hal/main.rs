@@ -1,4 +1,4 @@
-//! `stm32f4xx-hal`, unmodified, on the chip that is asked for a subject.
+//! Runs a subject over unmodified `stm32f4xx-hal`.
 
 #![no_std]
 #![no_main]
@@ -6,7 +6,7 @@
 mod line;
 
 use chip::registers::{self, sleep};
-use chip::{BYTES, PATTERN, Report, SECTOR, Subject, begin, done, subject, tell, tell_sector};
+use chip::{BYTES, PATTERN, Report, SECTOR, Subject, begin, done, report, report_sector, subject};
 use stm32f4xx_hal::flash::{Error, FlashExt};
 use stm32f4xx_hal::gpio::PinState;
 use stm32f4xx_hal::hal::spi::{MODE_3, SpiBus};
@@ -39,9 +39,9 @@ fn main() -> ! {
 }
 
 fn tell_clocks(rcc: &Rcc) {
-    tell(Report::Core, rcc.clocks.hclk().raw());
-    tell(Report::Apb1, rcc.clocks.pclk1().raw());
-    tell(Report::Apb2, rcc.clocks.pclk2().raw());
+    report(Report::Core, rcc.clocks.hclk().raw());
+    report(Report::Apb1, rcc.clocks.pclk1().raw());
+    report(Report::Apb2, rcc.clocks.pclk2().raw());
 }
 
 fn clock(rcc: pac::RCC, timer: &mut pac::SYST, variant: u32) {
@@ -55,9 +55,9 @@ fn clock(rcc: pac::RCC, timer: &mut pac::SYST, variant: u32) {
     };
     let rcc = rcc.freeze(config);
     tell_clocks(&rcc);
-    tell(Report::Mark, 0);
+    report(Report::Mark, 0);
     registers::wait(timer, rcc.clocks.hclk().raw() / 1000);
-    tell(Report::Mark, 1);
+    report(Report::Mark, 1);
 }
 
 fn spi(chip: pac::Peripherals) {
@@ -73,8 +73,8 @@ fn spi(chip: pac::Peripherals) {
             .transfer_in_place(&mut word)
             .and_then(|()| SpiBus::flush(&mut spi));
         select.set_high();
-        tell(Report::Error, u32::from(end.is_err()));
-        tell(Report::Word, u32::from(u16::from_be_bytes(word)));
+        report(Report::Error, u32::from(end.is_err()));
+        report(Report::Word, u32::from(u16::from_be_bytes(word)));
         cortex_m::asm::delay(168 * 20);
     }
 }
@@ -87,26 +87,26 @@ fn flash(mut flash: pac::FLASH) {
         Err(Error::ProgrammingAlignment) => 3,
         Err(_) => 9,
     };
-    tell(Report::Word, flash.len() as u32);
+    report(Report::Word, flash.len() as u32);
     let sector = flash
         .sector(SECTOR as usize)
         .map_or(0, |sector| sector.number);
-    tell(Report::Mark, 0);
-    tell(Report::Error, number(flash.unlocked().erase(sector)));
-    tell(Report::Mark, 1);
-    tell_sector();
+    report(Report::Mark, 0);
+    report(Report::Error, number(flash.unlocked().erase(sector)));
+    report(Report::Mark, 1);
+    report_sector();
     let end = flash.unlocked().program(SECTOR as usize, PATTERN.iter());
-    tell(Report::Mark, 2);
-    tell(Report::Error, number(end));
-    tell_sector();
+    report(Report::Mark, 2);
+    report(Report::Error, number(end));
+    report_sector();
     let mut open = flash.unlocked();
     registers::wrong_write(0x0800_0000 + SECTOR + 256);
-    tell(
+    report(
         Report::Error,
         number(open.program(SECTOR as usize + 64, PATTERN.iter())),
     );
     registers::forgive();
-    tell(
+    report(
         Report::Error,
         number(open.program(SECTOR as usize + 128, PATTERN.iter())),
     );
@@ -118,11 +118,11 @@ fn watchdog(watchdog: pac::IWDG, timer: &mut pac::SYST) {
     }
     let mut watchdog = IndependentWatchdog::new(watchdog);
     watchdog.start(10.millis());
-    tell(Report::Word, watchdog.interval().ticks());
+    report(Report::Word, watchdog.interval().ticks());
     for _ in 0..2 {
         sleep(timer, 16_000, 8);
         watchdog.feed();
-        tell(Report::Mark, 0);
+        report(Report::Mark, 0);
     }
     sleep(timer, 160_000, 3);
 }
@@ -133,19 +133,19 @@ fn calendar(mut chip: pac::Peripherals, timer: &mut pac::SYST) {
     let date = Date::from_calendar_date(2023, Month::December, 31);
     if let (Ok(date), Ok(time)) = (date, Time::from_hms(23, 59, 58)) {
         let set = clock.set_datetime(&PrimitiveDateTime::new(date, time));
-        tell(Report::Error, u32::from(set.is_err()));
+        report(Report::Error, u32::from(set.is_err()));
     }
     for _ in 0..3 {
-        tell(Report::Mark, 0);
+        report(Report::Mark, 0);
         let now = clock.get_datetime();
         let (hour, minute, second) = now.time().as_hms();
-        tell(
+        report(
             Report::Seconds,
             (u32::from(hour) * 60 + u32::from(minute)) * 60 + u32::from(second),
         );
         let date = now.year() as u32 * 10_000 + u32::from(u8::from(now.month())) * 100;
-        tell(Report::Date, date + u32::from(now.day()));
-        tell(Report::Micros, now.time().microsecond());
+        report(Report::Date, date + u32::from(now.day()));
+        report(Report::Micros, now.time().microsecond());
         sleep(timer, 16_000_000, 1);
     }
 }

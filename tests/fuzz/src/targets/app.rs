@@ -1,5 +1,5 @@
-//! Any bytes on all four lines at any time, any room in the output: nothing panics or hangs, no
-//! byte is made up or kept back, and every counter and state agrees with what left.
+//! Any bytes on all four lines at any time, any free space in the output: nothing panics or hangs,
+//! no byte is invented or held back, and every counter and state agrees with the output.
 
 use firmware::app::{App, Config, Lines};
 use firmware::control::{Mode, Window};
@@ -227,13 +227,13 @@ pub fn run(input: &[u8]) -> bool {
             left <= came.len() || counters.answered > 0,
             "bytes are made up"
         );
-        // what has not left is the beginning of a message
+        // bytes that have not left are the beginning of a message
         if counters.answered == 0 && counters.dropped == 0 {
             assert!(left + framer::CAPACITY >= came.len(), "bytes are missing");
         }
     }
-    // without silence and changes of state, the frames found are those of the bytes that came,
-    // however they were cut
+    // without silence and changes of state, the frames found are those of the input, however it was
+    // divided
     let mut framer = Framer::new(format);
     let mut frames = 0;
     for piece in came.chunks(64) {

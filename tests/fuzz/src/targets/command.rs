@@ -16,7 +16,7 @@ pub fn run(input: &[u8]) -> bool {
             let _ = decode::<Request>(packet);
         }
     }
-    // past the CRC, which a fuzzer does not guess
+    // with a right CRC, which a fuzzer does not find
     let mut plain = input.to_vec();
     plain.extend(checksum::crc32_zlib(input).to_le_bytes());
     let mut packet = vec![0; plain.len() + plain.len() / 254 + 2];

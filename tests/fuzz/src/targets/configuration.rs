@@ -1,5 +1,5 @@
-//! Any bytes as a configuration record of any schema, also with a right frame around them: what is
-//! taken is in range, and an application starts with it.
+//! Any bytes as a configuration record of any schema, also with a right frame around them: an
+//! accepted record is in range, and an application starts with it.
 
 use firmware::app::{App, Config};
 use firmware::configuration::record::{decode, encode, schema};
@@ -15,18 +15,18 @@ fn framed(schema: u8, body: &[u8]) -> Vec<u8> {
 
 fn check(record: &[u8]) -> bool {
     let _ = schema(record);
-    let Ok(told) = decode(record) else {
+    let Ok(configuration) = decode(record) else {
         return false;
     };
-    assert!(told.check().is_ok());
-    let again = encode(&told);
+    assert!(configuration.check().is_ok());
+    let again = encode(&configuration);
     let same = decode(&again).expect("our own record");
-    assert_eq!(format!("{same:?}"), format!("{told:?}")); // NaN is not equal to itself
-    let _ = App::new(Config::of(&told)).faults();
+    assert_eq!(format!("{same:?}"), format!("{configuration:?}")); // NaN is not equal to itself
+    let _ = App::new(Config::of(&configuration)).faults();
     true
 }
 
-/// Whether a record was taken.
+/// Whether a record was accepted.
 pub fn run(input: &[u8]) -> bool {
     let plain = check(input);
     let [schema, body @ ..] = input else {

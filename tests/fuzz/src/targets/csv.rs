@@ -3,7 +3,8 @@
 
 use host_io::recordings::generic;
 
-/// Whether a header may name a file elsewhere: a slash that is not of a unit, or an escape.
+/// Whether a header may name a file in another folder: a slash that is not part of a unit, or an
+/// escape.
 fn names_folders(header: &[u8]) -> bool {
     let text = String::from_utf8_lossy(header);
     let units = ["rad/s", "deg/s", "deg/h", "km/h", "m/s"];

@@ -1,8 +1,8 @@
 //! The application over a drive of 75 s, at rest for 48 s: it aligns itself, navigates and learns
 //! from fixes, with stored networks in force, while the fuzzer disturbs samples, fixes, lines,
-//! requests and time. Nothing panics or hangs, corrections stay within their limit, and what the
-//! device tells is finite. With `FUZZ_LONG` the drive is one of 1200 s, in which what is learnt is
-//! promoted.
+//! requests and time. Nothing panics or hangs, corrections stay within their limit, and all numbers
+//! that the device reports are finite. With `FUZZ_LONG` the drive has 1200 s, in which a learnt
+//! correction is promoted.
 
 use arbitrary::Arbitrary;
 use firmware::app::{App, Config, Lines};
@@ -18,42 +18,42 @@ use std::collections::HashMap;
 use std::sync::OnceLock;
 
 const FORMAT: ImuFormat = ImuFormat::Novatel;
-/// How long it lasts, and how long when what is learnt is to be promoted.
+/// Length of the drive, and of the long one, in which a learnt correction is promoted, s.
 const SECONDS: [u32; 2] = [75, 1200];
-/// Of these at rest.
+/// Time at rest at its start, s.
 const STANDSTILL_S: u32 = 48;
-/// When the alignment is told to begin and to end, microseconds.
+/// When the alignment is reported to begin and to end, us.
 const ALIGN: [u32; 2] = [3_000_000, 46_000_000];
 
 #[derive(Arbitrary, Debug, Clone, Copy)]
 enum Act {
-    /// So many records are lost.
+    /// This number of records is lost.
     Lose(u8),
     /// A wrong bit.
     Flip(u8, u8),
-    /// Bytes in between, on one of the lines.
+    /// Additional bytes on one of the lines.
     Bytes(u8, [u8; 8]),
-    /// The record comes again.
+    /// The record arrives twice.
     Again,
-    /// The record comes later by so many times 10 ms, and with it all others.
+    /// This record and all later ones arrive later, by this number times 10 ms.
     Late(u8),
-    /// Other values, for so many frames, or for 255: to the end. Added to the counts.
+    /// Offsets added to the counts, for this number of frames; 255: to the end.
     Values([i16; 6], u8),
-    /// The next fix is elsewhere: cm, mm/s, and so often.
+    /// The next fixes have another position and velocity: offsets in cm and mm/s, number of fixes.
     Fix([i16; 3], [i16; 3], u8),
-    /// The next fix is of another time, ms.
+    /// The next fix has another time: offset, ms.
     Time(i16),
-    /// The next fix is as accurate as this, mm.
+    /// The next fix states this accuracy, mm.
     Accuracy(u16),
     /// A request.
     Request(u8),
-    /// What is learnt is stored, and recalled with this byte changed.
+    /// The learnt state is stored, and recalled with this byte changed.
     Recall(u16, u8),
 }
 
 #[derive(Arbitrary, Debug)]
 struct Input {
-    /// At which share of the drive, and what.
+    /// When in the drive, as a share of 65 536, and what.
     acts: Vec<(u16, Act)>,
 }
 
@@ -80,16 +80,16 @@ fn stored() -> Nets {
     }
 }
 
-/// What the device tells at the end.
+/// State of the device at the end.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct End {
-    /// It navigates.
+    /// Whether it navigates.
     pub navigates: bool,
     /// Fixes that it learnt from.
     pub fixes: u32,
     /// How often what was learnt was promoted.
     pub promotions: u32,
-    /// A correction is in force.
+    /// Whether a correction is in force.
     pub corrected: bool,
 }
 
@@ -98,7 +98,7 @@ struct Device<'m> {
     lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine>,
     clock: SetClock,
     framer: Framer,
-    /// Samples that went in, by their time.
+    /// Samples sent to the device, by their time.
     inside: HashMap<u64, RawSample>,
     packets: Packets,
     end: End,
@@ -106,8 +106,8 @@ struct Device<'m> {
     most: [f64; 2],
 }
 
-/// The fields of a frame by which its way is followed.
-fn seen(bytes: &mut [u8]) -> Option<(u64, RawSample)> {
+/// Time and sample of a frame, to find it in the output.
+fn time_and_sample(bytes: &mut [u8]) -> Option<(u64, RawSample)> {
     let checked = firmware::wire::Checked::new(FORMAT, bytes).ok()?;
     let reading = checked.read().ok()?;
     Some((reading.time?.to_bits(), reading.sample))
@@ -151,7 +151,7 @@ impl Device<'_> {
             self.framer.push(piece);
             while let Some(event) = self.framer.next_event() {
                 let mut bytes = event.bytes().to_vec();
-                if let Some((time, out)) = seen(&mut bytes)
+                if let Some((time, out)) = time_and_sample(&mut bytes)
                     && let Some(was) = self.inside.get(&time)
                 {
                     let off = difference(*was, out);
@@ -217,7 +217,7 @@ fn difference(a: RawSample, b: RawSample) -> [f64; 2] {
     [largest(g, gyro), largest(f, accel)]
 }
 
-/// Adds to the counts of a frame, which stays a good one.
+/// Adds to the counts of a frame and updates its checksum.
 fn other_values(bytes: &mut [u8], add: [i16; 6]) {
     use firmware::wire::{Change, Checked, Settings};
     let Ok(mut checked) = Checked::new(FORMAT, bytes) else {
@@ -324,8 +324,8 @@ pub fn drive(bytes: &[u8], long: bool) -> Option<End> {
                 Act::Request(kind) => device.request(kind),
                 Act::Recall(at, with) => {
                     let mut memory = vec![0; 64];
-                    let place = usize::from(at) % memory.len();
-                    memory[place] = with;
+                    let position = usize::from(at) % memory.len();
+                    memory[position] = with;
                     device.app.recall(&memory);
                 }
             }
@@ -340,7 +340,7 @@ pub fn drive(bytes: &[u8], long: bool) -> Option<End> {
                     values.1 -= 1;
                     other_values(&mut bytes, values.0);
                 }
-                if let Some((time, sample)) = seen(&mut bytes) {
+                if let Some((time, sample)) = time_and_sample(&mut bytes) {
                     device.inside.insert(time, sample);
                 }
                 for _ in 0..times {

@@ -5,7 +5,7 @@ use firmware::model::{IMAGES_LEN, Nets};
 use lrnn_nostd::image::{IMAGE_LEN, decode, encode};
 use lrnn_nostd::{Net, State};
 
-/// A right frame around what may be weights.
+/// A valid frame around bytes that may be weights.
 fn framed(input: &[u8]) -> Vec<u8> {
     let mut image = input.to_vec();
     image.resize(IMAGE_LEN, 0);
@@ -37,7 +37,7 @@ fn check(image: &[u8]) -> bool {
     true
 }
 
-/// Whether the weights were taken.
+/// Whether the weights were accepted.
 pub fn run(input: &[u8]) -> bool {
     check(input);
     let first = framed(input);

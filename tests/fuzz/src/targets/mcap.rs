@@ -1,4 +1,4 @@
-//! Any bytes as a bag of ROS 2: they are read or refused with a sentence, and all that is read is
+//! Any bytes as a bag of ROS 2: they are read or refused with a message, and all values read are
 //! finite.
 
 use host_io::recordings::mcap::{Choice, read};

@@ -1,7 +1,7 @@
 //! An attacker at the command link who knows its format: packets with a right checksum and any
-//! content, images and records with a right frame around any content. The stream goes on all the
-//! time. Each answer is a good packet, no request gets two, and bytes pass as they came while the
-//! device says that it is in bypass.
+//! content, images and records with a valid frame around any content. The stream goes on all the
+//! time. Each answer is a good packet, no request gets two, and bytes pass unchanged while the
+//! device reports bypass.
 
 use arbitrary::Arbitrary;
 use firmware::app::{App, Config, Lines, Phase};
@@ -11,18 +11,18 @@ use firmware::wire::command::{Packets, Response, decode};
 use firmware::wire::{Fields, ImuFormat, cobs, framer};
 use host_device::hil::{MemoryLine, SetClock};
 
-/// Most bytes of a message that a packet has room for.
+/// Longest message that fits into a packet, bytes.
 const ROOM: usize = 150;
 
 #[derive(Arbitrary, Debug)]
 enum Act<'i> {
     /// A message of this kind with this content.
     Message(u8, &'i [u8]),
-    /// A message that is in pieces of the longest kind: offset and content.
+    /// A piece of an upload: offset and content.
     Piece(bool, u16, &'i [u8]),
-    /// A whole weight image with a right frame, then its commit.
+    /// A whole weight image with a valid frame, then its commit.
     Image([u8; 24]),
-    /// A whole configuration record with a right frame, then its commit.
+    /// A whole configuration record with a valid frame, then its commit.
     Record(u8, &'i [u8]),
     /// Bytes.
     Bytes(&'i [u8]),

@@ -1,6 +1,6 @@
-//! A store over any flash, with power cuts and rotten bits between its operations: it never misuses
-//! the chip, what it gives back is whole and finite, and what it has stored since the last rot is
-//! there, or what was there before a cut.
+//! A store over any flash content, with power cuts and bit errors between its operations: it never
+//! misuses the chip, what it returns is complete and finite, and what it has stored since the last
+//! bit error is found, or what was stored before a power cut.
 
 use arbitrary::Arbitrary;
 use embedded_storage::nor_flash::{
@@ -20,15 +20,15 @@ enum Act {
     Save(u8),
     /// The same, but power fails after so many bytes.
     Cut(u8, u16),
-    /// A bit rots.
+    /// A bit flips.
     Flip(u16, u8),
-    /// Bytes rot.
+    /// Bytes change.
     Rot(u16, [u8; 8]),
 }
 
 #[derive(Arbitrary, Debug)]
 struct Input<'i> {
-    /// What the flash holds at first, from this place on.
+    /// Initial content of the flash from this position on.
     at: u16,
     garbage: &'i [u8],
     acts: Vec<Act>,
@@ -39,7 +39,7 @@ struct Flash {
     bytes: Vec<u8>,
     written: Vec<bool>,
     left: usize,
-    /// The bits that the byte at which power fails keeps or gets, as far as they could.
+    /// Mask of the bits that change in the byte at which power fails.
     torn: u8,
 }
 
@@ -57,7 +57,8 @@ impl ErrorType for Flash {
 }
 
 impl Flash {
-    /// Changes a byte, erases or writes it: whole, torn when power fails, or not without power.
+    /// Changes a byte, erases or writes it: completely, partly when power fails, not at all without
+    /// power.
     fn put(&mut self, at: usize, byte: u8) -> Result<(), PowerCut> {
         if self.left == 0 {
             return Err(PowerCut);
@@ -72,7 +73,7 @@ impl Flash {
         Ok(())
     }
 
-    /// Makes a byte another one. One that reads as erased may be written.
+    /// Sets a byte. One that reads as erased may be written.
     fn set(&mut self, at: usize, byte: u8) {
         self.bytes[at] = byte;
         self.written[at] = byte != 0xFF;
@@ -147,12 +148,12 @@ pub fn run(bytes: &[u8]) -> bool {
         torn: 0,
     };
     let at = usize::from(input.at) % CAPACITY;
-    for (place, byte) in (at..CAPACITY).zip(input.garbage) {
-        flash.set(place, *byte);
+    for (offset, byte) in (at..CAPACITY).zip(input.garbage) {
+        flash.set(offset, *byte);
     }
     let record = Record::new();
     let mut found = false;
-    // what must be there: one of these; nothing is certain after rot
+    // expected content: one of these; nothing is certain after a bit error
     let mut certain: Option<Vec<u8>> = None;
     for act in input.acts.iter().take(24) {
         let mut store = Store::new(flash).unwrap_or_else(|_| panic!("the flash is large enough"));
@@ -204,8 +205,8 @@ pub fn run(bytes: &[u8]) -> bool {
             Act::Rot(at, bytes) => {
                 flash = store.into_inner();
                 let at = usize::from(at) % (CAPACITY - 8);
-                for (place, byte) in (at..).zip(bytes) {
-                    flash.set(place, byte);
+                for (offset, byte) in (at..).zip(bytes) {
+                    flash.set(offset, byte);
                 }
                 certain = None;
             }

@@ -9,7 +9,7 @@ use firmware::wire::{
     Change, Checked, Detector, Error, Framing, ImuFormat, Receiver, ReceiverFormat, Scan, Settings,
 };
 
-/// Whether it is a frame.
+/// Checks an event. Returns whether it is a frame.
 fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) -> bool {
     seen.extend_from_slice(event.bytes());
     assert!(!event.bytes().is_empty());
@@ -32,7 +32,8 @@ fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) -> 
     };
     let same = change(&reading.sample, false);
     if same == (Err(Error::Content), before.clone()) {
-        // only a frame of unknown units may refuse, as one that MAVLink signs: it passes unchanged
+        // only a frame of unknown units may refuse, such as a signed MAVLink frame: it passes
+        // unchanged
         let stream = frame.source().stream(&Settings::DEFAULT, frame.content());
         assert!(stream.is_none());
         return true;
@@ -48,7 +49,7 @@ fn check(format: ImuFormat, event: Event<'_, ImuFormat>, seen: &mut Vec<u8>) -> 
             accel: accel.map(|value| value / 0.0),
         },
     };
-    // the checksum made anew and the checksum changed by the difference are the same
+    // the recomputed checksum equals the one that was changed by the difference
     let (saturated, changed) = change(&other, false);
     assert!(saturated.is_ok());
     assert_eq!(format.scan(&changed), Scan::Frame(len));
@@ -84,8 +85,8 @@ fn passes<F: Framing>(
 /// A fix has finite values and positive standard deviations, whatever the bytes are.
 fn fixes(format: ReceiverFormat, stream: &[u8], piece: usize) -> bool {
     let mut found = false;
-    for told in [Some(format), None] {
-        let mut receiver = Receiver::new(told);
+    for configured in [Some(format), None] {
+        let mut receiver = Receiver::new(configured);
         let mut arrival = Arrival::default();
         for bytes in stream.chunks(piece) {
             receiver.push(bytes, arrival);

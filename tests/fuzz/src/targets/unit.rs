@@ -1,5 +1,5 @@
-//! Any text as a unit file: it is read or refused with a sentence, and what was read is written and
-//! read again the same.
+//! Any text as a unit file: it is read or refused with a message, and a unit that was read is the
+//! same after writing and reading it again.
 
 use firmware::configuration::record::{decode, encode};
 use host_unit::Unit;
@@ -13,9 +13,9 @@ pub fn run(input: &[u8]) -> bool {
     let text = unit.to_text("fuzz").expect("a unit that was read");
     let again = Unit::read(&crate::file("again.toml", text.as_bytes())).expect("our own text");
     assert_eq!(format!("{again:?}"), format!("{unit:?}"));
-    // what a device is told is a record that it takes
-    if let Ok(told) = unit.configuration() {
-        decode(&encode(&told)).expect("a unit that was checked");
+    // a unit file's configuration encodes to a record that a device accepts
+    if let Ok(configuration) = unit.configuration() {
+        decode(&encode(&configuration)).expect("a unit that was checked");
     }
     true
 }

@@ -10,7 +10,7 @@ use host_lab::analysis::allan::at_rest;
 use qemu::images::workspace;
 use serde::Deserialize;
 
-use super::{Place, ROUNDS, peak, seconds};
+use super::{Programs, ROUNDS, peak, seconds};
 use crate::child::{self, Used, spread};
 use crate::table::{markdown, thousands};
 
@@ -19,23 +19,23 @@ const SECONDS: u32 = 50_000;
 /// Largest relative difference of two deviations by the same estimator: the rounding of sums of
 /// 10^7 terms.
 const AGREE: f64 = 1e-9;
-/// Where `AllanTools` is missing.
+/// The remedy where `AllanTools` is missing.
 const REMEDY: &str = "python3 -m venv V && V/bin/pip install allantools==2024.6, then \
                       PYTHON=V/bin/python cargo xtask beside";
 
-/// What both print.
+/// The output of either program.
 #[derive(Deserialize)]
 struct Printed {
     #[serde(default)]
     version: String,
-    /// By the clock, and of the processor.
+    /// Elapsed time and processor time, s.
     seconds: [f64; 2],
     /// Averaging time, s, and deviation, rad/s.
     curve: Vec<(f64, f64)>,
 }
 
-/// Measures both, and gives the table.
-pub fn measure(place: &Place) -> Result<String> {
+/// Measures both programs, and returns the table.
+pub fn measure(programs: &Programs) -> Result<String> {
     let spec = ImuSpec::preset("medium").context("no preset medium")?;
     let spec = spec.error_model(ErrorModelName::Linear);
     let mut columns = at_rest(&spec, SECONDS, 1)?;
@@ -43,7 +43,7 @@ pub fn measure(place: &Place) -> Result<String> {
     let series = columns.swap_remove(0).series()?;
     drop(columns);
     let samples = series.increments.len();
-    let file = place.folder.join("increments.f64");
+    let file = programs.folder.join("increments.f64");
     let bytes: Vec<u8> = series
         .increments
         .iter()
@@ -56,7 +56,7 @@ pub fn measure(place: &Place) -> Result<String> {
     let mut theirs: Vec<(Used, Printed)> = Vec::new();
     for round in 0..ROUNDS {
         eprintln!("      round {} of {ROUNDS}", round + 1);
-        let mut command = Command::new(&place.ours);
+        let mut command = Command::new(&programs.ours);
         command.arg("allan").arg(&file).arg(rate.to_string());
         ours.push(printed(command.env("RAYON_NUM_THREADS", "1"))?);
         if let Some(python) = &python {

@@ -1,6 +1,6 @@
 //! A recording of 24 h at 200 samples a second, through `host-sim allan` and `host-sim replay csv`.
 //! The vehicle stands all the time, so `replay csv` does not look for a time offset between samples
-//! and fixes. docs/PERFORMANCE.md says what a vehicle that moves costs.
+//! and fixes. docs/PERFORMANCE.md has the cost for a moving vehicle.
 
 use std::fs;
 use std::path::Path;
@@ -22,7 +22,7 @@ use host_io::recordings::record::Record;
 use host_unit::Unit;
 use qemu::budget::Budgets;
 
-use super::{Place, peak};
+use super::{Programs, peak};
 use crate::child::{self, Used};
 use crate::table::{markdown, thousands};
 
@@ -31,9 +31,9 @@ const LENGTH_S: u32 = 86_400;
 const STANDSTILL_S: u32 = 300;
 const RATE_HZ: u32 = 200;
 
-/// Measures, and gives the table and what exceeds its budget.
-pub fn measure(place: &Place) -> Result<(String, Vec<String>)> {
-    let folder = place.folder.join("day");
+/// Measures, and returns the table and what exceeds its budget.
+pub fn measure(programs: &Programs) -> Result<(String, Vec<String>)> {
+    let folder = programs.folder.join("day");
     eprintln!("      writing {}", folder.display());
     record(&folder)?;
     let imu = folder.join("imu.csv");
@@ -41,9 +41,9 @@ pub fn measure(place: &Place) -> Result<(String, Vec<String>)> {
     let budgets = Budgets::read()?.day_mib;
     let mut rows = Vec::new();
     let mut exceeded = Vec::new();
-    let mut allan = Command::new(&place.program);
+    let mut allan = Command::new(&programs.program);
     allan.arg("allan").arg(&imu);
-    let mut replay = Command::new(&place.program);
+    let mut replay = Command::new(&programs.program);
     replay
         .args(["replay", "csv", "--header"])
         .arg(folder.join("header.toml"));

@@ -24,7 +24,7 @@ use host_lab::learning::teacher::Assumptions;
 use host_unit::Unit;
 use serde::Deserialize;
 
-use super::{Place, ROUNDS, peak, seconds};
+use super::{Programs, ROUNDS, peak, seconds};
 use crate::child::{self, Used, spread};
 use crate::table::{markdown, thousands};
 
@@ -34,19 +34,19 @@ const LENGTH_S: [f64; 2] = [300.0, 1320.0];
 const WEEK_S: f64 = 1000.0;
 /// The unit of the drive.
 const UNIT: &str = "medium";
-/// Where KF-GINS is missing.
+/// The remedy where KF-GINS is missing.
 const REMEDY: &str = "build it with -DCMAKE_BUILD_TYPE=Release \
                       (https://github.com/i2Nav-WHU/KF-GINS), then KFGINS=/path/to/KF-GINS cargo \
                       xtask beside";
 
-/// A row of what our side prints.
+/// A row of our program's output.
 #[derive(Clone, Debug, Deserialize)]
 struct Filtered {
     filter: String,
     states: usize,
     each_sample: bool,
     samples: usize,
-    /// By the clock, and of the processor.
+    /// Elapsed time and processor time, s.
     seconds: [f64; 2],
     horizontal_m: f64,
 }
@@ -59,11 +59,11 @@ struct Row {
     horizontal_m: f64,
 }
 
-/// Measures both, and gives the table.
-pub fn measure(place: &Place) -> Result<String> {
+/// Measures both programs, and returns the table.
+pub fn measure(programs: &Programs) -> Result<String> {
     let unit = Unit::load(UNIT)?;
     let session = drive(&unit);
-    let files = Files::write(place, &session, &unit)?;
+    let files = Files::write(programs, &session, &unit)?;
     let theirs = std::env::var_os("KFGINS").map(PathBuf::from);
     if theirs.is_none() {
         eprintln!("skipped: KF-GINS, which KFGINS does not name; to see it beside us: {REMEDY}");
@@ -71,7 +71,7 @@ pub fn measure(place: &Place) -> Result<String> {
     let (mut ours, mut kf_gins): (Vec<Vec<Filtered>>, Vec<Used>) = (Vec::new(), Vec::new());
     for round in 0..ROUNDS {
         eprintln!("      round {} of {ROUNDS}", round + 1);
-        let mut command = Command::new(&place.ours);
+        let mut command = Command::new(&programs.ours);
         command
             .arg("filter")
             .args([&files.imu, &files.gnss, &files.truth])
@@ -183,8 +183,8 @@ struct Files {
 }
 
 impl Files {
-    fn write(place: &Place, session: &Session, unit: &Unit) -> Result<Self> {
-        let at = |name: &str| place.folder.join(name);
+    fn write(programs: &Programs, session: &Session, unit: &Unit) -> Result<Self> {
+        let at = |name: &str| programs.folder.join(name);
         let files = Self {
             imu: at("imu.txt"),
             gnss: at("gnss.txt"),
@@ -218,16 +218,20 @@ impl Files {
             fs::write(path, text).with_context(|| path.display().to_string())
         };
         save(&files.truth, truth)?;
-        save(&files.config, configuration(place, session, unit, &files))?;
+        save(
+            &files.config,
+            configuration(programs, session, unit, &files),
+        )?;
         Ok(files)
     }
 }
 
-/// What KF-GINS is told: the state at the start, and the same of the sensors that ours is told.
-fn configuration(place: &Place, session: &Session, unit: &Unit, files: &Files) -> String {
-    let told = Assumptions::of(unit);
+/// Configuration of KF-GINS: the state at the start, and the same sensor model as that of our
+/// filter.
+fn configuration(programs: &Programs, session: &Session, unit: &Unit, files: &Files) -> String {
+    let assumptions = Assumptions::of(unit);
     let start = session.referenced(0);
-    let sigma = told.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
+    let sigma = assumptions.initial_sigma(&start, &session.nearest_fix(0).start_sigmas());
     let (roll, pitch, yaw) = to_euler(&start.q_bn);
     let [lat, lon] = [start.position.lat, start.position.lon].map(|x| x / DEG);
     let attitude = [roll, pitch, yaw].map(|x| x / DEG);
@@ -243,7 +247,7 @@ fn configuration(place: &Place, session: &Session, unit: &Unit, files: &Files) -
          abstd: {:?}\n  gsstd: {:?}\n  asstd: {:?}\n  corrtime: 4.0\nantlever: [0, 0, 0]\n",
         files.imu,
         files.gnss,
-        place.folder,
+        programs.folder,
         WEEK_S + session.dt,
         start.position.h,
         start.velocity.x,
@@ -251,12 +255,12 @@ fn configuration(place: &Place, session: &Session, unit: &Unit, files: &Files) -
         start.velocity.z,
         three(sigma.position),
         three(sigma.velocity),
-        three(told.noise.gyro / DEG_PER_SQRT_H),
-        three(told.noise.accel * 60.0),
-        three(told.prior.gyro_bias / DEG_PER_H),
-        three(told.prior.accel_bias / milligal),
-        three(told.prior.scale[0] / PPM),
-        three(told.prior.scale[1] / PPM),
+        three(assumptions.noise.gyro / DEG_PER_SQRT_H),
+        three(assumptions.noise.accel * 60.0),
+        three(assumptions.prior.gyro_bias / DEG_PER_H),
+        three(assumptions.prior.accel_bias / milligal),
+        three(assumptions.prior.scale[0] / PPM),
+        three(assumptions.prior.scale[1] / PPM),
     )
 }
 

@@ -1,7 +1,7 @@
-//! `cargo xtask beside`: what a user would pick instead, on the same bytes in one run. Whole
-//! processes run in turn, several times, so that other load on the machine affects all of them. It
-//! writes the part of `docs/PERFORMANCE.md` between the markers. No figure there is written by
-//! hand.
+//! `cargo xtask beside`: comparison with the programs that a user would choose instead, on the same
+//! bytes in one run. Whole processes run in turn, several times, so that other load on the machine
+//! affects all of them. It writes the part of `docs/PERFORMANCE.md` between the markers. No figure
+//! there is written by hand.
 
 mod allan;
 mod day;
@@ -21,15 +21,15 @@ use crate::stage::{cargo_with, succeed};
 const ROUNDS: usize = 5;
 
 /// The programs of this package, built, and a folder for their files.
-struct Place {
+struct Programs {
     /// `host-sim`.
     program: PathBuf,
-    /// The example that does the same work as a rival.
+    /// The example that does the same work as the other programs.
     ours: PathBuf,
     folder: PathBuf,
 }
 
-impl Place {
+impl Programs {
     fn new() -> Result<Self> {
         succeed(&mut cargo_with(
             "build --quiet --release --package host-sim --package host-lab --bin host-sim \
@@ -46,17 +46,17 @@ impl Place {
     }
 }
 
-/// Measures, prints, writes. A result that differs from the rival's is an error, and so is a day
-/// that takes more memory than its budget.
+/// Measures, prints, writes. A result that differs from the other program's is an error, and so is
+/// a day's recording that takes more memory than its budget.
 pub fn beside() -> Result<ExitCode> {
     eprintln!("[1/4] programs");
-    let place = Place::new()?;
+    let programs = Programs::new()?;
     eprintln!("[2/4] Allan deviation beside AllanTools");
-    let mut part = allan::measure(&place)?;
+    let mut part = allan::measure(&programs)?;
     eprintln!("[3/4] filters beside KF-GINS");
-    part += &filter::measure(&place)?;
+    part += &filter::measure(&programs)?;
     eprintln!("[4/4] a recording of 24 h");
-    let (day, exceeded) = day::measure(&place)?;
+    let (day, exceeded) = day::measure(&programs)?;
     part += &day;
     println!("{part}");
     markers::write("beside", &part)?;
@@ -69,7 +69,7 @@ fn seconds([least, median, most]: [f64; 3]) -> String {
     format!("{median:.2} ({least:.2} .. {most:.2})")
 }
 
-/// The most memory that any of the runs held.
+/// Peak memory over all runs.
 fn peak<'a>(runs: impl IntoIterator<Item = &'a Used>) -> String {
     let peaks = runs.into_iter().map(|used| used.peak_mib);
     let most = peaks.reduce(|a, b| Some(a?.max(b?))).flatten();

@@ -1,5 +1,5 @@
-//! Runs of the default scenario over many seeds: docs/figures/drive.csv, and the table
-//! of README.md that is made of it.
+//! Runs of the default scenario over many seeds: docs/figures/drive.csv, and the table of README.md
+//! that is made from it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,13 +17,13 @@ use crate::table::markdown;
 /// Seeds of the default scenario, from 1 on.
 const SEEDS: u32 = 60;
 const DRIVE: [&str; 4] = ["seed", "t_min", "scheme", "horizontal_m"];
-/// Schemes of the table, and what stands in its header.
+/// Schemes of the table, and their names in its header.
 const SCHEMES: [(&str, &str); 3] = [
     ("raw", "`raw`: as measured"),
     ("ls-bias", "`ls-bias`: constant bias"),
     ("rnn", "`rnn`: the networks"),
 ];
-/// `--json` of `host-sim run`, as far as it is wanted here.
+/// The used part of `--json` of `host-sim run`.
 #[derive(Deserialize)]
 struct Run {
     rows: Vec<Row>,

@@ -10,18 +10,18 @@ pub struct Figure {
     pub name: &'static str,
     /// The pages and pictures that it writes, from the top of the workspace.
     pub files: &'static [&'static str],
-    /// What it is.
+    /// A description.
     pub what: &'static str,
     pub how: How,
     /// How long it takes, in words, with the machine's two cores to itself.
     pub takes: &'static str,
-    /// Is it made when nothing is named?
+    /// Whether it is made when no figure is named.
     pub cheap: bool,
 }
 
-/// What makes it.
+/// How a figure is made.
 pub enum How {
-    /// A function of ours.
+    /// A function of this program.
     Here(fn() -> Result<()>),
     /// A command of `host-sim` that writes the page after `--results`, with its figures beside it.
     HostSim(&'static [&'static str]),
@@ -37,7 +37,7 @@ impl How {
     }
 }
 
-/// All of them. What is cheap comes last, since it reads what the others write.
+/// All figures. The cheap ones come last, since they read what the others write.
 pub const FIGURES: &[Figure] = &[
     Figure {
         name: "results",
@@ -161,8 +161,8 @@ pub const FIGURES: &[Figure] = &[
     },
 ];
 
-/// Pictures and tables that nothing makes. Those that are copied into docs/figures say themselves
-/// what printed them (`super::copied`).
+/// Pictures and tables that no command makes. Those that are copied into docs/figures name the
+/// command that printed them (`super::copied`).
 pub const BY_HAND: &[(&str, &str)] = &[
     (
         "docs/architecture.svg, docs/rehearsal.svg, docs/wiring.svg, docs/report-rehearsals.svg",

@@ -1,5 +1,5 @@
-//! What is measured in QEMU and read from images, and committed: docs/figures/works.csv, path.csv
-//! and images.csv. Tests of the same measurements say when these files are old.
+//! Figures that are measured in QEMU or read from images, and committed: docs/figures/works.csv,
+//! path.csv and images.csv. Tests of the same measurements fail when these files are outdated.
 
 use anyhow::{Context, Result, ensure};
 use qemu::boards::FAMILIES;
@@ -16,7 +16,7 @@ use qemu::size::Size;
 use crate::needs;
 use crate::table::{markdown, thousands};
 
-/// The frames of the table of the path, as docs/ICD.md calls them, in its order.
+/// The frames in the table of the path, by their names and order in docs/ICD.md.
 const FRAMES: [(&str, &str); 10] = [
     ("stim300", "STIM300 0x91, 28 bytes"),
     ("kvh", "KVH A, 36 bytes"),
@@ -135,7 +135,7 @@ pub fn path_table(of: &Committed) -> Result<String> {
     Ok(markdown(&header.map(str::to_owned), rows.into_iter()))
 }
 
-/// What a network is asked for, and the forms of its code: works are named `STEP_FORM`.
+/// Operations of a network. Pieces of work are named `STEP_FORM`, with the form of the code.
 const STEPS: [&str; 5] = ["activation", "step", "gradient", "descent", "learn"];
 const FORMS: [&str; 6] = ["rational", "cubic", "tanh", "micromath", "m4", "m7"];
 
@@ -174,7 +174,7 @@ pub fn works_table(of: &Committed) -> Result<String> {
 mod tests {
     use super::*;
 
-    /// Every piece of work stands in one of the two tables.
+    /// Every piece of work is in one of the two tables.
     #[test]
     fn no_piece_of_work_is_left_out() {
         let works = Committed::read("works").expect("works");

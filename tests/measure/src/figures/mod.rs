@@ -21,7 +21,7 @@ use list::{BY_HAND, FIGURES, Figure, How};
 /// Which figures to make.
 #[derive(clap::Args)]
 pub struct Order {
-    /// Figures by name, beside those that are cheap, which are always made.
+    /// Figures by name, besides the cheap ones, which are always made.
     #[arg(value_name = "NAME")]
     names: Vec<String>,
     /// All of them. Takes hours.
@@ -89,7 +89,7 @@ fn listed() -> Result<String> {
     Ok(out)
 }
 
-/// Committed tables that no figure makes; the first line of each says what made it.
+/// Committed tables that no figure makes; the first line of each names the command that made it.
 fn copied() -> Result<Vec<Committed>> {
     let mut copied = Vec::new();
     for entry in fs::read_dir(workspace().join("docs/figures"))? {
@@ -161,7 +161,7 @@ mod tests {
         assert!(seen >= 11, "{seen} tables");
     }
 
-    /// Each committed file is a table of a page, and says what made it.
+    /// Each committed file is a table of a page, and names the command that made it.
     #[test]
     fn every_committed_file_is_used() {
         let all: String = pages()

@@ -1,5 +1,5 @@
-//! Tables of the pages that stand in committed files, `docs/figures/NAME.csv`: between the markers
-//! `figures table NAME` of a page. Most stand there as they are in the file.
+//! Tables of the pages that come from committed files, `docs/figures/NAME.csv`: between the markers
+//! `figures table NAME` of a page. Most are copied unchanged.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,7 @@ use super::{drive, measured};
 use crate::markers::between;
 use crate::table::markdown;
 
-/// What writes these tables.
+/// The command that writes these tables.
 const COMMAND: &str = "figures tables";
 const MARKER: &str = "<!-- figures table ";
 

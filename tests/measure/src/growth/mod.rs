@@ -20,7 +20,7 @@ use crate::times::{Times, host_times};
 use crate::{markers, needs};
 use scaling::Scaling;
 
-/// What was measured; names are `rate/100`, `nets/4`, `weights/132`.
+/// The measurements; names are `rate/100`, `nets/4`, `weights/132`.
 struct Measured {
     /// Instructions on the Cortex-M4F.
     target: Counts,
@@ -90,7 +90,7 @@ pub fn growth() -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One more of what a device may have several of costs at most its budget.
+/// Checks that one more network, candidate and the like costs at most its budget.
 fn within_budget(measured: &Measured) -> Result<()> {
     for (kind, budget) in Budgets::read()?.one_more {
         let more = text::one_more(&measured.points(&kind)?);

@@ -34,8 +34,8 @@ pub struct Cell {
     pub cpu: Option<f64>,
 }
 
-/// The time of a campaign without the waiting, which the threads that had runs to do shared
-/// equally.
+/// The time of a campaign without waiting. The waiting time is divided equally among the threads
+/// that had runs.
 fn undisturbed(used: &Used, runs: u32, jobs: usize) -> f64 {
     used.wall_s - used.waited_s / jobs.min(runs as usize) as f64
 }
@@ -49,7 +49,7 @@ pub struct Drives {
     pub cpu: Option<f64>,
 }
 
-/// All of them.
+/// All measurements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scaling {
     pub cells: Vec<Cell>,
@@ -68,9 +68,9 @@ impl Scaling {
             "build --quiet --release --package host-sim",
         ))?;
         let program = target_directory()?.join("release/host-sim");
-        let place = target_directory()?.join("xtask-growth");
+        let folder = target_directory()?.join("xtask-growth");
         let cores = std::thread::available_parallelism()?.get();
-        let campaign = Prepared::new(&program, place.join("runs-and-cores"), 0)?;
+        let campaign = Prepared::new(&program, folder.join("runs-and-cores"), 0)?;
         let jobs = jobs(cores);
         let mut all: Vec<Vec<Used>> = vec![Vec::new(); RUNS.len() * jobs.len()];
         for round in 0..ROUNDS {
@@ -94,7 +94,7 @@ impl Scaling {
             pairs().map(|(one, many)| undisturbed(one, most, 1) / undisturbed(many, most, cores));
         Ok(Self {
             cells: cells.collect(),
-            drives: with_drives(&program, &place)?,
+            drives: with_drives(&program, &folder)?,
             ratio: [
                 spread(free.collect()),
                 spread(
@@ -132,12 +132,12 @@ fn median_cpu(times: &[Used]) -> Option<f64> {
 }
 
 /// Campaigns with earlier drives, with one job, in turn.
-fn with_drives(program: &Path, place: &Path) -> Result<Vec<Drives>> {
+fn with_drives(program: &Path, folder: &Path) -> Result<Vec<Drives>> {
     let mut all = Vec::new();
     for drives in DRIVES {
         eprintln!("      filters for {drives} earlier drives");
-        let place = place.join(format!("drives-{drives}"));
-        all.push((Prepared::new(program, place, drives)?, Vec::new()));
+        let folder = folder.join(format!("drives-{drives}"));
+        all.push((Prepared::new(program, folder, drives)?, Vec::new()));
     }
     for round in 0..ROUNDS {
         eprintln!("      drives, round {} of {ROUNDS}", round + 1);
@@ -160,19 +160,19 @@ fn with_drives(program: &Path, place: &Path) -> Result<Vec<Drives>> {
 struct Prepared {
     program: PathBuf,
     /// Its directory, which holds this one campaign.
-    place: PathBuf,
+    folder: PathBuf,
     /// Earlier drives of each unit.
     drives: u32,
 }
 
 impl Prepared {
-    fn new(program: &Path, place: PathBuf, drives: u32) -> Result<Self> {
-        if place.exists() {
-            fs::remove_dir_all(&place).with_context(|| place.display().to_string())?;
+    fn new(program: &Path, folder: PathBuf, drives: u32) -> Result<Self> {
+        if folder.exists() {
+            fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
         }
         let prepared = Self {
             program: program.to_path_buf(),
-            place,
+            folder,
             drives,
         };
         child::run(&mut prepared.command(1, 1, false))?;
@@ -186,7 +186,7 @@ impl Prepared {
             .args(["--runs", &runs.to_string(), "--jobs", &jobs.to_string()])
             .args(["--drives", &self.drives.to_string()])
             .arg("--out")
-            .arg(&self.place)
+            .arg(&self.folder)
             .args(resume.then_some("--resume"));
         command
     }
@@ -196,9 +196,9 @@ impl Prepared {
         child::run(&mut self.command(runs, jobs, true))
     }
 
-    /// No run is kept.
+    /// Deletes the finished runs.
     fn forget(&self) -> Result<()> {
-        let done = self.place.join("runs");
+        let done = self.folder.join("runs");
         fs::remove_dir_all(&done).with_context(|| done.display().to_string())
     }
 }

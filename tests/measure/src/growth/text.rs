@@ -1,4 +1,4 @@
-//! The tables, and their place in the document.
+//! The tables, and their position in the document.
 
 use std::fmt::Write;
 
@@ -150,7 +150,7 @@ fn weights(out: &mut String, points: &[Point]) -> Result<()> {
     picture(out, "weights", "cost of a fix against parameters")
 }
 
-/// A table of things of the same size, and what one more costs.
+/// A table of several equal things, and the cost of one more.
 fn several(out: &mut String, points: &[Point], what: &str, name: &str) -> Result<()> {
     writeln!(out, "{what}\n")?;
     let header = [name, "Cortex-M4F, instructions", "desktop, us"];
@@ -167,7 +167,7 @@ fn several(out: &mut String, points: &[Point], what: &str, name: &str) -> Result
     Ok(())
 }
 
-/// What one more costs on the target.
+/// Cost of one more on the target, instructions.
 pub fn one_more(points: &[Point]) -> Option<f64> {
     let (x, y): (Vec<f64>, Vec<f64>) = points.iter().map(|p| (p.size, p.instructions)).unzip();
     Polynomial::fit(1, &x, &y)?.0.get(1).copied()

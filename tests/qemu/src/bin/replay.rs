@@ -13,7 +13,7 @@ mod target {
     use firmware::link::progress::Progress;
     use firmware::wire::ImuFormat;
     use qemu::replay::{
-        HEADER, Input, LONGEST, Pace, Replay, Wires, config, learning_config, told,
+        HEADER, Input, LONGEST, Pace, Replay, Wires, config, configured, learning_config,
     };
     use qemu::target::files::File;
     use qemu::target::{dma, exit, interrupts, output, start_counter};
@@ -40,8 +40,8 @@ mod target {
         }
 
         fn bytes(&mut self, into: &mut [u8]) -> Option<()> {
-            into.iter_mut().try_for_each(|place| {
-                *place = self.byte()?;
+            into.iter_mut().try_for_each(|slot| {
+                *slot = self.byte()?;
                 Some(())
             })
         }
@@ -125,7 +125,7 @@ mod target {
                 let variant = reader.byte()?;
                 let mut rate = [0; 2];
                 reader.bytes(&mut rate)?;
-                Config::of(&told(format, variant, u16::from_le_bytes(rate))?)
+                Config::of(&configured(format, variant, u16::from_le_bytes(rate))?)
             } else {
                 learning_config(format)
             };

@@ -1,6 +1,6 @@
 //! The soak on the target. The file `input` has three numbers, little-endian: seed u64, seconds
 //! u32, samples a second u32. It prints the digests of the lines each simulated minute, and then
-//! what the report says.
+//! the report.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

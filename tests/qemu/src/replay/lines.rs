@@ -1,4 +1,4 @@
-//! The lines of the application under replay, and its clock.
+//! The serial lines of the replayed application, and its clock.
 
 use firmware::link::progress::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
@@ -28,8 +28,8 @@ impl Line for Feed {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         let left = self.bytes.get(self.taken..).unwrap_or_default();
         let taken = left.len().min(buffer.len());
-        for (place, byte) in buffer.iter_mut().zip(left) {
-            *place = *byte;
+        for (slot, byte) in buffer.iter_mut().zip(left) {
+            *slot = *byte;
         }
         self.taken += taken;
         Ok(taken)
@@ -78,18 +78,18 @@ pub struct Wires<'u, S = NoStream> {
     pub sensor: &'u Uart,
     /// Navigation computer.
     pub navigation: &'u Uart,
-    /// Receiving streams of both.
+    /// Receiving DMA streams of both.
     pub streams: [S; 2],
-    /// Make their interrupts pending, and the interrupt of the stream that sends to the navigation
-    /// computer.
+    /// Functions that make the interrupts of these streams pending, and that of the stream that
+    /// sends to the navigation computer.
     pub pend: [fn(); 3],
-    /// Interrupt of the sensor's line: a byte came; whether the main loop is woken.
+    /// Interrupt of the sensor line: a byte has arrived. Returns whether the main loop is woken.
     pub came: fn(&Uart, u8) -> bool,
-    /// Interrupt of the navigation line: the next byte leaves.
+    /// Interrupt of the navigation line. Returns the next byte to send.
     pub left: fn(&Uart) -> Option<u8>,
     /// A counter of 24 bits that counts up.
     pub ticks: fn() -> u32,
-    /// Enables the interrupts, which are held back until then; `None` if there are none.
+    /// Enables the interrupts, which are masked until then; `None` if there are none.
     pub let_through: Option<fn()>,
 }
 

@@ -1,8 +1,8 @@
-//! Records that come when they come, and a processor that needs time for what it does.
+//! Records that arrive at their own times, and a processor that takes time for its work.
 //!
-//! The clock of the application goes on by what its passes cost. Bytes that arrive during a pass
-//! are seen by the next one. So work that falls together delays frames here as on a board. A
-//! learner of its own priority has the time that the passes leave.
+//! The clock of the application advances by the cost of its passes. Bytes that arrive during a pass
+//! are handled by the next one. So coinciding work delays frames here as on a board. A learner at
+//! its own priority gets the time that the passes leave.
 
 use firmware::link::progress::Progress;
 use heapless::Deque;
@@ -18,16 +18,16 @@ const PER_THOUSAND: u64 = 5952;
 /// Cycles in a microsecond.
 const MHZ: u64 = 168;
 
-/// The processor's time and the frames under way.
+/// The processor's time, and the frames in progress.
 #[derive(Debug, Default)]
 pub(super) struct Timed {
     now_ns: u64,
     busy: bool,
-    /// When the learner has done what it does, if no pass interrupts it, ns.
+    /// When the learner finishes its current work, if no pass interrupts it, ns.
     learns_until_ns: u64,
-    /// When the frames came that have not left, ns, and their lengths.
+    /// Arrival times of the frames that have not left, ns, and their lengths.
     waiting: Deque<(u64, usize), 64>,
-    /// Bytes that have left of the oldest one.
+    /// Bytes of the oldest one that have left.
     left: usize,
 }
 
@@ -36,7 +36,7 @@ fn ns_of(ticks: u32) -> u64 {
 }
 
 impl<S: Progress + Copy> Replay<'_, S> {
-    /// Works until the record's time, then takes it.
+    /// Works until the record's time, then processes the record.
     pub(super) fn in_time(&mut self, input: Input, at_us: u32, bytes: &[u8]) {
         let at_ns = u64::from(at_us) * 1000;
         loop {
@@ -61,7 +61,7 @@ impl<S: Progress + Copy> Replay<'_, S> {
         }
     }
 
-    /// The learner carries out an order. False: none waits.
+    /// Lets the learner carry out an order. False: none is pending.
     fn timed_learning(&mut self) -> bool {
         let ticks = self.wires.ticks;
         let begun = ticks();
@@ -105,7 +105,7 @@ impl<S: Progress + Copy> Replay<'_, S> {
         }
     }
 
-    /// Does what is left when the recording is over.
+    /// Finishes the remaining work when the recording is over. Returns what is still sent.
     pub fn end(&mut self) -> &[u8] {
         self.sent.clear();
         while self.timed.busy || self.timed_learning() {

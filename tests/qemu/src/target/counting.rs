@@ -1,5 +1,4 @@
-//! Counts the instructions of repetitions of a list of works; `count` on the desktop reads what is
-//! printed.
+//! Counts the instructions of repeated pieces of work; `count` on the desktop reads the output.
 
 use core::fmt::{Error, Result as Printed, Write};
 use core::hint::black_box;
@@ -30,7 +29,7 @@ fn counts(list: impl FnOnce(&mut Lines) -> Printed) -> Printed {
     list(&mut Lines(out))
 }
 
-/// A line each: name and ticks.
+/// Prints a line for each piece of work: name and ticks.
 pub struct Lines(HostStream);
 
 impl Measure for Lines {
@@ -55,8 +54,8 @@ fn ticks(work: impl FnOnce()) -> u32 {
 }
 
 /// Ticks of all repetitions of `work`. Input and result pass through memory as in the board's loop,
-/// also in the empty loop. A repetition that went wrong ends the image with an error, because its
-/// count would be of something else.
+/// also in the empty loop. A failed repetition ends the image with an error, because its count
+/// would be wrong.
 #[inline(always)]
 fn repeat(mut work: impl FnMut([f32; 3]) -> ([f32; 3], bool)) -> Result<u32, Error> {
     let mut good = true;

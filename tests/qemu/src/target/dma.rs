@@ -17,21 +17,21 @@ use crate::replay::Wires;
 static SENSOR: Uart = Uart::new();
 static NAVIGATION: Uart = Uart::new();
 
-/// Four words for all streams, then six each (RM0090 10.5.11).
+/// Registers: four words for all streams, then six for each (RM0090 10.5.11).
 const WORDS: usize = 4 + 8 * 6;
 const _: () = assert!(size_of::<RegisterBlock>() == 4 * WORDS);
 static REGISTERS: [AtomicU32; WORDS] = [const { AtomicU32::new(0) }; WORDS];
 
-/// Streams, as the board has them for the same lines (there of two controllers).
+/// Numbers of the streams, as on the board, where they are of two controllers.
 const SENSOR_IN: usize = 2;
 const NAVIGATION_OUT: usize = 7;
 const NAVIGATION_IN: usize = 5;
 
-/// Words of a stream.
+/// Offsets of a stream's registers, words.
 const CONFIGURATION: usize = 0;
 const COUNT: usize = 1;
 const ADDRESS: usize = 3;
-/// In the configuration.
+/// Bits of the configuration register.
 const ENABLED: u32 = 1;
 
 /// Size of a transfer in the calibration, which has fewer bytes.
@@ -59,8 +59,8 @@ fn in_stream() -> Stream<NAVIGATION_IN, false> {
     Stream::of(controller())
 }
 
-/// The lines; their interrupts are not let through yet, and both streams have a transfer to
-/// rehearse with.
+/// The lines. Their interrupts are still masked, and both streams have a transfer for the
+/// calibration.
 pub fn wires() -> Wires<'static, Left> {
     use firmware::link::dma::Stream as _;
     sensor_stream().arm(&REHEARSED);
@@ -96,8 +96,7 @@ fn pend(line: Line) {
     isb();
 }
 
-/// Moves one byte: returns its place, unless there is no transfer. The end of a transfer
-/// interrupts.
+/// Moves one byte and returns it; `None` without a transfer. The end of a transfer interrupts.
 #[inline(always)]
 fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Option<u8> {
     if register::<N>(CONFIGURATION).load(Ordering::Relaxed) & ENABLED == 0 {
@@ -105,10 +104,10 @@ fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Opti
     }
     let address = register::<N>(ADDRESS).load(Ordering::Relaxed);
     register::<N>(ADDRESS).store(address + 1, Ordering::Relaxed);
-    let place = core::ptr::with_exposed_provenance::<AtomicU8>(address as usize);
-    // SAFETY: the driver armed the stream with places that exist for ever, and no more than `COUNT`
-    // of them are touched.
-    let byte = byte(unsafe { &*place });
+    let cell = core::ptr::with_exposed_provenance::<AtomicU8>(address as usize);
+    // SAFETY: the driver armed the stream with memory that exists for ever, and at most `COUNT`
+    // bytes of it are accessed.
+    let byte = byte(unsafe { &*cell });
     let left = register::<N>(COUNT).load(Ordering::Relaxed) - 1;
     register::<N>(COUNT).store(left, Ordering::Relaxed);
     if left == 0 {
@@ -121,15 +120,15 @@ fn moved<const N: usize>(line: Line, byte: impl FnOnce(&AtomicU8) -> u8) -> Opti
 }
 
 fn came(_: &Uart, byte: u8) -> bool {
-    let _ = moved::<SENSOR_IN>(Line::SensorIn, |place| {
-        place.store(byte, Ordering::Relaxed);
+    let _ = moved::<SENSOR_IN>(Line::SensorIn, |cell| {
+        cell.store(byte, Ordering::Relaxed);
         byte
     });
     woken()
 }
 
 fn left(_: &Uart) -> Option<u8> {
-    moved::<NAVIGATION_OUT>(Line::NavigationOut, |place| place.load(Ordering::Relaxed))
+    moved::<NAVIGATION_OUT>(Line::NavigationOut, |cell| cell.load(Ordering::Relaxed))
 }
 
 // As the board's handlers.

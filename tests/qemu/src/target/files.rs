@@ -4,7 +4,7 @@ use core::ffi::CStr;
 
 use cortex_m_semihosting::{nr, syscall};
 
-/// An open file; never closed, as the program ends with its last.
+/// An open file. It is never closed: the program ends after its last file.
 pub struct File(usize);
 
 impl File {

@@ -1,5 +1,5 @@
 //! Interrupts of serial lines whose other end is the program itself. The program makes them pending
-//! and serves them as a board serves its UART, with memory in place of registers.
+//! and serves them as a board serves its UART, with memory instead of registers.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -14,14 +14,14 @@ use firmware::link::progress::NoStream;
 static SENSOR: Uart = Uart::new();
 static NAVIGATION: Uart = Uart::new();
 
-/// Status (bit 0: a byte came; bit 1: room for one to send) and data.
+/// Status (bit 0: a byte has arrived; bit 1: room for one to send) and data.
 static REGISTERS: [AtomicU32; 2] = [AtomicU32::new(2), AtomicU32::new(0)];
 const CAME: u32 = 1;
 const ROOM: u32 = 2;
 /// The main loop has work to do.
 pub(super) static AWAKE: AtomicBool = AtomicBool::new(false);
 
-/// Lines of the interrupt controller, which every machine has.
+/// Interrupt numbers, which every machine has.
 #[derive(Clone, Copy)]
 pub(super) enum Line {
     /// The sensor's UART.
@@ -43,7 +43,7 @@ unsafe impl InterruptNumber for Line {
     }
 }
 
-/// The lines; their interrupts are not let through yet.
+/// The lines. Their interrupts are still masked.
 pub fn wires() -> Wires<'static> {
     Wires {
         sensor: &SENSOR,
@@ -96,7 +96,7 @@ fn left(_: &Uart) -> Option<u8> {
     sent.then(|| REGISTERS[1].load(Ordering::Relaxed) as u8)
 }
 
-/// As the boards' handlers: the byte that came, then one for the transmitter.
+/// Serves a UART as the boards' handlers do: the received byte, then one for the transmitter.
 #[inline(always)]
 fn serve(line: &Uart) {
     let status = REGISTERS[0].load(Ordering::Relaxed);

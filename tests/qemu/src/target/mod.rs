@@ -21,8 +21,7 @@ use firmware::learn::{FixLearner, Learner, Settings};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 
-/// The learner, whose matrices lie where the board's do; `None` when it has been handed out
-/// already.
+/// The learner, whose matrices are in the same memory as the board's; `None` on a second call.
 pub fn learner() -> Option<&'static mut dyn Learner> {
     let learner = FixLearner::new(ccm::learner()?, Settings::MEDIUM);
     let learner = cortex_m::singleton!(: FixLearner<'static> = learner)?;
@@ -61,7 +60,7 @@ pub fn stack_left() -> usize {
     let mut word = &raw const _stack_end;
     let mut left = 0;
     // SAFETY: the two symbols of the linker script bound the stack, which is aligned to words; what
-    // lies below the frames in use is memory that nothing else has. A volatile read may see what
+    // lies below the frames in use is memory that nothing else has. A volatile read may return what
     // a frame left there.
     while word < &raw const _stack_start && unsafe { word.read_volatile() } == PAINT {
         word = word.wrapping_add(1);

@@ -1,7 +1,7 @@
-//! The chip model, judged by drivers that many chips have judged: programs over `stm32f4xx-hal` and
-//! `embassy-stm32`, unmodified, run in it and must work. Then the model is broken on purpose, one
-//! thing at a time, and the table here says which drivers notice: theirs, and those of our board.
-//! What this has shown is in docs/BOARDS.md.
+//! The chip model, checked with drivers that are proven on real chips: programs over unmodified
+//! `stm32f4xx-hal` and `embassy-stm32` run in it and must work. Then the model is broken on
+//! purpose, one thing at a time. The table here says which drivers notice: theirs, and those of our
+//! board. The results are in docs/BOARDS.md.
 
 mod ours;
 mod programs;
@@ -23,7 +23,7 @@ fn tools() -> Option<(PathBuf, [PathBuf; 2], PathBuf)> {
     Some((python, built, ours))
 }
 
-/// The subjects that a driver's programs fail at, with the reason.
+/// Subjects whose programs fail, by driver, with the reason.
 fn failures(
     python: &Path,
     images: &[PathBuf; 2],
@@ -68,8 +68,8 @@ fn drivers_that_are_known_to_work_do_in_the_model() {
 
 const THEIRS: [bool; 2] = [true, true];
 
-/// A broken model; the subjects that show it; whether `stm32f4xx-hal` and `embassy-stm32` notice;
-/// the part of ours that could, and whether it does.
+/// Name of a broken model; subjects that exercise the broken part; whether `stm32f4xx-hal` and
+/// `embassy-stm32` notice; the part of our image that uses it, and whether that part notices.
 type Mutant = (
     &'static str,
     &'static [Subject],
@@ -79,7 +79,7 @@ type Mutant = (
 
 const MUTANTS: [Mutant; 14] = [
     ("dma-count", &[Line], THEIRS, Some((Part::Stream, true))),
-    // our streams run once and are begun anew
+    // our streams run once and are restarted
     ("dma-no-wrap", &[Line], THEIRS, Some((Part::Stream, false))),
     (
         "uart-no-fraction",
@@ -87,7 +87,7 @@ const MUTANTS: [Mutant; 14] = [
         THEIRS,
         Some((Part::Stream, true)),
     ),
-    // the stream's own length ends a frame, not the pause behind it
+    // the stream's own length ends a frame, not the pause after it
     ("uart-no-idle", &[Line], THEIRS, Some((Part::Stream, false))),
     // we never wait for the last stop bit
     (
@@ -97,7 +97,7 @@ const MUTANTS: [Mutant; 14] = [
         Some((Part::Stream, false)),
     ),
     ("clock-pll", &[Clock], THEIRS, Some((Part::Stream, true))),
-    // their programs use no timer of a bus
+    // their programs use no bus timer
     (
         "clock-timers",
         &[Clock],
@@ -110,7 +110,7 @@ const MUTANTS: [Mutant; 14] = [
         THEIRS,
         Some((Part::Store, true)),
     ),
-    // it is our second watchdog, and the first is quicker
+    // it is our second watchdog, and the first one resets earlier
     (
         "watchdog-fast",
         &[Watchdog],

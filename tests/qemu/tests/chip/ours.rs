@@ -1,4 +1,5 @@
-//! Our board's image in the same model, whole or broken: the parts of it that use what is broken.
+//! Our board's image in the same model, intact or broken: one check for each part of the chip that
+//! a mutant breaks.
 
 use std::path::Path;
 
@@ -15,7 +16,8 @@ fn packet(request: &Request) -> String {
     hex(encode(1, request, &mut buffer).expect("a packet"))
 }
 
-/// Runs our board's image in a model, and returns the rest of the line that begins with each name.
+/// Runs our board's image in a model. Returns, for each name, the rest of the output line that
+/// begins with it.
 fn ours(
     (python, image): Tools,
     (script, broken): (&str, Option<&str>),
@@ -32,23 +34,23 @@ fn ours(
     Ok(names.iter().map(line).collect())
 }
 
-/// A part of our board's image that uses what a mutant breaks.
+/// A function of our board's image that uses what a mutant breaks.
 #[derive(Clone, Copy, Debug)]
 pub enum Part {
-    /// Sensor's bytes to the navigation computer and time, as in `faults.rs`.
+    /// Sensor bytes passed to the navigation computer, and the clocks, as in `faults`.
     Stream,
     /// An ADIS at the SPI.
     Adis,
-    /// A record in a store that holds what is no record.
+    /// Storing a record in a flash that is full of zeros, which are no record.
     Store,
-    /// No record at 2.65 V.
+    /// At a supply of 2.65 V no record is stored.
     Supply,
-    /// The window watchdog, when the clock of the loop runs away.
+    /// The window watchdog, when the clock of the main loop runs too fast.
     Window,
 }
 
 impl Part {
-    /// All of them.
+    /// All parts.
     pub const ALL: [Self; 5] = [
         Self::Stream,
         Self::Adis,
@@ -60,7 +62,7 @@ impl Part {
 
 type Tools<'a> = (&'a Path, &'a Path);
 
-/// Whether our image does what it must.
+/// Checks one part of our image.
 pub fn check_ours(tools: Tools, broken: Option<&str>, part: Part) -> Result<()> {
     match part {
         Part::Stream => stream(tools, broken),
@@ -69,8 +71,8 @@ pub fn check_ours(tools: Tools, broken: Option<&str>, part: Part) -> Result<()> 
         Part::Supply => store(tools, broken, true),
         Part::Window => {
             let asked = json!({"ms": 90, "faults": [[60, "tim2", 4.0]]});
-            let told = ours(tools, (FAULTS, broken), asked, &["why "])?;
-            ensure!(told[0].contains("fed too early"), "{}", told[0]);
+            let lines = ours(tools, (FAULTS, broken), asked, &["why "])?;
+            ensure!(lines[0].contains("fed too early"), "{}", lines[0]);
             Ok(())
         }
     }
@@ -87,20 +89,20 @@ fn stream(tools: Tools, broken: Option<&str>) -> Result<()> {
         "line sensor ",
         "line navigation ",
     ];
-    let told = ours(tools, (FAULTS, broken), asked, &names)?;
-    // 22 to 24 frames of 28 bytes: the first one comes into the start, which lasts 14 to 19 ms
+    let lines = ours(tools, (FAULTS, broken), asked, &names)?;
+    // 22 to 24 frames of 28 bytes: the first ones arrive during the start, which lasts 14 to 19 ms
     let passed = ["True 616", "True 644", "True 672"];
-    let all = passed.iter().any(|passed| told[0].ends_with(passed));
-    ensure!(all, "passed: {}", told[0]);
-    ensure!(told[1] == "168000000", "{} Hz", told[1]);
-    let understood = told[3..].iter().all(|line| line.ends_with(" 0 0"));
-    ensure!(understood, "{told:?}");
-    let mut bytes: Vec<u8> = (0..told[2].len() / 2)
-        .map(|n| u8::from_str_radix(&told[2][2 * n..2 * n + 2], 16))
+    let all = passed.iter().any(|passed| lines[0].ends_with(passed));
+    ensure!(all, "passed: {}", lines[0]);
+    ensure!(lines[1] == "168000000", "{} Hz", lines[1]);
+    let understood = lines[3..].iter().all(|line| line.ends_with(" 0 0"));
+    ensure!(understood, "{lines:?}");
+    let mut bytes: Vec<u8> = (0..lines[2].len() / 2)
+        .map(|n| u8::from_str_radix(&lines[2][2 * n..2 * n + 2], 16))
         .collect::<Result<_, _>>()?;
     bytes.retain(|byte| *byte != 0);
     let Ok((_, Response::Reset(reset))) = decode::<Response>(&mut bytes) else {
-        bail!("no answer: {}", told[2]);
+        bail!("no answer: {}", lines[2]);
     };
     ensure!(reset.causes & cause::POWER_ON != 0, "{reset:?}");
     // asked at 50 ms; the clocks are measured and ready after 11 to 16 ms
@@ -118,19 +120,19 @@ fn adis(tools: Tools, broken: Option<&str>) -> Result<()> {
     let frames: Vec<_> = (0..10).map(|n| hex(&frame(n).emit32())).collect();
     let adis = json!({"product": 16507, "range": 3, "hz": 1_000_000});
     let asked = json!({"command": [], "sensor": frames, "period": 168_000, "adis": adis});
-    let told = ours(tools, ("stm32f405.py", broken), asked, &["navigation "])?;
-    ensure!(told[0] == frames.concat(), "{}", told[0]);
+    let lines = ours(tools, ("stm32f405.py", broken), asked, &["navigation "])?;
+    ensure!(lines[0] == frames.concat(), "{}", lines[0]);
     Ok(())
 }
 
-/// A record is stored if the supply is not low.
+/// A record is stored unless the supply is low.
 fn store(tools: Tools, broken: Option<&str>, low: bool) -> Result<()> {
     let chip = json!({"volts": if low { 2.65 } else { 3.3 }, "brown_out": 0});
-    // both sectors of the store hold no record, and no place for one
+    // neither sector of the store has a record or free space for one
     let full = [0x080C_0000, 0x080E_0000].map(|at| json!([at, "00".repeat(0x2_0000)]));
     let asked = json!({"ms": 1400, "chip": chip, "quiet": [50, 1400],
         "flash": full, "ask": [[100, packet(&Request::StoreImage)]]});
-    let told = ours(tools, (FAULTS, broken), asked, &["writes "])?;
-    ensure!((told[0] == "0") == low, "{} writes", told[0]);
+    let lines = ours(tools, (FAULTS, broken), asked, &["writes "])?;
+    ensure!((lines[0] == "0") == low, "{} writes", lines[0]);
     Ok(())
 }

@@ -1,12 +1,12 @@
-//! The programs over drivers of others: what they are asked for, and what they must tell.
+//! The programs over third-party drivers: their input, and what they must report.
 
 use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
-use qemu::chip::{Driver, Run, told};
+use qemu::chip::{Driver, Run, report};
 use serde_json::{Value, json};
 
-/// What a program is asked for; `Subject` of `tests/chip`.
+/// What a program exercises; the numbers are those of `Subject` in `tests/chip`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     Clock,
@@ -20,7 +20,7 @@ pub enum Subject {
 }
 use Subject::{Calendar, Clock, Flash, Line, Spi, Supply, Watchdog, Window};
 
-/// All of them.
+/// All subjects.
 pub const SUBJECTS: [Subject; 8] = [Clock, Line, Spi, Flash, Watchdog, Window, Calendar, Supply];
 
 /// Crystal in MHz, and Hz of the core, of the slow and of the fast bus.
@@ -33,11 +33,11 @@ const CLOCKS: [(u32, [u32; 3]); 6] = [
     (25, [30_000_000; 3]),
 ];
 
-/// Sizes of the bursts on the line; 200 us of silence behind each.
+/// Sizes of the bursts on the line, bytes; 200 us of silence after each.
 const BURSTS: [usize; 7] = [28, 28, 100, 7, 64, 1, 72];
 const BYTE_US: f64 = 10e6 / 921_600.0;
 
-/// No two places alike.
+/// 300 pseudo-random bytes.
 fn bytes() -> Vec<u8> {
     let next = |state: &mut u32| {
         *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -47,12 +47,12 @@ fn bytes() -> Vec<u8> {
     std::iter::from_fn(|| next(&mut state)).take(300).collect()
 }
 
-/// As the model reads bytes.
+/// Hexadecimal, as the model reads bytes.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The runs of a subject.
+/// The runs of a subject, as the model reads them (JSON).
 pub fn asked(image: &Path, subject: Subject) -> Vec<Value> {
     let one = |ms: u32| json!({"image": image, "subject": subject as u32, "ms": ms});
     let with = |ms, key: &str, value: Value| {
@@ -91,18 +91,18 @@ pub fn asked(image: &Path, subject: Subject) -> Vec<Value> {
     }
 }
 
-/// Whether the driver has one for the subject.
+/// Whether the driver has a program for the subject.
 pub fn has(driver: Driver, subject: Subject) -> bool {
     (driver, subject) != (Driver::Hal, Window)
 }
 
-/// What the drivers' programs must tell.
+/// Checks what a driver's program reports.
 pub fn check(driver: Driver, subject: Subject, runs: &[Run]) -> Result<()> {
     for run in runs {
         if let Some(wrong) = &run.wrong {
             bail!("{wrong}");
         }
-        ensure!(run.words(told::DONE) == [1], "no end: {:?}", run.told);
+        ensure!(run.words(report::DONE) == [1], "no end: {:?}", run.reports);
     }
     let run = &runs[0];
     match subject {
@@ -117,13 +117,14 @@ pub fn check(driver: Driver, subject: Subject, runs: &[Run]) -> Result<()> {
     }
 }
 
-/// What the driver says is what is there, and a thousandth of the core's cycles takes 1 ms.
+/// The driver reports the clocks of the model, and a thousandth of a second's core cycles takes 1
+/// ms.
 fn check_clocks(runs: &[Run]) -> Result<()> {
     ensure!(runs.len() == CLOCKS.len());
     for (run, (_, hz)) in runs.iter().zip(CLOCKS) {
-        let says: Vec<u32> = told::CLOCKS.iter().flat_map(|n| run.words(*n)).collect();
+        let says: Vec<u32> = report::CLOCKS.iter().flat_map(|n| run.words(*n)).collect();
         ensure!(says == hz && run.clocks == hz, "{says:?} {:?}", run.clocks);
-        let marks = run.times(told::MARK);
+        let marks = run.times(report::MARK);
         ensure!((marks[1] - marks[0] - 1000.0).abs() < 60.0, "{marks:?}");
     }
     Ok(())
@@ -135,9 +136,9 @@ fn check_line(driver: Driver, run: &Run) -> Result<()> {
     ensure!(run.line == [91, 10], "{:?}", run.line);
     let expected = hex(&bytes()) + "5a";
     ensure!(run.sent == expected, "{}", run.sent);
-    ensure!(run.words(told::ERROR) == [0]);
-    let mut reads = run.words(told::READ);
-    // the last pause comes behind the last byte
+    ensure!(run.words(report::ERROR) == [0]);
+    let mut reads = run.words(report::READ);
+    // the last pause comes after the last byte
     let ends: Vec<u32> = BURSTS[..6]
         .iter()
         .scan(0, |sum, size| {
@@ -146,8 +147,8 @@ fn check_line(driver: Driver, run: &Run) -> Result<()> {
         })
         .collect();
     match driver {
-        Driver::Hal => ensure!(run.words(told::IDLE) == [6]),
-        // the ring of 128 also tells its half and its end
+        Driver::Hal => ensure!(run.words(report::IDLE) == [6]),
+        // the ring of 128 also reports its half and its end
         Driver::Embassy => {
             ensure!(
                 [64, 128, 192, 256].iter().all(|n| reads.contains(n)),
@@ -157,7 +158,7 @@ fn check_line(driver: Driver, run: &Run) -> Result<()> {
         }
     }
     ensure!(reads == ends, "{reads:?}");
-    let flushed = run.times(told::MARK)[2];
+    let flushed = run.times(report::MARK)[2];
     ensure!(
         flushed >= run.last_us && flushed < run.last_us + 5.0,
         "{flushed}"
@@ -167,27 +168,28 @@ fn check_line(driver: Driver, run: &Run) -> Result<()> {
 
 /// The ADIS answers with the next word, so the first is not its number.
 fn check_spi(run: &Run) -> Result<()> {
-    let words = run.words(told::WORD);
+    let words = run.words(report::WORD);
     ensure!(words == [0, 16507, 16507], "{words:?}");
-    ensure!(run.words(told::ERROR) == [0; 3]);
+    ensure!(run.words(report::ERROR) == [0; 3]);
     Ok(())
 }
 
-/// A sector of 128 kB by bytes takes two seconds; both drivers erase so. A word that the controller
-/// was not told of is refused; `stm32f4xx-hal` reports it, `embassy-stm32` clears the flag before.
+/// Erasing a sector of 128 kB with byte parallelism, as both drivers do, takes two seconds. A write
+/// without the flag PG is refused; `stm32f4xx-hal` reports it, `embassy-stm32` clears the flag
+/// before.
 fn check_flash(driver: Driver, run: &Run) -> Result<()> {
     let pattern = b"a driver that is trusted".chunks(4);
     let pattern = pattern.map(|word| u32::from_le_bytes(word.try_into().expect("four bytes")));
     let words = [1 << 20].into_iter().chain([u32::MAX; 6]).chain(pattern);
     let words: Vec<u32> = words.chain([u32::MAX]).collect();
     ensure!(
-        run.words(told::WORD) == words,
+        run.words(report::WORD) == words,
         "{:x?}",
-        run.words(told::WORD)
+        run.words(report::WORD)
     );
     let refused = u32::from(driver == Driver::Hal);
-    ensure!(run.words(told::ERROR) == [0, 0, refused, 0]);
-    let marks = run.times(told::MARK);
+    ensure!(run.words(report::ERROR) == [0, 0, refused, 0]);
+    let marks = run.times(report::MARK);
     ensure!((marks[1] - marks[0] - 2e6).abs() < 1000.0, "{marks:?}");
     // 24 bytes in as many pieces, or in six
     let pieces = if driver == Driver::Hal { 24.0 } else { 6.0 };
@@ -199,23 +201,25 @@ fn check_flash(driver: Driver, run: &Run) -> Result<()> {
     Ok(())
 }
 
-/// It ends so long after it was fed last, and the next start tells so.
+/// The watchdog resets the chip this long after it was last fed, ms, and the next start reports the
+/// cause.
 fn check_watchdog(run: &Run, after_ms: f64) -> Result<()> {
-    let causes = run.words(told::CAUSE);
+    let causes = run.words(report::CAUSE);
     ensure!(causes == [0x0E00_0000, 0x2400_0000], "{causes:x?}");
-    let fed = run.times(told::MARK);
+    let fed = run.times(report::MARK);
     ensure!(fed.len() == 2 && run.starts.len() == 2, "{fed:?}");
     let took = run.starts[1] - fed[1] / 1000.0;
     ensure!((took - after_ms).abs() < 0.1, "{took} ms");
     Ok(())
 }
 
-/// Fed in the open half of 12 ms, then 2 ms later; and not fed at all.
+/// One program feeds it in the open half of 12 ms, and again 2 ms later, too early; the other never
+/// does.
 fn check_windows(runs: &[Run]) -> Result<()> {
     for (run, (marks, from_ms, to_ms)) in runs.iter().zip([(2, 1.9, 2.1), (1, 11.9, 12.3)]) {
-        let causes = run.words(told::CAUSE);
+        let causes = run.words(report::CAUSE);
         ensure!(causes == [0x0E00_0000, 0x4400_0000], "{causes:x?}");
-        let at = run.times(told::MARK);
+        let at = run.times(report::MARK);
         ensure!(at.len() == marks && run.starts.len() == 2, "{at:?}");
         let took = run.starts[1] - at[marks - 1] / 1000.0;
         ensure!(took > from_ms && took < to_ms, "{took} ms");
@@ -223,19 +227,19 @@ fn check_windows(runs: &[Run]) -> Result<()> {
     Ok(())
 }
 
-/// Over the end of a year; after a reset of the chip the calendar goes on, and a word is kept.
-/// `stm32f4xx-hal` counts years from 1970 and its program does not reset.
+/// Over the end of a year. After a reset of the chip the calendar goes on, and a backup word is
+/// retained. `stm32f4xx-hal` counts years from 1970 and its program does not reset.
 fn check_calendar(driver: Driver, run: &Run) -> Result<()> {
-    ensure!(run.words(told::ERROR) == [0]);
-    let (seconds, dates) = (run.words(told::SECONDS), run.words(told::DATE));
-    let times = run.times(told::MARK);
+    ensure!(run.words(report::ERROR) == [0]);
+    let (seconds, dates) = (run.words(report::SECONDS), run.words(report::DATE));
+    let times = run.times(report::MARK);
     ensure!(times.len() == seconds.len() && times.len() == dates.len());
-    // four cycles of 32 kHz to start, and a fraction that is not told
+    // four cycles of 32 kHz to start, and a fraction that is not reported
     for ((second, date), time) in seconds.iter().zip(&dates).zip(&times) {
         let passed = (time - times[0]) / 1e6 - 0.0003;
         let expected = (86_398.0 + passed) % 86_400.0;
         let behind = (expected - f64::from(*second)).rem_euclid(86_400.0);
-        // a second that has begun is told whole; it may be a hair ahead
+        // a second that has begun is reported in full; it may be slightly ahead
         let right = !(1.02..=86_399.9).contains(&behind);
         ensure!(right, "{second} {expected}");
         let next = *second < 1000;
@@ -247,14 +251,14 @@ fn check_calendar(driver: Driver, run: &Run) -> Result<()> {
     ensure!(seconds.iter().any(|second| *second < 1000), "{seconds:?}");
     if driver == Driver::Embassy {
         ensure!(run.starts.len() == 2 && times.len() == 6, "{times:?}");
-        ensure!(run.words(told::WORD) == [0x1234_5678; 2]);
+        ensure!(run.words(report::WORD) == [0x1234_5678; 2]);
     }
     Ok(())
 }
 
 /// Neither crate has a driver: the program is ours, with the addresses of their register crates.
 fn check_supply(run: &Run) -> Result<()> {
-    ensure!(run.words(told::WORD) == [0, 0, 1]);
-    ensure!(run.words(told::INTERRUPTS) == [0, 0, 1]);
+    ensure!(run.words(report::WORD) == [0, 0, 1]);
+    ensure!(run.words(report::INTERRUPTS) == [0, 0, 1]);
     Ok(())
 }

@@ -1,5 +1,5 @@
-//! An ADIS at the board's SPI, whose bursts DMA fetches: what comes, what it costs, what is told
-//! when it fails.
+//! An ADIS at the board's SPI, whose bursts DMA fetches: the bytes, the cost, and the counters
+//! after failures.
 
 use firmware::configuration::Sensor as ConfiguredSensor;
 use firmware::wire::adis::{Burst, Form, Model, Settings};
@@ -53,8 +53,8 @@ impl Sensor {
         (0..count).map(record).collect()
     }
 
-    /// As the model is told of it.
-    pub fn told(&self) -> Value {
+    /// The sensor, as the model reads it (JSON).
+    pub fn description(&self) -> Value {
         json!({"product": self.product, "range": self.range, "hz": self.hz})
     }
 }
@@ -63,8 +63,8 @@ pub fn bytes(frames: &[Record]) -> String {
     frames.iter().map(|frame| hex(&frame.bytes)).collect()
 }
 
-/// An ADIS16507-1 and an ADIS16495-2 are found, set up and read by their data-ready; the bursts
-/// leave as they came. Two interrupts a burst: data-ready and the end.
+/// An ADIS16507-1 and an ADIS16495-2 are found, set up and read at their data-ready; the bursts
+/// leave unchanged. Each burst takes two interrupts: data-ready and the end of the transfer.
 #[test]
 fn an_adis_is_found_and_its_bursts_leave() {
     let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
@@ -72,8 +72,15 @@ fn an_adis_is_found_and_its_bursts_leave() {
     };
     for sensor in SENSORS {
         let frames = sensor.bursts(100);
-        let told = sensor.told();
-        let done = run(&python, &built, &[], &frames, (MILLISECOND, BAUD), &told);
+        let description = sensor.description();
+        let done = run(
+            &python,
+            &built,
+            &[],
+            &frames,
+            (MILLISECOND, BAUD),
+            &description,
+        );
         let name = sensor.product;
         assert!(done.sent == bytes(&frames), "{name}: {}", done.sent);
         let counts = [DATA_READY, BURST_END].map(|number| done.served(number));
@@ -81,24 +88,24 @@ fn an_adis_is_found_and_its_bursts_leave() {
     }
 }
 
-/// Frames that pass before instructions are counted, so that a UART's format is known, and those
-/// that are counted.
+/// Frames that pass before instructions are counted, so that a UART's format is known; and the
+/// number of frames that are counted.
 const BEFORE: usize = 20;
 const COUNTED: usize = 40;
 
-/// Instructions of the core for a frame that passes: outside interrupts and in them, whatever
-/// happens in the time of a frame included.
+/// Instructions of the core per frame that passes: outside interrupts and in them. All other work
+/// in the time of a frame is included.
 pub fn cost(python: &Path, image: &Path, world: Value, frames: &[Record], period: u32) -> [f64; 2] {
     let lines = SerialLines {
         sensor_baud: 3_000_000,
         ..SerialLines::DEFAULT
     };
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         lines,
         ..Configuration::default()
     };
-    told.correction.check_rate = false;
-    let commands = configure(&told).expect("packets");
+    configuration.correction.check_rate = false;
+    let commands = configure(&configuration).expect("packets");
     let mut world = world;
     world["count"] = json!(BEFORE);
     let frames = &frames[..BEFORE + COUNTED];
@@ -109,7 +116,7 @@ pub fn cost(python: &Path, image: &Path, world: Value, frames: &[Record], period
 }
 
 /// At 2000 and at 4000 bursts a second the core executes for a burst at most what `budgets.toml`
-/// says, and in its interrupts no more than for a frame that comes by a UART.
+/// says, and in its interrupts no more than for a frame from a UART.
 #[test]
 fn a_burst_costs_what_a_uart_frame_costs() {
     let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) else {
@@ -122,7 +129,7 @@ fn a_burst_costs_what_a_uart_frame_costs() {
         (4000, &SENSORS[1], budget.burst_4000),
     ] {
         let period = 1000 * MILLISECOND / hz;
-        let spi = json!({"adis": sensor.told()});
+        let spi = json!({"adis": sensor.description()});
         let [outside, within] = cost(&python, &image, spi, &sensor.bursts(200), period);
         println!(
             "ADIS{} at {hz} a second: {:.0} instructions a burst, {within:.0} in interrupts",
@@ -144,24 +151,24 @@ fn a_burst_costs_what_a_uart_frame_costs() {
 /// A transfer that hangs, and a data-ready that does not come, cost their bursts and are counted;
 /// all others leave.
 #[test]
-fn what_fails_is_told_and_the_rest_leaves() {
+fn failed_bursts_are_counted_and_the_rest_leaves() {
     let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) else {
         return;
     };
     let request = hex(&packet_of(1, &Request::GetCounters).expect("a packet"));
     for sensor in SENSORS {
         let frames = sensor.bursts(60);
-        let mut adis = sensor.told();
+        let mut adis = sensor.description();
         (adis["hangs"], adis["silent"]) = (json!([20]), json!([40]));
         let world = json!({"adis": adis, "ask": [request]});
         let done = run_in(&python, &image, &[], &frames, (MILLISECOND, BAUD), &world);
-        // with the sample that finds the transfer hanging, the sensor has its pause
-        let kept: Vec<Record> = (0..60)
+        // the burst that finds the transfer hanging is lost too: the sensor needs a pause
+        let intact: Vec<Record> = (0..60)
             .filter(|n| ![20, 21, 40].contains(n))
             .map(|n| frames[n].clone())
             .collect();
         let name = sensor.product;
-        assert!(done.sent == bytes(&kept), "{name}: {}", done.sent);
+        assert!(done.sent == bytes(&intact), "{name}: {}", done.sent);
         let counted = counters(&done.command);
         assert_eq!(
             (counted.lost, counted.missed),
@@ -178,7 +185,7 @@ pub fn configuration(sensor: &Sensor, rate: f64) -> Configuration {
     let model = model.expect("a model");
     let form = model.form();
     let units = model.units(form != Form::Narrow).expect("a range");
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: Some(ConfiguredSensor::Spi(Settings {
             form,
             units,
@@ -187,23 +194,23 @@ pub fn configuration(sensor: &Sensor, rate: f64) -> Configuration {
         rate,
         ..Configuration::default()
     };
-    told.lines.sensor_baud = 3_000_000; // 4250 bursts of 40 bytes need 1 700 000
-    told.correction.check_rate = false;
-    told.correction.mode = Mode::Bypass;
-    told
+    configuration.lines.sensor_baud = 3_000_000; // 4250 bursts of 40 bytes need 1 700 000
+    configuration.correction.check_rate = false;
+    configuration.correction.mode = Mode::Bypass;
+    configuration
 }
 
-/// The rate of the configuration is set, also while bursts come, and set anew with the next
-/// configuration. Bursts leave after that as they came. The burst that is under way is given up,
-/// and nothing of the old rate leaves later.
+/// The configured rate is set, also while bursts arrive, and set again with the next configuration.
+/// After that bursts leave unchanged. The burst in progress is dropped, and nothing at the old rate
+/// leaves later.
 #[test]
-fn the_rate_told_is_set() {
+fn the_configured_rate_is_set() {
     if let (Some(python), Some(image)) = (python(), STM32F405.build_or_skip()) {
         sets_rates(&python, &image, 1);
     }
 }
 
-/// The sensor is set up so soon after an answer, ms.
+/// Configures rates one after another; the sensor is set up `rest` ms after an answer.
 pub fn sets_rates(python: &Path, image: &Path, rest: u32) {
     for (sensor, rates, decimation) in [
         (&SENSORS[0], &[][..], 1),
@@ -219,7 +226,7 @@ pub fn sets_rates(python: &Path, image: &Path, rest: u32) {
         let commands: Vec<_> = configured.collect();
         let frames = sensor.bursts(60);
         let old = (sensor.burst)(7);
-        let mut adis = sensor.told();
+        let mut adis = sensor.description();
         (adis["before"], adis["rest"]) = (json!(hex(&old)), json!(rest));
         let world = json!({"adis": adis});
         let done = run_in(
@@ -241,7 +248,7 @@ pub fn sets_rates(python: &Path, image: &Path, rest: u32) {
     }
 }
 
-/// Of the last answer, hexadecimal, which is one to `GetCounters`.
+/// Decodes the last answer, hexadecimal, which must be one to `GetCounters`.
 pub fn counters(answers: &str) -> Counters {
     let pairs = (0..answers.len() / 2).map(|n| &answers[2 * n..2 * n + 2]);
     let bytes = pairs.map(|pair| u8::from_str_radix(pair, 16).expect("hexadecimal"));

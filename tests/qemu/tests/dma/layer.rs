@@ -1,6 +1,6 @@
 //! The STM32F405 over `embassy-stm32` (`firmware/boards/f405`) in the same model, beside the board
 //! with drivers of its own: the same bytes, other interrupts, other latency. docs/BOARDS.md draws
-//! its conclusions from what this test measures.
+//! its conclusions from these measurements.
 
 use std::path::Path;
 
@@ -8,13 +8,13 @@ use qemu::boards::Family;
 
 use super::*;
 
-/// The navigation computer's UART; the time of `embassy-time` is by TIM5.
+/// Interrupts: the navigation computer's UART, and TIM5, the timer of `embassy-time`.
 const NAVIGATION: i32 = 38;
 const TIME: i32 = 50;
-/// The frame path, which the others trigger: PendSV, less 16, and CAN1_SCE.
+/// Software interrupts that run the frame path: PendSV, less 16, and CAN1_SCE.
 const FRAME_PATHS: [i32; 2] = [-2, 22];
 
-/// All interrupts by hardware over all frames.
+/// Hardware interrupts per frame.
 fn interrupts(done: &Done, frames: &[Record]) -> f64 {
     let by_hardware = done
         .served
@@ -23,7 +23,7 @@ fn interrupts(done: &Done, frames: &[Record]) -> f64 {
     by_hardware.map(|(_, count)| *count).sum::<usize>() as f64 / frames.len() as f64
 }
 
-/// From the last byte of a frame to the first byte sent, microseconds: the median and the greatest.
+/// From the last byte of a frame to the first byte sent, microseconds: the median and the maximum.
 /// The first frames, which are held until the format is known, do not count.
 fn latencies(done: &Done, frames: &[Record]) -> [f64; 2] {
     assert_eq!(done.came.len(), done.left.len(), "as many bytes leave");
@@ -67,9 +67,9 @@ fn measured(
     (done, late)
 }
 
-/// Of each frame the sensor's line interrupts once, when it falls idle, its stream never, and the
-/// stream out at most once. What is left is time. A frame leaves no later than it did by the
-/// driver's buffered UART, which had no DMA and did not wait for an idle line.
+/// For each frame the sensor line interrupts once, when it falls idle, its stream never, and the
+/// output stream at most once. The other interrupts are timers. A frame leaves no later than with
+/// the driver's buffered UART, which had no DMA and did not wait for an idle line.
 #[test]
 fn the_same_bytes_as_our_drivers_at_an_interrupt_a_frame() {
     let layer = Family::named("f405").expect("a board");
@@ -95,7 +95,7 @@ fn the_same_bytes_as_our_drivers_at_an_interrupt_a_frame() {
         assert!(out <= count && out > count / 2, "{:?}", theirs.served);
         assert!(theirs.served(TIME) > 0);
         assert!(interrupts(&theirs, &frames) < 5.0, "{:?}", theirs.served);
-        // what keeps our drivers on this board: when this fails, read docs/BOARDS.md again
+        // the reason for our own drivers on this board: when this fails, review docs/BOARDS.md
         assert!(
             soon[0] < 15.0 && late[0] > soon[0] + 9.0,
             "{soon:?} {late:?}"
@@ -107,7 +107,7 @@ fn the_same_bytes_as_our_drivers_at_an_interrupt_a_frame() {
 }
 
 /// Without its crystal each board runs on the internal oscillator. The driver of `embassy-stm32`
-/// alone would wait for it without an end.
+/// alone would wait for it forever.
 #[test]
 fn a_dead_crystal_stops_neither() {
     let layer = Family::named("f405").expect("a board");
@@ -125,7 +125,7 @@ fn a_dead_crystal_stops_neither() {
     }
 }
 
-/// The examples of a loop of one's own pass what comes, byte for byte.
+/// The examples with a user's own main loop pass the input, byte for byte.
 #[test]
 fn loops_of_ones_own_pass_bytes() {
     let Some(python) = python() else { return };

@@ -33,18 +33,18 @@ fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// What the image has done.
+/// Results of a run of the image.
 struct Done {
-    /// What it sent to the navigation computer, hexadecimal.
+    /// Bytes sent to the navigation computer, hexadecimal.
     sent: String,
     /// How often each interrupt was served.
     served: Vec<(i32, usize)>,
-    /// Bytes of core-coupled memory that it has written to, from the first on, and how many of them
-    /// are not 0.
+    /// Bytes of core-coupled memory that the image has written, from the start on, and how many of
+    /// them are not 0.
     coupled: [usize; 2],
-    /// What it sent on USART3, hexadecimal.
+    /// Bytes sent on USART3, hexadecimal.
     usart3: String,
-    /// Bits of a byte and divider of USART1, USART2, USART3 and UART4.
+    /// Bits per character and divider of USART1, USART2, USART3 and UART4.
     lines: Vec<(i32, usize)>,
     /// When the stop bit of each byte on the sensor's line ended, and when the start bit of each
     /// byte on the navigation line began, cycles.
@@ -52,7 +52,7 @@ struct Done {
     left: Vec<f64>,
     /// Instructions outside interrupts and in them, where they were counted.
     executed: Vec<f64>,
-    /// What the command link sent, hexadecimal.
+    /// Bytes sent on the command link, hexadecimal.
     command: String,
     /// DEC_RATE of the ADIS.
     decimation: Option<u16>,
@@ -77,7 +77,7 @@ fn run(
     run_in(python, image, commands, frames, (period, baud), &world)
 }
 
-/// The same on a chip with other properties; `world` is added to what the model is asked.
+/// The same on a chip with other properties; `world` is added to the input of the model.
 fn run_in(
     python: &Path,
     image: &Path,
@@ -143,7 +143,7 @@ fn frames(format: ImuFormat, seconds: u32) -> Vec<Record> {
         .collect()
 }
 
-/// What the desktop sends for them, set up as the image is, hexadecimal.
+/// Output of the desktop for these frames, set up as the image is, hexadecimal.
 fn desktops(frames: &[Record]) -> String {
     let mut input: Vec<_> = set_up()
         .expect("requests")
@@ -158,8 +158,8 @@ fn desktops(frames: &[Record]) -> String {
     hex(&on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent)
 }
 
-/// The output equals the desktop's. Each frame costs one interrupt in (one more where it crosses
-/// the end of the ring) and two out, wherever the millisecond of the clock falls.
+/// The output equals the desktop's. Each frame costs one input interrupt (two where it crosses the
+/// end of the ring) and two output interrupts, regardless of the phase of the millisecond clock.
 fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
     let (Some(python), Some(built)) = (python(), image.build_or_skip()) else {
         return;
@@ -183,11 +183,11 @@ fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
     assert!(counts[1] <= 2 * most, "{counts:?}");
 }
 
-/// The configuration opens the lines anew while DMA moves their bytes: bit rate, parity, stop bits,
-/// and which UART is whose. The command link answers on, and the sensor's frames pass, byte for
-/// byte. A divider below 16 has 8 looks a bit.
+/// The configuration reopens the lines while DMA moves their bytes: bit rate, parity, stop bits,
+/// and the assignment of UARTs. The command link keeps answering, and the sensor's frames pass,
+/// byte for byte. A divider below 16 uses 8 samples per bit.
 #[test]
-fn lines_are_opened_anew_as_told() {
+fn lines_are_reopened_as_configured() {
     let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
         return;
     };
@@ -225,12 +225,12 @@ fn lines_are_opened_anew_as_told() {
         ),
     ];
     for (lines, baud, expected) in cases {
-        let mut told = Configuration {
+        let mut configuration = Configuration {
             lines,
             ..Configuration::default()
         };
-        told.correction.check_rate = false;
-        let commands = configure(&told).expect("packets");
+        configuration.correction.check_rate = false;
+        let commands = configure(&configuration).expect("packets");
         let done = run(
             &python,
             &built,
@@ -253,7 +253,7 @@ fn lines_are_opened_anew_as_told() {
 
 /// Bit rate of the sensor without a configuration.
 const BAUD: u32 = 921_600;
-/// Cycles from frame to frame.
+/// Cycles in a millisecond.
 const MILLISECOND: u32 = 168_000;
 
 #[test]
@@ -262,7 +262,7 @@ fn stim300_by_dma() {
     corrects(STM32F405, ImuFormat::Stim300, 4, MILLISECOND - 210);
 }
 
-/// 36 bytes in 390 us of 500.
+/// A frame of 36 bytes takes 390 us of the 500 us period.
 #[test]
 fn kvh_by_dma_at_two_thousand_a_second() {
     corrects(STM32F405, ImuFormat::Kvh, 1, MILLISECOND / 2);
@@ -273,7 +273,7 @@ fn novatel_by_dma_in_the_small_image() {
     corrects(STM32F405_WINDOW, ImuFormat::Novatel, 3, MILLISECOND);
 }
 
-/// The learner from fixes is in the memory that DMA does not reach: zero before it learns,
+/// The learner from fixes is in the memory that DMA cannot access: zero before it learns,
 /// initialised when it does. The small image has no such learner.
 #[test]
 fn the_learner_is_in_core_coupled_memory() {

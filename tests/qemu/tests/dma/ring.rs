@@ -1,5 +1,5 @@
-//! The lines of `firmware/boards/f405`, whose bytes DMA moves over `embassy-stm32`: without a
-//! pause, with damaged bytes, opened anew, and in broken models.
+//! The serial lines of `firmware/boards/f405`, whose bytes DMA moves over `embassy-stm32`: without
+//! a pause, with damaged bytes, reopened, and in broken models.
 
 use std::path::PathBuf;
 
@@ -25,9 +25,9 @@ fn corrected(tools: &(PathBuf, PathBuf), frames: &[Record], period: u32, world: 
     run_in(&tools.0, &tools.1, &set_up, frames, (period, BAUD), world)
 }
 
-/// Bytes that follow each other for ever: the line is never idle, so the loop finds them in its
-/// turn, once a millisecond. None is lost, and they leave without a pause, too. The line out is
-/// 0.9 % slower than the line in, so each byte waits longer than the one before.
+/// A continuous stream of bytes: the line is never idle, so the loop finds them once a millisecond.
+/// None is lost, and they leave without a pause. The output line is 0.9 % slower than the input, so
+/// each byte waits longer than the one before.
 #[test]
 fn a_line_without_a_pause_loses_nothing() {
     let Some(tools) = f405() else { return };
@@ -43,8 +43,8 @@ fn a_line_without_a_pause_loses_nothing() {
     assert!(done.served(SENSOR) < 3, "{:?}", done.served);
 }
 
-/// Noise, a wrong stop bit and a lost byte are told, once each, and the stream goes on: every frame
-/// leaves that has all its bytes, and the same bytes leave as by our drivers. Three frames tell the
+/// Noise, a wrong stop bit and a lost byte are reported once each, and the stream goes on: every
+/// complete frame leaves, and the output equals that of our drivers. Three frames identify the
 /// format and are not counted.
 #[test]
 fn an_error_of_the_line_costs_no_other_frame() {
@@ -66,7 +66,7 @@ fn an_error_of_the_line_costs_no_other_frame() {
         assert_eq!(counted.lost, 3, "{name}: {counted:?}");
         assert_eq!(counted.frames, 160 - 3 - 1, "{name}: {counted:?}");
     }
-    // once a frame when the line falls idle, and once an error
+    // once per frame when the line falls idle, and once per error
     let served = theirs.served(SENSOR);
     assert!((160..=163).contains(&served), "{served}");
     assert!(
@@ -77,10 +77,10 @@ fn an_error_of_the_line_costs_no_other_frame() {
     );
 }
 
-/// The core stands still for 8 ms, as while flash is erased, and the stream goes on over bytes that
-/// nobody has read. That is told, once. What was overwritten is missing, and no other frame.
+/// The core stalls for 8 ms, as while flash is erased, and the stream overwrites bytes that nobody
+/// has read. That is reported once. Only the overwritten frames are missing.
 #[test]
-fn bytes_overwritten_in_the_ring_are_told() {
+fn bytes_overwritten_in_the_ring_are_reported() {
     let Some(tools) = f405() else { return };
     let mut frames = frames(ImuFormat::Kvh, 1);
     frames.truncate(160);
@@ -102,15 +102,15 @@ fn bytes_overwritten_in_the_ring_are_told() {
     assert!(done.sent.ends_with(&after), "{}", done.sent.len() / 72);
 }
 
-/// Another rate, parity and two stop bits, as the unit file tells.
+/// Another rate, parity and two stop bits, as configured in the unit file.
 #[test]
-fn lines_over_their_driver_are_opened_anew() {
+fn lines_over_their_driver_are_reopened() {
     let Some(tools) = f405() else { return };
     let frames = frames(ImuFormat::Stim300, 1);
     let frames = &frames[..200];
     let bytes: String = frames.iter().map(|frame| hex(&frame.bytes)).collect();
     for (parity, two_stop_bits, bits) in [(Parity::Odd, true, 12), (Parity::Even, false, 11)] {
-        let mut told = Configuration {
+        let mut configuration = Configuration {
             lines: SerialLines {
                 sensor_baud: 1_843_200,
                 parity,
@@ -120,8 +120,8 @@ fn lines_over_their_driver_are_opened_anew() {
             },
             ..Configuration::default()
         };
-        told.correction.check_rate = false;
-        let commands = configure(&told).expect("packets");
+        configuration.correction.check_rate = false;
+        let commands = configure(&configuration).expect("packets");
         let pace = (MILLISECOND, 1_826_087);
         let done = run_in(&tools.0, &tools.1, &commands, frames, pace, &json!({}));
         let expected = [(bits, 46), (bits, 23), (10, 4375), (10, 46)];
@@ -131,8 +131,8 @@ fn lines_over_their_driver_are_opened_anew() {
     }
 }
 
-/// The board notices what its lines rely on: a ring that begins anew at its end, and an idle line
-/// that interrupts.
+/// The output shows when what the lines rely on is broken: a ring that wraps at its end, and an
+/// interrupt when the line is idle.
 #[test]
 fn broken_rings_and_lines_are_noticed() {
     let Some(tools) = f405() else { return };

@@ -1,4 +1,4 @@
-//! The board `f405` over the drivers of `embassy-stm32` in the same faults.
+//! The board `f405` over the drivers of `embassy-stm32` with the same faults.
 
 use qemu::boards::Family;
 
@@ -8,8 +8,8 @@ use super::*;
 const FRAME_PATH: i32 = 22;
 
 /// A panic, a fault and a frame path that is stuck leave a record, and bytes pass after each reset.
-/// SysTick finds that the loop has not turned for 6 s; a clock that is 84 times too fast makes them
-/// short. Three runs cut short make the fourth start a safe one.
+/// SysTick detects that the loop has not run for 6 s, which a clock that is 84 times too fast
+/// shortens. After three short runs the fourth start is a safe one.
 #[test]
 fn a_board_over_embassy_keeps_the_record_of_a_crash() {
     let board = Family::named("f405").expect("a board");

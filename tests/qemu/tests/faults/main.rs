@@ -1,6 +1,6 @@
-//! The board's own image on a chip that breaks: wrong and dead crystals, a stuck loop, a runaway
+//! The board's own image on a chip with faults: wrong and dead crystals, a stuck loop, a runaway
 //! interrupt, a stuck output, a stack overflow, a low supply (`judges/stm32faults.py`). After every
-//! start the bytes of the sensor pass, and the device tells what happened.
+//! start the bytes of the sensor pass, and the device reports what happened.
 
 mod layer;
 
@@ -15,7 +15,7 @@ use qemu::judges::{ask, python};
 use qemu::memory::address;
 use serde_json::{Value, json};
 
-/// Bytes pass so soon after each reset, ms.
+/// Time after each reset within which bytes pass, ms.
 const SOON: f64 = 50.0;
 /// The frame path's exception, less 16.
 const PENDSV: i32 = -2;
@@ -28,19 +28,19 @@ struct Start {
     flags: u32,
     /// When the first byte had passed, ms after the start.
     first_ms: Option<f64>,
-    /// What has passed is a piece of what the sensor has sent.
+    /// Whether the bytes that passed are a contiguous piece of the sensor's stream.
     exact: bool,
     bytes: usize,
 }
 
-/// What the chip has done.
+/// Results of a run of the chip.
 #[derive(Debug)]
 struct Done {
     starts: Vec<Start>,
     resets: Vec<Reset>,
     healths: Vec<Health>,
-    /// Sensor, navigation, receiver and command line: bits of a word, whether it looks 8 times a
-    /// bit, and bytes in and out that the other end does not understand.
+    /// For the sensor, navigation, receiver and command line: divider, whether it uses 8 samples
+    /// per bit, and garbled bytes in and out.
     lines: Vec<[u32; 4]>,
     clock_hz: f64,
     now_us: f64,
@@ -134,8 +134,8 @@ impl Done {
     }
 }
 
-/// Whatever crystal is there, and whatever the internal oscillator's error at 25 degrees C: the
-/// core has its clock, the lines have their rates, and the device says what it found.
+/// With any crystal and any error of the internal oscillator at 25 degrees C, the core has its
+/// clock, the lines have their rates, and the device reports the crystal.
 #[test]
 fn the_clock_is_right_with_every_crystal() {
     let Some(tools) = tools() else { return };
@@ -178,10 +178,10 @@ fn the_clock_is_right_with_every_crystal() {
             ClockSource::Crystal
         };
         assert_eq!(reset.clock, source, "{crystal}");
-        let seen = f64::from(known.measured_khz) / 1000.0 * internal;
+        let measured = f64::from(known.measured_khz) / 1000.0 * internal;
         assert!(
-            (seen - crystal).abs() < 0.005 * crystal + 1e-9,
-            "{crystal}: {seen}"
+            (measured - crystal).abs() < 0.005 * crystal + 1e-9,
+            "{crystal}: {measured}"
         );
         assert_eq!(done.faults() & fault::CLOCK != 0, used != 12, "{crystal}");
         assert_eq!(done.faults() & fault::BIT_RATE, 0);
@@ -189,7 +189,7 @@ fn the_clock_is_right_with_every_crystal() {
 }
 
 /// Without PLL the core and both buses have 16 MHz. The lines have the nearest rates: 941 176 bit/s
-/// in place of 921 600, which is 2.1 % off and reported, and 115 108 in place of 115 200.
+/// instead of 921 600, which is 2.1 % off and reported, and 115 108 instead of 115 200.
 #[test]
 fn without_pll_the_lines_are_served() {
     let Some(tools) = tools() else { return };
@@ -211,7 +211,7 @@ fn without_pll_the_lines_are_served() {
     assert_eq!(done.faults() & bits, bits);
 }
 
-/// A crystal that stops: the board starts anew from the internal oscillator.
+/// After a crystal stops, the board restarts from the internal oscillator.
 #[test]
 fn a_crystal_that_stops_is_given_up() {
     let Some(tools) = tools() else { return };
@@ -314,10 +314,10 @@ fn clocks_that_disagree_are_found() {
     }
 }
 
-/// A silent sensor is known and handled: no reset in two and a half seconds, and its bytes pass
-/// when it comes back.
+/// A silent sensor is reported and causes no reset in two and a half seconds. Its bytes pass when
+/// it comes back.
 #[test]
-fn a_silent_sensor_is_no_reason_to_start_anew() {
+fn a_silent_sensor_is_no_reason_to_restart() {
     let Some(tools) = tools() else { return };
     let asked = json!({"ms": 2700, "quiet": [100, 2600]});
     let done = run(&tools, asked, &[2500]);
@@ -327,7 +327,7 @@ fn a_silent_sensor_is_no_reason_to_start_anew() {
     assert!(done.starts[0].bytes > 14 * 150, "{:?}", done.starts);
 }
 
-/// The stream of the sensor's bytes is switched off by nobody: it is set up anew.
+/// The DMA stream of the sensor's bytes stops by itself: the board sets it up again.
 #[test]
 fn a_stopped_stream_goes_on() {
     let Some(tools) = tools() else { return };
@@ -336,10 +336,10 @@ fn a_stopped_stream_goes_on() {
     assert!(done.starts[0].bytes > 14 * 165, "{:?}", done.starts);
 }
 
-/// A navigation line that does not send is opened anew after 100 ms. If that does not help, the
-/// board starts anew, and after three times it stays in a safe start, without further resets.
+/// A navigation line that does not send is reopened after 100 ms. If that does not help, the board
+/// restarts, and after three times it stays in a safe start, without further resets.
 #[test]
-fn a_stuck_output_is_opened_anew_and_then_reset() {
+fn a_stuck_output_is_reopened_and_then_reset() {
     let Some(tools) = tools() else { return };
     let asked = json!({"ms": 400, "faults": [[60, "stuck", false]]});
     let done = run(&tools, asked, &[380]);
@@ -359,7 +359,7 @@ fn a_stuck_output_is_opened_anew_and_then_reset() {
     assert_eq!((crash.number, crash.starts), (3, 1));
 }
 
-/// Three runs cut short: the fourth start is a safe one, and bytes pass in it.
+/// After three short runs the fourth start is a safe one, and bytes pass in it.
 #[test]
 fn repeated_resets_lead_to_a_safe_start() {
     let Some(tools) = tools() else { return };
@@ -375,16 +375,16 @@ fn repeated_resets_lead_to_a_safe_start() {
     assert!(reset.safe && reset.causes & cause::WINDOW != 0, "{reset:?}");
     assert_ne!(done.faults() & fault::SAFE_START, 0);
     let crash = reset.crash.expect("a record");
-    // the last one left no record of its own
+    // the last run left no record of its own
     assert_eq!(
         (crash.kind, crash.number, crash.starts),
         (CrashKind::NotFed, 2, 2)
     );
 }
 
-/// Below 2.7 V nothing is written, and the device says so; above it the record is stored. The time
-/// goes on while flash is erased. The chip forbids what the board must not do, and erasing takes
-/// one second in which its core stands still.
+/// Below 2.7 V nothing is written, and the device reports it; above it the record is stored. The
+/// clock goes on while flash is erased. The model rejects forbidden accesses; erasing takes one
+/// second, in which the core is stalled.
 #[test]
 fn nothing_is_written_below_the_supply_that_it_needs() {
     let Some(tools) = tools() else { return };

@@ -1,5 +1,6 @@
 //! STM32F405 and F446 on an STM32F427: it has the same clocks, UARTs, streams, timers and watchdog.
-//! It has no register DCKCFGR2, whose reset value an F446 keeps, and no flash that can be written.
+//! It has no register DCKCFGR2, which our F446 leaves at its reset value, and no flash that can be
+//! written.
 
 use std::path::{Path, PathBuf};
 
@@ -27,14 +28,14 @@ fn asked(image: &Path, wires: &Wires) -> Asked {
     asked
 }
 
-/// Nothing that the manual forbids, and no reset.
-fn allowed(told: &Outcome) {
-    assert_eq!(told.all("told").collect::<Vec<_>>(), [""; 0]);
-    assert_eq!(told.all("refused").collect::<Vec<_>>(), [""; 0]);
-    assert_eq!(told.resets, []);
+/// No access that the manual forbids, and no reset.
+fn allowed(outcome: &Outcome) {
+    assert_eq!(outcome.all("told").collect::<Vec<_>>(), [""; 0]);
+    assert_eq!(outcome.all("refused").collect::<Vec<_>>(), [""; 0]);
+    assert_eq!(outcome.resets, []);
 }
 
-/// What leaves equals the desktop's. Gives the latency: median and greatest, us.
+/// The output equals the desktop's. Returns the latency: median and maximum, us.
 fn corrects(
     emulator: &Path,
     image: &Path,
@@ -46,12 +47,12 @@ fn corrects(
     let frames = frames(format, 200);
     let requests = set_up().expect("requests");
     let ends = wires.feed(&mut asked, (60 * MS, &requests), (period, BAUD), &frames);
-    let told = run(emulator, &asked);
-    let (sent, _) = wires.sent(&told);
+    let outcome = run(emulator, &asked);
+    let (sent, _) = wires.sent(&outcome);
     let expected = desktops(&requests, &frames);
     assert!(*sent == expected, "{} of {}", sent.len(), expected.len());
-    allowed(&told);
-    let late = wires.latencies(&told, &frames, &ends);
+    allowed(&outcome);
+    let late = wires.latencies(&outcome, &frames, &ends);
     println!("{}: {format:?}: latency {late:.1?} us", image.display());
     late
 }
@@ -99,21 +100,21 @@ fn without_a_crystal_each_runs() {
         asked.crystal = 0;
         let frames = frames(ImuFormat::Kvh, 50);
         wires.feed(&mut asked, (100 * MS, &[]), (MS, BAUD), &frames);
-        let told = run(&emulator, &asked);
-        let (sent, times) = wires.sent(&told);
+        let outcome = run(&emulator, &asked);
+        let (sent, times) = wires.sent(&outcome);
         assert!(*sent == desktops(&[], &frames), "{}", image.display());
         let byte = times.windows(2).map(|two| two[1] - two[0]).min();
         assert_eq!(byte, Some(10_952), "46 cycles of 42 MHz a bit");
     }
 }
 
-/// The bit rate, parity and stop bits that the unit file tells: the time of a byte that leaves.
+/// The configured bit rate, parity and stop bits are set: the duration of a sent byte shows it.
 #[test]
-fn lines_are_opened_as_told() {
+fn lines_are_opened_as_configured() {
     let Some(emulator) = build_or_skip() else {
         return;
     };
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         lines: SerialLines {
             sensor_baud: 1_843_200,
             parity: Parity::Odd,
@@ -122,8 +123,8 @@ fn lines_are_opened_as_told() {
         },
         ..Configuration::default()
     };
-    told.correction.check_rate = false;
-    let requests = configure(&told).expect("packets");
+    configuration.correction.check_rate = false;
+    let requests = configure(&configuration).expect("packets");
     for image in [STM32F405.build().expect("it builds"), board("f405")] {
         let mut asked = asked(&image, &F405);
         let frames = frames(ImuFormat::Stim300, 60);
@@ -140,10 +141,10 @@ fn lines_are_opened_as_told() {
     }
 }
 
-/// The counter that wakes the loop stands still, so nobody feeds the independent watchdog, which
-/// starts the chip anew 8 s later. After that bytes pass.
+/// The counter that wakes the loop is stopped, so nobody feeds the independent watchdog, which
+/// resets the chip 8 s later. After that bytes pass.
 #[test]
-fn a_loop_that_sleeps_for_ever_is_started_anew() {
+fn a_loop_that_sleeps_for_ever_is_reset() {
     let Some(emulator) = build_or_skip() else {
         return;
     };
@@ -152,12 +153,12 @@ fn a_loop_that_sleeps_for_ever_is_started_anew() {
         asked.writes.push((300 * MS, counter, 0));
         let frames = frames(ImuFormat::Kvh, 50);
         wires.feed(&mut asked, (8400 * MS, &[]), (MS, BAUD), &frames);
-        let told = run(&emulator, &asked);
-        let [(at, ref why)] = told.resets[..] else {
-            panic!("{name}: {:?}", told.resets);
+        let outcome = run(&emulator, &asked);
+        let [(at, ref why)] = outcome.resets[..] else {
+            panic!("{name}: {:?}", outcome.resets);
         };
         assert!(why.contains("IWDG"), "{name}: {why}");
         assert!((8250..8350).contains(&(at / MS)), "{name}: {at}");
-        assert!(*wires.sent(&told).0 == desktops(&[], &frames), "{name}");
+        assert!(*wires.sent(&outcome).0 == desktops(&[], &frames), "{name}");
     }
 }

@@ -63,18 +63,18 @@ impl NorFlash for Flash {
 
 /// A unit whose samples are corrected from power-on.
 fn unit() -> Configuration {
-    let mut told = Configuration::default();
-    told.correction.check_rate = false;
-    told.correction.mode = Mode::Frozen;
-    told
+    let mut configuration = Configuration::default();
+    configuration.correction.check_rate = false;
+    configuration.correction.mode = Mode::Frozen;
+    configuration
 }
 
-/// The flash of a device that has stored this unit and its networks: once, or until a slot has no
-/// room left. The other slot holds what is no record.
-fn stored(told: &Configuration, full: bool) -> Vec<u8> {
+/// The flash of a device that has stored this configuration and its networks: once, or until a slot
+/// has no room left. The other slot holds no record.
+fn stored(configuration: &Configuration, full: bool) -> Vec<u8> {
     let flash = Flash(vec![0xA5; 2 * SLOT]);
     let mut store = Store::new(flash).expect("room");
-    let (nets, record) = (nets(), record::encode(told));
+    let (nets, record) = (nets(), record::encode(configuration));
     let content = Content::new(&nets, &record);
     store.save(&content).expect("a flash that works");
     while full && store.begin(&content).is_ok() {
@@ -87,8 +87,8 @@ fn digits(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Clocks, DMA, both UARTs: what comes leaves. The emulator refuses DMA that reaches for memory
-/// beside the core.
+/// Clocks, DMA and both UARTs work: the input leaves unchanged. The emulator refuses DMA accesses
+/// to core-coupled memory.
 #[test]
 fn it_passes_what_comes() {
     let Some(emulator) = build_or_skip() else {
@@ -98,26 +98,27 @@ fn it_passes_what_comes() {
         let mut asked = Asked::new(&board(), Chip::H743);
         let frames = frames(format, 200);
         let ends = H743.feed(&mut asked, (60 * MS, &[]), (period, BAUD), &frames);
-        let told = run(&emulator, &asked);
-        let (sent, _) = H743.sent(&told);
+        let outcome = run(&emulator, &asked);
+        let (sent, _) = H743.sent(&outcome);
         let expected = desktops(&[], &frames);
         assert!(*sent == expected, "{} of {}", sent.len(), expected.len());
-        let late = H743.latencies(&told, &frames, &ends);
+        let late = H743.latencies(&outcome, &frames, &ends);
         println!("h743: {format:?}: latency {late:.1?} us");
         assert!(late[0] < 25.0 && late[1] < 60.0, "{late:?}");
-        forbidden(&told);
+        forbidden(&outcome);
     }
 }
 
-/// What the models say the manual forbids. Both are the driver's, and harmless (docs/BOARDS.md).
-fn forbidden(told: &Outcome) {
-    let registers = told.all("told").map(|line| {
+/// Checks the accesses that the manual forbids, as the models report them. Both are the driver's,
+/// and harmless (docs/BOARDS.md).
+fn forbidden(outcome: &Outcome) {
+    let registers = outcome.all("told").map(|line| {
         let words = line.split(' ').take(2);
         words.collect::<Vec<_>>().join(" ")
     });
     assert_eq!(registers.collect::<Vec<_>>(), ["RCC BDCR", "RCC PLLCKSELR"]);
-    assert_eq!(told.all("refused").count(), 0, "{:?}", told.lines);
-    assert_eq!(told.resets, []);
+    assert_eq!(outcome.all("refused").count(), 0, "{:?}", outcome.lines);
+    assert_eq!(outcome.resets, []);
 }
 
 /// The store in the second bank is found, and the networks in it correct the samples.
@@ -131,17 +132,20 @@ fn what_was_stored_corrects() {
     asked.flash.push((STORE, digits(&stored(&unit(), false))));
     let frames = frames(ImuFormat::Stim300, 200);
     let ends = H743.feed(&mut asked, (60 * MS, &[]), (MS, BAUD), &frames);
-    let told = run(&emulator, &asked);
-    let (sent, _) = H743.sent(&told);
+    let outcome = run(&emulator, &asked);
+    let (sent, _) = H743.sent(&outcome);
     let expected = desktops(&requests, &frames);
     assert_ne!(expected, desktops(&[], &frames), "nothing is corrected");
     assert!(*sent == expected, "{} of {}", sent.len(), expected.len());
-    println!("corrected: {:.1?}", H743.latencies(&told, &frames, &ends));
+    println!(
+        "corrected: {:.1?}",
+        H743.latencies(&outcome, &frames, &ends)
+    );
 }
 
 /// Where a slot has no room for one more record, the board erases the other one at power-on and
-/// writes the record there: a sector erased in 1 s, and words of 32 bytes, which the emulator lets
-/// be written once. The record is good, and is found after a reset.
+/// writes the record there: a sector is erased in 1 s, and a word of 32 bytes can be written once.
+/// The record is good, and is found after a reset.
 #[test]
 fn a_full_store_is_renewed_and_survives_a_reset() {
     let Some(emulator) = build_or_skip() else {
@@ -157,17 +161,21 @@ fn a_full_store_is_renewed_and_survives_a_reset() {
     asked.resets.push(1500 * MS);
     let frames = frames(ImuFormat::Stim300, 50);
     H743.feed(&mut asked, (1600 * MS, &[]), (MS, BAUD), &frames);
-    let told = run(&emulator, &asked);
-    assert_eq!(told.resets.len(), 1, "{:?}", told.resets);
+    let outcome = run(&emulator, &asked);
+    assert_eq!(outcome.resets.len(), 1, "{:?}", outcome.resets);
     let requests = set_up_told(&unit(), Mode::Frozen).expect("requests");
-    assert!(H743.sent(&told).0 == desktops(&requests, &frames));
-    let kept = &told.memory[0];
-    assert!(kept[..SLOT] == flash[..SLOT], "the old record stays");
-    let after = Store::new(Flash(kept.clone())).expect("room").load();
+    assert!(H743.sent(&outcome).0 == desktops(&requests, &frames));
+    let after_reset = &outcome.memory[0];
+    assert!(after_reset[..SLOT] == flash[..SLOT], "the old record stays");
+    let after = Store::new(Flash(after_reset.clone())).expect("room").load();
     let after = after.expect("this version").expect("a record");
     assert_eq!(after.generation, before.generation + 1);
     assert!(after.nets == before.nets && after.record == before.record);
-    assert!(kept[SLOT + SLOT / 2..].iter().all(|byte| *byte == 0xFF));
+    assert!(
+        after_reset[SLOT + SLOT / 2..]
+            .iter()
+            .all(|byte| *byte == 0xFF)
+    );
 }
 
 /// Without a clock from the probe the board runs on the internal oscillator.
@@ -180,8 +188,8 @@ fn without_a_crystal_it_runs() {
     asked.crystal = 0;
     let frames = frames(ImuFormat::Kvh, 50);
     H743.feed(&mut asked, (100 * MS, &[]), (MS, BAUD), &frames);
-    let told = run(&emulator, &asked);
-    assert!(H743.sent(&told).0 == desktops(&[], &frames));
+    let outcome = run(&emulator, &asked);
+    assert!(H743.sent(&outcome).0 == desktops(&[], &frames));
 }
 
 /// An ADIS16507 at the SPI is found and read at its data-ready.
@@ -212,8 +220,8 @@ fn an_adis_is_read() {
     }));
     asked.until = at(bursts.len()) + 5 * MS;
     asked.listen.push("USART2");
-    let told = run(&emulator, &asked);
-    assert_eq!(told.all("adis").collect::<Vec<_>>(), [""; 0]);
-    let sent = &told.left["USART2"].0;
+    let outcome = run(&emulator, &asked);
+    assert_eq!(outcome.all("adis").collect::<Vec<_>>(), [""; 0]);
+    let sent = &outcome.left["USART2"].0;
     assert!(*sent == bursts.concat(), "{} of {}", sent.len(), 40 * 100);
 }

@@ -1,5 +1,5 @@
-//! Our STM32 images in an emulator that others wrote (`tests/rigless`). docs/BOARDS.md says what it
-//! vouches for.
+//! Our STM32 images in a third-party emulator (`tests/rigless`). docs/BOARDS.md says what it
+//! covers.
 
 mod f4;
 mod h743;
@@ -15,10 +15,10 @@ use qemu::software::on_desktop;
 
 const MS: u64 = 1_000_000;
 const BAUD: u64 = 921_600;
-/// Between two commands: the longest packet, and the answer.
+/// Time between two commands, ns: the longest packet, and the answer.
 const COMMAND: u64 = 8 * MS;
 
-/// Sensor, navigation and command line.
+/// UARTs of the sensor, navigation and command line.
 struct Wires([&'static str; 3]);
 
 /// The first frames of a drive.
@@ -28,7 +28,7 @@ fn frames(format: ImuFormat, count: usize) -> Vec<Record> {
     sensor.take(count).collect()
 }
 
-/// What the desktop sends for these requests and frames.
+/// Output of the desktop for these requests and frames.
 fn desktops(requests: &[Vec<u8>], frames: &[Record]) -> Vec<u8> {
     let mut input: Vec<_> = requests
         .iter()
@@ -43,7 +43,8 @@ fn desktops(requests: &[Vec<u8>], frames: &[Record]) -> Vec<u8> {
 }
 
 impl Wires {
-    /// Requests from a time on, then frames with a period. Gives when each frame's last byte ends.
+    /// Queues requests from a time on, then frames with a period, ns. Returns when each frame's
+    /// last byte ends.
     fn feed(
         &self,
         asked: &mut Asked,
@@ -69,16 +70,16 @@ impl Wires {
         ends
     }
 
-    /// What left for the navigation computer.
-    fn sent<'t>(&self, told: &'t Outcome) -> &'t (Vec<u8>, Vec<u64>) {
-        &told.left[self.0[1]]
+    /// Bytes sent to the navigation computer, and when each ended.
+    fn sent<'t>(&self, outcome: &'t Outcome) -> &'t (Vec<u8>, Vec<u64>) {
+        &outcome.left[self.0[1]]
     }
 
-    /// From the last byte of a frame to the first byte sent, us: the median and the greatest.
-    /// The first quarter of the frames, which is held until the format is known, does not count,
-    /// nor do datagrams of another length, which wait for the loop's turn by design.
-    fn latencies(&self, told: &Outcome, frames: &[Record], ends: &[u64]) -> [f64; 2] {
-        let (_, times) = self.sent(told);
+    /// From the last byte of a frame to the first byte sent, us: the median and the maximum. The
+    /// first quarter of the frames, which is buffered until the format is known, does not count,
+    /// nor do datagrams of another length, which wait for the main loop by design.
+    fn latencies(&self, outcome: &Outcome, frames: &[Record], ends: &[u64]) -> [f64; 2] {
+        let (_, times) = self.sent(outcome);
         let byte = times.windows(2).map(|two| two[1] - two[0]).min();
         let byte = byte.expect("two bytes");
         let (mut late, mut begin) = (Vec::new(), 0);
@@ -94,9 +95,9 @@ impl Wires {
     }
 }
 
-/// A run, with what the emulator does not model printed.
+/// Runs an image, and prints resets and what the emulator does not model.
 fn run(emulator: &Path, asked: &Asked) -> Outcome {
-    let told = qemu::emulator::run(emulator, asked).expect("it runs");
-    println!("{:?} {:#?}", told.resets, told.lines);
-    told
+    let outcome = qemu::emulator::run(emulator, asked).expect("it runs");
+    println!("{:?} {:#?}", outcome.resets, outcome.lines);
+    outcome
 }

@@ -21,10 +21,10 @@ fn a_device_is_given_a_key_and_then_asks_for_it() {
     let text = error(port, &["mode", "bypass", "--key", &key]);
     assert!(text.contains("no such file"), "{text}");
 
-    let told = output(port, &["provision", "--key-file", &key]);
-    assert!(told.contains("keep the file"), "{told}");
+    let printed = output(port, &["provision", "--key-file", &key]);
+    assert!(printed.contains("keep the file"), "{printed}");
     assert_eq!(json(port, &["info"])["security"]["state"], "keyed");
-    // the mode is what it was
+    // the mode is unchanged
     assert_eq!(output(port, &["mode"]), "shadow\n");
     let text = error(port, &["mode", "frozen"]);
     assert!(
@@ -41,7 +41,7 @@ fn a_device_is_given_a_key_and_then_asks_for_it() {
     std::fs::write(&new, "11".repeat(31) + "12\n").unwrap();
     let text = error(port, &["mode", "frozen", "--key", &new]);
     assert!(text.contains("another one than the device's"), "{text}");
-    // without the old key no new one
+    // without the old key no new one is accepted
     let text = error(port, &["provision", "--key-file", &new]);
     assert!(text.contains("asks for a key"), "{text}");
     output(port, &["provision", "--key", &key, "--key-file", &new]);

@@ -1,4 +1,4 @@
-//! `host-sim device` with devices that are threads, and with what is no device.
+//! `host-sim device` with devices in threads, and with peers that are no device.
 
 #![allow(
     clippy::unwrap_used,
@@ -74,7 +74,7 @@ fn file(directory: &Path, from: &str, to: &str) -> String {
 }
 
 #[test]
-fn a_new_device_is_configured_and_shows_what_it_was_told() {
+fn a_new_device_is_configured_and_shows_its_configuration() {
     let directory = tempfile::tempdir().unwrap();
     let unit = file(directory.path(), "", "");
     let device = Device::start(&Kind::NEW);
@@ -93,18 +93,18 @@ fn a_new_device_is_configured_and_shows_what_it_was_told() {
         "{text}"
     );
 
-    let told = json(port, &["configure", &unit, "--no-store"]);
+    let answer = json(port, &["configure", &unit, "--no-store"]);
     assert_eq!(
-        (&told["configured"], &told["stored"]),
+        (&answer["configured"], &answer["stored"]),
         (&true.into(), &false.into())
     );
     assert_eq!(
-        (&told["name"], &told["serial"]),
+        (&answer["name"], &answer["serial"]),
         (&"bench".into(), &"N25581".into())
     );
-    assert_eq!(told["mode"], "shadow");
+    assert_eq!(answer["mode"], "shadow");
     // 25 MHz / 54 = 462 963 bit/s, 0.47 % above 460 800
-    let line = &told["lines"][0];
+    let line = &answer["lines"][0];
     assert_eq!(
         (&line["told"], &line["bit_rate"]),
         (&460_800.into(), &462_963.into())
@@ -173,7 +173,7 @@ fn what_a_device_cannot_be_is_refused_by_name_and_the_old_configuration_stays() 
 }
 
 #[test]
-fn modes_are_told_and_set_and_refused() {
+fn modes_are_reported_and_set_and_refused() {
     let directory = tempfile::tempdir().unwrap();
     let kind = Kind {
         learns: false,
@@ -205,7 +205,7 @@ fn a_heading_is_refused_with_a_reason() {
     let heading = |deg: &str, sigma: &str| error(port, &["heading", deg, "--sigma", sigma]);
     let text = heading("-10", "5");
     assert!(text.contains("does not align itself"), "{text}");
-    // mode shadow: it learns, but no fix has come
+    // mode shadow: it learns, but has received no fix
     output(
         port,
         &["configure", &file(directory.path(), "", ""), "--no-store"],
@@ -229,8 +229,8 @@ fn weights_are_read_and_written_whole_or_not_at_all() {
 
     let other = host_device::hil::networks();
     std::fs::write(path("other.bin"), host_device::device::images(&other)).unwrap();
-    let told = json(port, &["weights", "put", &path("other.bin")]);
-    assert_eq!(told["bytes"], 608);
+    let answer = json(port, &["weights", "put", &path("other.bin")]);
+    assert_eq!(answer["bytes"], 608);
     output(port, &["weights", "get", &path("w.bin")]);
     let read = std::fs::read(path("w.bin")).unwrap();
     assert!(read != image && read == std::fs::read(path("other.bin")).unwrap());
@@ -253,17 +253,17 @@ fn weights_are_read_and_written_whole_or_not_at_all() {
 }
 
 #[test]
-fn storing_is_done_or_its_failure_is_told() {
+fn storing_is_done_or_its_failure_is_reported() {
     let directory = tempfile::tempdir().unwrap();
     let unit = file(directory.path(), "", "");
     let device = Device::start(&Kind::NEW);
-    let told = json(&device.port, &["configure", &unit]);
+    let answer = json(&device.port, &["configure", &unit]);
     assert_eq!(
-        (&told["stored"], &told["mode"]),
+        (&answer["stored"], &answer["mode"]),
         (&true.into(), &"shadow".into())
     );
-    let told = json(&device.port, &["store"]);
-    assert_eq!(told["done"], true);
+    let answer = json(&device.port, &["store"]);
+    assert_eq!(answer["done"], true);
     assert_eq!(output(&device.port, &["mode"]), "shadow\n");
 
     let worn = Kind {
@@ -292,7 +292,7 @@ fn storing_is_done_or_its_failure_is_told() {
     assert!(text.contains("no place to store"), "{text}");
 }
 
-/// Something that answers every byte with the same packet.
+/// Starts a server that answers every byte with the same packet. Returns its address.
 fn answers(packet: &'static [u8]) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
@@ -309,7 +309,7 @@ fn answers(packet: &'static [u8]) -> String {
 }
 
 #[test]
-fn a_device_of_another_version_and_what_is_none_are_told() {
+fn another_version_and_what_is_no_device_are_reported() {
     let version = Version {
         wire: 6,
         firmware: [0, 9, 3],

@@ -6,8 +6,8 @@ use assert_cmd::Command;
 use serde_json::Value;
 use std::path::Path;
 
-/// The report of a device: what `info` and `weights get` say, and in sentences what it cannot tell.
-/// Nothing in the device changes.
+/// The report of a device contains what `info` and `weights get` print, and sentences for what the
+/// device does not know. Nothing in the device changes.
 #[test]
 fn a_device_is_reported_and_not_changed() {
     let directory = tempfile::tempdir().unwrap();
@@ -39,9 +39,12 @@ fn a_device_is_reported_and_not_changed() {
     let networks = host_device::device::images(&host_device::hil::networks());
     std::fs::write(path("w.bin"), &networks).unwrap();
     output(port, &["weights", "put", &path("w.bin")]);
-    let told = report(&["--unit", &unit]);
+    let reported = report(&["--unit", &unit]);
     assert_eq!(std::fs::read(path("r/weights.bin")).unwrap(), networks);
-    let (info, mut of_report) = (json(port, &["info"]), part(&told, "device")["data"].clone());
+    let (info, mut of_report) = (
+        json(port, &["info"]),
+        part(&reported, "device")["data"].clone(),
+    );
     let read = of_report["info"].take();
     for key in [
         "firmware",
@@ -55,14 +58,14 @@ fn a_device_is_reported_and_not_changed() {
         assert_eq!(read[key], info[key], "{key}");
     }
     assert_eq!(
-        part(&told, "bound")["data"][0]["metres"],
+        part(&reported, "bound")["data"][0]["metres"],
         info["error_bound_m"]
     );
     for id in ["noise", "navigation", "rehearsals", "learnt"] {
-        let why = part(&told, id)["left_out"].as_str().unwrap().to_owned();
+        let why = part(&reported, id)["left_out"].as_str().unwrap().to_owned();
         assert!(why.contains("does not tell"), "{id}: {why}");
     }
-    let same = part(&told, "identity")["sentences"].to_string();
+    let same = part(&reported, "identity")["sentences"].to_string();
     assert!(!same.contains("not configured for this unit"), "{same}");
     let other = report(&["--unit", "tactical"]);
     let differs = part(&other, "identity")["sentences"].to_string();

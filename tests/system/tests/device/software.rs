@@ -15,30 +15,30 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// What kind of device it is.
+/// Properties of a simulated device.
 #[derive(Clone)]
 pub struct Kind {
-    /// What it was told before.
-    pub told: Option<Configuration>,
-    /// It has a place to store.
+    /// Its configuration, if it has been configured.
+    pub configuration: Option<Configuration>,
+    /// It has flash to store in.
     pub stores: bool,
-    /// Its place to store is worn.
+    /// Its flash is worn, so that storing fails.
     pub worn: bool,
     /// It has a learner.
     pub learns: bool,
 }
 
 impl Kind {
-    /// As delivered.
+    /// A device as delivered.
     pub const NEW: Self = Self {
-        told: None,
+        configuration: None,
         stores: true,
         worn: false,
         learns: true,
     };
 }
 
-/// A board with clocks as those of the mps2 in QEMU.
+/// A board with the clocks of the mps2 in QEMU.
 const HARDWARE: Hardware = Hardware {
     name: "software",
     clocks: [Rates::cmsdk(25_000_000); 3],
@@ -55,7 +55,7 @@ pub struct Device {
     thread: Option<JoinHandle<()>>,
 }
 
-/// The command link: whoever connects last.
+/// The command link: the peer that connected last.
 struct Command {
     listener: TcpListener,
     stream: Option<TcpStream>,
@@ -77,7 +77,7 @@ impl Line for Command {
     }
 }
 
-/// A sensor that stands, 250 frames a second; what the device sends is dropped.
+/// A sensor at rest, 250 frames a second. What the device sends is discarded.
 struct Sensor {
     begun: Instant,
     sent: u32,
@@ -110,7 +110,7 @@ impl Line for Sensor {
     }
 }
 
-/// A line that nothing is at.
+/// A line with nothing connected.
 struct Nothing;
 
 impl Line for Nothing {
@@ -137,7 +137,7 @@ impl Device {
         Self::at(TcpListener::bind("127.0.0.1:0").expect("a port"), kind)
     }
 
-    /// Starts one on a port that another one had.
+    /// Starts one on the port of an earlier one.
     pub fn again(port: &str, kind: &Kind) -> Self {
         let address = port.strip_prefix("tcp:").expect("tcp");
         Self::at(TcpListener::bind(address).expect("free again"), kind)
@@ -172,11 +172,11 @@ fn run(kind: &Kind, command: Command, ended: &AtomicBool) {
     let mut memory = Box::new(FixMemory::ZEROED);
     let mut learner = FixLearner::new(&mut memory, Settings::MEDIUM);
     let learner = kind.learns.then_some(&mut learner as &mut dyn Learner);
-    let told = kind.told.as_ref().map(Config::of);
+    let configured = kind.configuration.as_ref().map(Config::of);
     let config = Config {
         store: kind.stores,
         hardware: HARDWARE,
-        ..told.unwrap_or_else(|| Config::unconfigured(HARDWARE))
+        ..configured.unwrap_or_else(|| Config::unconfigured(HARDWARE))
     };
     let mut app = App::with_learner(config, learner);
     let begun = Instant::now();

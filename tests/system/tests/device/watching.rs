@@ -8,7 +8,7 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-/// A watch that goes on, with its lines.
+/// A running `device watch`, with its output lines.
 struct Watch {
     child: Child,
     lines: std::io::Lines<BufReader<std::process::ChildStdout>>,
@@ -25,7 +25,7 @@ impl Watch {
         Self { child, lines }
     }
 
-    /// The next object.
+    /// The next JSON object that it prints.
     fn next(&mut self) -> Value {
         let line = self.lines.next().expect("it goes on").expect("text");
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line}"))
@@ -40,7 +40,7 @@ impl Drop for Watch {
 }
 
 #[test]
-fn a_watch_tells_faults_with_their_remedy_and_rates() {
+fn a_watch_reports_faults_with_their_remedy_and_rates() {
     let device = Device::start(&Kind::NEW);
     let text = output(&device.port, &["watch", "--seconds", "3", "--json"]);
     let lines: Vec<Value> = text
@@ -82,14 +82,14 @@ fn a_watch_tells_faults_with_their_remedy_and_rates() {
         text.contains("learner") && text.contains("error bound"),
         "{text}"
     );
-    // nothing was told of an antenna
+    // no antenna was configured
     assert!(!text.contains("antenna"), "{text}");
 }
 
 #[test]
-fn a_lost_device_is_told_and_found_again() {
-    let told: Unit = toml::from_str(UNIT).unwrap();
-    let told = told.configuration().unwrap();
+fn a_lost_device_is_reported_and_found_again() {
+    let unit: Unit = toml::from_str(UNIT).unwrap();
+    let configuration = unit.configuration().unwrap();
     let device = Device::start(&Kind::NEW);
     let port = device.port.clone();
     let mut watch = Watch::start(&port);
@@ -102,7 +102,7 @@ fn a_lost_device_is_told_and_found_again() {
         "{lost}"
     );
     let kind = Kind {
-        told: Some(told),
+        configuration: Some(configuration),
         ..Kind::NEW
     };
     let _device = Device::again(&port, &kind);

@@ -1,12 +1,12 @@
-//! `replay --corrected`: the recording again, with corrected samples. Whoever navigates with them
-//! gets what the table said of the scheme.
+//! `replay --corrected`: the recording with corrected samples. Navigation with them has the errors
+//! that the table states for the scheme.
 
 use super::{complaint, host_sim};
 use crate::writers::{bag, csv, drive, euroc};
 use serde_json::Value;
 use std::path::Path;
 
-/// Replays with `args` and gives the outcome.
+/// Replays with `args` and returns the outcome (JSON).
 fn replay(dir: &Path, args: &str) -> Value {
     let args = format!("replay {args} --unit tactical --json r.json --out page");
     host_sim(dir, &args).success();
@@ -46,9 +46,9 @@ fn the_corrected_file_replays_raw_as_the_scheme_did() {
     for scheme in ["ls-bias", "ls-3x3", "rnn"] {
         let write = format!("--corrected out/c.csv --force --corrected-by {scheme}");
         let outcome = replay(dir, &format!("csv --header header.toml {write}"));
-        let told = outcome["notes"].to_string();
+        let notes = outcome["notes"].to_string();
         let note = format!("out/c.csv holds the samples as {scheme} has corrected them: 36000 of");
-        assert!(told.contains(&note), "{told}");
+        assert!(notes.contains(&note), "{notes}");
         let meant = errors(&outcome, scheme);
         let raw = errors(&outcome, "raw");
         let again = replay(dir, "csv --header header.toml out/c.csv");
@@ -74,8 +74,8 @@ fn the_corrected_file_replays_raw_as_the_scheme_did() {
     assert!(off < 1e-2, "mcap: {off} m");
 }
 
-/// A correction of nothing gives the same bytes in every form, and a correction begins where it was
-/// learnt.
+/// A correction of zero gives the same bytes in every format, and a correction begins at the time
+/// when it was learnt.
 #[test]
 fn what_is_not_corrected_stays_to_the_byte() {
     let dir = tempfile::tempdir().unwrap();

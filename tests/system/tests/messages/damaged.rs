@@ -1,21 +1,21 @@
-//! Every command that reads a file gets it missing, empty, as a folder, of noise, cut in the
-//! middle, with a value that is no number, with a column too many. Each ends with code 2 and a line
-//! that names the file, the line where there is one, and a remedy for this very fault.
+//! Every command that reads a file gets it missing, empty, as a folder, as noise, cut in the
+//! middle, with a value that is not a number, or with an extra column. Each ends with code 2 and a
+//! line that names the file, the line where there is one, and a remedy for this very fault.
 
 use crate::writers::{bag, csv, drive, euroc, ubx, ulog};
 use std::path::Path;
 use std::process::Command;
 
-/// What is wrong with a file.
+/// Damage to a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Damage {
     Missing,
     Empty,
     Folder,
     Noise,
-    /// The first half, and half a line or a frame more.
+    /// The first half, plus half a line or a frame.
     Cut,
-    /// The second value of a line in the middle is none.
+    /// The second value of a line in the middle is not a number.
     NotANumber,
     /// A line in the middle has one value too many.
     Column,
@@ -23,16 +23,16 @@ enum Damage {
 
 use Damage::{Column, Cut, Empty, Folder, Missing, Noise, NotANumber};
 
-/// All that a text in lines can have.
+/// Damage for a text of lines.
 const TEXT: &[Damage] = &[Missing, Empty, Folder, Noise, Cut, NotANumber, Column];
-/// A text with keys.
+/// Damage for a text with keys.
 const KEYS: &[Damage] = &[Missing, Empty, Folder, Noise, Cut];
-/// A log whose end may be missing: recorders lose power. What is there is read.
+/// Damage for a log whose end may be missing, since recorders lose power. The rest is read.
 const LOG: &[Damage] = &[Missing, Empty, Folder, Noise];
-/// Any file of ours that is no text.
+/// Damage for our binary files.
 const WHOLE: &[Damage] = &[Missing, Empty, Folder, Noise, Cut];
 
-/// A command that reads `FILE`, the good file, and what can be wrong.
+/// A command that reads `FILE`, the good file, and the kinds of damage.
 struct Reader(&'static str, &'static str, &'static [Damage]);
 
 const READERS: &[Reader] = &[
@@ -167,7 +167,7 @@ const READERS: &[Reader] = &[
     ),
 ];
 
-/// Words that are wrong within a good file, and what must be said of them.
+/// Wrong words in a good file, and the expected message.
 const WRONG: &[(&str, &str, [&str; 2], &[&str])] = &[
     (
         "unit check FILE",
@@ -254,7 +254,7 @@ fn prepare(dir: &Path) {
     assert!(host_sim(dir, campaign).status.success());
 }
 
-/// Puts a damaged file in the place of `at`. The line that is damaged, if it is one.
+/// Writes a damaged file at `at`. Returns the damaged line, if there is one.
 fn spoil(at: &Path, good: &[u8], damage: Damage) -> Option<usize> {
     let write = |bytes: &[u8]| std::fs::write(at, bytes).unwrap();
     let lines: Vec<&[u8]> = good.split(|byte| *byte == b'\n').collect();
@@ -293,11 +293,11 @@ fn spoil(at: &Path, good: &[u8], damage: Damage) -> Option<usize> {
 fn fault(output: &std::process::Output, name: &str, line: Option<usize>) -> Option<String> {
     let said = [&output.stderr[..], &output.stdout].concat();
     let said = String::from_utf8_lossy(&said).into_owned();
-    let place = line.map_or_else(|| name.to_owned(), |line| format!("{name}:{line}"));
+    let location = line.map_or_else(|| name.to_owned(), |line| format!("{name}:{line}"));
     let fault = match () {
         () if output.status.code() != Some(2) => "the exit code",
         () if said.contains("panicked") => "a panic",
-        () if !said.contains(&place) => "no place",
+        () if !said.contains(&location) => "no location",
         () if !said.contains("remedy") => "no remedy",
         () if said.contains("os error") || said.contains("cannot be read") => "no words",
         () if said.chars().any(|c| c.is_control() && c != '\n') => "bytes of the file",
@@ -305,7 +305,7 @@ fn fault(output: &std::process::Output, name: &str, line: Option<usize>) -> Opti
         () => return None,
     };
     Some(format!(
-        "{fault} (not {place}): {:?}: {said}",
+        "{fault} (not {location}): {:?}: {said}",
         output.status.code()
     ))
 }
@@ -323,7 +323,7 @@ fn every_damaged_file_is_named_with_a_remedy() {
     let mut faults = vec![];
     for Reader(args, name, damages) in READERS {
         let good = std::fs::read(dir.join(name)).unwrap_or_default();
-        // a file that the command finds by itself is damaged in its place
+        // a file that the command finds by itself is damaged where it is
         let given = args.contains("FILE");
         let kind = Path::new(name).extension().unwrap_or_default();
         let own = format!("damaged.{}", kind.to_string_lossy());
@@ -333,7 +333,7 @@ fn every_damaged_file_is_named_with_a_remedy() {
             remove(&dir.join(at));
             let line = spoil(&dir.join(at), &good, *damage);
             let output = host_sim(dir, &args);
-            // who merges is told the folder
+            // `merge` is given the folder
             let named = if at.starts_with("c/campaign") {
                 "c"
             } else {

@@ -1,6 +1,6 @@
-//! One simulated drive as the recordings that people have: without attitude, without standstill,
+//! One simulated drive with the defects of real recordings: without attitude, without standstill,
 //! with a gap of a minute, with fixes that are 2.9 s off, with z up, with the antenna 2 m away.
-//! Each starts, says what it did, and agrees with the replay of the drive as it was.
+//! Each starts, reports what it did, and agrees with the replay of the intact recording.
 
 use super::{complaint, host_sim};
 use crate::writers::{Fix, ORIGIN, Sample, fixes, samples};
@@ -36,7 +36,7 @@ fn drive() -> Session {
     simulate(&config).0
 }
 
-/// A recording before it is written.
+/// A recording in memory, before it is written to files.
 #[derive(Clone)]
 struct Recording {
     samples: Vec<Sample>,
@@ -103,7 +103,7 @@ impl Recording {
     }
 }
 
-/// What a replay says: errors of raw, ekf6 and rnn-kalman after 240 s, m, and the notes.
+/// Result of a replay: errors of raw, ekf6 and rnn-kalman after 240 s, m, and the notes.
 struct Said {
     errors: [f64; 3],
     notes: String,
@@ -129,8 +129,9 @@ fn replay(recording: &Recording, options: &str) -> Said {
     }
 }
 
-/// The errors are those of the drive as it was, to a factor and some metres. Where the start is
-/// another, the errors are others by chance, so that only a factor of five tells them too small.
+/// Asserts that the errors are those of the intact recording, within a factor and some metres.
+/// Another start changes the errors at random, so only a factor of five shows that they are too
+/// small.
 fn agrees(name: &str, said: &Said, whole: &Said, (factor, metres): (f64, f64)) {
     println!(
         "{name}: {:.2?} m, whole {:.2?} m; {}",
@@ -164,14 +165,14 @@ fn says(name: &str, said: &Said, parts: &[&str]) {
 #[test]
 fn without_attitude_and_without_standstill() {
     let session = drive();
-    let told = Recording::of(&session);
-    let whole = replay(&told, "");
+    let recording = Recording::of(&session);
+    let whole = replay(&recording, "");
     says("whole", &whole, &["The attitude at the start was given"]);
-    let untold = Recording {
+    let without_start = Recording {
         start: String::new(),
-        ..told.clone()
+        ..recording.clone()
     };
-    let said = replay(&untold, "");
+    let said = replay(&without_start, "");
     let found = [
         "Aligned in motion from 0 s on",
         "deg of heading, residual",
@@ -179,7 +180,7 @@ fn without_attitude_and_without_standstill() {
     ];
     says("no attitude", &said, &found);
     agrees("no attitude", &said, &whole, (2.0, 10.0));
-    let mut moving = untold;
+    let mut moving = without_start;
     moving.samples.retain(|(us, ..)| *us > 60_000_000);
     moving.fixes.retain(|(us, ..)| *us > 60_000_000);
     let said = replay(&moving, "");
@@ -187,14 +188,14 @@ fn without_attitude_and_without_standstill() {
     agrees("no standstill", &said, &whole, (2.0, 10.0));
 }
 
-/// After the gap the heading is found anew, to some 0.8 deg, and takes minutes of fixes to become
-/// better. So the drive as it was has the larger errors of the two only by chance.
+/// After the gap the heading is found again, to some 0.8 deg, and takes minutes of fixes to
+/// improve. So the intact recording has the larger errors of the two only by chance.
 #[test]
 fn with_a_gap_of_a_minute() {
     let session = drive();
-    let told = Recording::of(&session);
-    let whole = replay(&told, " --learn-s 370");
-    let mut gap = told;
+    let recording = Recording::of(&session);
+    let whole = replay(&recording, " --learn-s 370");
+    let mut gap = recording;
     let within = |us: &i64| (60_000_000..120_000_000).contains(us);
     gap.samples.retain(|(us, ..)| !within(us));
     gap.fixes.retain(|(us, ..)| !within(us));
@@ -212,14 +213,14 @@ fn with_a_gap_of_a_minute() {
 #[test]
 fn with_fixes_that_are_2_9_s_off() {
     let session = drive();
-    let told = Recording::of(&session);
-    let whole = replay(&told, "");
-    let mut late = told;
+    let recording = Recording::of(&session);
+    let whole = replay(&recording, "");
+    let mut late = recording;
     for (us, ..) in &mut late.fixes {
         *us += 2_900_000;
     }
     let said = replay(&late, " --time-offset -2.9");
-    agrees("2.9 s off, told", &said, &whole, (1.0, 1e-3));
+    agrees("2.9 s off, given", &said, &whole, (1.0, 1e-3));
     let said = replay(&late, " --estimate-time-offset");
     let estimated = "The time offset of the fixes is estimated: -2.9";
     says(
@@ -233,7 +234,7 @@ fn with_fixes_that_are_2_9_s_off() {
     agrees("2.9 s off", &said, &whole, (1.5, 5.0));
     let said = replay(&late, "");
     says(
-        "2.9 s off, untold",
+        "2.9 s off, not given",
         &said,
         &["samples and fixes match best at -2.9"],
     );
@@ -242,8 +243,8 @@ fn with_fixes_that_are_2_9_s_off() {
 #[test]
 fn with_z_up() {
     let session = drive();
-    let told = Recording::of(&session);
-    let whole = replay(&told, "");
+    let recording = Recording::of(&session);
+    let whole = replay(&recording, "");
     let up = |samples: &mut Vec<Sample>| {
         for (_, g, a) in samples {
             for v in [g, a] {
@@ -251,13 +252,13 @@ fn with_z_up() {
             }
         }
     };
-    let mut flu = told.clone();
+    let mut flu = recording.clone();
     up(&mut flu.samples);
     flu.axes = "axes = 'x -y -z'";
     agrees("z up by axes", &replay(&flu, ""), &whole, (1.0, 1e-3));
     flu.axes = "mounting = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]";
     agrees("z up by a matrix", &replay(&flu, ""), &whole, (1.0, 1e-3));
-    // nobody says it: the warning does
+    // wrong axes: a warning says so
     flu.axes = "axes = 'x y z'";
     let dir = tempfile::tempdir().unwrap();
     flu.write(dir.path());
@@ -274,10 +275,10 @@ fn with_z_up() {
 #[test]
 fn with_the_antenna_two_metres_away() {
     let session = drive();
-    let told = Recording::of(&session);
-    let whole = replay(&told, "");
+    let recording = Recording::of(&session);
+    let whole = replay(&recording, "");
     let arm = Vector3::new(-2.0, 0.0, 0.0);
-    let mut away = told;
+    let mut away = recording;
     for (us, [lat, lon, h], velocity) in &mut away.fixes {
         let second = (*us / 1_000_000) as usize;
         let truth = &session.reference[second];
@@ -288,7 +289,7 @@ fn with_the_antenna_two_metres_away() {
         };
         let moved = at.displaced(&(truth.q_bn * arm));
         (*lat, *lon, *h) = (moved.lat / DEG, moved.lon / DEG, moved.h);
-        // the mean rate of 60 ms around the second
+        // the mean angular rate of 60 ms around the second
         let first = (second * 100)
             .saturating_sub(3)
             .min(session.counts.len() - 6);

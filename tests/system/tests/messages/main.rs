@@ -1,7 +1,7 @@
 //! `host-sim replay` and `convert` of recordings of messages: one simulated drive in every format
-//! replays to the same result as from CSV, with the defects that people's recordings have, and
-//! from files of corrected samples. The writers here follow the documentation of each
-//! format; independent writers make the files of `tests/qemu/tests/readers.rs`.
+//! replays to the same result as from CSV, with the defects of real recordings, and from files of
+//! corrected samples. The writers here follow the documentation of each format; independent writers
+//! make the files of `tests/qemu/tests/readers.rs`.
 
 #![allow(
     clippy::unwrap_used,
@@ -47,7 +47,7 @@ fn replay(dir: &Path, args: &str) -> [f64; 3] {
     })
 }
 
-/// Whether errors are the same to this share.
+/// Whether errors are equal within this relative tolerance.
 fn same(got: [f64; 3], want: [f64; 3], share: f64) -> bool {
     got.iter().zip(want).all(|(a, b)| (a - b).abs() < share * b)
 }
@@ -92,8 +92,8 @@ fn one_drive_gives_the_same_in_every_format() {
     let angles = [roll, pitch, heading]
         .map(|angle| (angle / DEG).to_string())
         .join(",");
-    let told = format!("mcap in.mcap --velocity-topic /vel --attitude {angles}");
-    let bag = replay(dir, &told);
+    let arguments = format!("mcap in.mcap --velocity-topic /vel --attitude {angles}");
+    let bag = replay(dir, &arguments);
     assert!(
         (known[0] - bag[0]).abs() < 0.1 * bag[0],
         "euroc {known:?} mcap {bag:?}"

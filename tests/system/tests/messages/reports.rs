@@ -20,7 +20,8 @@ fn part<'v>(report: &'v Value, id: &str) -> &'v Value {
     parts.iter().find(|part| part["id"] == id).unwrap()
 }
 
-/// Whatever the form, the parts are there, the files have their hashes, and no unit is doubted.
+/// In every format the parts are present, the files have their hashes, and there is no warning
+/// about units.
 #[test]
 fn a_recording_of_every_form_is_reported() {
     let dir = tempfile::tempdir().unwrap();
@@ -44,20 +45,20 @@ fn a_recording_of_every_form_is_reported() {
         ("in.ulg", "--fix-delay-s 0 --standstill-s 120", "in.ulg"),
         ("room", &format!("--origin {origin}"), "imu0/data.csv"),
     ] {
-        let told = report(dir, from, options);
-        let text = told.to_string();
+        let reported = report(dir, from, options);
+        let text = reported.to_string();
         assert!(!text.contains("NaN"), "{from}");
-        let rows = &part(&told, "navigation")["data"][0]["rows"];
+        let rows = &part(&reported, "navigation")["data"][0]["rows"];
         assert!(
             rows.as_array().is_some_and(|rows| rows.len() > 10),
             "{from}: {rows}"
         );
-        let warnings = &part(&told, "navigation")["data"][0]["warnings"];
+        let warnings = &part(&reported, "navigation")["data"][0]["warnings"];
         let doubts = warnings.as_array().map_or(0, Vec::len);
         assert_eq!(doubts, 0, "{from} {options}: {warnings}");
-        let files = part(&told, "identity")["data"]["files"].to_string();
+        let files = part(&reported, "identity")["data"]["files"].to_string();
         assert!(files.contains(file), "{from}: {files}");
-        let commands = part(&told, "made")["commands"].to_string();
+        let commands = part(&reported, "made")["commands"].to_string();
         assert!(commands.contains("host-sim replay"), "{from}: {commands}");
     }
     let wrong = complaint(

@@ -10,7 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Where the drive starts.
+/// Start position of the drive.
 pub const ORIGIN: Geodetic = Geodetic {
     lat: 0.8,
     lon: 0.1,
@@ -56,19 +56,19 @@ pub fn fixes(session: &Session) -> Vec<Fix> {
     let fix = |(k, fix): (usize, &Option<host_core::inertial::gnss::Fix>)| {
         let fix = fix.as_ref()?;
         let p = fix.position;
-        let place = [p.lat / DEG, p.lon / DEG, p.h];
-        Some((k as i64 * 1_000_000, place, fix.velocity.into()))
+        let position = [p.lat / DEG, p.lon / DEG, p.h];
+        Some((k as i64 * 1_000_000, position, fix.velocity.into()))
     };
     all.filter_map(fix).collect()
 }
 
-/// Messages of several kinds in the order of time.
+/// Merges messages of several kinds, by time.
 fn merged<T>(mut all: Vec<(i64, T)>) -> Vec<T> {
     all.sort_by_key(|(us, _)| *us);
     all.into_iter().map(|(_, message)| message).collect()
 }
 
-/// `imu.csv`, `gnss.csv` and `header.toml`. Rates, or increments.
+/// Writes `imu.csv`, `gnss.csv` and `header.toml`, with rates or increments.
 pub fn csv(dir: &Path, session: &Session, rates: bool) {
     let mut imu = "t,gx,gy,gz,ax,ay,az\n".to_owned();
     let scale = if rates { 1.0 } else { session.dt };
@@ -117,7 +117,7 @@ pub fn bag(session: &Session) -> Vec<u8> {
     bag_of(session, ["/imu", "/fix", "/vel"])
 }
 
-/// The same with names of its topics: samples, fixes, velocities.
+/// An MCAP file with the names of its topics: samples, fixes, velocities.
 pub fn bag_of(session: &Session, [imu, fix, velocity]: [&str; 3]) -> Vec<u8> {
     const START: i64 = 1_700_000_000;
     const MAGIC: &[u8] = b"\x89MCAP0\r\n";
@@ -158,8 +158,8 @@ pub fn bag_of(session: &Session, [imu, fix, velocity]: [&str; 3]) -> Vec<u8> {
         numbers[25..28].copy_from_slice(&[ax, -ay, -az]);
         all.push(message(1, us, cdr(us, &[], &numbers, &[])));
     }
-    for (us, place, [n, e, d]) in fixes(session) {
-        let mut numbers = place.to_vec();
+    for (us, position, [n, e, d]) in fixes(session) {
+        let mut numbers = position.to_vec();
         numbers.extend([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.25]);
         all.push(message(2, us, cdr(us, &[0, 1, 0], &numbers, &[2])));
         let twist = [e, n, -d, 0.0, 0.0, 0.0];
@@ -213,10 +213,10 @@ pub fn ulog(session: &Session) -> Vec<u8> {
     }
     for (us, [lat, lon, h], v) in fixes(session) {
         let time = (START + us).to_le_bytes();
-        let place: Vec<u8> = [lat, lon, h].iter().flat_map(|x| x.to_le_bytes()).collect();
+        let position: Vec<u8> = [lat, lon, h].iter().flat_map(|x| x.to_le_bytes()).collect();
         // accuracies of two, one and three axes
         let values = [&[0.05 * 3.0_f64.sqrt(), 2.0_f64.sqrt(), 1.5], &v[..]].concat();
-        let parts = [&[1, 0], &time[..], &place, &floats(&values), &[3, 1]];
+        let parts = [&[1, 0], &time[..], &position, &floats(&values), &[3, 1]];
         all.push((us, raw(b'D', &parts.concat())));
     }
     let mut out = b"\x55\x4C\x6F\x67\x01\x12\x35\x01\0\0\0\0\0\0\0\0".to_vec();
@@ -311,7 +311,7 @@ pub fn ubx(session: &Session) -> Vec<u8> {
     merged(all).concat()
 }
 
-/// `mav0` with x of the room as north and y as west, and the axes of the MAV.
+/// Writes `mav0`, with x of the room as north, y as west, and the axes of the MAV.
 pub fn euroc(dir: &Path, session: &Session) {
     const START: i64 = 1_400_000_000_000_000_000;
     let mut imu = "#timestamp [ns],wx,wy,wz,ax,ay,az\n".to_owned();

@@ -1,10 +1,10 @@
-//! What a recording lacks, what is wrong, and real recordings.
+//! Incomplete recordings, bad input, and real recordings.
 
 use crate::looks::looks_right;
 use crate::{complaint, cut, drive, left_out, part, report, run};
 use system::{data_dir, json, well_formed};
 
-/// What a recording lacks is said in a sentence of the part that needs it.
+/// The part of the report that needs missing data says so in a sentence.
 #[test]
 fn each_part_says_why_it_is_left_out() {
     let dir = tempfile::tempdir().unwrap();
@@ -128,7 +128,7 @@ fn bad_input_is_named() {
     assert!(complaint(dir, &args).contains("holds other files and no report of ours"));
 }
 
-/// Real recordings: harm is said where there is harm, and noise at rest is analysed.
+/// Real recordings: the report states harm where there is harm, and analyses noise at rest.
 #[test]
 fn recorded_drives_and_a_unit_at_rest_are_reported() {
     let Some(data) = data_dir() else {

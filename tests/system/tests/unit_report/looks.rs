@@ -1,17 +1,17 @@
-//! How the page and its print are read, by others than who wrote them.
+//! Reads the page and its print with independent programs.
 
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 use system::well_formed;
 
-/// The same letters for a hyphen, a minus and a space.
+/// A text with uniform hyphens, minus signs and spaces.
 fn flat(text: &str) -> String {
     text.replace(['\u{2011}', '\u{2212}'], "-")
         .replace('\u{a0}', " ")
 }
 
-/// Whether the browser that prints is here; where it is required, it must be.
+/// Whether the browser that prints is installed; where it is required, it must be.
 pub fn can_print() -> bool {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let starts = |name: &&str| Command::new(name).arg("--version").output().is_ok();
@@ -42,7 +42,7 @@ fn pdf_text(file: &Path) -> Option<String> {
     }
 }
 
-/// The page: whole, alone, and with the verdict of the JSON.
+/// Checks the page: complete, self-contained, and with the verdict of the JSON.
 pub fn looks_right(report: &Value, page: &str) {
     well_formed(page).unwrap();
     let outside = ["<link", "<img", " src=", "@import", "url(http", "fetch("];
@@ -59,8 +59,8 @@ pub fn looks_right(report: &Value, page: &str) {
     }
 }
 
-/// The print: whole, with the verdict and the numbers of the JSON, and tags.
-pub fn prints_well(report: &Value, pdf: &Path) {
+/// Checks the print: complete, with the verdict and the numbers of the JSON, and tags.
+pub fn prints_correctly(report: &Value, pdf: &Path) {
     let bytes = std::fs::read(pdf).unwrap();
     assert!(bytes.starts_with(b"%PDF-") && bytes.trim_ascii_end().ends_with(b"%%EOF"));
     let tagged = bytes.windows(15).any(|part| part == b"/StructTreeRoot");

@@ -1,6 +1,6 @@
-//! `host-sim report`: the page, its print and the JSON of one unit, held against the commands that
-//! give its parts alone, against errors that the test itself put into the samples, and against
-//! what a recording lacks.
+//! `host-sim report`: the page, its print and the JSON of one unit, compared with the commands that
+//! give its parts alone, with errors that the test adds to the samples, and with what a recording
+//! lacks.
 
 #![allow(
     clippy::unwrap_used,
@@ -11,7 +11,7 @@ mod lacks;
 mod looks;
 
 use assert_cmd::Command;
-use looks::{can_print, looks_right, prints_well};
+use looks::{can_print, looks_right, prints_correctly};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -77,7 +77,7 @@ fn drive(dir: &Path, drive_s: u32, more: &[&str]) {
     run(dir, &[&args[..], more].concat());
 }
 
-/// The lines of a file that `keep` keeps, by their numbers.
+/// Reduces a file to the lines whose numbers `keep` selects.
 fn cut(file: &Path, keep: impl Fn(usize) -> bool) {
     let text = std::fs::read_to_string(file).unwrap();
     let lines = text
@@ -165,8 +165,8 @@ fn a_drive_is_reported_with_the_figures_of_the_single_commands() {
     looks_right(&report_, &page);
 }
 
-/// `--pdf` prints the page with a browser; without one it says what to install, and the page is
-/// there.
+/// `--pdf` prints the page with a browser; without one it says what to install, and still writes
+/// the page.
 #[test]
 fn the_page_is_printed_or_the_browser_is_named() {
     let dir = tempfile::tempdir().unwrap();
@@ -197,11 +197,11 @@ fn the_page_is_printed_or_the_browser_is_named() {
     }
     let said = run(dir, &args);
     assert!(said.contains("printed: r.pdf"), "{said}");
-    prints_well(&json(&dir.join("r.json")), &dir.join("r.pdf"));
+    prints_correctly(&json(&dir.join("r.json")), &dir.join("r.pdf"));
 }
 
-/// An error that the test adds to the samples is what is learnt more, and the same recording gives
-/// the same bytes.
+/// The learnt error grows by the error that the test adds to the samples, and the same recording
+/// gives the same bytes.
 #[test]
 fn an_added_error_is_found_and_the_same_recording_gives_the_same_bytes() {
     const UG: f64 = 9.806_65e-6;
@@ -262,19 +262,22 @@ fn noise_at_rest_is_compared_with_the_datasheet() {
     run(dir, &["allan", "d/imu.csv", "--json", "a.json"]);
     let analyses = &part(&rest, "noise")["data"]["analyses"];
     assert_eq!(*analyses, json(&dir.join("a.json"))["analyses"]);
-    let told = part(&rest, "noise")["data"]["configured"][0][1]
+    let configured = part(&rest, "noise")["data"]["configured"][0][1]
         .as_f64()
         .unwrap();
     let table = toml::from_str::<toml::Table>(&unit).unwrap();
     let sheet = table["gyro"]["angle_random_walk_dpsqrth"]
         .as_float()
         .unwrap();
-    assert!((told - sheet).abs() < 0.05 * sheet, "{told} {sheet}");
+    assert!(
+        (configured - sheet).abs() < 0.05 * sheet,
+        "{configured} {sheet}"
+    );
     let verdict = rest["verdict"].to_string();
     assert!(
         verdict.contains("White noise of the gyros") && verdict.contains("not above the 0.125")
     );
-    // a better datasheet than the samples deserve
+    // a better datasheet than that of the samples
     let key = |name: &str, to: f64| {
         let file = dir.join("d/unit.toml");
         let mut unit = std::fs::read_to_string(&file)

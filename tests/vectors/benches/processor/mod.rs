@@ -1,5 +1,5 @@
-//! Measures with criterion, in processor time of the measuring thread: what else the machine does
-//! hardly shows.
+//! Measures with criterion, in processor time of the measuring thread: other load on the machine
+//! has little effect.
 
 use std::fmt;
 use std::hint::black_box;
@@ -43,8 +43,8 @@ impl Measurement for Processor {
     }
 }
 
-/// Repetitions after which a work that cannot be repeated for ever begins again; the target makes
-/// as many.
+/// Repetitions after which work that cannot be repeated for ever restarts; the target uses the same
+/// number.
 const RESTART: u32 = 1000;
 
 /// Measures each piece of work as a benchmark of its name; `group/size` is one of a group.
