@@ -12,7 +12,7 @@ use std::rc::Rc;
 /// Bytes between two reports of progress.
 const REPORT: u64 = 1 << 20;
 
-/// Is told how many bytes of how many have been read.
+/// Reports progress: bytes read, and bytes of the whole file.
 pub type Progress<'a> = &'a dyn Fn(u64, u64);
 
 /// A file that is being read.

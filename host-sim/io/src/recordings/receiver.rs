@@ -130,7 +130,7 @@ fn timed(fix: &Fix) -> TimedFix {
         _ => NOT_MEASURED,
     };
     TimedFix {
-        time: 0.0, // told apart
+        time: 0.0, // stored beside the fix
         lat_deg: fix.position.latitude / DEG,
         lon_deg: fix.position.longitude / DEG,
         height_m: fix.position.height,
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn nmea_is_in_utc_and_told_in_gps_time() {
+    fn nmea_is_in_utc_and_read_in_gps_time() {
         // 29 February 2024 is a Thursday
         let bytes: Vec<u8> = (0..30)
             .flat_map(|k| {

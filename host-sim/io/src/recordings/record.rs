@@ -132,7 +132,7 @@ pub struct Record {
     pub rough_heading: Option<[f64; 2]>,
     /// Longest step between rates that is interpolated, s. Three samples or 0.1 s by default.
     pub max_gap_s: Option<f64>,
-    /// What was added to the times of the fixes to give the IMU's, s, if it was told.
+    /// Offset that was added to the times of the fixes to give the IMU's, s, if one was given.
     pub told_offset_s: Option<f64>,
     /// That offset is to be found from the data.
     pub estimates_offset: bool,

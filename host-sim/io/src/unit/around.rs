@@ -29,7 +29,7 @@ pub struct Receiver {
     pub lever_arm_m: [f64; 3],
     /// Standard deviation of the lever arm along each axis, m, 0 to 100. The device estimates what
     /// is left of it while it drives, so a value that is too large costs little. 0: exactly as
-    /// told, nothing is estimated. Default: 0.5 where lever_arm_m tells an arm; 2 where that is
+    /// given, nothing is estimated. Default: 0.5 where lever_arm_m gives an arm; 2 where that is
     /// [0, 0, 0], because then nobody has measured it. Source: how it was measured.
     #[schemars(range(min = 0, max = 100))]
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -39,7 +39,7 @@ pub struct Receiver {
     #[schemars(range(min = 0, max = 1000))]
     pub fix_delay_ms: f64,
     /// Standard deviation of that age, ms, 0 to 1000. The device estimates what is left of it while
-    /// it drives, so a value that is too large costs little. 0: exactly as told, nothing is
+    /// it drives, so a value that is too large costs little. 0: exactly as given, nothing is
     /// estimated. Default: 100, by which receivers, messages and bit rates differ (assumed).
     /// Source: how the delay was found.
     #[schemars(range(min = 0, max = 1000))]

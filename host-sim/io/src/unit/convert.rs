@@ -1,4 +1,4 @@
-//! A unit file as the configuration that the device is told.
+//! The device's configuration of a unit file.
 
 use super::Unit;
 use super::around::Correction;
@@ -14,7 +14,7 @@ const LIMIT_BIASES: f64 = configuration::LIMIT_SIGMAS as f64;
 const SLEW_SHARE: f64 = 1e-3;
 
 impl Unit {
-    /// What the device is told, in SI.
+    /// The device's configuration, in SI.
     ///
     /// # Errors
     /// The first value that no device takes.
@@ -26,7 +26,7 @@ impl Unit {
             ..
         } = self;
         let q = self.mounting.rotation()?;
-        let told = Configuration {
+        let configuration = Configuration {
             identity: Identity {
                 name: text::<NAME_LEN>("name", &self.name)?,
                 serial: text::<SERIAL_LEN>("serial", &self.serial)?,
@@ -39,7 +39,7 @@ impl Unit {
                 pins: sensor.pins,
                 cut_through: sensor.cut_through,
             },
-            sensor: sensor.told()?,
+            sensor: sensor.settings()?,
             rate: sensor.rate(),
             mounting: [q.w, q.i, q.j, q.k].map(|x| x as f32),
             gyro: self.gyro.triad(),
@@ -57,11 +57,11 @@ impl Unit {
                 kind: vehicle.kind.into(),
                 speed: vehicle.largest_speed_mps as f32,
             },
-            correction: self.told_correction(),
+            correction: self.correction_settings(),
             inputs: self.networks.inputs(),
         };
-        told.check().map_err(refused)?;
-        Ok(told)
+        configuration.check().map_err(refused)?;
+        Ok(configuration)
     }
 
     /// Largest correction of gyros and accelerometers, then its fastest change a second, SI.
@@ -81,7 +81,7 @@ impl Unit {
         ]
     }
 
-    fn told_correction(&self) -> configuration::Correction {
+    fn correction_settings(&self) -> configuration::Correction {
         let correction = &self.correction;
         let [limit, slew] = self.limits().map(|[gyro, accel]| Limit {
             gyro: gyro as f32,

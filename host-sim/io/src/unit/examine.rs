@@ -90,7 +90,7 @@ impl Unit {
     /// What no device takes, and what the simulator cannot simulate.
     fn faults(&self) -> Vec<Finding> {
         let mut found = match self.configuration() {
-            Ok(told) => networks::not_given(self, &told),
+            Ok(configuration) => networks::not_given(self, &configuration),
             Err(finding) => vec![finding],
         };
         found.extend(prior::other_inputs(self));
@@ -209,15 +209,15 @@ mod tests {
             [(key, problem, remedy)] if key == "sensor.baud" => format!("{problem}; {remedy}"),
             other => panic!("{other:?}"),
         };
-        let told = line(large("rate_hz = 4250"));
+        let message = line(large("rate_hz = 4250"));
         assert!(
-            told.contains("the bursts on the navigation line at 4250 Hz need 1700000 bit/s")
-                && told.contains("set the navigation computer and this file to 1843200 bit/s")
-                && told.contains("or lower sensor.rate_hz"),
-            "{told}"
+            message.contains("the bursts on the navigation line at 4250 Hz need 1700000 bit/s")
+                && message.contains("set the navigation computer and this file to 1843200 bit/s")
+                && message.contains("or lower sensor.rate_hz"),
+            "{message}"
         );
-        let told = line(small("rate_hz = 2000\nbaud = 460800"));
-        assert!(told.contains("need 640000 bit/s"), "{told}");
+        let message = line(small("rate_hz = 2000\nbaud = 460800"));
+        assert!(message.contains("need 640000 bit/s"), "{message}");
         // a frame has 12 bytes more
         let framed = found_framed("adis16505", "rate_hz = 2000\nbaud = 640000");
         assert!(line(framed).contains("need 880000 bit/s"));

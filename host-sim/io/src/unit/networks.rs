@@ -113,7 +113,7 @@ impl std::str::FromStr for Input {
 }
 
 impl Networks {
-    /// The inputs as the device is told them.
+    /// The inputs in the device's configuration.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
         [self.gyro_inputs, self.accel_inputs].map(|three| three.map(Source::from))
@@ -130,8 +130,8 @@ impl Networks {
 }
 
 /// Inputs that the frames of the sensor cannot give.
-pub(super) fn not_given(unit: &Unit, told: &Configuration) -> Vec<Finding> {
-    if told.has_thermometer() != Some(false) {
+pub(super) fn not_given(unit: &Unit, configuration: &Configuration) -> Vec<Finding> {
+    if configuration.has_thermometer() != Some(false) {
         return Vec::new();
     }
     let format = unit.sensor.format;
@@ -143,7 +143,7 @@ pub(super) fn not_given(unit: &Unit, told: &Configuration) -> Vec<Finding> {
         _ => "use another input, such as vibration or rate-magnitude",
     };
     let keys = ["networks.gyro_inputs", "networks.accel_inputs"];
-    let inputs = keys.into_iter().zip(told.inputs);
+    let inputs = keys.into_iter().zip(configuration.inputs);
     let needy = inputs.filter(|(_, three)| three.iter().any(|one| one.needs_thermometer()));
     let finding = |(key, _)| {
         let problem = format!(
@@ -217,15 +217,15 @@ mod tests {
         ] {
             let text = text.replace("'stim300'", sensor);
             let unit = examine(&text).0.unwrap();
-            let told = unit.configuration().unwrap();
+            let configuration = unit.configuration().unwrap();
             let gyro = [
                 Source::Temperature,
                 Source::TemperatureRate,
                 Source::Vibration,
             ];
             let accel = [Source::RateMagnitude, Source::RateZ, Source::ForceZ];
-            assert_eq!(told.inputs, [gyro, accel]);
-            assert_eq!(Unit::of(&told).unwrap().networks, unit.networks);
+            assert_eq!(configuration.inputs, [gyro, accel]);
+            assert_eq!(Unit::of(&configuration).unwrap().networks, unit.networks);
         }
         for source in Source::ALL {
             assert_eq!(Source::from(Input::from(source)), source);

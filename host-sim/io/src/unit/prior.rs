@@ -213,8 +213,8 @@ pub(crate) mod tests {
             prior: Some(prior),
             ..Unit::default()
         };
-        let told = unit.sensor.stim300.get_or_insert_with(Default::default);
-        told.datagram = "0xA5".into();
+        let table = unit.sensor.stim300.get_or_insert_with(Default::default);
+        table.datagram = "0xA5".into();
         let text = unit.to_text("a fleet's").unwrap();
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("unit.toml");

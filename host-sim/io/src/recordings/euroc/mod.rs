@@ -190,7 +190,7 @@ fn thinned(
         next = if next == i64::MIN { *ns } else { next } + interval;
         next = next.max(*ns + interval / 2);
         let fix = TimedFix {
-            time: 0.0, // told apart
+            time: 0.0, // stored beside the fix, in ns
             lat_deg: state.position.lat / DEG,
             lon_deg: state.position.lon / DEG,
             height_m: state.position.h,

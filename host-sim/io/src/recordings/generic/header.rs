@@ -126,7 +126,7 @@ pub(super) enum Turned {
     Table(Mounting),
 }
 
-/// A time offset that is told or to be found.
+/// A time offset: given in seconds, or to be estimated.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "is neither seconds nor 'estimate'")]
 pub(super) enum Offset {

@@ -99,7 +99,7 @@ fn fix(m: &NavSatFix, beside: Option<([f64; 3], [f64; 3])>) -> TimedFix {
     };
     let (velocity, [v_n, v_e, v_d]) = beside.unwrap_or(([0.0; 3], [NOT_MEASURED; 3]));
     TimedFix {
-        time: 0.0, // told apart, in ns
+        time: 0.0, // stored beside the fix, in ns
         lat_deg: lat,
         lon_deg: lon,
         height_m: h,

@@ -90,8 +90,8 @@ impl Clock {
         (ms - self.ms) * 1_000_000
     }
 
-    /// What the user should know of it.
-    pub(super) fn told(&self, delay_s: f64) -> String {
+    /// A note for the user: rate of the clock, and age of the promptest fix.
+    pub(super) fn note(&self, delay_s: f64) -> String {
         format!(
             "time tags count {:.1} a second; the promptest fix counts as {delay_s} s old, which \
              --fix-delay-s tells",

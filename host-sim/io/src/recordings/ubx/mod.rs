@@ -65,7 +65,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
         complain(file, "NAV-PVT", problem.to_owned(), remedy)
     })?;
     let place = Place::new(file, name);
-    notes.push(place.note(&clock.told(choice.fix_delay_s)));
+    notes.push(place.note(&clock.note(choice.fix_delay_s)));
     let mut samples = Samples::new(place, Kind::Rate);
     for (tag, values) in grouped(measured, &tags) {
         let [gx, gy, gz, ax, ay, az] = values.map(f64::from);
@@ -117,7 +117,7 @@ fn fix(pvt: &Pvt) -> TimedFix {
         _ => NOT_MEASURED,
     };
     TimedFix {
-        time: 0.0, // told apart
+        time: 0.0, // stored beside the fix, in ns
         lat_deg: f64::from(pvt.latitude) * 1e-7,
         lon_deg: f64::from(pvt.longitude) * 1e-7,
         height_m: fix.position.height,

@@ -192,11 +192,11 @@ fn fixes(
     let Some(((topic, instance), all)) = collected.receiver() else {
         return Ok(Vec::new());
     };
-    let told = summary.parameters.get(DELAY).map(|ms| ms * 1e-3);
-    let delay_s = choice.fix_delay_s.or(told).unwrap_or(0.0);
+    let logged = summary.parameters.get(DELAY).map(|ms| ms * 1e-3);
+    let delay_s = choice.fix_delay_s.or(logged).unwrap_or(0.0);
     let mut fixes = Fixes::new(Place::new(file, format!("{topic} {instance}")));
     if choice.fix_delay_s.is_none() {
-        notes.push(fixes.note(&match told {
+        notes.push(fixes.note(&match logged {
             Some(s) => format!(
                 "fixes count as {s:.3} s old, as {DELAY} says; --fix-delay-s tells another delay"
             ),

@@ -146,8 +146,8 @@ fn fix(row: &Row<'_>) -> Option<Option<TimedFix>> {
     };
     // The accuracies are those of two, one and three axes, as u-blox receivers tell them.
     let sigma = |name: &str, axes: f64, usual: usize| {
-        let told = row.number(name, 0).filter(|s| s.is_finite() && *s > 0.0);
-        told.map_or(USUAL_SIGMAS[usual], |s| s / axes.sqrt())
+        let reported = row.number(name, 0).filter(|s| s.is_finite() && *s > 0.0);
+        reported.map_or(USUAL_SIGMAS[usual], |s| s / axes.sqrt())
     };
     let [h, v] = [sigma("eph", 2.0, 0), sigma("epv", 1.0, 2)];
     let s = match row.integer("vel_ned_valid", 0) {
@@ -155,7 +155,7 @@ fn fix(row: &Row<'_>) -> Option<Option<TimedFix>> {
         _ => sigma("s_variance_m_s", 3.0, 3),
     };
     Some(Some(TimedFix {
-        time: 0.0, // told apart
+        time: 0.0, // stored beside the fix, in ns
         lat_deg,
         lon_deg,
         height_m,

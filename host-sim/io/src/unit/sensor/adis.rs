@@ -41,8 +41,8 @@ impl Default for AdisUart {
 
 impl Section for AdisUart {
     fn of(settings: &wire::Settings) -> Self {
-        let told = settings.adis_uart.model;
-        let same = |name: &String| model("", name).is_ok_and(|model| model == told);
+        let wanted = settings.adis_uart.model;
+        let same = |name: &String| model("", name).is_ok_and(|model| model == wanted);
         let name = names().find(same);
         name.map_or_else(Self::default, |model| Self { model })
     }
@@ -67,9 +67,9 @@ impl Adis {
             .find(|adis| adis.settings().as_ref() == Ok(settings))
     }
 
-    /// Bursts a second to which a board sets the sensor if the file tells none, Hz.
+    /// Bursts a second to which a board sets the sensor if the file gives none, Hz.
     pub(super) fn rate_hz(&self) -> f64 {
-        let form = self.settings().map_or(Form::Wide, |told| told.form);
+        let form = self.settings().map_or(Form::Wide, |settings| settings.form);
         Rate::usual(form).hz
     }
 

@@ -36,22 +36,22 @@ pub struct Epson {
 
 impl Default for Epson {
     fn default() -> Self {
-        Self::told(&Protocol::DEFAULT)
+        Self::of_settings(&Protocol::DEFAULT)
     }
 }
 
 impl Epson {
     /// The table of a device's settings.
-    fn told(told: &Configured) -> Self {
-        let [burst_ctrl1, burst_ctrl2] = told.layout.registers();
+    fn of_settings(settings: &Configured) -> Self {
+        let [burst_ctrl1, burst_ctrl2] = settings.layout.registers();
         Self {
-            model: told.model.name().to_owned(),
+            model: settings.model.name().to_owned(),
             burst_ctrl1,
             burst_ctrl2,
-            high_range: told.high_range,
-            angle_range: told.angle_range,
-            velocity_range: told.velocity_range,
-            count_step: told.count_step,
+            high_range: settings.high_range,
+            angle_range: settings.angle_range,
+            velocity_range: settings.velocity_range,
+            count_step: settings.count_step,
         }
     }
 }
@@ -64,7 +64,7 @@ impl Epson {
 
 impl Section for Epson {
     fn of(settings: &Settings) -> Self {
-        Self::told(&settings.epson)
+        Self::of_settings(&settings.epson)
     }
 
     fn apply(&self, sensor: &Sensor, to: &mut Settings) -> Result<(), Finding> {

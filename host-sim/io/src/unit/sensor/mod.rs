@@ -127,7 +127,7 @@ impl Sensor {
     /// bursts of an ADIS at the SPI need them on the navigation line alone.
     #[must_use]
     pub fn bits_per_second(&self) -> Option<f64> {
-        let bytes = match self.told() {
+        let bytes = match self.settings() {
             Ok(Some(configuration::Sensor::Spi(adis))) => adis.bytes(),
             _ => self.section().frame_len(self.imu_format()?),
         };
@@ -145,7 +145,7 @@ impl Sensor {
     ///
     /// # Errors
     /// A value that no such sensor has.
-    pub fn told(&self) -> Result<Option<configuration::Sensor>, Finding> {
+    pub fn settings(&self) -> Result<Option<configuration::Sensor>, Finding> {
         if self.format == FormatName::AdisSpi {
             let adis = self.adis.clone().unwrap_or_default();
             return Ok(Some(configuration::Sensor::Spi(adis.settings()?)));
@@ -155,8 +155,8 @@ impl Sensor {
         };
         let mut settings = Settings::DEFAULT;
         self.section().apply(self, &mut settings)?;
-        let told: FormatSettings = format.settings(&settings);
-        Ok(Some(configuration::Sensor::Stream(told)))
+        let of_format: FormatSettings = format.settings(&settings);
+        Ok(Some(configuration::Sensor::Stream(of_format)))
     }
 
     /// The serial line's parity for the device.

@@ -152,8 +152,8 @@ impl Stim300 {
 
 impl Section for Stim300 {
     fn of(settings: &Settings) -> Self {
-        let told = &settings.stim300;
-        let config = &told.config;
+        let settings = &settings.stim300;
+        let config = &settings.config;
         let output = |unit: Option<Unit>| match unit.map(|unit| unit.quantity) {
             Some(Quantity::Rate) => Output::Rate,
             Some(Quantity::Average) => Output::Average,
@@ -176,9 +176,9 @@ impl Section for Stim300 {
             } else {
                 LineEnd::None
             },
-            ask: told.ask,
-            answer_ms: told.answer_us.map_or(0.0, |us| f64::from(us) / 1e3),
-            family: told.family.map(|family| match family {
+            ask: settings.ask,
+            answer_ms: settings.answer_us.map_or(0.0, |us| f64::from(us) / 1e3),
+            family: settings.family.map(|family| match family {
                 Extra::None => Family::Plain,
                 Extra::Pps => Family::Pps,
                 Extra::Aux => Family::Aux,

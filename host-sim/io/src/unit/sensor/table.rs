@@ -97,12 +97,12 @@ macro_rules! sensor {
                 }
             }
 
-            /// The sensor at a serial line that a device is told to have.
+            /// The sensor at a serial line of a device's configuration.
             #[allow(unreachable_patterns, reason = "a format that has no row yet")]
-            pub(in crate::unit) fn of_stream(told: FormatSettings) -> Self {
+            pub(in crate::unit) fn of_stream(format: FormatSettings) -> Self {
                 let mut settings = Settings::DEFAULT;
-                told.apply(&mut settings);
-                match told {
+                format.apply(&mut settings);
+                match format {
                     $(FormatSettings::$format(_) => Self {
                         $field: Some(<$section>::of(&settings)),
                         ..Self::of(FormatName::$format)
