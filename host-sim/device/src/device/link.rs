@@ -287,7 +287,7 @@ impl Link {
         })?;
         match answer {
             Err(Reason::NotAvailable) => Ok(None),
-            // one that was not told anything knows nothing
+            // a device without a configuration reports no antenna
             Ok(antenna) if !antenna.fix_delay_sigma.is_finite() => Ok(None),
             other => other
                 .map(Some)

@@ -10,9 +10,9 @@ use firmware::wire::command::{Protection, Provision, Request, fault};
 use host_core::error::Error;
 use std::path::Path;
 
-/// Gives the device the key of a file, which is made if it is not there. A device that has a key
-/// already is told with that one, which the link must have. The device stores the key, with the
-/// configuration and the weights in use, in mode bypass; afterwards it has the mode that it had.
+/// Gives the device the key of a file, which is created if it does not exist. If the device has a
+/// key already, that key seals the request, so the link must have it. The device stores the key,
+/// with the configuration and the weights in use, in mode bypass; then its mode is restored.
 ///
 /// # Errors
 /// As [`Link::ask`]; the file is no key file; the device cannot store.

@@ -77,19 +77,19 @@ pub(super) fn medium() -> Result<ImuSpec, Error> {
     ImuSpec::preset("medium").ok_or_else(|| Error::unknown("preset", "medium", &["medium"]))
 }
 
-/// As [`drive`], with the sensor and at the rate that a device is told, measured by an IMU with
+/// As [`drive`], with the sensor and the rate of a device's configuration, measured by an IMU with
 /// these `errors`. `format` is used where the configuration leaves it open. `seconds` are those of
 /// the whole drive and those at rest.
 ///
 /// # Errors
 /// The sensor cannot be simulated, or a sample does not fit into its field.
 pub fn drive_told(
-    told: &Configuration,
+    configuration: &Configuration,
     format: ImuFormat,
     errors: &ImuSpec,
     seconds: [u32; 2],
 ) -> Result<Drive, Error> {
-    let format = match &told.sensor {
+    let format = match &configuration.sensor {
         Some(Sensor::Stream(settings)) => settings.format(),
         Some(Sensor::Spi(_)) => {
             return Err(Error::Option {
@@ -103,7 +103,7 @@ pub fn drive_told(
             return drive_with(format, &Source { sensor, step: 1 }, errors, seconds);
         }
     };
-    let source = fitting(format, &told.wire_settings())?;
+    let source = fitting(format, &configuration.wire_settings())?;
     drive_with(format, &source, errors, seconds)
 }
 

@@ -20,9 +20,9 @@ pub struct Software {
 impl Software {
     /// As a board that has just been configured.
     #[must_use]
-    pub fn new(told: &Configuration) -> Self {
+    pub fn new(configuration: &Configuration) -> Self {
         Self {
-            app: App::new(Config::of(told)),
+            app: App::new(Config::of(configuration)),
             lines: Lines::default(),
             now: SetClock(0),
         }

@@ -56,7 +56,7 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     ];
     Ok(Read {
         told: Readout {
-            faults: host_device::device::faults::told(health.faults),
+            faults: host_device::device::faults::of_bits(health.faults),
             counters: host_device::device::named_counters(&counters),
             info,
             weights,
