@@ -97,9 +97,8 @@ pub struct Session {
     pub fixes: Vec<Option<Fix>>,
     /// From the IMU to the antenna in body axes, m.
     pub lever_arm: Vector3<f64>,
-    /// Standard deviations of the lever arm along each axis, m, and of the ages of the fixes, s, as
-    /// they are told. With 0 the device's learner takes them for exact; filters of the desktop
-    /// always do.
+    /// Configured standard deviations of the lever arm along each axis, m, and of the ages of the
+    /// fixes, s. With 0 the device's learner takes both for exact; the desktop's filters always do.
     pub antenna_sigmas: [f64; 2],
     /// Systematic sensor error averaged over each second (rad/s, m/s2), if known.
     pub systematic: Option<Vec<Increment>>,

@@ -114,7 +114,7 @@ impl<T: Item> File<T> {
         match self.bytes(&range) {
             Ok(bytes) => bytes.chunks_exact(self.size).map(T::take).collect(),
             Err(fault) => {
-                let _ = self.fault.set(fault); // the first one is told
+                let _ = self.fault.set(fault); // the first fault is reported
                 Cow::Owned(Vec::new())
             }
         }

@@ -187,10 +187,10 @@ pub fn measured(
         });
     }
     let samples = (counts, Imu::lsb(spec));
-    let told = config.gnss.told_of_antenna();
+    let assumed = config.gnss.told_of_antenna();
     let session = Session {
-        lever_arm: told.lever_arm_m.into(),
-        antenna_sigmas: [told.lever_arm_sigma_m, told.age_s[1]],
+        lever_arm: assumed.lever_arm_m.into(),
+        antenna_sigmas: [assumed.lever_arm_sigma_m, assumed.age_s[1]],
         standstill: (config.standstill_s / EPOCH_S) as usize,
         systematic: Some(systematic),
         surroundings: Some(surroundings),

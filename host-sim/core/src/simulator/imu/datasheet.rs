@@ -2,11 +2,11 @@
 //!
 //! An entry is the key in presets and scenario files, whose ending is the unit (`p` stands for
 //! `per`). With it come the documentation, the group of errors, the range, how the number acts on a
-//! triad, what a filter is told that knows the error, and how much it adds to the bias that other
-//! filters expect. The simulator, the oracle, the error groups, the checks and the tests follow
-//! from these tables. A new error is an entry here. If no number of
+//! triad, the parameters of a filter that models the error, and how much it adds to the bias that
+//! other filters expect. The simulator, the oracle, the error groups, the checks and the tests
+//! follow from these tables. A new error is an entry here. If no number of
 //! [`Sigmas`](super::triad::Sigmas) acts as it does, it needs code in `triad`, too. The errors that
-//! follow the temperature of each sensor, its past and its age have tables of the same kind in
+//! follow the temperature of each sensor, its history and its age have tables of the same kind in
 //! [`super::environment`].
 
 use super::dither::DitherSpec;
@@ -329,7 +329,7 @@ datasheet! {
             })
             .large(300.0),
         /// Delay of the accelerometer samples behind the gyro samples, s, at most 0.1; a plain
-        /// value. Filters are told of it by
+        /// value. Filters model it by
         /// [`ErrorModel::delay_s`](crate::inertial::ekf::ErrorModel::delay_s).
         #[serde(default)]
         delay_s: Accel::of(Group::Other).within(Range::UpTo(LONGEST_DELAY_S)).large(0.05),

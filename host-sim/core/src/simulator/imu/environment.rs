@@ -3,8 +3,8 @@
 //! `[simulation.accel.environment]`.
 //!
 //! They are tables of terms like [`super::datasheet`], and all are off unless the file has them.
-//! `triad/environment` has the equations. Filters are not told of these terms: an oracle that is
-//! told of everything else does not know them.
+//! `triad/environment` has the equations. No filter models these terms, not even the oracle that
+//! models all others.
 
 use super::term::{Datasheet, Group, Kind, Range, Term, datasheet};
 use crate::inertial::units::{DEG, DEG_PER_H, G0, PPM, UG};

@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn names_read_back_and_a_wrong_one_is_told() {
+    fn names_read_back_and_a_wrong_one_is_refused() {
         for model in ErrorModelName::every() {
             assert_eq!(model.to_string().parse::<ErrorModelName>().unwrap(), model);
             let quoted = serde_json::to_string(&model).unwrap();

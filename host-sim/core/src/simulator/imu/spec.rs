@@ -95,8 +95,8 @@ impl ImuSpec {
         unit.remove("simulation")?.try_into().ok()
     }
 
-    /// What a filter is told that knows the errors of an axis: the parameters of exactly those
-    /// errors that are present, with their statistics.
+    /// Parameters of a filter that models the errors of an axis: exactly those errors that are
+    /// present, with their statistics.
     #[must_use]
     pub fn told(&self, triad: Triad, axis: usize) -> Vec<Parameter> {
         let at = At { triad, axis };
@@ -140,7 +140,7 @@ impl ImuSpec {
         spec
     }
 
-    /// This IMU with each error in turn so large that a filter fails that is not told of it. Each
+    /// This IMU with each error in turn so large that a filter fails that does not model it. Each
     /// comes with the key of the error.
     #[must_use]
     pub fn each_cause_large(&self) -> Vec<(String, Self)> {

@@ -1,5 +1,5 @@
 //! A term is one number of a datasheet with its key, range and group of errors, how it acts on a
-//! triad, and what a filter can be told of it. The tables are in [`super::datasheet`].
+//! triad, and the parameters of a filter that models it. The tables are in [`super::datasheet`].
 
 use super::triad::Sigmas;
 use crate::inertial::ekf::{Parameter, Regressor, Triad};
@@ -85,8 +85,8 @@ impl<S> Kind<S> {
         Self { acts, ..self }
     }
 
-    /// Sets what a filter is told that knows the error: its parameters on one axis, with their
-    /// exact statistics.
+    /// Sets the parameters of a filter that models the error: those of one axis, with their exact
+    /// statistics.
     pub(super) const fn told(self, told: fn(&S, At) -> Vec<Parameter>) -> Self {
         Self { told, ..self }
     }
@@ -100,7 +100,7 @@ impl<S> Kind<S> {
         }
     }
 
-    /// Sets a value so large that a filter fails that is not told of the error. Errors that only
+    /// Sets a value so large that a filter fails that does not model the error. Errors that only
     /// change at random have none.
     pub(super) const fn large(self, value: f64) -> Self {
         Self {
@@ -134,7 +134,7 @@ impl<S: Clone> Term<S> {
         self.kind.group
     }
 
-    /// A value so large that a filter must be told of the error, if there is one.
+    /// A value so large that a filter must model the error, if there is one.
     #[must_use]
     pub fn large(&self) -> Option<f64> {
         self.kind.large
@@ -155,7 +155,7 @@ impl<S: Clone> Term<S> {
 pub(super) trait Datasheet: Clone + 'static {
     /// Its name in files.
     const NAME: &'static str;
-    /// All its numbers, in the order in which filters are told of them.
+    /// All its numbers, in the order of the filters' parameters.
     const TERMS: &'static [Term<Self>];
 
     /// The numbers of a triad in SI.

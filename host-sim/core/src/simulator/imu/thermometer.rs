@@ -116,7 +116,7 @@ impl Thermometers {
         self.processor = target + (self.processor - target) * keep;
     }
 
-    /// What is told now.
+    /// The readings at this time.
     #[must_use]
     pub fn readings(&self) -> Readings {
         let s = &self.spec;

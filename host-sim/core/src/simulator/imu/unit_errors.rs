@@ -1,10 +1,10 @@
-//! The errors that a simulated unit has at every turn-on, for filters that are told of them.
+//! The errors that a simulated unit has at every turn-on, for filters that know them.
 
 use super::triad::Triad;
 use crate::inertial::ekf::{self, Parameter, Regressor};
 use nalgebra::{Matrix3, Vector3};
 
-/// The constants of one unit. What a filter is told of ([`super::ImuSpec::told`]) has a value here.
+/// The constants of one unit: a value for each parameter of a filter ([`super::ImuSpec::told`]).
 #[derive(Debug, Clone)]
 pub struct UnitErrors {
     pub(super) gyro: Triad,
@@ -112,12 +112,12 @@ mod tests {
     fn what_is_new_at_a_turn_on_is_the_datasheets() {
         let spec = ImuSpec::preset("medium").unwrap();
         let unit = Imu::new(&spec, 5, 6).unit_errors();
-        let told = spec.told(ekf::Triad::Gyro, 1);
-        let of = |wanted: Regressor| told.iter().find(|p| p.regressor == wanted).unwrap();
+        let parameters = spec.told(ekf::Triad::Gyro, 1);
+        let of = |wanted: Regressor| parameters.iter().find(|p| p.regressor == wanted).unwrap();
         let dph = crate::inertial::units::DEG_PER_H;
         let bias = of(Regressor::One);
         assert!((unit.turn_on(bias, unit.value(bias)) / dph - 0.02).abs() < 1e-12);
-        let drift = told.iter().find(|p| p.time_s == 3600.0).unwrap();
+        let drift = parameters.iter().find(|p| p.time_s == 3600.0).unwrap();
         assert_eq!(unit.value(drift), 0.0);
         assert!((unit.turn_on(drift, 0.0) / dph - 0.01).abs() < 1e-12);
         let decay = of(Regressor::Decay(900.0));

@@ -97,7 +97,7 @@ fn hysteresis_remembers_the_time_before_power_on() {
 }
 
 /// At tau the warm-up has fallen to 1/e; the slope of ln(-ln b) over ln t is beta; and each axis of
-/// each unit has a tau of its own with the told spread.
+/// each unit has a tau of its own with the given spread.
 #[test]
 fn the_warm_up_is_a_stretched_exponential_with_a_time_for_each_axis() {
     let s = Sizes {
