@@ -36,7 +36,7 @@ pub struct Args {
     /// thermostat, flicker, g-square, ageing, temperature, warm-up, g-sensitivity, magnetic,
     /// dither, vibration, size-effect, timing; or of the fixes: coloured-fixes, optimistic-fixes,
     /// late-fixes, lever-arm, gaps, multipath. A name may join both (noise+late-fixes) and end
-    /// with +told, if the schemes shall be told of the cause
+    /// with +told, if the schemes shall model the cause
     #[arg(
         long,
         value_delimiter = ',',
@@ -75,7 +75,7 @@ pub struct Args {
     #[arg(long)]
     no_fixes: bool,
     /// Also run the studies of docs/RESULTS.md on this many units each: every single cause of
-    /// errors, told and not told, every kind of start, every vehicle, and earlier drives
+    /// errors, with and without +told, every kind of start, every vehicle, and earlier drives
     #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u32).range(1..))]
     studies: Option<u32>,
     /// Also judge each hypothesis of `rnn-kalman` alone, and the learner without some of them

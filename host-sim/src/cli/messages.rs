@@ -85,10 +85,10 @@ struct Body {
 }
 
 impl Body {
-    /// What turns axes of the IMU into forward-right-down. `usual` are the axes of the format.
+    /// Rotation from the axes of the IMU to forward-right-down. `usual`: the axes of the format.
     fn mounting(&self, unit: Option<&Unit>, usual: Axes) -> Result<Rotation3<f64>, Error> {
-        let told = unit.filter(|unit| unit.mounting != Mounting::default());
-        let axes = match (&self.mounting, told) {
+        let of_unit = unit.filter(|unit| unit.mounting != Mounting::default());
+        let axes = match (&self.mounting, of_unit) {
             (Some(text), _) => Axes::parse(text).map_err(|why| {
                 let remedy = "give forward, right and down in axes of the IMU, as in 'y x -z' for \
                               right-forward-up";

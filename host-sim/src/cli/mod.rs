@@ -23,6 +23,7 @@ mod messages;
 mod options;
 mod output;
 mod progress;
+mod record_options;
 pub mod recording;
 mod replay;
 mod report;
@@ -33,7 +34,6 @@ mod simulate;
 mod soak;
 mod source;
 mod start;
-mod told;
 mod unit;
 mod user_recording;
 
@@ -61,7 +61,7 @@ enum Command {
     Replay(replay::Args),
     /// Compare all schemes over many units, turn-ons and drives, with intervals
     Campaign(campaign::Args),
-    /// Try the device in a hostile world: what its corrections do when nothing is as it was told
+    /// Try the device in a hostile world: what its corrections do when nothing is as configured
     Abuse(abuse::Args),
     /// Compute the Allan deviation of a recording or a preset, and fit noise coefficients
     Allan(allan::Args),

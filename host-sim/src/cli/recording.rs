@@ -1,4 +1,4 @@
-//! Opening a recording of whatever form, for `lrnn_imu.read` of Python: the form is told as by
+//! Opens a recording of any form, for `lrnn_imu.read` of Python. The form is detected as by
 //! `report`, and the options are those of `replay`.
 
 use super::options::refused;

@@ -159,7 +159,7 @@ impl FogMems {
 
 impl Kitti {
     fn run(&self) -> Result<(), Error> {
-        // as far as they are told apart; the last one stands for all others
+        // the stages that have names of their own; the last one stands for all others
         let drives = DRIVES.map(|name| (name, 0.8));
         let known = &drives[..self.files.len().min(DRIVES.len())];
         let stages = [known, &[(progress::WRITING, 0.2 * self.files.len() as f64)]].concat();

@@ -107,9 +107,9 @@ impl Csv {
     /// What the header says of the samples.
     pub(super) fn says(&self, record: &Record) -> Result<Says, Error> {
         let [gyro, accel] = generic::units(&self.header, 1.0 / record.rate_hz as f64)?;
-        let field = |name: &str, (told, units): (NamedUnit, Vec<NamedUnit>)| Field {
+        let field = |name: &str, (given, units): (NamedUnit, Vec<NamedUnit>)| Field {
             name: name.into(),
-            told: Some(told),
+            told: Some(given),
             units,
         };
         Ok(Says {

@@ -40,10 +40,10 @@ struct ReceiverOptions {
     /// Fixes a second
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=20))]
     rate_hz: u32,
-    /// Time from validity to arrival of a fix, ms, which the device is told [default: the unit's]
+    /// Configured time from validity to arrival of a fix, ms [default: the unit's]
     #[arg(long, value_name = "MS")]
     fix_delay_ms: Option<f64>,
-    /// From the IMU to the antenna, m, which the device is told [default: the unit's]
+    /// Configured lever arm from the IMU to the antenna, m [default: the unit's]
     #[arg(
         long,
         value_name = "FORWARD,RIGHT,DOWN",

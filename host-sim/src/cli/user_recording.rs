@@ -6,9 +6,9 @@ use super::messages::Messages;
 use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::{self, READING, Shown, WRITING};
+use super::record_options::{RecordOptions, ReplacedOptions};
 use super::replay::REPLAYING;
 use super::source::{Csv, KfGins, Novatel};
-use super::told::{OldWords, TellOptions};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
@@ -45,7 +45,7 @@ pub(super) struct Options {
     #[command(flatten)]
     unit: UnitOption,
     #[command(flatten)]
-    old: OldWords,
+    old: ReplacedOptions,
     /// Stop if the samples contradict what is said of them, instead of a warning
     #[arg(long)]
     strict: bool,
@@ -58,7 +58,7 @@ pub(super) struct Options {
     )]
     attitude_sigma: Vec<f64>,
     #[command(flatten)]
-    says: TellOptions,
+    recording: RecordOptions,
     /// Use only this part of a recording with long gaps of samples, counted from 1 [default: all,
     /// each aligned anew]
     #[arg(long, value_name = "NUMBER")]
@@ -274,8 +274,8 @@ impl Options {
             assumptions: Assumptions::of(&unit),
             learn: self.learn_s,
         };
-        self.says.tell(&mut record, &unit)?;
-        let estimates = self.says.estimate_time_offset;
+        self.recording.apply(&mut record, &unit)?;
+        let estimates = self.recording.estimate_time_offset;
         let (note, warnings) = plan.examine(&mut record, says, is_given, estimates);
         self.warn(&warnings)?;
         let wishes = Wishes::of(&unit, &record, self.attitude_sigma()?, self.part);
@@ -347,7 +347,10 @@ impl Options {
             ("--strict", self.strict),
             ("--part", self.part.is_some()),
             ("--attitude-sigma", self.attitude_sigma != [0.1, 0.5]),
-            ("--estimate-time-offset", self.says.estimate_time_offset),
+            (
+                "--estimate-time-offset",
+                self.recording.estimate_time_offset,
+            ),
             ("--corrected", self.corrected.scheme().is_some()),
             ("--json, --out", self.output.is_given()),
         ];
@@ -356,12 +359,12 @@ impl Options {
             return Err(refused(*name, "belongs to a replay", remedy));
         }
         let given = self.unit.load()?;
-        let told = given.as_ref().or(named).cloned().unwrap_or_default();
-        self.says.tell(record, &told)?;
+        let unit = given.as_ref().or(named).cloned().unwrap_or_default();
+        self.recording.apply(record, &unit)?;
         Ok(given)
     }
 
-    /// Tells where the samples contradict what is said of them.
+    /// Prints where the samples contradict what is said of them.
     fn warn(&self, warnings: &[Warning]) -> Result<(), Error> {
         for warning in warnings {
             progress::say(&warning.to_string());

@@ -149,8 +149,8 @@ impl Args {
             Command::Mode { mode } => self.mode(link, *mode),
             Command::Weights { command } => {
                 link.version()?;
-                let told = command.run(link)?;
-                self.tell(&told, || println!("{}", told.says))
+                let written = command.run(link)?;
+                self.tell(&written, || println!("{}", written.says))
             }
             Command::Learnt {
                 command: Learnt::Commit,
@@ -170,8 +170,8 @@ impl Args {
                 self.tell(&Done::new(says), || println!("{says}"))
             }
             Command::Blackbox { output, release } => {
-                let told = blackbox::run(link, output, *release)?;
-                self.tell(&told, || println!("{}", told.says))
+                let saved = blackbox::run(link, output, *release)?;
+                self.tell(&saved, || println!("{}", saved.says))
             }
             Command::Store => {
                 link.version()?;
@@ -188,7 +188,7 @@ impl Args {
     /// Refuses a bad file before anything is sent.
     fn check_files(&self) -> Result<(), Error> {
         match &self.command {
-            Command::Configure { unit, .. } => configure::told(unit).map(drop),
+            Command::Configure { unit, .. } => configure::of_unit(unit).map(drop),
             Command::Weights { command } => command.check_file(),
             _ => Ok(()),
         }

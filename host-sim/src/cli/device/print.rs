@@ -78,7 +78,7 @@ fn teachers(info: &Info) -> String {
     let receiver = &info.receiver;
     let _ = write!(
         text,
-        "fixes          {} told, {} on the line",
+        "fixes          {} configured, {} on the line",
         receiver.told.unwrap_or("no protocol"),
         receiver.protocol.unwrap_or("nothing")
     );
@@ -174,8 +174,10 @@ fn configured(info: &Info) -> String {
 /// A line's bit rate, with its error.
 fn bit_rate(line: &LineInfo) -> String {
     let mut text = match (line.told, line.bit_rate) {
-        (Some(told), Some(is)) => format!("{told} bit/s told, {is} bit/s in fact"),
-        (Some(told), None) => format!("{told} bit/s told"),
+        (Some(nominal), Some(is)) => {
+            format!("{nominal} bit/s configured, {is} bit/s in fact")
+        }
+        (Some(nominal), None) => format!("{nominal} bit/s configured"),
         (None, Some(is)) => format!("{is} bit/s"),
         (None, None) => "bit rate not known".into(),
     };

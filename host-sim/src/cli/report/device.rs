@@ -10,7 +10,7 @@ use host_report::unit::Readout;
 pub(super) struct Read {
     /// The unit that the device is configured for.
     pub unit: Option<Unit>,
-    pub told: Readout,
+    pub readout: Readout,
     pub source: Vec<(String, String)>,
     pub warnings: Vec<String>,
 }
@@ -50,12 +50,12 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
         pair("firmware", info.firmware.clone()),
         pair("configured for", info.name.clone().unwrap_or_else(unknown)),
         pair(
-            "serial number told",
+            "serial number configured",
             info.serial.clone().unwrap_or_else(unknown),
         ),
     ];
     Ok(Read {
-        told: Readout {
+        readout: Readout {
             faults: host_device::device::faults::of_bits(health.faults),
             counters: host_device::device::named_counters(&counters),
             info,
@@ -72,7 +72,7 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
 /// Whether the device holds another configuration than the unit file says, in words.
 fn differs(unit: Option<&Unit>, held: Option<&Configuration>) -> Vec<String> {
     let same = match (unit.map(Unit::configuration), held) {
-        (Some(Ok(told)), Some(held)) => told == *held,
+        (Some(Ok(wanted)), Some(held)) => wanted == *held,
         (Some(_), _) => false,
         (None, _) => true,
     };

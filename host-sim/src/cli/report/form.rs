@@ -143,7 +143,7 @@ fn head(file: &Path) -> Result<Vec<u8>, Error> {
     if raw.starts_with(&[0x1f, 0x8b]) {
         let again = File::open(file).map_err(failed)?;
         let mut text = vec![];
-        // a damaged stream is told by who reads all of it
+        // the reader of the whole file reports a damaged stream
         let _ = MultiGzDecoder::new(again)
             .take(HEAD as u64)
             .read_to_end(&mut text);

@@ -146,13 +146,13 @@ impl Args {
             return Err(refused("--", problem, "leave it out for a device"));
         }
         progress::stage("asking the device");
-        let told = device::read(port, self.baud, unit.as_ref());
+        let read = device::read(port, self.baud, unit.as_ref());
         let device::Read {
             unit: held,
-            told,
+            readout,
             source,
             warnings,
-        } = told?;
+        } = read?;
         let known = unit.is_some() || held.is_some();
         let unit = unit.or(held).unwrap_or_default();
         progress::stage(LEARNABLE);
@@ -176,7 +176,7 @@ impl Args {
                 "the course of its learning and no track; report from a recording of it",
             )),
             temperatures: Err(cannot("a course of temperatures")),
-            device: Some(told),
+            device: Some(readout),
             commands,
         })
     }
