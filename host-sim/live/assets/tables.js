@@ -32,7 +32,7 @@ let shownFaults = "";
 /** Each fault with its remedy. */
 export function faults(list) {
   const text = JSON.stringify(list);
-  if (text === shownFaults) return; // so that a screen reader is not told again
+  if (text === shownFaults) return; // so that a screen reader does not read it again
   shownFaults = text;
   const items = list.map((fault) => {
     const item = element("li", null, { "data-fault": fault.name });

@@ -21,9 +21,9 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// Orders that wait.
+/// Number of orders that may wait.
 const WAITING: usize = 4;
-/// Pages have so long to be told that the server ends.
+/// Time for the pages to receive that the server ends.
 const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Ports of the device: command link, stream, sensor.
@@ -169,7 +169,7 @@ impl Web {
                 names: self.names,
                 ends,
             };
-            told(at, foxglove)?;
+            announce(at, foxglove)?;
             let quit = async move {
                 interrupted().await;
                 let _ = end.send(true);
@@ -182,8 +182,8 @@ impl Web {
     }
 }
 
-/// Says where the page is. Nobody may be reading.
-fn told(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
+/// Prints the address of the page. The reader may be gone.
+fn announce(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
     stdout::print(format_args!(
         "the page is at http://{at}/ (Ctrl-C ends it)\n"
     ));

@@ -87,12 +87,12 @@ const FILES: [(&str, &str, &str); 9] = [
     ),
 ];
 
-/// What the server knows.
+/// State of the server.
 #[derive(Clone)]
 pub struct Server {
-    /// What is told.
+    /// Events for the pages.
     pub hub: Arc<Hub>,
-    /// Where orders go; `None`: the page has no buttons.
+    /// Receives the orders; `None`: the page has no buttons.
     pub orders: Option<SyncSender<Given>>,
     /// The page's token.
     pub token: Arc<str>,
@@ -186,7 +186,7 @@ async fn page(State(server): State<Server>) -> Response {
     ([(CONTENT_TYPE, kind)], Body::from(text)).into_response()
 }
 
-/// All that is told, as server-sent events, until the server ends.
+/// All events of the hub, as server-sent events, until the server ends.
 async fn events(
     State(server): State<Server>,
 ) -> Sse<impl Stream<Item = Result<sse::Event, Infallible>>> {

@@ -41,15 +41,15 @@ const MODELS: [(&str, Model); 4] = [
     ("matrices", ErrorModel::with_matrices),
 ];
 
-/// What is assumed of a unit, with this walk of its biases.
+/// Assumptions on a unit, with this random walk of its biases.
 fn assumed(unit: &host_io::unit::Unit, walk: Option<f64>) -> PyResult<Assumptions> {
-    let told = Assumptions::of(unit);
-    let walk = walk.unwrap_or(told.datasheet_walk());
+    let assumptions = Assumptions::of(unit);
+    let walk = walk.unwrap_or(assumptions.datasheet_walk());
     if !(walk.is_finite() && walk >= 0.0) {
         let remedy = "give 0 or more, 1 for the size of the prior";
         return Err(refused("walk_per_hour", format!("is {walk}"), remedy));
     }
-    Ok(told.walking(walk))
+    Ok(assumptions.walking(walk))
 }
 
 /// Names of the parameters of a model, in its order.

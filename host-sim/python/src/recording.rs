@@ -338,9 +338,9 @@ pub fn read_csv(
     let read = interruptible(py, move || {
         let record = generic::read_with_truth(&header, &files, truth.as_deref())?;
         let [gyro, accel] = generic::units(&header, 1.0 / record.rate_hz as f64)?;
-        let field = |name: &str, (told, units): (NamedUnit, Vec<NamedUnit>)| Field {
+        let field = |name: &str, (given, units): (NamedUnit, Vec<NamedUnit>)| Field {
             name: name.into(),
-            told: Some(told),
+            told: Some(given),
             units,
         };
         let says = Says {

@@ -201,7 +201,7 @@ fn a_board_is_seen_steered_lost_and_found() {
         "document.querySelector('[data-counter=frames] td:last-child').textContent === '0.0'",
     );
     let frames: u32 = page.value(count).as_str().unwrap().parse().unwrap();
-    alignment_is_told(&mut page);
+    alignment_is_ordered(&mut page);
     lost_and_found(&mut board, &mut page);
     mode(&mut page, "bypass");
     drop(page);
@@ -229,7 +229,7 @@ fn corrections_are_seen(page: &mut Chromium) {
 }
 
 /// While the navigation computer aligns itself, a device takes no configuration.
-fn alignment_is_told(page: &mut Chromium) {
+fn alignment_is_ordered(page: &mut Chromium) {
     order(page, "#align-started", "the alignment has begun");
     let other = UNIT.replace("N25581", "N25582");
     configure(page, &other, "alignment");

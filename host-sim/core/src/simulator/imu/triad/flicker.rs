@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_filter_is_told_of_every_process() {
+    fn a_filter_has_a_state_for_every_process() {
         for (triad, b) in [(Triad::Gyro, 0.01 * DEG_PER_H), (Triad::Accel, 50.0 * UG)] {
             let parameters = spec().told(triad, 2);
             assert_eq!(parameters.len(), PROCESSES);
