@@ -32,7 +32,7 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     Sink::open(path).map(drop)
 }
 
-/// A file that is being written and is not yet in its place.
+/// A file that is being written and does not have its final name yet.
 enum Sink {
     /// A temporary file in the directory of its final name.
     Beside(NamedTempFile, PathBuf, Unfinished),

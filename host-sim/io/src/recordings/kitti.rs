@@ -43,7 +43,7 @@ const STALLED: f64 = 0.02;
 /// Neighbours on either side that a time stamp is compared with.
 const NEIGHBOURS: usize = 25;
 /// Latitude and longitude, deg, and height, m, of Karlsruhe. The files do not give a more exact
-/// place. 0.1 deg of latitude changes gravity by 9 ug.
+/// position. 0.1 deg of latitude changes gravity by 9 ug.
 const HOME: [f64; 3] = [49.0, 8.4, 110.0];
 /// Radius of the sphere of the projection, m.
 const SPHERE_M: f64 = 6_378_137.0;
@@ -90,8 +90,8 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     Ok(referenced(DT, (counts, FINE_LSB), reference, SIGMAS))
 }
 
-/// Time stamps, of which those that the recorder displaced are moved to where their neighbours put
-/// them: each stamp lags an even grid, and the median lag of the neighbours is taken.
+/// Time stamps, of which those that the recorder displaced are moved by their neighbours: each
+/// stamp lags an even grid, and the median lag of the neighbours is taken.
 fn straightened(stamps: &[f64]) -> Vec<f64> {
     let lag: Vec<f64> = (0..stamps.len())
         .map(|k| stamps[k] - k as f64 * DT)
@@ -129,7 +129,7 @@ fn state(row: &[f64]) -> NavState {
     }
 }
 
-/// The place of Mercator metres east and north of home.
+/// Position of a point given in Mercator metres east and north of home.
 fn place(east: f64, north: f64, up: f64) -> Geodetic {
     let (lat, lon) = (HOME[0] * DEG, HOME[1] * DEG);
     let scale = SPHERE_M * lat.cos();
@@ -183,7 +183,7 @@ mod tests {
         );
     }
 
-    /// The projection of the development kit, the other way round, gives the metres of the file.
+    /// The inverse projection gives back the metres of the file.
     #[test]
     fn places_project_to_the_metres_of_the_file() {
         let project = |p: &Geodetic| {

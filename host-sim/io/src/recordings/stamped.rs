@@ -1,5 +1,5 @@
-//! Samples and fixes with time stamps in ns, checked one by one as a reader finds them. What all
-//! readers of recorded messages share.
+//! Samples and fixes with time stamps in ns, checked one by one; shared by all readers of recorded
+//! messages.
 
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::complain;
@@ -14,26 +14,26 @@ const LIMITS: [f64; 2] = [35.0, 1000.0];
 /// Standard deviations where a receiver gives none (assumed): m, then m/s.
 pub(super) const USUAL_SIGMAS: [f64; 6] = [1.0, 1.0, 1.5, 0.05, 0.05, 0.05];
 
-/// Remedy for a stream that is damaged in one place.
+/// Remedy for a stream that is damaged at one point.
 const CUT: &str = "cut the recording there and give the longer part";
 
-/// What a reader gives.
+/// Result of a reader.
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// The recording.
     pub record: Record,
-    /// What the user should know of it, a sentence each.
+    /// Notes for the user, a sentence each.
     pub notes: Vec<String>,
     /// UTC at time 0 of the recording, s since 1970, if it is known.
     pub origin_s: Option<f64>,
 }
 
-/// A place in a recording, for errors.
+/// Location in a recording, for errors.
 #[derive(Debug, Clone)]
 pub(super) struct Place {
     /// File.
     pub(super) file: PathBuf,
-    /// What holds the messages, for example the name of a topic.
+    /// The stream of messages, for example the name of a topic.
     pub(super) stream: String,
 }
 

@@ -1,4 +1,4 @@
-//! The device's configuration of a unit file.
+//! Converts a unit file to the device's configuration.
 
 use super::Unit;
 use super::around::Correction;
@@ -8,16 +8,16 @@ use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LE
 use firmware::control::Field;
 use host_core::inertial::units::{DEG, DEG_PER_H, UG};
 
-/// A correction may be as large as so many standard deviations of a bias.
+/// Default limit of a correction, in standard deviations of the bias.
 const LIMIT_BIASES: f64 = configuration::LIMIT_SIGMAS as f64;
-/// It may change by this share of the limit in a second.
+/// Default change of a correction per second, as a fraction of the limit.
 const SLEW_SHARE: f64 = 1e-3;
 
 impl Unit {
     /// The device's configuration, in SI.
     ///
     /// # Errors
-    /// The first value that no device takes.
+    /// The first value that no device accepts.
     pub fn configuration(&self) -> Result<Configuration, Finding> {
         let Self {
             sensor,
@@ -142,7 +142,7 @@ pub const fn key(field: Field) -> &'static str {
     }
 }
 
-/// A field of the configuration that no device takes.
+/// The finding for a field of the configuration that no device accepts.
 fn refused(field: Field) -> Finding {
     Finding::wrong(
         key(field),

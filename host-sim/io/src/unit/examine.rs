@@ -8,8 +8,7 @@ use std::collections::BTreeMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The unit that a text describes, unless something is wrong, and all that was found, sorted by
-/// line.
+/// The unit that a text describes, `None` on a fault, and all findings, sorted by line.
 #[must_use]
 pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
     let line_of = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
@@ -56,7 +55,7 @@ pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
     (unit.filter(|_| usable), found)
 }
 
-/// The line of each key.
+/// Collects the line of each key.
 fn places(
     table: &DeTable<'_>,
     path: &str,
@@ -87,7 +86,7 @@ fn place(lines: &BTreeMap<String, usize>, key: &str) -> Option<usize> {
 }
 
 impl Unit {
-    /// What no device takes, and what the simulator cannot simulate.
+    /// Values that no device accepts, or that cannot be simulated.
     fn faults(&self) -> Vec<Finding> {
         let mut found = match self.configuration() {
             Ok(configuration) => networks::not_given(self, &configuration),
@@ -154,7 +153,7 @@ mod tests {
     use super::super::presets;
     use super::*;
 
-    /// What is wrong with a preset whose rates are replaced by these lines: field, problem, remedy.
+    /// Faults of a preset whose rates are replaced by these lines: field, problem, remedy.
     fn found(name: &str, lines: &str) -> Vec<(String, String, String)> {
         found_in(&presets::text(name).expect("a preset"), lines)
     }

@@ -1,4 +1,4 @@
-//! The table `[mounting]`: how the sensor sits in the vehicle.
+//! The table `[mounting]`: mounting of the sensor in the vehicle.
 
 use super::finding::Finding;
 use host_core::inertial::axes::Axes;
@@ -8,9 +8,9 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the sensor sits in the vehicle: either `axes`, or the three angles, or `matrix`. Without any
-/// of them, the sensor's x, y, z point forward, right, down. Source: the drawing of the sensor and
-/// where it is mounted.
+/// Mounting of the sensor in the vehicle: either `axes`, or the three angles, or `matrix`. Without
+/// any of them, the sensor's x, y, z point forward, right, down. Source: the drawing of the sensor
+/// and where it is mounted.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mounting {
@@ -35,7 +35,7 @@ pub struct Mounting {
     pub heading_deg: Option<f64>,
     /// Three rows: forward, right and down of the vehicle, each as a vector in axes of the sensor,
     /// each number -1 to 1. The rows must be at right angles to each other, of length 1 (to 0.01)
-    /// and right-handed; what is left of an error is taken out. Default: the unit matrix.
+    /// and right-handed; a remaining error is removed. Default: the unit matrix.
     #[schemars(inner(inner(range(min = -1, max = 1))))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<[[f64; 3]; 3]>,

@@ -1,4 +1,4 @@
-//! The table `[networks]`: what drives the networks.
+//! The table `[networks]`: inputs of the networks.
 
 use super::Unit;
 use super::finding::Finding;
@@ -8,8 +8,8 @@ use firmware::inputs::{Inputs, Source};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What drives the networks: three inputs for each. An error can only be modelled where what
-/// drives it enters.
+/// Inputs of the networks, three for each. A network can only model an error whose cause is among
+/// its inputs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Networks {
@@ -36,9 +36,9 @@ pub enum Input {
     ForceY,
     /// Specific force along z
     ForceZ,
-    /// Temperature that the sensor's frames tell
+    /// Temperature from the sensor's frames
     Temperature,
-    /// Its rate of change
+    /// Rate of change of the temperature
     TemperatureRate,
     /// Mean square of the specific force about its mean in a block
     Vibration,
@@ -119,7 +119,7 @@ impl Networks {
         [self.gyro_inputs, self.accel_inputs].map(|three| three.map(Source::from))
     }
 
-    /// The table of inputs that a device has.
+    /// The table of a device's inputs.
     #[must_use]
     pub(super) fn of([gyro, accel]: &Inputs) -> Self {
         Self {
@@ -129,7 +129,7 @@ impl Networks {
     }
 }
 
-/// Inputs that the frames of the sensor cannot give.
+/// Findings for inputs that the frames of the sensor do not contain.
 pub(super) fn not_given(unit: &Unit, configuration: &Configuration) -> Vec<Finding> {
     if configuration.has_thermometer() != Some(false) {
         return Vec::new();
@@ -162,7 +162,7 @@ mod tests {
     use crate::unit::tests::SHORT;
     use firmware::inputs::OWN;
 
-    /// The short file with these lines before its accelerometers, and all that is found in it.
+    /// The short file with these lines before its accelerometers, and all findings in it.
     fn file(networks: &str) -> (String, Vec<String>) {
         let text = SHORT.replace("[accel]", &format!("[networks]\n{networks}\n[accel]"));
         let found = examine(&text).1.into_iter();

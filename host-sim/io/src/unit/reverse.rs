@@ -1,5 +1,4 @@
-//! The unit file of a configuration that a device holds: the reverse of
-//! [`Unit::configuration`].
+//! The unit file of a device's configuration: the reverse of [`Unit::configuration`].
 //!
 //! The configuration has single precision and SI units. Each number of the file is the shortest
 //! decimal that becomes the same bits again.
@@ -15,8 +14,8 @@ use firmware::control;
 use host_core::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
 
 impl Unit {
-    /// The unit file of a configuration. It becomes the same configuration again; when it does not,
-    /// since the configuration was not made from a unit file, `None`.
+    /// The unit file that gives exactly this configuration again. `None` if there is none, because
+    /// the configuration was not made from a unit file.
     #[must_use]
     pub fn of(configuration: &Configuration) -> Option<Self> {
         let unit = Self {

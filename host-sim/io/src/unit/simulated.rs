@@ -9,12 +9,12 @@ use host_core::simulator::imu::{
     AccelSpec, BlockSpec, GyroSpec, ImuSpec, ThermometerSpec, World, thermometer,
 };
 
-/// The simulator takes at most so many samples a second, Hz.
+/// Highest sample rate of the simulator, Hz.
 const MOST_HZ: f64 = 4000.0;
 
 impl Unit {
     /// The table `[simulation]`. Without it the terms follow from the datasheet: the bias at
-    /// power-on is drawn anew at each turn-on; in run it walks at random and reaches the
+    /// power-on is drawn again at each turn-on; in run it walks at random and reaches the
     /// datasheet's value in an hour; white noise, scale factor, misalignment, g-sensitivity and the
     /// second-order coefficient are the datasheet's. Values are not rounded to the counts of the
     /// frames. A sensor faster than 4000 Hz is simulated at a whole fraction of its rate.
@@ -24,8 +24,8 @@ impl Unit {
         given.unwrap_or_else(|| self.derived())
     }
 
-    /// The thermometers that the frames of the sensor tell of, with their resolution. A format that
-    /// is not here sends numbers so fine that nothing is rounded, or none at all.
+    /// The thermometers in the frames of the sensor, with their resolution. A format that is not
+    /// listed has so fine a resolution that nothing is rounded, or no thermometer.
     fn thermometer(&self) -> ThermometerSpec {
         let sensor = &self.sensor;
         let at_line = sensor.adis_uart.clone().unwrap_or_default().model;

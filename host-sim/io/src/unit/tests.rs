@@ -4,7 +4,7 @@ use super::*;
 use firmware::configuration::record::{decode, encode};
 use host_core::inertial::units::{DEG_PER_H, UG};
 
-/// All that a file must say.
+/// The shortest complete file.
 pub(super) const SHORT: &str = "\
 name = 'short'
 [sensor]

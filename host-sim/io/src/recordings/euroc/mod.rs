@@ -10,9 +10,9 @@
 //! ```
 //!
 //! There is no satellite in a room, so the ground truth is thinned to fixes. Its axes have z up and
-//! any heading; here x counts as north and y as west, at an origin that the user may tell. The
-//! rotation of the Earth then points in a wrong direction, which only gyros much better than those
-//! of these datasets notice. The body of the EuRoC MAV has x up, y right and z forward.
+//! any heading; here x counts as north and y as west, at an origin that the user may give. The
+//! rotation of the Earth then points in a wrong direction, which matters only for gyros much better
+//! than those of these datasets. The body of the EuRoC MAV has x up, y right and z forward.
 
 use crate::recordings::InitialAttitude;
 use crate::recordings::corrected::{Place as Words, Text};
@@ -35,10 +35,10 @@ pub const BODY: &str = "z y -x";
 /// Rotation of the axes of the room, north-west-up, into north-east-down.
 const NORTH_WEST_UP: [f64; 3] = [1.0, -1.0, -1.0];
 
-/// What to read of a folder.
+/// Settings of the reader.
 #[derive(Debug, Clone)]
 pub struct Choice {
-    /// Where the origin of the room is.
+    /// Geodetic position of the room's origin.
     pub origin: Geodetic,
     /// Time between two fixes, s.
     pub interval_s: f64,
@@ -104,7 +104,7 @@ fn mav(folder: &Path) -> PathBuf {
     }
 }
 
-/// Where the samples stand in their file, to write it again. `mounting` as in [`Choice`].
+/// Position of the samples in their file, to write it again. `mounting` as in [`Choice`].
 ///
 /// # Errors
 /// As [`read`].
@@ -131,7 +131,7 @@ fn has_names(first: &[String]) -> bool {
 fn states(folder: &Path, choice: &Choice) -> Result<(Vec<(i64, NavState)>, bool), Error> {
     let file = folder.join("data.csv");
     let table = table(&file, 8)?;
-    // Attitudes are those of a sensor on the body, which may have axes of its own.
+    // Attitudes are those of a sensor on the body, whose axes may differ from the body's.
     let from_body = sensor(&folder.join("sensor.yaml"))?.inverse() * choice.mounting.inverse();
     let from_body = UnitQuaternion::from_rotation_matrix(&from_body);
     let room = Rotation3::from_matrix_unchecked(Matrix3::from_diagonal(&NORTH_WEST_UP.into()));

@@ -57,11 +57,11 @@ pub(super) struct Names<'a> {
     pub(super) sigmas: [Option<&'a [String; 3]>; 2],
 }
 
-/// How columns become SI.
+/// Conversion of the columns to SI.
 struct Si {
-    /// Seconds in a unit of time.
+    /// Seconds in one unit of time.
     second: f64,
-    /// Degrees in a unit of latitude and longitude.
+    /// Degrees in one unit of latitude and of longitude.
     degrees: [f64; 2],
     /// Axes and unit of the velocity.
     velocity: Option<(Axes, f64)>,
@@ -69,7 +69,7 @@ struct Si {
     sigmas: [f64; 6],
     /// First columns of height, velocity, position sigmas, velocity sigmas.
     places: [Option<usize>; 4],
-    /// Columns of a velocity.
+    /// Number of columns of the velocity.
     axes: usize,
 }
 
@@ -92,7 +92,7 @@ impl Names<'_> {
             .velocity
             .map(|v| velocity_unit(read, &key("velocity"), v));
         let (wanted, places) = self.columns();
-        // a line may lack what the receiver did not measure
+        // a line may lack values that the receiver did not measure
         let table = file.table(&wanted, Some(f64::NAN))?;
         let si = Si {
             second,

@@ -167,7 +167,7 @@ pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result
     Ok(record)
 }
 
-/// Where the samples stand in their file, to write it again.
+/// Position of the samples in their file, to write it again.
 ///
 /// # Errors
 /// As [`read`].
@@ -280,7 +280,7 @@ impl<'a> File<'a> {
         Table::read(&self.source, &self.layout(&wanted, gap))
     }
 
-    /// Reads the same columns row by row. The table holds no values. It only names their places.
+    /// Reads the same columns row by row. The table has no values; it only locates errors.
     fn rows(
         &self,
         wanted: &[(&str, &str)],

@@ -70,12 +70,12 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
     })
 }
 
-/// What was read so far.
+/// Values that the checks need, of the rows read so far.
 #[derive(Default)]
 struct Taken {
     time: Writer<f64>,
     samples: Writer<Increment>,
-    /// The last time as it stands in the file.
+    /// The last time, in the unit of the file.
     last: Option<f64>,
     /// The first row whose time does not rise, with the one before it.
     back: Option<(usize, [f64; 2])>,
@@ -84,7 +84,7 @@ struct Taken {
 }
 
 impl Taken {
-    /// Notes what the checks need, before the row counts.
+    /// Records a row for the checks, before the row is counted.
     fn note(&mut self, time: f64, values: &[f64]) {
         let before = self.last.replace(time).filter(|before| time <= *before);
         let row = self.time.len();
@@ -95,7 +95,7 @@ impl Taken {
     }
 }
 
-/// Where the samples stand in their file.
+/// Position of the samples in their file.
 pub(super) fn original(read: &Read) -> Result<Text, Error> {
     let imu = &read.header.imu;
     let (_, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
@@ -122,7 +122,7 @@ pub(super) fn original(read: &Read) -> Result<Text, Error> {
     ))
 }
 
-/// Largest plausible values of gyros and accelerometers as they stand in the file.
+/// Largest plausible values of gyros and accelerometers, in the units of the file.
 fn limits((kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> [f64; 2] {
     let per_sample = match kind {
         Kind::Rate => 1.0,
@@ -134,8 +134,8 @@ fn limits((kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> [f64; 2] {
     ]
 }
 
-/// Checks that the largest values are plausible. If not, the file is read again for the place of
-/// the first one beyond its limit, of the gyros where they have one.
+/// Checks that the largest values are plausible. If not, the file is read again to locate the first
+/// value beyond its limit, first of the gyros.
 fn check(
     file: &File<'_>,
     wanted: &[(&str, &str)],

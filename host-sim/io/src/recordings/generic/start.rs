@@ -1,4 +1,4 @@
-//! Reads where a recording starts: attitude, rough heading, site.
+//! Reads the initial attitude, rough heading and site of a recording.
 
 use super::read::Read;
 use crate::recordings::record::TimedFix;

@@ -27,7 +27,7 @@ pub(super) fn named(read: &Read, offset_s: Option<f64>) -> Result<Option<Track>,
     };
     let track = states(read, &table)?;
     match table.time_offset_s {
-        // that of the fixes will be added to it
+        // the offset of the fixes will be added to it
         Some(own) if own.is_finite() => Ok(Some(track.shifted(own - offset_s.unwrap_or(0.0)))),
         Some(other) => {
             let problem = format!("is {other}");
@@ -63,7 +63,7 @@ fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
         })
     };
     let of = usual.as_ref();
-    // the velocities of a table without them are those between the positions
+    // without velocities in the table, they are computed from the positions
     let has = |v: &&Velocity| v.columns.iter().all(|name| file.names.contains(name));
     let usual_velocity = of.and_then(|g| g.velocity.as_ref()).filter(has);
     let names = Names {
@@ -87,8 +87,8 @@ fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
     Ok(track(&states))
 }
 
-/// The columns that a file of truth has by default: those of `simulate` if they are there, else
-/// those of the fixes.
+/// The default columns of a file of true states: those of `simulate` if they are there, else those
+/// of the fixes.
 fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
     let simulated = PLACE
         .iter()

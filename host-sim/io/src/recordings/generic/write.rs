@@ -80,7 +80,7 @@ pub fn write_truth(session: &Session, file: &Path) -> Result<(), Error> {
     )
 }
 
-/// Writes what the thermometers of a session read, degrees Celsius, one row per second. The time is
+/// Writes the thermometer readings of a session, degrees Celsius, one row per second. The time is
 /// the end of the second.
 ///
 /// # Errors

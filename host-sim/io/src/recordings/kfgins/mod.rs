@@ -98,7 +98,7 @@ pub fn read_truth(file: &Path) -> Result<Track, Error> {
     Ok(Track::new(time, table.rows().map(state).collect()))
 }
 
-/// How a record is written.
+/// Format of a written record.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Form {
     /// Added to all times to make them seconds of the week, s.
@@ -146,7 +146,7 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
 }
 
 /// The samples of a record as the text of the file of the IMU. `shift_s` is added to all times;
-/// `option` is the user's option that tells it.
+/// `option` is the user's option for it.
 ///
 /// # Errors
 /// Times are not seconds of the week.
@@ -174,7 +174,7 @@ fn check_seconds<'t>(
     }
 }
 
-/// Where the samples of a file stand.
+/// Position of the samples in a file.
 #[must_use]
 pub fn original(imu: &Path) -> Text {
     let place = Place {

@@ -6,7 +6,7 @@
 //! those of the ROS 2 packages `sensor_msgs` and `geometry_msgs`. This reader is written here
 //! because it is shorter than the declarations that a crate for CDR would need.
 
-/// What is wrong with a message, as the rest of a sentence that begins with it.
+/// Fault of a message, as the rest of a sentence whose subject is the message.
 type Fault = String;
 
 /// `std_msgs/Header`: the stamp, ns since 1970.
@@ -88,7 +88,7 @@ impl NavSatFix {
 }
 
 impl Twist {
-    /// `with_covariance` tells which of the two messages it is.
+    /// `with_covariance`: which of the two messages it is.
     pub(super) fn read(bytes: &[u8], with_covariance: bool) -> Result<Self, Fault> {
         let mut cdr = Cdr::new(bytes)?;
         let stamp = cdr.header()?;
@@ -109,7 +109,7 @@ impl Twist {
     }
 }
 
-/// Reads one value after the other.
+/// Reads the values of a message in order.
 struct Cdr<'a> {
     /// After the encapsulation.
     bytes: &'a [u8],
@@ -134,7 +134,7 @@ impl<'a> Cdr<'a> {
         }
     }
 
-    /// The next value of `N` bytes, little-endian.
+    /// The next value of `N` bytes, returned in little-endian order.
     fn aligned<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
         let start = self.at.next_multiple_of(N);
         let value = self.bytes.get(start..).and_then(|b| b.first_chunk::<N>());

@@ -6,8 +6,8 @@ use crate::recordings::record::{NOT_MEASURED, TimedFix};
 use crate::recordings::stamped::{Fixes, Place, USUAL_SIGMAS};
 use host_core::error::Error;
 
-/// How far the stamps of a velocity and its fix may be apart, ns. Drivers of receivers give both
-/// the same stamp, or stamp both when they arrive.
+/// Largest difference between the stamps of a velocity and its fix, ns. Drivers of receivers give
+/// both the same stamp, or stamp both when they arrive.
 const BESIDE_NS: u64 = 20_000_000;
 
 /// Velocities at rising times.

@@ -7,7 +7,7 @@
 //! at rest (REP 145). The height of a `NavSatFix` is above the ellipsoid.
 //!
 //! The time of a message is the stamp of its header. Where all stamps of a topic are zero, the time
-//! at which the recorder received the message takes its place.
+//! at which the recorder received the message is used.
 //!
 //! The crate `mcap` is not used: it takes C libraries to unpack chunks, or leaves them packed. The
 //! container without its index is a loop over lengths.
@@ -29,7 +29,7 @@ use nalgebra::Rotation3;
 use std::path::Path;
 use topics::{Found, Topics};
 
-/// What to read of a bag.
+/// Settings of the reader.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Topic of the IMU; without it the only one.
@@ -39,7 +39,7 @@ pub struct Choice {
     /// Topic of the velocities east-north-up. Without it velocities are not read, since messages of
     /// the same type command robots.
     pub velocity: Option<String>,
-    /// Whether the time of the recorder counts instead of the stamps.
+    /// Whether to use the time of the recorder instead of the stamps.
     pub bag_time: bool,
     /// Longest step between samples that is interpolated, s; `None` for the usual one.
     pub max_gap_s: Option<f64>,
@@ -66,7 +66,7 @@ pub fn read(path: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     })
 }
 
-/// Reads one file into `topics`. A note tells if it is cut.
+/// Reads one file into `topics`. Adds a note if the file is cut.
 fn read_file(
     file: &Path,
     topics: &mut Topics<'_>,

@@ -18,7 +18,7 @@ const TWIST_WITH: &str = "geometry_msgs/msg/TwistWithCovarianceStamped";
 /// Messages with the time at which the recorder received them, ns.
 pub(super) type Timed<M> = Vec<(i64, M)>;
 
-/// What was collected.
+/// Messages collected by topic.
 pub(super) struct Topics<'a> {
     path: &'a Path,
     choice: &'a Choice,
@@ -198,7 +198,7 @@ impl<'a> Topics<'a> {
     }
 }
 
-/// Adds a message to its topic, or tells its number and fault.
+/// Adds a message to its topic, or returns its number and fault.
 fn add<M>(
     all: &mut BTreeMap<String, Timed<M>>,
     topic: &str,

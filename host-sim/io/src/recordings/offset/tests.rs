@@ -2,7 +2,7 @@ use super::*;
 use crate::recordings::record::NOT_MEASURED;
 use test_bench::recordings::{recorded, simulated};
 
-/// A drive whose fixes carry times that are `off` seconds too early.
+/// A drive whose fixes have times that are `off` seconds too early.
 fn drive(off: f64, seed: u64) -> Record {
     let mut record = Record::from_session(&simulated(20.0, 400.0, seed));
     record.move_fixes(-off);

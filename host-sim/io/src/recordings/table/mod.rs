@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 
 /// A number that a table can hold.
 pub trait Cell: Copy + Display {
-    /// What a user should write.
+    /// Remedy in error messages: what to write instead.
     const REMEDY: &str;
 
-    /// The number in `text`, or what `text` is instead.
+    /// The number in `text`, or a description of the fault.
     fn parse(text: &str) -> Result<Self, &'static str>;
 }
 
@@ -41,7 +41,7 @@ pub struct Layout<'a, T = f64> {
     pub names: &'a [String],
     /// Positions in `names` of the columns wanted.
     pub wanted: &'a [usize],
-    /// What an empty value reads as; without it an empty value is an error.
+    /// Value of an empty cell; without it an empty cell is an error.
     pub gap: Option<T>,
 }
 
@@ -119,7 +119,7 @@ impl<T: Cell> Table<T> {
         })
     }
 
-    /// The number that stands as `text` in the column `name`.
+    /// The number in `text`, a cell of the column `name`.
     fn value(&self, line: usize, name: &str, text: &str, gap: Option<T>) -> Result<T, Error> {
         let value = match gap {
             Some(gap) if text.is_empty() => Ok(gap),

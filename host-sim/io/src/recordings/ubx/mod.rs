@@ -2,9 +2,9 @@
 //! ESF-RAW, or from ESF-MEAS, whose times are whole milliseconds.
 //!
 //! The axes of the samples are those of the receiver's sensor. Its time tags have a unit and an
-//! origin of their own, which the interface descriptions do not tell. So the log itself tells them:
+//! origin of their own, which the interface descriptions do not state. They are found from the log:
 //! the unit from the growth of the tags between the first and the last fix, and the origin from the
-//! fix that came most promptly. What remains is the least delay of a fix, which the user may tell.
+//! fix that came most promptly. Only the least delay of a fix is unknown, which the user may give.
 
 mod clock;
 mod log;
@@ -31,7 +31,7 @@ const ACCEL: f64 = 1.0 / 1024.0;
 /// The types of measurement: gyro x, y, z, accelerometer x, y, z.
 const KINDS: [u8; 6] = [14, 13, 5, 16, 17, 18];
 
-/// What to read of a log.
+/// Settings of the reader.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Time from validity of a fix to the sample before it in the log, for the promptest fix, s.
@@ -89,7 +89,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     })
 }
 
-/// Reads a log, and what the user should know of it.
+/// Reads a log, with notes for the user.
 fn open(file: &Path, progress: Progress<'_>) -> Result<(Log, Vec<String>), Error> {
     let mut input = Input::open(file, progress)?;
     let log = Log::read(&mut input).map_err(|e| Error::reading(file, e))?;
@@ -109,7 +109,7 @@ fn open(file: &Path, progress: Progress<'_>) -> Result<(Log, Vec<String>), Error
     Ok((log, notes))
 }
 
-/// A fix of NAV-PVT, as the device takes it.
+/// A fix from NAV-PVT, decoded as by the device.
 fn fix(pvt: &Pvt) -> TimedFix {
     let fix = pvt.to_fix(0);
     let sigma = |s: f32| match s {

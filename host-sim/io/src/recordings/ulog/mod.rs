@@ -5,7 +5,7 @@
 //! the sensor into them and applied its calibration. The default profile of its logger keeps
 //! `sensor_combined` whole and of `vehicle_imu` only every hundredth message, so the former is read
 //! where increments are missing. The time of a fix is that of its arrival, less a delay: that of
-//! the autopilot's parameter `EKF2_GPS_DELAY` unless the user tells another one.
+//! the autopilot's parameter `EKF2_GPS_DELAY` unless the user gives another one.
 
 mod format;
 mod row;
@@ -27,12 +27,12 @@ use topics::{Collected, Piece, SENSOR_COMBINED, Stream, VEHICLE_IMU, known};
 
 /// Share of the time that increments must cover.
 const COVERED: f64 = 0.9;
-/// How far the attitude of the autopilot may be from the first fix, s.
+/// Largest time between the attitude of the autopilot and the first fix, s.
 const NEAR_S: f64 = 0.5;
 /// Delay of the fixes behind the samples in the logs, ms.
 const DELAY: &str = "EKF2_GPS_DELAY";
 
-/// What to read of a log.
+/// Settings of the reader.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Instance of `vehicle_imu`.
@@ -78,7 +78,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     })
 }
 
-/// What the user should know of the file.
+/// Notes on the file for the user.
 fn notes(file: &Path, summary: &Summary, collected: &Collected, end: u64) -> Vec<String> {
     let mut notes = Vec::new();
     let mut note = |text: String| notes.push(format!("{}: {text}", file.display()));

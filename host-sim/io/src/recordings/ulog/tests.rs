@@ -181,7 +181,7 @@ fn increments_are_preferred_where_they_are_whole() {
         "{:?}",
         read.notes
     );
-    // the delay of the parameter, and what the receiver does not tell
+    // the delay of the parameter, and the defaults where the receiver reports nothing
     let f = r.fixes[1];
     assert_eq!((f.time, f.lat_deg, f.height_m), (0.88, 47.0 + 1e-5, 400.25));
     let root = |x: f32, n: f64| f64::from(x) / n.sqrt();

@@ -11,7 +11,7 @@ pub(super) const SENSOR_COMBINED: &str = "sensor_combined";
 const GPS: [&str; 2] = ["vehicle_gps_position", "sensor_gps"];
 const ATTITUDE: &str = "vehicle_attitude";
 
-/// What marks an accelerometer of `sensor_combined` as missing.
+/// Value that marks an accelerometer of `sensor_combined` as missing.
 const INVALID: i64 = i32::MAX as i64;
 
 /// Increments of the body, forward-right-down, over the time before `end`.
@@ -30,7 +30,7 @@ pub(super) struct Piece {
 /// A topic with its instance.
 pub(super) type Stream = (&'static str, u8);
 
-/// What is collected of a log.
+/// Samples, fixes and attitudes collected from a log.
 #[derive(Debug, Default)]
 pub(super) struct Collected {
     pub(super) pieces: BTreeMap<Stream, Vec<Piece>>,
@@ -144,7 +144,7 @@ fn fix(row: &Row<'_>) -> Option<Option<TimedFix>> {
     let [Some(north), Some(east), Some(down)] = velocity else {
         return None;
     };
-    // The accuracies are those of two, one and three axes, as u-blox receivers tell them.
+    // The accuracies are those of two, one and three axes, as u-blox receivers report them.
     let sigma = |name: &str, axes: f64, usual: usize| {
         let reported = row.number(name, 0).filter(|s| s.is_finite() && *s > 0.0);
         reported.map_or(USUAL_SIGMAS[usual], |s| s / axes.sqrt())

@@ -7,7 +7,7 @@ use firmware::wire::{self, ImuFormat};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the bursts of an ADIS do not tell.
+/// Settings that the bursts of an ADIS do not contain.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Adis {
@@ -15,14 +15,14 @@ pub struct Adis {
     /// the label.
     #[schemars(regex(pattern = "^ADIS16[0-9]{3}(-[123])?$"))]
     pub model: String,
-    /// The bursts leave in frames with a start mark and a CRC (ICD section 2), which a reader of a
-    /// serial line can find. Default: false, as the sensor sends them. Source: what the navigation
-    /// computer reads.
+    /// The bursts are sent in frames with a start mark and a CRC (ICD section 2), which a reader of
+    /// a serial line can find. Default: false, as the sensor sends them. Source: what the
+    /// navigation computer reads.
     #[serde(default)]
     pub framed: bool,
 }
 
-/// What the frames of format `adis-uart` do not tell.
+/// Settings that the frames of format `adis-uart` do not contain.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdisUart {
@@ -73,7 +73,7 @@ impl Adis {
         Rate::usual(form).hz
     }
 
-    /// What is wrong with this rate, Hz, if the sensor cannot be set to it.
+    /// The finding if the sensor cannot be set to this rate, Hz.
     pub(in crate::unit) fn refused(&self, rate_hz: f64) -> Option<Finding> {
         let form = self.settings().ok()?.form;
         if Rate::near(form, rate_hz).is_some() {

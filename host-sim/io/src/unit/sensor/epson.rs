@@ -7,8 +7,8 @@ use firmware::wire::{ImuFormat, ImuProtocol, Settings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the bursts of an Epson IMU do not tell. Source of all values: the registers of the sensor,
-/// as `esensorlib` or the data sheet names them.
+/// Settings that the bursts of an Epson IMU do not contain. Source of all values: the registers of
+/// the sensor, as `esensorlib` or the data sheet names them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Epson {
@@ -29,7 +29,7 @@ pub struct Epson {
     /// Register DLT_CTRL, range of the delta velocity, 0 to 15. Default: 12.
     #[schemars(range(min = 0, max = 15))]
     pub velocity_range: u8,
-    /// By how much COUNT rises from one burst to the next; 0: not known, or reset by the EXT pin.
+    /// Increment of COUNT from one burst to the next; 0: not known, or reset by the EXT pin.
     /// Default: 0. Source: two bursts in a row.
     pub count_step: u16,
 }

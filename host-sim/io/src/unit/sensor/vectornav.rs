@@ -7,7 +7,7 @@ use firmware::wire::vectornav::Values;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What VectorNav's binary messages do not tell.
+/// Settings that VectorNav's binary messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VectorNav {
