@@ -111,7 +111,7 @@ impl Device {
         Ok(link)
     }
 
-    /// Watches the device until the server ends. `link`: it has been opened already.
+    /// Watches the device until the server ends. `link`: an open link, if there is one.
     pub fn watch(&self, link: Option<Link>, around: &Around) {
         let fresh = |link| Found {
             link,
@@ -156,7 +156,7 @@ impl Device {
         }
     }
 
-    /// Asks the device and tells the pages.
+    /// Polls the device and sends its state to the pages.
     fn look(&self, found: &mut Found, around: &Around) -> Result<(), Error> {
         let Found { link, last, rounds } = found;
         let had = last.is_some();
@@ -226,7 +226,7 @@ fn serve(due: Instant, found: &mut Option<Found>, around: &Around) -> bool {
     };
     let done = match found {
         Some(found) => {
-            found.rounds = 0; // what the device is may have changed
+            found.rounds = 0; // its configuration may have changed
             given.order.carry_out(&mut found.link)
         }
         None => Err("the device is lost; remedy: wait until it is found again".into()),

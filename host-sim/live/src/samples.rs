@@ -64,7 +64,7 @@ impl Decoder {
         }
     }
 
-    /// Gives the samples that end in these bytes to `take`.
+    /// Passes the samples that end in these bytes to `take`.
     pub fn push(&mut self, bytes: &[u8], mut take: impl FnMut(Found)) {
         for piece in bytes.chunks(PIECE) {
             match &mut self.finder {

@@ -1,4 +1,4 @@
-//! Starts and ends all parts.
+//! Starts and ends all parts of the server.
 
 use crate::device::{Around, Device};
 use crate::hub::Hub;
@@ -32,7 +32,7 @@ type Ports = (String, Option<String>, Option<String>);
 /// Runs until Ctrl-C.
 ///
 /// # Errors
-/// A port or file cannot be had; there is no device; the recording cannot be finished.
+/// A port or file is not available; there is no device; the recording cannot be finished.
 pub fn serve(options: &Options) -> Result<(), Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let listener = listen(options.listen)?;
@@ -93,7 +93,7 @@ pub fn serve(options: &Options) -> Result<(), Error> {
     served
 }
 
-/// Where the device is; starts the simulated one.
+/// Ports of the device; starts the simulated one.
 fn ports(
     options: &Options,
     stop: &Arc<AtomicBool>,
@@ -142,7 +142,7 @@ fn refused(at: SocketAddr, error: &io::Error) -> Error {
     }
 }
 
-/// What the page needs.
+/// State of the page's server.
 struct Web {
     hub: Arc<Hub>,
     orders: Option<std::sync::mpsc::SyncSender<crate::device::Given>>,
@@ -194,7 +194,7 @@ fn announce(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
     stdout::finish()
 }
 
-/// Ctrl-C, or the end that the system asks for.
+/// Waits for Ctrl-C, or a request of the system to end.
 async fn interrupted() {
     let by_hand = async {
         let _ = tokio::signal::ctrl_c().await;

@@ -92,7 +92,7 @@ enum Action {
 }
 
 impl What {
-    /// The cases with the values that were given.
+    /// The cases with the given values.
     fn cases(&self) -> Result<Vec<Case>, Error> {
         let mut cases = chosen(&self.cases)?;
         for text in &self.set {
@@ -192,7 +192,7 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
     Ok(())
 }
 
-/// One line a row.
+/// Prints one line a row.
 fn print(all: &[Summary]) {
     println!(
         "{:34} {:9} {:13} {:12} {:>4} {:>8} {:>9} {:>7} {:>7} {:>5} {:>5}",

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// A recording that was read.
 #[derive(Debug)]
 pub struct Opened {
-    /// Name of its form, as `replay` has it.
+    /// Name of its form, as in `replay`.
     pub form: &'static str,
     /// Samples and fixes.
     pub record: Record,
@@ -26,7 +26,7 @@ pub struct Opened {
 }
 
 /// Reads the recording in `from`: a file or folder, or IMU and fixes of KF-GINS. `options` are
-/// those of `replay` that tell how it is read.
+/// those of `replay` for reading.
 ///
 /// # Errors
 /// An unknown form, wrong options, one that only a replay uses, and any fault of the files.

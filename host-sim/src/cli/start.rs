@@ -34,7 +34,7 @@ pub struct Args {
     results: Option<PathBuf>,
 }
 
-/// How the receiver differs from the unit's.
+/// Differences of the receiver from the unit's.
 #[derive(Debug, ClapArgs)]
 struct ReceiverOptions {
     /// Fixes a second
@@ -82,7 +82,7 @@ impl ReceiverOptions {
 }
 
 impl Args {
-    /// Tries, prints and writes.
+    /// Runs the trials, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
         if self.seeds == 0 {
             return Err(refused("--seeds", "is 0", "give at least 1"));

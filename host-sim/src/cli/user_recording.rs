@@ -46,7 +46,7 @@ pub(super) struct Options {
     unit: UnitOption,
     #[command(flatten)]
     old: ReplacedOptions,
-    /// Stop if the samples contradict what is said of them, instead of a warning
+    /// Stop if the samples contradict their description, instead of a warning
     #[arg(long)]
     strict: bool,
     /// Standard deviations of a given attitude, deg
@@ -60,7 +60,7 @@ pub(super) struct Options {
     #[command(flatten)]
     recording: RecordOptions,
     /// Use only this part of a recording with long gaps of samples, counted from 1 [default: all,
-    /// each aligned anew]
+    /// each aligned by itself]
     #[arg(long, value_name = "NUMBER")]
     part: Option<usize>,
     #[command(flatten)]
@@ -108,7 +108,7 @@ pub(super) struct NovatelArgs {
     pub(super) options: Options,
 }
 
-/// A recording that was read, and what its file says.
+/// A recording that was read, and the description of its samples.
 pub(super) struct Loaded {
     /// Name of the command.
     pub(super) name: &'static str,
@@ -116,7 +116,7 @@ pub(super) struct Loaded {
     pub(super) says: Says,
     /// The unit that the recording itself names.
     pub(super) named: Option<Unit>,
-    /// What corrected samples are written into.
+    /// The file into which corrected samples are written.
     original: Option<Original>,
 }
 
@@ -215,7 +215,7 @@ impl NovatelArgs {
     }
 }
 
-/// What a log contains, for `--json`.
+/// Content of a log, for `--json`.
 #[derive(Debug, Serialize)]
 struct Inventory<'a> {
     /// Good messages by number.
@@ -311,7 +311,7 @@ impl Options {
         Ok(outcome)
     }
 
-    /// No part of the session can be learnt from and judged as the user wishes.
+    /// The error when the session is too short for the wished parts.
     fn unfit(&self, session: &Session, (least, most): (usize, usize)) -> Error {
         let all = session.epochs();
         let problem = match self.learn_s {
@@ -335,8 +335,8 @@ impl Options {
         refused("--learn-s", problem, remedy)
     }
 
-    /// Puts what the options tell, and the unit where they do not, into a recording that is only
-    /// read. The unit of the options.
+    /// Sets the values of the options, else of the unit, in a recording that is only read. Returns
+    /// the unit of the options.
     pub(super) fn tell(
         &self,
         record: &mut Record,
@@ -364,7 +364,7 @@ impl Options {
         Ok(given)
     }
 
-    /// Prints where the samples contradict what is said of them.
+    /// Prints warnings where the samples contradict their description.
     fn warn(&self, warnings: &[Warning]) -> Result<(), Error> {
         for warning in warnings {
             progress::say(&warning.to_string());
@@ -391,7 +391,7 @@ impl Options {
     }
 }
 
-/// The error of a recording with which the navigators come to nothing.
+/// The error of a recording with which no navigator works.
 fn lost(name: &str, session: &Session) -> Error {
     if session.standstill > 0 {
         return no_attitude(Path::new(name));

@@ -23,7 +23,7 @@ pub struct Fetched {
 /// State of the black box.
 ///
 /// # Errors
-/// As [`Link::ask`]; the device has none.
+/// As [`Link::ask`]; the device has no black box.
 pub fn recording(link: &mut Link) -> Result<Recording, Error> {
     link.ask(&Request::GetRecording, |answer| match answer {
         Response::Recording(recording) => Some(*recording),
@@ -31,11 +31,11 @@ pub fn recording(link: &mut Link) -> Result<Recording, Error> {
     })
 }
 
-/// Stops the recording, unless it has stopped already, and reads it. The stream of samples goes
-/// on. `release`: the black box records again afterwards.
+/// Stops the recording, unless it has stopped already, and reads it. The stream of samples
+/// continues. `release`: the black box records again afterwards.
 ///
 /// # Errors
-/// As [`Link::ask`]; the device has none, or another layout.
+/// As [`Link::ask`]; the device has no black box, or one of another layout.
 pub fn fetch(link: &mut Link, release: bool) -> Result<Fetched, Error> {
     let version = link.version()?;
     let mut state = recording(link)?;

@@ -65,7 +65,7 @@ pub fn send(link: &mut Link, record: &[u8]) -> Result<Result<(), Reason>, Error>
 /// configuration. When it refuses, its old configuration and mode stay.
 ///
 /// # Errors
-/// As [`Link::ask`]; the device refuses, or it holds something else afterwards.
+/// As [`Link::ask`]; the device refuses, or it has another configuration afterwards.
 pub fn configure(link: &mut Link, configuration: &Configuration) -> Result<(), Error> {
     let taken = board(link)?.schema;
     if taken != SCHEMA {
@@ -82,8 +82,8 @@ pub fn configure(link: &mut Link, configuration: &Configuration) -> Result<(), E
         std::thread::sleep(AGAIN);
         sent = send(link, &record);
     }
-    // The answer to a commit may be lost and the device be in its new mode already when the request
-    // comes again: what it holds decides.
+    // The answer to a commit may be lost, and the device already be in its new mode when the
+    // request is repeated: so the configuration that it has decides.
     let holds = self::record(link)?;
     if holds.as_deref() == Some(&record) && sent.is_ok() {
         let mode = configuration.correction.mode;

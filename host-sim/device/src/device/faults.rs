@@ -1,4 +1,4 @@
-//! The fault bits of a device in words, each with what to do about it.
+//! The fault bits of a device in words, each with its remedy.
 
 use firmware::wire::command::fault;
 use serde::Serialize;
@@ -10,7 +10,7 @@ pub struct Fault {
     pub bit: u32,
     /// Its name in the interface control document.
     pub name: &'static str,
-    /// What is wrong.
+    /// What is wrong, as a sentence.
     pub says: &'static str,
     /// What to do.
     pub remedy: &'static str,
@@ -161,7 +161,7 @@ pub const FAULTS: [Fault; 22] = [
     ),
 ];
 
-/// The faults that are set in `bits`, lowest bit first. Bits without a meaning are left out.
+/// The faults that are set in `bits`, lowest bit first. Unknown bits are left out.
 #[must_use]
 pub fn of_bits(bits: u32) -> Vec<Fault> {
     let set = |fault: &&Fault| bits >> fault.bit & 1 == 1;

@@ -53,34 +53,34 @@ pub struct Info {
     pub receiver: Receiver,
     /// Lever arm and delay of the fixes; `None` on a board without a learner.
     pub antenna: Option<Antenna>,
-    /// The learner, and how it is aligned.
+    /// The learner and its alignment.
     pub learner: Learner,
     /// What the device remembers of the unit from earlier drives.
     pub memory: Memory,
     /// Why and how the board started; `None` if the board does not report it.
     pub start: Option<Start>,
-    /// What it found in its store when it started.
+    /// State of its store at the start.
     pub store: Kept,
     /// Who may change the device.
     pub security: Protected,
 }
 
-/// What a device found in its store.
+/// State of a device's store at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Kept {
     /// Number of the record in use, if there is one.
     pub record: Option<u32>,
-    /// Times the device started in its life, as of that record.
+    /// Number of starts in the device's life, as of that record.
     pub starts: u32,
     /// How many of these followed a failure.
     pub failures: u32,
-    /// Time it ran, h.
+    /// Total running time, h.
     pub hours: f64,
     /// Times each slot of the flash was erased.
     pub erased: [u32; 2],
-    /// A newer record is damaged and was not used.
+    /// Whether a newer record is damaged and was not used.
     pub damaged: bool,
-    /// Newer records that were passed over, because the device had failed with them.
+    /// Newer records that were skipped, because the device had failed with them.
     pub passed: u8,
 }
 
@@ -103,11 +103,11 @@ impl From<command::Kept> for Kept {
 pub struct Protected {
     /// `keyed`, `open by choice` or `not provisioned`.
     pub state: &'static str,
-    /// The board makes random challenges.
+    /// Whether the board makes random challenges.
     pub random: bool,
     /// Sealed requests refused since power-on because of another key or a forgery.
     pub forged: u32,
-    /// Records that may be stored now, one after the other.
+    /// Number of records that may be stored now in succession.
     pub stores: u16,
 }
 
@@ -129,15 +129,15 @@ impl From<Security> for Protected {
 /// What a device remembers of its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Memory {
-    /// Drives that it was learnt on; 0: nothing is remembered.
+    /// Number of drives that were learnt from; 0: nothing is remembered.
     pub drives: u16,
     /// Time learnt in them, h.
     pub hours: f64,
-    /// Least and most temperature of the sensor meanwhile, degrees C, if they are known.
+    /// Lowest and highest temperature of the sensor in these drives, degrees C, if they are known.
     pub temperatures_degc: Option<[i16; 2]>,
-    /// Stored networks correct the samples of this drive.
+    /// Whether stored networks correct the samples of this drive.
     pub acts: bool,
-    /// What was found is of another sensor, or of networks with other inputs, and is not used.
+    /// Whether the stored networks are of another sensor, or have other inputs, and are not used.
     pub of_another: bool,
 }
 
@@ -180,7 +180,7 @@ pub(super) struct Board {
     pub stored: bool,
 }
 
-/// Asks for the board.
+/// Reads the board's description.
 pub(super) fn board(link: &mut Link) -> Result<Board, Error> {
     link.ask(&Request::GetBoard, |answer| match answer {
         Response::Board(board) => Some(Board {

@@ -33,24 +33,24 @@ pub struct Trial {
     pub key: &'static str,
     /// Its name.
     pub name: &'static str,
-    /// It takes part.
+    /// Whether it is enabled.
     pub enabled: bool,
-    /// It has the most evidence.
+    /// Whether it has the most evidence.
     pub leads: bool,
-    /// It has proved itself.
+    /// Whether it has proved itself.
     pub proved: bool,
     /// Log-likelihood relative to the zero correction's.
     pub evidence: f32,
-    /// Capital of the bets that it is worth its use, in stakes: see [`PROVED`].
+    /// Wealth of the bets on its benefit, in stakes; proved at [`PROVED`].
     pub wealth: f32,
-    /// Capital of the bets that it does no harm.
+    /// Wealth of the bets that it does no harm, in stakes.
     pub check: f32,
 }
 
 /// State of all hypotheses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trials {
-    /// Each of them.
+    /// Each hypothesis.
     pub each: Vec<Trial>,
     /// Rehearsals that have ended, at each of [`HORIZONS_S`].
     pub rehearsals: [u16; 6],

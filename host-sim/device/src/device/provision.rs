@@ -19,17 +19,17 @@ use std::path::Path;
 pub fn provision(link: &mut Link, file: &Path) -> Result<(), Error> {
     check(link)?;
     let made = !file.exists();
-    // before the device has it: a key that nobody holds would lock the device
+    // written before the device gets it: a key that is in no file would lock the device
     let secret = if made { make_key(file) } else { read_key(file) }?;
     let given = give(link, Some(secret));
     if given.is_err() && made && link.security().is_ok_and(|now| !has(now.protection)) {
-        // it did not come into use
+        // the key is not in use
         let _ = std::fs::remove_file(file);
     }
     given
 }
 
-/// Has the device do without a key.
+/// Makes the device work without a key.
 ///
 /// # Errors
 /// As [`Link::ask`]; the device cannot store.

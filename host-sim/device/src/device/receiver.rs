@@ -1,4 +1,4 @@
-//! What a device receives from its satellite receiver, and what is missing.
+//! Reception of the satellite receiver's data by a device, and what is missing.
 
 use super::link::Link;
 use firmware::configuration::{Configuration, ReceiverProtocol};
@@ -8,7 +8,7 @@ use firmware::wire::receiver::Heard;
 use host_core::error::Error;
 use serde::Serialize;
 
-/// What a device receives from its receiver.
+/// Reception of the receiver's data by a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Receiver {
     /// Configured protocol; `None` without a configuration.

@@ -15,7 +15,7 @@ pub struct Start {
     pub causes: Vec<&'static str>,
     /// Time since then, s.
     pub uptime_s: f64,
-    /// Where the clock comes from, and how exact it is.
+    /// Source and accuracy of the clock.
     pub clock: String,
     /// What is wrong, each with its remedy.
     pub warnings: Vec<String>,
@@ -44,7 +44,7 @@ pub fn start(link: &mut Link) -> Result<Option<Start>, Error> {
     }
 }
 
-/// How exact the internal oscillator is (DS8626, table 41).
+/// Accuracy of the internal oscillator (DS8626, table 41).
 const INTERNAL: &str =
     "internal oscillator: within 1 % at 25 degC, 4 % at -10 to 85, -8 to +4.5 % at -40 to 105";
 

@@ -1,4 +1,4 @@
-//! Has a device keep its configuration and weights over a power cycle.
+//! Stores a device's configuration and weights, so that they survive a power cycle.
 
 use super::info::board;
 use super::link::Link;

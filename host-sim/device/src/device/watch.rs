@@ -57,7 +57,7 @@ pub struct Learner {
     pub promotions: u32,
     /// Times the promoted hypothesis was given up for 0.
     pub rollbacks: u32,
-    /// What gives its navigator, or the alignment in progress, the heading.
+    /// Source of the heading of its navigator, or of the alignment in progress.
     pub way: &'static str,
     /// Standard deviation of that heading, deg; `None` while it is unknown.
     pub heading_sigma_deg: Option<f64>,
@@ -134,7 +134,7 @@ pub enum Event {
 pub struct Watch<'w> {
     /// Opens the link: at first, and again when the device was lost.
     pub open: &'w mut dyn FnMut() -> Result<Link, Error>,
-    /// How long to watch; without end if `None`.
+    /// Duration of the watch; unlimited if `None`.
     pub lasts: Option<Duration>,
     /// Ends the watch when set.
     pub stop: &'w AtomicBool,
@@ -142,7 +142,7 @@ pub struct Watch<'w> {
     pub tell: &'w mut dyn FnMut(&Event) -> io::Result<()>,
 }
 
-/// Watches a device. One that is lost is looked for again, once a second.
+/// Watches a device. Tries to reach a lost device again once a second.
 ///
 /// # Errors
 /// The device cannot be reached at the beginning, or has another version of the link.
@@ -273,13 +273,13 @@ fn rates(now: &Counters, before: &Counters, seconds: f64) -> Option<BTreeMap<&'s
     (seconds > 0.0).then(|| pairs.map(rate).collect()).flatten()
 }
 
-/// The counters by their names.
+/// Map of the counters by name.
 #[must_use]
 pub fn named_counters(counters: &Counters) -> BTreeMap<&'static str, u32> {
     named(counters).collect()
 }
 
-/// The counters with their names.
+/// The counters with their names, in order.
 fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use<> {
     let &Counters {
         frames,

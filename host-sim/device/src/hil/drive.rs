@@ -16,7 +16,7 @@ use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 
-/// Where a record's bytes arrive.
+/// Line on which the bytes of a record arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// The sensor line.
@@ -28,9 +28,9 @@ pub enum Input {
 /// A piece of a drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// Where its bytes arrive.
+    /// Line on which its bytes arrive.
     pub input: Input,
-    /// When, microseconds from the start.
+    /// Time of arrival, microseconds from the start.
     pub at_us: u32,
     /// The bytes.
     pub bytes: Vec<u8>,
@@ -111,12 +111,12 @@ pub fn drive_told(
 #[derive(Clone, Copy, Debug)]
 struct Source {
     sensor: Simulated,
-    /// By how much [`Fields::index`] grows from frame to frame.
+    /// Increment of [`Fields::index`] from frame to frame.
     step: u32,
 }
 
-/// The simulated sensor of a format whose frames fit these settings, at the rate and with the value
-/// of a count that a device with these settings takes from its frames.
+/// The simulated sensor of a format whose frames fit these settings. Its rate and the value of a
+/// count are those that a device with these settings assumes.
 fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     let own = |sensor: &Simulated| {
         let mut made = Settings::DEFAULT;
@@ -127,7 +127,7 @@ fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     sensors.retain(|sensor| sensor.has_accel);
     sensors.sort_by_key(|sensor| !own(sensor));
     for sensor in sensors {
-        // what another sensor says of itself would take the place of these settings
+        // the description of another sensor would replace these settings
         let introduction = sensor.introduction.filter(|_| own(&sensor));
         for step in [1, 2, 4, 8] {
             let source = Source { sensor, step };
@@ -151,9 +151,9 @@ fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     })
 }
 
-/// Rate of the frames of a simulated sensor, Hz, and what a count of [`Fields`] is worth as an
-/// increment, rad and m/s, to a device with these settings. `None` when it does not know, or when
-/// it would miss frames.
+/// Rate of the frames of a simulated sensor, Hz, and the increment of a count of [`Fields`], rad
+/// and m/s, for a device with these settings. `None` when the device cannot know it, or would miss
+/// frames.
 fn worth(format: ImuFormat, settings: &Settings, source: &Source) -> Option<(f64, [f64; 2])> {
     const PROBE: i32 = 1 << 10;
     let frame = |number: u32, period: f64| {
@@ -232,11 +232,11 @@ fn drive_with(
     })
 }
 
-/// Number of the sample that a sensor replaces by its description, because it is asked for it.
+/// Number of the sample that a sensor replaces by its description, on request.
 const ANSWER: usize = 50;
 
-/// Samples and fixes in the order of time. A sensor that describes itself does so first. A fix is
-/// there 100 ms after its second.
+/// Samples and fixes in the order of time. A sensor that describes itself does so first. A fix
+/// arrives 100 ms after its second.
 fn records(source: &Source, session: &Session) -> Result<Vec<Record>, Error> {
     let period_us = (session.dt * 1e6).round() as u32;
     let mut records = Vec::with_capacity(1 + session.counts.len() + session.fixes.len());

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 /// A line in memory.
 #[derive(Debug, Default)]
 pub struct MemoryLine {
-    /// Bytes that the application has yet to receive.
+    /// Bytes that the application has not received yet.
     pub received: VecDeque<u8>,
     /// Bytes that it has sent.
     pub sent: Vec<u8>,
@@ -27,7 +27,7 @@ impl Line for MemoryLine {
     }
 }
 
-/// The time that its owner sets, microseconds.
+/// A clock that its owner sets, microseconds.
 #[derive(Debug, Default)]
 pub struct SetClock(pub u64);
 

@@ -2,8 +2,9 @@
 //! board sends with software in the loop, bit for bit.
 //!
 //! With a command link, the board gets the unit's configuration and the first second passes in mode
-//! bypass. Then it gets recurrent networks and mode frozen, and in the end what it had before.
-//! Without a command link the board must be in mode bypass, as it is without a configuration.
+//! bypass. Then it gets recurrent networks and mode frozen. In the end its previous state is
+//! restored. Without a command link the board must be in mode bypass, as it is without a
+//! configuration.
 
 pub mod blackbox;
 mod board;
@@ -37,7 +38,8 @@ use stream::{Lines, Run};
 
 /// Length of the first part of the drive, on which the board detects the format, microseconds.
 const LEAD_US: u32 = 1_000_000;
-/// How often that part is sent. A board that expects another format gives it up after 4096 bytes.
+/// Number of times that this part is sent. A board that expects another format gives that format up
+/// after 4096 bytes.
 const LEADS: u32 = 3;
 
 /// Settings of a run: ports, configuration and drive.
@@ -74,7 +76,7 @@ pub struct Report {
     pub firmware: Option<String>,
     /// Whether samples were corrected, which takes a command link.
     pub corrected: bool,
-    /// How the stream compares.
+    /// Comparison of the stream with software in the loop.
     pub verdict: Verdict,
     /// Latency, if anything was received.
     pub latency: Option<Latency>,
@@ -192,7 +194,7 @@ fn run_configured(
     control: Control<'_>,
 ) -> Result<Report, Error> {
     configure(link, &setup.for_the_run())?;
-    // a board that had this configuration already goes on counting
+    // a board that had this configuration already does not reset its counters
     let begun = link.counters()?;
     let mut report = send_drive(setup, drive, lines, Some(link), control)?;
     let ended = board::settled(link)?;
@@ -293,7 +295,7 @@ enum Problem {
 }
 
 /// Sends the first second until it passes. All bytes pass whatever they are, so a board that can be
-/// asked must also have counted frames: it may still be at the format of the run before.
+/// asked must also have counted frames: it may still expect the format of the run before.
 fn introduce(
     setup: &Setup,
     lines: &mut Lines,

@@ -21,11 +21,11 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Result of an order, in words.
 pub type Reply = Result<String, String>;
 
-/// An order and where its answer goes.
+/// An order and the channel for its answer.
 pub struct Given {
     /// The order.
     pub order: Order,
-    /// The answer.
+    /// Receives the answer.
     pub reply: oneshot::Sender<Reply>,
 }
 
@@ -45,12 +45,12 @@ pub enum Order {
     },
     /// Gives the heading for the alignment in progress, deg.
     Heading {
-        /// From north to east.
+        /// Heading, deg, clockwise from north.
         deg: f64,
-        /// Its standard deviation.
+        /// Its standard deviation, deg.
         sigma: f64,
     },
-    /// Uses what was learnt.
+    /// Puts the learnt weights into use.
     CommitLearnt {},
     /// Stores configuration and weights, so that they survive a power cycle.
     Store {},
@@ -64,7 +64,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// Carries it out.
+    /// Carries out the order.
     pub(super) fn carry_out(&self, link: &mut Link) -> Reply {
         let done = match self {
             Self::Mode { mode } => set_mode(link, mode),

@@ -74,7 +74,7 @@ impl Sensor {
         }
     }
 
-    /// Falls silent.
+    /// Stops sending.
     fn end(mut self) {
         self.stop.store(true, Ordering::Relaxed);
         self.thread.take().unwrap().join().unwrap();
@@ -178,7 +178,7 @@ fn a_board_is_seen_steered_lost_and_found() {
     page.waits_for("document.getElementById('unit').textContent === 'bench N25581'");
     page.waits_for("document.getElementById('mode').textContent === 'shadow'");
 
-    // what is seen is what was sent
+    // the page shows the values that were sent
     let sensor = Sensor::start(&sensor_port);
     page.waits_for("document.getElementById('corrected-5').textContent !== ''");
     for axis in 0..6 {
@@ -193,7 +193,8 @@ fn a_board_is_seen_steered_lost_and_found() {
     }
     corrections_are_seen(&mut page);
 
-    // silence is a fault; what was counted until then is what the device says after the server
+    // silence is a fault; the frames counted until then are those that the device reports after the
+    // server has ended
     sensor.end();
     page.waits_for("!!document.querySelector('[data-fault=SILENT]')");
     let count = "document.querySelector('[data-counter=frames] td').textContent";
@@ -212,7 +213,8 @@ fn a_board_is_seen_steered_lost_and_found() {
     is_recorded(&file, frames);
 }
 
-/// In mode frozen the networks correct: the page shows by how much, and still what was sent.
+/// In mode frozen the networks correct: the page shows the correction, and still the raw values
+/// that were sent.
 fn corrections_are_seen(page: &mut Chromium) {
     mode(page, "frozen");
     page.waits_for("Number(document.getElementById('difference-0').textContent) !== 0");
@@ -254,7 +256,7 @@ fn lost_and_found(board: &mut Listening, page: &mut Chromium) {
     );
 }
 
-/// The file has every frame but those in which the format was found, and tells what happened.
+/// The file has every frame but those in which the format was detected, and the log of events.
 fn is_recorded(file: &std::path::Path, frames: u32) {
     let topics = topics(file);
     let recorded = topics["/imu/corrected"];
@@ -314,7 +316,7 @@ fn a_simulated_device_is_shown_at_any_width() {
         page.resize(width, height);
         let fits = "document.documentElement.scrollWidth <= innerWidth";
         page.waits_for(fits);
-        // every curve has the width of its place
+        // every curve has the width of its panel
         page.waits_for(
             "[...document.querySelectorAll('.plot')].every((place) => \
              Math.abs(place.querySelector('.uplot').offsetWidth - place.clientWidth) < 2)",

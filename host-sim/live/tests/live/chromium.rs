@@ -19,7 +19,7 @@ const REQUIRE: &str = "LRNN_REQUIRE_BROWSER";
 const PICTURES: &str = "LRNN_PICTURES";
 /// Names of the program.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-/// How long the page may take to show what is waited for.
+/// Longest wait for the page to show what is expected.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A browser with one page; ended when dropped.

@@ -1,11 +1,11 @@
-//! What `host-sim device` prints for a person.
+//! Text output of `host-sim device`.
 
 use host_device::device::{
     Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status,
 };
 use std::fmt::Write;
 
-/// Prints what a device is.
+/// Prints the description of a device.
 pub(super) fn info(info: &Info) {
     println!("firmware       {}", info.firmware);
     println!(
@@ -72,7 +72,7 @@ fn security(of: &Protected) -> String {
     text
 }
 
-/// The receiver, the antenna, and the learner that they teach.
+/// The receiver, the antenna, and the learner.
 fn teachers(info: &Info) -> String {
     let mut text = String::new();
     let receiver = &info.receiver;
@@ -102,7 +102,7 @@ fn teachers(info: &Info) -> String {
     text
 }
 
-/// What the device remembers of the unit.
+/// The device's memory of the unit.
 fn memory_line(memory: &Memory) -> String {
     let acts = if memory.acts {
         "stored networks act"
@@ -126,7 +126,7 @@ fn memory_line(memory: &Memory) -> String {
     text
 }
 
-/// What the device found in its store.
+/// The device's store at its start.
 fn store_line(kept: &Kept) -> String {
     let Some(number) = kept.record else {
         return "store          nothing that is used\n".to_owned();
@@ -190,8 +190,7 @@ fn bit_rate(line: &LineInfo) -> String {
     text
 }
 
-/// An event of a watch. `in_place`: on a terminal, where the status takes the place of the one
-/// before it.
+/// An event of a watch. `in_place`: on a terminal, where the status overwrites the one before it.
 pub(super) fn event(event: &Event, in_place: bool) -> String {
     match event {
         Event::Status(report) if in_place => format!("\x1b[H\x1b[2J{}", status(report)),
@@ -229,7 +228,7 @@ fn status(status: &Status) -> String {
     text
 }
 
-/// What the corrections can do at worst.
+/// The largest error that the corrections can add.
 fn error_bound_line(text: &mut String, [a, b, c, d, e]: [u32; 5]) {
     let _ = writeln!(
         text,
@@ -277,7 +276,7 @@ fn antenna_line(text: &mut String, antenna: &Antenna) {
     );
 }
 
-/// Frames and fixes always, anything else where it grows.
+/// The rates of frames and fixes, and of other counters that grow.
 fn rates(text: &mut String, status: &Status) {
     let Some(rates) = &status.per_second else {
         let frames = status.counters.get("frames").copied().unwrap_or_default();
@@ -286,7 +285,7 @@ fn rates(text: &mut String, status: &Status) {
     };
     for (name, rate) in rates {
         let always = ["frames", "good_fixes"].contains(name);
-        let own = *name == "requests"; // of the navigation computer, of no interest here
+        let own = *name == "requests"; // of the navigation computer: not shown
         if always || (*rate > 0.0 && !own) {
             let name = name.replace('_', " ");
             let _ = writeln!(text, "{name:14} {rate:.1} a second");

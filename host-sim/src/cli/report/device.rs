@@ -1,4 +1,5 @@
-//! What a device tells for its report. Nothing in it is changed: its black box goes on recording.
+//! Reads a device for its report. Nothing in the device is changed: its black box goes on
+//! recording.
 
 use firmware::configuration::Configuration;
 use host_core::error::Error;
@@ -6,7 +7,7 @@ use host_device::device::{Link, configuration, info, recording};
 use host_io::unit::Unit;
 use host_report::unit::Readout;
 
-/// What was read.
+/// Data read from a device.
 pub(super) struct Read {
     /// The unit that the device is configured for.
     pub unit: Option<Unit>,
@@ -69,7 +70,7 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     })
 }
 
-/// Whether the device holds another configuration than the unit file says, in words.
+/// A warning if the device's configuration differs from the unit file's.
 fn differs(unit: Option<&Unit>, held: Option<&Configuration>) -> Vec<String> {
     let same = match (unit.map(Unit::configuration), held) {
         (Some(Ok(wanted)), Some(held)) => wanted == *held,

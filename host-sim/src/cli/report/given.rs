@@ -1,5 +1,5 @@
-//! A recording as the parts of the report need it. Everything is read and replayed by what
-//! `replay` and `allan` use.
+//! Prepares a recording for the parts of the report. It is read and replayed by the code of
+//! `replay` and `allan`.
 
 use super::super::options::{quoted, refused};
 use super::super::replay::{self, What};
@@ -31,7 +31,7 @@ struct Replay {
     args: replay::Args,
 }
 
-/// What a recording gives.
+/// Input of the report from a recording.
 pub(super) struct Given {
     pub unit: Unit,
     /// No unit was given: it is assumed.
@@ -265,8 +265,8 @@ fn outcome(report: Report) -> Outcome {
     }
 }
 
-/// A user's recording. What is wrong with the options ends the command; what the recording cannot
-/// give is left out.
+/// A user's recording. Wrong options end the command; parts that the recording cannot give are left
+/// out.
 fn user(
     loaded: Loaded,
     options: &Options,

@@ -42,7 +42,7 @@ pub struct Args {
     /// Unit: a unit file or a preset's name [default: that of the recording or of the device]
     #[arg(long, value_name = "NAME|FILE.toml")]
     unit: Option<String>,
-    /// What to report of: a recording (a CSV header, KF-GINS text as IMU and fixes, a NovAtel or
+    /// What to report on: a recording (a CSV header, KF-GINS text as IMU and fixes, a NovAtel or
     /// u-blox log, MCAP, ULog, a folder, a CSV at rest, and the known recordings), or device:PORT
     #[arg(long, required = true, num_args = 1..=2, value_name = "RECORDING|device:PORT")]
     from: Vec<PathBuf>,
@@ -199,7 +199,7 @@ fn learning_minutes(outcomes: &[host_lab::experiment::outcome::Outcome]) -> u32 
     (longest.div_ceil(60) as u32).clamp(2, LONGEST_MIN)
 }
 
-/// The noise at rest beside the datasheet. What is no noise to be analysed is left out.
+/// The noise at rest beside the datasheet. Coefficients that are no noise are left out.
 fn noise(rest: Found<rest::Rest>, unit: &Unit) -> Result<Found<Findings>, Error> {
     let rest = match rest {
         Ok(rest) => rest,

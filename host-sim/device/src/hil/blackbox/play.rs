@@ -19,11 +19,11 @@ const PASSES: usize = 10_000;
 pub struct Page {
     /// Its number: pages begun since the memory was blank.
     pub number: u32,
-    /// When it begins, microseconds after the device's start.
+    /// Start of the page, microseconds after the device's start.
     pub at_us: u64,
-    /// Pieces of the sensor's bytes that were played, and their bytes.
+    /// Number of pieces of the sensor's bytes that were played.
     pub pieces: usize,
-    /// Bytes.
+    /// Number of bytes in these pieces.
     pub bytes: usize,
     /// Result of the comparison.
     pub verdict: Verdict,
@@ -101,14 +101,14 @@ fn of_page(configuration: Option<&Configuration>, recorded: &Recorded, next: Opt
     result
 }
 
-/// The application on its way through a page.
+/// The application that plays a page.
 struct Player {
     app: App<'static>,
     lines: Lines<MemoryLine, MemoryLine, NoLine, NoLine>,
     clock: SetClock,
-    /// Fault bits as recorded last.
+    /// Fault bits of the last record.
     faults: u32,
-    /// Bytes in, and bytes out.
+    /// Bytes received and bytes sent so far.
     came: usize,
     left: usize,
     pieces: usize,
@@ -170,7 +170,7 @@ impl Player {
         Ok(player)
     }
 
-    /// A piece, and what was noted until the next one.
+    /// Plays a piece, with the notes until the next one.
     fn piece(&mut self, entry: &Entry, notes: &[Entry]) -> Result<(), Difference> {
         let (burst, hash, first) = match entry.content {
             Content::Piece(hash, bytes) => (false, hash, bytes),
@@ -186,7 +186,7 @@ impl Player {
         }
         let (before, mut fed) = (self.came - self.left, 0);
         if bytes.is_empty() {
-            self.advance(entry.at_us); // a line that cannot tell that it is idle had nothing
+            self.advance(entry.at_us); // a poll without bytes, of a line that cannot report idle
         }
         self.clock.0 = entry.at_us;
         self.pieces += 1;
@@ -217,7 +217,7 @@ impl Player {
         } else if !burst {
             self.feed(bytes.get(fed..).unwrap_or_default());
         }
-        // where a page ends, what changed with its last piece had no room
+        // at the end of a page there is no room for faults that changed with its last piece
         if notes.iter().any(|note| note.content == Content::Break) {
             return Ok(());
         }
@@ -238,7 +238,7 @@ impl Player {
         self.settle();
     }
 
-    /// Time passes without bytes.
+    /// Advances the time without bytes.
     fn advance(&mut self, at_us: u64) {
         if at_us > self.clock.0 {
             self.clock.0 = at_us;

@@ -204,7 +204,7 @@ fn a_changed_bit_is_found() {
             tried += 1;
             assert!(differs(at), "byte {at} of page {}", page.number);
         }
-        // hash of all that had left
+        // hash of all output so far
         let key = place(page.frame) - 80;
         assert!(differs(key + 16), "hash of page {}", page.number);
     }
