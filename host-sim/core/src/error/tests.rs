@@ -78,7 +78,7 @@ fn an_excerpt_is_short_and_printable() {
     assert_eq!(excerpt(&"x".repeat(200)).len(), 83);
 }
 
-/// What the system says of a file becomes what the user is to do.
+/// Each error of the system on a file gives a remedy for the user.
 #[test]
 fn each_way_in_which_reading_fails_has_a_remedy_of_its_own() {
     use std::io::{Error as Io, ErrorKind};

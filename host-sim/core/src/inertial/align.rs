@@ -34,7 +34,7 @@ pub struct Piece {
     pub middle: f64,
 }
 
-/// An alignment, and what its uncertainty follows from.
+/// An alignment, and the data from which its uncertainty is computed.
 #[derive(Debug, Clone)]
 pub struct Alignment {
     /// Attitude, body to NED, at the end of the increments.
@@ -58,7 +58,7 @@ pub fn inertial_frame(
     Some(alignment(increments, dt, samples, position)?.q_bn)
 }
 
-/// Like [`inertial_frame`], together with what the uncertainty follows from.
+/// Like [`inertial_frame`], with the data from which the uncertainty is computed.
 #[must_use]
 pub fn alignment(
     increments: &[Increment],

@@ -25,7 +25,7 @@ pub struct FreeInertial {
 }
 
 impl FreeInertial {
-    /// Without errors yet, and with room for those of so many epochs.
+    /// Empty, with capacity for `epochs` epochs.
     pub(in crate::inertial) fn with_room(epochs: usize) -> Self {
         Self {
             position: Vec::with_capacity(epochs),
@@ -43,7 +43,7 @@ impl FreeInertial {
         self.note_by(session, nav, (from, &local(from)), (epoch, &local(epoch)));
     }
 
-    /// The same with the Earth at the reference's places at both epochs.
+    /// As [`Self::note`], with the Earth's properties at the reference's positions at both epochs.
     pub(in crate::inertial) fn note_by(
         &mut self,
         session: &Session,

@@ -1,10 +1,10 @@
 //! The median of more numbers than memory should hold.
 
-/// Bits that one reading of the numbers tells.
+/// Number of bits found in one reading of the numbers.
 const DIGIT: u32 = 16;
 
 /// The number in the middle of `numbers`, in the order of [`f64::total_cmp`]; the upper one of two,
-/// NaN of none. It reads them five times and gives the same each time it reads them.
+/// NaN of none. `numbers` is called five times and must give the same numbers each time.
 ///
 /// Digit by digit from the highest, it counts how many numbers with the digits found so far have
 /// each next one.

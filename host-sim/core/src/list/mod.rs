@@ -1,13 +1,13 @@
 //! Long lists of small things: samples, times, counts, records of a filter. A day of them is larger
-//! than the memory that working on it takes, so a list that grows beyond a limit waits in a
-//! temporary file and is read in blocks. A short one stays in memory.
+//! than the memory that working on it takes, so a list that grows beyond a limit is stored in a
+//! temporary file and read in blocks. A short one stays in memory.
 //!
-//! The temporary file lies in the system's folder for such files (`TMPDIR`). It has no name, so
-//! nothing of it is left when the program ends, however it ends.
+//! The temporary file lies in the system's folder for such files (`TMPDIR`). It has no name, so it
+//! is removed when the program ends, however it ends.
 //!
 //! [`Writer`] takes the items one by one and gives the [`List`], which several owners share.
-//! [`List::each`] and [`List::cursor`] read it in either place. As a slice, which most lists are
-//! used as, one from a file comes to memory as a whole and stays there.
+//! [`List::each`] and [`List::cursor`] read it from memory or file. Most lists are used as a slice:
+//! then a list from a file is loaded into memory as a whole and stays there.
 
 mod cursor;
 mod file;
@@ -28,12 +28,12 @@ use std::sync::Arc;
 /// Bytes of a list that stay in memory. These are samples of two hours at 200 a second.
 pub const IN_MEMORY: usize = 1 << 26;
 
-/// Takes items one by one.
+/// Writes a list item by item.
 #[derive(Debug)]
 pub struct Writer<T> {
     memory: Vec<T>,
     file: Option<file::Writer>,
-    /// Bytes of an item in a file, as those of the first one show.
+    /// Bytes of an item in a file, taken from the first one.
     size: usize,
     count: usize,
     most: usize,
@@ -113,7 +113,7 @@ pub struct List<T> {
     part: Range<usize>,
 }
 
-/// Where the items are.
+/// Storage of the items.
 #[derive(Debug)]
 enum Held<T> {
     Memory(Arc<Vec<T>>),
@@ -163,10 +163,10 @@ impl<T> List<T> {
     }
 
     /// Whether all that was read of the temporary file, or written to it by [`List::collected`],
-    /// came through. Where it did not, the list ends early.
+    /// succeeded. Where it did not, the list ends early.
     ///
     /// # Errors
-    /// What the system says.
+    /// The system's error.
     pub fn check(&self) -> Result<(), Error> {
         match &self.held {
             Held::Memory(_) => Ok(()),
@@ -221,7 +221,7 @@ impl<T: Item> List<T> {
             .cloned()
     }
 
-    /// Changes the items. They come to memory, and other owners keep theirs.
+    /// Changes the items. They are loaded into memory; other owners keep the unchanged ones.
     pub fn edit(&mut self, change: impl FnOnce(&mut Vec<T>)) {
         let mut all = self.to_vec();
         change(&mut all);

@@ -14,7 +14,7 @@ pub(super) type Column<L> = [L; NAV];
 
 /// An integral and the integral of the integral.
 pub(super) type Sums<L> = [V3<L>; 2];
-/// Nothing integrated.
+/// Both integrals zero.
 #[inline(always)]
 pub(super) fn nothing<L: Lane>(kind: L::Kind) -> Sums<L> {
     [zeros(kind); 2]

@@ -35,11 +35,11 @@ pub struct HeightLoop {
     pub time_s: f64,
 }
 
-/// The navigator: its state, and what it keeps of the last increments.
+/// The navigator: its state, and the last increments.
 #[derive(Debug, Clone)]
 pub struct Sins {
-    /// Present solution. Small corrections are allowed between increments. For another place make a
-    /// new navigator.
+    /// Present solution. Small corrections are allowed between increments. For another position
+    /// make a new navigator.
     pub nav: NavState,
     pub(in crate::inertial) samples: Samples,
     pub(in crate::inertial) past: [Increment; 2],

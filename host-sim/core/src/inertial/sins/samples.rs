@@ -67,7 +67,7 @@ impl Item for Increment {
 pub enum Samples {
     /// No compensation. For increments that are compensated already, and for comparison.
     One,
-    /// The newest increment and the one before. It needs to keep only one increment.
+    /// The newest increment and the one before. It stores only one increment.
     Two,
     /// The newest increment and two before. It is at least as good as [`Self::Two`] in every motion
     /// of the tests, and much better in fast coning, in sculling and on bodies that spin.

@@ -1,4 +1,4 @@
-//! The strapdown step, of one navigator or of several side by side: of increments that are
+//! The strapdown step, of one navigator or of several side by side: for increments that are
 //! compensated already.
 
 use crate::inertial::earth::{Geodetic, Local};
@@ -9,7 +9,7 @@ use crate::inertial::lane::{
 use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins, outside};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// The [`NavState`] of each.
+/// The [`NavState`] of each navigator.
 #[derive(Clone, Copy)]
 pub(in crate::inertial) struct States<L: Lane> {
     /// Latitude and longitude, rad, and height, m.
@@ -49,7 +49,7 @@ impl<L: Lane> States<L> {
         }
     }
 
-    /// Takes the errors `e` (attitude, velocity, position) off.
+    /// Subtracts the errors `e` (attitude, velocity, position).
     #[inline(always)]
     pub(in crate::inertial) fn displace(&mut self, e: &[L]) {
         let q = after(&rotation(&[e[0], e[1], e[2]]), &self.q_bn);
@@ -64,7 +64,7 @@ impl<L: Lane> States<L> {
         self.velocity = sub(&self.velocity, &[e[3], e[4], e[5]]);
     }
 
-    /// [`Sins::damp_height`] of each. `heights`: those of the barometer, m.
+    /// [`Sins::damp_height`] of each navigator. `heights`: those of the barometer, m.
     #[inline(always)]
     pub(in crate::inertial) fn damp_height(&mut self, loop_: &HeightLoop, heights: L, dt: f64) {
         let error = self.place[2] - heights;
@@ -78,7 +78,7 @@ pub(in crate::inertial) struct Strapdown<L: Lane> {
     pub(in crate::inertial) nav: States<L>,
     half_change: V3<L>,
     earth: Local<L>,
-    /// Which have come too close to a pole, one bit each.
+    /// Navigators that have come too close to a pole, one bit each.
     polar: u8,
 }
 
@@ -132,7 +132,7 @@ impl<L: Lane> Strapdown<L> {
     #[inline(always)]
     pub(in crate::inertial) fn step(&mut self, dtheta: &V3<L>, dv: &V3<L>, dt: f64) {
         // Earth and velocity at the middle of the increment. The Earth is computed one increment
-        // ahead, for a place that is wrong by acceleration times dt^2, some micrometres to
+        // ahead, for a position that is wrong by acceleration times dt^2, some micrometres to
         // millimetres. So the value is ready when needed, and its computation overlaps with the
         // rest of the step.
         let States {

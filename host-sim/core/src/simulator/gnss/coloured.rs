@@ -53,10 +53,10 @@ impl Coloured {
     }
 }
 
-/// The coloured errors as they go on.
+/// The state of the coloured errors.
 pub(super) struct Wander {
     sigmas: [f64; 6],
-    /// What is left of position and velocity errors after a step.
+    /// Factors by which position and velocity errors decay in a step.
     kept: [f64; 2],
     now: Option<[f64; 6]>,
     rng: ChaCha8Rng,

@@ -103,7 +103,7 @@ datasheet! {
                 at.constant(Regressor::Temperature, s.temperature_dphpk * DEG_PER_H),
             ])
             .large(0.2),
-        /// The same, quadratic, deg/h/K^2.
+        /// Bias per squared difference from the calibration temperature, deg/h/K^2.
         #[serde(default)]
         temperature_dphpk2: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[1] = s.temperature_dphpk2 * DEG_PER_H)
@@ -170,7 +170,7 @@ datasheet! {
         /// Dither and lock-in.
         #[serde(default)]
         dither: DitherSpec,
-        /// Errors by temperature, past, age and squares of the specific force. Off without this
+        /// Errors by temperature, history, age and squares of the specific force. Off without this
         /// table.
         #[serde(default, skip_serializing_if = "is_off")]
         environment: GyroEnvironment
@@ -259,7 +259,7 @@ datasheet! {
             .acts(|s, to| to.thermal[0] = s.temperature_ugpk * UG)
             .told(|s, at| vec![at.constant(Regressor::Temperature, s.temperature_ugpk * UG)])
             .large(300.0),
-        /// The same, quadratic, ug/K^2.
+        /// Bias per squared difference from the calibration temperature, ug/K^2.
         #[serde(default)]
         temperature_ugpk2: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[1] = s.temperature_ugpk2 * UG)
@@ -338,7 +338,7 @@ datasheet! {
             .within(Range::Positive)
             .acts(|s, to| to.pulse = s.pulse_ugs * UG),
         ;
-        /// Errors by temperature, past and age. Off without this table.
+        /// Errors by temperature, history and age. Off without this table.
         #[serde(default, skip_serializing_if = "is_off")]
         environment: AccelEnvironment
     }

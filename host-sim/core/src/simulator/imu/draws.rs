@@ -1,6 +1,6 @@
 //! Standard normal numbers that an IMU draws while it runs. IMUs of one turn-on with different
 //! errors draw the same numbers. A campaign measures every drive with several groups of errors, so
-//! it draws the numbers once and keeps them.
+//! it draws the numbers once and stores them.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -15,7 +15,7 @@ const ACCEL: u64 = 3;
 /// The random numbers of one turn-on.
 #[derive(Debug, Clone)]
 pub struct Draws {
-    /// Both triads draw from it in turn.
+    /// Both triads draw from it alternately.
     pub(super) noise: Normals,
     /// One stream for each triad, for all that is not drawn from the common noise. An error that
     /// draws from it does not shift the numbers of the others.
@@ -49,14 +49,14 @@ impl Draws {
 #[derive(Debug, Clone)]
 pub(super) struct Normals {
     rng: ChaCha8Rng,
-    /// What has been drawn ahead, in blocks of [`BLOCK`] numbers, if they are kept.
+    /// Numbers drawn ahead, in blocks of [`BLOCK`], if they are stored.
     kept: Option<Vec<Vec<f64>>>,
     /// The block that is read, and how many of its numbers have been read.
     block: usize,
     read: usize,
 }
 
-/// Numbers that are drawn at once where they are kept: a multiple of three.
+/// Number of draws at once where they are stored: a multiple of three.
 const BLOCK: usize = 3 << 12;
 
 impl Normals {

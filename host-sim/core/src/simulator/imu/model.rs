@@ -20,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 /// Numbers of the random streams of the unit beside the first one: of its two triads,
 const GYRO: u64 = 2;
 const ACCEL: u64 = 3;
-/// of the places of the accelerometers; then of the turn-on beside those of [`Draws`]: bias
+/// of the positions of the accelerometers; then of the turn-on beside those of [`Draws`]: bias
 /// instability of the two triads. Those of the thermal state are in `heat`.
 const PLACE: u64 = 4;
 const FLICKER: [u64; 2] = [6, 7];
@@ -69,7 +69,7 @@ impl Imu {
         Self::with_draws(spec, unit, turn_on, Draws::of(turn_on, false))
     }
 
-    /// The same with [`Draws`] of this turn-on, read from their start.
+    /// As [`Self::new`], with [`Draws`] of this turn-on, read from their start.
     #[must_use]
     pub fn with_draws(spec: &ImuSpec, unit: u64, turn_on: u64, mut draws: Draws) -> Self {
         let mut unit_rng = ChaCha8Rng::seed_from_u64(unit);
@@ -163,13 +163,13 @@ impl Imu {
         self.around.field = body;
     }
 
-    /// Tells the height of the vehicle, m, for the lapse rate of the air. It applies from the next
-    /// whole second on. The first call tells the height of the start.
+    /// Sets the height of the vehicle, m, for the lapse rate of the air. It applies from the next
+    /// whole second on. The first call sets the height of the start.
     pub fn set_height(&mut self, height: f64) {
         self.heat.set_height(height);
     }
 
-    /// What the thermometers of the unit and of the processor tell in the present second.
+    /// Readings of the thermometers of the unit and of the processor in the present second.
     #[must_use]
     pub fn readings(&self) -> Readings {
         self.heat.thermometers().readings()

@@ -56,13 +56,13 @@ pub struct ImuSpec {
     /// Temperature of the block.
     #[serde(default)]
     pub block: BlockSpec,
-    /// Three nodes of temperature in place of the block's single one. Off without this table.
+    /// Three nodes of temperature instead of the block's single one. Off without this table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nodes: Option<NodesSpec>,
     /// Thermometers. They act on no sample.
     #[serde(default, skip_serializing_if = "is_default")]
     pub thermometer: ThermometerSpec,
-    /// Ambient and power-on, which the scenario tells.
+    /// Ambient and power-on, set by the scenario.
     #[serde(skip)]
     pub world: World,
 }

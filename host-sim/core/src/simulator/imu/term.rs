@@ -51,7 +51,7 @@ impl At {
     }
 }
 
-/// What a number means, whatever its key is. `S` is the datasheet that holds it.
+/// Meaning of a number, independent of its key. `S` is its datasheet.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind<S> {
     group: Group,
@@ -80,7 +80,7 @@ impl<S> Kind<S> {
         Self { range, ..self }
     }
 
-    /// Sets how it acts: which number of the triad it sets, in SI.
+    /// Sets its effect: the number of the triad that it sets, in SI.
     pub(super) const fn acts(self, acts: fn(&S, &mut Sigmas)) -> Self {
         Self { acts, ..self }
     }
@@ -176,7 +176,7 @@ pub(super) trait Datasheet: Clone + 'static {
         all.filter(|p| p.sigma > 0.0 || p.walk > 0.0).collect()
     }
 
-    /// Root sum of squares of all that adds to the bias, in the datasheet's unit.
+    /// Root sum of squares of all contributions to the bias, in the datasheet's unit.
     fn expected_bias(&self) -> f64 {
         let biases = Self::TERMS.iter().filter_map(|t| t.kind.bias);
         biases.map(|sigma| sigma(self).powi(2)).sum::<f64>().sqrt()
@@ -189,7 +189,7 @@ pub(super) trait Datasheet: Clone + 'static {
         }
     }
 
-    /// The first number that is out of its range, with what is wrong.
+    /// Checks the ranges; the error names the first number out of its range.
     fn check(&self) -> Result<(), String> {
         let mut sheet = self.clone();
         for term in Self::TERMS {
@@ -200,7 +200,7 @@ pub(super) trait Datasheet: Clone + 'static {
     }
 }
 
-/// Whether a number lies in its range.
+/// Checks that a number is in its range.
 pub(super) fn check(key: &str, x: f64, range: Range) -> Result<(), String> {
     let (bound, is_low) = match range {
         Range::Positive => ("> 0", x <= 0.0),

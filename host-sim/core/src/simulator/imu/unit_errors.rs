@@ -14,8 +14,8 @@ pub struct UnitErrors {
 }
 
 impl UnitErrors {
-    /// The part of a parameter that belongs to the unit, SI. Biases that wander have none; a
-    /// warm-up is what a start as warm as this one has left of it.
+    /// The part of a parameter that belongs to the unit, SI. Biases that wander have none; for a
+    /// warm-up it is the part that remains after a start as warm as this one.
     #[must_use]
     pub fn value(&self, p: &Parameter) -> f64 {
         let at = (p.axis, p.regressor);
@@ -49,7 +49,7 @@ mod tests {
     use crate::inertial::sins::Increment;
     use nalgebra::DVector;
 
-    /// Two turn-ons of one unit without any error that is new at a turn-on: what the model makes of
+    /// Two turn-ons of one unit without any error that is new at a turn-on: the model's error for
     /// the unit's values is the simulated error, sample by sample.
     #[test]
     fn the_values_of_a_unit_make_its_errors() {
@@ -101,7 +101,7 @@ mod tests {
                     ..Inputs::default()
                 };
                 let [gyro, accel] = model.error(&theta, &now, &mut SlowErrors::default());
-                // the g-sensitivity turns the gyros, whose other errors see the turned input
+                // the g-sensitivity changes the gyros' input, on which their other errors act
                 assert!((got.dtheta / dt - gyro).norm() < 1e-4 * gyro.norm(), "{k}");
                 assert!((got.dv / dt - accel).norm() < 1e-9 * accel.norm(), "{k}");
             }

@@ -1,4 +1,4 @@
-//! The vehicles of the simulator by name, with what they need to become a true journey.
+//! The vehicles of the simulator by name, and their true journeys.
 
 use super::aircraft::Flight;
 use super::city::Car;

@@ -88,7 +88,7 @@ fn a_second_is_exact() {
     assert!((n.now().rate - rate).abs() < 1e-5);
 }
 
-/// With one node, what is left after a soak is the closed form of two exponentials.
+/// With one node, the temperature after a soak is a closed form of two exponentials.
 #[test]
 fn the_soak_decides_how_warm_the_start_is() {
     let time = 1000.0 / 0.5;
@@ -108,7 +108,7 @@ fn the_soak_decides_how_warm_the_start_is() {
     assert_eq!(start(7200.0, f64::INFINITY), 0.0);
 }
 
-/// A second turn-on goes on from where the soak has ended, whatever the ambient did meanwhile.
+/// A second turn-on continues from the end of the soak, with any ambient meanwhile.
 #[test]
 fn a_garage_before_power_on_is_lived_through() {
     let garage = Ambient {

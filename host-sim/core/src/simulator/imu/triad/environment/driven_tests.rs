@@ -27,7 +27,7 @@ fn softening_is_a_sigmoid_about_its_centre() {
     assert!(whole.x != whole.y && whole.y != whole.z);
 }
 
-/// A step of the temperature reaches the inner place by 1 - exp(-t / tau). At +-10 K the sum and
+/// A step of the temperature reaches the inner point by 1 - exp(-t / tau). At +-10 K the sum and
 /// the difference of the biases are the quadratic and the linear size.
 #[test]
 fn a_thermal_lag_follows_a_step_exponentially() {

@@ -7,7 +7,7 @@ use super::*;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG, DEG_PER_H, G0, UG};
 
-/// All axes as warm as this, K.
+/// Surroundings with this temperature at all axes, K.
 pub(super) fn at(temperature: f64) -> Surroundings {
     Surroundings {
         axes: Vector3::repeat(temperature),
@@ -15,7 +15,7 @@ pub(super) fn at(temperature: f64) -> Surroundings {
     }
 }
 
-/// One of the conditions of files that do not give them.
+/// The default conditions of files that do not give them.
 pub(super) fn sizes() -> Sizes {
     Sizes {
         hysteresis_width: 5.0,
@@ -79,7 +79,8 @@ fn hysteresis_is_a_loop_of_known_area() {
     );
 }
 
-/// After a warm time the loop is on its cooling side at power-on, and a cold start has no side.
+/// After a warm period the loop is on its cooling side at power-on; after a cold start it is in the
+/// middle.
 #[test]
 fn hysteresis_remembers_the_time_before_power_on() {
     let s = Sizes {
@@ -285,7 +286,7 @@ fn ageing_is_a_random_walk_of_the_unit() {
     assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.08), "{ratios:?}");
 }
 
-/// An error that is switched on leaves the draws of all others alone, the environment's too.
+/// Switching an error on does not change the draws of others, those of the environment included.
 #[test]
 fn each_error_alone_is_its_part_of_all_together() {
     let mut all = ImuSpec::preset("medium").unwrap();
