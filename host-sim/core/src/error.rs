@@ -47,7 +47,7 @@ pub enum Error {
     /// The file is there but cannot be read.
     #[error(
         "{}: cannot be read ({source}); remedy: check that you may read it and that its disk is \
-         well",
+         healthy",
         .file.display()
     )]
     Unreadable {

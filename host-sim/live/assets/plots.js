@@ -18,7 +18,7 @@ function clock(seconds) {
   return `${Math.floor(s / 60)}:${two(s % 60)}`;
 }
 
-/** A plot whose series `make()` describes anew in each colour scheme. */
+/** A plot whose series `make()` describes again in each colour scheme. */
 class Plot {
   constructor(place, make, options = {}) {
     this.place = place;
@@ -67,7 +67,7 @@ class Plot {
   }
 
   push(values) {
-    if (this.data[0].length && values[0] < this.data[0].at(-1)) this.clear(); // the server began anew
+    if (this.data[0].length && values[0] < this.data[0].at(-1)) this.clear(); // the server has restarted
     values.forEach((value, index) => this.data[index].push(value ?? null));
     this.dirty = true;
   }

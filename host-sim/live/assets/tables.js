@@ -120,7 +120,7 @@ export function trials(s) {
     if (trial.proved) state.push("proved");
     if (trial.leads) state.push("most evidence");
     if (s.learner.winner === k && k > 0) state.push("chosen");
-    if (trial.enabled && k > 0 && trial.check < 0.5) state.push("harm seen");
+    if (trial.enabled && k > 0 && trial.check < 0.5) state.push("harm found");
     row.className = `c${k}${trial.proved ? " proved" : ""}`;
     const numbers = trial.enabled && k > 0
       ? [trial.wealth >= 100 ? fixed(trial.wealth, 0) : fixed(trial.wealth, 2), fixed(trial.check, 2), fixed(trial.evidence, 1)]
@@ -133,7 +133,7 @@ export function trials(s) {
   put("rehearsals", `Rehearsals ended: ${ended.join(", ")}.`);
 }
 
-/** Estimates in numbers, and the place. */
+/** Estimates in numbers, and the position. */
 export function now(s) {
   const text = (first, digits, unit) => ["x", "y", "z"].map((axis, k) =>
     `${axis} ${fixed(s.solution.estimate[first + k], digits)} ± ${fixed(s.solution.sigma[first + k], digits)}`).join(", ") + ` ${unit}`;

@@ -12,7 +12,7 @@ pub struct History<T> {
     points: Vec<T>,
     /// One point in this many is stored.
     stride: usize,
-    seen: usize,
+    count: usize,
 }
 
 impl<T> Default for History<T> {
@@ -20,7 +20,7 @@ impl<T> Default for History<T> {
         Self {
             points: Vec::new(),
             stride: 1,
-            seen: 0,
+            count: 0,
         }
     }
 }
@@ -28,7 +28,7 @@ impl<T> Default for History<T> {
 impl<T> History<T> {
     /// Adds a point.
     pub fn push(&mut self, point: T) {
-        if self.seen.is_multiple_of(self.stride) {
+        if self.count.is_multiple_of(self.stride) {
             if self.points.len() == MOST {
                 let mut number = 0;
                 self.points.retain(|_| {
@@ -37,11 +37,11 @@ impl<T> History<T> {
                 });
                 self.stride *= 2;
             }
-            if self.seen.is_multiple_of(self.stride) {
+            if self.count.is_multiple_of(self.stride) {
                 self.points.push(point);
             }
         }
-        self.seen += 1;
+        self.count += 1;
     }
 
     /// The stored points, oldest first.

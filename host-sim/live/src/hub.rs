@@ -25,12 +25,12 @@ pub struct Hub {
     /// When the server began.
     pub begun: Instant,
     sender: broadcast::Sender<Event>,
-    kept: Mutex<Kept>,
+    retained: Mutex<Retained>,
 }
 
 /// What a page gets first when it opens.
 #[derive(Default)]
-struct Kept {
+struct Retained {
     /// The last event of each name.
     last: Vec<Event>,
     history: History<Point>,
@@ -41,7 +41,7 @@ impl Default for Hub {
         Self {
             begun: Instant::now(),
             sender: broadcast::channel(WAITING).0,
-            kept: Mutex::default(),
+            retained: Mutex::default(),
         }
     }
 }
@@ -58,38 +58,39 @@ impl Hub {
         let json = serde_json::to_string(what).unwrap_or_default().into();
         let event = Event { name, json };
         if name != "samples" {
-            let mut kept = self.kept();
+            let mut retained = self.retained();
             // both report whether the device is there, so each replaces the other
             let alike = |of: &str| of == name || ["status", "lost"].contains(&of);
             let replaces = ["status", "lost"].contains(&name);
-            kept.last
+            retained
+                .last
                 .retain(|event| event.name != name && !(replaces && alike(event.name)));
-            kept.last.push(event.clone());
+            retained.last.push(event.clone());
         }
         let _ = self.sender.send(event); // there may be no page
     }
 
     /// Adds a point to the history of slow values.
     pub fn keep(&self, point: Point) {
-        self.kept().history.push(point);
+        self.retained().history.push(point);
     }
 
     /// The events retained so far, and a receiver of all later ones.
     #[must_use]
     pub fn listen(&self) -> (Vec<Event>, broadcast::Receiver<Event>) {
-        let kept = self.kept();
+        let retained = self.retained();
         let receiver = self.sender.subscribe();
-        let history = serde_json::to_string(kept.history.points());
+        let history = serde_json::to_string(retained.history.points());
         let mut first = vec![Event {
             name: "history",
             json: history.unwrap_or_default().into(),
         }];
-        first.extend(kept.last.iter().cloned());
+        first.extend(retained.last.iter().cloned());
         (first, receiver)
     }
 
-    fn kept(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    fn retained(&self) -> MutexGuard<'_, Retained> {
+        self.retained.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

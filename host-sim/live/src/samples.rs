@@ -100,15 +100,15 @@ fn sample(frame: &Checked, settings: &Settings, last: &mut Option<[f64; 6]>) -> 
     let units = [stream.units.gyro, stream.units.accel];
     let before = last.replace(values);
     let mut si = [0.0; 6];
-    for (axis, place) in si.iter_mut().enumerate() {
+    for (axis, value) in si.iter_mut().enumerate() {
         let Unit { quantity, lsb } = units[axis / 3];
-        *place = lsb
+        *value = lsb
             * match quantity {
                 Quantity::Rate | Quantity::Average => values[axis],
                 Quantity::Increment => values[axis] * stream.rate,
                 Quantity::Integrated => (values[axis] - before?[axis]) * stream.rate,
             };
-        if quantity == Quantity::Integrated && place.abs() > WRAPPED[axis / 3] {
+        if quantity == Quantity::Integrated && value.abs() > WRAPPED[axis / 3] {
             return None;
         }
     }

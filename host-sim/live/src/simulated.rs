@@ -104,10 +104,10 @@ impl Simulated {
     pub fn run(self, stop: &AtomicBool) {
         let [command, stream] = self.listeners.map(Socket::new);
         let mut outside = Outside { command, stream };
-        let mut kept = Nets::NONE;
+        let mut stored = Nets::NONE;
         while !stop.load(Ordering::Relaxed) {
             let config = Config {
-                nets: kept,
+                nets: stored,
                 store: true,
                 hardware: HARDWARE,
                 ..Config::of(&self.configuration)
@@ -117,7 +117,7 @@ impl Simulated {
                 &self.drive,
                 self.speed,
                 &mut outside,
-                &mut kept,
+                &mut stored,
                 stop,
             );
         }
@@ -136,7 +136,7 @@ fn power_on(
     drive: &Drive,
     speed: f64,
     outside: &mut Outside,
-    kept: &mut Nets,
+    stored: &mut Nets,
     stop: &AtomicBool,
 ) {
     let mut memory = Box::new(FixMemory::ZEROED);
@@ -156,7 +156,7 @@ fn power_on(
             while app.poll(lines, clock) {}
             if app.wants_to_store() {
                 app.store(|_, content| {
-                    *kept = *content.nets;
+                    *stored = *content.nets;
                     true
                 });
             }

@@ -179,8 +179,8 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
         }
     }
     let usual = chosen(&[])?;
-    let place = |name: &String| usual.iter().position(|case| case.name() == name);
-    names.sort_by_key(|name| place(name).unwrap_or(usize::MAX));
+    let rank = |name: &String| usual.iter().position(|case| case.name() == name);
+    names.sort_by_key(|name| rank(name).unwrap_or(usize::MAX));
     let cases = chosen(&names)?;
     let all = summarise(rows, &cases);
     files.json.write(&all)?;

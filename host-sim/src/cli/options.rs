@@ -195,9 +195,9 @@ mod tests {
             let rest = for_a_shell(without("--jobs", words(text).into_iter()));
             assert_eq!(rest, "a --out 'b c'", "{text}");
         }
-        let kept = words("--jobs-of|2|--jobs|--jobs|it's|").into_iter();
+        let given = words("--jobs-of|2|--jobs|--jobs|it's|").into_iter();
         assert_eq!(
-            for_a_shell(without("--jobs", kept)),
+            for_a_shell(without("--jobs", given)),
             r"--jobs-of 2 'it'\''s' ''"
         );
     }

@@ -32,7 +32,7 @@ impl Args {
                 format!("the program {PROGRAM} is neither beside host-sim nor in the path"),
                 "build it: cargo build --release --package live",
             ),
-            _ => refused("serve", format!("{PROGRAM}: {error}"), "build it anew"),
+            _ => refused("serve", format!("{PROGRAM}: {error}"), "build it again"),
         })
     }
 }

@@ -44,7 +44,7 @@ fn keep(written: io::Result<()>) -> io::Result<()> {
 /// Prints, unless that has failed before.
 pub fn print(text: Arguments<'_>) {
     if failed().is_none() {
-        let _ = keep(anstream::stdout().write_fmt(text)); // kept
+        let _ = keep(anstream::stdout().write_fmt(text)); // the first failure is stored
     }
 }
 
@@ -77,7 +77,7 @@ fn open() -> io::Result<()> {
 /// # Errors
 /// Something printed could not be written.
 pub fn finish() -> Result<(), Error> {
-    let _ = keep(io::stdout().flush().and_then(|()| open())); // kept
+    let _ = keep(io::stdout().flush().and_then(|()| open())); // the first failure is stored
     let failed = failed().take();
     failed.map_or(Ok(()), |source| {
         Err(Error::writing(Path::new("standard output"), source))
@@ -93,7 +93,7 @@ pub fn given<P: Parser>(definition: Command) -> Option<P> {
         Ok(given) => Some(given),
         Err(wrong) if wrong.use_stderr() => wrong.exit(),
         Err(asked) => {
-            let _ = keep(asked.print()); // kept
+            let _ = keep(asked.print()); // the first failure is stored
             None
         }
     }

@@ -52,12 +52,12 @@ impl FreeInertial {
         (epoch, here): (usize, &Local),
     ) {
         let truth = &session.reference[epoch];
-        let seen = nav.q_bn * session.reference_arm;
+        let arm = nav.q_bn * session.reference_arm;
         self.position
-            .push(nav.position.ned_by(&truth.position, here) + seen);
+            .push(nav.position.ned_by(&truth.position, here) + arm);
         self.velocity.push(nav.velocity - truth.velocity);
         let start = session.reference[from].position;
-        let p = nav.position.ned_by(&start, origin) + seen;
+        let p = nav.position.ned_by(&start, origin) + arm;
         self.track.push([p.x, p.y]);
     }
 }

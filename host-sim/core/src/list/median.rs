@@ -9,7 +9,7 @@ const DIGIT: u32 = 16;
 /// Digit by digit from the highest, it counts how many numbers with the digits found so far have
 /// each next one.
 pub fn median<I: Iterator<Item = f64>>(numbers: impl Fn() -> I) -> f64 {
-    let mut place = numbers().count() / 2;
+    let mut rank = numbers().count() / 2;
     let mut found = 0_u64;
     let mut shift = u64::BITS;
     while shift > 0 {
@@ -20,8 +20,8 @@ pub fn median<I: Iterator<Item = f64>>(numbers: impl Fn() -> I) -> f64 {
             counts[(key >> shift) as usize & ((1 << DIGIT) - 1)] += 1;
         }
         let Some(digit) = counts.iter().position(|count| {
-            let here = place < *count;
-            place -= if here { 0 } else { *count };
+            let here = rank < *count;
+            rank -= if here { 0 } else { *count };
             here
         }) else {
             return f64::NAN;

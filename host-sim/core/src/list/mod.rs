@@ -109,13 +109,13 @@ impl<T: Item> Writer<T> {
 /// A list, or a part of one, that several owners share.
 #[derive(Debug)]
 pub struct List<T> {
-    held: Held<T>,
+    storage: Storage<T>,
     part: Range<usize>,
 }
 
 /// Storage of the items.
 #[derive(Debug)]
-enum Held<T> {
+enum Storage<T> {
     Memory(Arc<Vec<T>>),
     File(Arc<File<T>>),
 }
@@ -123,9 +123,9 @@ enum Held<T> {
 impl<T> Clone for List<T> {
     fn clone(&self) -> Self {
         Self {
-            held: match &self.held {
-                Held::Memory(all) => Held::Memory(Arc::clone(all)),
-                Held::File(file) => Held::File(Arc::clone(file)),
+            storage: match &self.storage {
+                Storage::Memory(all) => Storage::Memory(Arc::clone(all)),
+                Storage::File(file) => Storage::File(Arc::clone(file)),
             },
             part: self.part.clone(),
         }
@@ -136,7 +136,7 @@ impl<T> List<T> {
     fn of(file: File<T>) -> Self {
         Self {
             part: 0..file.count,
-            held: Held::File(Arc::new(file)),
+            storage: Storage::File(Arc::new(file)),
         }
     }
 
@@ -168,9 +168,9 @@ impl<T> List<T> {
     /// # Errors
     /// The system's error.
     pub fn check(&self) -> Result<(), Error> {
-        match &self.held {
-            Held::Memory(_) => Ok(()),
-            Held::File(file) => file.check(),
+        match &self.storage {
+            Storage::Memory(_) => Ok(()),
+            Storage::File(file) => file.check(),
         }
     }
 }
@@ -189,9 +189,9 @@ impl<T: Item> List<T> {
     #[must_use]
     pub fn block(&self, range: Range<usize>) -> Cow<'_, [T]> {
         let Range { start, end } = self.part(range).part;
-        match &self.held {
-            Held::Memory(all) => Cow::Borrowed(&all[start..end]),
-            Held::File(file) => file.block(start..end),
+        match &self.storage {
+            Storage::Memory(all) => Cow::Borrowed(&all[start..end]),
+            Storage::File(file) => file.block(start..end),
         }
     }
 
@@ -230,9 +230,9 @@ impl<T: Item> List<T> {
 
     /// Items of a block of the file, at most; at least one.
     fn per_block(&self) -> usize {
-        match &self.held {
-            Held::Memory(_) => self.len(),
-            Held::File(file) => file.per_block(),
+        match &self.storage {
+            Storage::Memory(_) => self.len(),
+            Storage::File(file) => file.per_block(),
         }
     }
 }
@@ -241,9 +241,9 @@ impl<T: Item> Deref for List<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
-        let all = match &self.held {
-            Held::Memory(all) => all,
-            Held::File(file) => file.all(),
+        let all = match &self.storage {
+            Storage::Memory(all) => all,
+            Storage::File(file) => file.all(),
         };
         &all[self.part.start.min(all.len())..self.part.end.min(all.len())]
     }
@@ -263,7 +263,7 @@ impl<T> From<Vec<T>> for List<T> {
     fn from(all: Vec<T>) -> Self {
         Self {
             part: 0..all.len(),
-            held: Held::Memory(Arc::new(all)),
+            storage: Storage::Memory(Arc::new(all)),
         }
     }
 }

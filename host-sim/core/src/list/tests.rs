@@ -12,7 +12,7 @@ fn list<T: Item>(items: &[T], most: usize) -> List<T> {
 fn comes_back<T: Item + PartialEq + Debug>(items: &[T]) {
     for (most, in_file) in [(IN_MEMORY, false), (1000, true)] {
         let list = list(items, most);
-        assert_eq!(matches!(list.held, Held::File(_)), in_file);
+        assert_eq!(matches!(list.storage, Storage::File(_)), in_file);
         assert_eq!(list.len(), items.len());
         assert!(list.each().eq(items.iter().cloned()));
         assert!(list.each().rev().eq(items.iter().rev().cloned()));

@@ -158,13 +158,13 @@ impl Link {
     }
 
     fn no_answer(&self, request: &Request, came: usize) -> Error {
-        let seen = match came {
+        let received = match came {
             0 => "nothing comes".to_owned(),
             _ => format!("{came} bytes came that are no answer"),
         };
         let remedy = "check that it is the device's command link and its bit rate (--baud), and \
                       that the device runs";
-        self.error(format!("no answer to {request:?}, {seen}"), remedy)
+        self.error(format!("no answer to {request:?}, {received}"), remedy)
     }
 
     /// The answer to the last request, if it has arrived: what `read` took from it, a refusal, or

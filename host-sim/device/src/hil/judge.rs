@@ -167,8 +167,8 @@ fn increment(drive: &Drive, sample: &RawSample) -> Increment {
 }
 
 fn bits(nav: &NavState) -> Vec<u64> {
-    let place = [nav.position.lat, nav.position.lon, nav.position.h];
-    let all = place.iter().chain(nav.velocity.iter());
+    let position = [nav.position.lat, nav.position.lon, nav.position.h];
+    let all = position.iter().chain(nav.velocity.iter());
     all.chain(nav.q_bn.coords.iter())
         .map(|x| x.to_bits())
         .collect()

@@ -15,8 +15,8 @@ pub struct MemoryLine {
 impl Line for MemoryLine {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         let len = buffer.len().min(self.received.len());
-        for (place, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
-            *place = byte;
+        for (slot, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
+            *slot = byte;
         }
         Ok(len)
     }

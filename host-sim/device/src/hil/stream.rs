@@ -13,11 +13,11 @@ const QUIET: Duration = Duration::from_secs(3);
 /// The board's lines.
 #[derive(Debug)]
 pub struct Lines {
-    /// Port in place of the sensor.
+    /// Port that replaces the sensor.
     pub imu: Port,
-    /// Port in place of the navigation computer.
+    /// Port that replaces the navigation computer.
     pub nav: Port,
-    /// Port in place of the receiver, if the board has one.
+    /// Port that replaces the receiver, if the board has one.
     pub gnss: Option<Port>,
 }
 

@@ -144,9 +144,9 @@ mod tests {
         use std::sync::mpsc::channel;
         let (dir, of) = (tempdir().unwrap(), register());
         let path = dir.path().join("made");
-        let (begun, seen) = channel();
+        let (begun, start) = channel();
         let abandoned = std::thread::spawn(move || {
-            seen.recv().unwrap();
+            start.recv().unwrap();
             of.abandon();
         });
         let make = || {
@@ -160,11 +160,11 @@ mod tests {
         assert!(names(dir.path()).is_empty());
 
         let of = register();
-        let held = of.locked();
+        let locked = of.locked();
         let abandoned = std::thread::spawn(move || of.abandon());
         std::thread::sleep(Duration::from_millis(100));
         assert!(!abandoned.is_finished());
-        drop(held);
+        drop(locked);
         abandoned.join().unwrap();
     }
 }

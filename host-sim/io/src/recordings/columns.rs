@@ -11,7 +11,7 @@ pub const IMU: [&str; 7] = [
     "dv_z_mps",
 ];
 /// Position of a fix or state.
-pub(crate) const PLACE: [&str; 4] = ["t_s", "lat_deg", "lon_deg", "height_m"];
+pub(crate) const POSITION: [&str; 4] = ["t_s", "lat_deg", "lon_deg", "height_m"];
 /// Velocity of a fix or state.
 pub(crate) const VELOCITY: [&str; 3] = ["v_north_mps", "v_east_mps", "v_down_mps"];
 /// Standard deviations of position.

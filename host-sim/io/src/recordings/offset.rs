@@ -51,7 +51,7 @@ pub struct Estimate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unknown {
     /// Too few fixes of a moving vehicle.
-    Still,
+    Stationary,
     /// The motion is too uniform, or samples and fixes do not belong together.
     Even,
     /// The best offset is at the end of the range.
@@ -63,7 +63,7 @@ impl Unknown {
     #[must_use]
     pub fn why(self) -> &'static str {
         match self {
-            Self::Still => "fewer than 20 pairs of fixes show the vehicle moving",
+            Self::Stationary => "fewer than 20 pairs of fixes show the vehicle moving",
             Self::Even => {
                 "it moves too evenly for the fixes to tell, or samples and fixes do not belong \
                  together"
@@ -78,10 +78,10 @@ impl Unknown {
 /// # Errors
 /// Why it cannot be known.
 pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
-    let mut channels = motion::channels(record).ok_or(Unknown::Still)?;
+    let mut channels = motion::channels(record).ok_or(Unknown::Stationary)?;
     channels.retain(|channel| channel.count() >= LEAST);
     if channels.is_empty() {
-        return Err(Unknown::Still);
+        return Err(Unknown::Stationary);
     }
     // the assumptions on slip are weighted by the residuals
     let first = best(&channels)?;

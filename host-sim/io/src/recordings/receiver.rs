@@ -5,7 +5,7 @@ use crate::recordings::WEEK_S;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{NOT_MEASURED, Record, TimedFix};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Fixes, Place};
+use crate::recordings::stamped::{Fixes, Location};
 use firmware::fix::Fix;
 use firmware::wire::framer::LONGEST;
 use firmware::wire::receiver::ReceiverFormat;
@@ -43,9 +43,9 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Log, Error> {
     let format = format(file)?;
     let mut input = Input::open(file, progress)?;
     let mut receiver = Receiver::new(Some(format));
-    let mut fixes = Fixes::new(Place::new(file, format!("{format:?} fix")));
+    let mut fixes = Fixes::new(Location::new(file, format!("{format:?} fix")));
     let mut bytes = [0; LONGEST];
-    let mut seen = Unwrapped::default();
+    let mut times = Unwrapped::default();
     loop {
         let count = input
             .read(&mut bytes)
@@ -55,8 +55,8 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Log, Error> {
         receiver.push(&bytes[..count], Arrival { us, sample: 0 });
         while let Some(solution) = receiver.next_fix() {
             if let Some(fix) = &solution.fix {
-                let ms = seen.on(fix.time_ms);
-                fixes.push(seen.count - 1, ms * 1_000_000, timed(fix))?;
+                let ms = times.on(fix.time_ms);
+                fixes.push(times.count - 1, ms * 1_000_000, timed(fix))?;
             }
         }
         if count == 0 {

@@ -92,13 +92,13 @@ impl TimedFix {
     pub(super) fn at_epoch(&self, age_s: f64) -> Fix {
         Fix {
             age_s,
-            ..Fix::new(self.place(), self.velocity.into(), self.sigmas)
+            ..Fix::new(self.position(), self.velocity.into(), self.sigmas)
         }
     }
 
     /// Its position.
     #[must_use]
-    pub fn place(&self) -> Geodetic {
+    pub fn position(&self) -> Geodetic {
         Geodetic {
             lat: self.lat_deg * DEG,
             lon: self.lon_deg * DEG,
@@ -358,7 +358,7 @@ pub(super) fn track(fixes: &[TimedFix]) -> Track {
         NavState {
             position: Geodetic {
                 h: height,
-                ..f.place()
+                ..f.position()
             },
             velocity: f.velocity.into(),
             q_bn: UnitQuaternion::identity(),

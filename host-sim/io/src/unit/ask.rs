@@ -153,7 +153,7 @@ fn answer(
     output: &mut impl Write,
 ) -> io::Result<Option<()>> {
     let field = field(schema, question);
-    let usual = held(table, question).or_else(|| usual(field));
+    let usual = current(table, question).or_else(|| usual(field));
     let required = usual.is_none() && is_required(schema, question);
     let words = schema::words(field);
     loop {
@@ -228,7 +228,7 @@ fn usual(field: &serde_json::Value) -> Option<toml::Value> {
 }
 
 /// The value in the table.
-fn held(table: &toml::Table, question: &Question) -> Option<toml::Value> {
+fn current(table: &toml::Table, question: &Question) -> Option<toml::Value> {
     let names = question.table.split('.').filter(|name| !name.is_empty());
     let mut inside = table;
     for name in names {

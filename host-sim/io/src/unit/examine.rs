@@ -23,7 +23,7 @@ pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
         }
     };
     let mut lines = BTreeMap::new();
-    places(spans.get_ref(), "", &line_of, &mut lines);
+    key_lines(spans.get_ref(), "", &line_of, &mut lines);
     let mut found = Vec::new();
     schema::check(
         &schema::schema(),
@@ -48,7 +48,7 @@ pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
         }
     }
     for finding in &mut found {
-        finding.line = finding.line.or_else(|| place(&lines, &finding.key));
+        finding.line = finding.line.or_else(|| nearest_line(&lines, &finding.key));
     }
     found.sort_by_key(|finding| finding.line);
     let usable = found.iter().all(|finding| finding.doubt);
@@ -56,7 +56,7 @@ pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
 }
 
 /// Collects the line of each key.
-fn places(
+fn key_lines(
     table: &DeTable<'_>,
     path: &str,
     line_of: &impl Fn(usize) -> usize,
@@ -69,13 +69,13 @@ fn places(
         };
         into.insert(key.clone(), line_of(name.span().start));
         if let DeValue::Table(inner) = value.get_ref() {
-            places(inner, &key, line_of, into);
+            key_lines(inner, &key, line_of, into);
         }
     }
 }
 
 /// The line of a key, or of the table that it is missing in.
-fn place(lines: &BTreeMap<String, usize>, key: &str) -> Option<usize> {
+fn nearest_line(lines: &BTreeMap<String, usize>, key: &str) -> Option<usize> {
     let mut key = key;
     loop {
         if let Some(line) = lines.get(key) {
@@ -167,8 +167,8 @@ mod tests {
     }
 
     fn found_in(text: &str, lines: &str) -> Vec<(String, String, String)> {
-        let kept = |line: &&str| !line.starts_with("rate_hz") && !line.starts_with("baud");
-        let text: Vec<_> = text.lines().filter(kept).collect();
+        let others = |line: &&str| !line.starts_with("rate_hz") && !line.starts_with("baud");
+        let text: Vec<_> = text.lines().filter(others).collect();
         let text = text
             .join("\n")
             .replace("[sensor]", &format!("[sensor]\n{lines}"));

@@ -230,16 +230,16 @@ mod tests {
         if std::env::var_os("LRNN_UPDATE").is_some() {
             std::fs::write(file, text()).unwrap();
         }
-        let held = std::fs::read_to_string(file).unwrap();
+        let stored = std::fs::read_to_string(file).unwrap();
         assert!(
-            held == text(),
+            stored == text(),
             "host-sim unit schema > host-sim/assets/unit.schema.json"
         );
     }
 
     #[test]
     fn every_field_is_described_with_its_default_or_is_required() {
-        fn walk(schema: &Value, key: &str, seen: &mut usize) {
+        fn walk(schema: &Value, key: &str, count: &mut usize) {
             let required: Vec<&str> = schema["required"]
                 .as_array()
                 .map(|list| list.iter().filter_map(Value::as_str).collect())
@@ -250,10 +250,10 @@ mod tests {
                 assert!(says.len() > 3, "{key} is not described");
                 // the simulation's own terms are off or have the default that they name
                 if field["type"] == "object" || key.starts_with(".simulation") {
-                    walk(field, &key, seen);
+                    walk(field, &key, count);
                     continue;
                 }
-                *seen += 1;
+                *count += 1;
                 let is_required = required.contains(&name.as_str());
                 let word = if is_required { "Required" } else { "Default" };
                 assert!(says.contains(word), "{key}: {says}");
@@ -265,9 +265,9 @@ mod tests {
                 }
             }
         }
-        let mut seen = 0;
-        walk(&schema(), "", &mut seen);
-        assert!(seen > 50, "{seen}");
+        let mut count = 0;
+        walk(&schema(), "", &mut count);
+        assert!(count > 50, "{count}");
         assert!(!text().contains("null") && !text().contains("$ref"));
     }
 }

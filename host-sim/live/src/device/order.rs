@@ -126,8 +126,8 @@ fn configured(link: &mut Link, text: &str, keep: bool) -> Reply {
     let file = folder.path().join("unit.toml");
     fs::write(&file, text).map_err(|error| format!("no temporary file ({error})"))?;
     configure_unit(link, &file, keep).map_err(|error| {
-        let place = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
-        error.to_string().replace(&place, "")
+        let prefix = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
+        error.to_string().replace(&prefix, "")
     })
 }
 
@@ -142,9 +142,9 @@ fn configure_unit(link: &mut Link, file: &Path, keep: bool) -> Result<String, Er
     if keep {
         store(link, configuration.correction.mode)?;
     }
-    let kept = if keep { " and stored" } else { "" };
+    let stored = if keep { " and stored" } else { "" };
     let name = &configuration.identity.name;
-    Ok(format!("the unit {name} is configured{kept}"))
+    Ok(format!("the unit {name} is configured{stored}"))
 }
 
 #[cfg(test)]

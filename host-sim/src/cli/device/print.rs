@@ -120,7 +120,7 @@ fn memory_line(memory: &Memory) -> String {
     if memory.of_another {
         text.push_str(
             "MEMORY         of another sensor or other inputs was found and is not used; remedy: \
-             give the serial and [networks] that it was learnt with, or let the device learn anew\n",
+             give the serial and [networks] that it was learnt with, or let the device learn again\n",
         );
     }
     text
@@ -147,7 +147,7 @@ fn store_line(kept: &Kept) -> String {
         let _ = writeln!(
             text,
             "STORE          {} newer record(s) passed over, because the device failed with them; \
-             remedy: configure and store anew",
+             remedy: configure and store again",
             kept.passed
         );
     }

@@ -125,9 +125,9 @@ fn stands(record: &Record) -> bool {
     let Some(first) = placed().next() else {
         return false;
     };
-    let origin = first.place();
+    let origin = first.position();
     placed().all(|fix| {
-        let apart = fix.place().ned_from(&origin);
+        let apart = fix.position().ned_from(&origin);
         let sigma = fix.sigmas[0].max(fix.sigmas[1]);
         let fast = fix.measured_velocity().is_some_and(|v| {
             let most = (SIGMAS * fix.sigmas[3].max(fix.sigmas[4])).max(0.3);

@@ -69,13 +69,13 @@ fn pieces<L: Lane>(
     };
     let (zero, one) = (L::all(kind, 0.0), L::all(kind, 1.0));
     let (mut q, mut v) = ([zero, zero, zero, one], zeros(kind));
-    let mut past = [increment(1), increment(0)];
+    let mut previous = [increment(1), increment(0)];
     for i in 2..2 + count {
         let last = increment(i);
-        let (phi, eta) = samples.combine(&past, &last);
+        let (phi, eta) = samples.combine(&previous, &last);
         v = add(&v, &turned(&q, &in_start_axes(&phi, &eta)));
         q = after(&q, &rotation(&phi));
-        past = [last, past[0]];
+        previous = [last, previous[0]];
     }
     let phi = rotvec(&q);
     let dv = from_start_axes(&phi, &v);

@@ -13,7 +13,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 #[derive(Clone, Copy)]
 pub(in crate::inertial) struct States<L: Lane> {
     /// Latitude and longitude, rad, and height, m.
-    pub(in crate::inertial) place: V3<L>,
+    pub(in crate::inertial) position: V3<L>,
     pub(in crate::inertial) velocity: V3<L>,
     pub(in crate::inertial) q_bn: Q<L>,
 }
@@ -27,7 +27,7 @@ impl<L: Lane> States<L> {
     ) -> Self {
         let coords = |i: usize| L::of(kind, |l| state(l).q_bn.coords[i]);
         Self {
-            place: L::gathered(kind, |l| {
+            position: L::gathered(kind, |l| {
                 let at = state(l).position;
                 Vector3::new(at.lat, at.lon, at.h)
             }),
@@ -39,7 +39,7 @@ impl<L: Lane> States<L> {
     /// The state of navigator `l`.
     #[inline(always)]
     pub(in crate::inertial) fn state(&self, l: usize) -> NavState {
-        let [lat, lon, h] = at(&self.place, l).into();
+        let [lat, lon, h] = at(&self.position, l).into();
         let [i, j, k, w] = self.q_bn;
         let q = Quaternion::new(w.at(l), i.at(l), j.at(l), k.at(l));
         NavState {
@@ -54,9 +54,9 @@ impl<L: Lane> States<L> {
     pub(in crate::inertial) fn displace(&mut self, e: &[L]) {
         let q = after(&rotation(&[e[0], e[1], e[2]]), &self.q_bn);
         self.q_bn = renormalised(&q);
-        let [lat, lon, h] = self.place;
+        let [lat, lon, h] = self.position;
         let here = Local::at(lat, h);
-        self.place = [
+        self.position = [
             lat + -e[6] * here.lat_per_m,
             lon + -e[7] * here.lon_per_m,
             h - -e[8],
@@ -67,8 +67,8 @@ impl<L: Lane> States<L> {
     /// [`Sins::damp_height`] of each navigator. `heights`: those of the barometer, m.
     #[inline(always)]
     pub(in crate::inertial) fn damp_height(&mut self, loop_: &HeightLoop, heights: L, dt: f64) {
-        let error = self.place[2] - heights;
-        self.place[2] -= error * (2.0 / loop_.time_s) * dt;
+        let error = self.position[2] - heights;
+        self.position[2] -= error * (2.0 / loop_.time_s) * dt;
         self.velocity[2] += error * dt / (loop_.time_s * loop_.time_s);
     }
 }
@@ -110,11 +110,11 @@ impl<L: Lane> Strapdown<L> {
         }
     }
 
-    /// Writes navigator `l` back. `past`: its last increments.
+    /// Writes navigator `l` back. `previous`: its last increments.
     #[inline(always)]
-    pub(in crate::inertial) fn give(&self, l: usize, to: &mut Sins, past: [Increment; 2]) {
+    pub(in crate::inertial) fn give(&self, l: usize, to: &mut Sins, previous: [Increment; 2]) {
         to.nav = self.nav.state(l);
-        to.past = past;
+        to.previous = previous;
         to.half_change = at(&self.half_change, l);
         to.earth = Local {
             sin_lat: self.earth.sin_lat.at(l),
@@ -136,7 +136,7 @@ impl<L: Lane> Strapdown<L> {
         // millimetres. So the value is ready when needed, and its computation overlaps with the
         // rest of the step.
         let States {
-            place: [lat, lon, h],
+            position: [lat, lon, h],
             velocity,
             q_bn,
         } = self.nav;
@@ -157,7 +157,7 @@ impl<L: Lane> Strapdown<L> {
         let gravity_coriolis = sub(&gravity, &cross(&whole, &v_mid));
         let change = add(&dv_n, &scaled(&gravity_coriolis, dt));
         let v_mean = add(&velocity, &scaled(&change, 0.5));
-        self.nav.place = [
+        self.nav.position = [
             lat + v_mean[0] * dt * mid.lat_per_m,
             lon + v_mean[1] * dt * mid.lon_per_m,
             h - v_mean[2] * dt,
@@ -167,7 +167,7 @@ impl<L: Lane> Strapdown<L> {
         self.nav.q_bn = renormalised(&after(&q, &rotation(dtheta)));
         self.half_change = scaled(&change, 0.5);
         for l in 0..L::PLACES {
-            self.polar |= u8::from(outside(self.nav.place[0].at(l))) << l;
+            self.polar |= u8::from(outside(self.nav.position[0].at(l))) << l;
         }
     }
 }

@@ -183,7 +183,7 @@ fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
     assert_eq!(got, want);
 }
 
-/// More fixes a second are on the same drive: where both rates have one, at the same place.
+/// More fixes a second are on the same drive: where both rates have one, at the same position.
 #[test]
 fn a_faster_receiver_has_fixes_between() {
     let truth = drive(90.0);

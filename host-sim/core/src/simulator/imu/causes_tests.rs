@@ -28,7 +28,7 @@ fn errors(
         .collect()
 }
 
-fn still(_: f64) -> (Vector3<f64>, Vector3<f64>) {
+fn at_rest(_: f64) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::zeros(), Vector3::zeros())
 }
 
@@ -289,7 +289,7 @@ fn delay_holds_back_the_accelerometers_alone() {
 fn a_perfect_imu_has_no_error() {
     let spec = perfect();
     assert!(
-        errors(&spec, 2, still)
+        errors(&spec, 2, at_rest)
             .iter()
             .all(|(w, f)| w.norm() == 0.0 && f.norm() == 0.0)
     );

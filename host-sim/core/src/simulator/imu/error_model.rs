@@ -216,7 +216,7 @@ mod tests {
         all
     }
 
-    /// A spec with every number equal to 2, so that a factor can be seen.
+    /// A spec with every number equal to 2, so that a factor is visible.
     fn twos() -> ImuSpec {
         fn set(table: &mut toml::Table) {
             for (_, value) in table.iter_mut() {

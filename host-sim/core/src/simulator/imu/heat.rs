@@ -90,14 +90,14 @@ impl Heat {
 
     /// Temperatures of the axes until power-on, K: cold, at the power-off, now. After a long soak
     /// there is only the last one.
-    pub fn past(&self) -> Vec<Vector3<f64>> {
+    pub fn turning_points(&self) -> Vec<Vector3<f64>> {
         let now = self.axes();
         if self.history.is_cold() {
             return vec![now];
         }
         let before = match &self.nodes {
-            Some(nodes) => nodes.past(),
-            None => self.block_past().map(Vector3::repeat),
+            Some(nodes) => nodes.turning_points(),
+            None => self.block_turning_points().map(Vector3::repeat),
         };
         vec![before[0], before[1], now]
     }
@@ -112,7 +112,7 @@ impl Heat {
             return nodes.trail().to_vec();
         }
         let (on, soak) = (self.history.on_s, self.history.soak_s);
-        let [cold, _] = self.block_past();
+        let [cold, _] = self.block_turning_points();
         let of = |t: f64| {
             let until = History {
                 on_s: (on + soak + t).min(on),
@@ -129,7 +129,7 @@ impl Heat {
     }
 
     /// The block's temperature before it was switched on, and when it was switched off, K.
-    fn block_past(&self) -> [f64; 2] {
+    fn block_turning_points(&self) -> [f64; 2] {
         let ambient = self.ambient.at(0.0, 0.0) + self.block.ambient(0.0);
         let warm = History {
             soak_s: 0.0,

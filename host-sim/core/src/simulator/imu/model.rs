@@ -22,7 +22,7 @@ const GYRO: u64 = 2;
 const ACCEL: u64 = 3;
 /// of the positions of the accelerometers; then of the turn-on beside those of [`Draws`]: bias
 /// instability of the two triads. Those of the thermal state are in `heat`.
-const PLACE: u64 = 4;
+const POSITIONS: u64 = 4;
 const FLICKER: [u64; 2] = [6, 7];
 /// Of the unit: g-sensitivity of the gyros, and by the squares.
 const G_SENSITIVITY: u64 = 8;
@@ -85,13 +85,13 @@ impl Imu {
         let [flicker_g, flicker_a] = FLICKER.map(|number| stream(turn_on, number));
         let heat = Heat::new(spec, unit, turn_on);
         let history = heat.history();
-        let (past, trail) = (heat.past(), heat.trail());
+        let (turning_points, trail) = (heat.turning_points(), heat.trail());
         let begin = |number: u64| Beginning {
             unit: (unit, number),
             turn_on: stream(turn_on, number),
             history,
             age_days: spec.world.power.age_days,
-            past: &past,
+            turning_points: &turning_points,
             trail: &trail,
         };
         let [sigmas_g, sigmas_a] = sigmas(spec);
@@ -106,7 +106,7 @@ impl Imu {
             .with_flicker(flicker_a);
         let per_force = spec.gyro.g_sensitivity_dphpg * DEG_PER_H / G0;
         let per_square = spec.gyro.environment.g_square_dphpg2 * DEG_PER_H / (G0 * G0);
-        let mut place_rng = stream(unit, PLACE);
+        let mut position_rng = stream(unit, POSITIONS);
         let arm = 1e-3 * spec.accel.size_effect_mm;
         Self {
             gyro,
@@ -114,7 +114,7 @@ impl Imu {
             heat,
             around: Surroundings::default(),
             moved: MotionLevel::of(spec),
-            places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut place_rng) * arm)),
+            places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut position_rng) * arm)),
             g_sensitivity: matrix(per_force, stream(unit, G_SENSITIVITY)),
             g_square: matrix(per_square, stream(unit, G_SQUARE)),
             last_rate: None,
@@ -140,7 +140,7 @@ impl Imu {
     /// The random numbers, for the next IMU of this turn-on.
     ///
     /// # Panics
-    /// The random numbers were not kept.
+    /// The random numbers were not stored.
     #[must_use]
     pub fn into_draws(mut self) -> Draws {
         self.draws.rewind();

@@ -168,7 +168,7 @@ pub struct Nodes {
     loaded: bool,
     rate_of_block: f64,
     /// Temperatures of the axes before the last operation, and at its end, K.
-    past: [Vector3<f64>; 2],
+    turning_points: [Vector3<f64>; 2],
     /// Temperatures of the axes from there to now: s before power-on (negative).
     trail: Vec<(f64, Vector3<f64>)>,
     rng: ChaCha8Rng,
@@ -202,7 +202,7 @@ impl Nodes {
             heats: false,
             loaded: turn_on.random_bool(0.5),
             rate_of_block: 0.0,
-            past: [Vector3::zeros(); 2],
+            turning_points: [Vector3::zeros(); 2],
             trail: Vec::new(),
             rng: turn_on,
         };
@@ -219,7 +219,7 @@ impl Nodes {
         let (on, soak) = (history.on_s.round(), history.soak_s.round());
         let mut t = -on - soak;
         self.state = Vector3::repeat(ambient(t));
-        self.past = [self.axes(); 2];
+        self.turning_points = [self.axes(); 2];
         self.trail.push((t, self.axes()));
         while t < 0.0 {
             self.heats = t < -soak && self.wants_heat();
@@ -227,7 +227,7 @@ impl Nodes {
             self.advance(power, ambient(t));
             t += 1.0;
             if t == -soak {
-                self.past[1] = self.axes();
+                self.turning_points[1] = self.axes();
             }
             if t == -soak || t == 0.0 || t % TRAIL_S == 0.0 {
                 self.trail.push((t, self.axes()));
@@ -292,8 +292,8 @@ impl Nodes {
 
     /// Temperatures of the axes before the last time on, and at its end, K.
     #[must_use]
-    pub fn past(&self) -> [Vector3<f64>; 2] {
-        self.past
+    pub fn turning_points(&self) -> [Vector3<f64>; 2] {
+        self.turning_points
     }
 
     /// Temperatures of the axes from the last power-on before this one to now: s before power-on

@@ -152,8 +152,8 @@ impl Motion for Walk {
         let along = speed * level + surge;
         let v = [along * c - sway * s, along * s + sway * c, bob - speed * up];
         let u = (t - self.picked_up).clamp(0.0, PICK_UP_S);
-        let held = Smooth::between(0.0, 1.0, u, PICK_UP_S).dual();
-        let [.., roll, pitch, yaw] = self.swings.at(t).map(|swing| swing * held);
+        let in_hand = Smooth::between(0.0, 1.0, u, PICK_UP_S).dual();
+        let [.., roll, pitch, yaw] = self.swings.at(t).map(|swing| swing * in_hand);
         let attitude = Turned::level()
             .yaw(now.heading.dual() + yaw)
             .pitch(pitch + wave(1.0, first) * NOD)

@@ -1,8 +1,8 @@
 //! A train: long stretches at constant speed, gentle curves with cant between transitions, and
 //! stops at stations.
 //!
-//! In a curve of radius `R` the outer rail lies higher by the cant `D`. At speed `v` a cant of `S
-//! v^2 / (g R)` would leave no lateral force, with the distance `S` of the contact points of the
+//! In a curve of radius `R` the outer rail lies higher by the cant `D`. At speed `v` a cant of
+//! `S v^2 / (g R)` would leave no lateral force, with the distance `S` of the contact points of the
 //! rails. The missing part is the deficiency `I`:
 //!
 //! ```text

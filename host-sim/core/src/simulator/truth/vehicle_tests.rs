@@ -226,14 +226,14 @@ fn a_city_car_reverses_stands_for_seconds_and_slips() {
         let truth = truth(&vehicle, seed, &journey(0.0, 600.0, 0.0, 1));
         let first = truth.epochs.iter().find(|e| e.velocity.norm() > 0.8);
         assert!(forward(first.unwrap()) < -0.7, "seed {seed}");
-        let mut still = 0;
+        let mut stationary = 0;
         for e in &truth.epochs {
-            still = if e.velocity.norm() < 0.05 {
-                still + 1
+            stationary = if e.velocity.norm() < 0.05 {
+                stationary + 1
             } else {
                 0
             };
-            assert!(still < 15, "seed {seed}");
+            assert!(stationary < 15, "seed {seed}");
         }
         let slip = truth.epochs.iter().filter(|e| forward(e) > 3.0).map(|e| {
             let v = e.q_bn.inverse_transform_vector(&e.velocity);

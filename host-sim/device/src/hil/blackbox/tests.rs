@@ -186,7 +186,7 @@ fn a_changed_bit_is_found() {
         let pages = play_as(ImuFormat::Hg4930, &bad);
         !pages.iter().all(|page| page.verdict == Verdict::Agrees)
     };
-    let place = |bytes: &[u8]| bytes.as_ptr().addr() - memory.as_ptr().addr();
+    let offset = |bytes: &[u8]| bytes.as_ptr().addr() - memory.as_ptr().addr();
     let mut tried = 0;
     for page in (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n)) {
         let pieces: Vec<&[u8]> = page
@@ -198,14 +198,14 @@ fn a_changed_bit_is_found() {
             .collect();
         let (_, followed) = pieces.split_last().expect("pieces");
         for at in followed.iter().flat_map(|bytes| {
-            let from = place(bytes);
+            let from = offset(bytes);
             from..from + bytes.len()
         }) {
             tried += 1;
             assert!(differs(at), "byte {at} of page {}", page.number);
         }
         // hash of all output so far
-        let key = place(page.frame) - 80;
+        let key = offset(page.frame) - 80;
         assert!(differs(key + 16), "hash of page {}", page.number);
     }
     println!("{tried} bytes");

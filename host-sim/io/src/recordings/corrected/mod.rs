@@ -8,7 +8,7 @@
 mod text;
 
 pub(crate) use text::shortest;
-pub use text::{Place, Text};
+pub use text::{SampleColumns, Text};
 
 use crate::recordings::novatel::rewrite::Log;
 use host_core::error::Error;

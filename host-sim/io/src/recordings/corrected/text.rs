@@ -18,13 +18,13 @@ pub struct Text {
     /// Lines before the samples.
     pub skip: usize,
     /// Position of the samples on a line.
-    pub place: Place,
+    pub columns: SampleColumns,
     separator: Separator,
 }
 
 /// Position of the samples on a line, their units and axes.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct SampleColumns {
     /// Columns of the gyros x, y, z and of the accelerometers, counted from 0.
     pub columns: [[usize; 3]; 2],
     /// SI value of the number 1, for gyros and accelerometers.
@@ -34,11 +34,16 @@ pub struct Place {
 }
 
 impl Text {
-    pub(crate) fn new(file: PathBuf, separator: Separator, skip: usize, place: Place) -> Self {
+    pub(crate) fn new(
+        file: PathBuf,
+        separator: Separator,
+        skip: usize,
+        columns: SampleColumns,
+    ) -> Self {
         Self {
             file,
             skip,
-            place,
+            columns,
             separator,
         }
     }
@@ -67,11 +72,11 @@ impl Text {
     fn line(&self, line: &[u8], taken: &Increment, out: &mut Vec<u8>) -> Option<()> {
         let spans = self.spans(line);
         let mut changes: Vec<(Range<usize>, String)> = Vec::new();
-        let Place {
+        let SampleColumns {
             columns,
             units,
             turn,
-        } = &self.place;
+        } = &self.columns;
         for ((columns, unit), taken) in columns.iter().zip(units).zip([taken.dtheta, taken.dv]) {
             if taken == Vector3::zeros() {
                 continue;

@@ -15,10 +15,10 @@
 //! than those of these datasets. The body of the EuRoC MAV has x up, y right and z forward.
 
 use crate::recordings::InitialAttitude;
-use crate::recordings::corrected::{Place as Words, Text};
+use crate::recordings::corrected::{SampleColumns, Text};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
+use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
 use crate::recordings::table::{Cell, Separator, Source, Table};
 use crate::recordings::track::Track;
 use host_core::error::Error;
@@ -64,7 +64,7 @@ pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
     let to_body = choice.mounting * sensor(&imu.join("sensor.yaml"))?;
     let file = imu.join("data.csv");
     let table = table(&file, 7)?;
-    let mut samples = Samples::new(Place::new(&file, "data line"), Kind::Rate);
+    let mut samples = Samples::new(Location::new(&file, "data line"), Kind::Rate);
     for row in table.rows() {
         let [ns, gx, gy, gz, ax, ay, az, ..] = row else {
             continue; // each row has at least as many
@@ -112,13 +112,13 @@ pub fn original(folder: &Path, mounting: Rotation3<f64>) -> Result<Text, Error> 
     let imu = mav(folder).join("imu0");
     let file = imu.join("data.csv");
     let first = Source::open(&file, Separator::COMMA)?.first_line();
-    let place = Words {
+    let columns = SampleColumns {
         columns: [[1, 2, 3], [4, 5, 6]],
         units: [1.0; 2],
         turn: mounting * sensor(&imu.join("sensor.yaml"))?,
     };
     let skip = usize::from(has_names(&first));
-    Ok(Text::new(file, Separator::COMMA, skip, place))
+    Ok(Text::new(file, Separator::COMMA, skip, columns))
 }
 
 /// Whether a first line holds the names of the columns.
@@ -177,7 +177,7 @@ fn thinned(
     folder: &Path,
     choice: &Choice,
 ) -> Result<Vec<(i64, TimedFix)>, Error> {
-    let mut fixes = Fixes::new(Place::new(&folder.join("data.csv"), "data line"));
+    let mut fixes = Fixes::new(Location::new(&folder.join("data.csv"), "data line"));
     let interval = (choice.interval_s * 1e9).round() as i64;
     let [p, v] = choice.sigmas;
     let v = if has_velocity { v } else { NOT_MEASURED };

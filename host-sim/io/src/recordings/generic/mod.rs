@@ -260,7 +260,7 @@ impl<'a> File<'a> {
     }
 
     /// The position of a column, given as key of the header file and name.
-    fn place(&self, (key, name): &(&str, &str)) -> Result<usize, Error> {
+    fn position(&self, (key, name): &(&str, &str)) -> Result<usize, Error> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let problem = format!(
                 "names column '{name}', which {} does not have",
@@ -276,7 +276,7 @@ impl<'a> File<'a> {
 
     /// Reads the columns `wanted`, each given as key of the header file and name of the column.
     fn table(&self, wanted: &[(&str, &str)], gap: Option<f64>) -> Result<Table, Error> {
-        let wanted = self.places(wanted)?;
+        let wanted = self.positions(wanted)?;
         Table::read(&self.source, &self.layout(&wanted, gap))
     }
 
@@ -286,12 +286,12 @@ impl<'a> File<'a> {
         wanted: &[(&str, &str)],
         take: impl FnMut(&[f64]) -> Result<(), Error>,
     ) -> Result<Table, Error> {
-        let wanted = self.places(wanted)?;
+        let wanted = self.positions(wanted)?;
         Table::read_first(&self.source, &self.layout(&wanted, None), 0, take)
     }
 
-    fn places(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {
-        wanted.iter().map(|column| self.place(column)).collect()
+    fn positions(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {
+        wanted.iter().map(|column| self.position(column)).collect()
     }
 
     fn layout<'l>(&'l self, wanted: &'l [usize], gap: Option<f64>) -> Layout<'l> {

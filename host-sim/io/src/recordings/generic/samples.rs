@@ -3,7 +3,7 @@
 use super::File;
 use super::header::{ACCEL, GYRO, TIME};
 use super::read::Read;
-use crate::recordings::corrected::{Place, Text};
+use crate::recordings::corrected::{SampleColumns, Text};
 use crate::recordings::record::{Kind, Record, median_step};
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
@@ -101,11 +101,11 @@ pub(super) fn original(read: &Read) -> Result<Text, Error> {
     let (_, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
     let (_, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;
     let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
-    let column = |key: &str, name: &String| file.place(&(key, name.as_str()));
+    let column = |key: &str, name: &String| file.position(&(key, name.as_str()));
     let columns = |key: &str, [x, y, z]: &[String; 3]| {
         Ok::<_, Error>([column(key, x)?, column(key, y)?, column(key, z)?])
     };
-    let place = Place {
+    let columns = SampleColumns {
         columns: [
             columns("gyro", &imu.gyro.columns)?,
             columns("accel", &imu.accel.columns)?,
@@ -118,7 +118,7 @@ pub(super) fn original(read: &Read) -> Result<Text, Error> {
         file.source.file.clone(),
         separator,
         file.skip,
-        place,
+        columns,
     ))
 }
 

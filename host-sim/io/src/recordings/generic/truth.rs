@@ -4,7 +4,7 @@ use super::File;
 use super::fixes::Names;
 use super::header::{Gnss, Scalar, Truth, TruthTable, Velocity};
 use super::read::Read;
-use crate::recordings::columns::{PLACE, VELOCITY};
+use crate::recordings::columns::{POSITION, VELOCITY};
 use crate::recordings::record::{TimedFix, track};
 use crate::recordings::track::Track;
 use host_core::error::Error;
@@ -90,7 +90,7 @@ fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
 /// The default columns of a file of true states: those of `simulate` if they are there, else those
 /// of the fixes.
 fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
-    let simulated = PLACE
+    let simulated = POSITION
         .iter()
         .all(|name| file.names.iter().any(|n| n == name));
     if !simulated {
@@ -100,7 +100,7 @@ fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
         column: column.into(),
         unit: unit.into(),
     };
-    let [time, latitude, longitude, height] = PLACE;
+    let [time, latitude, longitude, height] = POSITION;
     let moves = VELOCITY
         .iter()
         .all(|name| file.names.iter().any(|n| n == name));

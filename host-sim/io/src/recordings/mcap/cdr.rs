@@ -32,7 +32,7 @@ pub(super) struct NavSatFix {
     /// -1 no fix, 0 fix, 1 with satellite-based augmentation, 2 with a ground station.
     pub(super) status: i8,
     /// Latitude and longitude, deg, height above the ellipsoid, m.
-    pub(super) place: [f64; 3],
+    pub(super) position: [f64; 3],
     /// Variances east, north, up, m2.
     pub(super) variance: [f64; 3],
     /// 0 unknown, 1 approximated, 2 diagonal known, 3 known.
@@ -74,13 +74,13 @@ impl NavSatFix {
         let stamp = cdr.header()?;
         let status = i8::from_le_bytes(cdr.aligned()?);
         cdr.aligned::<2>()?; // satellite systems
-        let place = cdr.doubles()?;
+        let position = cdr.doubles()?;
         let [east, _, _, _, north, _, _, _, up] = cdr.doubles()?;
         let [variance_kind] = cdr.aligned()?;
         Ok(Self {
             stamp,
             status,
-            place,
+            position,
             variance: [east, north, up],
             variance_kind,
         })
@@ -184,7 +184,7 @@ mod tests {
             out.extend(&bits.to_le_bytes()[..*size]);
         }
         if big_endian {
-            // numbers of the header, then the fields, each turned in its place
+            // numbers of the header, then the fields, each reversed in its position
             out[1] = 0;
             for at in [4, 8, 12] {
                 out[at..at + 4].reverse();
@@ -223,7 +223,7 @@ mod tests {
             assert_eq!((imu.gyro, imu.accel), ([0.1, -0.2, 0.3], [1.0, 2.0, 9.8]));
             let fix = NavSatFix::read(&message(&fix, big_endian)).unwrap();
             assert_eq!((fix.status, fix.variance_kind), (-1, 2));
-            assert_eq!(fix.place, [47.5, 8.25, 400.0]);
+            assert_eq!(fix.position, [47.5, 8.25, 400.0]);
             assert_eq!(fix.variance, [1.0, 4.0, 9.0]);
             let bytes = message(&twist, big_endian);
             let twist = Twist::read(&bytes, true).unwrap();

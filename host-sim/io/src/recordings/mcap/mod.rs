@@ -21,7 +21,7 @@ mod topics;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, Record};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Place, Reading, Samples, turned};
+use crate::recordings::stamped::{Location, Reading, Samples, turned};
 use container::{Ending, Stop};
 use fixes::{Velocities, collect};
 use host_core::error::Error;
@@ -111,13 +111,13 @@ fn assemble(
         ));
     }
     let time = |log: i64, stamp: i64| if bag_time { log } else { stamp };
-    let place = Place::new(path, topic);
-    let mut samples = Samples::new(place.clone(), Kind::Rate);
+    let location = Location::new(path, topic);
+    let mut samples = Samples::new(location.clone(), Kind::Rate);
     for (k, (log, message)) in imu.iter().enumerate() {
         if message.has != [true; 2] {
             let problem = "says by a covariance of -1 that it has no rates or no accelerations";
             let remedy = "name the topic of a whole IMU with --imu-topic";
-            return Err(place.complain(k, problem.into(), remedy));
+            return Err(location.complain(k, problem.into(), remedy));
         }
         let sample = turned(&choice.mounting, message.gyro, message.accel);
         samples.push(time(*log, message.stamp), sample, 1.0)?;
@@ -126,7 +126,14 @@ fn assemble(
         None => Vec::new(),
         Some((topic, fixes)) => {
             let velocities = Velocities::new(&found.velocities, &time);
-            collect(Place::new(path, topic), &fixes, &velocities, &time, notes)?.all
+            collect(
+                Location::new(path, topic),
+                &fixes,
+                &velocities,
+                &time,
+                notes,
+            )?
+            .all
         }
     };
     let origin_s = samples.origin_s();

@@ -50,7 +50,7 @@ pub(super) struct Knot {
 pub(super) struct Difference {
     pub(super) knots: [Knot; 3],
     /// Turn of the course, rad, or change of the change of speed, m/s.
-    pub(super) seen: f64,
+    pub(super) observed: f64,
     /// Its standard deviation relative to others of its kind.
     pub(super) sigma: f64,
     /// Factor of the channel's constant in this difference.
@@ -117,18 +117,18 @@ impl Channel {
         let mut right = Vector4::zeros();
         let all = self.differences.iter();
         let rows: Vec<(Vector4<f64>, f64)> = all
-            .map(|of| (self.row(of, offset), of.seen / of.sigma))
+            .map(|of| (self.row(of, offset), of.observed / of.sigma))
             .collect();
-        for (row, seen) in &rows {
+        for (row, observed) in &rows {
             normal += row * row.transpose();
-            right += row * *seen;
+            right += row * *observed;
         }
         let solved = normal.try_inverse().map(|inverse| inverse * right);
         // a motion the other way round is no match
         let solved = solved.filter(|s| s[0] > 0.0).unwrap_or_else(Vector4::zeros);
         let residuals: Vec<f64> = rows
             .iter()
-            .map(|(row, seen)| seen - row.dot(&solved))
+            .map(|(row, observed)| observed - row.dot(&solved))
             .collect();
         let assumed = [0, 1].map(|k| self.ridge[k].sqrt() * solved[2 + k]);
         let square = residuals.iter().chain(&assumed).map(|r| r * r).sum();

@@ -161,7 +161,7 @@ fn turn(a: &Velocity, b: &Velocity) -> Difference {
     let variance = a.variance / a.speed().powi(2) + b.variance / b.speed().powi(2);
     Difference {
         knots: [a.knot(-1.0), b.knot(1.0), Knot::default()],
-        seen: cross.atan2(dot),
+        observed: cross.atan2(dot),
         sigma: variance.sqrt(),
         drift: b.time - a.time,
     }
@@ -176,7 +176,7 @@ fn push(a: &Velocity, b: &Velocity, c: &Velocity) -> Difference {
     let variance: f64 = parts.clone().map(|(w, v)| w * w * v.variance).sum();
     Difference {
         knots: [0, 1, 2].map(|k| all[k].knot(weights[k])),
-        seen: parts.map(|(w, v)| w * v.speed()).sum(),
+        observed: parts.map(|(w, v)| w * v.speed()).sum(),
         sigma: variance.sqrt(),
         drift: 1.0,
     }
@@ -232,7 +232,7 @@ fn velocities(record: &Record) -> (Vec<Velocity>, f64) {
             continue;
         };
         let time = b.time - a.time;
-        let moved = b.place().ned_from(&a.place());
+        let moved = b.position().ned_from(&a.position());
         out.push(Velocity {
             time: 0.5 * (a.time + b.time),
             north: moved.x / time,

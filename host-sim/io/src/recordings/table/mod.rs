@@ -62,19 +62,19 @@ impl<T: Cell> Table<T> {
         Self::read_first(source, layout, layout.wanted.len(), |_| Ok(()))
     }
 
-    /// Reads `source` and keeps the first `kept` columns wanted. The values of the others go to
+    /// Reads `source` and keeps the first `count` columns wanted. The values of the others go to
     /// `rest`, row by row.
     pub fn read_first(
         source: &Source,
         layout: &Layout<'_, T>,
-        kept: usize,
+        count: usize,
         mut rest: impl FnMut(&[T]) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let wanted = layout.wanted.iter();
         let names: Vec<String> = wanted.map(|&c| layout.names[c].clone()).collect();
         let mut table = Self {
             file: source.file.clone(),
-            names: names[..kept].to_vec(),
+            names: names[..count].to_vec(),
             values: Vec::new(),
             rows: 0,
             first_line: layout.skip + 1,
@@ -90,7 +90,7 @@ impl<T: Cell> Table<T> {
             for (&column, name) in layout.wanted.iter().zip(&names) {
                 row.push(table.value(line, name, &lines.cell(column), layout.gap)?);
             }
-            let (keep, other) = row.split_at(kept);
+            let (keep, other) = row.split_at(count);
             table.values.extend_from_slice(keep);
             table.rows += 1;
             rest(other)?;
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_names_its_place() {
+    fn every_fault_names_its_location() {
         for (bytes, start) in [
             (b"".as_slice(), "in.csv: is empty"),
             (b"t,x\n", "in.csv: has a header and no data"),

@@ -15,7 +15,7 @@ mod tests;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
+use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
 use clock::{Clock, second_of_week, unwrapped};
 use firmware::wire::ubx::Pvt;
 use host_core::error::Error;
@@ -64,9 +64,9 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
         let remedy = "log NAV-PVT for at least 10 s beside the samples";
         complain(file, "NAV-PVT", problem.to_owned(), remedy)
     })?;
-    let place = Place::new(file, name);
-    notes.push(place.note(&clock.note(choice.fix_delay_s)));
-    let mut samples = Samples::new(place, Kind::Rate);
+    let location = Location::new(file, name);
+    notes.push(location.note(&clock.note(choice.fix_delay_s)));
+    let mut samples = Samples::new(location, Kind::Rate);
     for (tag, values) in grouped(measured, &tags) {
         let [gx, gy, gz, ax, ay, az] = values.map(f64::from);
         let gyro = [gx, gy, gz].map(|v| v * GYRO);
@@ -75,7 +75,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     }
     let times = second_of_week(log.fixes.iter().map(|(pvt, _)| pvt));
     let delay = (choice.fix_delay_s * 1e9).round() as i64;
-    let mut fixes = Fixes::new(Place::new(file, "NAV-PVT"));
+    let mut fixes = Fixes::new(Location::new(file, "NAV-PVT"));
     for (k, ((pvt, _), ms)) in log.fixes.iter().zip(times).enumerate() {
         if pvt.is_good() {
             fixes.push(k, clock.ns_of_week(ms) - delay, fix(pvt))?;

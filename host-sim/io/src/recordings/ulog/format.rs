@@ -144,7 +144,7 @@ impl<'a> Walk<'a> {
     }
 
     fn content(&mut self, kind: u8, bytes: &[u8]) -> Result<(), Stop> {
-        let sound = match kind {
+        let intact = match kind {
             b'B' => return self.flags(bytes).map_err(Stop::Fault),
             b'F' => self.format(bytes).is_some(),
             b'P' => self.parameter(bytes).is_some(),
@@ -153,7 +153,7 @@ impl<'a> Walk<'a> {
             b'O' => self.dropout(bytes).is_some(),
             _ => true,
         };
-        if !sound {
+        if !intact {
             self.summary.damaged += 3 + bytes.len() as u64;
         }
         Ok(())

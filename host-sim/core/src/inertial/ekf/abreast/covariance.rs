@@ -118,20 +118,20 @@ impl<L: Lane> Covariance<L> {
         for k in 0..NAV {
             self.factor::<false>(k, k, L::all(by.columns[0][0].kind(), 1.0));
         }
-        for (place, source) in by.sources.iter().enumerate() {
+        for (index, source) in by.sources.iter().enumerate() {
             for (n, &k) in source.parameters.iter().enumerate() {
                 match n {
-                    0 => self.factor::<false>(NAV + place, NAV + k, by.numbers[k]),
-                    _ => self.factor::<true>(NAV + place, NAV + k, by.numbers[k]),
+                    0 => self.factor::<false>(NAV + index, NAV + k, by.numbers[k]),
+                    _ => self.factor::<true>(NAV + index, NAV + k, by.numbers[k]),
                 }
             }
         }
     }
 
-    /// Writes a column of `P` times a number to the factor at `place`, or adds it to that factor.
+    /// Writes a column of `P` times a number to the factor at `index`, or adds it to that factor.
     #[inline(always)]
-    fn factor<const ADD: bool>(&mut self, place: usize, column: usize, number: L) {
-        let to = &mut self.factors[place * self.size..][..self.size];
+    fn factor<const ADD: bool>(&mut self, index: usize, column: usize, number: L) {
+        let to = &mut self.factors[index * self.size..][..self.size];
         let (left, below) = to.split_at_mut(column);
         for ((j, to), begin) in left.iter_mut().enumerate().zip(&self.begins) {
             let x = number * self.cells[*begin + column - j];

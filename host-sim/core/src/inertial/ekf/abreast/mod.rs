@@ -125,8 +125,8 @@ struct Abreast<L: Lane> {
 impl<L: Lane> Abreast<L> {
     #[inline(always)]
     fn of(kind: L::Kind, beside: &[Beside<'_>]) -> Self {
-        let place = |l: usize| &*beside.get(l).unwrap_or(&beside[0]).filter;
-        let filter = |l: usize| &place(l).0;
+        let member = |l: usize| &*beside.get(l).unwrap_or(&beside[0]).filter;
+        let filter = |l: usize| &member(l).0;
         let first = filter(0);
         let n = first.model.len();
         let walk = |l: usize, k: usize| {
@@ -154,7 +154,7 @@ impl<L: Lane> Abreast<L> {
                 L::of(kind, |l| filter(l).noise.gyro),
                 L::of(kind, |l| filter(l).noise.accel),
             ],
-            score: L::of(kind, |l| place(l).1),
+            score: L::of(kind, |l| member(l).1),
             clock: first.interval.clock,
             rate: L::gathered(kind, |l| filter(l).interval.last_rate.unwrap_or_default()),
             time: 0.0,
@@ -174,8 +174,8 @@ impl<L: Lane> Abreast<L> {
     /// Writes the state of filter `l` back.
     fn give(&self, l: usize, to: &mut Beside<'_>) {
         let (filter, score) = &mut *to.filter;
-        let past = filter.sins.past; // not read with [`Samples::One`]
-        self.nav.give(l, &mut filter.sins, past);
+        let previous = filter.sins.previous; // not read with [`Samples::One`]
+        self.nav.give(l, &mut filter.sins, previous);
         for (to, x) in filter.theta.iter_mut().zip(&self.theta) {
             *to = x.at(l);
         }
@@ -312,7 +312,7 @@ impl<L: Lane> Abreast<L> {
     fn take(&mut self, fix: &Fix) {
         let origin = &fix.position;
         let local = Local::at(origin.lat, origin.h);
-        let [lat, lon, h] = self.nav.nav.place;
+        let [lat, lon, h] = self.nav.nav.position;
         let mut turns = lon - origin.lon;
         for l in 0..L::PLACES {
             turns.put(l, wrapped(turns.at(l)));

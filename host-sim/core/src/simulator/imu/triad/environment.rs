@@ -66,7 +66,7 @@ pub(in super::super) struct Beginning<'a> {
     pub history: History,
     pub age_days: f64,
     /// Turning points of the axes' temperatures before power-on, the last one at power-on, K.
-    pub past: &'a [Vector3<f64>],
+    pub turning_points: &'a [Vector3<f64>],
     /// The temperatures in short steps: time, s before power-on (negative), ascending, the last one
     /// 0. Empty after a long soak.
     pub trail: &'a [(f64, Vector3<f64>)],
@@ -141,7 +141,7 @@ impl Environment {
         let mut turn_on = begin.turn_on;
         let gain = normal3(&mut turn_on).map(|z| 1.0 + WARM_UP_REPEATABILITY * z);
         let left = warm_up_time.map(|time| 1.0 - begin.history.left(time));
-        let start = begin.past.last().copied().unwrap_or_default();
+        let start = begin.turning_points.last().copied().unwrap_or_default();
         let mut new = Self {
             hysteresis,
             scale,
@@ -150,7 +150,7 @@ impl Environment {
             deflection,
             phase,
             aged: aged(s.ageing, begin.age_days, stream(seed, number + 2)),
-            play: begin.past.first().copied().unwrap_or_default(),
+            play: begin.turning_points.first().copied().unwrap_or_default(),
             modes: [Mode {
                 number: 0,
                 bias: 0.0,
@@ -165,7 +165,7 @@ impl Environment {
             scale_now: Vector3::zeros(),
             sizes: s,
         };
-        begin.past.iter().for_each(|t| new.follow(t));
+        begin.turning_points.iter().for_each(|t| new.follow(t));
         for axis in 0..3 {
             let number = new.deflected(axis, start[axis]).round() as i32;
             new.modes[axis] = new.mode(axis, number);

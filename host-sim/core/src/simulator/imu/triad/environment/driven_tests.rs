@@ -91,12 +91,12 @@ fn the_trail_ends_at_power_on() {
         spec.nodes = nodes;
         spec.world.power.start = start;
         let heat = Heat::new(&spec, 1, 2);
-        let (trail, past) = (heat.trail(), heat.past());
+        let (trail, turning_points) = (heat.trail(), heat.turning_points());
         assert!(trail.windows(2).all(|w| w[0].0 <= w[1].0));
-        let (last, now) = (trail[trail.len() - 1], past[2]);
+        let (last, now) = (trail[trail.len() - 1], turning_points[2]);
         assert!(last.0 == 0.0 && (last.1 - now).norm() < 1e-9, "{start}");
-        assert!((trail[0].1 - past[0]).norm() < 1e-9);
-        let off = |(_, axes): &(f64, Vector3<f64>)| (axes - past[1]).norm() < 1e-9;
+        assert!((trail[0].1 - turning_points[0]).norm() < 1e-9);
+        let off = |(_, axes): &(f64, Vector3<f64>)| (axes - turning_points[1]).norm() < 1e-9;
         assert!(trail.iter().any(off), "{start}");
     }
     spec.world.power.start = StartName::Cold;

@@ -31,14 +31,19 @@ pub(super) fn sizes() -> Sizes {
     }
 }
 
-pub(super) fn of(sizes: &Sizes, unit: u64, past: &[f64], history: History) -> Environment {
-    let past: Vec<_> = past.iter().map(|t| Vector3::repeat(*t)).collect();
+pub(super) fn of(
+    sizes: &Sizes,
+    unit: u64,
+    turning_points: &[f64],
+    history: History,
+) -> Environment {
+    let turning_points: Vec<_> = turning_points.iter().map(|t| Vector3::repeat(*t)).collect();
     let begin = Beginning {
         unit: (unit, 11),
         turn_on: stream(7, 11),
         history,
         age_days: 0.0,
-        past: &past,
+        turning_points: &turning_points,
         trail: &[],
     };
     Environment::new(sizes, begin).unwrap()
@@ -87,9 +92,9 @@ fn hysteresis_remembers_the_time_before_power_on() {
         hysteresis: 0.3,
         ..sizes()
     };
-    let first = |past: &[f64]| {
-        let mut e = of(&s, 3, past, History::COLD);
-        let now = at(past[past.len() - 1]);
+    let first = |turning_points: &[f64]| {
+        let mut e = of(&s, 3, turning_points, History::COLD);
+        let now = at(turning_points[turning_points.len() - 1]);
         e.step(0.0, &now).component_div(&e.hysteresis)
     };
     assert_eq!(first(&[-12.0]), Vector3::zeros());
@@ -168,8 +173,8 @@ fn path_length_control_hops_at_every_mode_and_back_later() {
         assert!((pair[1].0 - pair[0].0 - 22.6).abs() < 0.02 && pair[0].1 != pair[1].1);
     }
     let near = |t: f64| up.iter().find(|(at, _)| (at - t - 0.2 * 22.6).abs() < 0.03);
-    let held = down.iter().filter_map(|(t, _)| near(*t)).count();
-    assert!(held + 2 >= down.len(), "{held} of {}", down.len());
+    let delayed = down.iter().filter_map(|(t, _)| near(*t)).count();
+    assert!(delayed + 2 >= down.len(), "{delayed} of {}", down.len());
     // the bias below a hop on the way down is that of the mode below on the way up
     let below: Vec<f64> = up.iter().map(|(_, bias)| *bias).collect();
     assert!(down[1..].iter().all(|(_, bias)| below.contains(bias)));
