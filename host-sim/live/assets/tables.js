@@ -13,8 +13,8 @@ function element(name, text, attributes = {}) {
 }
 
 function put(id, text) {
-  const place = at(id);
-  if (place.textContent !== text) place.textContent = text;
+  const target = at(id);
+  if (target.textContent !== text) target.textContent = text;
 }
 
 /** The samples of the last tick. */

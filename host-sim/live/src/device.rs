@@ -43,7 +43,7 @@ pub struct Device {
     pub key: Option<Secret>,
 }
 
-/// What the thread of the device exchanges data with.
+/// Connections of the device's thread.
 pub struct Around {
     /// Sends events to the pages.
     pub hub: Arc<Hub>,

@@ -4,7 +4,7 @@ use crate::arrays::{array, few, given, named};
 use crate::errors::refused;
 use crate::long::{PIECE, interruptible};
 use crate::navigator::{
-    Errors, attitude, errors, increments, place, positive, quaternion, samples,
+    Errors, attitude, errors, geodetic, increments, positive, quaternion, samples,
 };
 use crate::session::{Session, no_attitude};
 use crate::unit::UnitOrName;
@@ -89,7 +89,7 @@ impl Kalman {
         samples: usize,
     ) -> PyResult<Self> {
         let nav = NavState {
-            position: place(position)?,
+            position: geodetic(position)?,
             velocity: few::<3>("velocity", velocity)?.into(),
             q_bn: attitude(q_bn)?,
         };
@@ -179,7 +179,7 @@ impl Kalman {
             let remedy = "give 0, and inf as its sigma, where it is not measured";
             return Err(refused("velocity", format!("is {velocity:?}"), remedy));
         }
-        let fix = Fix::new(place(position)?, velocity.into(), sigmas);
+        let fix = Fix::new(geodetic(position)?, velocity.into(), sigmas);
         Ok(self.filter.take(Some(&fix)))
     }
 

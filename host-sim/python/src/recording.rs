@@ -119,8 +119,8 @@ fn fixes(
         ));
     }
     let mut out = Vec::with_capacity(time.len());
-    for (k, ((time, place), sigmas)) in time.iter().zip(places).zip(sigmas).enumerate() {
-        let [lat, lon, height_m] = *place;
+    for (k, ((time, position), sigmas)) in time.iter().zip(places).zip(sigmas).enumerate() {
+        let [lat, lon, height_m] = *position;
         let mut sigmas = *sigmas;
         if velocities.is_none() {
             sigmas[3..].fill(NOT_MEASURED);
@@ -243,7 +243,7 @@ impl Recording {
         self.record.rate_hz
     }
 
-    /// What the samples are: "rate" or "increment".
+    /// Kind of the samples: "rate" or "increment".
     #[getter]
     fn kind(&self) -> &'static str {
         let found = KINDS.iter().find(|(_, kind)| *kind == self.record.kind);

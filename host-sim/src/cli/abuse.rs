@@ -47,7 +47,7 @@ pub struct Args {
     files: Files,
 }
 
-/// Which cases, behind which computers.
+/// Cases, and navigation computers behind the device.
 #[derive(Debug, Clone, ClapArgs)]
 struct What {
     /// Cases of docs/ABUSE.md, separated by commas; + joins several, and :ended after a name ends
@@ -69,7 +69,7 @@ struct What {
     activations: Vec<Activation>,
 }
 
-/// What is written beside the printed table.
+/// Files to write beside the printed table.
 #[derive(Debug, Clone, ClapArgs)]
 struct Files {
     #[command(flatten)]

@@ -1,7 +1,7 @@
 //! The command line: one file for each command, with its arguments and a `run`.
 //!
-//! What the commands share is in `options`, `progress`, `output` and `source`. These import none of
-//! the commands.
+//! Code that the commands share is in `options`, `progress`, `output` and `source`. These import
+//! none of the commands.
 
 #[macro_use] // `print!` and `println!` of all commands
 pub mod stdout;
@@ -101,7 +101,7 @@ impl Cli {
         examples::with_examples(Self::command())
     }
 
-    /// What the program was given; see [`stdout::given`].
+    /// The arguments of the program; see [`stdout::given`].
     #[must_use]
     pub fn given() -> Option<Self> {
         stdout::given(Self::definition())

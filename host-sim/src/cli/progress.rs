@@ -1,8 +1,8 @@
 //! Progress on standard error, with the time that is left; silent where that is not a terminal.
 //!
-//! What counts its work has a [`bar`]. A command that goes through stages has a line with the
-//! present one ([`plan`]). The relative duration of the stages was measured. The duration of the
-//! first stages shows how fast this machine is with this input, so the remaining time is an
+//! A command that counts its work has a [`bar`]. A command that goes through stages has a line with
+//! the present one ([`plan`]). The relative duration of the stages was measured. The duration of
+//! the first stages shows how fast this machine is with this input, so the remaining time is an
 //! estimate, and says "about".
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressState, ProgressStyle};

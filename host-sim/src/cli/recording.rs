@@ -19,7 +19,7 @@ pub struct Opened {
     pub form: &'static str,
     /// Samples and fixes.
     pub record: Record,
-    /// What the file says of the samples.
+    /// Description of the samples by the file.
     pub says: Says,
     /// The unit of the options, else the one that the recording names.
     pub unit: Option<Unit>,

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_bad_value_reads_as_one_line_with_place_and_remedy() {
+fn a_bad_value_reads_as_one_line_with_location_and_remedy() {
     let error = Error::Value {
         file: "data.csv".into(),
         line: 17,

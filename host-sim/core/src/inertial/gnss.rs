@@ -19,7 +19,7 @@ pub struct Fix {
     /// Standard deviations: position north, east, down, m, then velocity, m/s; each above 0, and
     /// [`NOT_MEASURED`] for a value that was not measured.
     pub sigmas: [f64; 6],
-    /// How long before its epoch the fix was valid, s. Negative: shortly after it.
+    /// Time from the validity of the fix to its epoch, s. Negative: shortly after it.
     pub age_s: f64,
 }
 

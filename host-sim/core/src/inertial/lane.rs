@@ -3,7 +3,7 @@
 //! [`Lane`] is an `f64` where a filter runs alone, and a vector where several do. Each operation is
 //! done for every filter in the same order, so each filter has the same bits as alone.
 //!
-//! Whatever computes with vectors must be inlined into the function that knows the processor's
+//! Functions that compute with vectors must be inlined into the function that knows the processor's
 //! vectors. So there are no closures over lanes here, and arrays are written out.
 
 use crate::inertial::rotation::from_rotvec;

@@ -1,4 +1,4 @@
-//! What a device is and how it is configured.
+//! Description and configuration of a device.
 
 use super::configure::configuration;
 use super::link::Link;
@@ -11,7 +11,7 @@ use firmware::wire::command::{self, Protection, Remembered, Request, Response, S
 use host_core::error::Error;
 use serde::Serialize;
 
-/// What a device is and how it is configured.
+/// Description and configuration of a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Info {
     /// Version of the firmware.
@@ -55,13 +55,13 @@ pub struct Info {
     pub antenna: Option<Antenna>,
     /// The learner and its alignment.
     pub learner: Learner,
-    /// What the device remembers of the unit from earlier drives.
+    /// Memory of the unit from earlier drives.
     pub memory: Memory,
     /// Why and how the board started; `None` if the board does not report it.
     pub start: Option<Start>,
     /// State of its store at the start.
     pub store: Kept,
-    /// Who may change the device.
+    /// Protection of the device against changes.
     pub security: Protected,
 }
 
@@ -72,7 +72,7 @@ pub struct Kept {
     pub record: Option<u32>,
     /// Number of starts in the device's life, as of that record.
     pub starts: u32,
-    /// How many of these followed a failure.
+    /// Number of these starts that followed a failure.
     pub failures: u32,
     /// Total running time, h.
     pub hours: f64,
@@ -98,7 +98,7 @@ impl From<command::Kept> for Kept {
     }
 }
 
-/// Who may change a device.
+/// Protection of a device against changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Protected {
     /// `keyed`, `open by choice` or `not provisioned`.
@@ -126,7 +126,7 @@ impl From<Security> for Protected {
     }
 }
 
-/// What a device remembers of its unit.
+/// Memory of a device from earlier drives of its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Memory {
     /// Number of drives that were learnt from; 0: nothing is remembered.

@@ -295,7 +295,7 @@ impl Link {
         }
     }
 
-    /// What the device remembers of its unit.
+    /// The device's memory of its unit.
     ///
     /// # Errors
     /// As [`Link::ask`].

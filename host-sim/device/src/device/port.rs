@@ -7,8 +7,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// How long one read or write may wait. Longer waits repeat it, so that an interruption is
-/// detected.
+/// Longest wait of one read or write. Longer waits repeat it, so that an interruption is detected.
 const WAIT: Duration = Duration::from_millis(50);
 
 /// One end of a line.

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// Time between two requests to the device.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// What a device reports.
+/// Status that a device reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Status {
     /// Time since the watch began, s.

@@ -297,7 +297,7 @@ fn sample(
     bytes(index, |buffer| (sensor.emit)(&fields, buffer))
 }
 
-/// What `emit` writes for the sample of this number.
+/// The bytes that `emit` writes for the sample of this number.
 fn bytes<E>(
     index: usize,
     emit: impl FnOnce(&mut [u8]) -> Result<usize, E>,

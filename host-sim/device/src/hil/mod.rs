@@ -80,8 +80,8 @@ pub struct Report {
     pub verdict: Verdict,
     /// Latency, if anything was received.
     pub latency: Option<Latency>,
-    /// How often in this run the board received nothing for too long, because the host was late.
-    /// Each time the networks abandon a block.
+    /// Number of times in this run that the board received nothing for too long, because the host
+    /// was late. Each time the networks abandon a block.
     pub silences: Option<u32>,
     /// Good fixes that the board received in this run.
     pub fixes: Option<u32>,
@@ -124,7 +124,7 @@ impl Report {
 /// The longest silence that a configuration may allow, microseconds.
 const LONGEST_SILENCE_US: u32 = 10_000_000;
 
-/// How the caller controls a run.
+/// The caller's control of a run.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Ends the run early when set. What was received until then is still compared.
@@ -294,7 +294,7 @@ enum Problem {
     Noise(usize),
 }
 
-/// Sends the first second until it passes. All bytes pass whatever they are, so a board that can be
+/// Sends the first second until it passes. All bytes pass, valid or not, so a board that can be
 /// asked must also have counted frames: it may still expect the format of the run before.
 fn introduce(
     setup: &Setup,

@@ -67,7 +67,7 @@ pub enum Protocol {
     Novatel,
     /// Septentrio Binary Format: PVTGeodetic.
     Sbf,
-    /// Whichever of these the line carries.
+    /// Detected from the data on the line.
     Detect,
 }
 

@@ -138,7 +138,7 @@ fn mode(page: &mut Chromium, name: &str) {
 }
 
 #[test]
-fn a_board_is_seen_steered_lost_and_found() {
+fn a_board_is_shown_steered_lost_and_found() {
     let (Some(image), Some(chromium)) = (BOARDS[0].image.build_or_skip(), here_or_skip()) else {
         return;
     };
@@ -191,7 +191,7 @@ fn a_board_is_seen_steered_lost_and_found() {
             );
         }
     }
-    corrections_are_seen(&mut page);
+    corrections_are_shown(&mut page);
 
     // silence is a fault; the frames counted until then are those that the device reports after the
     // server has ended
@@ -215,7 +215,7 @@ fn a_board_is_seen_steered_lost_and_found() {
 
 /// In mode frozen the networks correct: the page shows the correction, and still the raw values
 /// that were sent.
-fn corrections_are_seen(page: &mut Chromium) {
+fn corrections_are_shown(page: &mut Chromium) {
     mode(page, "frozen");
     page.waits_for("Number(document.getElementById('difference-0').textContent) !== 0");
     page.waits_for("document.getElementById('acts').textContent === 'corrections act now'");
@@ -318,8 +318,8 @@ fn a_simulated_device_is_shown_at_any_width() {
         page.waits_for(fits);
         // every curve has the width of its panel
         page.waits_for(
-            "[...document.querySelectorAll('.plot')].every((place) => \
-             Math.abs(place.querySelector('.uplot').offsetWidth - place.clientWidth) < 2)",
+            "[...document.querySelectorAll('.plot')].every((panel) => \
+             Math.abs(panel.querySelector('.uplot').offsetWidth - panel.clientWidth) < 2)",
         );
         page.picture(&format!("live-{width}.png"));
     }

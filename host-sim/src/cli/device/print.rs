@@ -127,28 +127,28 @@ fn memory_line(memory: &Memory) -> String {
 }
 
 /// The device's store at its start.
-fn store_line(kept: &Kept) -> String {
-    let Some(number) = kept.record else {
+fn store_line(store: &Kept) -> String {
+    let Some(number) = store.record else {
         return "store          nothing that is used\n".to_owned();
     };
-    let [first, second] = kept.erased;
+    let [first, second] = store.erased;
     let mut text = format!(
         "store          record {number}; until then {} start(s), {} after a failure, {:.1} h, slots \
          erased {first} and {second} times\n",
-        kept.starts, kept.failures, kept.hours
+        store.starts, store.failures, store.hours
     );
-    if kept.damaged {
+    if store.damaged {
         text.push_str(
             "STORE          a newer record is damaged, and the one before is in use; remedy: look at \
              weights and configuration, then host-sim device store\n",
         );
     }
-    if kept.passed > 0 {
+    if store.passed > 0 {
         let _ = writeln!(
             text,
             "STORE          {} newer record(s) passed over, because the device failed with them; \
              remedy: configure and store again",
-            kept.passed
+            store.passed
         );
     }
     text

@@ -23,7 +23,7 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     let info = info(link)?;
     let (health, counters) = (link.health()?, link.counters()?);
     let weights = link.images()?;
-    let held = configuration(link)?;
+    let in_device = configuration(link)?;
     let mut missing = vec![];
     let black_box = recording(link);
     let black_box = black_box
@@ -32,9 +32,9 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     if let Err(why) = &black_box {
         missing.push(format!("The black box could not be read: {why}."));
     }
-    let warnings = differs(unit, held.as_ref());
-    let unit = held.as_ref().and_then(Unit::of);
-    if held.is_some() && unit.is_none() {
+    let warnings = differs(unit, in_device.as_ref());
+    let unit = in_device.as_ref().and_then(Unit::of);
+    if in_device.is_some() && unit.is_none() {
         missing.push(
             "Its configuration was not made from a unit file and cannot be shown as one.".into(),
         );
@@ -71,9 +71,9 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
 }
 
 /// A warning if the device's configuration differs from the unit file's.
-fn differs(unit: Option<&Unit>, held: Option<&Configuration>) -> Vec<String> {
-    let same = match (unit.map(Unit::configuration), held) {
-        (Some(Ok(wanted)), Some(held)) => wanted == *held,
+fn differs(unit: Option<&Unit>, in_device: Option<&Configuration>) -> Vec<String> {
+    let same = match (unit.map(Unit::configuration), in_device) {
+        (Some(Ok(wanted)), Some(in_device)) => wanted == *in_device,
         (Some(_), _) => false,
         (None, _) => true,
     };

@@ -148,13 +148,13 @@ impl Args {
         progress::stage("asking the device");
         let read = device::read(port, self.baud, unit.as_ref());
         let device::Read {
-            unit: held,
+            unit: of_device,
             readout,
             source,
             warnings,
         } = read?;
-        let known = unit.is_some() || held.is_some();
-        let unit = unit.or(held).unwrap_or_default();
+        let known = unit.is_some() || of_device.is_some();
+        let unit = unit.or(of_device).unwrap_or_default();
         progress::stage(LEARNABLE);
         let learnable = Ok(bound(&unit, USUAL_MIN));
         let cannot = |what: &str| format!("a device at its command link does not tell {what}");

@@ -183,7 +183,7 @@ mod tests {
         }
     }
 
-    /// The same with two parameters of which each drive measures only the sum, against one Kalman
+    /// As above with two parameters of which each drive measures only the sum, against one Kalman
     /// filter whose state holds the unit's parameters and those of all turn-ons at once.
     #[test]
     fn correlated_parameters_are_those_of_one_filter_with_all_turn_ons() {

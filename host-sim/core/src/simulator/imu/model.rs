@@ -24,11 +24,12 @@ const ACCEL: u64 = 3;
 /// instability of the two triads. Those of the thermal state are in `heat`.
 const POSITIONS: u64 = 4;
 const FLICKER: [u64; 2] = [6, 7];
-/// Of the unit: g-sensitivity of the gyros, and by the squares.
+/// Streams of the unit: g-sensitivity of the gyros, and their sensitivity to the squares of the
+/// specific force.
 const G_SENSITIVITY: u64 = 8;
 const G_SQUARE: u64 = 15;
-/// Of the unit and of the turn-on: environment of the two triads. Of the unit their ageing has the
-/// next two.
+/// Streams of the unit and of the turn-on: environment of the two triads. Their ageing has the next
+/// two streams of the unit.
 const ENVIRONMENT: [u64; 2] = [11, 12];
 
 /// One IMU at one turn-on.

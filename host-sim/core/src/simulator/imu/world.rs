@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn soaks_are_drawn_in_their_ranges_and_a_given_one_is_kept() {
+    fn soaks_are_drawn_in_their_ranges_and_a_given_one_is_used() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut draw = |start, soak_s| {
             let power = Power {

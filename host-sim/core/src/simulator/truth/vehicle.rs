@@ -79,7 +79,7 @@ pub enum Vehicle {
     Standing(Standing),
 }
 
-/// Where and how long a vehicle goes.
+/// Start, duration and settings of a journey.
 #[derive(Debug, Clone, Copy)]
 pub struct Journey<'a> {
     /// Start position.

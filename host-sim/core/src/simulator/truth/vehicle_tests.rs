@@ -74,8 +74,8 @@ fn velocity_is_the_derivative_of_position() {
 }
 
 /// Without vibration the perfect increments lead the navigator along the journey: to 20 mm, 1 mm/s
-/// and 2 urad after 10 min, Earth rotation and gravity included. What is left is the navigator's
-/// own coning and sculling.
+/// and 2 urad after 10 min, Earth rotation and gravity included. The remaining error is the
+/// navigator's own coning and sculling.
 #[test]
 fn increments_integrate_back_to_position_velocity_and_attitude() {
     for vehicle in all() {
@@ -99,7 +99,7 @@ fn increments_integrate_back_to_position_velocity_and_attitude() {
     }
 }
 
-/// The same with vibration, which asks more of coning and sculling than of the motion.
+/// As above with vibration, which is harder for coning and sculling than the motion is.
 #[test]
 fn vibration_keeps_the_closure_of_the_road() {
     for vehicle in all() {

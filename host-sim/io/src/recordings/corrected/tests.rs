@@ -27,7 +27,7 @@ fn taken() -> [Increment; 2] {
 }
 
 #[test]
-fn only_numbers_that_change_are_written_anew() {
+fn only_numbers_that_change_are_rewritten() {
     for (separator, skip, text, want) in [
         (
             Separator::COMMA,

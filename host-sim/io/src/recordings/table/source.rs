@@ -8,7 +8,7 @@ use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What separates the values of a line. Blanks around a value do not count.
+/// Separator of the values of a line. Blanks around a value do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Separator {
     /// One ASCII character.

@@ -128,7 +128,7 @@ fn log(each: impl Fn(u64) -> Vec<u8>) -> Vec<u8> {
     [head(), subscriptions(), all].concat()
 }
 
-/// What the default profile keeps: `vehicle_imu` every hundredth time, the rest whole.
+/// Messages that the default profile logs: `vehicle_imu` every hundredth time, the rest whole.
 fn usual(k: u64) -> Vec<u8> {
     let second = k.is_multiple_of(200);
     [

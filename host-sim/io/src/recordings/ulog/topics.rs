@@ -115,7 +115,7 @@ fn vehicle_imu(row: &Row<'_>) -> Option<Piece> {
     })
 }
 
-/// Its values are means over the time before the stamp.
+/// A `sensor_combined` message: its values are means over the time before the stamp.
 fn combined(row: &Row<'_>) -> Option<Piece> {
     let gyro = duration(row, "gyro_integral_dt")?;
     let accel = duration(row, "accelerometer_integral_dt")?;

@@ -20,10 +20,10 @@ pub struct VectorNav {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Which {
-    /// Those of the sensors: increments, uncompensated rates and accelerations.
+    /// Values of the sensors: increments, uncompensated rates and accelerations.
     #[default]
     Sensors,
-    /// Those that the sensor's own filter has compensated.
+    /// Values that the sensor's own filter has compensated.
     Filtered,
 }
 

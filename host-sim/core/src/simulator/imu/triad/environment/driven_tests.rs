@@ -52,7 +52,7 @@ fn a_thermal_lag_follows_a_step_exponentially() {
 /// A block of the time constant 900 s, two hours on, a soak of 20 min: the solution of both
 /// equations in series, by hand.
 #[test]
-fn the_inner_place_lives_through_the_time_before_power_on() {
+fn the_inner_point_follows_the_time_before_power_on() {
     let mut spec = perfect();
     spec.block = BlockSpec {
         self_heating_k: 20.0,
