@@ -152,7 +152,7 @@ fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |all, (a, b)| all | (a ^ b)) == 0
 }
 
-/// Refuses requests for another server, and tells browsers what the page may do.
+/// Refuses requests for another server, and sends browsers the page's permissions.
 async fn named(State(server): State<Server>, request: Request, next: Next) -> Response {
     let host = request.headers().get(HOST).and_then(|of| of.to_str().ok());
     let mut response = if host.is_some_and(|host| server.is(host)) {

@@ -176,8 +176,8 @@ impl<T> List<T> {
 }
 
 impl<T: Item> List<T> {
-    /// A list of these items, of which at most so many bytes stay in memory. [`List::check`] tells
-    /// whether the temporary file could be written; if not, the list is empty.
+    /// A list of these items, of which at most so many bytes stay in memory. [`List::check`]
+    /// reports whether the temporary file could be written; if not, the list is empty.
     pub fn collected(items: impl IntoIterator<Item = T>, most: usize) -> Self {
         let mut writer = Writer::new(most);
         let written = items.into_iter().try_for_each(|item| writer.push(item));

@@ -16,7 +16,7 @@ pub(super) struct Read {
     pub warnings: Vec<String>,
 }
 
-/// Asks the device at a port. `unit` is what the user says that it is configured for.
+/// Asks the device at a port. `unit`: the unit for which it should be configured.
 pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, Error> {
     let mut link = Link::open("--from device:", port, baud)?;
     let link = &mut link;

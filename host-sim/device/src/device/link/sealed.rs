@@ -8,7 +8,7 @@ use firmware::wire::command::{MAX_PACKET, Provision, Request, Response};
 use host_core::error::Error;
 use std::time::Duration;
 
-/// Number of new sessions for one request.
+/// Largest number of sessions that are begun for one request.
 const SESSIONS: u32 = 20;
 /// Longest wait that the device may ask for; a longer one counts as a refusal.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);

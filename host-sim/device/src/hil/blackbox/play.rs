@@ -272,7 +272,7 @@ impl Player {
     fn judge_faults(&mut self, at_us: u64, bits: u32) -> Result<(), Difference> {
         self.faults = bits;
         let [recorded, here] = self.app.impose_faults(bits);
-        // a page does not record when the last bytes before it came
+        // a page does not record the time of the last bytes before it
         let unknown = if self.bytes == 0 { fault::SILENT } else { 0 };
         if (recorded ^ here) & !unknown == 0 {
             return Ok(());

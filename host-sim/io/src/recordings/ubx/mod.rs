@@ -45,7 +45,7 @@ pub struct Choice {
 /// Reads samples and fixes of a log.
 ///
 /// # Errors
-/// There are no samples, or no fixes to tell their time; times do not rise.
+/// There are no samples, or no fixes from which their time is known; times do not rise.
 pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Reading, Error> {
     let (log, mut notes) = open(file, progress)?;
     let (name, measured, which) = match log.raw.is_empty() {
