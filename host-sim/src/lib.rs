@@ -1,4 +1,4 @@
-//! The command line of the desktop side. What it calls is in the crates beside it: `host-core`,
+//! The command line of the desktop programs. Their code is in the crates beside it: `host-core`,
 //! `host-io`, `host-device`, `host-lab` and `host-report`.
 
 // The standard library's macros panic where nothing can be written. `cli::stdout` has others.

@@ -1,5 +1,5 @@
-//! The one error type of this package, for bad input and unwritable output. It says what is wrong,
-//! where, and what to do about it.
+//! The one error type of this package, for bad input and unwritable output. It gives the problem,
+//! its location and the remedy.
 //!
 //! `Display` gives one line without the program's name, ready for `eprintln!("host-sim: {error}")`.
 //! The program prints that line and exits with [`Error::code`]. Most variants are about input that
@@ -47,7 +47,7 @@ pub enum Error {
     /// The file is there but cannot be read.
     #[error(
         "{}: cannot be read ({source}); remedy: check that you may read it and that its disk is \
-         well",
+         healthy",
         .file.display()
     )]
     Unreadable {
@@ -78,9 +78,9 @@ pub enum Error {
     Empty {
         /// Path as given.
         file: PathBuf,
-        /// What the file holds instead: nothing, or the header alone.
+        /// What was found instead: nothing, or the header alone.
         found: &'static str,
-        /// What it must have, in words.
+        /// Description of the expected content.
         expected: String,
     },
     /// The first line does not name the expected columns.
@@ -125,9 +125,9 @@ pub enum Error {
         field: String,
         /// The text found.
         text: String,
-        /// What it is: `not a number`, `not finite`, `out of range`, ...
+        /// The fault: `not a number`, `not finite`, `out of range`, ...
         fault: &'static str,
-        /// What would be right.
+        /// How to correct it.
         remedy: String,
     },
     /// The time does not increase from one line to the next.
@@ -155,7 +155,7 @@ pub enum Error {
         .known.join(", ")
     )]
     UnknownName {
-        /// What the name stands for, for example `scenario`.
+        /// Kind of the name, for example `scenario`.
         kind: &'static str,
         /// The name given.
         name: String,
@@ -176,7 +176,7 @@ pub enum Error {
         key: String,
         /// What is wrong, as the rest of a sentence.
         problem: String,
-        /// What would be right.
+        /// How to correct it.
         remedy: String,
     },
     /// Several faults of one file, one a line.
@@ -189,7 +189,7 @@ pub enum Error {
         option: String,
         /// What is wrong.
         problem: String,
-        /// What would be right.
+        /// How to correct it.
         remedy: String,
     },
     /// A command whose job is to compare has found a difference.
@@ -199,13 +199,13 @@ pub enum Error {
         what: String,
         /// The difference.
         difference: String,
-        /// What to do about it.
+        /// The remedy.
         remedy: String,
     },
     /// The user has interrupted the command.
     #[error("interrupted; {0}")]
     Interrupted(
-        /// What is there, and how to go on.
+        /// What has been written, and how to continue.
         String,
     ),
     /// A file or directory cannot be written.
@@ -229,7 +229,7 @@ pub enum Error {
     NotOurs {
         /// Directory as given.
         dir: PathBuf,
-        /// What the directory holds.
+        /// Content of the directory.
         holds: &'static str,
     },
     /// A result that is NaN or infinite, or curves of different lengths. The run has failed and
@@ -293,7 +293,7 @@ impl Error {
         let file = file.to_path_buf();
         match source.kind() {
             Kind::NotADirectory if file.is_file() => Self::NoFolder { path: file },
-            // a path that goes on below a file leads nowhere, too
+            // a path that continues below a file does not exist, too
             Kind::NotFound | Kind::NotADirectory => Self::Missing { file },
             Kind::IsADirectory => Self::Folder { file },
             Kind::InvalidData => Self::NotText { file },

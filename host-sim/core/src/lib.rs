@@ -1,5 +1,5 @@
-//! What all the desktop side computes with: inertial navigation, the aided filter, the simulator of
-//! sensors and drives, long lists, and the one error type.
+//! Computations that all desktop programs share: inertial navigation, the aided filter, the
+//! simulator of sensors and drives, long lists, and the one error type.
 
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 

@@ -32,9 +32,9 @@ function device(state, problem) {
   const badge = at("device");
   badge.textContent = state;
   badge.className = `badge ${state === "found" ? "found" : "lost"}`;
-  const place = at("problem");
-  place.hidden = !problem;
-  if (place.textContent !== (problem ?? "")) place.textContent = problem ?? "";
+  const target = at("problem");
+  target.hidden = !problem;
+  if (target.textContent !== (problem ?? "")) target.textContent = problem ?? "";
   document.querySelector("main").classList.toggle("stale", state !== "found");
   orders.enable(state === "found");
 }

@@ -4,9 +4,9 @@ const at = (id) => document.getElementById(id);
 const meta = (name) => document.querySelector(`meta[name=${name}]`).content;
 
 function answer(text, kind) {
-  const place = at("order-answer");
-  place.textContent = text;
-  place.className = `answer ${kind}`;
+  const target = at("order-answer");
+  target.textContent = text;
+  target.className = `answer ${kind}`;
 }
 
 /** Sends an order. */

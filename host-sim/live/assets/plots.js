@@ -18,23 +18,23 @@ function clock(seconds) {
   return `${Math.floor(s / 60)}:${two(s % 60)}`;
 }
 
-/** A plot whose series `make()` describes anew in each colour scheme. */
+/** A plot whose series `make()` describes again in each colour scheme. */
 class Plot {
-  constructor(place, make, options = {}) {
-    this.place = place;
+  constructor(container, make, options = {}) {
+    this.container = container;
     this.make = make;
     this.options = options;
     this.dirty = false;
     this.data = make().series.map(() => []);
     this.data.push([]);
     this.build();
-    new ResizeObserver(() => this.resize()).observe(place);
+    new ResizeObserver(() => this.resize()).observe(container);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.build());
   }
 
   size() {
-    const width = Math.max(200, this.place.clientWidth);
-    return { width, height: Math.max(120, this.place.clientHeight) };
+    const width = Math.max(200, this.container.clientWidth);
+    return { width, height: Math.max(120, this.container.clientHeight) };
   }
 
   resize() {
@@ -57,7 +57,7 @@ class Plot {
       ],
       legend: { show: false }, cursor: { drag: { x: true, y: false } },
     };
-    this.plot = new uPlot(options, this.data, this.place);
+    this.plot = new uPlot(options, this.data, this.container);
     if (this.options.hooks) this.plot.hooks.draw = [this.options.hooks];
   }
 
@@ -67,7 +67,7 @@ class Plot {
   }
 
   push(values) {
-    if (this.data[0].length && values[0] < this.data[0].at(-1)) this.clear(); // the server began anew
+    if (this.data[0].length && values[0] < this.data[0].at(-1)) this.clear(); // the server has restarted
     values.forEach((value, index) => this.data[index].push(value ?? null));
     this.dirty = true;
   }
@@ -80,8 +80,8 @@ class Plot {
 }
 
 /** Raw and corrected samples of three axes from `first` on. */
-export function samples(place, first) {
-  const plot = new Plot(place, () => ({
+export function samples(container, first) {
+  const plot = new Plot(container, () => ({
     series: AXES.flatMap((axis) => [
       { stroke: colour(axis), width: 1, dash: [3, 3], points: { show: false } },
       { stroke: colour(axis), width: 1.6, points: { show: false } },
@@ -109,8 +109,8 @@ function halved(plot) {
 }
 
 /** Estimated errors with their standard deviations, and the correction in force. */
-export function errors(place, first) {
-  const plot = new Plot(place, () => ({
+export function errors(container, first) {
+  const plot = new Plot(container, () => ({
     series: AXES.flatMap((axis) => [
       { stroke: colour(axis), width: 1.6, points: { show: false } },
       HIDDEN, HIDDEN,
@@ -135,7 +135,7 @@ export function errors(place, first) {
 const PROVED = 150;
 
 /** Wealth of the candidates; the line at PROVED is the proof. */
-export function wealth(place) {
+export function wealth(container) {
   const names = Array.from({ length: 8 }, (_, k) => k);
   const proved = (u) => {
     const y = u.valToPos(PROVED, "y", true);
@@ -149,7 +149,7 @@ export function wealth(place) {
     u.ctx.stroke();
     u.ctx.restore();
   };
-  const plot = new Plot(place, () => ({
+  const plot = new Plot(container, () => ({
     series: names.map((k) => ({
       stroke: colour(`c${k}`), width: k === 0 ? 0.8 : 1.6, points: { show: false },
     })),

@@ -13,8 +13,8 @@ function element(name, text, attributes = {}) {
 }
 
 function put(id, text) {
-  const place = at(id);
-  if (place.textContent !== text) place.textContent = text;
+  const target = at(id);
+  if (target.textContent !== text) target.textContent = text;
 }
 
 /** The samples of the last tick. */
@@ -32,7 +32,7 @@ let shownFaults = "";
 /** Each fault with its remedy. */
 export function faults(list) {
   const text = JSON.stringify(list);
-  if (text === shownFaults) return; // so that a screen reader is not told again
+  if (text === shownFaults) return; // so that a screen reader does not read it again
   shownFaults = text;
   const items = list.map((fault) => {
     const item = element("li", null, { "data-fault": fault.name });
@@ -120,7 +120,7 @@ export function trials(s) {
     if (trial.proved) state.push("proved");
     if (trial.leads) state.push("most evidence");
     if (s.learner.winner === k && k > 0) state.push("chosen");
-    if (trial.enabled && k > 0 && trial.check < 0.5) state.push("harm seen");
+    if (trial.enabled && k > 0 && trial.check < 0.5) state.push("harm found");
     row.className = `c${k}${trial.proved ? " proved" : ""}`;
     const numbers = trial.enabled && k > 0
       ? [trial.wealth >= 100 ? fixed(trial.wealth, 0) : fixed(trial.wealth, 2), fixed(trial.check, 2), fixed(trial.evidence, 1)]
@@ -133,7 +133,7 @@ export function trials(s) {
   put("rehearsals", `Rehearsals ended: ${ended.join(", ")}.`);
 }
 
-/** Estimates in numbers, and the place. */
+/** Estimates in numbers, and the position. */
 export function now(s) {
   const text = (first, digits, unit) => ["x", "y", "z"].map((axis, k) =>
     `${axis} ${fixed(s.solution.estimate[first + k], digits)} ± ${fixed(s.solution.sigma[first + k], digits)}`).join(", ") + ` ${unit}`;

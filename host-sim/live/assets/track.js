@@ -22,14 +22,14 @@ export class Track {
   }
 
   clear() {
-    this.points = []; // metres east and north, and whether the line begins there anew
+    this.points = []; // metres east and north, and whether a new line begins there
     this.begins = true;
     this.origin = null;
     this.heading = null;
     this.dirty = true;
   }
 
-  /** A place, deg, as metres east and north of the first one. */
+  /** A position, deg, as metres east and north of the first one. */
   add([lat, lon], heading) {
     this.origin ??= [lat, lon];
     const [lat0, lon0] = this.origin;
@@ -42,7 +42,7 @@ export class Track {
     this.dirty = true;
   }
 
-  /** The navigator has no place: it begins anew somewhere else, so no line leads there. */
+  /** The navigator has no position: it restarts somewhere else, so no line leads there. */
   gap() {
     this.begins = true;
   }

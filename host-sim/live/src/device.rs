@@ -1,7 +1,7 @@
-//! The device at its command link: asked twice a second, told what the page's buttons say, lost and
-//! found again.
+//! The device at its command link: polled twice a second, given the orders of the page's buttons,
+//! and looked for again when it is lost.
 //!
-//! One thread has the link. Its key never leaves this program.
+//! One thread owns the link. The key never leaves this program.
 
 mod order;
 
@@ -24,16 +24,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// How often the device is asked.
+/// Time between two polls of the device.
 const PERIOD: Duration = Duration::from_millis(500);
-/// After so many times it is also asked what it is and what it was told.
+/// Number of polls after which its identity and configuration are read again.
 const INFO_EVERY: u32 = 20;
-/// How often a request is sent before the device counts as lost.
+/// Number of tries of a request before the device counts as lost.
 const TRIES: u32 = 3;
-/// A lost device is looked for after this time.
+/// Time between two attempts to reach a lost device.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// Where the device is.
+/// Access to the device.
 pub struct Device {
     /// Port of its command link.
     pub port: String,
@@ -43,21 +43,21 @@ pub struct Device {
     pub key: Option<Secret>,
 }
 
-/// With whom the thread talks.
+/// Connections of the device's thread.
 pub struct Around {
-    /// The pages.
+    /// Sends events to the pages.
     pub hub: Arc<Hub>,
-    /// The lines.
+    /// Readers of the sensor's and the navigation line.
     pub taps: Arc<Taps>,
-    /// What is recorded.
+    /// The recording.
     pub record: Arc<Record>,
-    /// The buttons.
+    /// Orders of the page's buttons.
     pub orders: Receiver<Given>,
-    /// Ends it.
+    /// Ends the thread when set.
     pub stop: Arc<AtomicBool>,
 }
 
-/// What the pages are told twice a second.
+/// Status of the device, sent to the pages twice a second.
 #[derive(Serialize)]
 pub struct Now {
     /// Time of the server, s.
@@ -67,15 +67,15 @@ pub struct Now {
     pub status: Status,
     /// Correction in force, deg/h and mg.
     pub in_force: [f64; 6],
-    /// Output of the networks in use.
+    /// Output of the networks in use, deg/h and mg.
     pub network: [f64; 6],
-    /// The learner's navigator.
+    /// Navigation solution of the learner.
     pub solution: Option<Solution>,
-    /// How the hypotheses stand.
+    /// State of the hypotheses.
     pub trials: Option<Trials>,
 }
 
-/// What the pages are told when it changes.
+/// Identity and configuration of the device, sent to the pages when they change.
 #[derive(Serialize)]
 struct What {
     #[serde(flatten)]
@@ -92,7 +92,7 @@ struct Lost {
     problem: String,
 }
 
-/// An open link, and what is remembered of the device behind it.
+/// An open link, and the state of polling its device.
 struct Found {
     link: Link,
     last: Option<Counted>,
@@ -111,7 +111,7 @@ impl Device {
         Ok(link)
     }
 
-    /// Watches the device until the server ends. `link`: it has been opened already.
+    /// Watches the device until the server ends. `link`: an open link, if there is one.
     pub fn watch(&self, link: Option<Link>, around: &Around) {
         let fresh = |link| Found {
             link,
@@ -131,11 +131,11 @@ impl Device {
                 Ok(found)
             });
             let wait = match looked {
-                Ok(still) => {
+                Ok(polled) => {
                     if was_lost {
                         around.record.log("the device is found again", false);
                     }
-                    (found, was_lost) = (Some(still), false);
+                    (found, was_lost) = (Some(polled), false);
                     PERIOD
                 }
                 Err(error) => {
@@ -156,24 +156,24 @@ impl Device {
         }
     }
 
-    /// Asks the device and tells the pages.
+    /// Polls the device and sends its state to the pages.
     fn look(&self, found: &mut Found, around: &Around) -> Result<(), Error> {
         let Found { link, last, rounds } = found;
         let had = last.is_some();
         let status = Status::ask(link, around.hub.begun, last)?;
         let restarted = had && status.per_second.is_none();
         if rounds.is_multiple_of(INFO_EVERY) || restarted {
-            let told = configuration(link)?;
-            around
-                .taps
-                .tell(DecoderSettings::of(&told.clone().unwrap_or_default()));
+            let configuration = configuration(link)?;
+            around.taps.tell(DecoderSettings::of(
+                &configuration.clone().unwrap_or_default(),
+            ));
             around
                 .hub
-                .tell("info", &self.what(info(link)?, told.as_ref()));
+                .tell("info", &self.what(info(link)?, configuration.as_ref()));
         }
         *rounds += 1;
         let (in_force, network) = link.ask(&Request::GetEstimate, |answer| match answer {
-            Response::Estimate(told) => Some((told.in_force, told.network_output)),
+            Response::Estimate(of) => Some((of.in_force, of.network_output)),
             _ => None,
         })?;
         let [gyro, accel] = in_force.map(|triad| triad.map(f64::from));
@@ -201,10 +201,10 @@ impl Device {
         Ok(())
     }
 
-    fn what(&self, info: Info, told: Option<&Configuration>) -> What {
+    fn what(&self, info: Info, configuration: Option<&Configuration>) -> What {
         What {
             info,
-            activation: told.map(|told| match told.correction.activation {
+            activation: configuration.map(|of| match of.correction.activation {
                 Activation::Commanded => "commanded",
                 Activation::Standstill => "standstill",
                 Activation::Faded => "faded",
@@ -216,8 +216,7 @@ impl Device {
     }
 }
 
-/// Waits until it is time to look again, or until a button says something, which is carried out.
-/// False: the server ends.
+/// Waits until the next poll is due, or carries out an order of a button. False: the server ends.
 fn serve(due: Instant, found: &mut Option<Found>, around: &Around) -> bool {
     let left = due.saturating_duration_since(Instant::now());
     let given = match around.orders.recv_timeout(left) {
@@ -227,7 +226,7 @@ fn serve(due: Instant, found: &mut Option<Found>, around: &Around) -> bool {
     };
     let done = match found {
         Some(found) => {
-            found.rounds = 0; // what the device is may have changed
+            found.rounds = 0; // its configuration may have changed
             given.order.carry_out(&mut found.link)
         }
         None => Err("the device is lost; remedy: wait until it is found again".into()),

@@ -1,18 +1,18 @@
-//! What is kept for pages that open later: bounded, however long the server runs.
+//! History for pages that open later; its size is bounded, however long the server runs.
 
 use serde::Serialize;
 
-/// Most points that are kept.
+/// Largest number of points.
 const MOST: usize = 1024;
 
-/// Points at even distances from the beginning on. When there are too many, every second one goes,
-/// and from then on only every second one comes.
+/// Points at even intervals since the beginning. When there are too many, every second one is
+/// dropped, and from then on only every second new one is stored.
 #[derive(Debug)]
 pub struct History<T> {
     points: Vec<T>,
-    /// One of so many is kept.
+    /// One point in this many is stored.
     stride: usize,
-    seen: usize,
+    count: usize,
 }
 
 impl<T> Default for History<T> {
@@ -20,15 +20,15 @@ impl<T> Default for History<T> {
         Self {
             points: Vec::new(),
             stride: 1,
-            seen: 0,
+            count: 0,
         }
     }
 }
 
 impl<T> History<T> {
-    /// One more.
+    /// Adds a point.
     pub fn push(&mut self, point: T) {
-        if self.seen.is_multiple_of(self.stride) {
+        if self.count.is_multiple_of(self.stride) {
             if self.points.len() == MOST {
                 let mut number = 0;
                 self.points.retain(|_| {
@@ -37,30 +37,30 @@ impl<T> History<T> {
                 });
                 self.stride *= 2;
             }
-            if self.seen.is_multiple_of(self.stride) {
+            if self.count.is_multiple_of(self.stride) {
                 self.points.push(point);
             }
         }
-        self.seen += 1;
+        self.count += 1;
     }
 
-    /// Those that are kept, oldest first.
+    /// The stored points, oldest first.
     #[must_use]
     pub fn points(&self) -> &[T] {
         &self.points
     }
 }
 
-/// One point of what changes slowly.
+/// Slowly changing values at one time.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
     /// Time of the server, s.
     pub t: f64,
     /// Estimated sensor errors, deg/h and mg, while the learner navigates.
     pub estimate: Option<[f64; 6]>,
-    /// Their standard deviations.
+    /// Their standard deviations, deg/h and mg.
     pub sigma: Option<[f64; 6]>,
-    /// Correction in force.
+    /// Correction in force, deg/h and mg.
     pub in_force: [f64; 6],
     /// Wealth of each hypothesis.
     pub wealth: Option<Vec<f32>>,

@@ -1,7 +1,6 @@
-//! Between those who measure and those who look: events go to every page, and what a page that
-//! opens later needs is kept.
+//! Sends events to all open pages, and retains what a page needs that opens later.
 //!
-//! Nobody waits for a page. Events are in a ring; a page that is too slow for it misses some.
+//! No sender waits for a page. Events are in a ring; a page that reads too slowly misses some.
 
 use crate::history::{History, Point};
 use serde::Serialize;
@@ -12,27 +11,27 @@ use tokio::sync::broadcast;
 /// Events that wait for a slow page.
 const WAITING: usize = 64;
 
-/// What is told, as JSON.
+/// An event for the pages, as JSON.
 #[derive(Clone, Debug)]
 pub struct Event {
     /// Its name: `samples`, `status`, `info` or `lost`.
     pub name: &'static str,
-    /// Its object.
+    /// Its content, a JSON object.
     pub json: Arc<str>,
 }
 
-/// See the module.
+/// Distributes events to the pages.
 pub struct Hub {
     /// When the server began.
     pub begun: Instant,
     sender: broadcast::Sender<Event>,
-    kept: Mutex<Kept>,
+    retained: Mutex<Retained>,
 }
 
-/// What a page that opens gets first.
+/// What a page gets first when it opens.
 #[derive(Default)]
-struct Kept {
-    /// The last one of each name.
+struct Retained {
+    /// The last event of each name.
     last: Vec<Event>,
     history: History<Point>,
 }
@@ -42,7 +41,7 @@ impl Default for Hub {
         Self {
             begun: Instant::now(),
             sender: broadcast::channel(WAITING).0,
-            kept: Mutex::default(),
+            retained: Mutex::default(),
         }
     }
 }
@@ -54,43 +53,44 @@ impl Hub {
         self.begun.elapsed().as_secs_f64()
     }
 
-    /// Tells all pages.
+    /// Sends an event to all pages.
     pub fn tell(&self, name: &'static str, what: &impl Serialize) {
         let json = serde_json::to_string(what).unwrap_or_default().into();
         let event = Event { name, json };
         if name != "samples" {
-            let mut kept = self.kept();
-            // what the device is now stands in either of them
+            let mut retained = self.retained();
+            // both report whether the device is there, so each replaces the other
             let alike = |of: &str| of == name || ["status", "lost"].contains(&of);
             let replaces = ["status", "lost"].contains(&name);
-            kept.last
+            retained
+                .last
                 .retain(|event| event.name != name && !(replaces && alike(event.name)));
-            kept.last.push(event.clone());
+            retained.last.push(event.clone());
         }
-        let _ = self.sender.send(event); // nobody may be looking
+        let _ = self.sender.send(event); // there may be no page
     }
 
-    /// Keeps a point of what changes slowly.
+    /// Adds a point to the history of slow values.
     pub fn keep(&self, point: Point) {
-        self.kept().history.push(point);
+        self.retained().history.push(point);
     }
 
-    /// What was told so far, and all that will be.
+    /// The events retained so far, and a receiver of all later ones.
     #[must_use]
     pub fn listen(&self) -> (Vec<Event>, broadcast::Receiver<Event>) {
-        let kept = self.kept();
+        let retained = self.retained();
         let receiver = self.sender.subscribe();
-        let history = serde_json::to_string(kept.history.points());
+        let history = serde_json::to_string(retained.history.points());
         let mut first = vec![Event {
             name: "history",
             json: history.unwrap_or_default().into(),
         }];
-        first.extend(kept.last.iter().cloned());
+        first.extend(retained.last.iter().cloned());
         (first, receiver)
     }
 
-    fn kept(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    fn retained(&self) -> MutexGuard<'_, Retained> {
+        self.retained.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

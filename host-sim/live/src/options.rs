@@ -20,17 +20,18 @@ pub struct Options {
     /// Bit rate of the command link; sockets ignore it
     #[arg(long, default_value_t = 921_600)]
     pub baud: u32,
-    /// File of the device's key: what the buttons change is sealed with it
+    /// File of the device's key: orders of the buttons are sealed with it
     #[arg(long, value_name = "FILE", env = "LRNN_KEY")]
     pub key: Option<PathBuf>,
-    /// Port that hears what the device sends to the navigation computer: without it the page has no
-    /// rates and forces
+    /// Port that receives the device's stream to the navigation computer: without it the page has
+    /// no rates and forces
     #[arg(long, value_name = "PORT", conflicts_with = "simulate")]
     pub stream: Option<String>,
-    /// Port that hears the sensor; without it raw values are corrected ones and the correction
+    /// Port that receives the sensor's frames; without it raw values are corrected ones plus the
+    /// correction
     #[arg(long, value_name = "PORT", conflicts_with = "simulate")]
     pub sensor: Option<String>,
-    /// A simulated device on a simulated drive, which begins anew when it is over
+    /// A simulated device on a simulated drive, which begins again when it is over
     #[arg(long)]
     pub simulate: bool,
     /// Unit of the simulated device: a preset's name (host-sim unit list) or a unit file
@@ -48,7 +49,7 @@ pub struct Options {
     #[arg(long, default_value_t = 1800, conflicts_with = "device")]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=4000))]
     pub seconds: u32,
-    /// How many times faster than in reality
+    /// Simulated time over real time
     #[arg(long, default_value_t = 1.0, value_parser = speed, conflicts_with = "device")]
     pub speed: f64,
     /// Mode of the simulated device

@@ -1,26 +1,25 @@
-//! Raw and corrected samples that are the same sample: they come on two lines, at slightly
-//! different times. Only of such pairs is the difference the correction.
+//! Pairs the raw and the corrected values of the same sample, which arrive on two lines at slightly
+//! different times. Only in such a pair is the difference the correction.
 
 use crate::samples::{Found, Sample};
 use crate::taps::Side;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// So many samples of one line wait for those of the other one.
+/// Number of samples of one line that wait for those of the other.
 const WAITING: usize = 1024;
-/// They wait no longer than this: the counter of a STIM300 at 250 Hz begins anew every 128 ms, and
-/// an older sample with the same counter is another one.
+/// Longest wait: the counter of a STIM300 at 250 Hz repeats every 128 ms, and an older sample with
+/// the same counter is another one.
 const LONGEST: Duration = Duration::from_millis(60);
 
-/// See the module.
+/// Finds the pairs.
 #[derive(Default)]
 pub struct Pairs {
     waiting: [VecDeque<(Instant, Found)>; 2],
 }
 
 impl Pairs {
-    /// One more sample of a line. Gives to `take` what is complete: both, or one that has no
-    /// partner.
+    /// Adds a sample of a line. Passes complete pairs to `take`, and samples without a partner.
     pub fn push(&mut self, side: Side, found: Found, mut take: impl FnMut(Side, &Sample)) {
         let now = Instant::now();
         self.waiting[side as usize].push_back((now, found));
@@ -60,7 +59,7 @@ mod tests {
     use super::*;
     use crate::samples::Key;
 
-    /// What is taken when samples with these counters come on both lines, raw first.
+    /// The samples that are passed on when these counters arrive on both lines, raw first.
     fn taken(raw: &[u16], corrected: &[u16]) -> Vec<(Side, f64)> {
         let mut pairs = Pairs::default();
         let mut all = Vec::new();

@@ -1,4 +1,4 @@
-//! The same streams for other programs: by Foxglove's protocol, live, and as an MCAP file.
+//! The streams of the page for other programs: by Foxglove's protocol, live, and as an MCAP file.
 //!
 //! Topics: `/imu/raw`, `/imu/corrected` (every sample), `/errors`, `/health`, `/rehearsals` (JSON
 //! with a schema), `/track` (foxglove.LocationFix) and `/log` (foxglove.Log).
@@ -26,7 +26,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// Messages that wait for a slow program.
 const WAITING: usize = 1024;
 
-/// Where what is measured goes.
+/// Outputs of the measured data: Foxglove's protocol and an MCAP file.
 pub struct Record {
     context: Arc<Context>,
     imu: [Channel<Imu>; 2],
@@ -58,7 +58,7 @@ impl Default for Record {
 }
 
 impl Record {
-    /// Records in a new file from now on. It is whole after [`Record::end`].
+    /// Starts recording to a new file, which is complete after [`Record::end`].
     ///
     /// # Errors
     /// The file exists already or cannot be written.
@@ -82,10 +82,10 @@ impl Record {
         Ok(())
     }
 
-    /// Serves Foxglove's protocol from now on, until the answer is dropped.
+    /// Serves Foxglove's protocol until the handle is dropped.
     ///
     /// # Errors
-    /// The address cannot be had.
+    /// The address is not available.
     pub fn serve(&self, at: SocketAddr) -> Result<WebSocketServerHandle, Error> {
         let server = self.context.websocket_server().name("host-sim serve");
         let server = server.bind(at.ip().to_string(), at.port());
@@ -97,7 +97,7 @@ impl Record {
         })
     }
 
-    /// One sample.
+    /// Records a sample.
     pub fn sample(&self, side: Side, sample: &Sample) {
         let channel = &self.imu[side as usize];
         if channel.has_sinks() {
@@ -105,7 +105,7 @@ impl Record {
         }
     }
 
-    /// What the device tells.
+    /// Records the status of the device.
     pub fn now(&self, now: &Now) {
         self.health.log(&Health::of(now));
         if let Some(errors) = Errors::of(now) {
@@ -131,7 +131,7 @@ impl Record {
         self.tell_faults(&now.status.faults);
     }
 
-    /// Faults that came and went.
+    /// Logs faults that were set or cleared.
     fn tell_faults(&self, now: &[Fault]) {
         let mut before = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
         for fault in now.iter().filter(|of| !before.contains(of)) {
@@ -146,7 +146,7 @@ impl Record {
         *before = now.to_vec();
     }
 
-    /// A sentence for the log.
+    /// Records a sentence of the log.
     pub fn log(&self, message: &str, wrong: bool) {
         let level = if wrong { Level::Error } else { Level::Info };
         self.log.log(&Log {
@@ -158,10 +158,10 @@ impl Record {
         });
     }
 
-    /// Ends the file, which is whole then.
+    /// Completes the file.
     ///
     /// # Errors
-    /// The disk is full, or gone.
+    /// The disk is full or not available.
     pub fn end(&self) -> Result<(), Error> {
         let file = self
             .file

@@ -1,32 +1,32 @@
-//! Bytes of a sensor's or navigation computer's line as samples in SI.
+//! Decodes the bytes of the sensor's or the navigation line into samples in SI.
 
 use firmware::sample::{Quantity, RawSample, Unit};
 use firmware::wire::framer::Kind;
 use firmware::wire::{Checked, Detector, Framer, ImuFormat, Settings};
 
-/// Bytes that a framer takes at once.
+/// Number of bytes that a framer takes at once.
 const PIECE: usize = 64;
-/// An integrated value that has moved faster than this has wrapped, rad/s and m/s2.
+/// Rate above which an integrated value counts as wrapped, rad/s and m/s2.
 const WRAPPED: [f64; 2] = [100.0, 1000.0];
 
 /// One sample: rates of the axes x, y, z, rad/s, then specific forces, m/s2.
 pub type Sample = [f64; 6];
 
-/// What tells a sample from those around it.
+/// Identifies a sample among its neighbours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Key {
     /// The sensor's counter.
     Counter(u16),
     /// The time in the frame, s.
     Time(f64),
-    /// Nothing: the samples count by their order.
+    /// Neither: only the order of the samples.
     Order,
 }
 
-/// A sample that was found.
+/// A decoded sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// What tells it from others.
+    /// Identifies it among its neighbours.
     pub key: Key,
     /// Its values.
     pub sample: Sample,
@@ -46,7 +46,7 @@ enum Finder {
 }
 
 impl Decoder {
-    /// For frames of this format; without one it is detected.
+    /// A decoder of frames of this format; without one the format is detected.
     #[must_use]
     pub fn new(settings: Settings, format: Option<ImuFormat>) -> Self {
         let finder = match format {
@@ -64,7 +64,7 @@ impl Decoder {
         }
     }
 
-    /// Gives the samples that end in these bytes to `take`.
+    /// Passes the samples that end in these bytes to `take`.
     pub fn push(&mut self, bytes: &[u8], mut take: impl FnMut(Found)) {
         for piece in bytes.chunks(PIECE) {
             match &mut self.finder {
@@ -100,15 +100,15 @@ fn sample(frame: &Checked, settings: &Settings, last: &mut Option<[f64; 6]>) -> 
     let units = [stream.units.gyro, stream.units.accel];
     let before = last.replace(values);
     let mut si = [0.0; 6];
-    for (axis, place) in si.iter_mut().enumerate() {
+    for (axis, value) in si.iter_mut().enumerate() {
         let Unit { quantity, lsb } = units[axis / 3];
-        *place = lsb
+        *value = lsb
             * match quantity {
                 Quantity::Rate | Quantity::Average => values[axis],
                 Quantity::Increment => values[axis] * stream.rate,
                 Quantity::Integrated => (values[axis] - before?[axis]) * stream.rate,
             };
-        if quantity == Quantity::Integrated && place.abs() > WRAPPED[axis / 3] {
+        if quantity == Quantity::Integrated && value.abs() > WRAPPED[axis / 3] {
             return None;
         }
     }
@@ -130,20 +130,21 @@ mod tests {
     use firmware::configuration::Configuration;
     use host_device::hil::{Input, drive};
 
-    /// A simulated drive at rest: the sum of the samples is gravity, and the detector and a told
+    /// A simulated drive at rest: the sum of the samples is gravity, and the detector and a given
     /// format find the same.
     #[test]
     fn the_samples_of_a_drive_at_rest_are_gravity() {
         let drive = drive(ImuFormat::Stim300, 2).expect("a drive");
-        let mut told = Configuration::default().wire_settings();
-        told.stim300.config = told.stim300.config.with_sample_rate_code(1); // 250 Hz, as simulated
+        let mut settings = Configuration::default().wire_settings();
+        // 250 Hz, as simulated
+        settings.stim300.config = settings.stim300.config.with_sample_rate_code(1);
         let bytes: Vec<u8> = (drive.records.iter())
             .filter(|record| record.input == Input::Sensor)
             .flat_map(|record| record.bytes.clone())
             .collect();
         let found = |format| {
             let mut all = Vec::new();
-            Decoder::new(told, format).push(&bytes, |sample| all.push(sample));
+            Decoder::new(settings, format).push(&bytes, |sample| all.push(sample));
             all
         };
         let (detected, known) = (found(None), found(Some(ImuFormat::Stim300)));
@@ -160,7 +161,7 @@ mod tests {
     #[test]
     fn damage_costs_no_other_sample() {
         let drive = drive(ImuFormat::Stim300, 1).expect("a drive");
-        let told = Configuration::default().wire_settings();
+        let settings = Configuration::default().wire_settings();
         let mut bytes: Vec<u8> = Vec::new();
         let sensor = drive.records.iter().filter(|of| of.input == Input::Sensor);
         for record in sensor {
@@ -168,7 +169,7 @@ mod tests {
         }
         let count = |bytes: &[u8]| {
             let mut count = 0;
-            Decoder::new(told, Some(ImuFormat::Stim300)).push(bytes, |_| count += 1);
+            Decoder::new(settings, Some(ImuFormat::Stim300)).push(bytes, |_| count += 1);
             count
         };
         let whole = count(&bytes);

@@ -1,4 +1,4 @@
-//! Starts and ends all parts.
+//! Starts and ends all parts of the server.
 
 use crate::device::{Around, Device};
 use crate::hub::Hub;
@@ -21,9 +21,9 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// Orders that wait.
+/// Number of orders that may wait.
 const WAITING: usize = 4;
-/// Pages have so long to be told that the server ends.
+/// Time for the pages to receive that the server ends.
 const FAREWELL: Duration = Duration::from_secs(2);
 
 /// Ports of the device: command link, stream, sensor.
@@ -32,7 +32,7 @@ type Ports = (String, Option<String>, Option<String>);
 /// Runs until Ctrl-C.
 ///
 /// # Errors
-/// A port or file cannot be had; there is no device; the recording cannot be finished.
+/// A port or file is not available; there is no device; the recording cannot be finished.
 pub fn serve(options: &Options) -> Result<(), Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let listener = listen(options.listen)?;
@@ -93,7 +93,7 @@ pub fn serve(options: &Options) -> Result<(), Error> {
     served
 }
 
-/// Where the device is; starts the simulated one.
+/// Ports of the device; starts the simulated one.
 fn ports(
     options: &Options,
     stop: &Arc<AtomicBool>,
@@ -142,7 +142,7 @@ fn refused(at: SocketAddr, error: &io::Error) -> Error {
     }
 }
 
-/// What the page needs.
+/// State of the page's server.
 struct Web {
     hub: Arc<Hub>,
     orders: Option<std::sync::mpsc::SyncSender<crate::device::Given>>,
@@ -169,7 +169,7 @@ impl Web {
                 names: self.names,
                 ends,
             };
-            told(at, foxglove)?;
+            announce(at, foxglove)?;
             let quit = async move {
                 interrupted().await;
                 let _ = end.send(true);
@@ -182,8 +182,8 @@ impl Web {
     }
 }
 
-/// Says where the page is. Nobody may be reading.
-fn told(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
+/// Prints the address of the page. The reader may be gone.
+fn announce(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
     stdout::print(format_args!(
         "the page is at http://{at}/ (Ctrl-C ends it)\n"
     ));
@@ -194,7 +194,7 @@ fn told(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
     stdout::finish()
 }
 
-/// Ctrl-C, or the end that the system asks for.
+/// Waits for Ctrl-C, or a request of the system to end.
 async fn interrupted() {
     let by_hand = async {
         let _ = tokio::signal::ctrl_c().await;

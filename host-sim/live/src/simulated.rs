@@ -22,10 +22,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long the vehicle stands before each drive, s.
+/// Standstill before each drive, s.
 const STANDS_S: u32 = 60;
-/// The thread sleeps so long between its turns, simulated or not.
-const TURN: Duration = Duration::from_millis(1);
+/// Time that the thread sleeps between two runs of the application.
+const SLEEP: Duration = Duration::from_millis(1);
 
 /// A board with clocks as those of an MPS2.
 const HARDWARE: Hardware = Hardware {
@@ -36,14 +36,14 @@ const HARDWARE: Hardware = Hardware {
     reset: None,
 };
 
-/// What is simulated.
+/// Settings of a simulation.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     /// The unit, whose errors the sensor has.
     pub unit: Unit,
     /// Length of a drive, s.
     pub seconds: u32,
-    /// How many times faster than in reality.
+    /// Simulated time over real time.
     pub speed: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct Simulation {
 pub struct Simulated {
     /// Ports of its command link and of its stream to the navigation computer.
     pub ports: [String; 2],
-    told: Configuration,
+    configuration: Configuration,
     drive: Drive,
     speed: f64,
     listeners: [TcpListener; 2],
@@ -63,14 +63,14 @@ impl Simulated {
     /// # Errors
     /// The unit cannot be simulated; the system has no ports left.
     pub fn new(of: &Simulation) -> Result<Self, Error> {
-        let told = of.unit.configuration().map_err(|wrong| Error::Option {
+        let configuration = of.unit.configuration().map_err(|wrong| Error::Option {
             option: format!("--unit: {}", wrong.key),
             problem: wrong.problem,
             remedy: wrong.remedy,
         })?;
         let format = of.unit.sensor.imu_format().unwrap_or(ImuFormat::Stim300);
         let seconds = [of.seconds, STANDS_S];
-        let drive = drive_told(&told, format, &of.unit.simulated(), seconds)?;
+        let drive = drive_told(&configuration, format, &of.unit.simulated(), seconds)?;
         let opened = || -> io::Result<_> {
             let open = || -> io::Result<TcpListener> {
                 let listener = TcpListener::bind("127.0.0.1:0")?;
@@ -89,10 +89,10 @@ impl Simulated {
         })?;
         Ok(Self {
             ports,
-            told: Configuration {
+            configuration: Configuration {
                 // the axes of the simulated sensor are the vehicle's
                 mounting: Configuration::default().mounting,
-                ..told
+                ..configuration
             },
             drive,
             speed: of.speed,
@@ -104,20 +104,20 @@ impl Simulated {
     pub fn run(self, stop: &AtomicBool) {
         let [command, stream] = self.listeners.map(Socket::new);
         let mut outside = Outside { command, stream };
-        let mut kept = Nets::NONE;
+        let mut stored = Nets::NONE;
         while !stop.load(Ordering::Relaxed) {
             let config = Config {
-                nets: kept,
+                nets: stored,
                 store: true,
                 hardware: HARDWARE,
-                ..Config::of(&self.told)
+                ..Config::of(&self.configuration)
             };
             power_on(
                 config,
                 &self.drive,
                 self.speed,
                 &mut outside,
-                &mut kept,
+                &mut stored,
                 stop,
             );
         }
@@ -136,14 +136,14 @@ fn power_on(
     drive: &Drive,
     speed: f64,
     outside: &mut Outside,
-    kept: &mut Nets,
+    stored: &mut Nets,
     stop: &AtomicBool,
 ) {
     let mut memory = Box::new(FixMemory::ZEROED);
     let mut references = Box::new(WindowLearner::new());
     let mut learner = CombinedLearner {
         references: &mut *references,
-        fixes: FixLearner::new(&mut memory, Settings::MEDIUM), // until it is told
+        fixes: FixLearner::new(&mut memory, Settings::MEDIUM), // until it is configured
     };
     let mut app = Box::new(App::with_learner(config, Some(&mut learner)));
     let mut lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine> = Lines::default();
@@ -152,11 +152,11 @@ fn power_on(
     let mut records = drive.records.iter().peekable();
     while records.peek().is_some() && !stop.load(Ordering::Relaxed) {
         let now_us = (begun.elapsed().as_secs_f64() * speed * 1e6) as u64;
-        let mut turn = |lines: &mut Lines<_, _, _, _>, clock: &SetClock| {
+        let mut poll = |lines: &mut Lines<_, _, _, _>, clock: &SetClock| {
             while app.poll(lines, clock) {}
             if app.wants_to_store() {
                 app.store(|_, content| {
-                    *kept = *content.nets;
+                    *stored = *content.nets;
                     true
                 });
             }
@@ -168,19 +168,19 @@ fn power_on(
                 Input::Sensor => lines.sensor.received.extend(&record.bytes),
                 Input::Gnss => lines.gnss.received.extend(&record.bytes),
             }
-            turn(&mut lines, &clock);
+            poll(&mut lines, &clock);
             outside.stream.send(&lines.navigation.sent);
             lines.navigation.sent.clear();
             lines.sensor.sent.clear();
         }
         clock.0 = clock.0.max(now_us);
         outside.command.receive(&mut lines.command.received);
-        turn(&mut lines, &clock);
+        poll(&mut lines, &clock);
         outside.command.send(&lines.command.sent);
         lines.command.sent.clear();
         outside.stream.send(&lines.navigation.sent);
         lines.navigation.sent.clear();
-        thread::sleep(TURN);
+        thread::sleep(SLEEP);
     }
 }
 

@@ -1,7 +1,7 @@
-//! The lines that are listened to: the stream to the navigation computer, and the sensor's.
+//! Reads the stream to the navigation computer and the sensor's line.
 //!
-//! Each has a thread that reads, and one thread tells the pages twenty times a second what came. A
-//! line that breaks is opened again once a second.
+//! Each line has a thread that reads. Another thread sends the samples to the pages twenty times a
+//! second. A line that breaks is reopened after a second.
 
 use crate::hub::Hub;
 use crate::pairs::Pairs;
@@ -17,9 +17,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// How often the pages are told.
+/// Time between two events for the pages.
 const TICK: Duration = Duration::from_millis(50);
-/// A line that broke is opened again after this time.
+/// Time until a broken line is reopened.
 const AGAIN: Duration = Duration::from_secs(1);
 
 /// Which line.
@@ -31,7 +31,7 @@ pub enum Side {
     Corrected,
 }
 
-/// What a decoder must know.
+/// Settings of the lines and their decoders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecoderSettings {
     settings: Settings,
@@ -40,56 +40,56 @@ pub struct DecoderSettings {
 }
 
 impl DecoderSettings {
-    /// Of a device's configuration.
+    /// The settings in a device's configuration.
     #[must_use]
-    pub fn of(told: &Configuration) -> Self {
+    pub fn of(configuration: &Configuration) -> Self {
         Self {
-            settings: told.wire_settings(),
-            format: match &told.sensor {
+            settings: configuration.wire_settings(),
+            format: match &configuration.sensor {
                 Some(Sensor::Stream(settings)) => Some(settings.format()),
                 Some(Sensor::Spi(_)) | None => None,
             },
-            lines: told.lines,
+            lines: configuration.lines,
         }
     }
 }
 
-/// What the threads share.
+/// Readers of the lines: state that their threads share.
 pub struct Taps {
     hub: Arc<Hub>,
     record: Arc<Record>,
     stop: Arc<AtomicBool>,
     state: Mutex<State>,
-    /// The sensor's line is listened to.
+    /// Whether the sensor's line is read.
     has_sensor: bool,
 }
 
 struct State {
-    /// What the device was told; changes when it is told anew.
-    told: DecoderSettings,
+    /// From the device's configuration; replaced when the device is configured again.
+    settings: DecoderSettings,
     raw: Gather,
     corrected: Gather,
     /// Samples of one line that wait for those of the other.
     pairs: Pairs,
-    /// Correction in force, rad/s and m/s2: what makes raw samples of corrected ones.
+    /// Correction in force, rad/s and m/s2; added to corrected samples it gives raw ones.
     in_force: Sample,
-    /// Why a line is not heard.
+    /// Why a line cannot be read, for each [`Side`].
     broken: [Option<String>; 2],
 }
 
-/// What the pages are told.
+/// An event for the pages.
 #[derive(Serialize)]
 struct Shown<'a> {
     t: f64,
     raw: Option<Window>,
     corrected: Option<Window>,
-    /// Where the raw values come from.
+    /// Source of the raw values, in words.
     raw_from: &'static str,
     broken: Vec<&'a str>,
 }
 
 impl Taps {
-    /// Of lines that nobody listens to yet.
+    /// Lines that are not read yet.
     #[must_use]
     pub fn new(
         hub: &Arc<Hub>,
@@ -97,14 +97,14 @@ impl Taps {
         stop: &Arc<AtomicBool>,
         has_sensor: bool,
     ) -> Arc<Self> {
-        let told = DecoderSettings::of(&Configuration::default());
+        let settings = DecoderSettings::of(&Configuration::default());
         Arc::new(Self {
             hub: Arc::clone(hub),
             record: Arc::clone(record),
             stop: Arc::clone(stop),
             has_sensor,
             state: Mutex::new(State {
-                told,
+                settings,
                 raw: Gather::NOTHING,
                 corrected: Gather::NOTHING,
                 pairs: Pairs::default(),
@@ -118,12 +118,12 @@ impl Taps {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The device was told this.
-    pub fn tell(&self, told: DecoderSettings) {
-        self.state().told = told;
+    /// Replaces the settings of the decoders.
+    pub fn tell(&self, settings: DecoderSettings) {
+        self.state().settings = settings;
     }
 
-    /// The correction in force, rad/s and m/s2.
+    /// Sets the correction in force, rad/s and m/s2.
     pub fn in_force(&self, correction: Sample) {
         self.state().in_force = correction;
     }
@@ -132,28 +132,28 @@ impl Taps {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Listens to a port until the server ends.
+    /// Reads a port until the server ends.
     pub fn listen(&self, side: Side, option: &str, name: &str) {
         while !self.stopped() {
-            let told = self.state().told;
-            let heard = Port::open_as(option, name, &told.lines)
+            let settings = self.state().settings;
+            let heard = Port::open_as(option, name, &settings.lines)
                 .map_err(|error| error.to_string())
-                .and_then(|mut port| self.hear(side, &mut port, told));
+                .and_then(|mut port| self.hear(side, &mut port, settings));
             self.state().broken[side as usize] = heard.err().map(|why| match side {
                 Side::Raw => format!("the sensor's line: {why}"),
                 Side::Corrected => format!("the corrected stream: {why}"),
             });
             let mut waited = Duration::ZERO;
-            while !self.stopped() && waited < AGAIN && self.state().told == told {
+            while !self.stopped() && waited < AGAIN && self.state().settings == settings {
                 thread::sleep(TICK);
                 waited += TICK;
             }
         }
     }
 
-    /// Reads until the server ends or the device is told something else.
-    fn hear(&self, side: Side, port: &mut Port, told: DecoderSettings) -> Result<(), String> {
-        let mut decoder = Decoder::new(told.settings, told.format);
+    /// Reads until the server ends or the settings of the decoders change.
+    fn hear(&self, side: Side, port: &mut Port, settings: DecoderSettings) -> Result<(), String> {
+        let mut decoder = Decoder::new(settings.settings, settings.format);
         let mut samples = Vec::new();
         let mut buffer = [0; 4096];
         self.state().broken[side as usize] = None;
@@ -183,7 +183,7 @@ impl Taps {
                 }
             }
             let in_force = state.in_force;
-            let changed = state.told != told;
+            let changed = state.settings != settings;
             drop(state);
             for Found { sample, .. } in samples.drain(..) {
                 self.record.sample(side, &sample);
@@ -199,7 +199,7 @@ impl Taps {
         Ok(())
     }
 
-    /// Tells the pages what came, until the server ends.
+    /// Sends the received samples to the pages, until the server ends.
     pub fn show(&self) {
         while !self.stopped() {
             thread::sleep(TICK);

@@ -1,6 +1,6 @@
 //! The page: its files, its events, and its buttons.
 //!
-//! Whoever can send to this server could change a device, so:
+//! A client that can send to this server could change a device, so:
 //!
 //! - Every request must name this server by an IP address, `localhost`, or a name that was given
 //!   with `--host`. A page of another site that had its own name point here (DNS rebinding) is
@@ -37,12 +37,12 @@ use tokio_stream::{Stream, StreamExt};
 
 /// Header with the page's token.
 pub const TOKEN: &str = "x-live-token";
-/// An order is no longer than this, bytes: a unit file with its comments is 20 kB.
+/// Longest order, bytes: a unit file with its comments is 20 kB.
 const LONGEST: usize = 256 * 1024;
 
 const PAGE: &str = include_str!("../assets/index.html");
 
-/// The other files: path, type, contents.
+/// The page's files: path, type, contents.
 const FILES: [(&str, &str, &str); 9] = [
     ("/live.css", "text/css", include_str!("../assets/live.css")),
     (
@@ -87,12 +87,12 @@ const FILES: [(&str, &str, &str); 9] = [
     ),
 ];
 
-/// What the server knows.
+/// State of the server.
 #[derive(Clone)]
 pub struct Server {
-    /// What is told.
+    /// Events for the pages.
     pub hub: Arc<Hub>,
-    /// Where orders go; `None`: the page has no buttons.
+    /// Receives the orders; `None`: the page has no buttons.
     pub orders: Option<SyncSender<Given>>,
     /// The page's token.
     pub token: Arc<str>,
@@ -132,7 +132,7 @@ impl Server {
                 .any(|known| known.eq_ignore_ascii_case(name))
     }
 
-    /// Whether an order comes from this server's own page; else why not.
+    /// Checks that an order comes from this server's own page; the error says why not.
     fn own(&self, headers: &HeaderMap) -> Result<(), &'static str> {
         let text = |name: &_| headers.get(name).and_then(|value| value.to_str().ok());
         let host = text(&HOST).unwrap_or_default();
@@ -147,12 +147,12 @@ impl Server {
     }
 }
 
-/// Compares without telling by its time where the first difference is.
+/// Compares in constant time, so that the time does not show the first difference.
 fn same(a: &[u8], b: &[u8]) -> bool {
     a.len() == b.len() && a.iter().zip(b).fold(0, |all, (a, b)| all | (a ^ b)) == 0
 }
 
-/// Refuses requests for another server, and tells browsers what the page may do.
+/// Refuses requests for another server, and sends browsers the page's permissions.
 async fn named(State(server): State<Server>, request: Request, next: Next) -> Response {
     let host = request.headers().get(HOST).and_then(|of| of.to_str().ok());
     let mut response = if host.is_some_and(|host| server.is(host)) {
@@ -186,7 +186,7 @@ async fn page(State(server): State<Server>) -> Response {
     ([(CONTENT_TYPE, kind)], Body::from(text)).into_response()
 }
 
-/// All that is told, as server-sent events, until the server ends.
+/// All events of the hub, as server-sent events, until the server ends.
 async fn events(
     State(server): State<Server>,
 ) -> Sse<impl Stream<Item = Result<sse::Event, Infallible>>> {
@@ -199,7 +199,7 @@ async fn events(
     Sse::new(all).keep_alive(KeepAlive::default())
 }
 
-/// What an order is answered.
+/// Answer to an order.
 #[derive(Serialize)]
 struct Answer {
     done: bool,
@@ -251,7 +251,7 @@ mod tests {
     use super::*;
     use host_device::device::PROVED;
 
-    /// The page's lines and words are where the firmware's proof is.
+    /// The page's threshold of proof is the firmware's.
     #[test]
     fn the_page_knows_what_proves() {
         for words in [

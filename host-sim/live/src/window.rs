@@ -1,4 +1,5 @@
-//! Many samples as few numbers: what a page draws of a sensor with thousands of samples a second.
+//! Reduces many samples to few numbers, which a page draws for a sensor with thousands of samples a
+//! second.
 
 use crate::samples::Sample;
 use serde::Serialize;
@@ -6,7 +7,7 @@ use serde::Serialize;
 /// Least, mean and greatest value of each axis in a time, in the units of the page: deg/s, m/s2.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Window {
-    /// Samples in it.
+    /// Number of samples in it.
     pub n: u32,
     /// Least values.
     pub min: [f64; 6],
@@ -26,7 +27,7 @@ pub struct Gather {
 }
 
 impl Gather {
-    /// Of no samples yet.
+    /// Without samples.
     pub const NOTHING: Self = Self {
         n: 0,
         min: [f64::INFINITY; 6],
@@ -34,7 +35,7 @@ impl Gather {
         max: [f64::NEG_INFINITY; 6],
     };
 
-    /// One more.
+    /// Adds a sample.
     pub fn take(&mut self, sample: &Sample) {
         self.n += 1;
         for (axis, value) in sample.iter().enumerate() {
@@ -44,7 +45,7 @@ impl Gather {
         }
     }
 
-    /// What came since the last call; `None`: nothing.
+    /// The window of the samples since the last call; `None` without samples.
     pub fn end(&mut self) -> Option<Window> {
         let Self { n, min, sum, max } = std::mem::replace(self, Self::NOTHING);
         (n > 0).then(|| Window {
@@ -56,7 +57,7 @@ impl Gather {
     }
 }
 
-/// Rates in deg/s.
+/// A sample in the units of the page: rates in deg/s.
 #[must_use]
 pub fn shown(sample: Sample) -> Sample {
     let [a, b, c, x, y, z] = sample;

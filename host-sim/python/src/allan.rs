@@ -96,7 +96,7 @@ impl Allan {
         self.curve(py, |d| d.edf)
     }
 
-    /// What the fitted noises give, (k,).
+    /// Allan deviations of the sum of the fitted noises, (k,).
     #[getter]
     fn fitted<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.curve(py, |d| d.fitted)

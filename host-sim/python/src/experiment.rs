@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 
-/// What to simulate: a built-in scenario or a file.
+/// A simulated scenario: a built-in one or a file.
 ///
 /// changes: keys and values of a scenario file, as in
 /// Scenario("mems", network={"rule": "guarded"}, learn={"drive_s": 900}).
@@ -201,19 +201,19 @@ impl Experiment {
         })
     }
 
-    /// What the table says, in sentences; harm included.
+    /// Conclusions from the table, in sentences; harm included.
     #[getter]
     fn verdict(&self) -> Vec<String> {
         verdict::of_results(&self.0.results)
     }
 
-    /// What the reader must know, in sentences.
+    /// Notes for the reader, in sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.0.notes.clone()
     }
 
-    /// What was run, as pairs of a label and a value.
+    /// Description of the run, as pairs of a label and a value.
     #[getter]
     fn set_up(&self) -> Vec<(String, String)> {
         self.0.set_up.clone()

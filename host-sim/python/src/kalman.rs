@@ -4,7 +4,7 @@ use crate::arrays::{array, few, given, named};
 use crate::errors::refused;
 use crate::long::{PIECE, interruptible};
 use crate::navigator::{
-    Errors, attitude, errors, increments, place, positive, quaternion, samples,
+    Errors, attitude, errors, geodetic, increments, positive, quaternion, samples,
 };
 use crate::session::{Session, no_attitude};
 use crate::unit::UnitOrName;
@@ -41,15 +41,15 @@ const MODELS: [(&str, Model); 4] = [
     ("matrices", ErrorModel::with_matrices),
 ];
 
-/// What is assumed of a unit, with this walk of its biases.
+/// Assumptions on a unit, with this random walk of its biases.
 fn assumed(unit: &host_unit::Unit, walk: Option<f64>) -> PyResult<Assumptions> {
-    let told = Assumptions::of(unit);
-    let walk = walk.unwrap_or(told.datasheet_walk());
+    let assumptions = Assumptions::of(unit);
+    let walk = walk.unwrap_or(assumptions.datasheet_walk());
     if !(walk.is_finite() && walk >= 0.0) {
         let remedy = "give 0 or more, 1 for the size of the prior";
         return Err(refused("walk_per_hour", format!("is {walk}"), remedy));
     }
-    Ok(told.walking(walk))
+    Ok(assumptions.walking(walk))
 }
 
 /// Names of the parameters of a model, in its order.
@@ -89,7 +89,7 @@ impl Kalman {
         samples: usize,
     ) -> PyResult<Self> {
         let nav = NavState {
-            position: place(position)?,
+            position: geodetic(position)?,
             velocity: few::<3>("velocity", velocity)?.into(),
             q_bn: attitude(q_bn)?,
         };
@@ -179,7 +179,7 @@ impl Kalman {
             let remedy = "give 0, and inf as its sigma, where it is not measured";
             return Err(refused("velocity", format!("is {velocity:?}"), remedy));
         }
-        let fix = Fix::new(place(position)?, velocity.into(), sigmas);
+        let fix = Fix::new(geodetic(position)?, velocity.into(), sigmas);
         Ok(self.filter.take(Some(&fix)))
     }
 

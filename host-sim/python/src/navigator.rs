@@ -25,7 +25,7 @@ pub struct Navigator {
 /// Names of the coning and sculling algorithms.
 const SAMPLES: [Samples; 3] = [Samples::One, Samples::Two, Samples::Three];
 
-pub fn place(value: &Bound<'_, PyAny>) -> PyResult<Geodetic> {
+pub fn geodetic(value: &Bound<'_, PyAny>) -> PyResult<Geodetic> {
     let [lat, lon, h] = few("position", value)?;
     if !(lat.abs() < 1.58 && lon.is_finite() && h.is_finite()) {
         let problem = format!("is ({lat}, {lon}, {h})");
@@ -106,7 +106,7 @@ impl Navigator {
         samples: usize,
     ) -> PyResult<Self> {
         let nav = NavState {
-            position: place(position)?,
+            position: geodetic(position)?,
             velocity: few::<3>("velocity", velocity)?.into(),
             q_bn: attitude(q_bn)?,
         };
@@ -214,14 +214,14 @@ pub fn align<'py>(
     position: &Bound<'py, PyAny>,
     samples: usize,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let (dt, place, samples) = (
+    let (dt, position, samples) = (
         positive("dt", dt)?,
-        place(position)?,
+        geodetic(position)?,
         self::samples(samples)?,
     );
     let (dtheta, dv) = (given::<f64>("dtheta", dtheta)?, given::<f64>("dv", dv)?);
     let all = increments(dtheta.rows()?, dv.rows_like(&dtheta)?);
-    let found = py.detach(|| inertial_frame(&all, dt, samples, place));
+    let found = py.detach(|| inertial_frame(&all, dt, samples, position));
     let found = found.ok_or_else(|| {
         let remedy = "give at least 90 s at rest with live gyros and accelerometers";
         refused("dtheta, dv", "give no attitude", remedy)

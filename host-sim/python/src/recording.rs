@@ -118,8 +118,8 @@ fn fixes(
         ));
     }
     let mut out = Vec::with_capacity(time.len());
-    for (k, ((time, place), sigmas)) in time.iter().zip(places).zip(sigmas).enumerate() {
-        let [lat, lon, height_m] = *place;
+    for (k, ((time, position), sigmas)) in time.iter().zip(places).zip(sigmas).enumerate() {
+        let [lat, lon, height_m] = *position;
         let mut sigmas = *sigmas;
         if velocities.is_none() {
             sigmas[3..].fill(NOT_MEASURED);
@@ -242,7 +242,7 @@ impl Recording {
         self.record.rate_hz
     }
 
-    /// What the samples are: "rate" or "increment".
+    /// Kind of the samples: "rate" or "increment".
     #[getter]
     fn kind(&self) -> &'static str {
         let found = KINDS.iter().find(|(_, kind)| *kind == self.record.kind);
@@ -337,9 +337,9 @@ pub fn read_csv(
     let read = interruptible(py, move || {
         let record = generic::read_with_truth(&header, &files, truth.as_deref())?;
         let [gyro, accel] = generic::units(&header, 1.0 / record.rate_hz as f64)?;
-        let field = |name: &str, (told, units): (NamedUnit, Vec<NamedUnit>)| Field {
+        let field = |name: &str, (given, units): (NamedUnit, Vec<NamedUnit>)| Field {
             name: name.into(),
-            named: Some(told),
+            named: Some(given),
             units,
         };
         let says = Says {

@@ -19,7 +19,7 @@ use host_unit::Unit;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// What a replay found: learnt from one part of a recording, judged on another.
+/// Result of a replay: learnt from one part of a recording, judged on another.
 #[pyclass(module = "lrnn_imu", frozen)]
 pub struct Replay(Outcome);
 
@@ -69,7 +69,7 @@ impl Replay {
         from_json(py, &self.json()?)?.get_item(0)?.get_item("rows")
     }
 
-    /// What was learnt from and what was judged.
+    /// The part that was learnt from and the part that was judged.
     #[getter]
     fn case(&self) -> &str {
         &self.0.case
@@ -101,19 +101,19 @@ impl Replay {
         })
     }
 
-    /// What the table says, in sentences; harm included.
+    /// Conclusions from the table, in sentences; harm included.
     #[getter]
     fn verdict(&self) -> Vec<String> {
         verdict::of_outcome(&self.0)
     }
 
-    /// What the reader must know, in sentences.
+    /// Notes for the reader, in sentences.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.0.notes.clone()
     }
 
-    /// Where the samples contradict what is said of them, with remedies.
+    /// Contradictions between the samples and their description, with remedies.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.0.warnings.iter().map(ToString::to_string).collect()

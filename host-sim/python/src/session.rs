@@ -176,7 +176,7 @@ impl Session {
             .transpose()
     }
 
-    /// What the thermometers of the axes read in each second, (s, 3), degrees C.
+    /// Readings of the thermometers of the axes in each second, (s, 3), degrees C.
     #[getter]
     fn temperature<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let readings = self.session.readings.as_ref();

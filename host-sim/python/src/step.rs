@@ -22,7 +22,7 @@ impl Step {
         PyArray1::from_slice(py, &self.0.error)
     }
 
-    /// What went wrong; then the last output is repeated. None: nothing.
+    /// The fault of the step; then the last output is repeated. None: no fault.
     #[getter]
     fn fault(&self) -> Option<&'static str> {
         self.0.fault.map(fault_name)

@@ -7,14 +7,14 @@ use host_unit::{Finding, presets, schema};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// What is known of a sensor: the unit file.
+/// A sensor and its surroundings: the unit file.
 ///
 /// name: a preset, or a file (it ends in .toml or has a path separator).
 #[pyclass(module = "lrnn_imu", frozen)]
 pub struct Unit {
     /// What is known of the sensor.
     pub unit: host_unit::Unit,
-    /// What can be used but is hardly meant, one sentence each.
+    /// Values that can be used but are implausible, one sentence each.
     #[pyo3(get)]
     warnings: Vec<String>,
 }

@@ -176,8 +176,8 @@ def write_ulog(file: Path) -> None:
         rows.append((us + 1, message("D", body)))
     file.write_bytes(out + b"".join(row for _, row in sorted(rows)))
     log = pyulog.ULog(str(file))
-    told = log.get_dataset("vehicle_gps_position").data
-    assert_array_equal(told["lat"], (Drive.place[:, 0] * 1e7).round())
+    logged = log.get_dataset("vehicle_gps_position").data
+    assert_array_equal(logged["lat"], (Drive.place[:, 0] * 1e7).round())
     angles = log.get_dataset("vehicle_imu").data["delta_angle[2]"]
     assert_allclose(angles, Drive.gyro[:, 2] * dt, rtol=1e-6)
 

@@ -47,7 +47,7 @@ pub struct Args {
     files: Files,
 }
 
-/// Which cases, behind which computers.
+/// Cases, and navigation computers behind the device.
 #[derive(Debug, Clone, ClapArgs)]
 struct What {
     /// Cases of docs/ABUSE.md, separated by commas; + joins several, and :ended after a name ends
@@ -69,7 +69,7 @@ struct What {
     activations: Vec<Activation>,
 }
 
-/// What is written beside the printed table.
+/// Files to write beside the printed table.
 #[derive(Debug, Clone, ClapArgs)]
 struct Files {
     #[command(flatten)]
@@ -92,7 +92,7 @@ enum Action {
 }
 
 impl What {
-    /// The cases with the values that were given.
+    /// The cases with the given values.
     fn cases(&self) -> Result<Vec<Case>, Error> {
         let mut cases = chosen(&self.cases)?;
         for text in &self.set {
@@ -179,8 +179,8 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
         }
     }
     let usual = chosen(&[])?;
-    let place = |name: &String| usual.iter().position(|case| case.name() == name);
-    names.sort_by_key(|name| place(name).unwrap_or(usize::MAX));
+    let rank = |name: &String| usual.iter().position(|case| case.name() == name);
+    names.sort_by_key(|name| rank(name).unwrap_or(usize::MAX));
     let cases = chosen(&names)?;
     let all = summarise(rows, &cases);
     files.json.write(&all)?;
@@ -192,7 +192,7 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
     Ok(())
 }
 
-/// One line a row.
+/// Prints one line a row.
 fn print(all: &[Summary]) {
     println!(
         "{:34} {:9} {:13} {:12} {:>4} {:>8} {:>9} {:>7} {:>7} {:>5} {:>5}",

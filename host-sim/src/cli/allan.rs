@@ -181,10 +181,10 @@ mod tests {
         for preset in presets::names() {
             let found = findings(preset);
             let configured = found.configured.unwrap();
-            let told = |text: &str| found.notes.iter().any(|note| note.contains(text));
+            let noted = |text: &str| found.notes.iter().any(|note| note.contains(text));
             // a configured value is empty only where the notes say so, or where there is none
             let [gyro, accel] = &configured;
-            assert_eq!(gyro[0].is_none(), told("Q of the gyros is left empty"));
+            assert_eq!(gyro[0].is_none(), noted("Q of the gyros is left empty"));
             assert!(
                 [accel[0], gyro[1], accel[1], gyro[3], accel[3]]
                     .iter()
@@ -196,7 +196,11 @@ mod tests {
                 [flicker; 2],
                 "{preset}"
             );
-            assert_eq!(told("by less than a pulse"), preset == "medium", "{preset}");
+            assert_eq!(
+                noted("by less than a pulse"),
+                preset == "medium",
+                "{preset}"
+            );
             assert_eq!(found.analyses.len(), 6, "{preset}");
             for analysis in &found.analyses {
                 let truth = configured[usize::from(analysis.kind == Kind::Accel)];

@@ -8,7 +8,7 @@ use host_io::recordings::record::Record;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
 
-/// A bar for a file that is read.
+/// A progress bar for reading a file.
 pub(super) fn reading_bar() -> ProgressBar {
     progress::bar(0, "{bar:40} {bytes} of {total_bytes}, {eta} left")
 }

@@ -18,7 +18,7 @@ pub(super) struct Blackbox {
     json: JsonOption,
 }
 
-/// What is told, for `--json`.
+/// The output of `--json`.
 #[derive(Debug, Serialize)]
 struct Played<'a> {
     events: &'a [Event],
@@ -62,7 +62,7 @@ impl Page {
 
 impl Blackbox {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let (told, memory) = read(&self.file)?;
+        let (configuration, memory) = read(&self.file)?;
         let events: Vec<Event> = events(&memory)
             .map(|event| Event {
                 at_s: f64::from(event.at_ms) * 1e-3,
@@ -73,7 +73,7 @@ impl Blackbox {
                 },
             })
             .collect();
-        let pages = play(told.as_ref(), &memory);
+        let pages = play(configuration.as_ref(), &memory);
         let differs = pages.iter().find_map(|page| match page.verdict {
             Verdict::Differs(at_us, _) => Some(at_us),
             _ => None,

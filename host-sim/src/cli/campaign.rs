@@ -36,18 +36,17 @@ pub struct Args {
     /// thermostat, flicker, g-square, ageing, temperature, warm-up, g-sensitivity, magnetic,
     /// dither, vibration, size-effect, timing; or of the fixes: coloured-fixes, optimistic-fixes,
     /// late-fixes, lever-arm, gaps, multipath. A name may join both (noise+late-fixes) and end
-    /// with +told, if the schemes shall be told of the cause
+    /// with +told, if the schemes shall model the cause
     #[arg(
         long,
         value_delimiter = ',',
         default_value = "linear,thermal,nonlinear,all,all-x3,noise"
     )]
     models: Vec<String>,
-    /// Vehicle in place of the scenario's: road, city, traffic, train, aircraft, hand-held,
-    /// standing
+    /// Vehicle instead of the scenario's: road, city, traffic, train, aircraft, hand-held, standing
     #[arg(long, value_name = "NAME")]
     vehicle: Option<String>,
-    /// How warm the unit is at power-on, in place of the scenario's: cold, warm, hot, mixed
+    /// How warm the unit is at power-on, instead of the scenario's: cold, warm, hot, mixed
     #[arg(long, value_name = "NAME")]
     start: Option<String>,
     /// Directory of results
@@ -75,7 +74,7 @@ pub struct Args {
     #[arg(long)]
     no_fixes: bool,
     /// Also run the studies of docs/RESULTS.md on this many units each: every single cause of
-    /// errors, told and not told, every kind of start, every vehicle, and earlier drives
+    /// errors, with and without +told, every kind of start, every vehicle, and earlier drives
     #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u32).range(1..))]
     studies: Option<u32>,
     /// Also judge each hypothesis of `rnn-kalman` alone, and the learner without some of them
@@ -85,7 +84,7 @@ pub struct Args {
     files: Files,
 }
 
-/// What is written beside the printed tables.
+/// Files to write beside the printed tables.
 #[derive(Debug, Clone, ClapArgs)]
 struct Files {
     #[command(flatten)]
@@ -96,7 +95,7 @@ struct Files {
     /// Write all runs as CSV [default: DIR/campaign.csv; none for a shard and for merge]
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// What `--csv` has replaced.
+    /// Old option, replaced by `--csv`.
     #[arg(long, hide = true, value_parser = renamed("give --csv FILE, or --json FILE"))]
     parquet: Option<String>,
     /// Write the tables with explanations as Markdown
@@ -108,7 +107,7 @@ struct Files {
 }
 
 impl Files {
-    /// Whether all can be written, before hours of work.
+    /// Checks that all files can be written, before hours of work.
     fn check(&self) -> Result<(), Error> {
         let Self {
             json,
@@ -216,7 +215,7 @@ impl Args {
             Some(runs) => studies(campaign, runs),
         }
     }
-    /// Refuses what does not go together.
+    /// Refuses options that exclude each other.
     fn fit_together(&self) -> Result<(), Error> {
         if self.runs == 0 {
             return Err(refused("--runs", "0 runs", "give at least 1"));
@@ -254,7 +253,7 @@ impl Args {
     }
 }
 
-/// The text around the tables of `--results` tells of one judged drive with fixes.
+/// The error for `--results` of other runs: its text describes one judged drive with fixes.
 fn not_for_results() -> Error {
     let problem = "its text is for drives with fixes and without earlier drives";
     let remedy = "take --json or --csv, or leave --drives and --no-fixes out";

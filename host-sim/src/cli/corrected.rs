@@ -1,4 +1,4 @@
-//! `--corrected`: the recording again, with the samples as a scheme has corrected them.
+//! `--corrected`: writes the recording with the samples corrected by a scheme.
 
 use super::options::refused;
 use clap::builder::PossibleValuesParser;
@@ -18,13 +18,13 @@ use std::path::{Path, PathBuf};
 /// Form of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Form {
-    /// That of the recording
+    /// Format of the recording
     Same,
     /// Text of KF-GINS: increments, forward-right-down
     KfGins,
 }
 
-/// What is written, and where.
+/// Options of the corrected recording: file, scheme and format.
 #[derive(Debug, ClapArgs)]
 pub(super) struct CorrectedOptions {
     /// Write the samples again to this file, as a scheme has corrected them. It is gzipped if its
@@ -113,10 +113,10 @@ impl CorrectedOptions {
     }
 }
 
-/// In which form it is written.
+/// Format in which it is written.
 enum What {
     Same(Original),
-    /// With what is added to the times, s.
+    /// KF-GINS text, with the offset that is added to the times, s.
     KfGins(f64),
 }
 

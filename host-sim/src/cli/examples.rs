@@ -2,7 +2,7 @@
 
 use clap::Command;
 
-/// What the program's exit code says.
+/// Meaning of the program's exit codes.
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done; also when the reader of the output has closed the pipe, and at Ctrl-C where that is the

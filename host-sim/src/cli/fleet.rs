@@ -59,17 +59,17 @@ pub struct Args {
     written: Written,
 }
 
-/// What is written beside the unit file.
+/// Files to write beside the unit file.
 #[derive(Debug, Clone, ClapArgs)]
 struct Written {
-    /// Write the networks that a unit of this type begins with, for `device weights put`
+    /// Write the initial networks of a unit of this type, for `device weights put`
     #[arg(long, value_name = "FILE")]
     weights: Option<PathBuf>,
     #[command(flatten)]
     json: JsonOption,
 }
 
-/// What the networks are given.
+/// Inputs of the networks.
 #[derive(Debug, Clone, ClapArgs)]
 struct Inputs {
     /// Three inputs of both networks: rate-x to rate-z, force-x to force-z, temperature,
@@ -202,7 +202,7 @@ impl Args {
     }
 }
 
-/// The folders of units in a folder; itself where its folders are drives.
+/// The folders of units in a folder; the folder itself if its folders are drives.
 fn folders_of(dir: &Path) -> Result<Vec<PathBuf>, Error> {
     let inside = folders(dir)?;
     match inside

@@ -64,19 +64,21 @@ fn format_parser() -> impl TypedValueParser<Value = ImuFormat> {
 }
 
 impl Args {
-    /// What the board is told: the unit, or the medium IMU, whose format the board detects.
-    fn told(&self, unit: Option<&Unit>) -> Result<Configuration, Error> {
+    /// Configuration of the board: the unit's, or the default, with which the board detects the
+    /// format.
+    fn configuration(&self, unit: Option<&Unit>) -> Result<Configuration, Error> {
         if let Some(unit) = unit {
-            let told = unit.configuration();
-            return told.map_err(|f| refused(format!("--unit: {}", f.key), f.problem, f.remedy));
+            let configuration = unit.configuration();
+            return configuration
+                .map_err(|f| refused(format!("--unit: {}", f.key), f.problem, f.remedy));
         }
-        let mut told = Configuration::default();
-        told.lines.sensor_baud = self.baud;
-        told.lines.receiver_baud = self.gnss_baud;
-        Ok(told)
+        let mut configuration = Configuration::default();
+        configuration.lines.sensor_baud = self.baud;
+        configuration.lines.receiver_baud = self.gnss_baud;
+        Ok(configuration)
     }
 
-    /// Runs, prints and writes; an unequal stream is an error.
+    /// Runs, prints the report and writes it; a stream that differs is an error.
     pub(super) fn run(&self) -> Result<(), Error> {
         let unit = self.unit.load()?;
         let format = unit.as_ref().and_then(|unit| unit.sensor.imu_format());
@@ -87,13 +89,13 @@ impl Args {
             command: self.command.clone(),
             key: self.key.as_deref().map(read_key).transpose()?,
             baud: self.baud,
-            told: self.told(unit.as_ref())?,
+            told: self.configuration(unit.as_ref())?,
             format: format.unwrap_or(self.format),
             errors: unit.as_ref().map(Unit::simulated),
             seconds: self.seconds,
             fast: self.fast,
         };
-        // told, it restores the networks that the board had before
+        // on Ctrl-C the run restores the networks that the board had before
         let stop = asked();
         let bar = bar(
             0,

@@ -89,12 +89,12 @@ impl Args {
         Ok(())
     }
 
-    /// The unit's simulated errors with what was given instead.
+    /// The unit's simulated errors, with the values given on the command line.
     fn imu(&self, unit: &Unit) -> Result<ImuSpec, Error> {
         let mut imu = unit.simulated();
         if let Some(arw) = self.arw {
             imu.gyro.angle_random_walk_dpsqrth = within("--arw", arw, [1e-6, 100.0])?;
-            imu.gyro.dither.lock_in_dph = 0.0; // what is given is the whole
+            imu.gyro.dither.lock_in_dph = 0.0; // the given value includes it
         }
         if let Some(vrw) = self.vrw {
             imu.accel.velocity_random_walk_ugpsqrthz = within("--vrw", vrw, [1e-3, 1e5])?;

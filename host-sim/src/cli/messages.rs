@@ -1,5 +1,5 @@
-//! The files of recordings of messages on the command line, for `replay` and `convert`: what the
-//! recorders of robots, autopilots and receivers write.
+//! Recordings of messages on the command line, for `replay` and `convert`: files of the recorders
+//! of robots, autopilots and receivers.
 
 use super::beside::{Beside, reading_bar};
 use super::options::{positive, refused, within};
@@ -30,18 +30,18 @@ pub(super) trait Messages {
     /// Reads it. `unit` is the unit of the command line.
     fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error>;
 
-    /// What the format and the options say of the samples.
+    /// Description of the samples by the format and the options.
     fn says(&self) -> Says;
 
-    /// What the samples are written into again; `None` for a format that is not written.
+    /// The file into which corrected samples are written; `None` for a format that is not written.
     fn original(&self, _unit: Option<&Unit>) -> Result<Option<Original>, Error> {
         Ok(None)
     }
 
-    /// Where fixes may come from instead.
+    /// Options for fixes from another file.
     fn beside(&self) -> &Beside;
 
-    /// Reads it with a bar for progress, and prints what the user should know of it.
+    /// Reads it with a bar for progress, and prints its notes.
     fn record(&self, unit: Option<&Unit>) -> Result<Record, Error> {
         let bar = reading_bar();
         let read = self.read(unit, &|read, length| {
@@ -59,7 +59,7 @@ pub(super) trait Messages {
     }
 }
 
-/// How the IMU sits in the vehicle, and the start.
+/// Mounting of the IMU in the vehicle, and initial attitude.
 #[derive(Debug, ClapArgs)]
 struct Body {
     /// Forward, right and down of the vehicle in axes of the IMU, as in 'y x -z' for
@@ -85,10 +85,10 @@ struct Body {
 }
 
 impl Body {
-    /// What turns axes of the IMU into forward-right-down. `usual` are the axes of the format.
+    /// Rotation from the axes of the IMU to forward-right-down. `usual`: the axes of the format.
     fn mounting(&self, unit: Option<&Unit>, usual: Axes) -> Result<Rotation3<f64>, Error> {
-        let told = unit.filter(|unit| unit.mounting != Mounting::default());
-        let axes = match (&self.mounting, told) {
+        let of_unit = unit.filter(|unit| unit.mounting != Mounting::default());
+        let axes = match (&self.mounting, of_unit) {
             (Some(text), _) => Axes::parse(text).map_err(|why| {
                 let remedy = "give forward, right and down in axes of the IMU, as in 'y x -z' for \
                               right-forward-up";
@@ -116,7 +116,7 @@ impl Body {
         given.map(|s| positive("--max-gap-s", s)).transpose()
     }
 
-    /// What the options say of the attitude at the first fix.
+    /// Attitude at the first fix by the options.
     fn start(&self) -> Result<Option<InitialAttitude>, Error> {
         match (self.standstill_s, &self.attitude[..]) {
             (Some(s), _) => Ok(Some(InitialAttitude::Standstill(s as usize))),
@@ -126,7 +126,7 @@ impl Body {
     }
 }
 
-/// What a format with fixed units says of its samples.
+/// Description of the samples of a format with fixed units.
 fn says(file: &Path, gyro: &str, accel: &str) -> Says {
     Says {
         file: file.to_path_buf(),

@@ -1,7 +1,7 @@
 //! The command line: one file for each command, with its arguments and a `run`.
 //!
-//! What the commands share is in `options`, `progress`, `output` and `source`. These import none of
-//! the commands.
+//! Code that the commands share is in `options`, `progress`, `output` and `source`. These import
+//! none of the commands.
 
 #[macro_use] // `print!` and `println!` of all commands
 pub mod stdout;
@@ -23,6 +23,7 @@ mod messages;
 mod options;
 mod output;
 mod progress;
+mod record_options;
 pub mod recording;
 mod replay;
 mod report;
@@ -33,7 +34,6 @@ mod simulate;
 mod soak;
 mod source;
 mod start;
-mod told;
 mod unit;
 mod user_recording;
 
@@ -61,7 +61,7 @@ enum Command {
     Replay(replay::Args),
     /// Compare all schemes over many units, turn-ons and drives, with intervals
     Campaign(campaign::Args),
-    /// Try the device in a hostile world: what its corrections do when nothing is as it was told
+    /// Try the device in a hostile world: what its corrections do when nothing is as configured
     Abuse(abuse::Args),
     /// Compute the Allan deviation of a recording or a preset, and fit noise coefficients
     Allan(allan::Args),
@@ -101,7 +101,7 @@ impl Cli {
         examples::with_examples(Self::command())
     }
 
-    /// What the program was given; see [`stdout::given`].
+    /// The arguments of the program; see [`stdout::given`].
     #[must_use]
     pub fn given() -> Option<Self> {
         stdout::given(Self::definition())

@@ -1,4 +1,4 @@
-//! Options that several commands have, and how a bad value is refused.
+//! Options of several commands, and the errors of bad values.
 
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -24,7 +24,7 @@ impl ScenarioOption {
         Ok(scenario)
     }
 
-    /// As it would be typed.
+    /// The option as typed on a command line.
     pub(super) fn typed(&self) -> String {
         let unit = self.unit.unit.as_ref();
         let unit = unit.map_or(String::new(), |name| format!(" --unit {name}"));
@@ -42,7 +42,7 @@ pub(super) struct Simulation {
     pub(super) seed: u64,
 }
 
-/// `--unit`, and the word that it had before.
+/// `--unit`, and its former name.
 #[derive(Debug, ClapArgs)]
 pub(super) struct UnitOption {
     /// Unit: a preset's name (`host-sim unit list`) or a unit file
@@ -65,7 +65,7 @@ impl UnitOption {
     }
 }
 
-/// Refuses an option that is no more, and says what took its place.
+/// Refuses an option that was removed, and names its replacement.
 pub(super) fn renamed(
     instead: impl Into<String>,
 ) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
@@ -112,7 +112,7 @@ pub(super) fn arguments() -> String {
     for_a_shell(std::env::args().skip(1))
 }
 
-/// The same without an option and its value.
+/// The arguments without an option and its value.
 pub(super) fn arguments_without(option: &str) -> String {
     for_a_shell(without(option, std::env::args().skip(1)))
 }
@@ -134,7 +134,7 @@ fn for_a_shell(words: impl Iterator<Item = String>) -> String {
     words.map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// A word as a shell takes it.
+/// A word, quoted for a shell where necessary.
 pub(super) fn quoted(word: String) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
     match !word.is_empty() && word.chars().all(plain) {
@@ -143,7 +143,7 @@ pub(super) fn quoted(word: String) -> String {
     }
 }
 
-/// As many threads as `--jobs` tells, by default one for each core.
+/// Thread pool with `--jobs` threads, by default one for each core.
 pub(super) fn pool(jobs: Option<usize>) -> Result<rayon::ThreadPool, Error> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(jobs.map_or(0, |jobs| jobs.max(1)))
@@ -151,7 +151,7 @@ pub(super) fn pool(jobs: Option<usize>) -> Result<rayon::ThreadPool, Error> {
         .map_err(|e| refused("--jobs", e.to_string(), "give fewer"))
 }
 
-/// Which part of the runs: I/N, or /N where the environment of a cluster tells I.
+/// Which part of the runs: I/N, or /N where the environment of a cluster gives I.
 pub(super) fn shard(text: Option<&str>) -> Result<(u32, u32), Error> {
     let Some(text) = text else {
         return Ok((0, 1));
@@ -195,9 +195,9 @@ mod tests {
             let rest = for_a_shell(without("--jobs", words(text).into_iter()));
             assert_eq!(rest, "a --out 'b c'", "{text}");
         }
-        let kept = words("--jobs-of|2|--jobs|--jobs|it's|").into_iter();
+        let given = words("--jobs-of|2|--jobs|--jobs|it's|").into_iter();
         assert_eq!(
-            for_a_shell(without("--jobs", kept)),
+            for_a_shell(without("--jobs", given)),
             r"--jobs-of 2 'it'\''s' ''"
         );
     }

@@ -1,4 +1,4 @@
-//! What a command leaves behind: the printed table, the report directory and the JSON file.
+//! Output of a command: the printed table, the report directory and the JSON file.
 
 use super::options::arguments;
 use super::progress::{self, Shown};
@@ -59,7 +59,7 @@ pub(super) struct Output {
 }
 
 impl Output {
-    /// One of them was given.
+    /// Whether one of them was given.
     pub(super) fn is_given(&self) -> bool {
         self.json.json.is_some() || self.out.is_some()
     }
@@ -70,8 +70,8 @@ impl Output {
         given.unwrap_or_else(|| Path::new("out").join(name))
     }
 
-    /// Prints the table and the notes of one experiment, and writes its report and JSON.
-    /// What is `shown` of the progress goes before they are printed.
+    /// Prints the table and the notes of one experiment, and writes its report and JSON. The
+    /// progress line `shown` is removed before they are printed.
     pub(super) fn leave_report(
         &self,
         name: &str,
@@ -79,7 +79,7 @@ impl Output {
         shown: Shown,
     ) -> Result<(), Error> {
         progress::stage(progress::WRITING);
-        // Everything that can be wrong with the results is found before anything is written.
+        // All faults of the results are found before anything is written.
         let json = host_report::json::json(&report.results)?;
         let page = host_report::page::write(&self.directory(name), report)?;
         self.json.write_text(&json)?;
@@ -97,7 +97,7 @@ impl Output {
         Ok(())
     }
 
-    /// The same of the cases of a replay.
+    /// As [`leave_report`], for the cases of a replay.
     pub(super) fn leave_outcomes(
         &self,
         name: &str,

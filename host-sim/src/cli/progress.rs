@@ -1,9 +1,9 @@
 //! Progress on standard error, with the time that is left; silent where that is not a terminal.
 //!
-//! What counts its work has a [`bar`]. A command that goes through stages has a line with the
-//! present one ([`plan`]). How long each stage takes beside the others is known from measuring, and
-//! how long the first ones took tells how fast this machine is with this input: so the time that is
-//! left is an estimate, and says "about".
+//! A command that counts its work has a [`bar`]. A command that goes through stages has a line with
+//! the present one ([`plan`]). The relative duration of the stages was measured. The duration of
+//! the first stages shows how fast this machine is with this input, so the remaining time is an
+//! estimate, and says "about".
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressState, ProgressStyle};
 use std::fmt::Write;
@@ -30,7 +30,7 @@ pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
     }
 }
 
-/// The time that is left, which nobody knows before the first step is done.
+/// The remaining time, unknown before the first step is done.
 fn eta(state: &ProgressState, text: &mut dyn Write) {
     let _ = match state.pos() {
         0 => text.write_str("?"),
@@ -43,21 +43,21 @@ pub(super) fn say(line: &str) {
     let _ = ALL.suspend(|| writeln!(io::stderr(), "{line}")); // nobody may be reading
 }
 
-/// The stages of a command in their order, and the seconds that each took where it was measured.
+/// The stages of a command in order, and the measured duration of each, s.
 type Plan<'a> = &'a [(&'static str, f64)];
 
-/// Where a command is in its stages.
+/// Progress of a command through its stages.
 #[derive(Debug)]
 struct Stages {
     line: ProgressBar,
     plan: Vec<(&'static str, f64)>,
-    /// The present stage; `None`: another one than those of the plan.
+    /// The present stage; `None`: one that is not in the plan.
     at: Option<usize>,
     begun: Instant,
     stage_begun: Instant,
 }
 
-/// The line of a command with stages. It goes when this is dropped.
+/// The line of a command with stages. It is removed when this is dropped.
 #[derive(Debug)]
 pub(super) struct Shown(());
 
@@ -66,7 +66,7 @@ pub(super) fn plan(stages: Plan<'_>) -> Shown {
     let line = ALL.add(ProgressBar::new_spinner());
     let template = "{spinner} {elapsed} {msg}{left}";
     let left = |_: &ProgressState, text: &mut dyn Write| {
-        let _ = text.write_str(&words()); // a text has room
+        let _ = text.write_str(&words()); // writing to a string does not fail
     };
     if let Ok(style) = ProgressStyle::with_template(template) {
         line.set_style(style.with_key("left", left));
@@ -81,7 +81,7 @@ pub(super) fn plan(stages: Plan<'_>) -> Shown {
         begun: now,
         stage_begun: now,
     });
-    drop(earlier); // not while the stages are locked: what is drawn asks for them
+    drop(earlier); // drawing locks the stages, so not while they are locked
     line.enable_steady_tick(Duration::from_millis(100));
     Shown(())
 }
@@ -105,7 +105,7 @@ pub(super) fn stage(name: &str) {
             stages.line.clone()
         }
     };
-    line.set_message(name.to_owned()); // draws, and asks for the words
+    line.set_message(name.to_owned()); // draws, which calls `words`
 }
 
 /// The stages of the plan take `times` as long as was measured.
@@ -117,7 +117,7 @@ pub(super) fn scale(times: f64) {
     }
 }
 
-/// The same by the length of a text file of samples; what was measured had 50 MB.
+/// Scales the stages by the length of a text file of samples; the measured one had 50 MB.
 pub(super) fn scale_by(file: &Path) {
     if let Ok(about) = file.metadata() {
         let packed = file.extension().is_some_and(|is| is == "gz");
@@ -130,7 +130,7 @@ fn shown() -> MutexGuard<'static, Option<Stages>> {
     STAGES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What stands behind the stage.
+/// Text behind the name of the stage: the remaining time.
 fn words() -> String {
     let now = Instant::now();
     let stages = shown();
@@ -152,7 +152,7 @@ fn left(plan: Plan<'_>, at: usize, before: f64, within: f64) -> Option<f64> {
     let (_, expected) = plan.get(at)?;
     let sum = |of: Plan<'_>| of.iter().map(|(_, seconds)| seconds).sum::<f64>();
     let done = sum(&plan[..at]);
-    // how much slower it is here than where it was measured
+    // ratio of the time here to the measured time
     let slower = if done > 0.0 && before > 0.2 {
         before / done
     } else {
@@ -200,7 +200,7 @@ mod tests {
         assert_eq!(all, ["1 s", "100 s", "2 min", "2.0 h"]);
     }
 
-    /// Both without a plan, as in the library of Python, and with one.
+    /// Without a plan, as in the Python library, and with one.
     #[test]
     fn stages_are_followed_by_their_names() {
         stage("reading");

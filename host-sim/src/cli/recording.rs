@@ -1,4 +1,4 @@
-//! Opening a recording of whatever form, for `lrnn_imu.read` of Python: the form is told as by
+//! Opens a recording of any form, for `lrnn_imu.read` of Python. The form is detected as by
 //! `report`, and the options are those of `replay`.
 
 use super::options::refused;
@@ -15,18 +15,18 @@ use std::path::PathBuf;
 /// A recording that was read.
 #[derive(Debug)]
 pub struct Opened {
-    /// Name of its form, as `replay` has it.
+    /// Name of its form, as in `replay`.
     pub form: &'static str,
     /// Samples and fixes.
     pub record: Record,
-    /// What the file says of the samples.
+    /// Description of the samples by the file.
     pub says: Says,
     /// The unit of the options, else the one that the recording names.
     pub unit: Option<Unit>,
 }
 
 /// Reads the recording in `from`: a file or folder, or IMU and fixes of KF-GINS. `options` are
-/// those of `replay` that tell how it is read.
+/// those of `replay` for reading.
 ///
 /// # Errors
 /// An unknown form, wrong options, one that only a replay uses, and any fault of the files.

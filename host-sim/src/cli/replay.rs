@@ -51,7 +51,7 @@ pub(super) enum What {
     Ubx(MessagesArgs<Ubx>),
     /// Your recording as a folder in the form of the EuRoC MAV dataset
     Euroc(MessagesArgs<Euroc>),
-    /// What a device's black box holds, against the same application here
+    /// The black box of a device, against the same application here
     Blackbox(Blackbox),
 }
 
@@ -148,7 +148,7 @@ impl Args {
 }
 
 impl FogMems {
-    /// The recording and what came of it.
+    /// The recording and its outcomes.
     pub(super) fn outcomes(&self) -> Result<(Session, Vec<Outcome>), Error> {
         let unit = self.unit.load_or(fog_mems::UNIT)?;
         let session = recordings::fog_mems::session(&self.mems, &self.fog)?;
@@ -159,7 +159,7 @@ impl FogMems {
 
 impl Kitti {
     fn run(&self) -> Result<(), Error> {
-        // as far as they are told apart; the last one stands for all others
+        // the stages that have names of their own; the last one stands for all others
         let drives = DRIVES.map(|name| (name, 0.8));
         let known = &drives[..self.files.len().min(DRIVES.len())];
         let stages = [known, &[(progress::WRITING, 0.2 * self.files.len() as f64)]].concat();
@@ -169,7 +169,7 @@ impl Kitti {
         self.output.leave_outcomes("kitti", &outcomes, shown)
     }
 
-    /// Each drive and what came of it.
+    /// Each drive and its outcomes.
     pub(super) fn outcomes(&self) -> Result<Vec<(Session, Vec<Outcome>)>, Error> {
         let unit = self.unit.load_or(kitti::UNIT)?;
         let drive = |(k, file): (usize, &PathBuf)| {
@@ -199,7 +199,7 @@ impl Lasergyro {
         self.output.leave_report("replay-lasergyro", &report, shown)
     }
 
-    /// What came of the recording.
+    /// The report of the recording.
     pub(super) fn report(&self) -> Result<Report, Error> {
         let unit = self.unit.load_or(lasergyro::UNIT)?;
         progress::stage(progress::READING);

@@ -21,7 +21,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// Runs the program that lies beside this one, or else in the path.
+    /// Runs the program beside this one, or else in the path.
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut command = Command::new(beside().unwrap_or_else(|| PROGRAM.into()));
         command.args(&self.rest);
@@ -32,7 +32,7 @@ impl Args {
                 format!("the program {PROGRAM} is neither beside host-sim nor in the path"),
                 "build it: cargo build --release --package live",
             ),
-            _ => refused("serve", format!("{PROGRAM}: {error}"), "build it anew"),
+            _ => refused("serve", format!("{PROGRAM}: {error}"), "build it again"),
         })
     }
 }
@@ -45,7 +45,7 @@ fn beside() -> Option<PathBuf> {
     files.find(|file| file.is_file())
 }
 
-/// How the server may be named beside a program of this name. A release has the target in both
+/// Names that the server may have beside a program of this name. A release has the target in both
 /// names: `host-sim-TARGET` and `host-sim-serve-TARGET`.
 fn names(own: &str) -> Vec<String> {
     let plain = format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX);
@@ -54,13 +54,14 @@ fn names(own: &str) -> Vec<String> {
     released.into_iter().chain([plain]).collect()
 }
 
-/// Becomes that program; so Ctrl-C reaches it alone. Comes back with an error only.
+/// Replaces this process by that program, so that Ctrl-C reaches it alone. Returns only on an
+/// error.
 #[cfg(unix)]
 fn replaced(command: &mut Command) -> std::io::Error {
     std::os::unix::process::CommandExt::exec(command)
 }
 
-/// Runs that program and ends as it does. Comes back with an error only.
+/// Runs that program and ends with its exit code. Returns only on an error.
 #[cfg(not(unix))]
 fn replaced(command: &mut Command) -> std::io::Error {
     match command.status() {

@@ -39,14 +39,14 @@ impl Manual {
     /// Writes the pages.
     pub(super) fn run(&self) -> Result<(), Error> {
         let mut command = Cli::definition();
-        command.build(); // so that each knows its whole name
+        command.build(); // sets their full names
         let pages = write(&command, NAME, &self.out)?;
         println!("{pages} pages: {}", self.out.display());
         Ok(())
     }
 }
 
-/// The page of a command and those below it. Gives how many.
+/// The page of a command and those below it. Returns their number.
 fn write(command: &Command, name: &str, dir: &Path) -> Result<usize, Error> {
     let file = dir.join(format!("{name}.1"));
     let mut page = Vec::new();

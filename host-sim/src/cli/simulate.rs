@@ -16,7 +16,7 @@ const WRITING: &str = "writing the files";
 pub struct Args {
     #[command(flatten)]
     simulation: Simulation,
-    /// Vehicle in place of the scenario's: road, city, traffic, train, ship, aircraft, hand-held,
+    /// Vehicle instead of the scenario's: road, city, traffic, train, ship, aircraft, hand-held,
     /// standing
     #[arg(long, value_name = "NAME")]
     vehicle: Option<String>,

@@ -25,7 +25,7 @@ pub struct Args {
     /// Samples a second
     #[arg(long, default_value_t = 200)]
     rate: u32,
-    /// Everything follows from it
+    /// Seed of all random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Print JSON
@@ -33,7 +33,7 @@ pub struct Args {
     json: bool,
 }
 
-/// What is told.
+/// Result of a soak, as printed.
 #[derive(Serialize)]
 struct Outcome {
     seed: u64,
@@ -58,7 +58,7 @@ struct Outcome {
     took_s: f64,
 }
 
-/// Plays what the black box holds before each reset, and shows how far it is.
+/// Plays the black box before each reset, and shows the progress.
 struct Looks {
     bar: ProgressBar,
     played: u64,
@@ -73,10 +73,10 @@ impl Watch for Looks {
             .set_message(format!("{} power-ons", report.power_ons));
     }
 
-    fn drive_over(&mut self, told: &Configuration, app: &App) -> bool {
+    fn drive_over(&mut self, configuration: &Configuration, app: &App) -> bool {
         let mut memory = vec![0; LEN];
         app.read_recording(0, &mut memory);
-        for page in play(Some(told), &memory) {
+        for page in play(Some(configuration), &memory) {
             match page.verdict {
                 Verdict::Agrees => self.played += 1,
                 Verdict::NotPlayed(_) => self.not_played += 1,
@@ -119,9 +119,9 @@ impl Args {
         let mut memory = Box::new(Memory::ZEROED);
         let report = soak::run(&mut memory, &plan, &mut looks);
         looks.bar.finish_and_clear();
-        let told = told(&plan, &report, &looks, begun.elapsed().as_secs_f64());
-        print(&told, self.json)?;
-        match told.violation {
+        let outcome = outcome(&plan, &report, &looks, begun.elapsed().as_secs_f64());
+        print(&outcome, self.json)?;
+        match outcome.violation {
             None => Ok(()),
             Some(what) => Err(Error::differs(
                 format!("--seed {}", self.seed),
@@ -132,7 +132,7 @@ impl Args {
     }
 }
 
-fn told(plan: &Plan, report: &Report, looks: &Looks, took_s: f64) -> Outcome {
+fn outcome(plan: &Plan, report: &Report, looks: &Looks, took_s: f64) -> Outcome {
     let kinds = KINDS.iter().zip(report.begun);
     let violation = report
         .violation
@@ -166,8 +166,8 @@ fn told(plan: &Plan, report: &Report, looks: &Looks, took_s: f64) -> Outcome {
     }
 }
 
-fn print(told: &Outcome, json: bool) -> Result<(), Error> {
-    let value = serde_json::to_value(told)
+fn print(outcome: &Outcome, json: bool) -> Result<(), Error> {
+    let value = serde_json::to_value(outcome)
         .map_err(|error| refused("--json", error.to_string(), "report it"))?;
     if json {
         println!("{value:#}");

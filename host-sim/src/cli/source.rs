@@ -27,9 +27,9 @@ pub(super) struct Csv {
     /// Files instead of those that the header names: first the IMU's, then that of the fixes
     #[arg(value_name = "FILE.csv")]
     files: Vec<PathBuf>,
-    /// True states that judge instead of the fixes, in place of the file of the header's 'truth'.
-    /// Its columns are those that the header's table 'truth' names, else those of simulate's
-    /// truth.csv or of the header's fixes
+    /// True states to judge against instead of the fixes; replaces the file of the header's
+    /// 'truth'. Its columns are those that the header's table 'truth' names, else those of
+    /// simulate's truth.csv or of the header's fixes
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
     #[command(flatten)]
@@ -94,7 +94,7 @@ impl Csv {
         Ok(record)
     }
 
-    /// What the samples are written into again.
+    /// The file into which corrected samples are written.
     pub(super) fn original(&self) -> Result<Original, Error> {
         generic::original(&self.header, &self.files).map(Original::Text)
     }
@@ -104,12 +104,12 @@ impl Csv {
         generic::unit(&self.header)
     }
 
-    /// What the header says of the samples.
+    /// Description of the samples by the header.
     pub(super) fn says(&self, record: &Record) -> Result<Says, Error> {
         let [gyro, accel] = generic::units(&self.header, 1.0 / record.rate_hz as f64)?;
-        let field = |name: &str, (told, units): (NamedUnit, Vec<NamedUnit>)| Field {
+        let field = |name: &str, (given, units): (NamedUnit, Vec<NamedUnit>)| Field {
             name: name.into(),
-            named: Some(told),
+            named: Some(given),
             units,
         };
         Ok(Says {
@@ -126,12 +126,12 @@ impl Csv {
 const RIGHT_FORWARD_UP: &str = "'y x -z' for right-forward-up";
 
 impl KfGins {
-    /// What the samples are written into again.
+    /// The file into which corrected samples are written.
     pub(super) fn original(&self) -> Original {
         Original::Text(kfgins::original(&self.imu))
     }
 
-    /// What the format says of the samples.
+    /// Description of the samples by the format.
     pub(super) fn says(&self) -> Says {
         Says {
             file: self.imu.clone(),
@@ -193,12 +193,12 @@ impl Novatel {
         novatel::record(log, self.axes()?, self.kind())
     }
 
-    /// What the samples are written into again.
+    /// The file into which corrected samples are written.
     pub(super) fn original(&self, log: &novatel::Recording) -> Result<Original, Error> {
         novatel::log(log, self.axes()?, self.kind()).map(Original::Novatel)
     }
 
-    /// What the log and the options say of the samples.
+    /// Description of the samples by the log and the options.
     pub(super) fn says(&self, record: &Record) -> Says {
         Says {
             file: self.file.clone(),

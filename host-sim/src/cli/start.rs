@@ -34,16 +34,16 @@ pub struct Args {
     results: Option<PathBuf>,
 }
 
-/// How the receiver differs from the unit's.
+/// Differences of the receiver from the unit's.
 #[derive(Debug, ClapArgs)]
 struct ReceiverOptions {
     /// Fixes a second
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=20))]
     rate_hz: u32,
-    /// Time from validity to arrival of a fix, ms, which the device is told [default: the unit's]
+    /// Configured time from validity to arrival of a fix, ms [default: the unit's]
     #[arg(long, value_name = "MS")]
     fix_delay_ms: Option<f64>,
-    /// From the IMU to the antenna, m, which the device is told [default: the unit's]
+    /// Configured lever arm from the IMU to the antenna, m [default: the unit's]
     #[arg(
         long,
         value_name = "FORWARD,RIGHT,DOWN",
@@ -82,7 +82,7 @@ impl ReceiverOptions {
 }
 
 impl Args {
-    /// Tries, prints and writes.
+    /// Runs the trials, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
         if self.seeds == 0 {
             return Err(refused("--seeds", "is 0", "give at least 1"));

@@ -15,12 +15,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// The first failure.
 static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// In place of that of the standard library, which panics.
+/// Replaces the macro of the standard library, which panics.
 macro_rules! print {
     ($($text:tt)*) => { $crate::cli::stdout::print(format_args!($($text)*)) };
 }
 
-/// In place of that of the standard library, which panics.
+/// Replaces the macro of the standard library, which panics.
 macro_rules! println {
     () => { print!("\n") };
     ($($text:tt)*) => { print!("{}\n", format_args!($($text)*)) };
@@ -30,7 +30,7 @@ fn failed() -> MutexGuard<'static, Option<io::Error>> {
     FAILED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Keeps the first failure.
+/// Stores the first failure.
 fn keep(written: io::Result<()>) -> io::Result<()> {
     written.map_err(|error| {
         let kind = error.kind();
@@ -44,21 +44,22 @@ fn keep(written: io::Result<()>) -> io::Result<()> {
 /// Prints, unless that has failed before.
 pub fn print(text: Arguments<'_>) {
     if failed().is_none() {
-        let _ = keep(anstream::stdout().write_fmt(text)); // kept
+        let _ = keep(anstream::stdout().write_fmt(text)); // the first failure is stored
     }
 }
 
-/// Prints at once and as it is.
+/// Prints at once, without buffering or conversion.
 ///
 /// # Errors
-/// Nobody reads, or it cannot be written: who prints until then may end.
+/// The reader is gone, or standard output cannot be written; then a program that only prints may
+/// end.
 pub(super) fn print_now(text: &str) -> io::Result<()> {
     let mut out = io::stdout().lock();
     keep(out.write_all(text.as_bytes()).and_then(|()| out.flush()))
 }
 
-/// The standard library takes a descriptor that cannot be written for one that is not there, and
-/// drops what goes to it. This asks the system.
+/// Asks the system whether standard output can be written. The standard library treats a descriptor
+/// that cannot be written as missing, and drops the output.
 #[cfg(unix)]
 fn open() -> io::Result<()> {
     use std::os::fd::AsFd;
@@ -71,19 +72,19 @@ fn open() -> io::Result<()> {
     Ok(())
 }
 
-/// Writes what was printed and is still held.
+/// Writes the output that is still buffered.
 ///
 /// # Errors
 /// Something printed could not be written.
 pub fn finish() -> Result<(), Error> {
-    let _ = keep(io::stdout().flush().and_then(|()| open())); // kept
+    let _ = keep(io::stdout().flush().and_then(|()| open())); // the first failure is stored
     let failed = failed().take();
     failed.map_or(Ok(()), |source| {
         Err(Error::writing(Path::new("standard output"), source))
     })
 }
 
-/// What a program was given. `None`: it was asked for help or its version, which is printed. Wrong
+/// The arguments of a program. `None`: help or version was asked for, and is printed. Wrong
 /// arguments end the program.
 #[must_use]
 pub fn given<P: Parser>(definition: Command) -> Option<P> {
@@ -92,14 +93,14 @@ pub fn given<P: Parser>(definition: Command) -> Option<P> {
         Ok(given) => Some(given),
         Err(wrong) if wrong.use_stderr() => wrong.exit(),
         Err(asked) => {
-            let _ = keep(asked.print()); // kept
+            let _ = keep(asked.print()); // the first failure is stored
             None
         }
     }
 }
 
-/// Ends the program of this name: what went wrong is written to standard error, one error a line.
-/// The first gives the exit code.
+/// Ends the program of this name: writes the errors to standard error, one a line. The first gives
+/// the exit code.
 #[must_use]
 pub fn ended(name: &str, done: Result<(), Error>) -> ExitCode {
     let errors = [done.err(), finish().err()];

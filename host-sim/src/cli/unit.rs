@@ -17,7 +17,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Ask for what a unit file must say, question by question, and write one
+    /// Ask for the keys of a unit file, question by question, and write it
     New {
         /// Preset or unit file whose values are the defaults of the questions
         #[arg(long, value_name = "NAME|FILE.toml")]
@@ -29,11 +29,11 @@ enum Action {
         #[arg(long)]
         force: bool,
     },
-    /// Tell all that is wrong or doubtful in a unit file, with line, field and remedy
+    /// Print all faults and doubts of a unit file, with line, field and remedy
     Check {
         /// The file
         file: PathBuf,
-        /// Print JSON: the unit's name, or null if it cannot be used, and what was found
+        /// Print JSON: the unit's name, or null if it cannot be used, and the findings
         #[arg(long)]
         json: bool,
     },

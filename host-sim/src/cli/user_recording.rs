@@ -6,9 +6,9 @@ use super::messages::Messages;
 use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::{self, READING, Shown, WRITING};
+use super::record_options::{RecordOptions, ReplacedOptions};
 use super::replay::REPLAYING;
 use super::source::{Csv, KfGins, Novatel};
-use super::told::{OldWords, TellOptions};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
@@ -45,8 +45,8 @@ pub(super) struct Options {
     #[command(flatten)]
     unit: UnitOption,
     #[command(flatten)]
-    old: OldWords,
-    /// Stop if the samples contradict what is said of them, instead of a warning
+    old: ReplacedOptions,
+    /// Stop if the samples contradict their description, instead of a warning
     #[arg(long)]
     strict: bool,
     /// Standard deviations of a given attitude, deg
@@ -58,9 +58,9 @@ pub(super) struct Options {
     )]
     attitude_sigma: Vec<f64>,
     #[command(flatten)]
-    says: TellOptions,
+    recording: RecordOptions,
     /// Use only this part of a recording with long gaps of samples, counted from 1 [default: all,
-    /// each aligned anew]
+    /// each aligned by itself]
     #[arg(long, value_name = "NUMBER")]
     part: Option<usize>,
     #[command(flatten)]
@@ -108,7 +108,7 @@ pub(super) struct NovatelArgs {
     pub(super) options: Options,
 }
 
-/// A recording that was read, and what its file says.
+/// A recording that was read, and the description of its samples.
 pub(super) struct Loaded {
     /// Name of the command.
     pub(super) name: &'static str,
@@ -116,7 +116,7 @@ pub(super) struct Loaded {
     pub(super) says: Says,
     /// The unit that the recording itself names.
     pub(super) named: Option<Unit>,
-    /// What corrected samples are written into.
+    /// The file into which corrected samples are written.
     original: Option<Original>,
 }
 
@@ -215,7 +215,7 @@ impl NovatelArgs {
     }
 }
 
-/// What a log contains, for `--json`.
+/// Content of a log, for `--json`.
 #[derive(Debug, Serialize)]
 struct Inventory<'a> {
     /// Good messages by number.
@@ -274,8 +274,8 @@ impl Options {
             assumptions: Assumptions::of(&unit),
             learn: self.learn_s,
         };
-        self.says.tell(&mut record, &unit)?;
-        let estimates = self.says.estimate_time_offset;
+        self.recording.apply(&mut record, &unit)?;
+        let estimates = self.recording.estimate_time_offset;
         let (note, warnings) = plan.examine(&mut record, says, is_given, estimates);
         self.warn(&warnings)?;
         let wishes = Wishes::of(&unit, &record, self.attitude_sigma()?, self.part);
@@ -311,7 +311,7 @@ impl Options {
         Ok(outcome)
     }
 
-    /// No part of the session can be learnt from and judged as the user wishes.
+    /// The error when the session is too short for the wished parts.
     fn unfit(&self, session: &Session, (least, most): (usize, usize)) -> Error {
         let all = session.epochs();
         let problem = match self.learn_s {
@@ -335,8 +335,8 @@ impl Options {
         refused("--learn-s", problem, remedy)
     }
 
-    /// Puts what the options tell, and the unit where they do not, into a recording that is only
-    /// read. The unit of the options.
+    /// Sets the values of the options, else of the unit, in a recording that is only read. Returns
+    /// the unit of the options.
     pub(super) fn tell(
         &self,
         record: &mut Record,
@@ -347,7 +347,10 @@ impl Options {
             ("--strict", self.strict),
             ("--part", self.part.is_some()),
             ("--attitude-sigma", self.attitude_sigma != [0.1, 0.5]),
-            ("--estimate-time-offset", self.says.estimate_time_offset),
+            (
+                "--estimate-time-offset",
+                self.recording.estimate_time_offset,
+            ),
             ("--corrected", self.corrected.scheme().is_some()),
             ("--json, --out", self.output.is_given()),
         ];
@@ -356,12 +359,12 @@ impl Options {
             return Err(refused(*name, "belongs to a replay", remedy));
         }
         let given = self.unit.load()?;
-        let told = given.as_ref().or(named).cloned().unwrap_or_default();
-        self.says.tell(record, &told)?;
+        let unit = given.as_ref().or(named).cloned().unwrap_or_default();
+        self.recording.apply(record, &unit)?;
         Ok(given)
     }
 
-    /// Tells where the samples contradict what is said of them.
+    /// Prints warnings where the samples contradict their description.
     fn warn(&self, warnings: &[Warning]) -> Result<(), Error> {
         for warning in warnings {
             progress::say(&warning.to_string());
@@ -388,7 +391,7 @@ impl Options {
     }
 }
 
-/// The error of a recording with which the navigators come to nothing.
+/// The error of a recording with which no navigator works.
 fn lost(name: &str, session: &Session) -> Error {
     if session.standstill > 0 {
         return no_attitude(Path::new(name));

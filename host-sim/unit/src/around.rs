@@ -1,4 +1,4 @@
-//! The tables `[receiver]`, `[vehicle]` and `[correction]`: what stands around the sensor, and how
+//! The tables `[receiver]`, `[vehicle]` and `[correction]`: the surroundings of the sensor, and how
 //! corrections act.
 
 use firmware::configuration;
@@ -14,11 +14,11 @@ const UNMEASURED_M: f64 = 2.0;
 /// seven standard deviations, but not one of twenty.
 const MEASURED_M: f64 = 0.5;
 
-/// The satellite receiver whose fixes teach the device.
+/// The satellite receiver whose fixes the device learns from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Receiver {
-    /// What it speaks. Default: ubx.
+    /// Its protocol. Default: ubx.
     pub protocol: Protocol,
     /// Bit rate of its line, bit/s, 1200 to 12000000. Default: 115200.
     #[schemars(range(min = 1_200, max = 12_000_000))]
@@ -27,9 +27,9 @@ pub struct Receiver {
     /// Source: measured on the vehicle.
     #[schemars(inner(range(min = -100, max = 100)))]
     pub lever_arm_m: [f64; 3],
-    /// Standard deviation of the lever arm along each axis, m, 0 to 100. The device estimates what
-    /// is left of it while it drives, so a value that is too large costs little. 0: exactly as
-    /// told, nothing is estimated. Default: 0.5 where lever_arm_m tells an arm; 2 where that is
+    /// Standard deviation of the lever arm along each axis, m, 0 to 100. The device estimates the
+    /// remaining error while it drives, so a value that is too large costs little. 0: exactly as
+    /// given, nothing is estimated. Default: 0.5 where lever_arm_m gives an arm; 2 where that is
     /// [0, 0, 0], because then nobody has measured it. Source: how it was measured.
     #[schemars(range(min = 0, max = 100))]
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -38,8 +38,8 @@ pub struct Receiver {
     /// the receiver's manual, or measured.
     #[schemars(range(min = 0, max = 1000))]
     pub fix_delay_ms: f64,
-    /// Standard deviation of that age, ms, 0 to 1000. The device estimates what is left of it while
-    /// it drives, so a value that is too large costs little. 0: exactly as told, nothing is
+    /// Standard deviation of that age, ms, 0 to 1000. The device estimates the remaining error
+    /// while it drives, so a value that is too large costs little. 0: exactly as given, nothing is
     /// estimated. Default: 100, by which receivers, messages and bit rates differ (assumed).
     /// Source: how the delay was found.
     #[schemars(range(min = 0, max = 1000))]
@@ -54,7 +54,7 @@ pub struct Receiver {
     pub heading_offset_deg: f64,
 }
 
-/// What a receiver speaks.
+/// Protocol of a receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Protocol {
@@ -67,7 +67,7 @@ pub enum Protocol {
     Novatel,
     /// Septentrio Binary Format: PVTGeodetic.
     Sbf,
-    /// Whichever of these the line carries.
+    /// Detected from the data on the line.
     Detect,
 }
 
@@ -101,7 +101,7 @@ pub enum Kind {
 pub struct Correction {
     /// Mode at power-on. Default: bypass.
     pub mode: Mode,
-    /// When, in mode learn, what was learnt comes into force. The live activations (commanded,
+    /// When learnt corrections come into force in mode learn. The live activations (commanded,
     /// standstill, faded) are for navigation computers that do not estimate biases. Default:
     /// next-power-on.
     pub activation: Activation,
@@ -128,7 +128,7 @@ pub struct Correction {
     /// Time between two steps of the networks, s, 0.1 to 10. Default: 1.
     #[schemars(range(min = 0.1, max = 10))]
     pub block_s: f64,
-    /// Length of an alignment that nothing commands, s, 30 to 3600. Default: 100.
+    /// Length of an alignment that is not commanded, s, 30 to 3600. Default: 100.
     #[schemars(range(min = 30, max = 3600))]
     pub align_s: f64,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame
@@ -150,11 +150,11 @@ pub enum Mode {
     Frozen,
     /// Samples pass unchanged; the correction is computed and reported only.
     Shadow,
-    /// The device learns, and what has proved itself corrects the samples.
+    /// The device learns, and corrections that have proved themselves are applied to the samples.
     Learn,
 }
 
-/// When what was learnt comes into force.
+/// When learnt corrections come into force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Activation {
@@ -162,9 +162,9 @@ pub enum Activation {
     Commanded,
     /// Live: also when the vehicle has come to a standstill, as samples and receiver agree.
     Standstill,
-    /// Live: as soon as it has settled, no faster than the slew limit.
+    /// Live: as soon as the estimate has settled, no faster than the slew limit.
     Faded,
-    /// It is stored, and corrects all samples from the next power-on on.
+    /// The correction is stored, and applied to all samples from the next power-on.
     #[default]
     NextPowerOn,
 }

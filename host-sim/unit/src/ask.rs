@@ -1,10 +1,10 @@
-//! Asks for what a unit file must say, and writes the file.
+//! Asks the user for the keys of a unit file, and writes the file.
 
 use super::sensor::FormatName;
 use super::{Unit, schema};
 use std::io::{self, BufRead, Write};
 
-/// A question: the key that the answer goes to, and what is asked.
+/// A question: its key in the file, and its text.
 struct Question {
     table: &'static str,
     key: &'static str,
@@ -99,7 +99,7 @@ pub fn interview(
         Some(unit) => toml::Table::try_from(unit).unwrap_or_default(),
         None => toml::Table::new(),
     };
-    // the simulation's terms describe another sensor than the answers do
+    // the simulation's terms describe another sensor than the answers
     table.remove("simulation");
     let schema = schema::schema();
     for question in &QUESTIONS {
@@ -118,7 +118,7 @@ pub fn interview(
     Ok(Some(file(&table, &schema)))
 }
 
-/// Questions that only the chosen format has.
+/// Questions for the chosen format only.
 fn variants(table: &toml::Table) -> Vec<Question> {
     let format = table.get("sensor").and_then(|sensor| sensor.get("format"));
     let format = format.cloned().and_then(|name| name.try_into().ok());
@@ -153,7 +153,7 @@ fn answer(
     output: &mut impl Write,
 ) -> io::Result<Option<()>> {
     let field = field(schema, question);
-    let usual = held(table, question).or_else(|| usual(field));
+    let usual = current(table, question).or_else(|| usual(field));
     let required = usual.is_none() && is_required(schema, question);
     let words = schema::words(field);
     loop {
@@ -227,8 +227,8 @@ fn usual(field: &serde_json::Value) -> Option<toml::Value> {
     }
 }
 
-/// The value that the table has.
-fn held(table: &toml::Table, question: &Question) -> Option<toml::Value> {
+/// The value in the table.
+fn current(table: &toml::Table, question: &Question) -> Option<toml::Value> {
     let names = question.table.split('.').filter(|name| !name.is_empty());
     let mut inside = table;
     for name in names {

@@ -1,4 +1,4 @@
-//! A unit file as the configuration that the device is told.
+//! Converts a unit file to the device's configuration.
 
 use super::Unit;
 use super::around::Correction;
@@ -8,16 +8,16 @@ use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LE
 use firmware::control::Field;
 use host_core::inertial::units::{DEG, DEG_PER_H, UG};
 
-/// A correction may be as large as so many standard deviations of a bias.
+/// Default limit of a correction, in standard deviations of the bias.
 const LIMIT_BIASES: f64 = configuration::LIMIT_SIGMAS as f64;
-/// It may change by this share of the limit in a second.
+/// Default change of a correction per second, as a fraction of the limit.
 const SLEW_SHARE: f64 = 1e-3;
 
 impl Unit {
-    /// What the device is told, in SI.
+    /// The device's configuration, in SI.
     ///
     /// # Errors
-    /// The first value that no device takes.
+    /// The first value that no device accepts.
     pub fn configuration(&self) -> Result<Configuration, Finding> {
         let Self {
             sensor,
@@ -26,7 +26,7 @@ impl Unit {
             ..
         } = self;
         let q = self.mounting.rotation()?;
-        let told = Configuration {
+        let configuration = Configuration {
             identity: Identity {
                 name: text::<NAME_LEN>("name", &self.name)?,
                 serial: text::<SERIAL_LEN>("serial", &self.serial)?,
@@ -39,7 +39,7 @@ impl Unit {
                 pins: sensor.pins,
                 cut_through: sensor.cut_through,
             },
-            sensor: sensor.told()?,
+            sensor: sensor.settings()?,
             rate: sensor.rate(),
             mounting: [q.w, q.i, q.j, q.k].map(|x| x as f32),
             gyro: self.gyro.triad(),
@@ -57,11 +57,11 @@ impl Unit {
                 kind: vehicle.kind.into(),
                 speed: vehicle.largest_speed_mps as f32,
             },
-            correction: self.told_correction(),
+            correction: self.correction_settings(),
             inputs: self.networks.inputs(),
         };
-        told.check().map_err(refused)?;
-        Ok(told)
+        configuration.check().map_err(refused)?;
+        Ok(configuration)
     }
 
     /// Largest correction of gyros and accelerometers, then its fastest change a second, SI.
@@ -81,7 +81,7 @@ impl Unit {
         ]
     }
 
-    fn told_correction(&self) -> configuration::Correction {
+    fn correction_settings(&self) -> configuration::Correction {
         let correction = &self.correction;
         let [limit, slew] = self.limits().map(|[gyro, accel]| Limit {
             gyro: gyro as f32,
@@ -142,7 +142,7 @@ pub const fn key(field: Field) -> &'static str {
     }
 }
 
-/// A field of the configuration that no device takes.
+/// The finding for a field of the configuration that no device accepts.
 fn refused(field: Field) -> Finding {
     Finding::wrong(
         key(field),

@@ -1,4 +1,4 @@
-//! Values that are possible but hardly meant: the wrong unit, the wrong row of the datasheet.
+//! Values that are possible but implausible: the wrong unit, the wrong row of the datasheet.
 
 use super::Unit;
 use super::around::Kind;
@@ -130,7 +130,7 @@ fn misalignment(key: &str, mrad: f64) -> Option<Finding> {
     )
 }
 
-/// Antennas are nearer to the sensors than this, m (assumed): the longest usual vehicles.
+/// Largest plausible lever arm for a kind of vehicle, m (assumed).
 const fn longest(kind: Kind) -> f64 {
     match kind {
         Kind::Land => 20.0,

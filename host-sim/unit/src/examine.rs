@@ -8,8 +8,7 @@ use std::collections::BTreeMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The unit that a text describes, unless something is wrong, and all that was found, sorted by
-/// line.
+/// The unit that a text describes, `None` on a fault, and all findings, sorted by line.
 #[must_use]
 pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
     let line_of = |at: usize| text[..at.min(text.len())].matches('\n').count() + 1;
@@ -24,7 +23,7 @@ pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
         }
     };
     let mut lines = BTreeMap::new();
-    places(spans.get_ref(), "", &line_of, &mut lines);
+    key_lines(spans.get_ref(), "", &line_of, &mut lines);
     let mut found = Vec::new();
     schema::check(
         &schema::schema(),
@@ -49,15 +48,15 @@ pub fn examine(text: &str) -> (Option<Unit>, Vec<Finding>) {
         }
     }
     for finding in &mut found {
-        finding.line = finding.line.or_else(|| place(&lines, &finding.key));
+        finding.line = finding.line.or_else(|| nearest_line(&lines, &finding.key));
     }
     found.sort_by_key(|finding| finding.line);
     let usable = found.iter().all(|finding| finding.doubt);
     (unit.filter(|_| usable), found)
 }
 
-/// The line of each key.
-fn places(
+/// Collects the line of each key.
+fn key_lines(
     table: &DeTable<'_>,
     path: &str,
     line_of: &impl Fn(usize) -> usize,
@@ -70,13 +69,13 @@ fn places(
         };
         into.insert(key.clone(), line_of(name.span().start));
         if let DeValue::Table(inner) = value.get_ref() {
-            places(inner, &key, line_of, into);
+            key_lines(inner, &key, line_of, into);
         }
     }
 }
 
 /// The line of a key, or of the table that it is missing in.
-fn place(lines: &BTreeMap<String, usize>, key: &str) -> Option<usize> {
+fn nearest_line(lines: &BTreeMap<String, usize>, key: &str) -> Option<usize> {
     let mut key = key;
     loop {
         if let Some(line) = lines.get(key) {
@@ -87,10 +86,10 @@ fn place(lines: &BTreeMap<String, usize>, key: &str) -> Option<usize> {
 }
 
 impl Unit {
-    /// What no device takes, and what the simulator cannot simulate.
+    /// Values that no device accepts, or that cannot be simulated.
     fn faults(&self) -> Vec<Finding> {
         let mut found = match self.configuration() {
-            Ok(told) => networks::not_given(self, &told),
+            Ok(configuration) => networks::not_given(self, &configuration),
             Err(finding) => vec![finding],
         };
         found.extend(prior::other_inputs(self));
@@ -154,7 +153,7 @@ mod tests {
     use super::super::presets;
     use super::*;
 
-    /// What is wrong with a preset whose rates are replaced by these lines: field, problem, remedy.
+    /// Faults of a preset whose rates are replaced by these lines: field, problem, remedy.
     fn found(name: &str, lines: &str) -> Vec<(String, String, String)> {
         found_in(&presets::text(name).expect("a preset"), lines)
     }
@@ -168,8 +167,8 @@ mod tests {
     }
 
     fn found_in(text: &str, lines: &str) -> Vec<(String, String, String)> {
-        let kept = |line: &&str| !line.starts_with("rate_hz") && !line.starts_with("baud");
-        let text: Vec<_> = text.lines().filter(kept).collect();
+        let others = |line: &&str| !line.starts_with("rate_hz") && !line.starts_with("baud");
+        let text: Vec<_> = text.lines().filter(others).collect();
         let text = text
             .join("\n")
             .replace("[sensor]", &format!("[sensor]\n{lines}"));
@@ -209,15 +208,15 @@ mod tests {
             [(key, problem, remedy)] if key == "sensor.baud" => format!("{problem}; {remedy}"),
             other => panic!("{other:?}"),
         };
-        let told = line(large("rate_hz = 4250"));
+        let message = line(large("rate_hz = 4250"));
         assert!(
-            told.contains("the bursts on the navigation line at 4250 Hz need 1700000 bit/s")
-                && told.contains("set the navigation computer and this file to 1843200 bit/s")
-                && told.contains("or lower sensor.rate_hz"),
-            "{told}"
+            message.contains("the bursts on the navigation line at 4250 Hz need 1700000 bit/s")
+                && message.contains("set the navigation computer and this file to 1843200 bit/s")
+                && message.contains("or lower sensor.rate_hz"),
+            "{message}"
         );
-        let told = line(small("rate_hz = 2000\nbaud = 460800"));
-        assert!(told.contains("need 640000 bit/s"), "{told}");
+        let message = line(small("rate_hz = 2000\nbaud = 460800"));
+        assert!(message.contains("need 640000 bit/s"), "{message}");
         // a frame has 12 bytes more
         let framed = found_framed("adis16505", "rate_hz = 2000\nbaud = 640000");
         assert!(line(framed).contains("need 880000 bit/s"));

@@ -1,4 +1,4 @@
-//! What is wrong or doubtful in a unit file.
+//! Faults and doubts found in a unit file.
 
 use host_core::error::Error;
 use std::path::Path;
@@ -10,11 +10,11 @@ pub struct Finding {
     pub line: Option<usize>,
     /// The field with its tables, for example `sensor.rate_hz`.
     pub key: String,
-    /// What is wrong, as the rest of a sentence that begins with the field.
+    /// The problem, as the rest of a sentence that begins with the field.
     pub problem: String,
-    /// What would be right.
+    /// How to correct it.
     pub remedy: String,
-    /// The file can be used all the same.
+    /// Whether the file can be used all the same.
     pub doubt: bool,
 }
 
@@ -35,7 +35,7 @@ impl Finding {
         }
     }
 
-    /// A value that can be used but is hardly meant.
+    /// A value that can be used but is implausible.
     #[must_use]
     pub fn doubtful(
         key: impl Into<String>,
@@ -48,7 +48,7 @@ impl Finding {
         }
     }
 
-    /// As an error of this file.
+    /// The finding as an error of this file.
     #[must_use]
     pub fn error(self, file: &Path) -> Error {
         Error::Scenario {

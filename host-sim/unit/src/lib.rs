@@ -1,5 +1,5 @@
-//! The unit file: one TOML file in datasheet units that tells what is known of a sensor, its
-//! mounting, its receiver and its vehicle.
+//! The unit file: one TOML file in datasheet units that describes a sensor, its mounting, its
+//! receiver and its vehicle.
 //!
 //! The device gets it as [`firmware::configuration::Configuration`] ([`Unit::configuration`]), and
 //! every command of the desktop reads the same file. The JSON Schema for editors is written from
@@ -39,7 +39,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use triads::{Accel, Gyro};
 
-/// What is known of one sensor and its surroundings.
+/// A sensor and its surroundings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Unit {
@@ -51,16 +51,16 @@ pub struct Unit {
     #[serde(default)]
     #[schemars(length(max = 24))]
     pub serial: String,
-    /// The sensor: the format of its frames, what they do not tell, and its line.
+    /// The sensor: the format of its frames, settings that they do not contain, and its line.
     pub sensor: Sensor,
-    /// How the sensor sits in the vehicle.
+    /// Mounting of the sensor in the vehicle.
     #[serde(default)]
     pub mounting: Mounting,
     /// Errors of the gyros.
     pub gyro: Gyro,
     /// Errors of the accelerometers.
     pub accel: Accel,
-    /// The satellite receiver whose fixes teach the device.
+    /// The satellite receiver whose fixes the device learns from.
     #[serde(default)]
     pub receiver: Receiver,
     /// The vehicle.
@@ -69,11 +69,11 @@ pub struct Unit {
     /// How corrections act.
     #[serde(default)]
     pub correction: Correction,
-    /// What drives the networks.
+    /// Inputs of the networks.
     #[serde(default)]
     pub networks: Networks,
-    /// What a fleet of the same type of sensor teaches, written by `host-sim fleet`. Default: what
-    /// follows from the datasheet above.
+    /// Prior of the networks from a fleet of the same type of sensor, written by `host-sim fleet`.
+    /// Default: derived from the datasheet above.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<prior::Prior>,
     /// All error terms of the simulated sensor. Default: derived from the datasheet above.
@@ -90,7 +90,8 @@ impl Unit {
         Self::load_beside(name, Path::new(""))
     }
 
-    /// The same; a relative path starts at the directory of the file `from`, which names the unit.
+    /// As [`Unit::load`]; a relative path starts at the directory of the file `from`, which names
+    /// the unit.
     ///
     /// # Errors
     /// As [`Unit::load`].
@@ -127,7 +128,7 @@ impl Unit {
     }
 }
 
-/// Whether a name of a unit is that of a file.
+/// Whether the name of a unit is a file name.
 fn is_file(name: &str) -> bool {
     let path = Path::new(name);
     let toml = path

@@ -1,4 +1,4 @@
-//! The table `[mounting]`: how the sensor sits in the vehicle.
+//! The table `[mounting]`: mounting of the sensor in the vehicle.
 
 use super::finding::Finding;
 use host_core::inertial::axes::Axes;
@@ -8,9 +8,9 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How the sensor sits in the vehicle: either `axes`, or the three angles, or `matrix`. Without any
-/// of them, the sensor's x, y, z point forward, right, down. Source: the drawing of the sensor and
-/// where it is mounted.
+/// Mounting of the sensor in the vehicle: either `axes`, or the three angles, or `matrix`. Without
+/// any of them, the sensor's x, y, z point forward, right, down. Source: the drawing of the sensor
+/// and where it is mounted.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mounting {
@@ -35,7 +35,7 @@ pub struct Mounting {
     pub heading_deg: Option<f64>,
     /// Three rows: forward, right and down of the vehicle, each as a vector in axes of the sensor,
     /// each number -1 to 1. The rows must be at right angles to each other, of length 1 (to 0.01)
-    /// and right-handed; what is left of an error is taken out. Default: the unit matrix.
+    /// and right-handed; a remaining error is removed. Default: the unit matrix.
     #[schemars(inner(inner(range(min = -1, max = 1))))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<[[f64; 3]; 3]>,
@@ -109,11 +109,11 @@ impl Mounting {
     /// of theirs, else angles with as few decimals as possible.
     #[must_use]
     pub(super) fn of(q: [f32; 4]) -> Option<Self> {
-        let told = |mounting: &Self| {
+        let same = |mounting: &Self| {
             let again = mounting.rotation().map(|r| [r.w, r.i, r.j, r.k]);
             again.is_ok_and(|again| again.map(|x| x as f32) == q)
         };
-        if told(&Self::default()) {
+        if same(&Self::default()) {
             return Some(Self::default());
         }
         let names = ["x", "y", "z", "-x", "-y", "-z"];
@@ -126,13 +126,13 @@ impl Mounting {
             )),
             ..Self::default()
         });
-        axes.into_iter().find(&told).or_else(|| angles(q, told))
+        axes.into_iter().find(&same).or_else(|| angles(q, same))
     }
 }
 
-/// Angles that `told` accepts. The same attitude has two sets of angles, and a full turn changes
-/// the quaternion's sign.
-fn angles(q: [f32; 4], told: impl Fn(&Mounting) -> bool) -> Option<Mounting> {
+/// Angles for which `accepted` holds. The same attitude has two sets of angles, and a full turn
+/// changes the quaternion's sign.
+fn angles(q: [f32; 4], accepted: impl Fn(&Mounting) -> bool) -> Option<Mounting> {
     let [w, x, y, z] = q.map(f64::from);
     let unit = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
     let (roll, pitch, heading) = to_euler(&unit);
@@ -154,7 +154,7 @@ fn angles(q: [f32; 4], told: impl Fn(&Mounting) -> bool) -> Option<Mounting> {
                 heading_deg,
                 matrix: None,
             };
-            (in_range && told(&mounting)).then_some(mounting)
+            (in_range && accepted(&mounting)).then_some(mounting)
         })
     })
 }
@@ -243,8 +243,8 @@ mod tests {
             ..Mounting::default()
         };
         let rows = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]];
-        let told = matrix(rows).rotation().unwrap();
-        assert!(told.angle_to(&axes("y x -z").rotation().unwrap()) < 1e-12);
+        let given = matrix(rows).rotation().unwrap();
+        assert!(given.angle_to(&axes("y x -z").rotation().unwrap()) < 1e-12);
         // turned by 3 deg about down, written with three decimals
         let (sin, cos) = (0.052, 0.999);
         let turned = [[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]];

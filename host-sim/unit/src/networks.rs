@@ -1,4 +1,4 @@
-//! The table `[networks]`: what drives the networks.
+//! The table `[networks]`: inputs of the networks.
 
 use super::Unit;
 use super::finding::Finding;
@@ -8,8 +8,8 @@ use firmware::inputs::{Inputs, Source};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What drives the networks: three inputs for each. An error can only be modelled where what
-/// drives it enters.
+/// Inputs of the networks, three for each. A network can only model an error whose cause is among
+/// its inputs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Networks {
@@ -36,9 +36,9 @@ pub enum Input {
     ForceY,
     /// Specific force along z
     ForceZ,
-    /// Temperature that the sensor's frames tell
+    /// Temperature from the sensor's frames
     Temperature,
-    /// Its rate of change
+    /// Rate of change of the temperature
     TemperatureRate,
     /// Mean square of the specific force about its mean in a block
     Vibration,
@@ -113,13 +113,13 @@ impl std::str::FromStr for Input {
 }
 
 impl Networks {
-    /// The inputs as the device is told them.
+    /// The inputs in the device's configuration.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
         [self.gyro_inputs, self.accel_inputs].map(|three| three.map(Source::from))
     }
 
-    /// The table of inputs that a device has.
+    /// The table of a device's inputs.
     #[must_use]
     pub(super) fn of([gyro, accel]: &Inputs) -> Self {
         Self {
@@ -129,9 +129,9 @@ impl Networks {
     }
 }
 
-/// Inputs that the frames of the sensor cannot give.
-pub(super) fn not_given(unit: &Unit, told: &Configuration) -> Vec<Finding> {
-    if told.has_thermometer() != Some(false) {
+/// Findings for inputs that the frames of the sensor do not contain.
+pub(super) fn not_given(unit: &Unit, configuration: &Configuration) -> Vec<Finding> {
+    if configuration.has_thermometer() != Some(false) {
         return Vec::new();
     }
     let format = unit.sensor.format;
@@ -143,7 +143,7 @@ pub(super) fn not_given(unit: &Unit, told: &Configuration) -> Vec<Finding> {
         _ => "use another input, such as vibration or rate-magnitude",
     };
     let keys = ["networks.gyro_inputs", "networks.accel_inputs"];
-    let inputs = keys.into_iter().zip(told.inputs);
+    let inputs = keys.into_iter().zip(configuration.inputs);
     let needy = inputs.filter(|(_, three)| three.iter().any(|one| one.needs_thermometer()));
     let finding = |(key, _)| {
         let problem = format!(
@@ -162,7 +162,7 @@ mod tests {
     use crate::tests::SHORT;
     use firmware::inputs::OWN;
 
-    /// The short file with these lines before its accelerometers, and all that is found in it.
+    /// The short file with these lines before its accelerometers, and all findings in it.
     fn file(networks: &str) -> (String, Vec<String>) {
         let text = SHORT.replace("[accel]", &format!("[networks]\n{networks}\n[accel]"));
         let found = examine(&text).1.into_iter();
@@ -217,15 +217,15 @@ mod tests {
         ] {
             let text = text.replace("'stim300'", sensor);
             let unit = examine(&text).0.unwrap();
-            let told = unit.configuration().unwrap();
+            let configuration = unit.configuration().unwrap();
             let gyro = [
                 Source::Temperature,
                 Source::TemperatureRate,
                 Source::Vibration,
             ];
             let accel = [Source::RateMagnitude, Source::RateZ, Source::ForceZ];
-            assert_eq!(told.inputs, [gyro, accel]);
-            assert_eq!(Unit::of(&told).unwrap().networks, unit.networks);
+            assert_eq!(configuration.inputs, [gyro, accel]);
+            assert_eq!(Unit::of(&configuration).unwrap().networks, unit.networks);
         }
         for source in Source::ALL {
             assert_eq!(Source::from(Input::from(source)), source);

@@ -39,7 +39,7 @@ pub fn names() -> Vec<&'static str> {
     PRESETS.iter().map(|(name, _)| *name).collect()
 }
 
-/// The text of a preset as a user's file: its schema lies beside it.
+/// The text of a preset as a user's file, which refers to the schema beside it.
 #[must_use]
 pub fn text(name: &str) -> Option<String> {
     let (_, text) = PRESETS.iter().find(|(known, _)| *known == name)?;
@@ -47,7 +47,7 @@ pub fn text(name: &str) -> Option<String> {
     Some(format!("#:schema {}\n{rest}", schema::FILE))
 }
 
-/// What a preset is, in one line.
+/// Title of a preset: its first comment line.
 #[must_use]
 pub fn title(text: &str) -> &str {
     let mut lines = text.lines().filter_map(|line| line.strip_prefix("# "));

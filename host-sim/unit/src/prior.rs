@@ -1,8 +1,9 @@
-//! The table `[prior]`: what a fleet of the same type of sensor teaches about a unit that has not
-//! driven yet. `host-sim fleet` writes it.
+//! The table `[prior]`: prior, learnt from a fleet of the same type of sensor, for a unit that has
+//! not driven yet. `host-sim fleet` writes it.
 //!
-//! The hidden layers are the type's. The output layer is the unit's: here are its mean and its
-//! standard deviations over units. What is new at each turn-on has a standard deviation, too.
+//! The hidden layers are common to the type. The output layer differs between units: the table has
+//! its mean and standard deviations over units, and the standard deviation of the bias that is new
+//! at each turn-on.
 
 use super::Unit;
 use super::finding::Finding;
@@ -14,10 +15,10 @@ use lrnn_nostd::{Net, Normalisation, Weights};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// No spread is smaller than this, in units of the output: a fleet is never that sure.
+/// Least standard deviation, in units of the output: a fleet does not justify a smaller one.
 const LEAST_SIGMA: f64 = 1e-3;
 
-/// What a fleet teaches.
+/// Prior from a fleet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prior {
@@ -27,9 +28,9 @@ pub struct Prior {
     /// Number of their drives. Required.
     #[schemars(range(min = 20, max = 100_000_000))]
     pub drives: u32,
-    /// Of the gyros' network; `output` in deg/h. Required.
+    /// Network of the gyros; `output` in deg/h. Required.
     pub gyro: Triad,
-    /// Of the accelerometers' network; `output` in ug. Required.
+    /// Network of the accelerometers; `output` in ug. Required.
     pub accel: Triad,
 }
 
@@ -37,30 +38,29 @@ pub struct Prior {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Triad {
-    /// What the three inputs are: those of the table `[networks]`. Required.
+    /// The three inputs, as in the table `[networks]`. Required.
     pub inputs: [Input; 3],
-    /// Taken off each input: rad/s, m/s2, degrees C, K/s or (m/s2)^2. Required.
+    /// Subtracted from each input: rad/s, m/s2, degrees C, K/s or (m/s2)^2. Required.
     pub input_offset: [f64; 3],
-    /// Times this is what the network sees. Required.
+    /// Factor of each input after that. Required.
     pub input_scale: [f64; 3],
-    /// What an output of 1 means, deg/h or ug. The next three are in units of it. Required.
+    /// Value of an output of 1, deg/h or ug. The next three are in units of it. Required.
     #[schemars(range(min = 1e-6, max = 1e9))]
     pub output: f64,
     /// Standard deviation over units of the output layer's three columns. Required.
     pub sigma_w: [f64; 3],
-    /// The same of its biases. Required.
+    /// Standard deviation over units of the output layer's biases. Required.
     #[schemars(range(min = 0, max = 1e6))]
     pub sigma_b: f64,
     /// Standard deviation of the bias that is new at each turn-on. Required.
     #[schemars(range(min = 0, max = 1e6))]
     pub sigma_turn_on: f64,
-    /// Share of the squares of the errors that is left on drives of units that were not learnt
-    /// from, median: by this network, by a static linear law of the same inputs, by biases.
-    /// Required.
+    /// Remaining share of the squared errors on drives of units outside the fleet, median: by this
+    /// network, by a static linear law of the same inputs, by biases. Required.
     pub left: [f64; 3],
     /// Mean over units of the output layer's weights, a row for each axis. Required.
     pub mean_w: [[f64; 3]; 3],
-    /// The same of its biases. Required.
+    /// Mean over units of the output layer's biases. Required.
     pub mean_b: [f64; 3],
     /// The first hidden layer. Required.
     pub first: Layer,
@@ -91,7 +91,7 @@ impl From<lrnn_nostd::Layer<f64>> for Layer {
 }
 
 impl Prior {
-    /// The inputs that it was learnt with.
+    /// The inputs with which it was learnt.
     #[must_use]
     pub fn networks(&self) -> Networks {
         Networks {
@@ -121,7 +121,7 @@ pub(super) fn other_inputs(unit: &Unit) -> Option<Finding> {
 }
 
 impl Triad {
-    /// How the units differ. A mean over units counts as a part of their spread.
+    /// Spread over the units. The mean over units counts as a part of it.
     #[must_use]
     pub fn spread(&self) -> learn::unit::Spread {
         let square = |values: [f64; 3]| values.map(|x| x * x).iter().sum::<f64>() / 3.0;
@@ -213,8 +213,8 @@ pub(crate) mod tests {
             prior: Some(prior),
             ..Unit::default()
         };
-        let told = unit.sensor.stim300.get_or_insert_with(Default::default);
-        told.datagram = "0xA5".into();
+        let table = unit.sensor.stim300.get_or_insert_with(Default::default);
+        table.datagram = "0xA5".into();
         let text = unit.to_text("a fleet's").unwrap();
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("unit.toml");

@@ -1,5 +1,4 @@
-//! The unit file of a configuration that a device holds: the reverse of
-//! [`Unit::configuration`].
+//! The unit file of a device's configuration: the reverse of [`Unit::configuration`].
 //!
 //! The configuration has single precision and SI units. Each number of the file is the shortest
 //! decimal that becomes the same bits again.
@@ -15,37 +14,37 @@ use firmware::control;
 use host_core::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
 
 impl Unit {
-    /// The unit file of a configuration. It becomes the same configuration again; when it does not,
-    /// since the configuration was not made from a unit file, `None`.
+    /// The unit file that gives exactly this configuration again. `None` if there is none, because
+    /// the configuration was not made from a unit file.
     #[must_use]
-    pub fn of(told: &Configuration) -> Option<Self> {
+    pub fn of(configuration: &Configuration) -> Option<Self> {
         let unit = Self {
-            name: told.identity.name.to_string(),
-            serial: told.identity.serial.to_string(),
-            sensor: sensor(told)?,
-            mounting: Mounting::of(told.mounting)?,
-            gyro: gyro(&told.gyro),
-            accel: accel(&told.accel),
-            receiver: self::receiver(told),
+            name: configuration.identity.name.to_string(),
+            serial: configuration.identity.serial.to_string(),
+            sensor: sensor(configuration)?,
+            mounting: Mounting::of(configuration.mounting)?,
+            gyro: gyro(&configuration.gyro),
+            accel: accel(&configuration.accel),
+            receiver: self::receiver(configuration),
             vehicle: Vehicle {
-                kind: match told.vehicle.kind {
+                kind: match configuration.vehicle.kind {
                     configuration::VehicleKind::Land => Kind::Land,
                     configuration::VehicleKind::Ship => Kind::Ship,
                     configuration::VehicleKind::Air => Kind::Air,
                 },
-                largest_speed_mps: shortest(told.vehicle.speed, |mps| mps as f32, 1.0),
+                largest_speed_mps: shortest(configuration.vehicle.speed, |mps| mps as f32, 1.0),
             },
-            correction: correction(&told.correction),
-            networks: Networks::of(&told.inputs),
+            correction: correction(&configuration.correction),
+            networks: Networks::of(&configuration.inputs),
             prior: None,
             simulation: None,
         };
-        (unit.configuration().as_ref() == Ok(told)).then_some(unit)
+        (unit.configuration().as_ref() == Ok(configuration)).then_some(unit)
     }
 }
 
-fn receiver(told: &Configuration) -> Receiver {
-    let receiver = &told.receiver;
+fn receiver(configuration: &Configuration) -> Receiver {
+    let receiver = &configuration.receiver;
     Receiver {
         protocol: match receiver.protocol {
             ReceiverProtocol::Ubx => Protocol::Ubx,
@@ -54,7 +53,7 @@ fn receiver(told: &Configuration) -> Receiver {
             ReceiverProtocol::Sbf => Protocol::Sbf,
             ReceiverProtocol::Detect => Protocol::Detect,
         },
-        baud: told.lines.receiver_baud,
+        baud: configuration.lines.receiver_baud,
         lever_arm_m: receiver.lever_arm.map(|m| scaled(m, 1.0)),
         lever_arm_sigma_m: Some(scaled(receiver.lever_arm_sigma, 1.0)),
         fix_delay_ms: scaled(receiver.fix_delay, 1e-3),
@@ -64,18 +63,17 @@ fn receiver(told: &Configuration) -> Receiver {
     }
 }
 
-/// The shortest decimal that `told` turns into `value`. `factor` is what `told` multiplies by,
-/// nearly.
-pub(super) fn shortest(value: f32, told: impl Fn(f64) -> f32, factor: f64) -> f64 {
+/// The shortest decimal that `convert` turns into `value`. `convert` multiplies by about `factor`.
+pub(super) fn shortest(value: f32, convert: impl Fn(f64) -> f32, factor: f64) -> f64 {
     let near = f64::from(value) / factor;
     let decimal = |digits: usize| format!("{near:.digits$e}").parse().unwrap_or(near);
-    let same = |decimal: &f64| told(*decimal).to_bits() == value.to_bits();
+    let same = |decimal: &f64| convert(*decimal).to_bits() == value.to_bits();
     (0..17).map(decimal).find(same).unwrap_or(near)
 }
 
-fn sensor(told: &Configuration) -> Option<Sensor> {
-    let lines = &told.lines;
-    let of = match &told.sensor {
+fn sensor(configuration: &Configuration) -> Option<Sensor> {
+    let lines = &configuration.lines;
+    let of = match &configuration.sensor {
         Some(configuration::Sensor::Stream(format)) => Sensor::of_stream(*format),
         Some(configuration::Sensor::Spi(settings)) => Sensor {
             adis: Some(Adis::of(settings)?),
@@ -84,7 +82,7 @@ fn sensor(told: &Configuration) -> Option<Sensor> {
         None => Sensor::of(FormatName::Detect),
     };
     Some(Sensor {
-        rate_hz: Some(told.rate),
+        rate_hz: Some(configuration.rate),
         baud: lines.sensor_baud,
         parity: match lines.parity {
             configuration::Parity::None => Parity::None,
@@ -94,7 +92,7 @@ fn sensor(told: &Configuration) -> Option<Sensor> {
         stop_bits: 1 + u8::from(lines.two_stop_bits),
         pins: lines.pins,
         cut_through: lines.cut_through,
-        silence_ms: f64::from(told.correction.silence_us) / 1e3,
+        silence_ms: f64::from(configuration.correction.silence_us) / 1e3,
         ..of
     })
 }
@@ -104,48 +102,48 @@ fn scaled(value: f32, factor: f64) -> f64 {
     shortest(value, |decimal| (decimal * factor) as f32, factor)
 }
 
-fn gyro(told: &configuration::Triad) -> Gyro {
+fn gyro(triad: &configuration::Triad) -> Gyro {
     Gyro {
-        bias_turn_on_dph: scaled(told.bias_turn_on, DEG_PER_H),
-        bias_in_run_dph: scaled(told.bias_in_run, DEG_PER_H),
-        angle_random_walk_dpsqrth: scaled(told.white_noise, DEG_PER_SQRT_H),
-        scale_ppm: scaled(told.scale, PPM),
-        misalignment_mrad: scaled(told.misalignment, MRAD),
+        bias_turn_on_dph: scaled(triad.bias_turn_on, DEG_PER_H),
+        bias_in_run_dph: scaled(triad.bias_in_run, DEG_PER_H),
+        angle_random_walk_dpsqrth: scaled(triad.white_noise, DEG_PER_SQRT_H),
+        scale_ppm: scaled(triad.scale, PPM),
+        misalignment_mrad: scaled(triad.misalignment, MRAD),
         g_sensitivity_dphpg: shortest(
-            told.g_sensitivity,
+            triad.g_sensitivity,
             |dphpg| (dphpg * DEG_PER_H / G0) as f32,
             DEG_PER_H / G0,
         ),
-        range_dps: scaled(told.range, DEG),
+        range_dps: scaled(triad.range, DEG),
     }
 }
 
-fn accel(told: &configuration::Triad) -> Accel {
+fn accel(triad: &configuration::Triad) -> Accel {
     Accel {
-        bias_turn_on_ug: scaled(told.bias_turn_on, UG),
-        bias_in_run_ug: scaled(told.bias_in_run, UG),
-        velocity_random_walk_ugpsqrthz: scaled(told.white_noise, UG_PER_SQRT_HZ),
-        scale_ppm: scaled(told.scale, PPM),
-        misalignment_mrad: scaled(told.misalignment, MRAD),
+        bias_turn_on_ug: scaled(triad.bias_turn_on, UG),
+        bias_in_run_ug: scaled(triad.bias_in_run, UG),
+        velocity_random_walk_ugpsqrthz: scaled(triad.white_noise, UG_PER_SQRT_HZ),
+        scale_ppm: scaled(triad.scale, PPM),
+        misalignment_mrad: scaled(triad.misalignment, MRAD),
         second_order_ugpg2: shortest(
-            told.g_sensitivity,
+            triad.g_sensitivity,
             |ugpg2| (ugpg2 * UG / (G0 * G0)) as f32,
             UG / (G0 * G0),
         ),
-        range_g: scaled(told.range, G0),
+        range_g: scaled(triad.range, G0),
     }
 }
 
-fn correction(told: &configuration::Correction) -> Correction {
-    let [limit, slew] = [&told.limit, &told.slew];
+fn correction(settings: &configuration::Correction) -> Correction {
+    let [limit, slew] = [&settings.limit, &settings.slew];
     Correction {
-        mode: match told.mode {
+        mode: match settings.mode {
             control::Mode::Bypass => Mode::Bypass,
             control::Mode::Frozen => Mode::Frozen,
             control::Mode::Shadow => Mode::Shadow,
             control::Mode::Learn => Mode::Learn,
         },
-        activation: match told.activation {
+        activation: match settings.activation {
             configuration::Activation::Commanded => Activation::Commanded,
             configuration::Activation::Standstill => Activation::Standstill,
             configuration::Activation::Faded => Activation::Faded,
@@ -155,10 +153,10 @@ fn correction(told: &configuration::Correction) -> Correction {
         limit_accel_ug: Some(scaled(limit.accel, UG)),
         slew_gyro_dphps: Some(scaled(slew.gyro, DEG_PER_H)),
         slew_accel_ugps: Some(scaled(slew.accel, UG)),
-        block_s: scaled(told.block, 1.0),
-        align_s: scaled(told.align, 1.0),
-        mark: told.mark,
-        check_rate: told.check_rate,
+        block_s: scaled(settings.block, 1.0),
+        align_s: scaled(settings.align, 1.0),
+        mark: settings.mark,
+        check_rate: settings.check_rate,
     }
 }
 
@@ -228,8 +226,8 @@ check_rate = false
     #[test]
     fn every_field_of_a_file_comes_back_as_it_was_written() {
         let unit: Unit = toml::from_str(LONG).unwrap();
-        let told = unit.configuration().unwrap();
-        let back = Unit::of(&told).expect("it was made from a file");
+        let configuration = unit.configuration().unwrap();
+        let back = Unit::of(&configuration).expect("it was made from a file");
         assert_eq!(back, unit);
         let text = toml::to_string(&back).unwrap();
         assert_eq!(toml::from_str::<Unit>(&text).unwrap(), unit);
@@ -245,14 +243,14 @@ check_rate = false
         {
             let mut unit = unit.clone();
             unit.sensor = Sensor::of(*name);
-            let told = unit.configuration().unwrap();
-            assert!(Unit::of(&told).is_some(), "{name:?}");
+            let configuration = unit.configuration().unwrap();
+            assert!(Unit::of(&configuration).is_some(), "{name:?}");
         }
         for axes in ["y x -z", "-y x z", "z -y x", "-x -y z", "-z y x"] {
             let mut unit = unit.clone();
             unit.mounting.axes = Some(axes.into());
-            let told = unit.configuration().unwrap();
-            let back = Unit::of(&told).unwrap_or_else(|| panic!("{axes}"));
+            let configuration = unit.configuration().unwrap();
+            let back = Unit::of(&configuration).unwrap_or_else(|| panic!("{axes}"));
             assert_eq!(back.mounting.axes.as_deref(), Some(axes));
         }
         for model in ["ADIS16495-2", "ADIS16505-3", "ADIS16470"] {
@@ -262,8 +260,8 @@ check_rate = false
                 model: model.into(),
                 framed: true,
             });
-            let told = unit.configuration().unwrap();
-            assert!(Unit::of(&told).is_some(), "{model}");
+            let configuration = unit.configuration().unwrap();
+            assert!(Unit::of(&configuration).is_some(), "{model}");
         }
     }
 

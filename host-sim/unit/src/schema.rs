@@ -1,8 +1,8 @@
 //! The JSON Schema of the unit file, written from its types, and the check of a file against it.
 //!
 //! Editors complete and check a file that begins with `#:schema unit.schema.json`. The same schema
-//! checks a file here, so that all mistakes of a file are found at once and ranges stand in one
-//! place.
+//! checks a file here, so that all mistakes of a file are found at once and ranges are defined
+//! once.
 
 use super::Unit;
 use super::finding::Finding;
@@ -62,7 +62,7 @@ fn without_null(schema: &mut Value) {
     }
 }
 
-/// Checks a value against its schema; `key` is where it stands.
+/// Checks a value against its schema; `key` is its key in the file.
 pub(super) fn check(schema: &Value, value: &toml::Value, key: &str, found: &mut Vec<Finding>) {
     let kind = schema["type"].as_str().unwrap_or("string");
     match (kind, value) {
@@ -207,7 +207,7 @@ fn check_text(schema: &Value, text: &str, key: &str, found: &mut Vec<Finding>) {
     }
 }
 
-/// The words that a text may be; empty if it is free.
+/// The words that a text may be; empty if any text is allowed.
 pub(super) fn words(schema: &Value) -> Vec<String> {
     let text = |value: &Value| value.as_str().map(str::to_owned);
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
@@ -223,23 +223,23 @@ pub(super) fn words(schema: &Value) -> Vec<String> {
 mod tests {
     use super::*;
 
-    /// `LRNN_UPDATE=1 cargo nextest run -p host-unit schema_in_the_repository` writes it anew.
+    /// `LRNN_UPDATE=1 cargo nextest run -p host-unit schema_in_the_repository` rewrites it.
     #[test]
     fn the_schema_in_the_repository_is_that_of_the_types() {
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/unit.schema.json");
         if std::env::var_os("LRNN_UPDATE").is_some() {
             std::fs::write(file, text()).unwrap();
         }
-        let held = std::fs::read_to_string(file).unwrap();
+        let stored = std::fs::read_to_string(file).unwrap();
         assert!(
-            held == text(),
+            stored == text(),
             "host-sim unit schema > host-sim/assets/unit.schema.json"
         );
     }
 
     #[test]
     fn every_field_is_described_with_its_default_or_is_required() {
-        fn walk(schema: &Value, key: &str, seen: &mut usize) {
+        fn walk(schema: &Value, key: &str, count: &mut usize) {
             let required: Vec<&str> = schema["required"]
                 .as_array()
                 .map(|list| list.iter().filter_map(Value::as_str).collect())
@@ -250,10 +250,10 @@ mod tests {
                 assert!(says.len() > 3, "{key} is not described");
                 // the simulation's own terms are off or have the default that they name
                 if field["type"] == "object" || key.starts_with(".simulation") {
-                    walk(field, &key, seen);
+                    walk(field, &key, count);
                     continue;
                 }
-                *seen += 1;
+                *count += 1;
                 let is_required = required.contains(&name.as_str());
                 let word = if is_required { "Required" } else { "Default" };
                 assert!(says.contains(word), "{key}: {says}");
@@ -265,9 +265,9 @@ mod tests {
                 }
             }
         }
-        let mut seen = 0;
-        walk(&schema(), "", &mut seen);
-        assert!(seen > 50, "{seen}");
+        let mut count = 0;
+        walk(&schema(), "", &mut count);
+        assert!(count > 50, "{count}");
         assert!(!text().contains("null") && !text().contains("$ref"));
     }
 }

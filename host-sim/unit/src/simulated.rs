@@ -9,12 +9,12 @@ use host_core::simulator::imu::{
     AccelSpec, BlockSpec, GyroSpec, ImuSpec, ThermometerSpec, World, thermometer,
 };
 
-/// The simulator takes at most so many samples a second, Hz.
+/// Highest sample rate of the simulator, Hz.
 const MOST_HZ: f64 = 4000.0;
 
 impl Unit {
     /// The table `[simulation]`. Without it the terms follow from the datasheet: the bias at
-    /// power-on is drawn anew at each turn-on; in run it walks at random and reaches the
+    /// power-on is drawn again at each turn-on; in run it walks at random and reaches the
     /// datasheet's value in an hour; white noise, scale factor, misalignment, g-sensitivity and the
     /// second-order coefficient are the datasheet's. Values are not rounded to the counts of the
     /// frames. A sensor faster than 4000 Hz is simulated at a whole fraction of its rate.
@@ -24,8 +24,8 @@ impl Unit {
         given.unwrap_or_else(|| self.derived())
     }
 
-    /// The thermometers that the frames of the sensor tell of, with their resolution. A format that
-    /// is not here sends numbers so fine that nothing is rounded, or none at all.
+    /// The thermometers in the frames of the sensor, with their resolution. A format that is not
+    /// listed has so fine a resolution that nothing is rounded, or no thermometer.
     fn thermometer(&self) -> ThermometerSpec {
         let sensor = &self.sensor;
         let at_line = sensor.adis_uart.clone().unwrap_or_default().model;
@@ -101,17 +101,20 @@ mod tests {
             ("adis16505", 10.0, false),
             ("adis16495", 80.0, false),
         ] {
-            let told = Unit::preset(unit).unwrap().simulated().thermometer;
-            assert!((told.resolution_k * counts - 1.0).abs() < 1e-12, "{unit}");
-            assert_eq!(told.per_axis, per_axis, "{unit}");
+            let thermometer = Unit::preset(unit).unwrap().simulated().thermometer;
+            assert!(
+                (thermometer.resolution_k * counts - 1.0).abs() < 1e-12,
+                "{unit}"
+            );
+            assert_eq!(thermometer.per_axis, per_axis, "{unit}");
         }
     }
 
-    /// What filters are told of the presets with all causes is what the causes give: the rms of the
-    /// biases over units, turn-ons and the first 44 min at rest. What is told of `mems` holds a
-    /// year after calibration.
+    /// The biases that the presets with all causes state are those that the causes give: the rms
+    /// over units, turn-ons and the first 44 min at rest. Those of `mems` hold a year after
+    /// calibration.
     #[test]
-    fn the_presets_with_all_causes_are_told_as_they_are() {
+    fn the_presets_with_all_causes_state_their_biases() {
         let mut off = vec![];
         for (name, age_days) in [("fog", 0.0), ("mems", 365.0)] {
             let unit = Unit::preset(name).unwrap();
@@ -130,15 +133,15 @@ mod tests {
                     }
                 }
             }
-            let told = [
+            let stated = [
                 unit.gyro.bias_turn_on_dph.hypot(unit.gyro.bias_in_run_dph),
                 unit.accel.bias_turn_on_ug.hypot(unit.accel.bias_in_run_ug),
             ];
-            for (square, told) in squares.into_iter().zip(told) {
-                let ratio = (square / count).sqrt() / told;
-                println!("{name}: {ratio:.3} of the {told:.2} that is told");
+            for (square, stated) in squares.into_iter().zip(stated) {
+                let ratio = (square / count).sqrt() / stated;
+                println!("{name}: {ratio:.3} of the {stated:.2} that is stated");
                 if !(0.9..1.1).contains(&ratio) {
-                    off.push(format!("{name}: {ratio:.3} of {told:.2}"));
+                    off.push(format!("{name}: {ratio:.3} of {stated:.2}"));
                 }
             }
         }

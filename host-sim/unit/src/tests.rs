@@ -4,7 +4,7 @@ use super::*;
 use firmware::configuration::record::{decode, encode};
 use host_core::inertial::units::{DEG_PER_H, UG};
 
-/// All that a file must say.
+/// The shortest complete file.
 pub(super) const SHORT: &str = "\
 name = 'short'
 [sensor]
@@ -22,24 +22,30 @@ velocity_random_walk_ugpsqrthz = 60
 #[test]
 fn a_short_file_is_a_whole_configuration() {
     let unit: Unit = toml::from_str(SHORT).unwrap();
-    let told = unit.configuration().unwrap();
-    assert_eq!(told.identity.name, "short");
-    assert_eq!(told.lines.sensor_baud, 921_600);
-    assert_eq!((told.rate, told.mounting), (1000.0, [1.0, 0.0, 0.0, 0.0]));
+    let configuration = unit.configuration().unwrap();
+    assert_eq!(configuration.identity.name, "short");
+    assert_eq!(configuration.lines.sensor_baud, 921_600);
+    assert_eq!(
+        (configuration.rate, configuration.mounting),
+        (1000.0, [1.0, 0.0, 0.0, 0.0])
+    );
     let near = |a: f32, b: f64| (f64::from(a) / b - 1.0).abs() < 1e-6;
-    assert!(near(told.gyro.bias_turn_on, 10.0 * DEG_PER_H));
-    assert!(near(told.gyro.bias_in_run, 0.5 * DEG_PER_H));
+    assert!(near(configuration.gyro.bias_turn_on, 10.0 * DEG_PER_H));
+    assert!(near(configuration.gyro.bias_in_run, 0.5 * DEG_PER_H));
     // 0.15 deg/sqrt(h) in rad/sqrt(s); 60 ug in m/s2
-    assert!(near(told.gyro.white_noise, 4.363_323e-5));
-    assert!(near(told.accel.white_noise, 5.883_99e-4));
-    assert!(near(told.correction.limit.gyro, 30.0375 * DEG_PER_H));
-    assert!(near(told.correction.limit.accel, 6_001.875 * UG));
-    assert!(near(told.correction.slew.accel, 6.001_875 * UG));
-    assert!(near(told.receiver.fix_delay, 0.1));
-    assert!(near(told.receiver.fix_delay_sigma, 0.1));
-    assert!(near(told.receiver.lever_arm_sigma, 2.0));
-    assert_eq!(told.correction.silence_us, 100_000);
-    assert_eq!(decode(&encode(&told)), Ok(told));
+    assert!(near(configuration.gyro.white_noise, 4.363_323e-5));
+    assert!(near(configuration.accel.white_noise, 5.883_99e-4));
+    assert!(near(
+        configuration.correction.limit.gyro,
+        30.0375 * DEG_PER_H
+    ));
+    assert!(near(configuration.correction.limit.accel, 6_001.875 * UG));
+    assert!(near(configuration.correction.slew.accel, 6.001_875 * UG));
+    assert!(near(configuration.receiver.fix_delay, 0.1));
+    assert!(near(configuration.receiver.fix_delay_sigma, 0.1));
+    assert!(near(configuration.receiver.lever_arm_sigma, 2.0));
+    assert_eq!(configuration.correction.silence_us, 100_000);
+    assert_eq!(decode(&encode(&configuration)), Ok(configuration));
 }
 
 /// All findings of a text as lines.
@@ -190,7 +196,7 @@ fn every_kind_of_mistake_is_named_with_its_line_and_remedy() {
 }
 
 #[test]
-fn all_mistakes_of_a_file_are_told_at_once() {
+fn all_mistakes_of_a_file_are_reported_at_once() {
     let text = with("bias_turn_on_dph = 10", "bias_turn_on_dph = -10");
     let text = text.replace("[accel]", "[accel]\nscale_percent = 1");
     let text = text.replace("format = 'stim300'", "format = 'stim300'\nparity = 'odd '");
@@ -298,7 +304,7 @@ fn physical_nonsense_is_doubted_but_can_be_used() {
 }
 
 #[test]
-fn a_lever_arm_told_exactly_is_no_doubt_and_one_not_told_is_uncertain() {
+fn an_exact_lever_arm_is_no_doubt_and_one_not_given_is_uncertain() {
     let file = |lines: &str| with("[accel]", &format!("[receiver]\n{lines}\n[accel]"));
     let sigma = |lines: &str| {
         let unit: Unit = toml::from_str(&file(lines)).unwrap();
@@ -326,9 +332,9 @@ fn every_preset_is_a_configuration_with_a_source_for_each_number() {
         assert!(doubted.is_empty(), "{name}: {found:#?}");
         let unit = unit.unwrap();
         assert_eq!(Unit::preset(name), Some(unit.clone()));
-        let told = unit.configuration().unwrap();
-        assert_eq!(told.check(), Ok(()));
-        assert_eq!(decode(&encode(&told)), Ok(told), "{name}");
+        let configuration = unit.configuration().unwrap();
+        assert_eq!(configuration.check(), Ok(()));
+        assert_eq!(decode(&encode(&configuration)), Ok(configuration), "{name}");
         unit.simulated().check().unwrap();
         assert_eq!(
             toml::from_str::<Unit>(&unit.to_text("x").unwrap()).unwrap(),

@@ -13,13 +13,13 @@ pub const MRAD: f64 = 1e-3;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gyro {
-    /// Bias at power-on: what is new at each power-on, with what is left of the calibration, deg/h,
-    /// above 0 to 1e6. Required. Source: the rows run-to-run bias, bias repeatability, or bias over
-    /// temperature.
+    /// Bias at power-on: the part that is new at each power-on, and the remaining error of the
+    /// calibration, deg/h, above 0 to 1e6. Required. Source: the rows run-to-run bias, bias
+    /// repeatability, or bias over temperature.
     #[schemars(range(min = 1e-9, max = 1e6))]
     pub bias_turn_on_dph: f64,
-    /// Bias in run: by how much the bias walks in an hour, deg/h, 0 to 1e6. Required. Source: the
-    /// row in-run bias stability; bias instability where there is no other.
+    /// Bias in run: random walk of the bias in an hour, deg/h, 0 to 1e6. Required. Source: the row
+    /// in-run bias stability; bias instability where there is no other.
     #[schemars(range(min = 0, max = 1e6))]
     pub bias_in_run_dph: f64,
     /// Angle random walk, deg/sqrt(h), above 0 to 1000. A plain value. Required. Source: the row
@@ -51,12 +51,12 @@ pub struct Gyro {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Accel {
-    /// Bias at power-on: what is new at each power-on, with what is left of the calibration, ug (1
-    /// mg is 1000), above 0 to 1e7. Required. Source: the rows run-to-run bias, bias repeatability,
-    /// or bias over temperature.
+    /// Bias at power-on: the part that is new at each power-on, and the remaining error of the
+    /// calibration, ug (1 mg is 1000), above 0 to 1e7. Required. Source: the rows run-to-run bias,
+    /// bias repeatability, or bias over temperature.
     #[schemars(range(min = 1e-6, max = 1e7))]
     pub bias_turn_on_ug: f64,
-    /// Bias in run: by how much the bias walks in an hour, ug, 0 to 1e7. Required. Source: the row
+    /// Bias in run: random walk of the bias in an hour, ug, 0 to 1e7. Required. Source: the row
     /// in-run bias stability; bias instability where there is no other.
     #[schemars(range(min = 0, max = 1e7))]
     pub bias_in_run_ug: f64,

@@ -3,7 +3,7 @@
 use super::*;
 
 #[test]
-fn a_bad_value_reads_as_one_line_with_place_and_remedy() {
+fn a_bad_value_reads_as_one_line_with_location_and_remedy() {
     let error = Error::Value {
         file: "data.csv".into(),
         line: 17,
@@ -78,7 +78,7 @@ fn an_excerpt_is_short_and_printable() {
     assert_eq!(excerpt(&"x".repeat(200)).len(), 83);
 }
 
-/// What the system says of a file becomes what the user is to do.
+/// Each error of the system on a file gives a remedy for the user.
 #[test]
 fn each_way_in_which_reading_fails_has_a_remedy_of_its_own() {
     use std::io::{Error as Io, ErrorKind};

@@ -34,7 +34,7 @@ pub struct Piece {
     pub middle: f64,
 }
 
-/// An alignment, and what its uncertainty follows from.
+/// An alignment, and the data from which its uncertainty is computed.
 #[derive(Debug, Clone)]
 pub struct Alignment {
     /// Attitude, body to NED, at the end of the increments.
@@ -58,7 +58,7 @@ pub fn inertial_frame(
     Some(alignment(increments, dt, samples, position)?.q_bn)
 }
 
-/// Like [`inertial_frame`], together with what the uncertainty follows from.
+/// Like [`inertial_frame`], with the data from which the uncertainty is computed.
 #[must_use]
 pub fn alignment(
     increments: &[Increment],
@@ -71,7 +71,7 @@ pub fn alignment(
     }
     let here = Local::at(position.lat, position.h);
     let mut q_b0b = UnitQuaternion::identity();
-    let mut past = [Increment::default().parts(); 2];
+    let mut previous = [Increment::default().parts(); 2];
     let mut b = Matrix3::zeros();
     let length = (PIECE_S / dt).round().max(1.0) as usize;
     let time = length as f64 * dt;
@@ -81,12 +81,12 @@ pub fn alignment(
         let mut sum = Increment::default();
         for increment in part {
             let last = increment.parts();
-            let (phi, eta) = samples.combine(&past, &last);
+            let (phi, eta) = samples.combine(&previous, &last);
             let (phi, eta) = (Vector3::from(phi), Vector3::from(eta));
             v_b0 += q_b0b * (eta + phi.cross(&eta) * 0.5);
             q_b0b *= from_rotvec(&phi);
             q_b0b.renormalize_fast();
-            past = [last, past[0]];
+            previous = [last, previous[0]];
             sum.dtheta += increment.dtheta;
             sum.dv += increment.dv;
         }

@@ -18,7 +18,7 @@ impl Axes {
     /// right is minus y and down is minus z.
     ///
     /// # Errors
-    /// What is wrong with `text`, as the rest of a sentence that begins with it.
+    /// The fault of `text`, as the rest of a sentence that begins with it.
     pub fn parse(text: &str) -> Result<Self, &'static str> {
         let mut axes = [(0, false); 3];
         let names: Vec<&str> = text.split_whitespace().collect();

@@ -5,15 +5,15 @@ use firmware::sample::{Counts, Lsb};
 use nalgebra::Vector3;
 use std::borrow::Borrow;
 
-/// Count value for files that hold decimal numbers. It is so fine that rounding does not show: its
-/// remainder is carried on, so that the sum errs by 1e-9 rad or 0.0002 arcsec at most. It is coarse
-/// enough for an increment of 2.1 rad and 21 m/s.
+/// Count value for files that hold decimal numbers. It is so fine that rounding has no effect: its
+/// remainder is carried over, so that the sum errs by 1e-9 rad or 0.0002 arcsec at most. It is
+/// coarse enough for an increment of 2.1 rad and 21 m/s.
 pub const FINE_LSB: Lsb = Lsb {
     rad: 1e-9,
     mps: 1e-8,
 };
 
-/// Rounds increments to counts and carries the remainders on, so that the sums of both agree to
+/// Rounds increments to counts and carries the remainders over, so that the sums of both agree to
 /// half a count.
 ///
 /// # Errors
@@ -25,8 +25,8 @@ pub fn quantise(
     rounded(increments, lsb).collect()
 }
 
-/// [`quantise`] one by one. After the index of an increment that does not fit, the rest means
-/// nothing.
+/// [`quantise`] one by one. After an error (the index of an increment that does not fit) the rest
+/// is invalid.
 pub fn rounded(
     increments: impl IntoIterator<Item = impl Borrow<Increment>>,
     lsb: &Lsb,

@@ -33,13 +33,13 @@ pub struct Geodetic {
 impl Geodetic {
     /// North, east, down from `origin` to `self` in metres, to first order: for errors and for
     /// tracks of some tens of kilometres. If the two lie on both sides of the 180 deg meridian, the
-    /// shorter way counts.
+    /// shorter way is used.
     #[must_use]
     pub fn ned_from(&self, origin: &Self) -> Vector3<f64> {
         self.ned_by(origin, &Local::at(origin.lat, origin.h))
     }
 
-    /// The same with the Earth at `origin`.
+    /// As [`Self::ned_from`], with the Earth's properties at `origin` given.
     pub(in crate::inertial) fn ned_by(&self, origin: &Self, local: &Local) -> Vector3<f64> {
         Vector3::new(
             (self.lat - origin.lat) * local.m_h,
@@ -80,9 +80,9 @@ pub struct Local<L = f64> {
     pub m_h: L,
     /// Prime-vertical radius of curvature plus height, m.
     pub n_h: L,
-    /// Latitude of a metre to the north, rad/m.
+    /// Change of latitude per metre to the north, rad/m.
     pub lat_per_m: L,
-    /// Longitude of a metre to the east, rad/m.
+    /// Change of longitude per metre to the east, rad/m.
     pub lon_per_m: L,
     /// Normal gravity at that height, m/s2, along +down.
     pub g: L,

@@ -25,7 +25,7 @@ pub struct FreeInertial {
 }
 
 impl FreeInertial {
-    /// Without errors yet, and with room for those of so many epochs.
+    /// Empty, with capacity for `epochs` epochs.
     pub(in crate::inertial) fn with_room(epochs: usize) -> Self {
         Self {
             position: Vec::with_capacity(epochs),
@@ -43,7 +43,7 @@ impl FreeInertial {
         self.note_by(session, nav, (from, &local(from)), (epoch, &local(epoch)));
     }
 
-    /// The same with the Earth at the reference's places at both epochs.
+    /// As [`Self::note`], with the Earth's properties at the reference's positions at both epochs.
     pub(in crate::inertial) fn note_by(
         &mut self,
         session: &Session,
@@ -52,12 +52,12 @@ impl FreeInertial {
         (epoch, here): (usize, &Local),
     ) {
         let truth = &session.reference[epoch];
-        let seen = nav.q_bn * session.reference_arm;
+        let arm = nav.q_bn * session.reference_arm;
         self.position
-            .push(nav.position.ned_by(&truth.position, here) + seen);
+            .push(nav.position.ned_by(&truth.position, here) + arm);
         self.velocity.push(nav.velocity - truth.velocity);
         let start = session.reference[from].position;
-        let p = nav.position.ned_by(&start, origin) + seen;
+        let p = nav.position.ned_by(&start, origin) + arm;
         self.track.push([p.x, p.y]);
     }
 }

@@ -6,10 +6,10 @@ use std::ops::Range;
 
 /// Standard deviation of a value that a fix does not have. A filter gives it no weight.
 pub const NOT_MEASURED: f64 = f64::INFINITY;
-/// Standard deviations that a start takes where a fix has no value of its own (assumed): m, m/s.
+/// Standard deviations of a start where a fix has no value of its own (assumed): m, m/s.
 const UNKNOWN: [f64; 2] = [10.0, 1.0];
 
-/// One fix and the epoch that takes it in. It may lack any of its values.
+/// One fix, and its age at the epoch that uses it. It may lack any of its values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fix {
     /// Position of the antenna.
@@ -17,9 +17,9 @@ pub struct Fix {
     /// Its velocity, NED, m/s.
     pub velocity: Vector3<f64>,
     /// Standard deviations: position north, east, down, m, then velocity, m/s; each above 0, and
-    /// [`NOT_MEASURED`] for a value that means nothing.
+    /// [`NOT_MEASURED`] for a value that was not measured.
     pub sigmas: [f64; 6],
-    /// How long before its epoch the fix was valid, s. Negative: shortly after it.
+    /// Time from the validity of the fix to its epoch, s. Negative: shortly after it.
     pub age_s: f64,
 }
 

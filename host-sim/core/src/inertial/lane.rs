@@ -1,9 +1,9 @@
 //! Numbers of one filter, or of several side by side (or of navigators, or pieces of one session),
-//! and what the navigation equations do with them. The equations stand once: a [`Lane`] is an `f64`
-//! where a filter runs alone, and a vector where several do. Each operation is done for every
-//! filter in the same order, so each filter keeps its bits.
+//! and the operations of the navigation equations on them. The equations are written once: a
+//! [`Lane`] is an `f64` where a filter runs alone, and a vector where several do. Each operation is
+//! done for every filter in the same order, so each filter has the same bits as alone.
 //!
-//! Whatever computes with vectors must be inlined into the function that knows the processor's
+//! Functions that compute with vectors must be inlined into the function that knows the processor's
 //! vectors. So there are no closures over lanes here, and arrays are written out.
 
 use crate::inertial::rotation::from_rotvec;
@@ -27,12 +27,12 @@ pub trait Lane:
     + MulAssign
     + std::fmt::Debug
 {
-    /// What one is made by: the kind of vectors; nothing for a single number.
+    /// Kind of vectors, needed to make one; `()` for a single number.
     type Kind: Copy;
-    /// How many filters.
+    /// Number of filters.
     const PLACES: usize;
 
-    /// Which kind this is.
+    /// The kind of this lane.
     fn kind(self) -> Self::Kind;
     /// The number of each filter.
     fn of(kind: Self::Kind, x: impl Fn(usize) -> f64) -> Self;
@@ -42,7 +42,7 @@ pub trait Lane:
     fn all(kind: Self::Kind, x: f64) -> Self;
     /// The number of filter `l`.
     fn at(&self, l: usize) -> f64;
-    /// Another one for filter `l`.
+    /// Replaces the number of filter `l`.
     fn put(&mut self, l: usize, x: f64);
     /// Square root of each.
     fn root(self) -> Self;

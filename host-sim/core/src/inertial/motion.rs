@@ -1,16 +1,15 @@
-//! The increments of a session, epoch by epoch. A list in memory is one form. Another is made from
-//! the counts when it is asked for, so that a day at 200 Hz and its corrected forms need not be in
-//! memory.
+//! The increments of a session, epoch by epoch. They are a list in memory, or are made from the
+//! counts on request, so that a day at 200 Hz and its corrected forms need not be in memory.
 
 use crate::inertial::sins::Increment;
 use std::borrow::Cow;
 
 /// Increments by epochs of `steps` each.
 pub trait Motion {
-    /// Those of epoch `k`.
+    /// The increments of epoch `k`.
     fn epoch(&self, k: usize, steps: usize) -> Cow<'_, [Increment]>;
 
-    /// Those of the first `epochs`.
+    /// The increments of the first `epochs` epochs.
     fn beginning(&self, epochs: usize, steps: usize) -> Cow<'_, [Increment]> {
         let each = (0..epochs).map(|k| self.epoch(k, steps));
         each.fold(Vec::new(), |mut all, epoch| {

@@ -46,7 +46,7 @@ pub(in crate::inertial) fn turned_force<T: Number>(n2: T) -> (T, T) {
 
 /// Largest magnitude of an angle that [`sin_cos`] computes by its series, rad: every latitude.
 pub(in crate::inertial) const MOST: f64 = 3.0 * FRAC_PI_4;
-/// What pi/2 is larger than its f64.
+/// Difference of pi/2 from its f64.
 pub(in crate::inertial) const REST: f64 = 6.123_233_995_736_766e-17;
 
 /// Sine and cosine of an angle in rad: error below 1 unit in the last place up to [`MOST`]; beyond
@@ -66,7 +66,7 @@ pub(in crate::inertial) fn sin_cos(x: f64) -> (f64, f64) {
     x.sin_cos()
 }
 
-/// `a - pi/2` for `a` from pi/4 to 3 pi/4, and what rounding took from it.
+/// `a - pi/2` for `a` from pi/4 to 3 pi/4, and its rounding error.
 #[inline(always)]
 pub(in crate::inertial) fn below_right_angle<T: Number>(a: T) -> (T, T) {
     let exact = a + -FRAC_PI_2;
@@ -74,8 +74,8 @@ pub(in crate::inertial) fn below_right_angle<T: Number>(a: T) -> (T, T) {
     (y, exact - y + -REST)
 }
 
-/// Sine and cosine of `y + rest`, `|y| <= pi/4`: Taylor's series to the 17th and 18th power. What
-/// they leave out is below 1e-19.
+/// Sine and cosine of `y + rest`, `|y| <= pi/4`: Taylor's series to the 17th and 18th power. The
+/// truncation error is below 1e-19.
 #[inline(always)]
 pub(in crate::inertial) fn near_zero<T: Number>(y: T, rest: T) -> (T, T) {
     const S: [f64; 8] = [
@@ -100,7 +100,7 @@ pub(in crate::inertial) fn near_zero<T: Number>(y: T, rest: T) -> (T, T) {
     ];
     let y2 = y * y;
     let half = y2 * 0.5;
-    // 1 - y^2/2, and what rounding took from it
+    // 1 - y^2/2, and its rounding error
     let first = half * -1.0 + 1.0;
     let lost = first * -1.0 + 1.0 - half;
     let sin = y + (y * y2 * polynomial(y2, &S) + rest * first);

@@ -1,5 +1,5 @@
-//! A session is one turn-on of one IMU: its samples, the fixes of the same time, and what is known
-//! of the truth.
+//! A session is one turn-on of one IMU: its samples, the fixes of the same time, and the truth as
+//! far as it is known.
 
 use crate::inertial::earth::Geodetic;
 use crate::inertial::ekf::InitialSigma;
@@ -22,7 +22,7 @@ pub struct Temperature {
     pub gradient: f64,
 }
 
-/// Temperature and magnetic field at the sensors during one second, and what moved them.
+/// Temperature, magnetic field and motion at the sensors during one second.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Surroundings {
     /// Temperature of the block.
@@ -38,7 +38,7 @@ pub struct Surroundings {
     pub turning: f64,
 }
 
-/// What thermometers tell in one second, degrees C.
+/// Thermometer readings of one second, degrees C.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Readings {
     /// The IMU's thermometers of the axes x, y, z; all the same where it has only one.
@@ -57,7 +57,7 @@ pub struct Start {
 }
 
 /// Epochs whose samples are missing, or during which the attitude is not known again yet. Their
-/// counts only hold their place.
+/// counts are placeholders.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outage {
     /// The epochs.
@@ -84,28 +84,27 @@ pub struct Session {
     /// Reference state at each epoch: the truth of a simulation, or position and velocity of a
     /// surveyed site.
     pub reference: Vec<NavState>,
-    /// Epochs whose reference state only bridges a gap: errors mean nothing there.
+    /// Epochs whose reference state only bridges a gap: errors are not judged there.
     pub unjudged: Vec<Range<usize>>,
     /// From the IMU to the point of the vehicle that the reference describes, body axes, m.
     pub reference_arm: Vector3<f64>,
     /// State at epoch 0, if more is known of it than the reference says. Not used with a
     /// standstill.
     pub start: Option<Start>,
-    /// Where samples are missing, in the order of time.
+    /// Outages of samples, in the order of time.
     pub outages: Vec<Outage>,
     /// The fix of each epoch, if there is one.
     pub fixes: Vec<Option<Fix>>,
     /// From the IMU to the antenna in body axes, m.
     pub lever_arm: Vector3<f64>,
-    /// Standard deviations of the lever arm along each axis, m, and of the ages of the fixes, s, as
-    /// they are told. With 0 the device's learner takes them for exact; filters of the desktop
-    /// always do.
+    /// Configured standard deviations of the lever arm along each axis, m, and of the ages of the
+    /// fixes, s. With 0 the device's learner takes both for exact; the desktop's filters always do.
     pub antenna_sigmas: [f64; 2],
     /// Systematic sensor error averaged over each second (rad/s, m/s2), if known.
     pub systematic: Option<Vec<Increment>>,
     /// Temperature of the block and magnetic field in each second, if known, as in a simulation.
     pub surroundings: Option<Vec<Surroundings>>,
-    /// What the thermometers tell in each second, if they are known.
+    /// Thermometer readings of each second, if they are known.
     pub readings: Option<Vec<Readings>>,
     /// Samples that a navigator takes in one step: at least 1, and a divisor of the samples per
     /// epoch. Coning and sculling are computed sample by sample.
@@ -113,7 +112,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session without standstill and lever arm, of which no more is known.
+    /// A session without standstill, lever arm and further data.
     #[must_use]
     pub fn new(
         dt: f64,
@@ -239,7 +238,7 @@ impl Session {
         self.navigable(self.counts.each())
     }
 
-    /// The same, made epoch by epoch where that gives the same bits.
+    /// The increments, made epoch by epoch where that gives the same bits.
     #[must_use]
     pub fn motion(&self) -> Increments<'_> {
         if self.gather != 1 {
@@ -253,7 +252,7 @@ impl Session {
     }
 
     /// For each second the mean square of the specific force about its mean over the second before,
-    /// of each axis, (m/s2)^2, as the samples show it. Zero in the first second.
+    /// of each axis, (m/s2)^2, from the samples. Zero in the first second.
     #[must_use]
     pub fn vibration(&self) -> Vec<Vector3<f64>> {
         let of = |second: &[Counts]| {
@@ -269,7 +268,7 @@ impl Session {
         shifted.take(seconds.len()).collect()
     }
 
-    /// The same for other `counts` than the session's own.
+    /// The increments of other `counts` than the session's own.
     pub fn navigable(&self, counts: impl Iterator<Item = Counts>) -> Vec<Increment> {
         let increments = counts.map(|c| to_si(&c, &self.lsb));
         if self.gather == 1 {

@@ -1,10 +1,10 @@
-//! Reading a list, wherever it is.
+//! Reads a list, in memory or in a file.
 
 use super::{Item, List};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Reads items near each other: the block with the last one is in memory.
+/// Reads items near each other; the block of the last item is in memory.
 #[derive(Debug)]
 pub struct Cursor<'a, T: Clone> {
     list: &'a List<T>,
@@ -30,7 +30,7 @@ impl<'a, T: Item> Cursor<'a, T> {
         self.block.get(k - self.first)
     }
 
-    /// Makes the block with item `k` that continues the way from the last one.
+    /// Loads the block with item `k`, in the direction of reading.
     #[cold]
     fn turn_to(&mut self, k: usize) {
         let most = self.list.per_block();

@@ -9,10 +9,10 @@ use std::marker::PhantomData;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// Bytes that are read or written at once.
+/// Number of bytes that are read or written at once.
 const BLOCK: usize = 1 << 16;
 
-/// Takes items.
+/// Writes items to the file.
 #[derive(Debug)]
 pub(super) struct Writer {
     file: BufWriter<fs::File>,
@@ -47,7 +47,7 @@ pub(super) struct File<T> {
     file: Option<Mutex<fs::File>>,
     size: usize,
     pub(super) count: usize,
-    /// What went wrong first.
+    /// The first fault.
     fault: OnceLock<io::Error>,
     /// All items, for those who need them as a slice.
     all: OnceLock<Vec<T>>,
@@ -89,7 +89,7 @@ impl<T> File<T> {
         }
     }
 
-    /// Items that are read at once.
+    /// Number of items that are read at once.
     pub(super) fn per_block(&self) -> usize {
         (BLOCK / self.size.max(1)).max(1)
     }
@@ -114,7 +114,7 @@ impl<T: Item> File<T> {
         match self.bytes(&range) {
             Ok(bytes) => bytes.chunks_exact(self.size).map(T::take).collect(),
             Err(fault) => {
-                let _ = self.fault.set(fault); // the first one is told
+                let _ = self.fault.set(fault); // the first fault is reported
                 Cow::Owned(Vec::new())
             }
         }

@@ -1,4 +1,4 @@
-//! What can wait in a file.
+//! Items that can be stored in a file.
 
 use firmware::sample::Counts;
 

@@ -1,15 +1,15 @@
 //! The median of more numbers than memory should hold.
 
-/// Bits that one reading of the numbers tells.
+/// Number of bits found in one reading of the numbers.
 const DIGIT: u32 = 16;
 
 /// The number in the middle of `numbers`, in the order of [`f64::total_cmp`]; the upper one of two,
-/// NaN of none. It reads them five times and gives the same each time it reads them.
+/// NaN of none. `numbers` is called five times and must give the same numbers each time.
 ///
 /// Digit by digit from the highest, it counts how many numbers with the digits found so far have
 /// each next one.
 pub fn median<I: Iterator<Item = f64>>(numbers: impl Fn() -> I) -> f64 {
-    let mut place = numbers().count() / 2;
+    let mut rank = numbers().count() / 2;
     let mut found = 0_u64;
     let mut shift = u64::BITS;
     while shift > 0 {
@@ -20,8 +20,8 @@ pub fn median<I: Iterator<Item = f64>>(numbers: impl Fn() -> I) -> f64 {
             counts[(key >> shift) as usize & ((1 << DIGIT) - 1)] += 1;
         }
         let Some(digit) = counts.iter().position(|count| {
-            let here = place < *count;
-            place -= if here { 0 } else { *count };
+            let here = rank < *count;
+            rank -= if here { 0 } else { *count };
             here
         }) else {
             return f64::NAN;

@@ -1,13 +1,13 @@
 //! Long lists of small things: samples, times, counts, records of a filter. A day of them is larger
-//! than the memory that working on it takes, so a list that grows beyond a limit waits in a
-//! temporary file and is read in blocks. A short one stays in memory.
+//! than the memory that working on it takes, so a list that grows beyond a limit is stored in a
+//! temporary file and read in blocks. A short one stays in memory.
 //!
-//! The temporary file lies in the system's folder for such files (`TMPDIR`). It has no name, so
-//! nothing of it is left when the program ends, however it ends.
+//! The temporary file lies in the system's folder for such files (`TMPDIR`). It has no name, so it
+//! is removed when the program ends, however it ends.
 //!
 //! [`Writer`] takes the items one by one and gives the [`List`], which several owners share.
-//! [`List::each`] and [`List::cursor`] read it in either place. As a slice, which most lists are
-//! used as, one from a file comes to memory as a whole and stays there.
+//! [`List::each`] and [`List::cursor`] read it from memory or file. Most lists are used as a slice:
+//! then a list from a file is loaded into memory as a whole and stays there.
 
 mod cursor;
 mod file;
@@ -28,12 +28,12 @@ use std::sync::Arc;
 /// Bytes of a list that stay in memory. These are samples of two hours at 200 a second.
 pub const IN_MEMORY: usize = 1 << 26;
 
-/// Takes items one by one.
+/// Writes a list item by item.
 #[derive(Debug)]
 pub struct Writer<T> {
     memory: Vec<T>,
     file: Option<file::Writer>,
-    /// Bytes of an item in a file, as those of the first one show.
+    /// Bytes of an item in a file, taken from the first one.
     size: usize,
     count: usize,
     most: usize,
@@ -109,13 +109,13 @@ impl<T: Item> Writer<T> {
 /// A list, or a part of one, that several owners share.
 #[derive(Debug)]
 pub struct List<T> {
-    held: Held<T>,
+    storage: Storage<T>,
     part: Range<usize>,
 }
 
-/// Where the items are.
+/// Storage of the items.
 #[derive(Debug)]
-enum Held<T> {
+enum Storage<T> {
     Memory(Arc<Vec<T>>),
     File(Arc<File<T>>),
 }
@@ -123,9 +123,9 @@ enum Held<T> {
 impl<T> Clone for List<T> {
     fn clone(&self) -> Self {
         Self {
-            held: match &self.held {
-                Held::Memory(all) => Held::Memory(Arc::clone(all)),
-                Held::File(file) => Held::File(Arc::clone(file)),
+            storage: match &self.storage {
+                Storage::Memory(all) => Storage::Memory(Arc::clone(all)),
+                Storage::File(file) => Storage::File(Arc::clone(file)),
             },
             part: self.part.clone(),
         }
@@ -136,7 +136,7 @@ impl<T> List<T> {
     fn of(file: File<T>) -> Self {
         Self {
             part: 0..file.count,
-            held: Held::File(Arc::new(file)),
+            storage: Storage::File(Arc::new(file)),
         }
     }
 
@@ -163,21 +163,21 @@ impl<T> List<T> {
     }
 
     /// Whether all that was read of the temporary file, or written to it by [`List::collected`],
-    /// came through. Where it did not, the list ends early.
+    /// succeeded. Where it did not, the list ends early.
     ///
     /// # Errors
-    /// What the system says.
+    /// The system's error.
     pub fn check(&self) -> Result<(), Error> {
-        match &self.held {
-            Held::Memory(_) => Ok(()),
-            Held::File(file) => file.check(),
+        match &self.storage {
+            Storage::Memory(_) => Ok(()),
+            Storage::File(file) => file.check(),
         }
     }
 }
 
 impl<T: Item> List<T> {
-    /// A list of these items, of which at most so many bytes stay in memory. [`List::check`] tells
-    /// whether the temporary file could be written; if not, the list is empty.
+    /// A list of these items, of which at most so many bytes stay in memory. [`List::check`]
+    /// reports whether the temporary file could be written; if not, the list is empty.
     pub fn collected(items: impl IntoIterator<Item = T>, most: usize) -> Self {
         let mut writer = Writer::new(most);
         let written = items.into_iter().try_for_each(|item| writer.push(item));
@@ -189,9 +189,9 @@ impl<T: Item> List<T> {
     #[must_use]
     pub fn block(&self, range: Range<usize>) -> Cow<'_, [T]> {
         let Range { start, end } = self.part(range).part;
-        match &self.held {
-            Held::Memory(all) => Cow::Borrowed(&all[start..end]),
-            Held::File(file) => file.block(start..end),
+        match &self.storage {
+            Storage::Memory(all) => Cow::Borrowed(&all[start..end]),
+            Storage::File(file) => file.block(start..end),
         }
     }
 
@@ -221,7 +221,7 @@ impl<T: Item> List<T> {
             .cloned()
     }
 
-    /// Changes the items. They come to memory, and other owners keep theirs.
+    /// Changes the items. They are loaded into memory; other owners keep the unchanged ones.
     pub fn edit(&mut self, change: impl FnOnce(&mut Vec<T>)) {
         let mut all = self.to_vec();
         change(&mut all);
@@ -230,9 +230,9 @@ impl<T: Item> List<T> {
 
     /// Items of a block of the file, at most; at least one.
     fn per_block(&self) -> usize {
-        match &self.held {
-            Held::Memory(_) => self.len(),
-            Held::File(file) => file.per_block(),
+        match &self.storage {
+            Storage::Memory(_) => self.len(),
+            Storage::File(file) => file.per_block(),
         }
     }
 }
@@ -241,9 +241,9 @@ impl<T: Item> Deref for List<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
-        let all = match &self.held {
-            Held::Memory(all) => all,
-            Held::File(file) => file.all(),
+        let all = match &self.storage {
+            Storage::Memory(all) => all,
+            Storage::File(file) => file.all(),
         };
         &all[self.part.start.min(all.len())..self.part.end.min(all.len())]
     }
@@ -263,7 +263,7 @@ impl<T> From<Vec<T>> for List<T> {
     fn from(all: Vec<T>) -> Self {
         Self {
             part: 0..all.len(),
-            held: Held::Memory(Arc::new(all)),
+            storage: Storage::Memory(Arc::new(all)),
         }
     }
 }

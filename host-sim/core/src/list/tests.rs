@@ -12,7 +12,7 @@ fn list<T: Item>(items: &[T], most: usize) -> List<T> {
 fn comes_back<T: Item + PartialEq + Debug>(items: &[T]) {
     for (most, in_file) in [(IN_MEMORY, false), (1000, true)] {
         let list = list(items, most);
-        assert_eq!(matches!(list.held, Held::File(_)), in_file);
+        assert_eq!(matches!(list.storage, Storage::File(_)), in_file);
         assert_eq!(list.len(), items.len());
         assert!(list.each().eq(items.iter().cloned()));
         assert!(list.each().rev().eq(items.iter().rev().cloned()));
@@ -61,17 +61,17 @@ fn a_part_is_shared_until_it_is_changed() {
     }
 }
 
-/// What cannot be written or read is told, and the list ends before it.
+/// What cannot be written or read is reported, and the list ends before it.
 #[test]
-fn a_broken_file_is_told_with_a_remedy() {
-    let told = |list: &List<f64>| list.check().unwrap_err().to_string();
+fn a_broken_file_is_reported_with_a_remedy() {
+    let reported = |list: &List<f64>| list.check().unwrap_err().to_string();
     let full = Error::writing(
         std::path::Path::new("x"),
         std::io::ErrorKind::StorageFull.into(),
     );
     let list = List::<f64>::of(File::broken(full));
     assert!(list.is_empty() && list.each().next().is_none() && list.is_empty());
-    let text = told(&list);
+    let text = reported(&list);
     assert!(
         text.contains("a temporary file: cannot be written (no storage space"),
         "{text}"
@@ -85,6 +85,10 @@ fn a_broken_file_is_told_with_a_remedy() {
     short.set_len(8 * 9000).unwrap();
     let list = List::<f64>::of(File::new(short, 8, 20_000));
     assert!(list.each().count() < 9001);
-    assert!(told(&list).contains("a temporary file"), "{}", told(&list));
+    assert!(
+        reported(&list).contains("a temporary file"),
+        "{}",
+        reported(&list)
+    );
     assert!(list[..].len() < 9001);
 }

@@ -1,6 +1,6 @@
-//! Errors of GNSS fixes: white noise, and what else a real receiver does. All but the white noise
-//! is off by default, and each term has random numbers of its own: a term that is switched on
-//! changes nothing in the others.
+//! Errors of GNSS fixes: white noise, coloured noise, gaps, multipath, latency and lever arm. All
+//! but the white noise are off by default. Each term has its own random numbers, so switching one
+//! on does not change the others.
 
 mod antenna;
 #[cfg(test)]
@@ -33,7 +33,7 @@ const GAPS_STREAM: u64 = 2;
 /// Streams of the times and of the shifts of multipath.
 const MULTIPATH_STREAMS: [u64; 2] = [3, 4];
 
-/// Errors of the receiver: standard deviations per axis, and what it tells of them.
+/// Errors of the receiver: standard deviations per axis, and the accuracy that it reports.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GnssSpec {
@@ -43,26 +43,26 @@ pub struct GnssSpec {
     pub vertical_m: f64,
     /// White part of the velocity, m/s, > 0.
     pub velocity_mps: f64,
-    /// What the receiver tells of its accuracy, divided by the truth, 0.01 to 100. What a receiver
-    /// tells is an estimate of its own (u-blox M8 protocol specification, UBX-NAV-PVT, fields hAcc,
-    /// vAcc and sAcc), and nothing makes it true.
+    /// Reported accuracy divided by the true one, 0.01 to 100. A receiver reports its own estimate
+    /// (u-blox M8 protocol specification, UBX-NAV-PVT, fields hAcc, vAcc and sAcc), which may be
+    /// wrong.
     pub told_factor: f64,
-    /// Errors that last.
+    /// Coloured errors.
     pub coloured: Coloured,
     /// Times without fixes.
     pub gaps: Gaps,
-    /// Bursts of multipath. They are no part of what the receiver tells.
+    /// Bursts of multipath. The reported accuracy does not contain them.
     pub multipath: Multipath,
-    /// True time from validity to arrival of a fix, s, 0 to 5. Without it fixes come at once, and
-    /// everybody knows it.
+    /// True time from validity to arrival of a fix, s, 0 to 5. Without it fixes arrive at once, and
+    /// filters and the device are configured accordingly.
     pub latency_s: Option<f64>,
-    /// True place of the antenna from the IMU: forward, right, down, m, each -100 to 100. Without
-    /// it the antenna is at the IMU, and everybody knows it.
+    /// True position of the antenna relative to the IMU: forward, right, down, m, each -100 to 100.
+    /// Without it the antenna is at the IMU, and filters and the device are configured accordingly.
     pub lever_arm_m: Option<[f64; 3]>,
     /// Fixes a second, 1 to 20.
     pub rate_hz: u32,
-    /// What is told of the antenna where the truth is given above. A scenario takes it from its
-    /// unit.
+    /// Assumed age and lever arm, used where the true ones are given above. A scenario takes them
+    /// from its unit.
     #[serde(skip)]
     pub told_antenna: AntennaPrior,
 }
@@ -95,7 +95,7 @@ impl GnssSpec {
         [h, h, v, s, s, s]
     }
 
-    /// Standard deviations that the receiver tells: those of white and coloured errors together,
+    /// Standard deviations that the receiver reports: those of white and coloured errors together,
     /// times [`told_factor`](Self::told_factor).
     #[must_use]
     pub fn told(&self) -> [f64; 6] {
@@ -103,8 +103,8 @@ impl GnssSpec {
         std::array::from_fn(|i| self.told_factor * white[i].hypot(coloured[i]))
     }
 
-    /// What is told of latency and lever arm: nothing of those that are not given, because then
-    /// everybody knows that there are none.
+    /// Assumed latency and lever arm. They are zero where the true ones are not given, because then
+    /// there are none.
     #[must_use]
     pub fn told_of_antenna(&self) -> AntennaPrior {
         let AntennaPrior {
@@ -123,7 +123,7 @@ impl GnssSpec {
 
     /// The fixes of a drive and when they arrive, s after power-on, [`Self::rate_hz`] a second.
     /// Each was valid at the antenna by the latency earlier; before power-on none was. Their ages
-    /// are those that are told.
+    /// are the assumed ones.
     #[must_use]
     pub fn of_drive(&self, truth: &Truth, rng: &mut ChaCha8Rng) -> Vec<(f64, Option<Fix>)> {
         let rate = self.rate_hz.max(1) as usize;
@@ -134,7 +134,7 @@ impl GnssSpec {
         let late_s = self.latency_s.unwrap_or(0.0);
         let arm = Vector3::from(self.lever_arm_m.unwrap_or_default());
         let mut path = Path::new(truth);
-        let seen = |arrival: &f64| {
+        let antenna_at = |arrival: &f64| {
             let sample = ((arrival - late_s) / truth.dt).max(0.0);
             let at = path.at(sample);
             match self.lever_arm_m {
@@ -142,13 +142,13 @@ impl GnssSpec {
                 None => at,
             }
         };
-        let seen: Vec<NavState> = arrivals.iter().map(seen).collect();
+        let states: Vec<NavState> = arrivals.iter().map(antenna_at).collect();
         let [age_s, _] = self.told_of_antenna().age_s;
         let arrived = |(arrival, fix): (f64, Option<Fix>)| {
             let valid = fix.filter(|_| arrival >= late_s);
             (arrival, valid.map(|fix| Fix { age_s, ..fix }))
         };
-        let fixes = self.fixes(&seen, step_s, rng);
+        let fixes = self.fixes(&states, step_s, rng);
         arrivals.into_iter().zip(fixes).map(arrived).collect()
     }
 

@@ -11,7 +11,7 @@ use crate::simulator::truth::{DriveConfig, Journey, Segment, Truth, Vehicle, ran
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// What a simulated session is made from.
+/// Settings of a simulated session.
 #[derive(Debug, Clone)]
 pub struct SessionConfig<'a> {
     /// IMU.
@@ -51,7 +51,7 @@ pub fn simulate_in(vehicle: &Vehicle, config: &SessionConfig<'_>) -> (Session, T
     (session, drive.truth)
 }
 
-/// The same with all that is needed to make other fixes on the drive.
+/// As [`simulate_in`], with the drive, which can make other fixes.
 #[must_use]
 pub fn simulate_drive(vehicle: &Vehicle, config: &SessionConfig<'_>) -> (Session, Drive) {
     let drive = Drive::of(vehicle, config);
@@ -85,8 +85,8 @@ impl Drive {
         Self { truth, rng }
     }
 
-    /// The fixes of a receiver, one for each epoch. Receivers that differ see the same drive with
-    /// the same random numbers.
+    /// The fixes of a receiver, one for each epoch. Different receivers have the same drive and the
+    /// same random numbers.
     #[must_use]
     pub fn fixes(&self, gnss: &GnssSpec) -> Fixes {
         let every = gnss.rate_hz.max(1) as usize;
@@ -187,10 +187,10 @@ pub fn measured(
         });
     }
     let samples = (counts, Imu::lsb(spec));
-    let told = config.gnss.told_of_antenna();
+    let assumed = config.gnss.told_of_antenna();
     let session = Session {
-        lever_arm: told.lever_arm_m.into(),
-        antenna_sigmas: [told.lever_arm_sigma_m, told.age_s[1]],
+        lever_arm: assumed.lever_arm_m.into(),
+        antenna_sigmas: [assumed.lever_arm_sigma_m, assumed.age_s[1]],
         standstill: (config.standstill_s / EPOCH_S) as usize,
         systematic: Some(systematic),
         surroundings: Some(surroundings),

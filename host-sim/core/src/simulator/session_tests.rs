@@ -1,4 +1,4 @@
-//! What was simulated before the world had temperatures of its own stays the same, bit for bit.
+//! Simulations without `[ambient]` and `[power]` stay the same, bit for bit.
 
 use super::gnss::GnssSpec;
 use super::imu::ImuSpec;

@@ -1,4 +1,4 @@
-//! Fetches what the black box of a device holds.
+//! Reads the black box of a device.
 
 use super::configure::record;
 use super::link::Link;
@@ -7,23 +7,23 @@ use firmware::control::recording::{Order, Recording, State};
 use firmware::wire::command::{Request, Response};
 use host_core::error::Error;
 
-/// What was fetched.
+/// A black box as read from a device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fetched {
     /// Major, minor, patch of the device's firmware.
     pub firmware: [u16; 3],
-    /// What the box tells of itself.
+    /// State of the black box.
     pub recording: Recording,
     /// The configuration record in use; empty without one.
     pub configuration: Vec<u8>,
-    /// The bytes of its memory.
+    /// The bytes of the black box's memory.
     pub memory: Vec<u8>,
 }
 
-/// What the black box tells of itself.
+/// State of the black box.
 ///
 /// # Errors
-/// As [`Link::ask`]; the device has none.
+/// As [`Link::ask`]; the device has no black box.
 pub fn recording(link: &mut Link) -> Result<Recording, Error> {
     link.ask(&Request::GetRecording, |answer| match answer {
         Response::Recording(recording) => Some(*recording),
@@ -31,21 +31,21 @@ pub fn recording(link: &mut Link) -> Result<Recording, Error> {
     })
 }
 
-/// Has the black box hold what it has, unless it does already, and reads it. The stream goes on.
-/// `release`: it records again afterwards.
+/// Stops the recording, unless it has stopped already, and reads it. The stream of samples
+/// continues. `release`: the black box records again afterwards.
 ///
 /// # Errors
-/// As [`Link::ask`]; the device has none, or another layout.
+/// As [`Link::ask`]; the device has no black box, or one of another layout.
 pub fn fetch(link: &mut Link, release: bool) -> Result<Fetched, Error> {
     let version = link.version()?;
-    let mut told = recording(link)?;
-    if told.state != State::Holds {
+    let mut state = recording(link)?;
+    if state.state != State::Holds {
         link.order(&Request::Record(Order::Hold))?;
-        told = recording(link)?;
+        state = recording(link)?;
     }
     let read = |offset, length| Request::ReadRecording { offset, length };
     let memory = link.read(LEN, read)?;
-    if memory.len() != LEN || told.len as usize != LEN {
+    if memory.len() != LEN || state.len as usize != LEN {
         let problem = format!("a black box of {} bytes came, not of {LEN}", memory.len());
         return Err(link.error(problem, "use the host-sim of the device's version"));
     }
@@ -55,7 +55,7 @@ pub fn fetch(link: &mut Link, release: bool) -> Result<Fetched, Error> {
     }
     Ok(Fetched {
         firmware: version.firmware,
-        recording: told,
+        recording: state,
         configuration,
         memory,
     })

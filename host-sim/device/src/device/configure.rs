@@ -10,12 +10,13 @@ use firmware::wire::command::{MAX_CHUNK, Request};
 use host_core::error::Error;
 use std::time::{Duration, Instant};
 
-/// For so long a device may go on fading out a correction before it takes a configuration, and it
-/// is asked again after this time. A fade that lasts longer is told.
+/// Longest wait for a device that fades out a correction before it accepts a configuration. A
+/// longer fade is reported as an error.
 const FADES: Duration = Duration::from_secs(20);
+/// Time between two attempts meanwhile.
 const AGAIN: Duration = Duration::from_millis(250);
 
-/// The record of the configuration in use, as the device holds it; `None` without one.
+/// The record of the configuration in use, as the device returns it; `None` without one.
 ///
 /// # Errors
 /// As [`Link::ask`].
@@ -28,13 +29,12 @@ pub fn record(link: &mut Link) -> Result<Option<Vec<u8>>, Error> {
 /// The configuration in use; `None` without one.
 ///
 /// # Errors
-/// As [`Link::ask`], or the record is none that this program understands.
+/// As [`Link::ask`], or this program cannot decode the record.
 pub fn configuration(link: &mut Link) -> Result<Option<Configuration>, Error> {
     let Some(bytes) = record(link)? else {
         return Ok(None);
     };
-    let told = decode(&bytes);
-    told.map(Some).map_err(|reason| {
+    decode(&bytes).map(Some).map_err(|reason| {
         let problem = format!("its configuration cannot be read ({reason:?})");
         link.error(
             problem,
@@ -43,7 +43,7 @@ pub fn configuration(link: &mut Link) -> Result<Option<Configuration>, Error> {
     })
 }
 
-/// Sends the bytes of a record and has the device check them as a whole and start anew with them.
+/// Sends the bytes of a record. The device checks them as a whole and restarts with them.
 /// The inner result is the device's refusal.
 ///
 /// # Errors
@@ -60,20 +60,19 @@ pub fn send(link: &mut Link, record: &[u8]) -> Result<Result<(), Reason>, Error>
     link.try_order(&Request::CommitConfiguration { length })
 }
 
-/// Configures a device: sets the mode bypass, sends the record, and compares what the device then
-/// holds with it, byte for byte. A correction that fades out is waited for, for 20 s. The device
-/// starts anew in the mode of the configuration. When it refuses, its old configuration and mode
-/// stay.
+/// Configures a device: sets the mode bypass, sends the record, reads it back and compares byte for
+/// byte. Waits up to 20 s for a correction that fades out. The device restarts in the mode of the
+/// configuration. When it refuses, its old configuration and mode stay.
 ///
 /// # Errors
-/// As [`Link::ask`]; the device refuses, or it holds something else afterwards.
-pub fn configure(link: &mut Link, told: &Configuration) -> Result<(), Error> {
+/// As [`Link::ask`]; the device refuses, or it has another configuration afterwards.
+pub fn configure(link: &mut Link, configuration: &Configuration) -> Result<(), Error> {
     let taken = board(link)?.schema;
     if taken != SCHEMA {
         let (problem, remedy) = refusal::schema(taken);
         return Err(link.error(problem, &remedy));
     }
-    let record = encode(told);
+    let record = encode(configuration);
     let before = link.health()?.mode;
     link.order(&Request::SetMode(Mode::Bypass))?;
     let begun = Instant::now();
@@ -83,11 +82,11 @@ pub fn configure(link: &mut Link, told: &Configuration) -> Result<(), Error> {
         std::thread::sleep(AGAIN);
         sent = send(link, &record);
     }
-    // The answer to a commit may be lost and the device be in its new mode already when the request
-    // comes again: what it holds decides.
+    // The answer to a commit may be lost, and the device already be in its new mode when the
+    // request is repeated: so the configuration that it has decides.
     let holds = self::record(link)?;
     if holds.as_deref() == Some(&record) && sent.is_ok() {
-        let mode = told.correction.mode;
+        let mode = configuration.correction.mode;
         if link.health()?.mode != mode {
             link.order(&Request::SetMode(mode))?;
         }

@@ -1,4 +1,4 @@
-//! The fault bits of a device in words, each with what to do about it.
+//! The fault bits of a device in words, each with its remedy.
 
 use firmware::wire::command::fault;
 use serde::Serialize;
@@ -10,7 +10,7 @@ pub struct Fault {
     pub bit: u32,
     /// Its name in the interface control document.
     pub name: &'static str,
-    /// What is wrong.
+    /// What is wrong, as a sentence.
     pub says: &'static str,
     /// What to do.
     pub remedy: &'static str,
@@ -36,7 +36,7 @@ pub const FAULTS: [Fault; 22] = [
     row(
         fault::UNKNOWN_FORMAT,
         "UNKNOWN_FORMAT",
-        "bytes come from the sensor, but no frames of the format that was told, or of any known one",
+        "bytes come from the sensor, but no frames of the configured format, or of any known one",
         "check format and bit rate in the unit's file against the sensor's settings",
     ),
     row(
@@ -49,7 +49,7 @@ pub const FAULTS: [Fault; 22] = [
         fault::NETWORK,
         "NETWORK",
         "the last step of the networks failed; the estimate before it stays in force",
-        "set the mode bypass; load other weights, or let the device learn anew",
+        "set the mode bypass; load other weights, or let the device learn again",
     ),
     row(
         fault::SATURATED,
@@ -121,7 +121,7 @@ pub const FAULTS: [Fault; 22] = [
         fault::WEIGHTS,
         "WEIGHTS",
         "the weights were learnt by a sensor with another serial number and are no longer used",
-        "let the device learn anew, or upload the weights of this sensor: device weights put FILE",
+        "let the device learn again, or upload the weights of this sensor: device weights put FILE",
     ),
     row(
         fault::LEARNER,
@@ -161,9 +161,9 @@ pub const FAULTS: [Fault; 22] = [
     ),
 ];
 
-/// The faults that are set in `bits`, lowest bit first. Bits without a meaning are left out.
+/// The faults that are set in `bits`, lowest bit first. Unknown bits are left out.
 #[must_use]
-pub fn told(bits: u32) -> Vec<Fault> {
+pub fn of_bits(bits: u32) -> Vec<Fault> {
     let set = |fault: &&Fault| bits >> fault.bit & 1 == 1;
     FAULTS.iter().filter(set).copied().collect()
 }
@@ -172,8 +172,8 @@ pub fn told(bits: u32) -> Vec<Fault> {
 mod tests {
     use super::*;
 
-    /// Names and values of the constants as they stand in the source of the command link, so that a
-    /// new bit cannot be forgotten here.
+    /// Names and bit numbers of the constants in the source of the command link, so that a new bit
+    /// cannot be forgotten here.
     fn constants() -> Vec<(String, u32)> {
         let source = include_str!("../../../../firmware/src/wire/command.rs");
         let constant = |line: &str| {
@@ -198,12 +198,12 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_told_lowest_bit_first() {
-        let names: Vec<_> = told(fault::STUCK | fault::SILENT | 1 << 31)
+    fn faults_come_lowest_bit_first() {
+        let names: Vec<_> = of_bits(fault::STUCK | fault::SILENT | 1 << 31)
             .iter()
             .map(|fault| fault.name)
             .collect();
         assert_eq!(names, ["SILENT", "STUCK"]);
-        assert!(told(0).is_empty());
+        assert!(of_bits(0).is_empty());
     }
 }

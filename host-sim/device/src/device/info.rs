@@ -1,4 +1,4 @@
-//! What a device is and what it is told.
+//! Description and configuration of a device.
 
 use super::configure::configuration;
 use super::link::Link;
@@ -11,7 +11,7 @@ use firmware::wire::command::{self, Protection, Remembered, Request, Response, S
 use host_core::error::Error;
 use serde::Serialize;
 
-/// What a device is and what it is told.
+/// Description and configuration of a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Info {
     /// Version of the firmware.
@@ -20,7 +20,7 @@ pub struct Info {
     pub link: u16,
     /// Version of the weight image.
     pub image: u16,
-    /// Schema of the configurations that it takes.
+    /// Schema of the configurations that it accepts.
     pub schema: u16,
     /// Name of the board.
     pub board: String,
@@ -38,9 +38,9 @@ pub struct Info {
     pub name: Option<String>,
     /// Serial number of the sensor, if it is configured.
     pub serial: Option<String>,
-    /// Format of the sensor's frames that was told; `None` also where the device detects it.
+    /// Configured format of the sensor's frames; `None` also where the device detects it.
     pub format: Option<&'static str>,
-    /// Samples a second that were told where the frames do not tell, Hz.
+    /// Configured sample rate, which counts where the frames state none, Hz.
     pub rate_hz: Option<f64>,
     /// Mode at power-on.
     pub mode_at_start: Option<&'static str>,
@@ -49,38 +49,38 @@ pub struct Info {
     pub error_bound_m: [u32; 5],
     /// The sensor's, the navigation computer's and the receiver's line.
     pub lines: [LineInfo; 3],
-    /// The receiver as the device hears it.
+    /// What the device receives from its receiver.
     pub receiver: Receiver,
     /// Lever arm and delay of the fixes; `None` on a board without a learner.
     pub antenna: Option<Antenna>,
-    /// The learner, and how it is aligned.
+    /// The learner and its alignment.
     pub learner: Learner,
-    /// What the device remembers of the unit from earlier drives.
+    /// Memory of the unit from earlier drives.
     pub memory: Memory,
-    /// Why and how the board started; `None`: it does not tell.
+    /// Why and how the board started; `None` if the board does not report it.
     pub start: Option<Start>,
-    /// What it found in its store when it started.
+    /// State of its store at the start.
     pub store: Kept,
-    /// Who may change the device.
+    /// Protection of the device against changes.
     pub security: Protected,
 }
 
-/// What a device found in its store.
+/// State of a device's store at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Kept {
     /// Number of the record in use, if there is one.
     pub record: Option<u32>,
-    /// Times the device started in its life, as of that record.
+    /// Number of starts in the device's life, as of that record.
     pub starts: u32,
-    /// How many of these followed a failure.
+    /// Number of these starts that followed a failure.
     pub failures: u32,
-    /// Time it ran, h.
+    /// Total running time, h.
     pub hours: f64,
     /// Times each slot of the flash was erased.
     pub erased: [u32; 2],
-    /// A newer record is damaged and was not used.
+    /// Whether a newer record is damaged and was not used.
     pub damaged: bool,
-    /// Newer records that were passed over, because the device had failed with them.
+    /// Newer records that were skipped, because the device had failed with them.
     pub passed: u8,
 }
 
@@ -98,16 +98,16 @@ impl From<command::Kept> for Kept {
     }
 }
 
-/// Who may change a device.
+/// Protection of a device against changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Protected {
     /// `keyed`, `open by choice` or `not provisioned`.
     pub state: &'static str,
-    /// The board makes random challenges.
+    /// Whether the board makes random challenges.
     pub random: bool,
     /// Sealed requests refused since power-on because of another key or a forgery.
     pub forged: u32,
-    /// Records that may be stored now, one after the other.
+    /// Number of records that may be stored now in succession.
     pub stores: u16,
 }
 
@@ -126,18 +126,18 @@ impl From<Security> for Protected {
     }
 }
 
-/// What a device remembers of its unit.
+/// Memory of a device from earlier drives of its unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Memory {
-    /// Drives that it was learnt on; 0: nothing is remembered.
+    /// Number of drives that were learnt from; 0: nothing is remembered.
     pub drives: u16,
     /// Time learnt in them, h.
     pub hours: f64,
-    /// Least and most temperature of the sensor meanwhile, degrees C, if they are known.
+    /// Lowest and highest temperature of the sensor in these drives, degrees C, if they are known.
     pub temperatures_degc: Option<[i16; 2]>,
-    /// Stored networks correct the samples of this drive.
+    /// Whether stored networks correct the samples of this drive.
     pub acts: bool,
-    /// What was found is of another sensor, or of networks with other inputs, and is not used.
+    /// Whether the stored networks are of another sensor, or have other inputs, and are not used.
     pub of_another: bool,
 }
 
@@ -160,15 +160,15 @@ pub struct LineInfo {
     pub line: &'static str,
     /// Clock of its UART, Hz, if it is known.
     pub clock_hz: Option<u32>,
-    /// Bit rate that was told, bit/s, if the device is configured.
+    /// Configured bit rate, bit/s; `None` without a configuration.
     pub told: Option<u32>,
-    /// Bit rate in fact, bit/s, if it is known.
+    /// Actual bit rate, bit/s, if it is known.
     pub bit_rate: Option<u32>,
-    /// By how much it differs from what was told, %.
+    /// Error of the actual bit rate relative to the configured one, %.
     pub error_percent: Option<f64>,
 }
 
-/// The board, with its name as a text of its own.
+/// The board's answer, with an owned name.
 pub(super) struct Board {
     name: String,
     uart_clocks: [u32; 3],
@@ -180,7 +180,7 @@ pub(super) struct Board {
     pub stored: bool,
 }
 
-/// Asks for the board.
+/// Reads the board's description.
 pub(super) fn board(link: &mut Link) -> Result<Board, Error> {
     link.ask(&Request::GetBoard, |answer| match answer {
         Response::Board(board) => Some(Board {
@@ -197,19 +197,19 @@ pub(super) fn board(link: &mut Link) -> Result<Board, Error> {
     })
 }
 
-/// Asks a device what it is and what it is told.
+/// Asks a device what it is and how it is configured.
 ///
 /// # Errors
 /// As [`Link::ask`], or the device has another version of the link.
 pub fn info(link: &mut Link) -> Result<Info, Error> {
     let version = link.version()?;
     let board = board(link)?;
-    let told = configuration(link)?;
+    let configuration = configuration(link)?;
     let health = link.health()?;
-    let receiver = receiver(link, told.as_ref())?;
+    let receiver = receiver(link, configuration.as_ref())?;
     let antenna = link.antenna()?.map(Antenna::from);
-    let bauds = told.as_ref().map(|told| {
-        let lines = told.lines;
+    let bauds = configuration.as_ref().map(|configuration| {
+        let lines = configuration.lines;
         [lines.sensor_baud, lines.sensor_baud, lines.receiver_baud]
     });
     let [major, minor, patch] = version.firmware;
@@ -226,6 +226,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         line(1, "navigation"),
         line(2, "receiver"),
     ];
+    let identity = configuration.as_ref().map(|of| &of.identity);
     Ok(Info {
         firmware: format!("{major}.{minor}.{patch}"),
         link: version.wire,
@@ -246,34 +247,37 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         store: link.kept()?.into(),
         start: start(link)?,
         security: link.security()?.into(),
-        name: told.as_ref().map(|told| told.identity.name.to_string()),
-        serial: told.as_ref().map(|told| told.identity.serial.to_string()),
-        format: told.as_ref().and_then(format),
-        rate_hz: told.as_ref().map(|told| told.rate),
-        mode_at_start: told.map(|told| mode_name(told.correction.mode)),
+        name: identity.map(|identity| identity.name.to_string()),
+        serial: identity.map(|identity| identity.serial.to_string()),
+        format: configuration.as_ref().and_then(format),
+        rate_hz: configuration.as_ref().map(|of| of.rate),
+        mode_at_start: configuration
+            .as_ref()
+            .map(|of| mode_name(of.correction.mode)),
     })
 }
 
-/// Name of the format told.
-fn format(told: &Configuration) -> Option<&'static str> {
-    match told.sensor.as_ref()? {
+/// Name of the configured format.
+fn format(configuration: &Configuration) -> Option<&'static str> {
+    match configuration.sensor.as_ref()? {
         Sensor::Stream(settings) => Some(settings.format().name()),
         Sensor::Spi(_) => Some("adis-spi"),
     }
 }
 
 impl LineInfo {
-    /// Zeros are what the board does not know.
-    fn new(line: &'static str, clock: u32, told: Option<u32>, bit_rate: u32) -> Self {
+    /// `clock` in Hz and `bit_rate` in bit/s; 0 stands for a value that the board does not know.
+    fn new(line: &'static str, clock: u32, configured: Option<u32>, bit_rate: u32) -> Self {
         let known = |value: u32| (value > 0).then_some(value);
         let bit_rate = known(bit_rate);
-        let error = |(told, is): (u32, u32)| (f64::from(is) / f64::from(told) - 1.0) * 100.0;
+        let error =
+            |(nominal, actual): (u32, u32)| (f64::from(actual) / f64::from(nominal) - 1.0) * 100.0;
         Self {
             line,
             clock_hz: known(clock),
-            told,
+            told: configured,
             bit_rate,
-            error_percent: told.zip(bit_rate).map(error),
+            error_percent: configured.zip(bit_rate).map(error),
         }
     }
 }
@@ -284,7 +288,7 @@ mod tests {
 
     /// 84 MHz / 45 = 1 866 667 bit/s, 1.27 % above the 1 843 200 bit/s of a STIM300.
     #[test]
-    fn the_error_of_a_bit_rate_is_in_per_cent_of_what_was_told() {
+    fn the_error_of_a_bit_rate_is_in_per_cent_of_the_configured_one() {
         let line = LineInfo::new("sensor", 84_000_000, Some(1_843_200), 1_866_667);
         assert!((line.error_percent.unwrap() - 1.2731).abs() < 1e-4);
         let line = LineInfo::new("sensor", 0, Some(1_843_200), 0);

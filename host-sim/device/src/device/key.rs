@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_key_is_told() {
+    fn what_is_no_key_is_refused() {
         let directory = tempfile::tempdir().unwrap();
         let file = directory.path().join("k");
         let good = "0123456789abcdefABCDEF0123456789".repeat(2);

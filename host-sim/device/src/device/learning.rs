@@ -1,4 +1,4 @@
-//! What a device's learner knows, and how its hypotheses stand.
+//! The navigation solution of a device's learner, and the state of its hypotheses.
 
 use super::link::Link;
 use firmware::control::Reason;
@@ -9,7 +9,7 @@ use serde::Serialize;
 
 pub use firmware::learn::rehearsal::{HORIZONS_S, PROVED};
 
-/// What the learner's navigator knows.
+/// Navigation solution of the learner.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Solution {
     /// Latitude and longitude, deg.
@@ -26,37 +26,37 @@ pub struct Solution {
     pub sigma: [f64; 6],
 }
 
-/// How a hypothesis stands.
+/// State of one hypothesis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
     /// Its name as a key.
     pub key: &'static str,
     /// Its name.
     pub name: &'static str,
-    /// It takes part.
+    /// Whether it is enabled.
     pub enabled: bool,
-    /// It has the most evidence.
+    /// Whether it has the most evidence.
     pub leads: bool,
-    /// It has proved itself.
+    /// Whether it has proved itself.
     pub proved: bool,
     /// Log-likelihood relative to the zero correction's.
     pub evidence: f32,
-    /// Capital of the bets that it is worth its use, in stakes: see [`PROVED`].
+    /// Wealth of the bets on its benefit, in stakes; proved at [`PROVED`].
     pub wealth: f32,
-    /// Capital of the bets that it does no harm.
+    /// Wealth of the bets that it does no harm, in stakes.
     pub check: f32,
 }
 
-/// How the hypotheses stand.
+/// State of all hypotheses.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trials {
-    /// Each of them.
+    /// Each hypothesis.
     pub each: Vec<Trial>,
     /// Rehearsals that have ended, at each of [`HORIZONS_S`].
     pub rehearsals: [u16; 6],
 }
 
-/// deg/h in a rad/s, and mg in a m/s2.
+/// Gyro values from rad/s to deg/h, then accelerometer values from m/s2 to mg.
 #[must_use]
 pub fn usual(of: [[f32; 3]; 2]) -> [f64; 6] {
     let [gyro, accel] = of.map(|triad| triad.map(f64::from));
@@ -74,52 +74,52 @@ fn attitude([w, x, y, z]: [f64; 4]) -> [f64; 3] {
 }
 
 impl Link {
-    /// What the learner's navigator knows; `None` while it does not navigate.
+    /// The learner's navigation solution; `None` while it does not navigate.
     ///
     /// # Errors
     /// As [`Link::ask`].
     pub fn solution(&mut self) -> Result<Option<Solution>, Error> {
         self.perhaps(&Request::GetSolution, |answer| match answer {
-            Response::Solution(told) => Some(Solution {
-                place_deg: told.place.map(f64::to_degrees),
-                height_m: told.height.into(),
-                velocity_mps: told.velocity.map(f64::from),
-                attitude_deg: attitude(told.attitude.map(f64::from)),
-                estimate: usual(told.estimate),
-                sigma: usual(told.sigma),
+            Response::Solution(solution) => Some(Solution {
+                place_deg: solution.place.map(f64::to_degrees),
+                height_m: solution.height.into(),
+                velocity_mps: solution.velocity.map(f64::from),
+                attitude_deg: attitude(solution.attitude.map(f64::from)),
+                estimate: usual(solution.estimate),
+                sigma: usual(solution.sigma),
             }),
             _ => None,
         })
     }
 
-    /// How the hypotheses stand; `None` on a board without a learner.
+    /// State of the hypotheses; `None` on a board without a learner.
     ///
     /// # Errors
     /// As [`Link::ask`].
     pub fn trials(&mut self) -> Result<Option<Trials>, Error> {
         self.perhaps(&Request::GetTrials, |answer| {
-            let Response::Trials(told) = answer else {
+            let Response::Trials(trials) = answer else {
                 return None;
             };
             let bit = |bits: u8, index: usize| bits >> index & 1 == 1;
             let trial = |(index, (key, name)): (usize, (&&'static str, &&'static str))| Trial {
                 key,
                 name,
-                enabled: bit(told.enabled, index),
-                leads: usize::from(told.leading) == index,
-                proved: bit(told.proved, index),
-                evidence: told.evidence[index],
-                wealth: told.proof[index],
-                check: told.check[index],
+                enabled: bit(trials.enabled, index),
+                leads: usize::from(trials.leading) == index,
+                proved: bit(trials.proved, index),
+                evidence: trials.evidence[index],
+                wealth: trials.proof[index],
+                check: trials.check[index],
             };
             Some(Trials {
                 each: KEYS.iter().zip(&NAMES).enumerate().map(trial).collect(),
-                rehearsals: told.ended,
+                rehearsals: trials.ended,
             })
         })
     }
 
-    /// What was asked for, or `None` where the device has nothing to tell.
+    /// The answer, or `None` where the device has none (`NotAvailable`).
     fn perhaps<T>(
         &mut self,
         request: &Request,

@@ -16,11 +16,11 @@ use host_core::error::Error;
 use lrnn_nostd::image;
 use std::time::{Duration, Instant};
 
-/// How long an answer may take before the request is sent again.
+/// Timeout of an answer, after which the request is repeated.
 const TIMEOUT: Duration = Duration::from_millis(500);
-/// A device that is busy is asked again after this time.
+/// Time until a request to a busy device is repeated.
 const BUSY: Duration = Duration::from_millis(20);
-/// How often a request is sent.
+/// Number of times that a request is sent.
 const TRIES: u32 = 8;
 
 /// A device at the other end of the command link.
@@ -32,13 +32,13 @@ pub struct Link {
     /// Number of the last request.
     number: u8,
     tries: u32,
-    /// What requests are sealed with that change something.
+    /// Key that seals the requests that change something.
     key: Option<Secret>,
     session: Option<sealed::Session>,
 }
 
 impl Link {
-    /// Talks over an open port, which errors call `name`, for example `--port /dev/ttyUSB0`.
+    /// A link over an open port. Errors name it `name`, for example `--port /dev/ttyUSB0`.
     #[must_use]
     pub fn new(port: Port, name: impl Into<String>) -> Self {
         Self {
@@ -75,7 +75,7 @@ impl Link {
         self
     }
 
-    /// From now on with another key, or without.
+    /// Replaces the key; `None`: requests are not sealed.
     pub fn set_key(&mut self, key: Option<Secret>) {
         (self.key, self.session) = (key, None);
     }
@@ -109,7 +109,7 @@ impl Link {
         self.request_once(request, &read)
     }
 
-    /// The same, asked again only when there is no answer.
+    /// As [`Link::request`], repeated only when there is no answer.
     fn request_once<T>(
         &mut self,
         request: &Request,
@@ -158,13 +158,13 @@ impl Link {
     }
 
     fn no_answer(&self, request: &Request, came: usize) -> Error {
-        let seen = match came {
+        let received = match came {
             0 => "nothing comes".to_owned(),
             _ => format!("{came} bytes came that are no answer"),
         };
         let remedy = "check that it is the device's command link and its bit rate (--baud), and \
                       that the device runs";
-        self.error(format!("no answer to {request:?}, {seen}"), remedy)
+        self.error(format!("no answer to {request:?}, {received}"), remedy)
     }
 
     /// The answer to the last request, if it has arrived: what `read` took from it, a refusal, or
@@ -287,7 +287,7 @@ impl Link {
         })?;
         match answer {
             Err(Reason::NotAvailable) => Ok(None),
-            // one that was not told anything knows nothing
+            // a device without a configuration reports no antenna
             Ok(antenna) if !antenna.fix_delay_sigma.is_finite() => Ok(None),
             other => other
                 .map(Some)
@@ -295,7 +295,7 @@ impl Link {
         }
     }
 
-    /// What the device remembers of its unit.
+    /// The device's memory of its unit.
     ///
     /// # Errors
     /// As [`Link::ask`].
@@ -306,7 +306,7 @@ impl Link {
         })
     }
 
-    /// What the device found in its store when it started.
+    /// State of the device's store at the start.
     ///
     /// # Errors
     /// As [`Link::ask`].
@@ -355,7 +355,7 @@ impl Link {
         Err(self.error(problem, "use the host-sim of the device's version"))
     }
 
-    /// The weight image that was learnt. It changes while samples come.
+    /// The weight image that was learnt. It changes while samples arrive.
     ///
     /// # Errors
     /// As [`Link::ask`].
@@ -366,7 +366,7 @@ impl Link {
         })
     }
 
-    /// Reads pieces until one is shorter than it may be, at most `most` bytes.
+    /// Reads pieces until one is shorter than its maximum, `most` bytes in total at most.
     pub(super) fn read(
         &mut self,
         most: usize,

@@ -1,7 +1,7 @@
-//! A device at the end of its command link: what it is, what it is told, what it reports.
+//! A device at the end of its command link: what it is, how it is configured, what it reports.
 //!
-//! [`Link`] asks and understands the answers. Everything else here is made of its requests. The
-//! refusals and the faults of a device are put in words in [`refusal`] and [`faults`].
+//! [`Link`] sends requests and decodes the answers. Everything else here uses it. The refusals and
+//! the faults of a device are described in [`refusal`] and [`faults`].
 
 mod blackbox;
 mod configure;

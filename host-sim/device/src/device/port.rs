@@ -7,7 +7,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// How long one read or write may wait. Longer waits repeat it, so that an interruption is noticed.
+/// Longest wait of one read or write. Longer waits repeat it, so that an interruption is detected.
 const WAIT: Duration = Duration::from_millis(50);
 
 /// One end of a line.
@@ -33,7 +33,7 @@ impl Port {
         Self::open_as(option, name, &lines)
     }
 
-    /// The same with bit rate, parity and stop bits of a sensor's line.
+    /// As [`Port::open`], with bit rate, parity and stop bits of a sensor's line.
     ///
     /// # Errors
     /// As [`Port::open`].
@@ -81,7 +81,7 @@ impl Port {
     /// Another handle of the same port, for another thread.
     ///
     /// # Errors
-    /// The system has none left.
+    /// The system has no handles left.
     pub fn duplicate(&self) -> io::Result<Self> {
         match self {
             Self::Tcp(socket) => socket.try_clone().map(Self::Tcp),

@@ -10,26 +10,26 @@ use firmware::wire::command::{Protection, Provision, Request, fault};
 use host_core::error::Error;
 use std::path::Path;
 
-/// Gives the device the key of a file, which is made if it is not there. A device that has a key
-/// already is told with that one, which the link must have. The device stores the key, with the
-/// configuration and the weights in use, in mode bypass; afterwards it has the mode that it had.
+/// Gives the device the key of a file, which is created if it does not exist. If the device has a
+/// key already, that key seals the request, so the link must have it. The device stores the key,
+/// with the configuration and the weights in use, in mode bypass; then its mode is restored.
 ///
 /// # Errors
 /// As [`Link::ask`]; the file is no key file; the device cannot store.
 pub fn provision(link: &mut Link, file: &Path) -> Result<(), Error> {
     check(link)?;
     let made = !file.exists();
-    // before the device has it: a key that nobody holds would lock the device
+    // written before the device gets it: a key that is in no file would lock the device
     let secret = if made { make_key(file) } else { read_key(file) }?;
     let given = give(link, Some(secret));
     if given.is_err() && made && link.security().is_ok_and(|now| !has(now.protection)) {
-        // it did not come into use
+        // the key is not in use
         let _ = std::fs::remove_file(file);
     }
     given
 }
 
-/// Has the device do without a key.
+/// Makes the device work without a key.
 ///
 /// # Errors
 /// As [`Link::ask`]; the device cannot store.

@@ -1,4 +1,4 @@
-//! What a device hears of its satellite receiver, and what is missing.
+//! Reception of the satellite receiver's data by a device, and what is missing.
 
 use super::link::Link;
 use firmware::configuration::{Configuration, ReceiverProtocol};
@@ -8,16 +8,16 @@ use firmware::wire::receiver::Heard;
 use host_core::error::Error;
 use serde::Serialize;
 
-/// What a device hears of its receiver.
+/// Reception of the receiver's data by a device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Receiver {
-    /// Protocol that it was told; `None` without a configuration.
+    /// Configured protocol; `None` without a configuration.
     pub told: Option<&'static str>,
-    /// Protocol of the line; `None` while nothing has been understood.
+    /// Protocol on the line; `None` while no message has been decoded.
     pub protocol: Option<&'static str>,
     /// Time of validity of the last good fix, s of the GPS week.
     pub fix_time_s: Option<f64>,
-    /// Its age when it was complete, ms; known by a time pulse only.
+    /// Its age when it was completely received, ms; needs a time pulse.
     pub fix_age_ms: Option<f64>,
     /// Edges of the time pulse since the configuration.
     pub pulses: u32,
@@ -25,18 +25,21 @@ pub struct Receiver {
     pub missing: Vec<&'static str>,
 }
 
-/// Asks a device for its receiver. `told`: its configuration.
-pub(super) fn receiver(link: &mut Link, told: Option<&Configuration>) -> Result<Receiver, Error> {
+/// Asks a device for its receiver's state. `configuration`: the device's own.
+pub(super) fn receiver(
+    link: &mut Link,
+    configuration: Option<&Configuration>,
+) -> Result<Receiver, Error> {
     let heard = link.ask(&Request::GetReceiver, |answer| match answer {
         Response::Receiver(heard) => Some(*heard),
         _ => None,
     })?;
-    Ok(Receiver::new(&heard, told))
+    Ok(Receiver::new(&heard, configuration))
 }
 
 impl Receiver {
-    fn new(heard: &Heard, told: Option<&Configuration>) -> Receiver {
-        let wired = told.is_some_and(|told| told.receiver.pulse);
+    fn new(heard: &Heard, configuration: Option<&Configuration>) -> Receiver {
+        let wired = configuration.is_some_and(|of| of.receiver.pulse);
         let mut missing = Vec::new();
         if heard.format.is_none() {
             missing.push(
@@ -58,7 +61,7 @@ impl Receiver {
             );
         }
         Receiver {
-            told: told.map(|told| protocol_name(told.receiver.protocol)),
+            told: configuration.map(|of| protocol_name(of.receiver.protocol)),
             protocol: heard.format.map(format_name),
             fix_time_s: heard.time_ms.map(|ms| f64::from(ms) / 1e3),
             fix_age_ms: heard.age_us.map(|us| f64::from(us) / 1e3),
@@ -93,9 +96,9 @@ mod tests {
 
     #[test]
     fn what_is_missing_is_named() {
-        let mut told = Configuration::default();
-        told.receiver.pulse = true;
-        let missing = |heard: &Heard| Receiver::new(heard, Some(&told)).missing;
+        let mut configuration = Configuration::default();
+        configuration.receiver.pulse = true;
+        let missing = |heard: &Heard| Receiver::new(heard, Some(&configuration)).missing;
         let mut heard = Heard::default();
         assert!(matches!(&missing(&heard)[..], [a, b]
             if a.contains("no message") && b.contains("no time pulse")));
@@ -106,7 +109,7 @@ mod tests {
         assert!(matches!(&missing(&heard)[..], [a] if a.contains("believable")));
         heard.age_us = Some(90_000);
         assert!(missing(&heard).is_empty());
-        let untold = Receiver::new(&Heard::default(), None);
-        assert_eq!((untold.told, untold.missing.len()), (None, 1));
+        let unconfigured = Receiver::new(&Heard::default(), None);
+        assert_eq!((unconfigured.told, unconfigured.missing.len()), (None, 1));
     }
 }

@@ -15,7 +15,7 @@ pub fn explain(request: &Request, reason: Reason) -> (String, String) {
     )
 }
 
-/// What a request is for.
+/// Purpose of a request, in words.
 fn purpose(request: &Request) -> &'static str {
     match request {
         Request::SetMode(_) => "set the mode",
@@ -160,7 +160,7 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
     (problem.into(), remedy.into())
 }
 
-/// It was asked too often.
+/// The request came too often.
 fn wait(ms: u32) -> (String, String) {
     let seconds = ms.div_ceil(1000);
     (
@@ -169,7 +169,7 @@ fn wait(ms: u32) -> (String, String) {
     )
 }
 
-/// The device takes records of another schema.
+/// The device accepts records of another schema.
 pub(super) fn schema(taken: u16) -> (String, String) {
     let remedy = if taken < SCHEMA {
         "flash the firmware of this program's version: cargo xtask flash"

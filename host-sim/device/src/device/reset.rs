@@ -1,4 +1,4 @@
-//! Why and how a device's board started, in words.
+//! Start of a device's board: causes of the reset, clock, warnings and the last crash, in words.
 
 use super::link::Link;
 use firmware::control::Reason;
@@ -8,25 +8,25 @@ use firmware::wire::command::{
 use host_core::error::Error;
 use serde::Serialize;
 
-/// What a board tells of its start.
+/// A board's report of its start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Start {
     /// What caused the last reset.
     pub causes: Vec<&'static str>,
     /// Time since then, s.
     pub uptime_s: f64,
-    /// Where the clock comes from, and how exact it is.
+    /// Source and accuracy of the clock.
     pub clock: String,
-    /// What is not as it should be, with what to do about it.
+    /// What is wrong, each with its remedy.
     pub warnings: Vec<String>,
     /// The last crash since power-on.
     pub crash: Option<String>,
     /// The answer itself.
     #[serde(flatten)]
-    pub told: Reset,
+    pub answer: Reset,
 }
 
-/// Asks for the board's start; `None`: the device is no board that knows.
+/// Asks for the board's start; `None` if the device does not report it.
 ///
 /// # Errors
 /// As [`Link::ask`].
@@ -44,7 +44,7 @@ pub fn start(link: &mut Link) -> Result<Option<Start>, Error> {
     }
 }
 
-/// How exact the internal oscillator is (DS8626, table 41).
+/// Accuracy of the internal oscillator (DS8626, table 41).
 const INTERNAL: &str =
     "internal oscillator: within 1 % at 25 degC, 4 % at -10 to 85, -8 to +4.5 % at -40 to 105";
 
@@ -56,13 +56,13 @@ impl Start {
             clock: clock(reset),
             warnings: warnings(reset),
             crash: reset.crash.as_ref().map(crash),
-            told: *reset,
+            answer: *reset,
         }
     }
 }
 
-/// The pin is pulled by every reset, and a brown-out is seen at every power-on: they count when
-/// nothing else does.
+/// Names of the causes of a reset. Every reset pulls the pin, and every power-on reports a
+/// brown-out, so these two count only without another cause.
 fn causes(bits: u8) -> Vec<&'static str> {
     let names = [
         (cause::POWER_ON, "power-on"),
@@ -71,20 +71,20 @@ fn causes(bits: u8) -> Vec<&'static str> {
         (cause::WINDOW, "window watchdog"),
         (cause::LOW_POWER, "low-power mode"),
     ];
-    let mut told: Vec<_> = names
+    let mut causes: Vec<_> = names
         .into_iter()
         .filter_map(|(bit, name)| (bits & bit != 0).then_some(name))
         .collect();
-    if told.is_empty() && bits & cause::BROWN_OUT != 0 {
-        told.push("brown-out");
+    if causes.is_empty() && bits & cause::BROWN_OUT != 0 {
+        causes.push("brown-out");
     }
-    if told.is_empty() && bits & cause::PIN != 0 {
-        told.push("reset pin");
+    if causes.is_empty() && bits & cause::PIN != 0 {
+        causes.push("reset pin");
     }
-    if told.is_empty() {
-        told.push("not known");
+    if causes.is_empty() {
+        causes.push("not known");
     }
-    told
+    causes
 }
 
 fn clock(reset: &Reset) -> String {
@@ -99,11 +99,11 @@ fn clock(reset: &Reset) -> String {
     }
 }
 
-/// Bit rate of the command link as it should be.
+/// Nominal bit rate of the command link, bit/s.
 const COMMAND_BAUD: u32 = firmware::app::COMMAND_BAUD;
 
 fn warnings(reset: &Reset) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut warnings = Vec::new();
     let crystal = &reset.crystal;
     let board = reset.clock != ClockSource::Simulator;
     if board && crystal.used_mhz != crystal.built_mhz {
@@ -112,7 +112,7 @@ fn warnings(reset: &Reset) -> Vec<String> {
             (0, khz) => format!("{khz} kHz are measured, which fits no crystal"),
             (used, khz) => format!("{khz} kHz are measured, and {used} MHz are used"),
         };
-        told.push(format!(
+        warnings.push(format!(
             "the firmware was built for a crystal of {} MHz, but {what}; remedy: build with \
              LRNN_CRYSTAL_MHZ, or repair the crystal",
             crystal.built_mhz
@@ -120,7 +120,7 @@ fn warnings(reset: &Reset) -> Vec<String> {
     }
     let error = f64::from(reset.command_baud) / f64::from(COMMAND_BAUD) - 1.0;
     if board && error.abs() > 0.02 {
-        told.push(format!(
+        warnings.push(format!(
             "the command link has {} bit/s in place of {COMMAND_BAUD}, {:+.1} % and the \
              oscillator's error off",
             reset.command_baud,
@@ -128,28 +128,28 @@ fn warnings(reset: &Reset) -> Vec<String> {
         ));
     }
     if let Some(level) = reset.brown_out.filter(|level| *level < 3) {
-        told.push(format!(
+        warnings.push(format!(
             "the option bytes have brown-out level {level}; remedy: set level 3 (2.7 V), as \
              docs/firmware.md says"
         ));
     }
     if reset.supply_low {
-        told.push("the supply is too low for writing flash: nothing is stored".to_owned());
+        warnings.push("the supply is too low for writing flash: nothing is stored".to_owned());
     }
     if reset.reopened > 0 {
-        told.push(format!(
-            "the navigation line did not send and was opened anew, {} time(s)",
+        warnings.push(format!(
+            "the navigation line did not send and was reopened, {} time(s)",
             reset.reopened
         ));
     }
     if reset.safe {
-        told.push(
+        warnings.push(
             "safe start: after repeated resets the device stays in bypass without the stored \
              weights; remedy: find the cause, then switch it off and on"
                 .to_owned(),
         );
     }
-    told
+    warnings
 }
 
 fn crash(crash: &Crash) -> String {
@@ -198,13 +198,13 @@ fn not_fed(bits: u8) -> String {
         (unwell::LEARNER, "the learner does not end its work"),
         (unwell::OUTPUT, "the navigation line does not send"),
     ];
-    let told: Vec<_> = names
+    let unhealthy: Vec<_> = names
         .into_iter()
         .filter_map(|(bit, name)| (bits & bit != 0).then_some(name))
         .collect();
-    match told.as_slice() {
+    match unhealthy.as_slice() {
         [] => "the main loop does not turn".to_owned(),
-        told => told.join(", "),
+        unhealthy => unhealthy.join(", "),
     }
 }
 
@@ -283,8 +283,8 @@ mod tests {
     }
 
     #[test]
-    fn a_crash_is_told_in_words() {
-        let told = crash(&Crash {
+    fn a_crash_is_described_in_words() {
+        let text = crash(&Crash {
             kind: CrashKind::NotFed,
             phase: LoopPhase::Poll,
             unwell: unwell::LINKS | unwell::OUTPUT,
@@ -300,7 +300,7 @@ mod tests {
             starts: 1,
         });
         assert_eq!(
-            told,
+            text,
             "number 3, 1 start(s) ago, 2.5 s after the start before, in the application: \
              watchdog: the links are not served, the navigation line does not send; \
              pc 0x08001234, lr 0x08004321"

@@ -1,4 +1,4 @@
-//! Has a device keep its configuration and weights over a power cycle.
+//! Stores a device's configuration and weights, so that they survive a power cycle.
 
 use super::info::board;
 use super::link::Link;
@@ -28,7 +28,7 @@ pub fn store(link: &mut Link, after: Mode) -> Result<(), Error> {
     stored
 }
 
-/// Whether the device has stored what it was told to. It answers again when it is done.
+/// Checks that the device has stored what it was asked to. It answers again when it is done.
 pub(super) fn settled(link: &mut Link) -> Result<(), Error> {
     if link.health()?.faults & fault::STORE == 0 {
         return Ok(());

@@ -1,6 +1,6 @@
 //! Watches a device: once a second its mode, faults, rates, learner, error bound and load.
 
-use super::faults::{Fault, told};
+use super::faults::{self, Fault};
 use super::link::Link;
 use super::mode_name;
 use firmware::control::Way;
@@ -13,10 +13,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How often the device is asked.
+/// Time between two requests to the device.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// What a device reports.
+/// Status that a device reports.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Status {
     /// Time since the watch began, s.
@@ -25,7 +25,7 @@ pub struct Status {
     pub mode: &'static str,
     /// What is wrong now.
     pub faults: Vec<Fault>,
-    /// By how much each counter has grown in a second. `None` at first and after a restart.
+    /// Increase of each counter per second. `None` at first and after a restart.
     pub per_second: Option<BTreeMap<&'static str, f64>>,
     /// The counters since power-on.
     pub counters: BTreeMap<&'static str, u32>,
@@ -38,14 +38,14 @@ pub struct Status {
     pub error_bound_m: [u32; 5],
     /// Load of the processor in the last whole second, %.
     pub busy_percent: Option<f64>,
-    /// The same of the busiest second since power-on.
+    /// Load of the processor in the busiest second since power-on, %.
     pub busiest_percent: Option<f64>,
 }
 
 /// State of the learner.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Learner {
-    /// It is aligned and compares itself with fixes.
+    /// The learner is aligned and compares itself with fixes.
     pub navigates: bool,
     /// The promoted hypothesis; 0 is the zero correction.
     pub winner: u8,
@@ -55,9 +55,9 @@ pub struct Learner {
     pub refused_fixes: u32,
     /// Times a hypothesis other than 0 was promoted.
     pub promotions: u32,
-    /// Times it was given up for 0.
+    /// Times the promoted hypothesis was given up for 0.
     pub rollbacks: u32,
-    /// What gives its navigator, or the alignment in progress, the heading.
+    /// Source of the heading of its navigator, or of the alignment in progress.
     pub way: &'static str,
     /// Standard deviation of that heading, deg; `None` while it is unknown.
     pub heading_sigma_deg: Option<f64>,
@@ -86,16 +86,16 @@ impl From<&Health> for Learner {
     }
 }
 
-/// Lever arm and delay of the receiver's fixes: as told, then as estimated.
+/// Lever arm and delay of the receiver's fixes: as configured, then as estimated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Antenna {
     /// From the IMU to the antenna: forward, right, down, m.
     pub lever_arm_m: [f32; 3],
-    /// Its standard deviation along each axis, m; 0: told exactly.
+    /// Its standard deviation along each axis, m; 0: exactly as configured.
     pub lever_arm_sigma_m: [f32; 3],
     /// Least age of a fix when it arrives, ms.
     pub fix_delay_ms: f32,
-    /// Its standard deviation, ms; 0: told exactly.
+    /// Its standard deviation, ms; 0: exactly as configured.
     pub fix_delay_sigma_ms: f32,
 }
 
@@ -110,7 +110,7 @@ impl From<command::Antenna> for Antenna {
     }
 }
 
-/// What a watch tells.
+/// An event of a watch.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "lowercase")]
 pub enum Event {
@@ -130,19 +130,19 @@ pub enum Event {
     },
 }
 
-/// What is asked of a watch.
+/// Settings of a watch.
 pub struct Watch<'w> {
     /// Opens the link: at first, and again when the device was lost.
     pub open: &'w mut dyn FnMut() -> Result<Link, Error>,
-    /// How long to watch; without end if `None`.
+    /// Duration of the watch; unlimited if `None`.
     pub lasts: Option<Duration>,
     /// Ends the watch when set.
     pub stop: &'w AtomicBool,
-    /// Receives what is told. An error ends the watch: nobody reads any more.
+    /// Receives the events. An error ends the watch: nobody reads any more.
     pub tell: &'w mut dyn FnMut(&Event) -> io::Result<()>,
 }
 
-/// Watches a device. One that is lost is looked for again, once a second.
+/// Watches a device. Tries to reach a lost device again once a second.
 ///
 /// # Errors
 /// The device cannot be reached at the beginning, or has another version of the link.
@@ -153,17 +153,17 @@ pub fn watch(watch: &mut Watch<'_>) -> Result<(), Error> {
     let mut rounds = 0;
     while !watch.stop.load(Ordering::Relaxed) && watch.lasts.is_none_or(|t| begun.elapsed() < t) {
         let was_lost = link.is_none();
-        let seen = match link.take() {
+        let answer = match link.take() {
             Some(link) => Ok(link),
             None => opened(watch),
         };
-        let seen = seen.and_then(|mut link| {
+        let answer = answer.and_then(|mut link| {
             let status = Status::ask(&mut link, begun, &mut last)?;
             Ok((link, status))
         });
         let time_s = begun.elapsed().as_secs_f64();
         let mut events = Vec::new();
-        match seen {
+        match answer {
             Ok((found, status)) => {
                 link = Some(found);
                 if was_lost {
@@ -204,12 +204,12 @@ fn wait_until(due: Instant, stop: &AtomicBool) {
     }
 }
 
-/// Counters, and when they were asked for.
+/// Counters, and the time of their request.
 pub type Counted = (Instant, Counters);
 
 impl Status {
-    /// Asks a device. The watch has `begun` then; `last`: the counters of the last time, if the
-    /// device has been there since. They are replaced.
+    /// Asks a device. `begun`: start of the watch; `last`: the previous counters, if the device has
+    /// answered since. They are replaced.
     ///
     /// # Errors
     /// As [`Link::ask`].
@@ -235,7 +235,7 @@ impl Status {
         Self {
             time_s,
             mode: mode_name(health.mode),
-            faults: told(health.faults),
+            faults: faults::of_bits(health.faults),
             per_second: before.and_then(|(at, before)| {
                 rates(counters, &before, now.duration_since(at).as_secs_f64())
             }),
@@ -249,7 +249,7 @@ impl Status {
     }
 }
 
-/// What gives a heading, in words.
+/// Name of a source of heading.
 #[must_use]
 pub fn way_name(way: Way) -> &'static str {
     match way {
@@ -262,8 +262,8 @@ pub fn way_name(way: Way) -> &'static str {
     }
 }
 
-/// By how much each counter grows in a second; `None` when one has become less, because the device
-/// has started anew.
+/// Increase of each counter per second; `None` when one has decreased, because the device has
+/// restarted.
 fn rates(now: &Counters, before: &Counters, seconds: f64) -> Option<BTreeMap<&'static str, f64>> {
     let pairs = named(now).zip(named(before));
     let rate = |((name, now), (_, before)): ((_, u32), (_, u32))| {
@@ -273,13 +273,13 @@ fn rates(now: &Counters, before: &Counters, seconds: f64) -> Option<BTreeMap<&'s
     (seconds > 0.0).then(|| pairs.map(rate).collect()).flatten()
 }
 
-/// The counters by their names.
+/// Map of the counters by name.
 #[must_use]
 pub fn named_counters(counters: &Counters) -> BTreeMap<&'static str, u32> {
     named(counters).collect()
 }
 
-/// The counters with their names.
+/// The counters with their names, in order.
 fn named(counters: &Counters) -> impl Iterator<Item = (&'static str, u32)> + use<> {
     let &Counters {
         frames,

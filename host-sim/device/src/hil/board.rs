@@ -1,4 +1,4 @@
-//! What a board had before a run, and gets back.
+//! State of a board before a run, restored afterwards.
 
 use crate::device::{self, Link, configure, set_up};
 use firmware::configuration::Configuration;
@@ -16,7 +16,7 @@ pub(super) struct Before {
 }
 
 impl Before {
-    /// Reads it.
+    /// Reads the state from the board.
     pub(super) fn of(link: &mut Link) -> Result<Self, Error> {
         Ok(Self {
             mode: link.health()?.mode,
@@ -26,15 +26,15 @@ impl Before {
     }
 
     /// Whether the board had no configuration.
-    pub(super) fn was_untold(&self) -> bool {
+    pub(super) fn was_unconfigured(&self) -> bool {
         self.configuration.is_none()
     }
 
-    /// Restores it.
+    /// Restores the state.
     pub(super) fn restore(&self, link: &mut Link) -> Result<(), Error> {
         link.order(&Request::SetMode(Mode::Bypass))?;
-        if let Some(told) = &self.configuration {
-            configure(link, told)?;
+        if let Some(configuration) = &self.configuration {
+            configure(link, configuration)?;
             link.order(&Request::SetMode(Mode::Bypass))?;
         }
         link.orders(&set_up(&self.images, self.mode))

@@ -16,7 +16,7 @@ use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 
-/// Where a record's bytes arrive.
+/// Line on which the bytes of a record arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// The sensor line.
@@ -28,9 +28,9 @@ pub enum Input {
 /// A piece of a drive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// Where its bytes arrive.
+    /// Line on which its bytes arrive.
     pub input: Input,
-    /// When, microseconds from the start.
+    /// Time of arrival, microseconds from the start.
     pub at_us: u32,
     /// The bytes.
     pub bytes: Vec<u8>,
@@ -77,19 +77,19 @@ pub(super) fn medium() -> Result<ImuSpec, Error> {
     ImuSpec::preset("medium").ok_or_else(|| Error::unknown("preset", "medium", &["medium"]))
 }
 
-/// As [`drive`], with the sensor and at the rate that a device is told, measured by an IMU with
+/// As [`drive`], with the sensor and the rate of a device's configuration, measured by an IMU with
 /// these `errors`. `format` is used where the configuration leaves it open. `seconds` are those of
 /// the whole drive and those at rest.
 ///
 /// # Errors
 /// The sensor cannot be simulated, or a sample does not fit into its field.
 pub fn drive_told(
-    told: &Configuration,
+    configuration: &Configuration,
     format: ImuFormat,
     errors: &ImuSpec,
     seconds: [u32; 2],
 ) -> Result<Drive, Error> {
-    let format = match &told.sensor {
+    let format = match &configuration.sensor {
         Some(Sensor::Stream(settings)) => settings.format(),
         Some(Sensor::Spi(_)) => {
             return Err(Error::Option {
@@ -103,7 +103,7 @@ pub fn drive_told(
             return drive_with(format, &Source { sensor, step: 1 }, errors, seconds);
         }
     };
-    let source = fitting(format, &told.wire_settings())?;
+    let source = fitting(format, &configuration.wire_settings())?;
     drive_with(format, &source, errors, seconds)
 }
 
@@ -111,12 +111,12 @@ pub fn drive_told(
 #[derive(Clone, Copy, Debug)]
 struct Source {
     sensor: Simulated,
-    /// By how much [`Fields::index`] grows from frame to frame.
+    /// Increment of [`Fields::index`] from frame to frame.
     step: u32,
 }
 
-/// The simulated sensor of a format whose frames fit these settings, at the rate and with the value
-/// of a count that a device with these settings takes from its frames.
+/// The simulated sensor of a format whose frames fit these settings. Its rate and the value of a
+/// count are those that a device with these settings assumes.
 fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     let own = |sensor: &Simulated| {
         let mut made = Settings::DEFAULT;
@@ -127,7 +127,7 @@ fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     sensors.retain(|sensor| sensor.has_accel);
     sensors.sort_by_key(|sensor| !own(sensor));
     for sensor in sensors {
-        // what another sensor says of itself would take the place of these settings
+        // the description of another sensor would replace these settings
         let introduction = sensor.introduction.filter(|_| own(&sensor));
         for step in [1, 2, 4, 8] {
             let source = Source { sensor, step };
@@ -151,9 +151,9 @@ fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     })
 }
 
-/// Rate of the frames of a simulated sensor, Hz, and what a count of [`Fields`] is worth as an
-/// increment, rad and m/s, to a device with these settings. `None` when it does not know, or when
-/// it would miss frames.
+/// Rate of the frames of a simulated sensor, Hz, and the increment of a count of [`Fields`], rad
+/// and m/s, for a device with these settings. `None` when the device cannot know it, or would miss
+/// frames.
 fn worth(format: ImuFormat, settings: &Settings, source: &Source) -> Option<(f64, [f64; 2])> {
     const PROBE: i32 = 1 << 10;
     let frame = |number: u32, period: f64| {
@@ -232,11 +232,11 @@ fn drive_with(
     })
 }
 
-/// Number of the sample that a sensor replaces by its description, because it is asked for it.
+/// Number of the sample that a sensor replaces by its description, on request.
 const ANSWER: usize = 50;
 
-/// Samples and fixes in the order of time. A sensor that describes itself does so first. A fix is
-/// there 100 ms after its second.
+/// Samples and fixes in the order of time. A sensor that describes itself does so first. A fix
+/// arrives 100 ms after its second.
 fn records(source: &Source, session: &Session) -> Result<Vec<Record>, Error> {
     let period_us = (session.dt * 1e6).round() as u32;
     let mut records = Vec::with_capacity(1 + session.counts.len() + session.fixes.len());
@@ -297,7 +297,7 @@ fn sample(
     bytes(index, |buffer| (sensor.emit)(&fields, buffer))
 }
 
-/// What `emit` writes for the sample of this number.
+/// The bytes that `emit` writes for the sample of this number.
 fn bytes<E>(
     index: usize,
     emit: impl FnOnce(&mut [u8]) -> Result<usize, E>,

@@ -10,7 +10,7 @@ use host_core::inertial::sins::{Increment, NavState, Sins};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// The frames of a stream, and what was between them.
+/// The frames of a stream, and the bytes between them.
 #[derive(Debug, Default)]
 pub struct Frames {
     /// Good frames with samples.
@@ -64,7 +64,7 @@ pub struct Latency {
     pub max_ms: f64,
 }
 
-/// How the stream compares.
+/// Comparison of the stream with software in the loop.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// Samples expected.
@@ -88,7 +88,7 @@ pub struct Verdict {
     pub garbage_bytes: usize,
     /// Horizontal error at the end of free inertial navigation with the stream, m.
     pub stream_error_m: f64,
-    /// The same with software in the loop.
+    /// The same error with software in the loop, m.
     pub software_error_m: f64,
     /// Whether both navigations end in the same state, bit for bit.
     pub navigation_equal: bool,
@@ -167,8 +167,8 @@ fn increment(drive: &Drive, sample: &RawSample) -> Increment {
 }
 
 fn bits(nav: &NavState) -> Vec<u64> {
-    let place = [nav.position.lat, nav.position.lon, nav.position.h];
-    let all = place.iter().chain(nav.velocity.iter());
+    let position = [nav.position.lat, nav.position.lon, nav.position.h];
+    let all = position.iter().chain(nav.velocity.iter());
     all.chain(nav.q_bn.coords.iter())
         .map(|x| x.to_bits())
         .collect()

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 /// A line in memory.
 #[derive(Debug, Default)]
 pub struct MemoryLine {
-    /// Bytes that the application has yet to receive.
+    /// Bytes that the application has not received yet.
     pub received: VecDeque<u8>,
     /// Bytes that it has sent.
     pub sent: Vec<u8>,
@@ -15,8 +15,8 @@ pub struct MemoryLine {
 impl Line for MemoryLine {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         let len = buffer.len().min(self.received.len());
-        for (place, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
-            *place = byte;
+        for (slot, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
+            *slot = byte;
         }
         Ok(len)
     }
@@ -27,7 +27,7 @@ impl Line for MemoryLine {
     }
 }
 
-/// The time that its owner sets, microseconds.
+/// A clock that its owner sets, microseconds.
 #[derive(Debug, Default)]
 pub struct SetClock(pub u64);
 

@@ -2,8 +2,9 @@
 //! board sends with software in the loop, bit for bit.
 //!
 //! With a command link, the board gets the unit's configuration and the first second passes in mode
-//! bypass. Then it gets recurrent networks and mode frozen, and in the end what it had before.
-//! Without a command link the board must be in mode bypass, as it is without a configuration.
+//! bypass. Then it gets recurrent networks and mode frozen. In the end its previous state is
+//! restored. Without a command link the board must be in mode bypass, as it is without a
+//! configuration.
 
 pub mod blackbox;
 mod board;
@@ -37,10 +38,11 @@ use stream::{Lines, Run};
 
 /// Length of the first part of the drive, on which the board detects the format, microseconds.
 const LEAD_US: u32 = 1_000_000;
-/// How often that part is sent. A board that expects another format gives it up after 4096 bytes.
+/// Number of times that this part is sent. A board that expects another format gives that format up
+/// after 4096 bytes.
 const LEADS: u32 = 3;
 
-/// What to run where.
+/// Settings of a run: ports, configuration and drive.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Port at the sensor line of the board.
@@ -55,7 +57,7 @@ pub struct Setup {
     pub key: Option<Secret>,
     /// Bit rate of the command link. Sockets ignore it.
     pub baud: u32,
-    /// What the board is told, with the bit rates of the other lines.
+    /// Configuration of the board, with the bit rates of the other lines.
     pub told: Configuration,
     /// Format of the sensor, where the configuration leaves it open.
     pub format: ImuFormat,
@@ -67,25 +69,25 @@ pub struct Setup {
     pub fast: bool,
 }
 
-/// What was found.
+/// Result of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// Version of the firmware, with a command link.
     pub firmware: Option<String>,
     /// Whether samples were corrected, which takes a command link.
     pub corrected: bool,
-    /// How the stream compares.
+    /// Comparison of the stream with software in the loop.
     pub verdict: Verdict,
     /// Latency, if anything was received.
     pub latency: Option<Latency>,
-    /// How often in this run the board received nothing for too long, because the host was late.
-    /// Each time the networks abandon a block.
+    /// Number of times in this run that the board received nothing for too long, because the host
+    /// was late. Each time the networks abandon a block.
     pub silences: Option<u32>,
     /// Good fixes that the board received in this run.
     pub fixes: Option<u32>,
     /// Load of the processor of the board in its busiest second since power-on, %.
     pub busiest_percent: Option<f64>,
-    /// Whether the board keeps the configuration of the run until it is switched off, because it
+    /// Whether the board retains the configuration of the run until it is switched off, because it
     /// had none before that could be restored.
     pub stays_configured: bool,
     /// Whether the user ended the run early.
@@ -122,7 +124,7 @@ impl Report {
 /// The longest silence that a configuration may allow, microseconds.
 const LONGEST_SILENCE_US: u32 = 10_000_000;
 
-/// How the caller controls a run.
+/// The caller's control of a run.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
     /// Ends the run early when set. What was received until then is still compared.
@@ -140,18 +142,18 @@ impl Setup {
         }
     }
 
-    /// What the board is told for the run: it starts in mode bypass, and the axes of the simulated
-    /// sensor are the vehicle's. A drive that does not come in real time has no rate, and its
-    /// pauses are those of this computer, not of the sensor.
+    /// The board's configuration during the run: it starts in mode bypass, and the axes of the
+    /// simulated sensor are the vehicle's. A drive that is not sent in real time has no rate, and
+    /// its pauses come from this computer, not from the sensor.
     fn for_the_run(&self) -> Configuration {
-        let mut told = self.told.clone();
-        told.correction.mode = Mode::Bypass;
+        let mut configuration = self.told.clone();
+        configuration.correction.mode = Mode::Bypass;
         if self.fast {
-            told.correction.check_rate = false;
-            told.correction.silence_us = LONGEST_SILENCE_US;
+            configuration.correction.check_rate = false;
+            configuration.correction.silence_us = LONGEST_SILENCE_US;
         }
-        told.mounting = Configuration::default().mounting;
-        told
+        configuration.mounting = Configuration::default().mounting;
+        configuration
     }
 }
 
@@ -172,19 +174,19 @@ pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
     let mut link = Link::open("--command", name, setup.baud)?.with_key(setup.key);
     let version = link.version()?;
     let before = Before::of(&mut link)?;
-    let result = run_told(setup, &drive, &mut lines, &mut link, control);
+    let result = run_configured(setup, &drive, &mut lines, &mut link, control);
     // restored even after a failure; the first failure is reported
     let restored = before.restore(&mut link);
     let mut report = result?;
     restored?;
     let [major, minor, patch] = version.firmware;
     report.firmware = Some(format!("{major}.{minor}.{patch}"));
-    report.stays_configured = before.was_untold();
+    report.stays_configured = before.was_unconfigured();
     Ok(report)
 }
 
 /// Configures the board and runs the drive through it.
-fn run_told(
+fn run_configured(
     setup: &Setup,
     drive: &Drive,
     lines: &mut Lines,
@@ -192,7 +194,7 @@ fn run_told(
     control: Control<'_>,
 ) -> Result<Report, Error> {
     configure(link, &setup.for_the_run())?;
-    // a board that had this configuration already goes on counting
+    // a board that had this configuration already does not reset its counters
     let begun = link.counters()?;
     let mut report = send_drive(setup, drive, lines, Some(link), control)?;
     let ended = board::settled(link)?;
@@ -284,7 +286,7 @@ fn send_drive(
     })
 }
 
-/// Why the first second did not pass.
+/// Why the first second of the drive did not pass through the board.
 enum Problem {
     Broken(io::Error),
     Link(Error),
@@ -292,8 +294,8 @@ enum Problem {
     Noise(usize),
 }
 
-/// Sends the first second until it passes. All bytes pass whatever they are, so a board that can be
-/// asked must also have counted frames: it may still be at the format of the run before.
+/// Sends the first second until it passes. All bytes pass, valid or not, so a board that can be
+/// asked must also have counted frames: it may still expect the format of the run before.
 fn introduce(
     setup: &Setup,
     lines: &mut Lines,
@@ -350,8 +352,8 @@ fn noise(setup: &Setup, bytes: usize) -> Error {
     }
 }
 
-/// What software in the loop sends for the records of the sensor, and how many bytes it has sent
-/// after each.
+/// Bytes that software in the loop sends for the records of the sensor, and their count after each
+/// record.
 fn replies(software: &mut Software, records: &[Record]) -> (Vec<u8>, Vec<usize>) {
     let mut bytes = Vec::new();
     let mut ends = Vec::new();

@@ -18,17 +18,17 @@ pub struct Software {
 }
 
 impl Software {
-    /// As a board that has just been configured.
+    /// Software in the same state as a board that has just been configured.
     #[must_use]
-    pub fn new(told: &Configuration) -> Self {
+    pub fn new(configuration: &Configuration) -> Self {
         Self {
-            app: App::new(Config::of(told)),
+            app: App::new(Config::of(configuration)),
             lines: Lines::default(),
             now: SetClock(0),
         }
     }
 
-    /// Receives bytes of the sensor at `at_us`. Returns what goes to the navigation computer.
+    /// Receives bytes of the sensor at `at_us`. Returns the bytes for the navigation computer.
     pub fn sensor(&mut self, at_us: u32, bytes: &[u8]) -> Vec<u8> {
         self.now.0 = at_us.into();
         self.lines.sensor.received.extend(bytes);
@@ -49,7 +49,7 @@ impl Software {
     /// Runs the application until it has nothing to do.
     fn settle(&mut self) {
         while self.app.poll(&mut self.lines, &self.now) {}
-        // requests for the configuration of the sensor, which the drive holds anyway
+        // requests for the configuration of the sensor, which the drive contains anyway
         self.lines.sensor.sent.clear();
     }
 }

@@ -13,11 +13,11 @@ const QUIET: Duration = Duration::from_secs(3);
 /// The board's lines.
 #[derive(Debug)]
 pub struct Lines {
-    /// Where the sensor would be.
+    /// Port that replaces the sensor.
     pub imu: Port,
-    /// Where the navigation computer would be.
+    /// Port that replaces the navigation computer.
     pub nav: Port,
-    /// Where the receiver would be, if the board has one.
+    /// Port that replaces the receiver, if the board has one.
     pub gnss: Option<Port>,
 }
 
@@ -36,18 +36,19 @@ impl Lines {
     }
 }
 
-/// What a run received.
+/// The data that a run received.
 #[derive(Debug, Default)]
 pub struct Gathered {
-    /// What the board sent to the navigation computer.
+    /// The bytes that the board sent to the navigation computer.
     pub bytes: Vec<u8>,
-    /// How many bytes had been received, and when.
+    /// Number of bytes received, and the time.
     pub received: Vec<(usize, Instant)>,
-    /// When each record of the sensor had been handed to the port. Shorter after an interruption.
+    /// Time at which each record of the sensor had been handed to the port. Shorter after an
+    /// interruption.
     pub sent: Vec<Instant>,
 }
 
-/// How to run.
+/// Settings of a run.
 pub struct Run<'a> {
     /// Whether to send as fast as the lines accept it instead of in real time.
     pub fast: bool,
@@ -91,7 +92,7 @@ impl Run<'_> {
                 fed.store(true, Ordering::Release);
                 sent
             });
-            // the board may ask the sensor for its configuration, which the drive holds anyway:
+            // the board may ask the sensor for its configuration, which the drive contains anyway:
             // discard the requests
             scope.spawn(|| {
                 let mut buffer = [0; 256];

@@ -1,4 +1,4 @@
-//! Runs against boards that are threads: the application at sockets, sound or with one fault.
+//! Runs against boards that are threads: the application at sockets, intact or with one fault.
 
 use super::*;
 use firmware::app::{App, Config};
@@ -10,11 +10,11 @@ use std::sync::atomic::Ordering;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// What is wrong with a board.
+/// Fault of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     None,
-    /// It sends no more after so many bytes.
+    /// It sends nothing more after this number of bytes.
     SilentAfter(usize),
     /// Its navigation line has another bit rate, so its bytes are corrupted.
     Baud,

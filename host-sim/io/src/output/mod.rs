@@ -32,7 +32,7 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     Sink::open(path).map(drop)
 }
 
-/// A file that is being written and is not yet in its place.
+/// A file that is being written and does not have its final name yet.
 enum Sink {
     /// A temporary file in the directory of its final name.
     Beside(NamedTempFile, PathBuf, Unfinished),
@@ -48,7 +48,7 @@ impl Sink {
 
     fn try_open(path: &Path) -> std::io::Result<Self> {
         // A link is followed: the file behind it is replaced and the link stays.
-        let place = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let target = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
         match std::fs::metadata(path) {
             Ok(there) if there.is_dir() => return Err(std::io::ErrorKind::IsADirectory.into()),
             Ok(there) if !there.is_file() => {
@@ -56,11 +56,11 @@ impl Sink {
             }
             _ => {}
         }
-        let directory = directory_of(&place);
+        let directory = directory_of(&target);
         std::fs::create_dir_all(directory)?;
         let (unfinished, file) =
             Unfinished::make(|| temporary_file(directory), NamedTempFile::path)?;
-        Ok(Self::Beside(file, place, unfinished))
+        Ok(Self::Beside(file, target, unfinished))
     }
 
     /// Renames the file to its final name.
@@ -68,10 +68,10 @@ impl Sink {
         match self {
             // The data are synced first. Otherwise the rename may reach the disk before the data,
             // and a power cut would leave an empty file.
-            Self::Beside(file, place, _unfinished) => file
+            Self::Beside(file, target, _unfinished) => file
                 .as_file()
                 .sync_data()
-                .and_then(|()| Ok(file.persist(place).map(drop)?)),
+                .and_then(|()| Ok(file.persist(target).map(drop)?)),
             Self::Straight(mut file) => file.flush(),
         }
     }
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn places_that_cannot_be_written_are_named() {
+    fn paths_that_cannot_be_written_are_named() {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("file");
         std::fs::write(&file, "x").unwrap();

@@ -1,14 +1,14 @@
-//! What is unfinished when the user interrupts the program.
+//! Temporary files and folders, which are removed when the user interrupts the program.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Temporary files and folders that are there now. While it is locked an interruption waits.
+/// Temporary files and folders that exist now. An interruption waits while the register is locked.
 #[derive(Debug)]
 struct Register(Mutex<BTreeSet<PathBuf>>);
 
-/// That of the program.
+/// The register of the program.
 static UNFINISHED: Register = Register::new();
 
 impl Register {
@@ -36,14 +36,14 @@ impl Register {
     fn abandon(&self) {
         let all = self.locked();
         for path in all.iter() {
-            // what is gone already has its name now
+            // a file that is gone already has its final name
             let _ = std::fs::remove_file(path).or_else(|_| std::fs::remove_dir_all(path));
         }
         std::mem::forget(all); // nothing gets its name from now on
     }
 }
 
-/// A temporary file or folder, while it is there. It must be dropped after it.
+/// Registers a temporary file or folder. Drop this after the file or folder.
 #[derive(Debug)]
 pub struct Unfinished {
     register: &'static Register,
@@ -51,8 +51,8 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// Makes a temporary file or folder, whose path `path` gives. An interruption waits until it is
-    /// there and known.
+    /// Makes a temporary file or folder; `path` gives its path. An interruption waits until it
+    /// exists and is registered.
     pub fn make<T>(
         make: impl FnOnce() -> std::io::Result<T>,
         path: impl FnOnce(&T) -> &Path,
@@ -67,13 +67,14 @@ impl Drop for Unfinished {
     }
 }
 
-/// While this is held an interruption waits, so that several renames are done or not.
+/// Until this is dropped an interruption waits, so that several renames are done together or not at
+/// all.
 pub fn undivided() -> impl Drop {
     UNFINISHED.locked()
 }
 
-/// Removes what is unfinished, before the program is left in the middle of its work. Nothing gets
-/// its final name after it: who tries waits for the end of the program.
+/// Removes all unfinished files before the program ends in the middle of its work. No file gets its
+/// final name afterwards: a thread that tries waits for the end of the program.
 pub fn abandon() {
     UNFINISHED.abandon();
 }
@@ -90,7 +91,7 @@ mod tests {
         names.collect()
     }
 
-    /// A register of a test's own: after [`Register::abandon`] it is of no more use.
+    /// A register for one test: it cannot be used after [`Register::abandon`].
     fn register() -> &'static Register {
         Box::leak(Box::new(Register::new()))
     }
@@ -143,9 +144,9 @@ mod tests {
         use std::sync::mpsc::channel;
         let (dir, of) = (tempdir().unwrap(), register());
         let path = dir.path().join("made");
-        let (begun, seen) = channel();
+        let (begun, start) = channel();
         let abandoned = std::thread::spawn(move || {
-            seen.recv().unwrap();
+            start.recv().unwrap();
             of.abandon();
         });
         let make = || {
@@ -159,11 +160,11 @@ mod tests {
         assert!(names(dir.path()).is_empty());
 
         let of = register();
-        let held = of.locked();
+        let locked = of.locked();
         let abandoned = std::thread::spawn(move || of.abandon());
         std::thread::sleep(Duration::from_millis(100));
         assert!(!abandoned.is_finished());
-        drop(held);
+        drop(locked);
         abandoned.join().unwrap();
     }
 }

@@ -10,8 +10,8 @@ pub const IMU: [&str; 7] = [
     "dv_y_mps",
     "dv_z_mps",
 ];
-/// Place of a fix or state.
-pub(crate) const PLACE: [&str; 4] = ["t_s", "lat_deg", "lon_deg", "height_m"];
+/// Position of a fix or state.
+pub(crate) const POSITION: [&str; 4] = ["t_s", "lat_deg", "lon_deg", "height_m"];
 /// Velocity of a fix or state.
 pub(crate) const VELOCITY: [&str; 3] = ["v_north_mps", "v_east_mps", "v_down_mps"];
 /// Standard deviations of position.

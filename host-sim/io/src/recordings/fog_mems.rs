@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_names_its_place() {
+    fn every_fault_names_its_location() {
         let cases = [
             (
                 Some((7, "0.07,0,x,0,0,0,0\n")),

@@ -1,16 +1,16 @@
-//! Where a recording lacks samples.
+//! Gaps in the samples of a recording.
 //!
-//! Time stamps tell it. A step of more than 1.5 samples is a gap, unless the stamps after it catch
-//! up: then a recorder stalled, and no sample is missing. The motion in a gap is not known. A short
-//! gap is bridged by the mean of the samples around it, as the device bridges it by the sample
-//! before. A long one interrupts navigation.
+//! They are found from the time stamps. A step of more than 1.5 samples is a gap, unless the stamps
+//! after it catch up: then a recorder stalled, and no sample is missing. The motion in a gap is not
+//! known. A short gap is bridged by the mean of the samples around it, as the device bridges it by
+//! the sample before. A long one interrupts navigation.
 
 use crate::recordings::record::Kind;
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
 use host_core::list::{List, Writer};
 
-/// Longest gap that is bridged, s: that of the device.
+/// Longest gap that is bridged, s; the same as in the device.
 pub const BRIDGE_S: f64 = 0.1;
 /// A step between rates is interpolated up to so many samples.
 const RATE_STEPS: f64 = 3.0;
@@ -20,9 +20,9 @@ const RATE_STEPS: f64 = 3.0;
 pub struct Gap {
     /// Index of the sample after it.
     pub next: usize,
-    /// End of what the sample before it measured, s.
+    /// End of the interval of the sample before it, s.
     pub from: f64,
-    /// Start of what the next sample measures, s.
+    /// Start of the interval of the next sample, s.
     pub to: f64,
 }
 
@@ -74,7 +74,7 @@ pub fn pairs(time: &List<f64>) -> impl Iterator<Item = [f64; 2]> {
     all.filter_map(move |now| Some([before.replace(now)?, now]))
 }
 
-/// Whether the samples after the late stamp `k`, `now`, come so fast that none can be missing.
+/// Whether the samples after the late stamp `k`, `now`, follow so fast that none can be missing.
 fn catches_up(time: &List<f64>, k: usize, [before, now]: [f64; 2], step: f64) -> bool {
     let late = (now - before) / step;
     let ahead = (2.0 * late).ceil() as usize;
@@ -85,8 +85,8 @@ fn catches_up(time: &List<f64>, k: usize, [before, now]: [f64; 2], step: f64) ->
     later - before < (ahead as f64 + 1.5) * step
 }
 
-/// Increments without gaps: what each gap hides is put in as an increment of its own. `lead` is the
-/// length of the first one, s.
+/// Increments without gaps: an increment is inserted for each gap, with the mean motion around it.
+/// `lead` is the length of the first one, s.
 ///
 /// # Errors
 /// Long lists need temporary files, and they cannot be written.

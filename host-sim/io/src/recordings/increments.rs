@@ -3,8 +3,8 @@
 use host_core::inertial::sins::Increment;
 use host_core::list::{Cursor, List};
 
-/// Integrals of angular rate and specific force up to each sample. They are summed when they are
-/// asked for.
+/// Integrals of angular rate and specific force up to each sample. The sums are computed on
+/// request.
 #[derive(Debug, Clone)]
 pub struct MotionIntegral {
     time: List<f64>,
@@ -110,7 +110,7 @@ impl<'a> Stretch<'a> {
         }
     }
 
-    /// Adds to the second integral what makes it integral `k`.
+    /// Extends the second integral to integral `k`.
     fn advance(&mut self, k: usize) {
         let mut sample = |k: usize| self.samples.get(k).copied().unwrap_or_default();
         let sum = &mut self.ends[1];
@@ -126,7 +126,7 @@ impl<'a> Stretch<'a> {
         }
     }
 
-    /// Integrals at `t`, which does not fall.
+    /// Integrals at `t`, which must not decrease.
     fn at(&mut self, t: f64) -> Increment {
         while self.k + 2 < self.of.len() && self.times[1] <= t {
             self.k += 1;

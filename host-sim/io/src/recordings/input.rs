@@ -1,5 +1,5 @@
 //! A large file read from front to back: unpacked on the way, its bytes counted for progress and
-//! for the places of errors.
+//! for error messages.
 
 use flate2::read::MultiGzDecoder;
 use host_core::error::Error;
@@ -12,7 +12,7 @@ use std::rc::Rc;
 /// Bytes between two reports of progress.
 const REPORT: u64 = 1 << 20;
 
-/// Is told how many bytes of how many have been read.
+/// Reports progress: bytes read, and bytes of the whole file.
 pub type Progress<'a> = &'a dyn Fn(u64, u64);
 
 /// A file that is being read.
@@ -24,12 +24,12 @@ pub(super) struct Input<'a> {
     pub(super) gzipped: bool,
     /// Unpacked bytes read so far.
     pub(super) at: u64,
-    /// Whether more was asked than there is.
+    /// Whether more bytes were requested than the file has.
     pub(super) ended: bool,
 }
 
 impl<'a> Input<'a> {
-    /// Opens a file. Its first bytes tell gzip and zstd, so its name does not matter.
+    /// Opens a file. Its first bytes identify gzip and zstd, so its name does not matter.
     ///
     /// # Errors
     /// [`Error::Missing`], [`Error::Unreadable`].
@@ -86,7 +86,7 @@ impl Read for Input<'_> {
     }
 }
 
-/// The file as it lies on the disk.
+/// The file on the disk, with its bytes counted.
 struct Counted<'a> {
     file: File,
     length: u64,

@@ -43,7 +43,7 @@ const STALLED: f64 = 0.02;
 /// Neighbours on either side that a time stamp is compared with.
 const NEIGHBOURS: usize = 25;
 /// Latitude and longitude, deg, and height, m, of Karlsruhe. The files do not give a more exact
-/// place. 0.1 deg of latitude changes gravity by 9 ug.
+/// position. 0.1 deg of latitude changes gravity by 9 ug.
 const HOME: [f64; 3] = [49.0, 8.4, 110.0];
 /// Radius of the sphere of the projection, m.
 const SPHERE_M: f64 = 6_378_137.0;
@@ -90,8 +90,8 @@ pub fn session(file: &Path, skip: usize) -> Result<Session, Error> {
     Ok(referenced(DT, (counts, FINE_LSB), reference, SIGMAS))
 }
 
-/// Time stamps, of which those that the recorder displaced are moved to where their neighbours put
-/// them: each stamp lags an even grid, and the median lag of the neighbours is taken.
+/// Time stamps, of which those that the recorder displaced are moved by their neighbours: each
+/// stamp lags an even grid, and the median lag of the neighbours is taken.
 fn straightened(stamps: &[f64]) -> Vec<f64> {
     let lag: Vec<f64> = (0..stamps.len())
         .map(|k| stamps[k] - k as f64 * DT)
@@ -102,7 +102,7 @@ fn straightened(stamps: &[f64]) -> Vec<f64> {
         near.sort_by(f64::total_cmp);
         near[near.len() / 2]
     };
-    let place = |k: usize| {
+    let straightened = |k: usize| {
         let even = k as f64 * DT + median_lag(k);
         if (stamps[k] - even).abs() > STALLED {
             even
@@ -110,7 +110,7 @@ fn straightened(stamps: &[f64]) -> Vec<f64> {
             stamps[k]
         }
     };
-    (0..stamps.len()).map(place).collect()
+    (0..stamps.len()).map(straightened).collect()
 }
 
 fn sample(row: &[f64]) -> Increment {
@@ -123,14 +123,14 @@ fn sample(row: &[f64]) -> Increment {
 
 fn state(row: &[f64]) -> NavState {
     NavState {
-        position: place(row[7], row[8], row[9]),
+        position: geodetic(row[7], row[8], row[9]),
         velocity: Vector3::new(row[11], row[10], -row[12]),
         q_bn: from_euler(row[13], -row[14], FRAC_PI_2 - row[15]),
     }
 }
 
-/// The place of Mercator metres east and north of home.
-fn place(east: f64, north: f64, up: f64) -> Geodetic {
+/// Position of a point given in Mercator metres east and north of home.
+fn geodetic(east: f64, north: f64, up: f64) -> Geodetic {
     let (lat, lon) = (HOME[0] * DEG, HOME[1] * DEG);
     let scale = SPHERE_M * lat.cos();
     let mercator = (0.5 * (FRAC_PI_2 + lat)).tan().ln() + north / scale;
@@ -183,9 +183,9 @@ mod tests {
         );
     }
 
-    /// The projection of the development kit, the other way round, gives the metres of the file.
+    /// The inverse projection gives back the metres of the file.
     #[test]
-    fn places_project_to_the_metres_of_the_file() {
+    fn positions_project_to_the_metres_of_the_file() {
         let project = |p: &Geodetic| {
             let scale = (HOME[0] * DEG).cos();
             let y = ((90.0 + p.lat / DEG) * std::f64::consts::PI / 360.0)
@@ -193,14 +193,14 @@ mod tests {
                 .ln();
             [scale * SPHERE_M * p.lon, scale * SPHERE_M * y]
         };
-        let home = project(&place(0.0, 0.0, 0.0));
+        let home = project(&geodetic(0.0, 0.0, 0.0));
         for [east, north] in [[0.0, 0.0], [1500.0, -700.0], [-30.0, 2000.0]] {
-            let [x, y] = project(&place(east, north, 5.0));
+            let [x, y] = project(&geodetic(east, north, 5.0));
             assert!((x - home[0] - east).abs() < 1e-5, "{x}");
             assert!((y - home[1] - north).abs() < 1e-5, "{y}");
         }
         // 1 km east is longer on the ellipsoid, 1 km north shorter
-        let moved = place(1000.0, 1000.0, 0.0).ned_from(&place(0.0, 0.0, 0.0));
+        let moved = geodetic(1000.0, 1000.0, 0.0).ned_from(&geodetic(0.0, 0.0, 0.0));
         assert!(
             (moved.y - 1001.9).abs() < 0.3 && (moved.x - 999.1).abs() < 0.3,
             "{moved}"

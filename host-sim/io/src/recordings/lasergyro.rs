@@ -54,7 +54,7 @@ impl Cell for i32 {
     }
 }
 
-/// What `text` is, which is not a number of pulses.
+/// Description of a `text` that is not a number of pulses.
 fn fault(text: &str) -> &'static str {
     let digits = text.trim_start_matches(['+', '-']);
     match text.parse::<f64>() {

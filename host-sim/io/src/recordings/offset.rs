@@ -1,9 +1,9 @@
 //! The time offset between fixes and samples, found from the data.
 //!
-//! A moving vehicle tells it twice. Its course turns as the gyros turn about the vertical, and its
-//! acceleration changes as the accelerometers say. So what the fixes show is compared with
-//! integrals of the samples over the same time, moved by the offset `d`. With the differences `D`
-//! between neighbouring fixes:
+//! The motion of the vehicle shows it in two ways: its course turns as the gyros turn about the
+//! vertical, and its acceleration changes as the accelerometers measure. So the differences between
+//! fixes are compared with integrals of the samples over the same time, shifted by the offset `d`.
+//! With the differences `D` between neighbouring fixes:
 //!
 //! ```text
 //! D course   = s_1 D (integral of the rate w about down) + b_1 D t + l D (w / v) + k D (w v)
@@ -27,18 +27,18 @@ mod motion;
 use crate::recordings::record::Record;
 use channel::Channel;
 
-/// Offsets looked at are up to this, s, either way.
+/// Largest offset that is searched, s, in either direction.
 pub const MOST_S: f64 = 5.0;
 /// Step of the first search, s.
 const STEP_S: f64 = 0.05;
-/// An offset is believed if it is known better than this, s.
+/// Largest standard deviation of an offset that is accepted, s.
 const USEFUL_S: f64 = 0.5;
-/// By how much the log-likelihood of any other peak must be lower.
+/// Least difference of the log-likelihood to any other peak.
 const MARGIN: f64 = 8.0;
-/// Differences that are needed at least.
+/// Least number of differences.
 const LEAST: usize = 20;
 
-/// What the data say of the offset.
+/// Offset as estimated from the data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// To be added to the times of the fixes, s.
@@ -51,8 +51,8 @@ pub struct Estimate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unknown {
     /// Too few fixes of a moving vehicle.
-    Still,
-    /// The motion is too even, or samples and fixes do not belong together.
+    Stationary,
+    /// The motion is too uniform, or samples and fixes do not belong together.
     Even,
     /// The best offset is at the end of the range.
     Far,
@@ -63,7 +63,7 @@ impl Unknown {
     #[must_use]
     pub fn why(self) -> &'static str {
         match self {
-            Self::Still => "fewer than 20 pairs of fixes show the vehicle moving",
+            Self::Stationary => "fewer than 20 pairs of fixes show the vehicle moving",
             Self::Even => {
                 "it moves too evenly for the fixes to tell, or samples and fixes do not belong \
                  together"
@@ -78,12 +78,12 @@ impl Unknown {
 /// # Errors
 /// Why it cannot be known.
 pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
-    let mut channels = motion::channels(record).ok_or(Unknown::Still)?;
+    let mut channels = motion::channels(record).ok_or(Unknown::Stationary)?;
     channels.retain(|channel| channel.count() >= LEAST);
     if channels.is_empty() {
-        return Err(Unknown::Still);
+        return Err(Unknown::Stationary);
     }
-    // what is assumed of slip is believed as far as the residuals allow
+    // the assumptions on slip are weighted by the residuals
     let first = best(&channels)?;
     channels
         .iter_mut()
@@ -103,7 +103,7 @@ pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
     })
 }
 
-/// Minus twice the log-likelihood of an offset, with the variances that make it largest.
+/// Minus twice the log-likelihood of an offset, with the most likely variances.
 fn cost(channels: &[Channel], offset: f64) -> f64 {
     channels.iter().map(|channel| channel.cost(offset)).sum()
 }

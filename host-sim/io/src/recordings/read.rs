@@ -5,7 +5,7 @@ use host_core::error::Error;
 use std::io::Read;
 use std::path::Path;
 
-/// All bytes of a file. The first two bytes tell gzip, so the name of the file does not matter.
+/// All bytes of a file. The first two bytes identify gzip, so the name of the file does not matter.
 ///
 /// # Errors
 /// [`Error::Missing`], [`Error::Unreadable`], [`Error::DamagedGzip`].

@@ -1,12 +1,11 @@
 //! Fixes from the log of a receiver that stands beside the recording of another IMU: UBX, NMEA,
-//! `NovAtel` or SBF, found out and read by the code of the device
-//! ([`firmware::wire::receiver`]).
+//! `NovAtel` or SBF, detected and decoded by the code of the device ([`firmware::wire::receiver`]).
 
 use crate::recordings::WEEK_S;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{NOT_MEASURED, Record, TimedFix};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Fixes, Place};
+use crate::recordings::stamped::{Fixes, Location};
 use firmware::fix::Fix;
 use firmware::wire::framer::LONGEST;
 use firmware::wire::receiver::ReceiverFormat;
@@ -21,7 +20,7 @@ use std::path::Path;
 const WEEK_MS: i64 = 1000 * WEEK_S as i64;
 /// Start of GPS time in UTC, s since 1970.
 const GPS_START_S: f64 = 315_964_800.0;
-/// What GPS time is ahead of UTC, since 2017, s.
+/// GPS time minus UTC, since 2017, s.
 const LEAP_S: f64 = 18.0;
 /// Times of samples from here on are UTC since 1970, s: September 2001. No second of week is so
 /// large.
@@ -30,9 +29,9 @@ const UNIX_S: f64 = 1e9;
 /// The fixes of a receiver's log.
 #[derive(Debug, Clone)]
 pub struct Log {
-    /// What the receiver speaks.
+    /// Protocol of the receiver.
     pub format: ReceiverFormat,
-    /// Fixes at GPS seconds of week, which go on over the end of a week.
+    /// Fixes at GPS seconds of week, which continue over the end of a week.
     pub fixes: Vec<TimedFix>,
 }
 
@@ -44,9 +43,9 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Log, Error> {
     let format = format(file)?;
     let mut input = Input::open(file, progress)?;
     let mut receiver = Receiver::new(Some(format));
-    let mut fixes = Fixes::new(Place::new(file, format!("{format:?} fix")));
+    let mut fixes = Fixes::new(Location::new(file, format!("{format:?} fix")));
     let mut bytes = [0; LONGEST];
-    let mut seen = Seen::default();
+    let mut times = Unwrapped::default();
     loop {
         let count = input
             .read(&mut bytes)
@@ -56,8 +55,8 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Log, Error> {
         receiver.push(&bytes[..count], Arrival { us, sample: 0 });
         while let Some(solution) = receiver.next_fix() {
             if let Some(fix) = &solution.fix {
-                let ms = seen.on(fix.time_ms);
-                fixes.push(seen.count - 1, ms * 1_000_000, timed(fix))?;
+                let ms = times.on(fix.time_ms);
+                fixes.push(times.count - 1, ms * 1_000_000, timed(fix))?;
             }
         }
         if count == 0 {
@@ -84,7 +83,7 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Log, Error> {
     })
 }
 
-/// Finds out what the receiver speaks.
+/// Detects the protocol of the receiver.
 fn format(file: &Path) -> Result<ReceiverFormat, Error> {
     let mut input = Input::open(file, &|_, _| ())?;
     let mut receiver = Receiver::new(None);
@@ -106,15 +105,15 @@ fn format(file: &Path) -> Result<ReceiverFormat, Error> {
     }
 }
 
-/// Times of week that go on over the end of a week.
+/// Times of week that continue over the end of a week.
 #[derive(Debug, Default)]
-struct Seen {
+struct Unwrapped {
     count: usize,
     weeks: i64,
     last: i64,
 }
 
-impl Seen {
+impl Unwrapped {
     fn on(&mut self, ms: u32) -> i64 {
         let ms = i64::from(ms);
         self.weeks += i64::from(self.count > 0 && ms < self.last - WEEK_MS / 2);
@@ -130,7 +129,7 @@ fn timed(fix: &Fix) -> TimedFix {
         _ => NOT_MEASURED,
     };
     TimedFix {
-        time: 0.0, // told apart
+        time: 0.0, // stored beside the fix
         lat_deg: fix.position.latitude / DEG,
         lon_deg: fix.position.longitude / DEG,
         height_m: fix.position.height,
@@ -234,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn nmea_is_in_utc_and_told_in_gps_time() {
+    fn nmea_is_in_utc_and_read_in_gps_time() {
         // 29 February 2024 is a Thursday
         let bytes: Vec<u8> = (0..30)
             .flat_map(|k| {

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 pub use host_core::inertial::gnss::NOT_MEASURED;
 
-/// What samples are.
+/// Kind of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Rates at their times, rad/s and m/s2.
@@ -42,8 +42,7 @@ pub struct TimedFix {
     /// Velocity north, east, down, m/s.
     pub velocity: [f64; 3],
     /// Standard deviations north, east, down: of position, m, then of velocity, m/s. Each is above
-    /// 0, and [`NOT_MEASURED`] for a value that the fix does not have, whatever number stands
-    /// there.
+    /// 0, and [`NOT_MEASURED`] for a value that the fix does not have.
     pub sigmas: [f64; 6],
 }
 
@@ -58,7 +57,7 @@ impl TimedFix {
         sigmas: [NOT_MEASURED; 6],
     };
 
-    /// A fix that arrived at `time` s, at the time at which it says that it was valid.
+    /// A fix that arrived at `time` s, at its own time of validity.
     #[must_use]
     pub fn arrived(time: f64, fix: &Fix) -> Self {
         Self {
@@ -89,17 +88,17 @@ impl TimedFix {
         self.has(3..6).then_some(self.velocity)
     }
 
-    /// The fix of an epoch that it is `age_s` older than.
+    /// The fix of an epoch, `age_s` before which it was valid.
     pub(super) fn at_epoch(&self, age_s: f64) -> Fix {
         Fix {
             age_s,
-            ..Fix::new(self.place(), self.velocity.into(), self.sigmas)
+            ..Fix::new(self.position(), self.velocity.into(), self.sigmas)
         }
     }
 
-    /// Its place.
+    /// Its position.
     #[must_use]
-    pub fn place(&self) -> Geodetic {
+    pub fn position(&self) -> Geodetic {
         Geodetic {
             lat: self.lat_deg * DEG,
             lon: self.lon_deg * DEG,
@@ -117,7 +116,7 @@ pub struct Record {
     pub time: List<f64>,
     /// Samples, body axes forward-right-down.
     pub samples: List<Increment>,
-    /// What the samples are.
+    /// Whether they are rates or increments.
     pub kind: Kind,
     /// Samples per second, to the nearest whole number.
     pub rate_hz: usize,
@@ -132,9 +131,9 @@ pub struct Record {
     pub rough_heading: Option<[f64; 2]>,
     /// Longest step between rates that is interpolated, s. Three samples or 0.1 s by default.
     pub max_gap_s: Option<f64>,
-    /// What was added to the times of the fixes to give the IMU's, s, if it was told.
+    /// Offset that was added to the times of the fixes to give the IMU's, s, if one was given.
     pub told_offset_s: Option<f64>,
-    /// That offset is to be found from the data.
+    /// Whether that offset is to be estimated from the data.
     pub estimates_offset: bool,
     /// True states of the IMU, if the recording has better ones than its fixes.
     pub truth: Option<Track>,
@@ -221,7 +220,7 @@ impl Record {
     }
 
     /// [`Record::increments`] for a file of increments: where rates are missing for too long to be
-    /// bridged, there is no increment, so that who reads the file sees the gap.
+    /// bridged, there is no increment, so that a reader of the file sees the gap.
     pub fn written_increments(&self) -> impl Iterator<Item = (f64, Increment)> {
         let long = match self.kind {
             Kind::Increment => Vec::new(),
@@ -347,7 +346,7 @@ impl Record {
     }
 }
 
-/// The states that the fixes with a position show. Velocities that they lack are those between the
+/// States from the fixes with a position. Velocities that they lack are computed from the
 /// neighbours; heights, those of the fix before, or of the first that has one.
 pub(super) fn track(fixes: &[TimedFix]) -> Track {
     let placed = || fixes.iter().filter(|f| f.has_position());
@@ -359,7 +358,7 @@ pub(super) fn track(fixes: &[TimedFix]) -> Track {
         NavState {
             position: Geodetic {
                 h: height,
-                ..f.place()
+                ..f.position()
             },
             velocity: f.velocity.into(),
             q_bn: UnitQuaternion::identity(),

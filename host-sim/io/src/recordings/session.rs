@@ -24,7 +24,7 @@ const LATE_S: f64 = 0.05;
 /// Times closer than this are the same, s.
 const SAME_S: f64 = 1e-6;
 
-/// Where the attitude at the first epoch comes from.
+/// Source of the attitude at the first epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum InitialAttitude {
     /// Self-alignment while the vehicle stands for this many seconds.
@@ -33,20 +33,20 @@ pub enum InitialAttitude {
     Known(UnitQuaternion<f64>),
 }
 
-/// What the reader of a format gives.
+/// Input of [`build`], from the reader of a format.
 #[derive(Debug)]
 pub(super) struct Parts<'a> {
     /// File named in errors.
     pub(super) file: PathBuf,
     /// Motion, body axes forward-right-down.
     pub(super) motion: MotionIntegral,
-    /// Where it lacks samples for longer than can be bridged.
+    /// Gaps of samples that are too long to bridge.
     pub(super) gaps: Vec<Gap>,
     /// Samples per second of the session.
     pub(super) rate_hz: usize,
     /// Fixes at rising times. A single one means a vehicle at rest.
     pub(super) fixes: &'a [TimedFix],
-    /// What navigators are judged against. It may be the fixes themselves.
+    /// Reference against which navigators are judged. It may be the fixes themselves.
     pub(super) reference: &'a Track,
     /// From the IMU to the antenna, body axes, m.
     pub(super) lever_arm: Vector3<f64>,
@@ -61,13 +61,13 @@ pub(super) struct Parts<'a> {
 pub struct Prepared {
     /// The recording. Where `missing` says so, its counts only bridge gaps.
     pub session: Session,
-    /// Where its first attitude comes from. `None`: it must be found from samples and fixes.
+    /// Source of its first attitude. `None`: it must be estimated from samples and fixes.
     pub attitude: Option<InitialAttitude>,
     /// Time of the first epoch on the IMU's clock, s.
     pub begin: f64,
     /// Epochs without whole samples.
     pub missing: Vec<Range<usize>>,
-    /// What the reader must know, in sentences.
+    /// Notes for the reader, a sentence each.
     pub notes: Vec<String>,
 }
 
@@ -187,7 +187,7 @@ fn lost(gaps: &[Gap], begin: f64, epochs: usize) -> Vec<Range<usize>> {
     ranges(touched.into_iter())
 }
 
-/// What is missing, in sentences.
+/// Notes on missing samples and fixes, a sentence each.
 fn notes(session: &Session, missing: &[Range<usize>]) -> Vec<String> {
     let mut out: Vec<String> = Vec::new();
     for range in missing {

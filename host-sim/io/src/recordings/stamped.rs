@@ -1,5 +1,5 @@
-//! Samples and fixes with time stamps in ns, checked one by one as a reader finds them. What all
-//! readers of recorded messages share.
+//! Samples and fixes with time stamps in ns, checked one by one; shared by all readers of recorded
+//! messages.
 
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::complain;
@@ -14,30 +14,30 @@ const LIMITS: [f64; 2] = [35.0, 1000.0];
 /// Standard deviations where a receiver gives none (assumed): m, then m/s.
 pub(super) const USUAL_SIGMAS: [f64; 6] = [1.0, 1.0, 1.5, 0.05, 0.05, 0.05];
 
-/// Remedy for a stream that is damaged in one place.
+/// Remedy for a stream that is damaged at one point.
 const CUT: &str = "cut the recording there and give the longer part";
 
-/// What a reader gives.
+/// Result of a reader.
 #[derive(Debug, Clone)]
 pub struct Reading {
     /// The recording.
     pub record: Record,
-    /// What the user should know of it, a sentence each.
+    /// Notes for the user, a sentence each.
     pub notes: Vec<String>,
     /// UTC at time 0 of the recording, s since 1970, if it is known.
     pub origin_s: Option<f64>,
 }
 
-/// A place in a recording, for errors.
+/// Location in a recording, for errors.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct Location {
     /// File.
     pub(super) file: PathBuf,
-    /// What holds the messages, for example the name of a topic.
+    /// The stream of messages, for example the name of a topic.
     pub(super) stream: String,
 }
 
-impl Place {
+impl Location {
     pub(super) fn new(file: &Path, stream: impl Into<String>) -> Self {
         Self {
             file: file.to_path_buf(),
@@ -60,7 +60,7 @@ impl Place {
 /// Samples of an IMU with their times.
 #[derive(Debug)]
 pub(super) struct Samples {
-    place: Place,
+    location: Location,
     kind: Kind,
     /// Stamps of the first and of the last one.
     ends: Option<[i64; 2]>,
@@ -70,9 +70,9 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    pub(super) fn new(place: Place, kind: Kind) -> Self {
+    pub(super) fn new(location: Location, kind: Kind) -> Self {
         Self {
-            place,
+            location,
             kind,
             ends: None,
             time: Writer::default(),
@@ -100,19 +100,19 @@ impl Samples {
             && scale.is_finite())
         {
             let problem = "holds a number that is not finite".to_owned();
-            return Err(self.place.complain(k, problem, CUT));
+            return Err(self.location.complain(k, problem, CUT));
         }
         let largest = [sample.dtheta, sample.dv].map(|v| v.abs().max() / scale);
         if largest[0] > LIMITS[0] || largest[1] > LIMITS[1] {
             let [rate, force] = largest;
             let problem = format!("has {rate:.1} rad/s and {force:.1} m/s2");
             let remedy = "check that the driver sends rad/s and m/s2; the limits are 35 and 1000";
-            return Err(self.place.complain(k, problem, remedy));
+            return Err(self.location.complain(k, problem, remedy));
         }
         let [first, before] = self.ends.unwrap_or([ns; 2]);
         if k > 0 && before >= ns {
             let problem = format!("has the time {} after {}", seconds(ns), seconds(before));
-            return Err(self.place.complain(k, problem, CUT));
+            return Err(self.location.complain(k, problem, CUT));
         }
         self.ends = Some([first, ns]);
         self.time.push(since(first, ns))?;
@@ -139,7 +139,7 @@ impl Samples {
             let problem = "is empty".to_owned();
             return Err(complain(
                 file,
-                &self.place.stream,
+                &self.location.stream,
                 problem,
                 "give a recording with samples of an IMU",
             ));
@@ -150,7 +150,7 @@ impl Samples {
         if !(4.0..=8000.0).contains(&rate_hz) {
             let problem = format!("has {} samples with a median step of {step} s", time.len());
             let remedy = "give a recording with 4 to 8000 samples a second";
-            return Err(complain(file, &self.place.stream, problem, remedy));
+            return Err(complain(file, &self.location.stream, problem, remedy));
         }
         let timed = |(ns, fix): &(i64, TimedFix)| TimedFix {
             time: since(origin, *ns),
@@ -184,15 +184,15 @@ pub(super) fn seconds(ns: i64) -> String {
 /// Fixes of a receiver, checked.
 #[derive(Debug, Clone)]
 pub(super) struct Fixes {
-    place: Place,
+    location: Location,
     /// Each with its time on the clock of the samples, ns.
     pub(super) all: Vec<(i64, TimedFix)>,
 }
 
 impl Fixes {
-    pub(super) fn new(place: Place) -> Self {
+    pub(super) fn new(location: Location) -> Self {
         Self {
-            place,
+            location,
             all: Vec::new(),
         }
     }
@@ -206,16 +206,16 @@ impl Fixes {
         if !(lat.abs() < 89.9 && lon.abs() <= 360.0 && h.abs() < 20_000.0) {
             let problem = format!("has the position {lat}, {lon}, {h}");
             let remedy = "give degrees and metres above the ellipsoid, not at a pole";
-            return Err(self.place.complain(k, problem, remedy));
+            return Err(self.location.complain(k, problem, remedy));
         }
         if !fix.velocity.iter().all(|v| v.abs() < 1000.0) {
             let problem = format!("has the velocity {:?}", fix.velocity);
             let remedy = "give finite velocities in m/s";
-            return Err(self.place.complain(k, problem, remedy));
+            return Err(self.location.complain(k, problem, remedy));
         }
         if let Some(before) = self.all.last().filter(|(before, _)| *before >= ns) {
             let problem = format!("has the time {} after {}", seconds(ns), seconds(before.0));
-            return Err(self.place.complain(k, problem, CUT));
+            return Err(self.location.complain(k, problem, CUT));
         }
         self.all.push((ns, fix));
         Ok(())
@@ -223,7 +223,7 @@ impl Fixes {
 
     /// A note on these fixes.
     pub(super) fn note(&self, text: &str) -> String {
-        self.place.note(text)
+        self.location.note(text)
     }
 }
 

@@ -359,7 +359,7 @@ pub fn oracle(imu: &ImuSpec, session: &Session) -> ErrorModel {
         delay_s: imu.accel.delay_s,
         ..ErrorModel::default()
     };
-    out.extend(|axis, triad| imu.told(triad, axis));
+    out.extend(|axis, triad| imu.parameters(triad, axis));
     out
 }
 

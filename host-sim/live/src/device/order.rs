@@ -1,4 +1,4 @@
-//! What the page's buttons say.
+//! Orders of the page's buttons.
 
 use firmware::control::{Alignment, Mode, Reason};
 use firmware::fix::Heading;
@@ -13,22 +13,23 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 
-/// A device that has other work to finish is asked again after this time, and so long.
+/// Time between two tries of an order that a busy device refuses.
 const AGAIN: Duration = Duration::from_millis(50);
+/// Longest wait for a busy device.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// What was done, or why not, in words.
+/// Result of an order, in words.
 pub type Reply = Result<String, String>;
 
-/// An order and where its answer goes.
+/// An order and the channel for its answer.
 pub struct Given {
     /// The order.
     pub order: Order,
-    /// The answer.
+    /// Receives the answer.
     pub reply: oneshot::Sender<Reply>,
 }
 
-/// What a button says.
+/// An order of a button.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(tag = "order", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Order {
@@ -39,31 +40,31 @@ pub enum Order {
     },
     /// The navigation computer's alignment begins, or is done.
     Alignment {
-        /// It is done.
+        /// Whether it is done.
         finished: bool,
     },
-    /// Tells the heading for the alignment in progress, deg.
+    /// Gives the heading for the alignment in progress, deg.
     Heading {
-        /// From north to east.
+        /// Heading, deg, clockwise from north.
         deg: f64,
-        /// Its standard deviation.
+        /// Its standard deviation, deg.
         sigma: f64,
     },
-    /// Uses what was learnt.
+    /// Puts the learnt weights into use.
     CommitLearnt {},
-    /// Keeps configuration and weights over a power cycle.
+    /// Stores configuration and weights, so that they survive a power cycle.
     Store {},
-    /// Tells the device its unit.
+    /// Configures the device with a unit.
     Configure {
         /// The text of the unit file.
         unit: String,
-        /// Keep it over a power cycle.
+        /// Whether to store it, so that it survives a power cycle.
         store: bool,
     },
 }
 
 impl Order {
-    /// Carries it out.
+    /// Carries out the order.
     pub(super) fn carry_out(&self, link: &mut Link) -> Reply {
         let done = match self {
             Self::Mode { mode } => set_mode(link, mode),
@@ -88,7 +89,7 @@ impl Order {
     }
 }
 
-/// Gives an order that waits for the learner's work, as long as a person does.
+/// Gives an order that may have to wait for the learner's work; repeats it for up to 5 s.
 fn patiently(link: &mut Link, request: &Request) -> Result<(), Error> {
     let begun = Instant::now();
     loop {
@@ -119,31 +120,31 @@ fn align(link: &mut Link, finished: bool) -> Result<String, Error> {
     Ok(words.into())
 }
 
-/// Tells the device a unit. It is read as a file, so that what is wrong is named by line and key.
+/// Configures the device with a unit. The text is read as a file, so that errors name line and key.
 fn configured(link: &mut Link, text: &str, keep: bool) -> Reply {
     let folder = tempfile::tempdir().map_err(|error| format!("no temporary file ({error})"))?;
     let file = folder.path().join("unit.toml");
     fs::write(&file, text).map_err(|error| format!("no temporary file ({error})"))?;
-    tell_unit(link, &file, keep).map_err(|error| {
-        let place = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
-        error.to_string().replace(&place, "")
+    configure_unit(link, &file, keep).map_err(|error| {
+        let prefix = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
+        error.to_string().replace(&prefix, "")
     })
 }
 
-fn tell_unit(link: &mut Link, file: &Path, keep: bool) -> Result<String, Error> {
-    let told = Unit::read(file)?.configuration();
-    let told = told.map_err(|wrong| Error::Option {
+fn configure_unit(link: &mut Link, file: &Path, keep: bool) -> Result<String, Error> {
+    let configuration = Unit::read(file)?.configuration();
+    let configuration = configuration.map_err(|wrong| Error::Option {
         option: wrong.key,
         problem: wrong.problem,
         remedy: wrong.remedy,
     })?;
-    configure(link, &told)?;
+    configure(link, &configuration)?;
     if keep {
-        store(link, told.correction.mode)?;
+        store(link, configuration.correction.mode)?;
     }
-    let kept = if keep { " and stored" } else { "" };
-    let name = &told.identity.name;
-    Ok(format!("the unit {name} is configured{kept}"))
+    let stored = if keep { " and stored" } else { "" };
+    let name = &configuration.identity.name;
+    Ok(format!("the unit {name} is configured{stored}"))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What is sent as JSON, with its schema.
+//! Messages that are sent as JSON, with their schemas.
 
 use crate::device::Now;
 use crate::samples::Sample;
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// The axes: forward, right, down where the sensor is mounted so.
+/// Values of the axes x, y, z; forward, right, down in the usual mounting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub(super) struct Axes {
     x: f64,
@@ -100,19 +100,19 @@ impl Health {
     }
 }
 
-/// How a hypothesis stands.
+/// State of a hypothesis.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Standing {
     /// Log-likelihood relative to the zero correction's.
     evidence: f32,
-    /// Capital of the bets that it is worth its use, in stakes.
+    /// Wealth of the bets on its benefit, in stakes.
     wealth: f32,
-    /// Capital of the bets that it does no harm.
+    /// Wealth of the bets that it does no harm, in stakes.
     check: f32,
     proved: bool,
 }
 
-/// How the hypotheses stand.
+/// State of the hypotheses.
 #[derive(Serialize, JsonSchema)]
 pub(super) struct Rehearsals {
     hypotheses: BTreeMap<String, Standing>,

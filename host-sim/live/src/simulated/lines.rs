@@ -1,13 +1,13 @@
-//! A line at a socket, at whose other end is whoever connected last.
+//! A line at a socket, connected to the latest client.
 
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 
-/// Bytes that wait for a slow reader. What comes beyond is lost, whole messages at a time.
+/// Number of bytes that wait for a slow reader. More bytes are lost, in whole messages.
 const WAITING: usize = 1 << 18;
 
-/// See the module.
+/// A line at a socket.
 pub(super) struct Socket {
     listener: TcpListener,
     stream: Option<TcpStream>,
@@ -15,7 +15,7 @@ pub(super) struct Socket {
 }
 
 impl Socket {
-    /// Of a listener that does not block.
+    /// A line at a listener that does not block.
     pub fn new(listener: TcpListener) -> Self {
         Self {
             listener,
@@ -35,7 +35,7 @@ impl Socket {
         self.stream.as_mut()
     }
 
-    /// Sends what the reader takes. Nothing waits without a reader.
+    /// Sends as much as the reader accepts. Without a reader the bytes are dropped.
     pub fn send(&mut self, bytes: &[u8]) {
         if self.stream().is_none() {
             return;
@@ -54,7 +54,7 @@ impl Socket {
         }
     }
 
-    /// Receives what has come.
+    /// Receives the bytes that have arrived.
     pub fn receive(&mut self, into: &mut VecDeque<u8>) {
         let mut buffer = [0; 1024];
         while let Some(Ok(len @ 1..)) = self.stream().map(|of| of.read(&mut buffer)) {

@@ -7,8 +7,7 @@ use tokio::sync::{mpsc, watch};
 use tokio_stream::Stream;
 use tokio_stream::wrappers::ReceiverStream;
 
-/// What comes until the server ends or nobody looks any more. Where the page is too slow, events
-/// are left out.
+/// Events until the server ends or the page is closed. A page that is too slow misses events.
 pub(super) fn until_the_end(
     mut events: Receiver<Event>,
     mut ends: watch::Receiver<bool>,

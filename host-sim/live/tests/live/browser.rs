@@ -74,7 +74,7 @@ impl Sensor {
         }
     }
 
-    /// Falls silent.
+    /// Stops sending.
     fn end(mut self) {
         self.stop.store(true, Ordering::Relaxed);
         self.thread.take().unwrap().join().unwrap();
@@ -138,7 +138,7 @@ fn mode(page: &mut Chromium, name: &str) {
 }
 
 #[test]
-fn a_board_is_seen_steered_lost_and_found() {
+fn a_board_is_shown_steered_lost_and_found() {
     let (Some(image), Some(chromium)) = (BOARDS[0].image.build_or_skip(), here_or_skip()) else {
         return;
     };
@@ -178,7 +178,7 @@ fn a_board_is_seen_steered_lost_and_found() {
     page.waits_for("document.getElementById('unit').textContent === 'bench N25581'");
     page.waits_for("document.getElementById('mode').textContent === 'shadow'");
 
-    // what is seen is what was sent
+    // the page shows the values that were sent
     let sensor = Sensor::start(&sensor_port);
     page.waits_for("document.getElementById('corrected-5').textContent !== ''");
     for axis in 0..6 {
@@ -191,9 +191,10 @@ fn a_board_is_seen_steered_lost_and_found() {
             );
         }
     }
-    corrections_are_seen(&mut page);
+    corrections_are_shown(&mut page);
 
-    // silence is a fault; what was counted until then is what the device says after the server
+    // silence is a fault; the frames counted until then are those that the device reports after the
+    // server has ended
     sensor.end();
     page.waits_for("!!document.querySelector('[data-fault=SILENT]')");
     let count = "document.querySelector('[data-counter=frames] td').textContent";
@@ -201,7 +202,7 @@ fn a_board_is_seen_steered_lost_and_found() {
         "document.querySelector('[data-counter=frames] td:last-child').textContent === '0.0'",
     );
     let frames: u32 = page.value(count).as_str().unwrap().parse().unwrap();
-    alignment_is_told(&mut page);
+    alignment_is_ordered(&mut page);
     lost_and_found(&mut board, &mut page);
     mode(&mut page, "bypass");
     drop(page);
@@ -212,8 +213,9 @@ fn a_board_is_seen_steered_lost_and_found() {
     is_recorded(&file, frames);
 }
 
-/// In mode frozen the networks correct: the page shows by how much, and still what was sent.
-fn corrections_are_seen(page: &mut Chromium) {
+/// In mode frozen the networks correct: the page shows the correction, and still the raw values
+/// that were sent.
+fn corrections_are_shown(page: &mut Chromium) {
     mode(page, "frozen");
     page.waits_for("Number(document.getElementById('difference-0').textContent) !== 0");
     page.waits_for("document.getElementById('acts').textContent === 'corrections act now'");
@@ -229,7 +231,7 @@ fn corrections_are_seen(page: &mut Chromium) {
 }
 
 /// While the navigation computer aligns itself, a device takes no configuration.
-fn alignment_is_told(page: &mut Chromium) {
+fn alignment_is_ordered(page: &mut Chromium) {
     order(page, "#align-started", "the alignment has begun");
     let other = UNIT.replace("N25581", "N25582");
     configure(page, &other, "alignment");
@@ -254,7 +256,7 @@ fn lost_and_found(board: &mut Listening, page: &mut Chromium) {
     );
 }
 
-/// The file has every frame but those in which the format was found, and tells what happened.
+/// The file has every frame but those in which the format was detected, and the log of events.
 fn is_recorded(file: &std::path::Path, frames: u32) {
     let topics = topics(file);
     let recorded = topics["/imu/corrected"];
@@ -314,10 +316,10 @@ fn a_simulated_device_is_shown_at_any_width() {
         page.resize(width, height);
         let fits = "document.documentElement.scrollWidth <= innerWidth";
         page.waits_for(fits);
-        // every curve has the width of its place
+        // every curve has the width of its panel
         page.waits_for(
-            "[...document.querySelectorAll('.plot')].every((place) => \
-             Math.abs(place.querySelector('.uplot').offsetWidth - place.clientWidth) < 2)",
+            "[...document.querySelectorAll('.plot')].every((panel) => \
+             Math.abs(panel.querySelector('.uplot').offsetWidth - panel.clientWidth) < 2)",
         );
         page.picture(&format!("live-{width}.png"));
     }

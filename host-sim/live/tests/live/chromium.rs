@@ -19,7 +19,7 @@ const REQUIRE: &str = "LRNN_REQUIRE_BROWSER";
 const PICTURES: &str = "LRNN_PICTURES";
 /// Names of the program.
 const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
-/// How long the page may take to show what is waited for.
+/// Longest wait for the page to show what is expected.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A browser with one page; ended when dropped.
@@ -101,11 +101,11 @@ impl Chromium {
             let Ok(text) = message.to_text() else {
                 continue;
             };
-            let told: Value = serde_json::from_str(text).unwrap_or_default();
-            assert_ne!(told["method"], "Runtime.exceptionThrown", "{told}");
-            if told["id"] == self.last {
-                assert!(told.get("error").is_none(), "{method}: {told}");
-                return told["result"].clone();
+            let answer: Value = serde_json::from_str(text).unwrap_or_default();
+            assert_ne!(answer["method"], "Runtime.exceptionThrown", "{answer}");
+            if answer["id"] == self.last {
+                assert!(answer.get("error").is_none(), "{method}: {answer}");
+                return answer["result"].clone();
             }
         }
     }

@@ -206,7 +206,7 @@ fn a_browser_that_does_not_read_costs_no_memory() {
     assert_eq!(server.interrupt(), Some(0));
 }
 
-/// Who cannot be told where the page is does not get a server.
+/// A server that cannot print the address of its page ends.
 #[cfg(target_os = "linux")]
 #[test]
 fn standard_output_that_cannot_be_written_ends_it() {

@@ -1,5 +1,5 @@
-//! `host-sim serve` as its user sees it: by HTTP, in a browser at a board in QEMU, and in the
-//! recording that it leaves.
+//! `host-sim serve` as used: by HTTP, in a browser at a board in QEMU, and in the recording that it
+//! leaves.
 
 #![allow(
     clippy::unwrap_used,

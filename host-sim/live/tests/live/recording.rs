@@ -96,10 +96,10 @@ fn foxglove_sees_the_topics_live() {
         let Ok(text) = message.to_text() else {
             continue;
         };
-        let Ok(told) = serde_json::from_str::<serde_json::Value>(text) else {
+        let Ok(message_json) = serde_json::from_str::<serde_json::Value>(text) else {
             continue;
         };
-        for channel in told["channels"].as_array().into_iter().flatten() {
+        for channel in message_json["channels"].as_array().into_iter().flatten() {
             topics.push(channel["topic"].as_str().unwrap().to_owned());
         }
     }

@@ -15,7 +15,7 @@ pub fn program(args: &[&str]) -> Command {
     command
 }
 
-/// See the module; killed when dropped.
+/// A running server; killed when dropped.
 pub struct Server {
     child: Child,
     /// HOST:PORT of the page.
@@ -48,7 +48,7 @@ impl Server {
         line
     }
 
-    /// What a request is answered: status and body.
+    /// Sends a request and returns the answer: status and body.
     pub fn asks(&self, head: &str, headers: &[(&str, &str)], body: &str) -> (u16, String) {
         let mut stream = TcpStream::connect(&self.at).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -116,7 +116,7 @@ impl Drop for Server {
     }
 }
 
-/// What the program says that ends at once: exit code and standard error.
+/// Runs a program that ends at once: exit code and standard error.
 pub fn ends(args: &[&str]) -> (Option<i32>, String) {
     let Output { status, stderr, .. } = program(args).output().unwrap();
     (status.code(), String::from_utf8_lossy(&stderr).into_owned())

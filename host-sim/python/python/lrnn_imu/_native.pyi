@@ -54,7 +54,7 @@ class Step:
         """Estimated sensor error, (3,), in units of output_scale: corrected = measured - error."""
     @property
     def fault(self) -> str | None:
-        """What went wrong; then the last output is repeated. None: nothing."""
+        """The fault of the step; then the last output is repeated. None: no fault."""
 
 @final
 class Network:
@@ -201,7 +201,7 @@ class Learner:
 
 @final
 class Unit:
-    """What is known of a sensor: the unit file.
+    """A sensor and its surroundings: the unit file.
 
     name: a preset, or a file (it ends in .toml or has a path separator).
     """
@@ -224,7 +224,7 @@ class Unit:
         """Name of the unit."""
     @property
     def warnings(self) -> list[str]:
-        """What can be used but is hardly meant, one sentence each."""
+        """Values that can be used but are implausible, one sentence each."""
     def to_text(self) -> str:
         """Text of a unit file."""
     def to_dict(self) -> dict[str, Any]:
@@ -280,7 +280,7 @@ class Compensator:
 
 @final
 class Scenario:
-    """What to simulate: a built-in scenario or a file.
+    """A simulated scenario: a built-in one or a file.
 
     changes: keys and values of a scenario file, as in
     Scenario("mems", network={"rule": "guarded"}, learn={"drive_s": 900}).
@@ -357,7 +357,7 @@ class Session:
         """True systematic error of the accelerometers in each second, (s, 3), m/s2."""
     @property
     def temperature(self) -> _F64 | None:
-        """What the thermometers of the axes read in each second, (s, 3), degrees C."""
+        """Readings of the thermometers of the axes in each second, (s, 3), degrees C."""
     @property
     def fix_time(self) -> _F64:
         """Times of validity of the fixes, (m,), s."""
@@ -418,13 +418,13 @@ class Experiment:
         """Horizontal error of a scheme, m, after 5, 10, 15, 20 or 22 minutes without fixes."""
     @property
     def verdict(self) -> list[str]:
-        """What the table says, in sentences; harm included."""
+        """Conclusions from the table, in sentences; harm included."""
     @property
     def notes(self) -> list[str]:
-        """What the reader must know, in sentences."""
+        """Notes for the reader, in sentences."""
     @property
     def set_up(self) -> list[tuple[str, str]]:
-        """What was run, as pairs of a label and a value."""
+        """Description of the run, as pairs of a label and a value."""
     def curves(self) -> dict[str, Any]:
         """Curves: track, error_over_time, learning (each by name x and y), and traces."""
 
@@ -461,7 +461,7 @@ class Recording:
         """Samples per second, to the nearest whole number."""
     @property
     def kind(self) -> str:
-        """What the samples are: "rate" or "increment"."""
+        """Kind of the samples: "rate" or "increment"."""
     @property
     def time(self) -> _F64:
         """Times of the samples, (n,), s."""
@@ -489,7 +489,7 @@ class Recording:
 
 @final
 class Replay:
-    """What a replay found: learnt from one part of a recording, judged on another."""
+    """Result of a replay: learnt from one part of a recording, judged on another."""
 
     @property
     def json(self) -> str:
@@ -499,7 +499,7 @@ class Replay:
         """Rows of the table: t_s, scheme, errors in m and m/s."""
     @property
     def case(self) -> str:
-        """What was learnt from and what was judged."""
+        """The part that was learnt from and the part that was judged."""
     @property
     def schemes(self) -> list[str]:
         """Names of the schemes."""
@@ -507,13 +507,13 @@ class Replay:
         """Horizontal error of a scheme, m, so many seconds into navigation without fixes."""
     @property
     def verdict(self) -> list[str]:
-        """What the table says, in sentences; harm included."""
+        """Conclusions from the table, in sentences; harm included."""
     @property
     def notes(self) -> list[str]:
-        """What the reader must know, in sentences."""
+        """Notes for the reader, in sentences."""
     @property
     def warnings(self) -> list[str]:
-        """Where the samples contradict what is said of them, with remedies."""
+        """Contradictions between the samples and their description, with remedies."""
     def curves(self) -> dict[str, Any]:
         """Curves: track, error_over_time, learning (each by name x and y), and traces."""
 
@@ -675,7 +675,7 @@ class Allan:
         """Equivalent degrees of freedom, (k,)."""
     @property
     def fitted(self) -> _F64:
-        """What the fitted noises give, (k,)."""
+        """Allan deviations of the sum of the fitted noises, (k,)."""
     @property
     def coefficients(self) -> dict[str, dict[str, Any]]:
         """Q, N, B, K, R: name, unit, value, low, high, seen (the interval excludes 0)."""

@@ -6,18 +6,18 @@ use host_device::hil::blackbox::write;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What was done.
+/// Result of `device blackbox`.
 #[derive(Serialize)]
 pub(super) struct Saved {
     /// The file.
     file: PathBuf,
     /// Pages that the device has begun since its memory was blank.
     pages: u32,
-    /// In a sentence.
+    /// The result in a sentence.
     pub says: String,
 }
 
-/// Fetches what the black box holds into a file.
+/// Reads the black box into a file.
 pub(super) fn run(link: &mut Link, file: &Path, release: bool) -> Result<Saved, Error> {
     let fetched = fetch(link, release)?;
     write(file, &fetched)?;

@@ -6,16 +6,16 @@ use host_core::error::Error;
 use host_device::device::{Info, Link, can_store, configuration, configure, info, store};
 use host_unit::Unit;
 
-/// What a device is told of the unit of a file or preset.
-pub(super) fn told(name: &str) -> Result<Configuration, Error> {
-    let told = Unit::load(name)?.configuration();
-    told.map_err(|f| refused(format!("{name}: {}", f.key), f.problem, f.remedy))
+/// The configuration of the unit of a file or preset.
+pub(super) fn of_unit(name: &str) -> Result<Configuration, Error> {
+    let configuration = Unit::load(name)?.configuration();
+    configuration.map_err(|f| refused(format!("{name}: {}", f.key), f.problem, f.remedy))
 }
 
-/// Configures the device with the unit of a file or preset, and stores that if asked to. Returns
-/// what is then in force.
+/// Configures the device with the unit of a file or preset, and with `keep` stores the
+/// configuration. Returns the device's state afterwards.
 pub(super) fn run(link: &mut Link, name: &str, keep: bool) -> Result<Info, Error> {
-    let told = told(name)?;
+    let configuration = of_unit(name)?;
     link.version()?;
     if keep && !can_store(link)? {
         return Err(link.error(
@@ -23,9 +23,9 @@ pub(super) fn run(link: &mut Link, name: &str, keep: bool) -> Result<Info, Error
             "give --no-store, and configure it after each start",
         ));
     }
-    configure(link, &told)?;
+    configure(link, &configuration)?;
     if keep {
-        store(link, told.correction.mode)?;
+        store(link, configuration.correction.mode)?;
     }
     info(link)
 }
@@ -33,13 +33,13 @@ pub(super) fn run(link: &mut Link, name: &str, keep: bool) -> Result<Info, Error
 /// The configuration in use as a unit file.
 pub(super) fn show(link: &mut Link) -> Result<Unit, Error> {
     link.version()?;
-    let Some(told) = configuration(link)? else {
+    let Some(configuration) = configuration(link)? else {
         return Err(link.error(
             "the device has no configuration and only passes bytes",
             "configure it: host-sim device configure FILE",
         ));
     };
-    Unit::of(&told).ok_or_else(|| {
+    Unit::of(&configuration).ok_or_else(|| {
         link.error(
             "its configuration was not made from a unit file and cannot be shown as one",
             "configure it from a unit file",

@@ -31,7 +31,7 @@ pub struct Args {
     /// Bit rate of the command link; sockets ignore it
     #[arg(long, default_value_t = 921_600)]
     baud: u32,
-    /// File of the device's key: what changes the device is sealed with it
+    /// File of the device's key: commands that change the device are sealed with it
     #[arg(long, value_name = "FILE", env = "LRNN_KEY", global = true)]
     key: Option<PathBuf>,
     /// Print JSON: one object; `watch` prints one object a line
@@ -44,10 +44,10 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Tell versions, board, clocks and bit rates, and whether the device is configured
+    /// Print versions, board, clocks and bit rates, and whether the device is configured
     Info,
-    /// Tell the device its unit, read back what it holds, and store it; frames are lost for up to
-    /// two seconds while it stores
+    /// Configure the device with a unit, read the configuration back, and store it; frames are lost
+    /// for up to two seconds while it stores
     Configure {
         /// Unit file, or name of a preset (host-sim unit list)
         #[arg(value_name = "FILE|PRESET")]
@@ -58,7 +58,7 @@ enum Command {
     },
     /// Print the configuration in use as a unit file
     Show,
-    /// Tell the mode, or set it
+    /// Print the mode, or set it
     Mode {
         /// The mode to set
         #[arg(value_parser = mode_parser())]
@@ -74,7 +74,7 @@ enum Command {
         #[command(subcommand)]
         command: Learnt,
     },
-    /// Tell the heading of the vehicle, for the learner's alignment in progress
+    /// Give the heading of the vehicle, for the learner's alignment in progress
     Heading {
         /// Where the forward axis points, from north to east, deg
         #[arg(allow_negative_numbers = true)]
@@ -83,7 +83,7 @@ enum Command {
         #[arg(long, value_name = "DEG")]
         sigma: f64,
     },
-    /// Fetch what the black box holds, for `replay blackbox`; the stream goes on
+    /// Read the black box, for `replay blackbox`; the stream goes on
     Blackbox {
         /// The file, which appears whole or not at all
         #[arg(short, long, value_name = "FILE")]
@@ -92,7 +92,7 @@ enum Command {
         #[arg(long)]
         release: bool,
     },
-    /// Keep configuration and weights over a power cycle; frames are lost for up to two seconds
+    /// Store configuration and weights over a power cycle; frames are lost for up to two seconds
     Store,
     /// Give the device its key, once, or another one with --key; frames are lost for up to four
     /// seconds
@@ -104,7 +104,7 @@ enum Command {
         #[arg(long, conflicts_with = "key_file")]
         open: bool,
     },
-    /// Tell mode, faults, rates and learner once a second
+    /// Print mode, faults, rates and learner once a second
     Watch {
         /// How long, s; without it until Ctrl-C
         #[arg(long)]
@@ -149,8 +149,8 @@ impl Args {
             Command::Mode { mode } => self.mode(link, *mode),
             Command::Weights { command } => {
                 link.version()?;
-                let told = command.run(link)?;
-                self.tell(&told, || println!("{}", told.says))
+                let written = command.run(link)?;
+                self.tell(&written, || println!("{}", written.says))
             }
             Command::Learnt {
                 command: Learnt::Commit,
@@ -170,8 +170,8 @@ impl Args {
                 self.tell(&Done::new(says), || println!("{says}"))
             }
             Command::Blackbox { output, release } => {
-                let told = blackbox::run(link, output, *release)?;
-                self.tell(&told, || println!("{}", told.says))
+                let saved = blackbox::run(link, output, *release)?;
+                self.tell(&saved, || println!("{}", saved.says))
             }
             Command::Store => {
                 link.version()?;
@@ -188,7 +188,7 @@ impl Args {
     /// Refuses a bad file before anything is sent.
     fn check_files(&self) -> Result<(), Error> {
         match &self.command {
-            Command::Configure { unit, .. } => configure::told(unit).map(drop),
+            Command::Configure { unit, .. } => configure::of_unit(unit).map(drop),
             Command::Weights { command } => command.check_file(),
             _ => Ok(()),
         }
@@ -265,7 +265,7 @@ impl Args {
     }
 }
 
-/// A command that leaves nothing but a sentence.
+/// Result of a command that only prints a sentence.
 #[derive(Serialize)]
 struct Done {
     done: bool,

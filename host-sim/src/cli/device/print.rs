@@ -1,11 +1,11 @@
-//! What `host-sim device` prints for a person.
+//! Text output of `host-sim device`.
 
 use host_device::device::{
     Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status,
 };
 use std::fmt::Write;
 
-/// Prints what a device is.
+/// Prints the description of a device.
 pub(super) fn info(info: &Info) {
     println!("firmware       {}", info.firmware);
     println!(
@@ -72,13 +72,13 @@ fn security(of: &Protected) -> String {
     text
 }
 
-/// The receiver, the antenna, and the learner that they teach.
+/// The receiver, the antenna, and the learner.
 fn teachers(info: &Info) -> String {
     let mut text = String::new();
     let receiver = &info.receiver;
     let _ = write!(
         text,
-        "fixes          {} told, {} on the line",
+        "fixes          {} configured, {} on the line",
         receiver.told.unwrap_or("no protocol"),
         receiver.protocol.unwrap_or("nothing")
     );
@@ -102,7 +102,7 @@ fn teachers(info: &Info) -> String {
     text
 }
 
-/// What the device remembers of the unit.
+/// The device's memory of the unit.
 fn memory_line(memory: &Memory) -> String {
     let acts = if memory.acts {
         "stored networks act"
@@ -120,35 +120,35 @@ fn memory_line(memory: &Memory) -> String {
     if memory.of_another {
         text.push_str(
             "MEMORY         of another sensor or other inputs was found and is not used; remedy: \
-             give the serial and [networks] that it was learnt with, or let the device learn anew\n",
+             give the serial and [networks] that it was learnt with, or let the device learn again\n",
         );
     }
     text
 }
 
-/// What the device found in its store.
-fn store_line(kept: &Kept) -> String {
-    let Some(number) = kept.record else {
+/// The device's store at its start.
+fn store_line(store: &Kept) -> String {
+    let Some(number) = store.record else {
         return "store          nothing that is used\n".to_owned();
     };
-    let [first, second] = kept.erased;
+    let [first, second] = store.erased;
     let mut text = format!(
         "store          record {number}; until then {} start(s), {} after a failure, {:.1} h, slots \
          erased {first} and {second} times\n",
-        kept.starts, kept.failures, kept.hours
+        store.starts, store.failures, store.hours
     );
-    if kept.damaged {
+    if store.damaged {
         text.push_str(
             "STORE          a newer record is damaged, and the one before is in use; remedy: look at \
              weights and configuration, then host-sim device store\n",
         );
     }
-    if kept.passed > 0 {
+    if store.passed > 0 {
         let _ = writeln!(
             text,
             "STORE          {} newer record(s) passed over, because the device failed with them; \
-             remedy: configure and store anew",
-            kept.passed
+             remedy: configure and store again",
+            store.passed
         );
     }
     text
@@ -174,8 +174,10 @@ fn configured(info: &Info) -> String {
 /// A line's bit rate, with its error.
 fn bit_rate(line: &LineInfo) -> String {
     let mut text = match (line.told, line.bit_rate) {
-        (Some(told), Some(is)) => format!("{told} bit/s told, {is} bit/s in fact"),
-        (Some(told), None) => format!("{told} bit/s told"),
+        (Some(nominal), Some(is)) => {
+            format!("{nominal} bit/s configured, {is} bit/s in fact")
+        }
+        (Some(nominal), None) => format!("{nominal} bit/s configured"),
         (None, Some(is)) => format!("{is} bit/s"),
         (None, None) => "bit rate not known".into(),
     };
@@ -188,8 +190,7 @@ fn bit_rate(line: &LineInfo) -> String {
     text
 }
 
-/// An event of a watch. `in_place`: on a terminal, where the status takes the place of the one
-/// before it.
+/// An event of a watch. `in_place`: on a terminal, where the status overwrites the one before it.
 pub(super) fn event(event: &Event, in_place: bool) -> String {
     match event {
         Event::Status(report) if in_place => format!("\x1b[H\x1b[2J{}", status(report)),
@@ -227,7 +228,7 @@ fn status(status: &Status) -> String {
     text
 }
 
-/// What the corrections can do at worst.
+/// The largest error that the corrections can add.
 fn error_bound_line(text: &mut String, [a, b, c, d, e]: [u32; 5]) {
     let _ = writeln!(
         text,
@@ -275,7 +276,7 @@ fn antenna_line(text: &mut String, antenna: &Antenna) {
     );
 }
 
-/// Frames and fixes always, anything else where it grows.
+/// The rates of frames and fixes, and of other counters that grow.
 fn rates(text: &mut String, status: &Status) {
     let Some(rates) = &status.per_second else {
         let frames = status.counters.get("frames").copied().unwrap_or_default();
@@ -284,7 +285,7 @@ fn rates(text: &mut String, status: &Status) {
     };
     for (name, rate) in rates {
         let always = ["frames", "good_fixes"].contains(name);
-        let own = *name == "requests"; // of the navigation computer, of no interest here
+        let own = *name == "requests"; // of the navigation computer: not shown
         if always || (*rate > 0.0 && !own) {
             let name = name.replace('_', " ");
             let _ = writeln!(text, "{name:14} {rate:.1} a second");

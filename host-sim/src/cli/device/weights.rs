@@ -7,7 +7,7 @@ use host_io::output::write_atomic;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// What to do with the weights.
+/// Commands of `device weights`.
 #[derive(Debug, ClapSubcommand)]
 pub(super) enum Command {
     /// Read the weights in use into a file of 608 bytes
@@ -22,19 +22,19 @@ pub(super) enum Command {
     },
 }
 
-/// What was done.
+/// Result of a command.
 #[derive(Serialize)]
 pub(super) struct Written {
     /// The file.
     file: PathBuf,
     /// Its length, bytes.
     bytes: usize,
-    /// In a sentence.
+    /// The result in a sentence.
     pub says: String,
 }
 
 impl Command {
-    /// Refuses a file that cannot be put.
+    /// Checks that a file can be put.
     pub(super) fn check_file(&self) -> Result<(), Error> {
         match self {
             Self::Get { .. } => Ok(()),
@@ -42,7 +42,7 @@ impl Command {
         }
     }
 
-    /// Carries it out.
+    /// Carries out the command.
     pub(super) fn run(&self, link: &mut Link) -> Result<Written, Error> {
         match self {
             Self::Get { file } => get(link, file),

@@ -1,4 +1,5 @@
-//! What a device tells for its report. Nothing in it is changed: its black box goes on recording.
+//! Reads a device for its report. Nothing in the device is changed: its black box goes on
+//! recording.
 
 use firmware::configuration::Configuration;
 use host_core::error::Error;
@@ -6,23 +7,23 @@ use host_device::device::{Link, configuration, info, recording};
 use host_report::unit::Readout;
 use host_unit::Unit;
 
-/// What was read.
+/// Data read from a device.
 pub(super) struct Read {
     /// The unit that the device is configured for.
     pub unit: Option<Unit>,
-    pub told: Readout,
+    pub readout: Readout,
     pub source: Vec<(String, String)>,
     pub warnings: Vec<String>,
 }
 
-/// Asks the device at a port. `unit` is what the user says that it is configured for.
+/// Asks the device at a port. `unit`: the unit for which it should be configured.
 pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, Error> {
     let mut link = Link::open("--from device:", port, baud)?;
     let link = &mut link;
     let info = info(link)?;
     let (health, counters) = (link.health()?, link.counters()?);
     let weights = link.images()?;
-    let held = configuration(link)?;
+    let in_device = configuration(link)?;
     let mut missing = vec![];
     let black_box = recording(link);
     let black_box = black_box
@@ -31,9 +32,9 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     if let Err(why) = &black_box {
         missing.push(format!("The black box could not be read: {why}."));
     }
-    let warnings = differs(unit, held.as_ref());
-    let unit = held.as_ref().and_then(Unit::of);
-    if held.is_some() && unit.is_none() {
+    let warnings = differs(unit, in_device.as_ref());
+    let unit = in_device.as_ref().and_then(Unit::of);
+    if in_device.is_some() && unit.is_none() {
         missing.push(
             "Its configuration was not made from a unit file and cannot be shown as one.".into(),
         );
@@ -50,13 +51,13 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
         pair("firmware", info.firmware.clone()),
         pair("configured for", info.name.clone().unwrap_or_else(unknown)),
         pair(
-            "serial number told",
+            "serial number configured",
             info.serial.clone().unwrap_or_else(unknown),
         ),
     ];
     Ok(Read {
-        told: Readout {
-            faults: host_device::device::faults::told(health.faults),
+        readout: Readout {
+            faults: host_device::device::faults::of_bits(health.faults),
             counters: host_device::device::named_counters(&counters),
             info,
             weights,
@@ -69,10 +70,10 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
     })
 }
 
-/// Whether the device holds another configuration than the unit file says, in words.
-fn differs(unit: Option<&Unit>, held: Option<&Configuration>) -> Vec<String> {
-    let same = match (unit.map(Unit::configuration), held) {
-        (Some(Ok(told)), Some(held)) => told == *held,
+/// A warning if the device's configuration differs from the unit file's.
+fn differs(unit: Option<&Unit>, in_device: Option<&Configuration>) -> Vec<String> {
+    let same = match (unit.map(Unit::configuration), in_device) {
+        (Some(Ok(wanted)), Some(in_device)) => wanted == *in_device,
         (Some(_), _) => false,
         (None, _) => true,
     };

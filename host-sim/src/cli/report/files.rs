@@ -1,4 +1,4 @@
-//! The files that a recording is made of, each named by its hash.
+//! The files of a recording, with their hashes.
 
 use host_core::error::Error;
 use host_report::unit::hash;
@@ -57,7 +57,7 @@ fn within(folder: &Path, all: &mut Vec<PathBuf>) -> Result<(), Error> {
 fn named(header: &Path) -> Vec<PathBuf> {
     let text = std::fs::read_to_string(header).unwrap_or_default();
     let Ok(table) = text.parse::<toml::Table>() else {
-        return vec![]; // who reads the header says what is wrong
+        return vec![]; // the reader of the header reports the fault
     };
     let mut names = vec![];
     collect(&table, &mut names);

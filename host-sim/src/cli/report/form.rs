@@ -1,4 +1,4 @@
-//! What form the recording of `--from` has, by its first bytes.
+//! Detects the form of the recording of `--from` by its first bytes.
 
 use super::super::options::refused;
 use flate2::read::MultiGzDecoder;
@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Bytes that tell the form.
+/// Number of bytes that identify the form.
 const HEAD: usize = 1024;
 
 /// A form.
@@ -22,7 +22,7 @@ pub(in crate::cli) enum Form {
     AtRest(PathBuf),
 }
 
-/// The form of what was given.
+/// The form of the given files or port.
 pub(in crate::cli) fn of(from: &[PathBuf]) -> Result<Form, Error> {
     let Some(first) = from.first() else {
         return Err(refused("--from", "is empty", "give a recording"));
@@ -104,7 +104,7 @@ fn replay(name: &'static str, before: &[&str], files: &[&Path]) -> Form {
 fn pair(first: &Path, second: &Path) -> Result<Form, Error> {
     let head = head(first)?;
     let is_fog = head.starts_with(fog_mems::MEMS_HEADER.as_bytes());
-    let _ = self::head(second)?; // it must be there
+    let _ = self::head(second)?; // the file must exist
     let name = if is_fog { "fog-mems" } else { "kf-gins" };
     Ok(replay(name, &[], &[first, second]))
 }
@@ -143,7 +143,7 @@ fn head(file: &Path) -> Result<Vec<u8>, Error> {
     if raw.starts_with(&[0x1f, 0x8b]) {
         let again = File::open(file).map_err(failed)?;
         let mut text = vec![];
-        // a damaged stream is told by who reads all of it
+        // the reader of the whole file reports a damaged stream
         let _ = MultiGzDecoder::new(again)
             .take(HEAD as u64)
             .read_to_end(&mut text);

@@ -1,5 +1,5 @@
-//! A recording as the parts of the report need it. Everything is read and replayed by what
-//! `replay` and `allan` use.
+//! Prepares a recording for the parts of the report. It is read and replayed by the code of
+//! `replay` and `allan`.
 
 use super::super::options::{quoted, refused};
 use super::super::replay::{self, What};
@@ -31,10 +31,10 @@ struct Replay {
     args: replay::Args,
 }
 
-/// What a recording gives.
+/// Input of the report from a recording.
 pub(super) struct Given {
     pub unit: Unit,
-    /// Nobody told the unit.
+    /// No unit was given: it is assumed.
     pub assumed: bool,
     pub source: Vec<(String, String)>,
     pub files: Vec<(String, String)>,
@@ -60,10 +60,13 @@ pub(super) fn read(
             let all = words(kind, arguments, name, options);
             let args = parsed(&all, "the options after --")?;
             let mut given = replayed(&args, unit, !options.is_empty())?;
-            let told = name.map(PathBuf::from);
+            let unit_file = name.map(PathBuf::from);
             let beside = files.first().map(|file| file.with_file_name(TEMPERATURE));
             let read = given.temperatures.is_ok();
-            let more: Vec<PathBuf> = told.into_iter().chain(beside.filter(|_| read)).collect();
+            let more: Vec<PathBuf> = unit_file
+                .into_iter()
+                .chain(beside.filter(|_| read))
+                .collect();
             given.files = hashes(files, &more)?;
             let typed: Vec<String> = all.into_iter().map(quoted).collect();
             given.command = Some(format!("host-sim replay {}", typed.join(" ")));
@@ -178,7 +181,7 @@ fn replayed(args: &replay::Args, unit: Option<Unit>, strict: bool) -> Result<Giv
             let columns = load(&args.file, &Choice::default())?;
             let outcomes = match args.report() {
                 Ok(report) => Ok(vec![outcome(report)]),
-                Err(error) if !strict => Err(told(&error)),
+                Err(error) if !strict => Err(not_replayed(&error)),
                 Err(error) => return Err(error),
             };
             let source = vec![pair("recording", "laser gyros at rest".into())];
@@ -262,8 +265,8 @@ fn outcome(report: Report) -> Outcome {
     }
 }
 
-/// A user's recording. What is wrong with the options ends the command; what the recording cannot
-/// give is left out.
+/// A user's recording. Wrong options end the command; parts that the recording cannot give are left
+/// out.
 fn user(
     loaded: Loaded,
     options: &Options,
@@ -278,7 +281,7 @@ fn user(
     let outcomes = match options.judge(loaded) {
         Ok(outcome) => Ok(vec![outcome]),
         Err(error @ (Error::Option { .. } | Error::Scenario { .. })) if !strict => {
-            Err(told(&error))
+            Err(not_replayed(&error))
         }
         Err(error) => return Err(error),
     };
@@ -300,7 +303,7 @@ fn user(
 }
 
 /// An error as the reason why a part is left out: without a full stop.
-fn told(error: &Error) -> String {
+fn not_replayed(error: &Error) -> String {
     format!(
         "it cannot be replayed ({})",
         error.to_string().replace("; remedy:", ". Remedy:")

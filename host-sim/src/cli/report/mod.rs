@@ -42,7 +42,7 @@ pub struct Args {
     /// Unit: a unit file or a preset's name [default: that of the recording or of the device]
     #[arg(long, value_name = "NAME|FILE.toml")]
     unit: Option<String>,
-    /// What to report of: a recording (a CSV header, KF-GINS text as IMU and fixes, a NovAtel or
+    /// What to report on: a recording (a CSV header, KF-GINS text as IMU and fixes, a NovAtel or
     /// u-blox log, MCAP, ULog, a folder, a CSV at rest, and the known recordings), or device:PORT
     #[arg(long, required = true, num_args = 1..=2, value_name = "RECORDING|device:PORT")]
     from: Vec<PathBuf>,
@@ -146,15 +146,15 @@ impl Args {
             return Err(refused("--", problem, "leave it out for a device"));
         }
         progress::stage("asking the device");
-        let told = device::read(port, self.baud, unit.as_ref());
+        let read = device::read(port, self.baud, unit.as_ref());
         let device::Read {
-            unit: held,
-            told,
+            unit: of_device,
+            readout,
             source,
             warnings,
-        } = told?;
-        let known = unit.is_some() || held.is_some();
-        let unit = unit.or(held).unwrap_or_default();
+        } = read?;
+        let known = unit.is_some() || of_device.is_some();
+        let unit = unit.or(of_device).unwrap_or_default();
         progress::stage(LEARNABLE);
         let learnable = Ok(bound(&unit, USUAL_MIN));
         let cannot = |what: &str| format!("a device at its command link does not tell {what}");
@@ -176,7 +176,7 @@ impl Args {
                 "the course of its learning and no track; report from a recording of it",
             )),
             temperatures: Err(cannot("a course of temperatures")),
-            device: Some(told),
+            device: Some(readout),
             commands,
         })
     }
@@ -199,7 +199,7 @@ fn learning_minutes(outcomes: &[host_lab::experiment::outcome::Outcome]) -> u32 
     (longest.div_ceil(60) as u32).clamp(2, LONGEST_MIN)
 }
 
-/// The noise at rest beside the datasheet. What is no noise to be analysed is left out.
+/// The noise at rest beside the datasheet. Coefficients that are no noise are left out.
 fn noise(rest: Found<rest::Rest>, unit: &Unit) -> Result<Found<Findings>, Error> {
     let rest = match rest {
         Ok(rest) => rest,

@@ -8,7 +8,7 @@ use host_io::recordings::record::{Kind as Samples, Record};
 use host_lab::analysis::allan::{Column, Kind};
 use host_report::unit::Found;
 
-/// Bytes of a column that wait in memory.
+/// Number of bytes of a column that stay in memory.
 const IN_MEMORY: usize = 1 << 24;
 /// Shortest rest that is worth an analysis, s.
 const LEAST_S: f64 = 60.0;
@@ -22,10 +22,10 @@ const GAP: f64 = 0.5;
 /// Sensors at rest.
 #[derive(Debug)]
 pub(super) struct Rest {
-    /// What it is, in words.
+    /// Description in words.
     pub source: String,
     pub columns: Vec<Column>,
-    /// What the reader must know, without a full stop.
+    /// Notes for the reader, without a full stop.
     pub notes: Vec<String>,
 }
 
@@ -104,7 +104,7 @@ fn columns(record: &Record) -> Vec<Column> {
         .collect()
 }
 
-/// Times between which the vehicle stands, and in which words.
+/// Start and end of the time at rest, and its description.
 fn span(record: &Record) -> Option<(f64, f64, &'static str)> {
     let (first, last) = (record.time.start()?, record.time.end()?);
     if stands(record) {
@@ -119,15 +119,15 @@ fn span(record: &Record) -> Option<(f64, f64, &'static str)> {
     }
 }
 
-/// Whether all fixes tell the same place, and no speed.
+/// Whether all fixes have the same position, and no speed.
 fn stands(record: &Record) -> bool {
     let placed = || record.fixes.iter().filter(|fix| fix.has_position());
     let Some(first) = placed().next() else {
         return false;
     };
-    let origin = first.place();
+    let origin = first.position();
     placed().all(|fix| {
-        let apart = fix.place().ned_from(&origin);
+        let apart = fix.position().ned_from(&origin);
         let sigma = fix.sigmas[0].max(fix.sigmas[1]);
         let fast = fix.measured_velocity().is_some_and(|v| {
             let most = (SIGMAS * fix.sigmas[3].max(fix.sigmas[4])).max(0.3);

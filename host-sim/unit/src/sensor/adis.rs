@@ -7,7 +7,7 @@ use firmware::wire::{self, ImuFormat};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the bursts of an ADIS do not tell.
+/// Settings that the bursts of an ADIS do not contain.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Adis {
@@ -15,14 +15,14 @@ pub struct Adis {
     /// the label.
     #[schemars(regex(pattern = "^ADIS16[0-9]{3}(-[123])?$"))]
     pub model: String,
-    /// The bursts leave in frames with a start mark and a CRC (ICD section 2), which a reader of a
-    /// serial line can find. Default: false, as the sensor sends them. Source: what the navigation
-    /// computer reads.
+    /// The bursts are sent in frames with a start mark and a CRC (ICD section 2), which a reader of
+    /// a serial line can find. Default: false, as the sensor sends them. Source: what the
+    /// navigation computer reads.
     #[serde(default)]
     pub framed: bool,
 }
 
-/// What the frames of format `adis-uart` do not tell.
+/// Settings that the frames of format `adis-uart` do not contain.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdisUart {
@@ -41,8 +41,8 @@ impl Default for AdisUart {
 
 impl Section for AdisUart {
     fn of(settings: &wire::Settings) -> Self {
-        let told = settings.adis_uart.model;
-        let same = |name: &String| model("", name).is_ok_and(|model| model == told);
+        let wanted = settings.adis_uart.model;
+        let same = |name: &String| model("", name).is_ok_and(|model| model == wanted);
         let name = names().find(same);
         name.map_or_else(Self::default, |model| Self { model })
     }
@@ -67,13 +67,13 @@ impl Adis {
             .find(|adis| adis.settings().as_ref() == Ok(settings))
     }
 
-    /// Bursts a second to which a board sets the sensor if the file tells none, Hz.
+    /// Bursts a second to which a board sets the sensor if the file gives none, Hz.
     pub(super) fn rate_hz(&self) -> f64 {
-        let form = self.settings().map_or(Form::Wide, |told| told.form);
+        let form = self.settings().map_or(Form::Wide, |settings| settings.form);
         Rate::usual(form).hz
     }
 
-    /// What is wrong with this rate, Hz, if the sensor cannot be set to it.
+    /// The finding if the sensor cannot be set to this rate, Hz.
     pub(crate) fn refused(&self, rate_hz: f64) -> Option<Finding> {
         let form = self.settings().ok()?.form;
         if Rate::near(form, rate_hz).is_some() {

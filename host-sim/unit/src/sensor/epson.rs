@@ -7,8 +7,8 @@ use firmware::wire::{ImuFormat, ImuProtocol, Settings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the bursts of an Epson IMU do not tell. Source of all values: the registers of the sensor,
-/// as `esensorlib` or the data sheet names them.
+/// Settings that the bursts of an Epson IMU do not contain. Source of all values: the registers of
+/// the sensor, as `esensorlib` or the data sheet names them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Epson {
@@ -29,29 +29,29 @@ pub struct Epson {
     /// Register DLT_CTRL, range of the delta velocity, 0 to 15. Default: 12.
     #[schemars(range(min = 0, max = 15))]
     pub velocity_range: u8,
-    /// By how much COUNT rises from one burst to the next; 0: not known, or reset by the EXT pin.
+    /// Increment of COUNT from one burst to the next; 0: not known, or reset by the EXT pin.
     /// Default: 0. Source: two bursts in a row.
     pub count_step: u16,
 }
 
 impl Default for Epson {
     fn default() -> Self {
-        Self::told(&Protocol::DEFAULT)
+        Self::of_settings(&Protocol::DEFAULT)
     }
 }
 
 impl Epson {
     /// The table of a device's settings.
-    fn told(told: &Configured) -> Self {
-        let [burst_ctrl1, burst_ctrl2] = told.layout.registers();
+    fn of_settings(settings: &Configured) -> Self {
+        let [burst_ctrl1, burst_ctrl2] = settings.layout.registers();
         Self {
-            model: told.model.name().to_owned(),
+            model: settings.model.name().to_owned(),
             burst_ctrl1,
             burst_ctrl2,
-            high_range: told.high_range,
-            angle_range: told.angle_range,
-            velocity_range: told.velocity_range,
-            count_step: told.count_step,
+            high_range: settings.high_range,
+            angle_range: settings.angle_range,
+            velocity_range: settings.velocity_range,
+            count_step: settings.count_step,
         }
     }
 }
@@ -64,7 +64,7 @@ impl Epson {
 
 impl Section for Epson {
     fn of(settings: &Settings) -> Self {
-        Self::told(&settings.epson)
+        Self::of_settings(&settings.epson)
     }
 
     fn apply(&self, sensor: &Sensor, to: &mut Settings) -> Result<(), Finding> {

@@ -6,18 +6,18 @@ use firmware::wire::{ImuFormat, Settings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the messages of a KVH do not tell. Source of all values: interface control document
-/// 56-0298.
+/// Settings that the messages of a KVH do not contain. Source of all values: interface control
+/// document 56-0298.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Kvh {
-    /// What the gyro values are (`=ROTFMT`). Default: delta.
+    /// Quantity of the gyro values (`=ROTFMT`). Default: delta.
     pub rotation: Rotation,
     /// Unit of the angles (`=ROTUNITS`). Default: rad.
     pub angle: Angle,
 }
 
-/// What the gyro values are.
+/// Quantity of the gyro values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rotation {

@@ -1,7 +1,8 @@
-//! The table `[sensor]`: the format of the sensor's frames, what they do not tell, and the line.
+//! The table `[sensor]`: the format of the sensor's frames, settings that they do not contain, and
+//! the serial line.
 //!
-//! **A new format** is one row of `sensor!` below. A format whose frames tell everything has the
-//! table [`Plain`]. Another one gets a file here, with a type that implements [`Section`].
+//! **A new format** is one row of `sensor!` below. A format without such settings has the table
+//! [`Plain`]. Another one gets a file here, with a type that implements [`Section`].
 
 mod adis;
 mod epson;
@@ -51,7 +52,7 @@ table::sensor! {
 
 /// What the frames of a format do not tell.
 pub trait Section {
-    /// Puts it into the device's settings.
+    /// Copies the table into the device's settings.
     ///
     /// # Errors
     /// A value that no such sensor has.
@@ -62,13 +63,13 @@ pub trait Section {
     where
         Self: Sized;
 
-    /// Samples a second where the file does not say, Hz.
+    /// Sample rate if the file gives none, Hz.
     fn rate_hz(&self, format: ImuFormat) -> f64 {
         let first = format.simulated().first();
         first.map_or(1000.0, |sensor| f64::from(sensor.rate))
     }
 
-    /// Bytes of a frame, at least.
+    /// Length of the shortest frame, bytes.
     fn frame_len(&self, format: ImuFormat) -> usize {
         let mut buffer = [0; 1024];
         let frames = format.simulated().iter();
@@ -77,7 +78,7 @@ pub trait Section {
     }
 }
 
-/// A format whose frames tell everything. Its table has no keys.
+/// A format without settings outside its frames. Its table has no keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plain {}
@@ -112,7 +113,7 @@ impl Sensor {
         ImuFormat::from_name(self.format.name())
     }
 
-    /// Samples a second: as given, else as the sensor is delivered, or as a board sets it, Hz.
+    /// Sample rate, Hz: as given, else as the sensor is delivered, or as a board sets it.
     #[must_use]
     pub fn rate(&self) -> f64 {
         let delivered = || match (self.imu_format(), self.format) {
@@ -127,7 +128,7 @@ impl Sensor {
     /// bursts of an ADIS at the SPI need them on the navigation line alone.
     #[must_use]
     pub fn bits_per_second(&self) -> Option<f64> {
-        let bytes = match self.told() {
+        let bytes = match self.settings() {
             Ok(Some(configuration::Sensor::Spi(adis))) => adis.bytes(),
             _ => self.section().frame_len(self.imu_format()?),
         };
@@ -145,7 +146,7 @@ impl Sensor {
     ///
     /// # Errors
     /// A value that no such sensor has.
-    pub fn told(&self) -> Result<Option<configuration::Sensor>, Finding> {
+    pub fn settings(&self) -> Result<Option<configuration::Sensor>, Finding> {
         if self.format == FormatName::AdisSpi {
             let adis = self.adis.clone().unwrap_or_default();
             return Ok(Some(configuration::Sensor::Spi(adis.settings()?)));
@@ -155,8 +156,8 @@ impl Sensor {
         };
         let mut settings = Settings::DEFAULT;
         self.section().apply(self, &mut settings)?;
-        let told: FormatSettings = format.settings(&settings);
-        Ok(Some(configuration::Sensor::Stream(told)))
+        let of_format: FormatSettings = format.settings(&settings);
+        Ok(Some(configuration::Sensor::Stream(of_format)))
     }
 
     /// The serial line's parity for the device.

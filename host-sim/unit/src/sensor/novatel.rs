@@ -7,12 +7,12 @@ use firmware::wire::{ImuFormat, Settings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What NovAtel's raw logs do not tell.
+/// Settings that NovAtel's raw logs do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Novatel {
     /// NovAtel's number of the IMU behind RAWIMU and RAWIMUS, which the logs RAWIMUX and RAWIMUSX
-    /// tell themselves. Default: 0, not known. Source: OEM7 documentation, log RAWIMUSX.
+    /// contain themselves. Default: 0, not known. Source: OEM7 documentation, log RAWIMUSX.
     #[schemars(range(min = 0, max = 255))]
     pub imu_type: u8,
 }

@@ -9,8 +9,9 @@ use firmware::wire::{ImuFormat, Settings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the measurements of a STIM300 do not tell. The sensor tells it in its configuration
-/// datagram; until then the device rests on this table. Source of all values: datasheet TS1524.
+/// Settings that the measurements of a STIM300 do not contain. The sensor sends them in its
+/// configuration datagram; until then the device uses this table. Source of all values: datasheet
+/// TS1524.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Stim300 {
@@ -18,13 +19,13 @@ pub struct Stim300 {
     /// accelerations or 0xA7 for all clusters with temperatures. Default: 0x91.
     #[schemars(regex(pattern = "^0x[0-9A-Fa-f]{2}$"))]
     pub datagram: String,
-    /// What the gyro values are. Default: increment.
+    /// Quantity of the gyro values. Default: increment.
     pub gyro_output: Output,
-    /// What the accelerometer values are. Default: increment.
+    /// Quantity of the accelerometer values. Default: increment.
     pub accel_output: Output,
     /// Measurement range of the accelerometers, g: 5, 10, 30 or 80. Default: 10.
     pub accel_range_g: u8,
-    /// What ends a datagram. Default: none.
+    /// End of a datagram. Default: none.
     pub line_end: LineEnd,
     /// Ask the sensor once for its configuration before the first correction, unless it has sent
     /// it. This costs one measurement. Default: true.
@@ -33,13 +34,12 @@ pub struct Stim300 {
     /// ms, 0 to 1000; 0 is never. Default: 50.
     #[schemars(range(min = 0, max = 1000))]
     pub answer_ms: f64,
-    /// Identifiers of the datagrams sent on, whichever come in: plain, pps or aux. Default: as they
-    /// came.
+    /// Identifiers of the datagrams that the device sends: plain, pps or aux. Default: as received.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub family: Option<Family>,
 }
 
-/// What a value of a STIM300 is.
+/// Quantity of a value of a STIM300.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Output {
@@ -53,7 +53,7 @@ pub enum Output {
     Integrated,
 }
 
-/// What ends a datagram.
+/// End of a datagram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LineEnd {
@@ -152,8 +152,8 @@ impl Stim300 {
 
 impl Section for Stim300 {
     fn of(settings: &Settings) -> Self {
-        let told = &settings.stim300;
-        let config = &told.config;
+        let settings = &settings.stim300;
+        let config = &settings.config;
         let output = |unit: Option<Unit>| match unit.map(|unit| unit.quantity) {
             Some(Quantity::Rate) => Output::Rate,
             Some(Quantity::Average) => Output::Average,
@@ -176,9 +176,9 @@ impl Section for Stim300 {
             } else {
                 LineEnd::None
             },
-            ask: told.ask,
-            answer_ms: told.answer_us.map_or(0.0, |us| f64::from(us) / 1e3),
-            family: told.family.map(|family| match family {
+            ask: settings.ask,
+            answer_ms: settings.answer_us.map_or(0.0, |us| f64::from(us) / 1e3),
+            family: settings.family.map(|family| match family {
                 Extra::None => Family::Plain,
                 Extra::Pps => Family::Pps,
                 Extra::Aux => Family::Aux,

@@ -1,4 +1,4 @@
-//! The list of formats turns into the names of the formats and their tables.
+//! Makes the names of the formats and their tables from one list.
 
 /// One row a format: variant, name in the wire registry, key of its table, type of its table.
 macro_rules! sensor {
@@ -16,7 +16,7 @@ macro_rules! sensor {
         }
 
         impl FormatName {
-            /// All of them.
+            /// All names.
             pub const ALL: &[Self] = &[$(Self::$format,)+ Self::AdisSpi, Self::Detect];
 
             /// Its name in files.
@@ -30,7 +30,7 @@ macro_rules! sensor {
             }
         }
 
-        /// The sensor: the format of its frames, what they do not tell, and its line.
+        /// The sensor: the format of its frames, settings that they do not contain, and its line.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Sensor {
@@ -59,8 +59,8 @@ macro_rules! sensor {
             #[serde(default)]
             #[schemars(range(min = 0, max = 255))]
             pub pins: u8,
-            /// Cut-through: bytes leave while the frame still arrives, two or three bytes after
-            /// they came. STIM300, KVH and NovAtel only. Default: false. Source: whether the
+            /// Cut-through: bytes leave while the frame is still arriving, two or three bytes after
+            /// they arrived. STIM300, KVH and NovAtel only. Default: false. Source: whether the
             /// navigation computer needs the frames sooner.
             #[serde(default)]
             pub cut_through: bool,
@@ -97,12 +97,12 @@ macro_rules! sensor {
                 }
             }
 
-            /// The sensor at a serial line that a device is told to have.
+            /// The sensor at a serial line of a device's configuration.
             #[allow(unreachable_patterns, reason = "a format that has no row yet")]
-            pub(crate) fn of_stream(told: FormatSettings) -> Self {
+            pub(crate) fn of_stream(format: FormatSettings) -> Self {
                 let mut settings = Settings::DEFAULT;
-                told.apply(&mut settings);
-                match told {
+                format.apply(&mut settings);
+                match format {
                     $(FormatSettings::$format(_) => Self {
                         $field: Some(<$section>::of(&settings)),
                         ..Self::of(FormatName::$format)
@@ -111,7 +111,7 @@ macro_rules! sensor {
                 }
             }
 
-            /// What the frames do not tell: the format's table, or its defaults.
+            /// Settings that the frames do not contain: the format's table, or its defaults.
             fn section(&self) -> Box<dyn Section> {
                 match self.format {
                     $(FormatName::$format => Box::new(self.$field.clone().unwrap_or_default()),)+

@@ -11,16 +11,16 @@ fn read(text: &str) -> Sensor {
 }
 
 fn stream(text: &str) -> Settings {
-    let Some(configuration::Sensor::Stream(told)) = read(text).told().unwrap() else {
+    let Some(configuration::Sensor::Stream(format)) = read(text).settings().unwrap() else {
         panic!("{text}: no stream");
     };
     let mut settings = Settings::DEFAULT;
-    told.apply(&mut settings);
+    format.apply(&mut settings);
     settings
 }
 
 fn key_of_mistake(text: &str) -> String {
-    read(text).told().unwrap_err().key
+    read(text).settings().unwrap_err().key
 }
 
 #[test]
@@ -31,10 +31,10 @@ fn every_registered_format_has_a_name_in_the_unit_file() {
         let sensor = Sensor::of(*named);
         assert_eq!(sensor.imu_format(), Some(format));
         assert_eq!(read(&format!("format = '{}'", format.name())), sensor);
-        let Some(configuration::Sensor::Stream(told)) = sensor.told().unwrap() else {
+        let Some(configuration::Sensor::Stream(settings)) = sensor.settings().unwrap() else {
             panic!("{}: no stream", format.name());
         };
-        assert_eq!(told.format(), format);
+        assert_eq!(settings.format(), format);
         assert!(sensor.rate() >= 1.0, "{}", format.name());
         assert!(
             sensor.bits_per_second().unwrap() > 100.0,
@@ -58,8 +58,8 @@ fn the_table_of_a_stim300_becomes_its_configuration_datagram() {
     let text = "format = 'stim300'\nrate_hz = 2000\nbaud = 1843200\n[stim300]\n\
                 datagram = '0xA7'\ngyro_output = 'average'\naccel_output = 'rate'\n\
                 accel_range_g = 30\nline_end = 'crlf'\nask = false\nanswer_ms = 0\nfamily = 'pps'";
-    let told = stream(text).stim300;
-    let config = told.config;
+    let stim300 = stream(text).stim300;
+    let config = stim300.config;
     assert_eq!(config.sample_rate(), Ok(Some(2000)));
     assert_eq!(config.bit_rate(), Ok(Some(1_843_200)));
     assert_eq!(config.contents().id(), 0xA7);
@@ -69,7 +69,7 @@ fn the_table_of_a_stim300_becomes_its_configuration_datagram() {
     assert_eq!(units.gyro.quantity, Quantity::Average);
     assert_eq!(units.accel.lsb, 9.806_65 / 262_144.0); // 2^18 counts a g
     assert_eq!(
-        (told.ask, told.answer_us, told.family),
+        (stim300.ask, stim300.answer_us, stim300.family),
         (false, None, Some(Extra::Pps))
     );
     // three clusters of 10 bytes, three of 7 for temperatures, 8 around them, CR LF: 61 bytes
@@ -86,30 +86,30 @@ fn tables_of_other_formats_reach_the_device() {
     assert_eq!(stream(novatel).novatel.imu_type.0, 12);
     assert_eq!(read(novatel).rate(), 100.0);
     let adis = read("format = 'adis-spi'\n[adis]\nmodel = 'ADIS16495-2'");
-    let Some(configuration::Sensor::Spi(told)) = adis.told().unwrap() else {
+    let Some(configuration::Sensor::Spi(settings)) = adis.settings().unwrap() else {
         panic!("no SPI sensor");
     };
     // Linux adis16480: ADIS16495-2 has 40 LSB per deg/s in the upper word, 4000 per g
-    let Units { gyro, accel } = told.units;
-    assert_eq!(told.form, Form::Adis1649x);
+    let Units { gyro, accel } = settings.units;
+    assert_eq!(settings.form, Form::Adis1649x);
     assert!((gyro.lsb - (0.025_f64 / 65_536.0).to_radians()).abs() < 1e-18);
     assert!((accel.lsb - 0.25e-3 * 9.806_65 / 65_536.0).abs() < 1e-18);
-    assert!(!told.framed);
+    assert!(!settings.framed);
     let framed = read("format = 'adis-spi'\n[adis]\nmodel = 'ADIS16470'\nframed = true");
-    let Some(configuration::Sensor::Spi(told)) = framed.told().unwrap() else {
+    let Some(configuration::Sensor::Spi(settings)) = framed.settings().unwrap() else {
         panic!("no SPI sensor");
     };
-    assert!(told.framed);
+    assert!(settings.framed);
     let uart = "format = 'adis-uart'\n[adis_uart]\nmodel = 'ADIS16507-3'";
     assert_eq!(stream(uart).adis_uart.model, Model::Adis16507(3));
     let epson = "format = 'epson'\n[epson]\nmodel = 'G370PDF1'\nburst_ctrl1 = 0xCC03\n\
                  burst_ctrl2 = 0x4C00\nangle_range = 3\nvelocity_range = 4\ncount_step = 1";
-    let told = stream(epson).epson;
-    assert_eq!(told.layout.registers(), [0xCC03, 0x4C00]);
-    assert_eq!((told.angle_range, told.velocity_range), (3, 4));
-    assert_eq!((told.model.name(), told.count_step), ("G370PDF1", 1));
+    let epson = stream(epson).epson;
+    assert_eq!(epson.layout.registers(), [0xCC03, 0x4C00]);
+    assert_eq!((epson.angle_range, epson.velocity_range), (3, 4));
+    assert_eq!((epson.model.name(), epson.count_step), ("G370PDF1", 1));
     assert_eq!(stream("format = 'epson'").epson, Settings::DEFAULT.epson);
-    assert_eq!(read("format = 'detect'").told().unwrap(), None);
+    assert_eq!(read("format = 'detect'").settings().unwrap(), None);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use firmware::wire::vectornav::Values;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What VectorNav's binary messages do not tell.
+/// Settings that VectorNav's binary messages do not contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VectorNav {
@@ -20,10 +20,10 @@ pub struct VectorNav {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Which {
-    /// Those of the sensors: increments, uncompensated rates and accelerations.
+    /// Values of the sensors: increments, uncompensated rates and accelerations.
     #[default]
     Sensors,
-    /// Those that the sensor's own filter has compensated.
+    /// Values that the sensor's own filter has compensated.
     Filtered,
 }
 

@@ -105,8 +105,8 @@ impl Aided {
         self.aligned(alignment, unmodelled, times_prior)
     }
 
-    /// The same for a filter that begins with a [`Belief`]. The alignment has been made with its
-    /// mean taken off the samples.
+    /// As [`Self::aligned_by`], for a filter that begins with a [`Belief`]. In the alignment its
+    /// mean was subtracted from the samples.
     #[must_use]
     pub fn aligned_knowing(mut self, alignment: &Alignment, known: &Belief) -> Self {
         let n = self.theta.len();

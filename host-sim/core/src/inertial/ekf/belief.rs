@@ -1,4 +1,4 @@
-//! What is known of a sensor's parameters between two drives.
+//! Knowledge of a sensor's parameters between two drives.
 //!
 //! A parameter of a drive is `theta = u + t`: `u` belongs to the unit and stays, `t` is new at
 //! every turn-on. The belief is the mean `m` and the covariance `P` of `u`; `T` is the variance of
@@ -9,8 +9,8 @@
 //! ```
 //!
 //! and its filter ends with the mean `m+` and the covariance `P+` of `theta`, which has walked by
-//! the variance `W` meanwhile. What that says of `u` is the backward step of a smoother (Rauch,
-//! Tung and Striebel 1965), in which the walk of the drive counts as a part of the turn-on:
+//! the variance `W` meanwhile. The estimate of `u` from it is the backward step of a smoother
+//! (Rauch, Tung and Striebel 1965), in which the walk of the drive counts as a part of the turn-on:
 //!
 //! ```text
 //! G = P (P + T + W)^-1,   m <- m + G (m+ - m),   P <- P - G (P + T + W - P+) G'
@@ -27,11 +27,11 @@ use serde::{Deserialize, Serialize};
 /// of each triad, and of all other parameters (laws). With 1 nothing is carried over.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TurnOn {
-    /// Of a gyro's bias.
+    /// Share of a gyro's bias.
     pub gyro: f64,
-    /// Of an accelerometer's bias.
+    /// Share of an accelerometer's bias.
     pub accel: f64,
-    /// Of a law.
+    /// Share of a law.
     pub law: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct Belief {
 }
 
 impl Belief {
-    /// What is known of a unit before its first drive.
+    /// Belief on a unit before its first drive.
     #[must_use]
     pub fn of_unit(model: &ErrorModel, turn_on: TurnOn) -> Self {
         let stays = |q: &Parameter| (1.0 - turn_on.share_of(q)) * q.sigma.powi(2);
@@ -56,7 +56,7 @@ impl Belief {
         }
     }
 
-    /// What is known of the parameters at power-on: the turn-on variance is added.
+    /// Belief on the parameters at power-on: the turn-on variance is added.
     #[must_use]
     pub fn turned_on(&self, model: &ErrorModel, turn_on: TurnOn) -> Self {
         let mut out = self.clone();
@@ -66,9 +66,9 @@ impl Belief {
         out
     }
 
-    /// What is known of the unit after a drive of `time_s` seconds, at whose end the parameters are
-    /// known as `after`. Without a Cholesky factor, that is with a parameter of no variance at all,
-    /// nothing is learnt.
+    /// Belief on the unit after a drive of `time_s` seconds; `after`: belief on the parameters at
+    /// its end. Without a Cholesky factor, that is with a parameter of no variance at all, nothing
+    /// is learnt.
     #[must_use]
     pub fn powered_off(
         &self,
@@ -94,7 +94,7 @@ impl Belief {
         }
     }
 
-    /// What a filter knows now.
+    /// The present estimate of a filter.
     #[must_use]
     pub fn of_filter(filter: &Aided) -> Self {
         let n = filter.theta.len();
@@ -106,7 +106,7 @@ impl Belief {
 }
 
 impl TurnOn {
-    /// The same share of everything.
+    /// The same share for all parameters.
     #[must_use]
     pub fn of_all(share: f64) -> Self {
         Self {
@@ -183,7 +183,7 @@ mod tests {
         }
     }
 
-    /// The same with two parameters of which each drive measures only the sum, against one Kalman
+    /// As above with two parameters of which each drive measures only the sum, against one Kalman
     /// filter whose state holds the unit's parameters and those of all turn-ons at once.
     #[test]
     fn correlated_parameters_are_those_of_one_filter_with_all_turn_ons() {
@@ -252,8 +252,8 @@ mod tests {
         }
     }
 
-    /// A walk so long that the end of a drive tells nothing of its beginning leaves the unit
-    /// unknown; a short one tells less than none.
+    /// A walk so large that the end of a drive has no information on its beginning leaves the unit
+    /// unknown. With a small walk less is learnt than without.
     #[test]
     fn a_walk_counts_as_a_part_of_the_turn_on() {
         let turn_on = TurnOn {

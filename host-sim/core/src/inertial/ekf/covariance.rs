@@ -86,7 +86,7 @@ fn combine(m: &[f64], x: &[f64], mut sum: [f64; NAV]) -> [f64; NAV] {
     sum
 }
 
-/// How well measurements agree with their prediction.
+/// Agreement of measurements with their prediction.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Evidence {
     /// Logarithm of their joint probability density.
@@ -96,8 +96,8 @@ pub(super) struct Evidence {
     pub nis: f64,
 }
 
-/// Applies scalar measurements one after the other, each given as index of the error state,
-/// measured value and sigma. Gives the estimated error and how likely the measurements were.
+/// Applies scalar measurements in order, each given as index of the error state, measured value and
+/// sigma. Gives the estimated error and how likely the measurements were.
 pub(super) fn update(
     p: &mut DMatrix<f64>,
     scalars: &[(usize, f64, f64)],

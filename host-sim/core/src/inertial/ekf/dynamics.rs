@@ -37,8 +37,8 @@ struct Stretch {
     time: f64,
     /// Specific force in NED: integral, m/s, and integral of the integral, m.
     force: Sums<f64>,
-    /// The same for each body axis in NED, s and s2. Multiplied by what a slow parameter adds along
-    /// the axis, it is the effect of that parameter.
+    /// The integrals for each body axis in NED, s and s2. Multiplied by the contribution of a slow
+    /// parameter along the axis, they give the effect of that parameter.
     axes: [Sums<f64>; 3],
     /// For each other parameter, which adds `c` to rate or force in NED: the integrals of `c` and
     /// of `(T - t) c`.

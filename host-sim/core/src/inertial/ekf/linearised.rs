@@ -45,7 +45,7 @@ impl Linearised {
             .accumulate(nav, increment, dt, &self.biases, self.noise);
     }
 
-    /// Ends the block at `nav` and gives it. A new block begins.
+    /// Ends the block at `nav` and returns it. A new block begins.
     pub fn take(&mut self, nav: &NavState) -> Block {
         self.interval.finish(nav, &self.biases, self.noise);
         let block = Block {

@@ -1,6 +1,6 @@
 //! Loosely coupled error-state Kalman filter. Its states are nine navigation errors and the
 //! parameters of a sensor-error model. Its measurements are fixes of position and velocity, with
-//! feedback after every fix. It also records what a Rauch-Tung-Striebel smoother needs.
+//! feedback after every fix. It also records the input of a Rauch-Tung-Striebel smoother.
 //!
 //! Errors are estimate minus truth: `phi` (rad, `C_est = (I - phi x) C_true`), velocity (m/s),
 //! position (m), all in north-east-down, then the parameters. Between fixes only `Phi` (9 x 9),
@@ -220,8 +220,8 @@ impl Aided {
         (e, found)
     }
 
-    /// Samples are missing for `time` seconds. The navigator goes on from `state` with errors of
-    /// `sigma`, which depend on nothing before; what is known of the sensors stays.
+    /// Samples are missing for `time` seconds. The navigator continues from `state` with errors of
+    /// `sigma`, independent of the errors before; the estimates of the sensor errors stay.
     pub fn lose(&mut self, time: f64, state: NavState, sigma: &InitialSigma) -> Record {
         let (p, nav, theta) = (self.p.clone(), self.start, self.theta.clone());
         let size = p.nrows();
@@ -258,7 +258,7 @@ impl Aided {
         }
     }
 
-    /// What a fix measures: index of the error state, its value, and the standard deviation.
+    /// Innovations of a fix: index of the error state, value, standard deviation.
     fn innovations(&self, fix: &Fix) -> Vec<(usize, f64, f64)> {
         let nav = &self.sins.nav;
         let dp = nav.position.ned_from(&fix.position);

@@ -1,5 +1,5 @@
-//! Sensor-error models that are linear in their parameters: what a classical calibration filter
-//! estimates.
+//! Sensor-error models that are linear in their parameters, as a classical calibration filter
+//! estimates them.
 
 use crate::inertial::rotation::skew;
 use crate::inertial::session::{EPOCH_S, Surroundings};
@@ -7,7 +7,7 @@ use crate::inertial::sins::Increment;
 use nalgebra::{DVector, Vector3};
 use std::sync::Arc;
 
-/// What a parameter is multiplied by to give its part of the sensor error.
+/// Factor of a parameter in the sensor error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Regressor {
     /// One: a bias.
@@ -41,13 +41,13 @@ pub enum Regressor {
     /// Mean square of the vibration along an axis that the samples of the last second contain,
     /// (m/s2)^2.
     Vibration(usize),
-    /// The same, sum over the axes.
+    /// Mean square of the vibration in the samples of the last second, sum over the axes, (m/s2)^2.
     Shaking,
     /// Hours since power-on: a ramp.
     Hours,
     /// `exp(-t / time)` with t since power-on and the time in s: a warm-up of known time constant.
     Decay(f64),
-    /// What the thermometer of the axis reads, less [`REFERENCE_DEGC`], K.
+    /// Reading of the thermometer of the axis minus [`REFERENCE_DEGC`], K.
     Reading,
     /// Its square, K^2.
     ReadingSquare,
@@ -55,7 +55,7 @@ pub enum Regressor {
     ReadingRate,
 }
 
-/// What the errors depend on at one time.
+/// Inputs of the errors at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Inputs {
     /// Rate, rad/s, body axes.
@@ -70,8 +70,8 @@ pub struct Inputs {
     pub time: f64,
 }
 
-/// What other sources tell about one second: thermometers, a magnetometer, the samples of the
-/// second before.
+/// Data of other sources for one second: thermometers, a magnetometer, the samples of the second
+/// before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
     /// Temperature of the block and magnetic field in body axes.
@@ -79,7 +79,8 @@ pub struct Known {
     /// Mean square of the specific force about its mean over the second before, each axis,
     /// (m/s2)^2.
     pub vibration: Vector3<f64>,
-    /// Thermometers of the axes, less [`REFERENCE_DEGC`], K, and how fast they change, K/s.
+    /// Readings of the thermometers of the axes minus [`REFERENCE_DEGC`], K, and their rate of
+    /// change, K/s.
     pub readings: [Vector3<f64>; 2],
 }
 
@@ -96,7 +97,7 @@ pub struct SlowErrors {
     /// The second since power-on that it belongs to.
     second: Option<usize>,
     error: [Vector3<f64>; 2],
-    /// Some parameters add another part, which follows the motion.
+    /// Whether some parameters add another part, which follows the motion.
     moves: bool,
 }
 
@@ -117,7 +118,7 @@ pub struct Parameter {
     pub triad: Triad,
     /// The axis with the error.
     pub axis: usize,
-    /// What it is multiplied by.
+    /// Its factor in the error.
     pub regressor: Regressor,
     /// Prior standard deviation, SI.
     pub sigma: f64,
@@ -132,7 +133,7 @@ pub struct Parameter {
 pub struct ErrorModel {
     /// All parameters.
     pub parameters: Vec<Parameter>,
-    /// What is known of each second since power-on. Beyond the end of the list all values count as
+    /// Known data of each second since power-on. Beyond the end of the list all values count as
     /// zero.
     pub known: Arc<[Known]>,
     /// Known delay of the accelerometer samples behind the gyro samples, s.
@@ -282,7 +283,7 @@ impl ErrorModel {
     }
 
     /// Errors of gyros (rad/s) and accelerometers (m/s2) for parameters `theta` and the inputs.
-    /// `slow` keeps the slow part for further calls in the same second with the same `theta`.
+    /// `slow` stores the slow part for further calls in the same second with the same `theta`.
     #[must_use]
     pub fn error(
         &self,
@@ -362,7 +363,7 @@ impl ErrorModel {
         self.slow(theta, second).error
     }
 
-    /// What is known of the second that holds `time` (s since power-on).
+    /// Known data of the second that contains `time` (s since power-on).
     pub(super) fn known_at(&self, time: f64) -> Known {
         let second = (time / EPOCH_S) as usize;
         self.known.get(second).copied().unwrap_or_default()
@@ -407,7 +408,7 @@ impl Parameter {
         }
     }
 
-    /// The share that is left after `t` seconds.
+    /// The share that remains after `t` seconds.
     pub(super) fn keeps(&self, t: f64) -> f64 {
         if self.time_s.is_finite() {
             (-t / self.time_s).exp()

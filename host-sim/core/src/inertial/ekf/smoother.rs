@@ -6,7 +6,7 @@ use crate::inertial::sins::NavState;
 use crate::list::{Item, List, numbers, put_all};
 use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
 
-/// What the smoother needs of one interval. The state is that after the last fix, at the start of
+/// Input of the smoother for one interval. The state is that after the last fix, at the start of
 /// the interval.
 #[derive(Debug, Clone)]
 pub struct Record {
@@ -27,7 +27,7 @@ pub struct Record {
     pub nis: f64,
 }
 
-/// All numbers, after those of states and of parameters.
+/// All numbers, after the numbers of states and of parameters.
 impl Item for Record {
     fn put(&self, bytes: &mut Vec<u8>) {
         let Geodetic { lat, lon, h } = self.nav.position;
@@ -56,7 +56,7 @@ impl Item for Record {
             )),
         };
         let theta = DVector::from_fn(m, |_, _| next());
-        // as they lie: column by column
+        // in storage order: column by column
         let [p, phi, predicted] = [(); 3].map(|()| DMatrix::from_fn(n, n, |_, _| next()));
         Self {
             p,

@@ -14,7 +14,7 @@ pub(super) type Column<L> = [L; NAV];
 
 /// An integral and the integral of the integral.
 pub(super) type Sums<L> = [V3<L>; 2];
-/// Nothing integrated.
+/// Both integrals zero.
 #[inline(always)]
 pub(super) fn nothing<L: Lane>(kind: L::Kind) -> Sums<L> {
     [zeros(kind); 2]
@@ -132,7 +132,7 @@ fn both<L: Lane>(to: &mut [Column<L>; NAV], row: usize, column: usize, block: &M
 fn matrix<L: Lane>(nav: &States<L>, f_n: &V3<L>) -> [Column<L>; NAV] {
     let v = &nav.velocity;
     let o = L::all(v[0].kind(), 0.0);
-    let here = Local::at(nav.place[0], nav.place[2]);
+    let here = Local::at(nav.position[0], nav.position[2]);
     // one over the radii of curvature, and the tangent of the latitude over the second
     let (per_m, per_n) = (here.lat_per_m, here.cos_lat * here.lon_per_m);
     let tan_per_n = here.sin_lat * here.lon_per_m;

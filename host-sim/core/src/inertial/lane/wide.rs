@@ -6,7 +6,7 @@ use fearless_simd::{Simd, SimdBase, f64x8};
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_4;
 
-/// How many filters stand side by side.
+/// Number of filters side by side.
 pub const PLACES: usize = 8;
 
 impl<S: Simd> Lane for f64x8<S> {

@@ -10,9 +10,9 @@ use crate::inertial::lane::{
 use nalgebra::{Quaternion, UnitQuaternion};
 use {crate::inertial::vectors::widest, fearless_simd::f64x8};
 
-/// Combines every `count` increments into one. A navigator with [`Samples::One`] makes of the
-/// result what it would have made of the single increments. Fewer than `count` increments at the
-/// end are dropped.
+/// Combines every `count` increments into one. A navigator with [`Samples::One`] has the same
+/// result with it as with the single increments. Fewer than `count` increments at the end are
+/// dropped.
 ///
 /// Pieces of `count` increments do not depend on one another, so several are combined side by side.
 #[must_use]
@@ -37,19 +37,19 @@ pub fn gather(
     out
 }
 
-/// Adds the pieces of a block, one after the other.
+/// Adds the pieces of a block in order.
 fn one_by_one(block: &[Increment], count: usize, samples: Samples, out: &mut Vec<Increment>) {
     for piece in 0..(block.len() - 2) / count {
         pieces::<f64>((), &block[piece * count..], count, samples, out);
     }
 }
 
-/// Adds the [`BESIDE`] pieces of a block, each with the bits that it has alone.
+/// Adds the [`BESIDE`] pieces of a block, each with the same bits as alone.
 fn combine(block: &[Increment], count: usize, samples: Samples, out: &mut Vec<Increment>) {
     widest!(simd => pieces::<f64x8<_>>(simd, block, count, samples, out));
 }
 
-/// Pieces of a block.
+/// Number of pieces of a block.
 const BESIDE: usize = 8;
 
 /// Adds as many pieces of a block as a lane has places.
@@ -69,13 +69,13 @@ fn pieces<L: Lane>(
     };
     let (zero, one) = (L::all(kind, 0.0), L::all(kind, 1.0));
     let (mut q, mut v) = ([zero, zero, zero, one], zeros(kind));
-    let mut past = [increment(1), increment(0)];
+    let mut previous = [increment(1), increment(0)];
     for i in 2..2 + count {
         let last = increment(i);
-        let (phi, eta) = samples.combine(&past, &last);
+        let (phi, eta) = samples.combine(&previous, &last);
         v = add(&v, &turned(&q, &in_start_axes(&phi, &eta)));
         q = after(&q, &rotation(&phi));
-        past = [last, past[0]];
+        previous = [last, previous[0]];
     }
     let phi = rotvec(&q);
     let dv = from_start_axes(&phi, &v);
@@ -135,7 +135,7 @@ mod tests {
     use crate::inertial::sins::{NavState, Sins};
     use nalgebra::Vector3;
 
-    /// Pieces side by side have the bits that each has alone, at the end of a list and in large
+    /// Pieces side by side have the same bits as each alone, at the end of a list and in large
     /// rotations, too.
     #[test]
     fn pieces_side_by_side_have_their_own_bits() {

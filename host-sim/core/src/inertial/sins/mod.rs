@@ -35,14 +35,14 @@ pub struct HeightLoop {
     pub time_s: f64,
 }
 
-/// The navigator: its state, and what it keeps of the last increments.
+/// The navigator: its state, and the last increments.
 #[derive(Debug, Clone)]
 pub struct Sins {
-    /// Present solution. Small corrections are allowed between increments. For another place make a
-    /// new navigator.
+    /// Present solution. Small corrections are allowed between increments. For another position
+    /// make a new navigator.
     pub nav: NavState,
     pub(in crate::inertial) samples: Samples,
-    pub(in crate::inertial) past: [Increment; 2],
+    pub(in crate::inertial) previous: [Increment; 2],
     // half the change of velocity over the last increment
     half_change: Vector3<f64>,
     // the Earth at the middle of the next increment
@@ -60,7 +60,7 @@ impl Sins {
         Self {
             nav,
             samples: Samples::default(),
-            past: [Increment::default(); 2],
+            previous: [Increment::default(); 2],
             half_change: Vector3::zeros(),
             earth: Local::at(nav.position.lat, nav.position.h),
             polar: outside(nav.position.lat),
@@ -81,12 +81,12 @@ impl Sins {
 
     /// Advances by one increment of `dt` seconds.
     pub fn step(&mut self, increment: &Increment, dt: f64) {
-        let past = self.past.map(|past| past.parts());
-        let (phi, eta) = self.samples.combine(&past, &increment.parts());
+        let previous = self.previous.map(|previous| previous.parts());
+        let (phi, eta) = self.samples.combine(&previous, &increment.parts());
         let here: &Self = self;
         let mut one = Strapdown::<f64>::of((), |_| here);
         one.step(&phi, &eta, dt);
-        one.give(0, self, [*increment, self.past[0]]);
+        one.give(0, self, [*increment, self.previous[0]]);
     }
 
     /// True once the track has come closer to a pole than [`MAX_LATITUDE`]. North and east lose

@@ -3,9 +3,9 @@
 //! algorithm design", parts 1 and 2; Ignagni 1990, 1998; Miller 1983).
 //!
 //! To second order `phi = dtheta + 1/2 int alpha x omega dt` with `alpha` the integral of `omega`
-//! since the start of the increment. Sculling is the same bilinear form with specific force in
-//! place of one of its two arguments (Roscoe 2001). One set of coefficients serves both: every
-//! product `A x B` becomes `A_theta x B_v + A_v x B_theta`.
+//! since the start of the increment. Sculling is the same bilinear form with specific force instead
+//! of one of its two arguments (Roscoe 2001). One set of coefficients serves both: every product
+//! `A x B` becomes `A_theta x B_v + A_v x B_theta`.
 //!
 //! With `A`, `B`, `C` the increments k-2, k-1 and k, and the rate over them `a + b t + c t^2` (t in
 //! sample periods, from the start of C):
@@ -67,7 +67,7 @@ impl Item for Increment {
 pub enum Samples {
     /// No compensation. For increments that are compensated already, and for comparison.
     One,
-    /// The newest increment and the one before. It needs to keep only one increment.
+    /// The newest increment and the one before. It stores only one increment.
     Two,
     /// The newest increment and two before. It is at least as good as [`Self::Two`] in every motion
     /// of the tests, and much better in fast coning, in sculling and on bodies that spin.
@@ -77,14 +77,15 @@ pub enum Samples {
 
 impl Samples {
     /// Rotation vector in rad of the newest increment, and its velocity counterpart in m/s. An
-    /// increment here is delta-theta and delta-v; `past` holds the last one and the one before it.
+    /// increment here is delta-theta and delta-v; `previous` has the two increments before, the
+    /// later one first.
     #[inline(always)]
     pub(crate) fn combine<L: Lane>(
         self,
-        past: &[[V3<L>; 2]; 2],
+        previous: &[[V3<L>; 2]; 2],
         increment: &[V3<L>; 2],
     ) -> (V3<L>, V3<L>) {
-        let [b, a] = past;
+        let [b, a] = previous;
         let (coning, sculling) = match self {
             Self::One => return (increment[0], increment[1]),
             Self::Two => {

@@ -1,4 +1,4 @@
-//! The strapdown step, of one navigator or of several side by side: of increments that are
+//! The strapdown step, of one navigator or of several side by side: for increments that are
 //! compensated already.
 
 use crate::inertial::earth::{Geodetic, Local};
@@ -9,11 +9,11 @@ use crate::inertial::lane::{
 use crate::inertial::sins::{HeightLoop, Increment, NavState, Sins, outside};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-/// The [`NavState`] of each.
+/// The [`NavState`] of each navigator.
 #[derive(Clone, Copy)]
 pub(in crate::inertial) struct States<L: Lane> {
     /// Latitude and longitude, rad, and height, m.
-    pub(in crate::inertial) place: V3<L>,
+    pub(in crate::inertial) position: V3<L>,
     pub(in crate::inertial) velocity: V3<L>,
     pub(in crate::inertial) q_bn: Q<L>,
 }
@@ -27,7 +27,7 @@ impl<L: Lane> States<L> {
     ) -> Self {
         let coords = |i: usize| L::of(kind, |l| state(l).q_bn.coords[i]);
         Self {
-            place: L::gathered(kind, |l| {
+            position: L::gathered(kind, |l| {
                 let at = state(l).position;
                 Vector3::new(at.lat, at.lon, at.h)
             }),
@@ -39,7 +39,7 @@ impl<L: Lane> States<L> {
     /// The state of navigator `l`.
     #[inline(always)]
     pub(in crate::inertial) fn state(&self, l: usize) -> NavState {
-        let [lat, lon, h] = at(&self.place, l).into();
+        let [lat, lon, h] = at(&self.position, l).into();
         let [i, j, k, w] = self.q_bn;
         let q = Quaternion::new(w.at(l), i.at(l), j.at(l), k.at(l));
         NavState {
@@ -49,14 +49,14 @@ impl<L: Lane> States<L> {
         }
     }
 
-    /// Takes the errors `e` (attitude, velocity, position) off.
+    /// Subtracts the errors `e` (attitude, velocity, position).
     #[inline(always)]
     pub(in crate::inertial) fn displace(&mut self, e: &[L]) {
         let q = after(&rotation(&[e[0], e[1], e[2]]), &self.q_bn);
         self.q_bn = renormalised(&q);
-        let [lat, lon, h] = self.place;
+        let [lat, lon, h] = self.position;
         let here = Local::at(lat, h);
-        self.place = [
+        self.position = [
             lat + -e[6] * here.lat_per_m,
             lon + -e[7] * here.lon_per_m,
             h - -e[8],
@@ -64,11 +64,11 @@ impl<L: Lane> States<L> {
         self.velocity = sub(&self.velocity, &[e[3], e[4], e[5]]);
     }
 
-    /// [`Sins::damp_height`] of each. `heights`: those of the barometer, m.
+    /// [`Sins::damp_height`] of each navigator. `heights`: those of the barometer, m.
     #[inline(always)]
     pub(in crate::inertial) fn damp_height(&mut self, loop_: &HeightLoop, heights: L, dt: f64) {
-        let error = self.place[2] - heights;
-        self.place[2] -= error * (2.0 / loop_.time_s) * dt;
+        let error = self.position[2] - heights;
+        self.position[2] -= error * (2.0 / loop_.time_s) * dt;
         self.velocity[2] += error * dt / (loop_.time_s * loop_.time_s);
     }
 }
@@ -78,7 +78,7 @@ pub(in crate::inertial) struct Strapdown<L: Lane> {
     pub(in crate::inertial) nav: States<L>,
     half_change: V3<L>,
     earth: Local<L>,
-    /// Which have come too close to a pole, one bit each.
+    /// Navigators that have come too close to a pole, one bit each.
     polar: u8,
 }
 
@@ -110,11 +110,11 @@ impl<L: Lane> Strapdown<L> {
         }
     }
 
-    /// Writes navigator `l` back. `past`: its last increments.
+    /// Writes navigator `l` back. `previous`: its last increments.
     #[inline(always)]
-    pub(in crate::inertial) fn give(&self, l: usize, to: &mut Sins, past: [Increment; 2]) {
+    pub(in crate::inertial) fn give(&self, l: usize, to: &mut Sins, previous: [Increment; 2]) {
         to.nav = self.nav.state(l);
-        to.past = past;
+        to.previous = previous;
         to.half_change = at(&self.half_change, l);
         to.earth = Local {
             sin_lat: self.earth.sin_lat.at(l),
@@ -132,11 +132,11 @@ impl<L: Lane> Strapdown<L> {
     #[inline(always)]
     pub(in crate::inertial) fn step(&mut self, dtheta: &V3<L>, dv: &V3<L>, dt: f64) {
         // Earth and velocity at the middle of the increment. The Earth is computed one increment
-        // ahead, for a place that is wrong by acceleration times dt^2, some micrometres to
+        // ahead, for a position that is wrong by acceleration times dt^2, some micrometres to
         // millimetres. So the value is ready when needed, and its computation overlaps with the
         // rest of the step.
         let States {
-            place: [lat, lon, h],
+            position: [lat, lon, h],
             velocity,
             q_bn,
         } = self.nav;
@@ -157,7 +157,7 @@ impl<L: Lane> Strapdown<L> {
         let gravity_coriolis = sub(&gravity, &cross(&whole, &v_mid));
         let change = add(&dv_n, &scaled(&gravity_coriolis, dt));
         let v_mean = add(&velocity, &scaled(&change, 0.5));
-        self.nav.place = [
+        self.nav.position = [
             lat + v_mean[0] * dt * mid.lat_per_m,
             lon + v_mean[1] * dt * mid.lon_per_m,
             h - v_mean[2] * dt,
@@ -167,7 +167,7 @@ impl<L: Lane> Strapdown<L> {
         self.nav.q_bn = renormalised(&after(&q, &rotation(dtheta)));
         self.half_change = scaled(&change, 0.5);
         for l in 0..L::PLACES {
-            self.polar |= u8::from(outside(self.nav.place[0].at(l))) << l;
+            self.polar |= u8::from(outside(self.nav.position[0].at(l))) << l;
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The antenna: where it is, how late its fixes come, and what everybody is told of that.
+//! The antenna: lever arm and latency of its fixes, as they are and as filters assume them.
 
 use crate::inertial::earth::Local;
 use crate::inertial::sins::{Increment, NavState, Sins};
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 /// Times that differ by less than this share of a sample are the same.
 const SAME: f64 = 1e-6;
 
-/// What filters and the device's learner are told of the antenna.
+/// Latency and lever arm as filters and the device's learner assume them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AntennaPrior {
     /// Age of a fix when it arrives, s, and its standard deviation.
@@ -39,12 +39,12 @@ pub fn antenna(truth: &Truth, at: &NavState, sample: f64, arm: &Vector3<f64>) ->
     }
 }
 
-/// The true states of the IMU at any times, which must ascend. Between epochs the perfect
-/// increments lead from the epoch before.
+/// The true states of the IMU at any times, which must ascend. Between epochs they are integrated
+/// from the perfect increments, starting at the epoch before.
 pub(super) struct Path<'a> {
     truth: &'a Truth,
     sins: Sins,
-    /// Samples that the navigator has taken since power-on.
+    /// Samples that the navigator has processed since power-on.
     taken: usize,
 }
 

@@ -148,7 +148,8 @@ fn states_between_epochs_are_on_the_drive() {
     );
 }
 
-/// Without the keys each fix is that of the epoch itself, bit for bit, and told values do nothing.
+/// Without the keys each fix is that of the epoch itself, bit for bit, and assumed values have no
+/// effect.
 #[test]
 fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
     let truth = drive(90.0);
@@ -168,7 +169,7 @@ fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
         .collect();
     assert_eq!(got, plain);
     assert_eq!(spec.told_of_antenna(), AntennaPrior::default());
-    // what is told changes the age that the fix claims, and nothing else
+    // the assumed latency changes the age of the fix, and nothing else
     let late = GnssSpec {
         latency_s: Some(0.0),
         ..spec
@@ -182,7 +183,7 @@ fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
     assert_eq!(got, want);
 }
 
-/// More fixes a second are on the same drive: where both rates have one, at the same place.
+/// More fixes a second are on the same drive: where both rates have one, at the same position.
 #[test]
 fn a_faster_receiver_has_fixes_between() {
     let truth = drive(90.0);

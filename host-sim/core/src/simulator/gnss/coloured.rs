@@ -53,21 +53,21 @@ impl Coloured {
     }
 }
 
-/// The coloured errors as they go on.
+/// The state of the coloured errors.
 pub(super) struct Wander {
     sigmas: [f64; 6],
-    /// What is left of position and velocity errors after a step.
-    kept: [f64; 2],
+    /// Factors by which position and velocity errors decay in a step.
+    decay: [f64; 2],
     now: Option<[f64; 6]>,
     rng: ChaCha8Rng,
 }
 
 impl Wander {
     pub(super) fn new(spec: &Coloured, step_s: f64, rng: ChaCha8Rng) -> Self {
-        let kept = [spec.time_s, spec.velocity_time_s].map(|time| (-step_s / time).exp());
+        let decay = [spec.time_s, spec.velocity_time_s].map(|time| (-step_s / time).exp());
         Self {
             sigmas: spec.sigmas(),
-            kept,
+            decay,
             now: None,
             rng,
         }
@@ -86,8 +86,8 @@ impl Wander {
         let next = match self.now {
             None => drawn,
             Some(before) => std::array::from_fn(|i| {
-                let kept = self.kept[i / 3];
-                kept * before[i] + (1.0 - kept * kept).sqrt() * drawn[i]
+                let decay = self.decay[i / 3];
+                decay * before[i] + (1.0 - decay * decay).sqrt() * drawn[i]
             }),
         };
         self.now = Some(next);

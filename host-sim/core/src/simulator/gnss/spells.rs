@@ -1,8 +1,8 @@
-//! What comes and goes: gaps without fixes, and bursts of multipath.
+//! Intermittent errors: gaps without fixes, and bursts of multipath.
 //!
 //! Both follow the two-state Markov channel of E. Lutz and others ("The land mobile satellite
 //! communication channel", IEEE Transactions on Vehicular Technology 40(2), 1991): good and bad
-//! times take turns, and the length of each is exponentially distributed. The first time is good.
+//! times alternate, and the length of each is exponentially distributed. The first time is good.
 //! Measured lengths have longer tails: L. E. Braten and T. Tjelta ("Semi-Markov multistate modeling
 //! of the land mobile propagation channel for geostationary satellites", IEEE Transactions on
 //! Antennas and Propagation 50(12), 2002) find a power law in the open and log-normal ones in the
@@ -31,8 +31,8 @@ impl Default for Gaps {
     }
 }
 
-/// Times in which reflected signals shift the fix, and the receiver does not tell. The shift is
-/// drawn anew for each burst and stays over it. Off while the mean interval is 0.
+/// Times in which reflected signals shift the fix, and the receiver does not report it. The shift
+/// is drawn for each burst and is constant in it. Off while the mean interval is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Multipath {
@@ -68,7 +68,7 @@ impl Default for Multipath {
     }
 }
 
-/// Good and bad times that take turns.
+/// Alternating good and bad times.
 pub(super) struct Spells {
     /// Mean length of good and bad times, s. Never bad if the first is 0.
     means_s: [f64; 2],
@@ -115,12 +115,12 @@ impl Spells {
     }
 }
 
-/// The bursts of multipath as they come and go.
+/// The state of the bursts of multipath.
 pub(super) struct Bursts {
     spells: Spells,
     sigmas: [f64; 6],
     shift: [f64; 6],
-    /// Speed from which on there are none, m/s.
+    /// Speed from which on there are no bursts, m/s.
     until_mps: f64,
     rng: ChaCha8Rng,
 }
@@ -143,7 +143,7 @@ impl Bursts {
     }
 
     /// The shift at the next epoch, position (m) and velocity (m/s), if it is in a burst. The
-    /// bursts come and go at any speed, so that their times do not depend on the drive.
+    /// bursts begin and end at any speed, so that their times do not depend on the drive.
     pub(super) fn next(&mut self, speed_mps: f64) -> Option<[f64; 6]> {
         let (bad, began) = self.spells.next();
         if began > 0 {

@@ -105,9 +105,9 @@ fn coloured_errors_fade_with_their_time_constants() {
     assert!((square / 4.0 - 1.0).abs() < 0.1, "{square}");
 }
 
-/// Variances of independent errors add; what is told is a factor of the square root.
+/// Variances of independent errors add. The reported accuracy is a factor times the square root.
 #[test]
-fn the_accuracy_told_is_a_factor_of_the_true_one() {
+fn the_reported_accuracy_is_a_factor_of_the_true_one() {
     let spec = GnssSpec {
         horizontal_m: 3.0,
         told_factor: 0.5,
@@ -117,12 +117,12 @@ fn the_accuracy_told_is_a_factor_of_the_true_one() {
         },
         ..GnssSpec::default()
     };
-    let told = fixes(&spec)[0].unwrap().sigmas;
-    assert_eq!(told, [2.5, 2.5, 0.75, 0.025, 0.025, 0.025]);
+    let reported = fixes(&spec)[0].unwrap().sigmas;
+    assert_eq!(reported, [2.5, 2.5, 0.75, 0.025, 0.025, 0.025]);
     let errors = errors(&spec);
-    for (value, told) in told.into_iter().enumerate() {
+    for (value, sigma) in reported.into_iter().enumerate() {
         let rms = covariance(&errors, value, 0).sqrt();
-        assert!((told / rms - 0.5).abs() < 0.02, "{value}: {rms}");
+        assert!((sigma / rms - 0.5).abs() < 0.02, "{value}: {rms}");
     }
 }
 
@@ -193,6 +193,6 @@ fn multipath_shifts_the_fix_in_bursts() {
     let shifted = all.iter().filter(|e| e[0].abs() > 0.01).count() as f64;
     let share = shifted / all.len() as f64;
     assert!((share - 1.0 / 3.0).abs() < 0.02, "{share}");
-    // the receiver does not know of it
+    // the reported accuracy does not contain it
     assert_eq!(spec.told(), quiet().told());
 }

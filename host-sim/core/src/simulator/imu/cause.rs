@@ -1,16 +1,16 @@
-//! Groups of errors with a single cause each, for campaigns that ask under which one a scheme
-//! falls.
+//! Groups of errors with a single cause each, for campaigns that show which cause makes a scheme
+//! fail.
 //!
 //! A group has the linear errors of the unit and one cause more. Its size is a share of the bias b
-//! that a filter of the unit must expect. The shares are assumed: large enough to be seen beside
+//! that a filter of the unit must expect. The shares are assumed: large enough to be visible beside
 //! the biases. A size that the unit's table `environment` gives is taken instead. Of errors that
-//! older files have, which may be too small to be seen, the larger size is taken.
+//! older files have, which may be too small to be visible, the larger size is taken.
 
 use super::error_model::ErrorModelName;
 use super::nodes::NodesSpec;
 use super::spec::ImuSpec;
 
-/// What a cause adds to an IMU with linear errors. `own` is the IMU with all its errors, `b` the
+/// Adds a cause to an IMU with linear errors. `own` is the IMU with all its errors, `b` the
 /// expected bias of gyros and accelerometers in the units of the file.
 type Add = fn(spec: &mut ImuSpec, own: &ImuSpec, b: [f64; 2]);
 
@@ -150,13 +150,13 @@ mod tests {
     use crate::inertial::units::{DEG_PER_H, G0, UG};
     use nalgebra::Vector3;
 
-    /// What remains of dither is no systematic error; it shows in the samples.
+    /// The remaining dither is no systematic error; it is visible in the samples only.
     fn shows_in_samples(name: ErrorModelName) -> bool {
         name == ErrorModelName::Dither
     }
 
-    /// Every group of a single cause differs from `linear` by that cause, is in range, and is felt:
-    /// in some second of an hour of turning and shaking the errors of the gyros or of the
+    /// Every group of a single cause differs from `linear` by that cause, is in range, and has an
+    /// effect: in some second of an hour of turning and shaking the errors of the gyros or of the
     /// accelerometers differ by more than half a per cent of their bias.
     #[test]
     fn each_group_adds_its_cause_to_the_linear_errors() {

@@ -28,7 +28,7 @@ fn errors(
         .collect()
 }
 
-fn still(_: f64) -> (Vector3<f64>, Vector3<f64>) {
+fn at_rest(_: f64) -> (Vector3<f64>, Vector3<f64>) {
     (Vector3::zeros(), Vector3::zeros())
 }
 
@@ -255,7 +255,7 @@ fn the_size_effect_is_centripetal_and_tangential() {
     spec.accel.size_effect_mm = 20.0;
     let steady = |dps: Vector3<f64>| errors(&spec, 1, |_| (dps * DEG, Vector3::zeros()))[50].1;
     let f = steady(Vector3::new(0.0, 0.0, 60.0));
-    // the accelerometer x at r feels -w^2 r_x, and z nothing
+    // the accelerometer x at r measures -w^2 r_x, and z nothing
     let r_x = -f.x / (60.0 * DEG).powi(2);
     assert!(r_x.abs() > 1e-3 && r_x.abs() < 0.08 && f.z == 0.0, "{r_x}");
     assert!((steady(Vector3::new(0.0, 0.0, 120.0)).x / f.x - 4.0).abs() < 1e-9);
@@ -289,7 +289,7 @@ fn delay_holds_back_the_accelerometers_alone() {
 fn a_perfect_imu_has_no_error() {
     let spec = perfect();
     assert!(
-        errors(&spec, 2, still)
+        errors(&spec, 2, at_rest)
             .iter()
             .all(|(w, f)| w.norm() == 0.0 && f.norm() == 0.0)
     );

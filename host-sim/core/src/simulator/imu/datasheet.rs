@@ -2,11 +2,11 @@
 //!
 //! An entry is the key in presets and scenario files, whose ending is the unit (`p` stands for
 //! `per`). With it come the documentation, the group of errors, the range, how the number acts on a
-//! triad, what a filter is told that knows the error, and how much it adds to the bias that other
-//! filters expect. The simulator, the oracle, the error groups, the checks and the tests follow
-//! from these tables. A new error is an entry here. If no number of
+//! triad, the parameters of a filter that models the error, and how much it adds to the bias that
+//! other filters expect. The simulator, the oracle, the error groups, the checks and the tests
+//! follow from these tables. A new error is an entry here. If no number of
 //! [`Sigmas`](super::triad::Sigmas) acts as it does, it needs code in `triad`, too. The errors that
-//! follow the temperature of each sensor, its past and its age have tables of the same kind in
+//! follow the temperature of each sensor, its history and its age have tables of the same kind in
 //! [`super::environment`].
 
 use super::dither::DitherSpec;
@@ -33,7 +33,7 @@ datasheet! {
         bias_unit_dph: Gyro::of(Group::Constant)
             .bias(|s| s.bias_unit_dph)
             .acts(|s, to| to.bias_unit = s.bias_unit_dph * DEG_PER_H)
-            .told(|s, at| vec![Parameter {
+            .parameters(|s, at| vec![Parameter {
                 walk: s.rate_random_walk_dphpsqrth / 60.0 * DEG_PER_H,
                 ..at.constant(
                     Regressor::One,
@@ -53,7 +53,7 @@ datasheet! {
         bias_drift_dph: Gyro::of(Group::Wander)
             .bias(|s| s.bias_drift_dph)
             .acts(|s, to| to.drift = s.bias_drift_dph * DEG_PER_H)
-            .told(|s, at| drift(at, s.bias_drift_dph * DEG_PER_H, s.bias_drift_time_s)),
+            .parameters(|s, at| drift(at, s.bias_drift_dph * DEG_PER_H, s.bias_drift_time_s)),
         /// Its time constant, s, > 0.
         bias_drift_time_s: Gyro::of(Group::Condition)
             .within(Range::Positive)
@@ -64,7 +64,7 @@ datasheet! {
         bias_instability_dph: Gyro::of(Group::Wander)
             .bias(|s| flicker::SPREAD * s.bias_instability_dph)
             .acts(|s, to| to.instability = s.bias_instability_dph * DEG_PER_H)
-            .told(|s, at| instability(at, s.bias_instability_dph * DEG_PER_H)),
+            .parameters(|s, at| instability(at, s.bias_instability_dph * DEG_PER_H)),
         /// Angle random walk without the part of lock-in (see [`DitherSpec`]), deg/sqrt(h); a plain
         /// value.
         angle_random_walk_dpsqrth: Gyro::of(Group::Noise)
@@ -73,7 +73,7 @@ datasheet! {
         warm_up_dph: Gyro::of(Group::Thermal)
             .bias(|s| s.warm_up_dph)
             .acts(|s, to| to.warm_up = s.warm_up_dph * DEG_PER_H)
-            .told(|s, at| warm_up(at, s.warm_up_dph * DEG_PER_H, s.warm_up_time_s))
+            .parameters(|s, at| warm_up(at, s.warm_up_dph * DEG_PER_H, s.warm_up_time_s))
             .large(3.0),
         /// Its time constant, s, > 0; a plain value.
         warm_up_time_s: Gyro::of(Group::Condition)
@@ -82,14 +82,14 @@ datasheet! {
         /// Scale factor asymmetry: error `a |rate|`, ppm.
         scale_asymmetry_ppm: Gyro::of(Group::Nonlinear)
             .acts(|s, to| to.asymmetry = s.scale_asymmetry_ppm * PPM)
-            .told(|s, at| vec![
+            .parameters(|s, at| vec![
                 at.constant(Regressor::Magnitude(at.axis), s.scale_asymmetry_ppm * PPM),
             ])
             .large(1000.0),
         /// Scale factor error, ppm.
         scale_ppm: Gyro::of(Group::Constant)
             .acts(|s, to| to.scale = s.scale_ppm * PPM)
-            .told(|s, at| matrix(at, s.scale_ppm, s.misalignment_arcsec))
+            .parameters(|s, at| matrix(at, s.scale_ppm, s.misalignment_arcsec))
             .large(5000.0),
         /// Each off-diagonal element of the misalignment matrix, arcsec.
         misalignment_arcsec: Gyro::of(Group::Constant)
@@ -99,15 +99,15 @@ datasheet! {
         #[serde(default)]
         temperature_dphpk: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[0] = s.temperature_dphpk * DEG_PER_H)
-            .told(|s, at| vec![
+            .parameters(|s, at| vec![
                 at.constant(Regressor::Temperature, s.temperature_dphpk * DEG_PER_H),
             ])
             .large(0.2),
-        /// The same, quadratic, deg/h/K^2.
+        /// Bias per squared difference from the calibration temperature, deg/h/K^2.
         #[serde(default)]
         temperature_dphpk2: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[1] = s.temperature_dphpk2 * DEG_PER_H)
-            .told(|s, at| vec![
+            .parameters(|s, at| vec![
                 at.constant(Regressor::TemperatureSquare, s.temperature_dphpk2 * DEG_PER_H),
             ])
             .large(0.02),
@@ -115,7 +115,7 @@ datasheet! {
         #[serde(default)]
         heating_dphpkpmin: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[2] = s.heating_dphpkpmin * 60.0 * DEG_PER_H)
-            .told(|s, at| vec![
+            .parameters(|s, at| vec![
                 at.constant(Regressor::Heating, s.heating_dphpkpmin * 60.0 * DEG_PER_H),
             ])
             .large(3.0),
@@ -123,7 +123,7 @@ datasheet! {
         #[serde(default)]
         heating_temperature_dphpk2pmin: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[3] = s.heating_temperature_dphpk2pmin * 60.0 * DEG_PER_H)
-            .told(|s, at| vec![at.constant(
+            .parameters(|s, at| vec![at.constant(
                 Regressor::HeatingTemperature,
                 s.heating_temperature_dphpk2pmin * 60.0 * DEG_PER_H,
             )])
@@ -132,13 +132,13 @@ datasheet! {
         #[serde(default)]
         gradient_dphpk: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[4] = s.gradient_dphpk * DEG_PER_H)
-            .told(|s, at| vec![at.constant(Regressor::Gradient, s.gradient_dphpk * DEG_PER_H)])
+            .parameters(|s, at| vec![at.constant(Regressor::Gradient, s.gradient_dphpk * DEG_PER_H)])
             .large(1.0),
         /// Scale factor non-linearity: error `n rate (rate / nonlinearity_rate)^2`, ppm.
         #[serde(default)]
         nonlinearity_ppm: Gyro::of(Group::Nonlinear)
             .acts(|s, to| to.cubic = s.cubic())
-            .told(|s, at| vec![at.constant(Regressor::Cube(at.axis), s.cubic())])
+            .parameters(|s, at| vec![at.constant(Regressor::Cube(at.axis), s.cubic())])
             .large(2e5),
         /// Rate at which the non-linearity is given, deg/s, > 0; a plain value.
         #[serde(default = "hundred")]
@@ -148,7 +148,7 @@ datasheet! {
         #[serde(default)]
         magnetic_dphpgauss: Gyro::of(Group::Other)
             .acts(|s, to| to.magnetic = s.magnetic_dphpgauss * DEG_PER_H)
-            .told(|s, at| {
+            .parameters(|s, at| {
                 let sigma = s.magnetic_dphpgauss * DEG_PER_H;
                 (0..3).map(|j| at.constant(Regressor::Field(j), sigma)).collect()
             })
@@ -157,7 +157,7 @@ datasheet! {
         /// to the bias, deg/h/g.
         #[serde(default, skip_serializing_if = "is_zero")]
         g_sensitivity_dphpg: Gyro::of(Group::Other)
-            .told(|s, at| {
+            .parameters(|s, at| {
                 let sigma = s.g_sensitivity_dphpg * DEG_PER_H / G0;
                 (0..3).map(|j| at.constant(Regressor::Force(j), sigma)).collect()
             })
@@ -170,7 +170,7 @@ datasheet! {
         /// Dither and lock-in.
         #[serde(default)]
         dither: DitherSpec,
-        /// Errors by temperature, past, age and squares of the specific force. Off without this
+        /// Errors by temperature, history, age and squares of the specific force. Off without this
         /// table.
         #[serde(default, skip_serializing_if = "is_off")]
         environment: GyroEnvironment
@@ -200,7 +200,7 @@ datasheet! {
         bias_unit_ug: Accel::of(Group::Constant)
             .bias(|s| s.bias_unit_ug)
             .acts(|s, to| to.bias_unit = s.bias_unit_ug * UG)
-            .told(|s, at| vec![Parameter {
+            .parameters(|s, at| vec![Parameter {
                 walk: s.acceleration_random_walk_ugpsqrth / 60.0 * UG,
                 ..at.constant(Regressor::One, s.bias_unit_ug.hypot(s.bias_turn_on_ug) * UG)
             }]),
@@ -216,7 +216,7 @@ datasheet! {
         bias_drift_ug: Accel::of(Group::Wander)
             .bias(|s| s.bias_drift_ug)
             .acts(|s, to| to.drift = s.bias_drift_ug * UG)
-            .told(|s, at| drift(at, s.bias_drift_ug * UG, s.bias_drift_time_s)),
+            .parameters(|s, at| drift(at, s.bias_drift_ug * UG, s.bias_drift_time_s)),
         /// Its time constant, s, > 0.
         bias_drift_time_s: Accel::of(Group::Condition)
             .within(Range::Positive)
@@ -227,7 +227,7 @@ datasheet! {
         bias_instability_ug: Accel::of(Group::Wander)
             .bias(|s| flicker::SPREAD * s.bias_instability_ug)
             .acts(|s, to| to.instability = s.bias_instability_ug * UG)
-            .told(|s, at| instability(at, s.bias_instability_ug * UG)),
+            .parameters(|s, at| instability(at, s.bias_instability_ug * UG)),
         /// Velocity random walk, ug/sqrt(Hz); a plain value.
         velocity_random_walk_ugpsqrthz: Accel::of(Group::Noise)
             .acts(|s, to| to.noise = s.velocity_random_walk_ugpsqrthz * UG_PER_SQRT_HZ),
@@ -235,7 +235,7 @@ datasheet! {
         warm_up_ug: Accel::of(Group::Thermal)
             .bias(|s| s.warm_up_ug)
             .acts(|s, to| to.warm_up = s.warm_up_ug * UG)
-            .told(|s, at| warm_up(at, s.warm_up_ug * UG, s.warm_up_time_s)),
+            .parameters(|s, at| warm_up(at, s.warm_up_ug * UG, s.warm_up_time_s)),
         /// Its time constant, s, > 0; a plain value.
         warm_up_time_s: Accel::of(Group::Condition)
             .within(Range::Positive)
@@ -243,13 +243,13 @@ datasheet! {
         /// Scale factor asymmetry: error `a |f|`, ppm.
         scale_asymmetry_ppm: Accel::of(Group::Nonlinear)
             .acts(|s, to| to.asymmetry = s.scale_asymmetry_ppm * PPM)
-            .told(|s, at| vec![
+            .parameters(|s, at| vec![
                 at.constant(Regressor::Magnitude(at.axis), s.scale_asymmetry_ppm * PPM),
             ]),
         /// Scale factor error, ppm.
         scale_ppm: Accel::of(Group::Constant)
             .acts(|s, to| to.scale = s.scale_ppm * PPM)
-            .told(|s, at| matrix(at, s.scale_ppm, s.misalignment_arcsec)),
+            .parameters(|s, at| matrix(at, s.scale_ppm, s.misalignment_arcsec)),
         /// Each off-diagonal element of the misalignment matrix, arcsec.
         misalignment_arcsec: Accel::of(Group::Constant)
             .acts(|s, to| to.misalignment = s.misalignment_arcsec * ARCSEC),
@@ -257,25 +257,25 @@ datasheet! {
         #[serde(default)]
         temperature_ugpk: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[0] = s.temperature_ugpk * UG)
-            .told(|s, at| vec![at.constant(Regressor::Temperature, s.temperature_ugpk * UG)])
+            .parameters(|s, at| vec![at.constant(Regressor::Temperature, s.temperature_ugpk * UG)])
             .large(300.0),
-        /// The same, quadratic, ug/K^2.
+        /// Bias per squared difference from the calibration temperature, ug/K^2.
         #[serde(default)]
         temperature_ugpk2: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[1] = s.temperature_ugpk2 * UG)
-            .told(|s, at| vec![
+            .parameters(|s, at| vec![
                 at.constant(Regressor::TemperatureSquare, s.temperature_ugpk2 * UG),
             ]),
         /// Bias per heating rate of the block, ug/(K/min).
         #[serde(default)]
         heating_ugpkpmin: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[2] = s.heating_ugpkpmin * 60.0 * UG)
-            .told(|s, at| vec![at.constant(Regressor::Heating, s.heating_ugpkpmin * 60.0 * UG)]),
+            .parameters(|s, at| vec![at.constant(Regressor::Heating, s.heating_ugpkpmin * 60.0 * UG)]),
         /// Bias per product of heating rate and temperature, ug/(K^2/min).
         #[serde(default)]
         heating_temperature_ugpk2pmin: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[3] = s.heating_temperature_ugpk2pmin * 60.0 * UG)
-            .told(|s, at| vec![at.constant(
+            .parameters(|s, at| vec![at.constant(
                 Regressor::HeatingTemperature,
                 s.heating_temperature_ugpk2pmin * 60.0 * UG,
             )]),
@@ -283,13 +283,13 @@ datasheet! {
         #[serde(default)]
         gradient_ugpk: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[4] = s.gradient_ugpk * UG)
-            .told(|s, at| vec![at.constant(Regressor::Gradient, s.gradient_ugpk * UG)])
+            .parameters(|s, at| vec![at.constant(Regressor::Gradient, s.gradient_ugpk * UG)])
             .large(300.0),
         /// Second-order non-linearity K2, ug/g^2. It also rectifies the vibration that the samples
         /// contain.
         k2_ugpg2: Accel::of(Group::Nonlinear)
             .acts(|s, to| to.quadratic = s.k2_ugpg2 * UG / SQUARE_G)
-            .told(|s, at| {
+            .parameters(|s, at| {
                 let sigma = s.k2_ugpg2 * (UG / SQUARE_G);
                 vec![at.constant(Regressor::Product(at.axis, at.axis), sigma)]
             })
@@ -299,7 +299,7 @@ datasheet! {
         #[serde(default)]
         cross_coupling_ugpg2: Accel::of(Group::Nonlinear)
             .acts(|s, to| to.cross = s.cross_coupling_ugpg2 * UG / SQUARE_G)
-            .told(|s, at| {
+            .parameters(|s, at| {
                 let sigma = s.cross_coupling_ugpg2 * (UG / SQUARE_G);
                 vec![at.constant(Regressor::Product(at.axis, (at.axis + 1) % 3), sigma)]
             })
@@ -309,7 +309,7 @@ datasheet! {
         #[serde(default)]
         vibration_rectification_ugpg2: Accel::of(Group::Nonlinear)
             .acts(|s, to| to.rectification = s.vibration_rectification_ugpg2 * UG / SQUARE_G)
-            .told(|s, at| {
+            .parameters(|s, at| {
                 let rectified = s.vibration_rectification_ugpg2 * s.vibration_above_ratio;
                 vec![at.constant(Regressor::Vibration(at.axis), rectified * (UG / SQUARE_G))]
             })
@@ -323,13 +323,13 @@ datasheet! {
         /// mm, after the compensation by the maker.
         #[serde(default)]
         size_effect_mm: Accel::of(Group::Other)
-            .told(|s, at| {
+            .parameters(|s, at| {
                 let sigma = 1e-3 * s.size_effect_mm;
                 (0..3).map(|j| at.constant(Regressor::Arm(j), sigma)).collect()
             })
             .large(300.0),
         /// Delay of the accelerometer samples behind the gyro samples, s, at most 0.1; a plain
-        /// value. Filters are told of it by
+        /// value. Filters model it by
         /// [`ErrorModel::delay_s`](crate::inertial::ekf::ErrorModel::delay_s).
         #[serde(default)]
         delay_s: Accel::of(Group::Other).within(Range::UpTo(LONGEST_DELAY_S)).large(0.05),
@@ -338,7 +338,7 @@ datasheet! {
             .within(Range::Positive)
             .acts(|s, to| to.pulse = s.pulse_ugs * UG),
         ;
-        /// Errors by temperature, past and age. Off without this table.
+        /// Errors by temperature, history and age. Off without this table.
         #[serde(default, skip_serializing_if = "is_off")]
         environment: AccelEnvironment
     }

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-/// Increments as later sampling gives them. The velocity is taken as linear within a sample, so no
-/// velocity is lost.
+/// Increments of delayed samples. The velocity is taken as linear within a sample, so no velocity
+/// is lost.
 #[derive(Debug, Clone)]
 pub(super) struct Delay {
     part: f64,

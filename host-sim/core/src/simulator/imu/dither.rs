@@ -1,4 +1,4 @@
-//! What a datasheet says of the dither of a laser gyro.
+//! The dither of a laser gyro by its datasheet.
 
 use super::lock_in;
 use crate::inertial::units::{ARCSEC, DEG_PER_H};

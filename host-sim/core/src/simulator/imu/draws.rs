@@ -1,6 +1,6 @@
 //! Standard normal numbers that an IMU draws while it runs. IMUs of one turn-on with different
 //! errors draw the same numbers. A campaign measures every drive with several groups of errors, so
-//! it draws the numbers once and keeps them.
+//! it draws the numbers once and stores them.
 
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -15,7 +15,7 @@ const ACCEL: u64 = 3;
 /// The random numbers of one turn-on.
 #[derive(Debug, Clone)]
 pub struct Draws {
-    /// Both triads draw from it in turn.
+    /// Both triads draw from it alternately.
     pub(super) noise: Normals,
     /// One stream for each triad, for all that is not drawn from the common noise. An error that
     /// draws from it does not shift the numbers of the others.
@@ -49,14 +49,14 @@ impl Draws {
 #[derive(Debug, Clone)]
 pub(super) struct Normals {
     rng: ChaCha8Rng,
-    /// What has been drawn ahead, in blocks of [`BLOCK`] numbers, if they are kept.
-    kept: Option<Vec<Vec<f64>>>,
+    /// Numbers drawn ahead, in blocks of [`BLOCK`], if they are stored.
+    stored: Option<Vec<Vec<f64>>>,
     /// The block that is read, and how many of its numbers have been read.
     block: usize,
     read: usize,
 }
 
-/// Numbers that are drawn at once where they are kept: a multiple of three.
+/// Number of draws at once where they are stored: a multiple of three.
 const BLOCK: usize = 3 << 12;
 
 impl Normals {
@@ -65,22 +65,22 @@ impl Normals {
         rng.set_stream(stream);
         Self {
             rng,
-            kept: keep.then(Vec::new),
+            stored: keep.then(Vec::new),
             block: 0,
             read: 0,
         }
     }
 
     fn rewind(&mut self) {
-        assert!(self.kept.is_some(), "nothing was kept");
+        assert!(self.stored.is_some(), "nothing was stored");
         (self.block, self.read) = (0, 0);
     }
 
     /// Three numbers.
     #[inline(always)]
     pub fn three(&mut self) -> Vector3<f64> {
-        let kept = self.kept.as_ref();
-        let block = kept.and_then(|kept| kept.get(self.block));
+        let stored = self.stored.as_ref();
+        let block = stored.and_then(|stored| stored.get(self.block));
         let Some([x, y, z]) = block.and_then(|block| block.get(self.read..self.read + 3)) else {
             return self.drawn();
         };
@@ -91,17 +91,17 @@ impl Normals {
     /// Three numbers that are not in the present block.
     #[inline(never)]
     fn drawn(&mut self) -> Vector3<f64> {
-        let Some(kept) = &mut self.kept else {
+        let Some(stored) = &mut self.stored else {
             return normal3(&mut self.rng);
         };
         if self.read == BLOCK {
             (self.block, self.read) = (self.block + 1, 0);
         }
-        if self.block == kept.len() {
+        if self.block == stored.len() {
             let numbers = StandardNormal.sample_iter(&mut self.rng);
-            kept.push(numbers.take(BLOCK).collect());
+            stored.push(numbers.take(BLOCK).collect());
         }
-        let block = &kept[self.block][self.read..];
+        let block = &stored[self.block][self.read..];
         self.read += 3;
         Vector3::new(block[0], block[1], block[2])
     }
@@ -118,22 +118,22 @@ mod tests {
     use crate::simulator::imu::{ErrorModelName, Imu, ImuSpec};
 
     #[test]
-    fn what_was_kept_is_what_would_be_drawn() {
-        let (mut kept, mut drawn) = (Draws::of(3, true), Draws::of(3, false));
-        let first: Vec<_> = (0..5).map(|_| kept.noise.three()).collect();
-        kept.rewind();
+    fn stored_draws_are_those_that_would_be_drawn() {
+        let (mut stored, mut drawn) = (Draws::of(3, true), Draws::of(3, false));
+        let first: Vec<_> = (0..5).map(|_| stored.noise.three()).collect();
+        stored.rewind();
         for k in 0..9 {
-            let three = kept.noise.three();
+            let three = stored.noise.three();
             assert_eq!(three, drawn.noise.three());
             assert!(k >= first.len() || three == first[k]);
         }
-        assert_ne!(kept.separate[0].three(), kept.separate[1].three());
+        assert_ne!(stored.separate[0].three(), stored.separate[1].three());
     }
 
     /// Groups with and without errors that draw from streams of their own, one after the other over
     /// the same numbers.
     #[test]
-    fn an_imu_over_kept_draws_is_the_imu_alone() {
+    fn an_imu_over_stored_draws_is_the_imu_alone() {
         let preset = ImuSpec::preset("medium").unwrap();
         let increment = |k: i32| Increment {
             dtheta: Vector3::new(1e-4, -2e-4, 3e-6 * f64::from(k)),

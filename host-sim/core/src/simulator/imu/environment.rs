@@ -1,10 +1,10 @@
-//! Error terms that follow the temperature of each sensor, its past, its age, vibration, turning,
-//! or the square of the specific force: the tables `[simulation.gyro.environment]` and
+//! Error terms that follow the temperature of each sensor, its history, its age, vibration,
+//! turning, or the square of the specific force: the tables `[simulation.gyro.environment]` and
 //! `[simulation.accel.environment]`.
 //!
 //! They are tables of terms like [`super::datasheet`], and all are off unless the file has them.
-//! `triad/environment` has the equations. Filters are not told of these terms: an oracle that is
-//! told of everything else does not know them.
+//! `triad/environment` has the equations. No filter models these terms, not even the oracle that
+//! models all others.
 
 use super::term::{Datasheet, Group, Kind, Range, Term, datasheet};
 use crate::inertial::units::{DEG, DEG_PER_H, G0, PPM, UG};
@@ -28,8 +28,7 @@ datasheet! {
         hysteresis_dph: Gyro::of(Group::Thermal)
             .bias(|s| s.hysteresis_dph)
             .acts(|s, to| to.environment.hysteresis = s.hysteresis_dph * DEG_PER_H),
-        /// Change of temperature that takes it from the middle of the loop to one side, K, > 0; a
-        /// plain value.
+        /// Change of temperature from the middle of the loop to one side, K, > 0; a plain value.
         #[serde(default = "width", skip_serializing_if = "is_width")]
         hysteresis_width_k: Gyro::of(Group::Condition)
             .within(Range::Positive)
@@ -45,7 +44,7 @@ datasheet! {
         stretched_warm_up_dph: Gyro::of(Group::Thermal)
             .bias(|s| s.stretched_warm_up_dph)
             .acts(|s, to| to.environment.warm_up = s.stretched_warm_up_dph * DEG_PER_H),
-        /// Its time tau, s, > 0: the median over units and axes.
+        /// Time constant tau of the stretched warm-up, s, > 0: the median over units and axes.
         #[serde(default = "tau", skip_serializing_if = "is_tau")]
         stretched_warm_up_time_s: Gyro::of(Group::Condition)
             .within(Range::Positive)
@@ -54,7 +53,7 @@ datasheet! {
         #[serde(default = "spread", skip_serializing_if = "is_spread")]
         stretched_warm_up_spread_ratio: Gyro::of(Group::Condition)
             .acts(|s, to| to.environment.warm_up_spread = s.stretched_warm_up_spread_ratio),
-        /// Its exponent beta, > 0; a plain value. 1 is an exponential.
+        /// Exponent beta of the stretched warm-up, > 0; a plain value. 1 is an exponential.
         #[serde(default = "beta", skip_serializing_if = "is_beta")]
         stretched_warm_up_exponent_ratio: Gyro::of(Group::Condition)
             .within(Range::Positive)
@@ -93,35 +92,35 @@ datasheet! {
         softening_width_k: Gyro::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.softening_width = s.softening_width_k),
-        /// Bias by the temperature U of an inner place, which follows the place of the thermometer
-        /// late: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard deviation,
-        /// deg/h. The inner place is a capacity behind a conductance: a potted coil, a proof mass
-        /// in gas (Incropera and DeWitt, chapter 5).
+        /// Bias by the temperature U of an inner point, which lags the temperature at the
+        /// thermometer: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard
+        /// deviation, deg/h. The inner point is a capacity behind a conductance: a potted coil, a
+        /// proof mass in gas (Incropera and DeWitt, chapter 5).
         #[serde(default, skip_serializing_if = "is_zero")]
         thermal_lag_dph: Gyro::of(Group::Thermal)
             .bias(|s| s.thermal_lag_dph)
             .acts(|s, to| to.environment.lag = s.thermal_lag_dph * DEG_PER_H),
-        /// How late it follows, s, > 0: the time constant; a plain value of the type.
+        /// Time constant of that lag, s, > 0; a plain value of the type.
         #[serde(default = "lag", skip_serializing_if = "is_lag")]
         thermal_lag_time_s: Gyro::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.lag_time = s.thermal_lag_time_s),
         /// Bias by vibration that saturates: `b v / (v + knee)`, deg/h; v is the mean square of the
         /// specific force about its mean in the last second, of all axes, with what is above the
-        /// sample rate. A servo or a stop limits what is rectified (vibration rectification, IEEE
+        /// sample rate. A servo or a stop limits the rectification (vibration rectification, IEEE
         /// Std 1293).
         #[serde(default, skip_serializing_if = "is_zero")]
         vibration_saturation_dph: Gyro::of(Group::Nonlinear)
             .bias(|s| s.vibration_saturation_dph)
             .acts(|s, to| to.environment.shaken = s.vibration_saturation_dph * DEG_PER_H),
-        /// Vibration that gives half of it, g^2, > 0; a plain value of the type. A road at 50 km/h
-        /// has about the default.
+        /// Vibration that gives half of the limit, g^2, > 0; a plain value of the type. A road at
+        /// 50 km/h has about the default.
         #[serde(default = "knee", skip_serializing_if = "is_knee")]
         vibration_knee_g2: Gyro::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.shaken_knee = s.vibration_knee_g2 * (G0 * G0)),
         /// Self-heating: bias by the mean magnitude of the rate, which a lag smooths, deg/h for 1
-        /// deg/s. A closed loop dissipates as the rate asks for it.
+        /// deg/s. A closed loop dissipates power by the rate.
         #[serde(default, skip_serializing_if = "is_zero")]
         self_heating_dphpdps: Gyro::of(Group::Thermal)
             .acts(|s, to| to.environment.turned = s.self_heating_dphpdps * DEG_PER_H / DEG),
@@ -153,8 +152,7 @@ datasheet! {
         hysteresis_ug: Accel::of(Group::Thermal)
             .bias(|s| s.hysteresis_ug)
             .acts(|s, to| to.environment.hysteresis = s.hysteresis_ug * UG),
-        /// Change of temperature that takes it from the middle of the loop to one side, K, > 0; a
-        /// plain value.
+        /// Change of temperature from the middle of the loop to one side, K, > 0; a plain value.
         #[serde(default = "width", skip_serializing_if = "is_width")]
         hysteresis_width_k: Accel::of(Group::Condition)
             .within(Range::Positive)
@@ -169,7 +167,7 @@ datasheet! {
         stretched_warm_up_ug: Accel::of(Group::Thermal)
             .bias(|s| s.stretched_warm_up_ug)
             .acts(|s, to| to.environment.warm_up = s.stretched_warm_up_ug * UG),
-        /// Its time tau, s, > 0: the median over units and axes.
+        /// Time constant tau of the stretched warm-up, s, > 0: the median over units and axes.
         #[serde(default = "tau", skip_serializing_if = "is_tau")]
         stretched_warm_up_time_s: Accel::of(Group::Condition)
             .within(Range::Positive)
@@ -178,7 +176,7 @@ datasheet! {
         #[serde(default = "spread", skip_serializing_if = "is_spread")]
         stretched_warm_up_spread_ratio: Accel::of(Group::Condition)
             .acts(|s, to| to.environment.warm_up_spread = s.stretched_warm_up_spread_ratio),
-        /// Its exponent beta, > 0; a plain value. 1 is an exponential.
+        /// Exponent beta of the stretched warm-up, > 0; a plain value. 1 is an exponential.
         #[serde(default = "beta", skip_serializing_if = "is_beta")]
         stretched_warm_up_exponent_ratio: Accel::of(Group::Condition)
             .within(Range::Positive)
@@ -201,29 +199,29 @@ datasheet! {
         softening_width_k: Accel::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.softening_width = s.softening_width_k),
-        /// Bias by the temperature U of an inner place, which follows the place of the thermometer
-        /// late: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard deviation, ug.
-        /// The inner place is a capacity behind a conductance: a potted coil, a proof mass in gas
-        /// (Incropera and DeWitt, chapter 5).
+        /// Bias by the temperature U of an inner point, which lags the temperature at the
+        /// thermometer: `b U / 10 K + c (U / 10 K)^2`, each of b and c with this standard
+        /// deviation, ug. The inner point is a capacity behind a conductance: a potted coil, a
+        /// proof mass in gas (Incropera and DeWitt, chapter 5).
         #[serde(default, skip_serializing_if = "is_zero")]
         thermal_lag_ug: Accel::of(Group::Thermal)
             .bias(|s| s.thermal_lag_ug)
             .acts(|s, to| to.environment.lag = s.thermal_lag_ug * UG),
-        /// How late it follows, s, > 0: the time constant; a plain value of the type.
+        /// Time constant of that lag, s, > 0; a plain value of the type.
         #[serde(default = "lag", skip_serializing_if = "is_lag")]
         thermal_lag_time_s: Accel::of(Group::Condition)
             .within(Range::Positive)
             .acts(|s, to| to.environment.lag_time = s.thermal_lag_time_s),
         /// Bias by vibration that saturates: `b v / (v + knee)`, ug; v is the mean square of the
         /// specific force about its mean in the last second, of all axes, with what is above the
-        /// sample rate. A servo or a stop limits what is rectified (vibration rectification, IEEE
+        /// sample rate. A servo or a stop limits the rectification (vibration rectification, IEEE
         /// Std 1293).
         #[serde(default, skip_serializing_if = "is_zero")]
         vibration_saturation_ug: Accel::of(Group::Nonlinear)
             .bias(|s| s.vibration_saturation_ug)
             .acts(|s, to| to.environment.shaken = s.vibration_saturation_ug * UG),
-        /// Vibration that gives half of it, g^2, > 0; a plain value of the type. A road at 50 km/h
-        /// has about the default.
+        /// Vibration that gives half of the limit, g^2, > 0; a plain value of the type. A road at
+        /// 50 km/h has about the default.
         #[serde(default = "knee", skip_serializing_if = "is_knee")]
         vibration_knee_g2: Accel::of(Group::Condition)
             .within(Range::Positive)

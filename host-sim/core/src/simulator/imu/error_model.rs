@@ -51,21 +51,21 @@ pub enum ErrorModelName {
     GSensitivity,
     /// Linear, and a bias of the gyros by the magnetic field.
     Magnetic,
-    /// Linear, and what is left of the dither of a laser gyro, with its coning.
+    /// Linear, and the remaining dither of a laser gyro, with its coning.
     Dither,
     /// Linear, and a bias of the accelerometers by vibration.
     Vibration,
     /// Linear, and accelerometers that are apart from each other.
     SizeEffect,
-    /// Linear, and accelerometers that are late.
+    /// Linear, and accelerometers with a delay.
     Timing,
-    /// Linear, and a bias that comes as an adhesive softens.
+    /// Linear, and a bias by the softening of an adhesive.
     Softening,
-    /// Linear, and a bias by the temperature of a place that the thermometer is not at.
+    /// Linear, and a bias by the temperature of a point away from the thermometer.
     ThermalLag,
     /// Linear, and a bias by vibration that saturates.
     VibrationSaturation,
-    /// Linear, and a bias of the gyros by how much they have turned lately.
+    /// Linear, and a bias of the gyros by their recent mean rate.
     SelfHeating,
 }
 
@@ -216,7 +216,7 @@ mod tests {
         all
     }
 
-    /// A spec with every number equal to 2, so that a factor can be seen.
+    /// A spec with every number equal to 2, so that a factor is visible.
     fn twos() -> ImuSpec {
         fn set(table: &mut toml::Table) {
             for (_, value) in table.iter_mut() {
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn names_read_back_and_a_wrong_one_is_told() {
+    fn names_read_back_and_a_wrong_one_is_refused() {
         for model in ErrorModelName::every() {
             assert_eq!(model.to_string().parse::<ErrorModelName>().unwrap(), model);
             let quoted = serde_json::to_string(&model).unwrap();

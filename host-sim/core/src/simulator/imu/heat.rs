@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 /// Random streams of the turn-on: ambient of the unit's file, load of the nodes. 9 is the history.
 const AMBIENT: u64 = 5;
 const LOAD: u64 = 10;
-/// Random streams of the unit: thermometers, places of the sensors.
+/// Random streams of the unit: thermometers, positions of the sensors.
 const THERMOMETERS: u64 = 9;
 const SHARES: u64 = 10;
 
@@ -22,7 +22,7 @@ const SHARES: u64 = 10;
 pub(super) struct Heat {
     ambient: Ambient,
     block: Block,
-    /// In place of the block, where the unit has nodes.
+    /// The nodes, which replace the block where the unit has them.
     nodes: Option<Nodes>,
     thermometers: Thermometers,
     history: History,
@@ -40,7 +40,7 @@ fn stream(seed: u64, stream: u64) -> ChaCha8Rng {
 }
 
 impl Heat {
-    /// At power-on.
+    /// The state at power-on.
     pub fn new(spec: &ImuSpec, unit: u64, turn_on: u64) -> Self {
         let history = spec.world.power.history_of(turn_on);
         let ambient = spec.world.ambient.clone();
@@ -83,27 +83,27 @@ impl Heat {
         }
     }
 
-    /// What happened before this power-on.
+    /// The history before this power-on.
     pub fn history(&self) -> History {
         self.history
     }
 
-    /// Temperatures of the axes before power-on and at it: cold, at the power-off, now. After a
-    /// long soak there is only the last one.
-    pub fn past(&self) -> Vec<Vector3<f64>> {
+    /// Temperatures of the axes until power-on, K: cold, at the power-off, now. After a long soak
+    /// there is only the last one.
+    pub fn turning_points(&self) -> Vec<Vector3<f64>> {
         let now = self.axes();
         if self.history.is_cold() {
             return vec![now];
         }
         let before = match &self.nodes {
-            Some(nodes) => nodes.past(),
-            None => self.block_past().map(Vector3::repeat),
+            Some(nodes) => nodes.turning_points(),
+            None => self.block_turning_points().map(Vector3::repeat),
         };
         vec![before[0], before[1], now]
     }
 
-    /// The same in steps of a minute: s before power-on (negative), ascending, the last one 0.
-    /// Empty after a long soak.
+    /// Temperatures of the axes in steps of a minute: time, s before power-on (negative),
+    /// ascending, the last one 0. Empty after a long soak.
     pub fn trail(&self) -> Vec<(f64, Vector3<f64>)> {
         if self.history.is_cold() {
             return Vec::new();
@@ -112,7 +112,7 @@ impl Heat {
             return nodes.trail().to_vec();
         }
         let (on, soak) = (self.history.on_s, self.history.soak_s);
-        let [cold, _] = self.block_past();
+        let [cold, _] = self.block_turning_points();
         let of = |t: f64| {
             let until = History {
                 on_s: (on + soak + t).min(on),
@@ -129,7 +129,7 @@ impl Heat {
     }
 
     /// The block's temperature before it was switched on, and when it was switched off, K.
-    fn block_past(&self) -> [f64; 2] {
+    fn block_turning_points(&self) -> [f64; 2] {
         let ambient = self.ambient.at(0.0, 0.0) + self.block.ambient(0.0);
         let warm = History {
             soak_s: 0.0,
@@ -138,12 +138,12 @@ impl Heat {
         [ambient, ambient + self.block.heated(&warm)]
     }
 
-    /// The vehicle is at this height, m. The first call tells that of the start.
+    /// Sets the height of the vehicle, m. The first call sets the height of the start.
     pub fn set_height(&mut self, height: f64) {
         self.climbed = height - *self.start_height.get_or_insert(height);
     }
 
-    /// The unit turned by this angle in a sample, rad.
+    /// Adds the angle of a sample, rad.
     pub fn turn(&mut self, angle: &Vector3<f64>) {
         if let Some((samples, sum)) = &mut self.turned {
             *samples += 1.0;
@@ -262,7 +262,7 @@ mod tests {
         assert!((got - want).abs() < 0.01, "{got} {want}");
     }
 
-    /// The single block of older files knows starts and steps of the air, too.
+    /// The single block of older files has warm starts and steps of the air, too.
     #[test]
     fn a_block_starts_hot_and_feels_a_tunnel() {
         let mut spec = perfect();
@@ -297,7 +297,7 @@ mod tests {
         );
     }
 
-    /// A soak of `ln 2` time constants after a long time on leaves half of the warm-up to do.
+    /// After a soak of `ln 2` time constants half of the warm-up is left.
     #[test]
     fn the_warm_up_of_a_restart_is_what_the_soak_has_cooled() {
         let mut spec = perfect();
@@ -314,7 +314,7 @@ mod tests {
         assert!((first(&spec) - cold * 0.5).norm() < 1e-9 * cold.norm() && cold.norm() > 0.0);
     }
 
-    /// What the unit tells comes with each second, late and rounded.
+    /// The readings of the unit come each second, delayed and rounded.
     #[test]
     fn readings_follow_the_axes() {
         let mut spec = perfect();

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! with input rate Omega, lock-in threshold Omega_L and dither angle theta_D = A sin(2 pi f t),
-//! whose amplitude A is drawn anew for every half period. Near each reversal of the dither rate the
+//! whose amplitude A is drawn for every half period. Near each reversal of the dither rate the
 //! phase is psi_0 + k alpha t^2 / 2 with the peak angular acceleration alpha = A (2 pi f)^2. The
 //! method of stationary phase gives the angle that the lock-in term adds there,
 //!

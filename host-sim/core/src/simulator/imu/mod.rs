@@ -2,8 +2,8 @@
 //!
 //! [`ImuSpec`] holds the numbers. [`Imu`] is one unit at one turn-on. The table of error terms is
 //! in `datasheet`: one entry is one error. Zero switches an error off. Switching an error on or off
-//! changes no random number of another error. Two fast models rest on slower physics, which their
-//! tests simulate: [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
+//! changes no random number of another error. Two fast models are derived from slower physics,
+//! which their tests simulate: [`lock_in`] for the angle random walk, [`thermal`] for the warm-up.
 
 mod cause;
 mod datasheet;

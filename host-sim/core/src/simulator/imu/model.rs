@@ -20,15 +20,16 @@ use rand_chacha::ChaCha8Rng;
 /// Numbers of the random streams of the unit beside the first one: of its two triads,
 const GYRO: u64 = 2;
 const ACCEL: u64 = 3;
-/// of the places of the accelerometers; then of the turn-on beside those of [`Draws`]: bias
+/// of the positions of the accelerometers; then of the turn-on beside those of [`Draws`]: bias
 /// instability of the two triads. Those of the thermal state are in `heat`.
-const PLACE: u64 = 4;
+const POSITIONS: u64 = 4;
 const FLICKER: [u64; 2] = [6, 7];
-/// Of the unit: g-sensitivity of the gyros, and by the squares.
+/// Streams of the unit: g-sensitivity of the gyros, and their sensitivity to the squares of the
+/// specific force.
 const G_SENSITIVITY: u64 = 8;
 const G_SQUARE: u64 = 15;
-/// Of the unit and of the turn-on: environment of the two triads. Of the unit their ageing has the
-/// next two.
+/// Streams of the unit and of the turn-on: environment of the two triads. Their ageing has the next
+/// two streams of the unit.
 const ENVIRONMENT: [u64; 2] = [11, 12];
 
 /// One IMU at one turn-on.
@@ -69,7 +70,7 @@ impl Imu {
         Self::with_draws(spec, unit, turn_on, Draws::of(turn_on, false))
     }
 
-    /// The same with [`Draws`] of this turn-on, read from their start.
+    /// As [`Self::new`], with [`Draws`] of this turn-on, read from their start.
     #[must_use]
     pub fn with_draws(spec: &ImuSpec, unit: u64, turn_on: u64, mut draws: Draws) -> Self {
         let mut unit_rng = ChaCha8Rng::seed_from_u64(unit);
@@ -85,13 +86,13 @@ impl Imu {
         let [flicker_g, flicker_a] = FLICKER.map(|number| stream(turn_on, number));
         let heat = Heat::new(spec, unit, turn_on);
         let history = heat.history();
-        let (past, trail) = (heat.past(), heat.trail());
+        let (turning_points, trail) = (heat.turning_points(), heat.trail());
         let begin = |number: u64| Beginning {
             unit: (unit, number),
             turn_on: stream(turn_on, number),
             history,
             age_days: spec.world.power.age_days,
-            past: &past,
+            turning_points: &turning_points,
             trail: &trail,
         };
         let [sigmas_g, sigmas_a] = sigmas(spec);
@@ -106,7 +107,7 @@ impl Imu {
             .with_flicker(flicker_a);
         let per_force = spec.gyro.g_sensitivity_dphpg * DEG_PER_H / G0;
         let per_square = spec.gyro.environment.g_square_dphpg2 * DEG_PER_H / (G0 * G0);
-        let mut place_rng = stream(unit, PLACE);
+        let mut position_rng = stream(unit, POSITIONS);
         let arm = 1e-3 * spec.accel.size_effect_mm;
         Self {
             gyro,
@@ -114,7 +115,7 @@ impl Imu {
             heat,
             around: Surroundings::default(),
             moved: MotionLevel::of(spec),
-            places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut place_rng) * arm)),
+            places: (arm > 0.0).then(|| [(); 3].map(|()| normal3(&mut position_rng) * arm)),
             g_sensitivity: matrix(per_force, stream(unit, G_SENSITIVITY)),
             g_square: matrix(per_square, stream(unit, G_SQUARE)),
             last_rate: None,
@@ -140,7 +141,7 @@ impl Imu {
     /// The random numbers, for the next IMU of this turn-on.
     ///
     /// # Panics
-    /// The random numbers were not kept.
+    /// The random numbers were not stored.
     #[must_use]
     pub fn into_draws(mut self) -> Draws {
         self.draws.rewind();
@@ -163,13 +164,13 @@ impl Imu {
         self.around.field = body;
     }
 
-    /// Tells the height of the vehicle, m, for the lapse rate of the air. It applies from the next
-    /// whole second on. The first call tells the height of the start.
+    /// Sets the height of the vehicle, m, for the lapse rate of the air. It applies from the next
+    /// whole second on. The first call sets the height of the start.
     pub fn set_height(&mut self, height: f64) {
         self.heat.set_height(height);
     }
 
-    /// What the thermometers of the unit and of the processor tell in the present second.
+    /// Readings of the thermometers of the unit and of the processor in the present second.
     #[must_use]
     pub fn readings(&self) -> Readings {
         self.heat.thermometers().readings()

@@ -1,4 +1,4 @@
-//! How much a unit is shaken and turned: means over a second, for the errors that follow them.
+//! Vibration and rate of a unit: means over a second, for the errors that follow them.
 
 use super::spec::ImuSpec;
 use nalgebra::Vector3;
@@ -29,7 +29,7 @@ impl MotionLevel {
         })
     }
 
-    /// One sample: rate, rad/s, and specific force, m/s2.
+    /// Adds a sample: rate, rad/s, and specific force, m/s2.
     pub fn add(&mut self, rate: &Vector3<f64>, force: &Vector3<f64>) {
         self.samples += 1.0;
         self.turned += rate.norm();
@@ -37,9 +37,9 @@ impl MotionLevel {
         self.squares += force.component_mul(force);
     }
 
-    /// Of the second that ends here: mean square of the specific force about its mean, sum over the
-    /// axes, with the part above the sample rate, (m/s2)^2; mean magnitude of the rate, rad/s. Zero
-    /// without samples.
+    /// Means of the second that ends here: mean square of the specific force about its mean, sum
+    /// over the axes, with the part above the sample rate, (m/s2)^2; mean magnitude of the rate,
+    /// rad/s. Zero without samples.
     pub fn take(&mut self) -> [f64; 2] {
         let empty = Self {
             above_ratio: self.above_ratio,

@@ -8,11 +8,11 @@
 //! ```
 //!
 //! This is the usual network of lumped capacities and conductances (Incropera and DeWitt,
-//! Fundamentals of Heat and Mass Transfer, chapter 5). P is the power of the electronics, H that
-//! of the thermostat's heater, T_a the ambient. All temperatures are differences from the
-//! calibration temperature. P and H are constant within a second, so the matrix exponential makes
-//! the step of a second exact. While the unit is off, P and H are zero and the state goes on: that
-//! is what tells a hot start from a cold one.
+//! Fundamentals of Heat and Mass Transfer, chapter 5). P is the power of the electronics, H that of
+//! the thermostat's heater, T_a the ambient. All temperatures are differences from the calibration
+//! temperature. P and H are constant within a second, so the matrix exponential makes the step of a
+//! second exact. While the unit is off, P and H are zero and the state continues: this makes the
+//! difference between a hot and a cold start.
 
 use super::draws::normal3;
 use super::world::{Ambient, History};
@@ -24,12 +24,12 @@ use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Steps of the temperatures before power-on that are kept, s.
+/// Interval of the stored temperatures before power-on, s.
 pub(super) const TRAIL_S: f64 = 60.0;
-/// A node may follow its neighbours so fast, 1/s. Temperatures are taken once a second.
+/// Fastest rate at which a node follows its neighbours, 1/s. Temperatures are taken once a second.
 const FASTEST_PER_S: f64 = 1e4;
 
-/// Three nodes of temperature in place of the single one of `block`: plain values.
+/// Three nodes of temperature instead of the single one of `block`: plain values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NodesSpec {
@@ -59,13 +59,13 @@ pub struct NodesSpec {
     /// Power of the thermostat's heater at the block, W. Zero: no thermostat.
     #[serde(default)]
     pub heater_w: f64,
-    /// Temperature that the thermostat holds, above the calibration temperature, K.
+    /// Set temperature of the thermostat, above the calibration temperature, K.
     #[serde(default)]
     pub heater_set_k: f64,
     /// The heater goes on half of this below, and off half of this above, K.
     #[serde(default)]
     pub heater_band_k: f64,
-    /// Where each sensor sits between electronics and case: its temperature is that of the block
+    /// Position of each sensor between electronics and case: its temperature is that of the block
     /// plus a share of the difference. Standard deviation of the share over units and axes.
     #[serde(default)]
     pub axis_share_ratio: f64,
@@ -97,13 +97,13 @@ impl NodesSpec {
         }
     }
 
-    /// Temperature of the block above the ambient in the end, with the electronics' power alone, K.
+    /// Final temperature of the block above the ambient, with the electronics' power alone, K.
     #[must_use]
     pub fn final_rise_k(&self) -> f64 {
         self.power_w * (1.0 / self.case_ambient_wpk + 1.0 / self.block_case_wpk)
     }
 
-    /// Whether the nodes follow one another within the reach of numbers.
+    /// Checks that the rates of the nodes can be computed.
     ///
     /// # Errors
     /// A heat capacity that is far too small for the conductances beside it, with its key.
@@ -161,14 +161,14 @@ pub struct Nodes {
     state: Vector3<f64>,
     /// Derivatives: by the state and by the inputs, 1/s.
     dynamics: (Matrix3<f64>, Matrix3<f64>),
-    /// The same over a whole second.
+    /// The matrices of a step of a whole second.
     step: (Matrix3<f64>, Matrix3<f64>),
     share: Vector3<f64>,
     heats: bool,
     loaded: bool,
     rate_of_block: f64,
-    /// Temperatures of the axes before the last time on, and at its end.
-    past: [Vector3<f64>; 2],
+    /// Temperatures of the axes before the last operation, and at its end, K.
+    turning_points: [Vector3<f64>; 2],
     /// Temperatures of the axes from there to now: s before power-on (negative).
     trail: Vec<(f64, Vector3<f64>)>,
     rng: ChaCha8Rng,
@@ -176,7 +176,7 @@ pub struct Nodes {
 
 impl Nodes {
     /// At power-on after `history` in `ambient`, which is `drawn` K warmer at this turn-on. `unit`
-    /// draws where the sensors sit, `turn_on` the load.
+    /// draws the positions of the sensors, `turn_on` the load.
     #[must_use]
     pub fn new(
         spec: &NodesSpec,
@@ -202,7 +202,7 @@ impl Nodes {
             heats: false,
             loaded: turn_on.random_bool(0.5),
             rate_of_block: 0.0,
-            past: [Vector3::zeros(); 2],
+            turning_points: [Vector3::zeros(); 2],
             trail: Vec::new(),
             rng: turn_on,
         };
@@ -219,7 +219,7 @@ impl Nodes {
         let (on, soak) = (history.on_s.round(), history.soak_s.round());
         let mut t = -on - soak;
         self.state = Vector3::repeat(ambient(t));
-        self.past = [self.axes(); 2];
+        self.turning_points = [self.axes(); 2];
         self.trail.push((t, self.axes()));
         while t < 0.0 {
             self.heats = t < -soak && self.wants_heat();
@@ -227,7 +227,7 @@ impl Nodes {
             self.advance(power, ambient(t));
             t += 1.0;
             if t == -soak {
-                self.past[1] = self.axes();
+                self.turning_points[1] = self.axes();
             }
             if t == -soak || t == 0.0 || t % TRAIL_S == 0.0 {
                 self.trail.push((t, self.axes()));
@@ -256,7 +256,7 @@ impl Nodes {
         if self.heats { self.spec.heater_w } else { 0.0 }
     }
 
-    /// A thermostat of two points.
+    /// Whether the two-point thermostat heats.
     fn wants_heat(&self) -> bool {
         let off = self.state.y - self.spec.heater_set_k;
         let half = 0.5 * self.spec.heater_band_k;
@@ -292,8 +292,8 @@ impl Nodes {
 
     /// Temperatures of the axes before the last time on, and at its end, K.
     #[must_use]
-    pub fn past(&self) -> [Vector3<f64>; 2] {
-        self.past
+    pub fn turning_points(&self) -> [Vector3<f64>; 2] {
+        self.turning_points
     }
 
     /// Temperatures of the axes from the last power-on before this one to now: s before power-on

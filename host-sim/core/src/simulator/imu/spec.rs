@@ -56,13 +56,13 @@ pub struct ImuSpec {
     /// Temperature of the block.
     #[serde(default)]
     pub block: BlockSpec,
-    /// Three nodes of temperature in place of the block's single one. Off without this table.
+    /// Three nodes of temperature instead of the block's single one. Off without this table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nodes: Option<NodesSpec>,
     /// Thermometers. They act on no sample.
     #[serde(default, skip_serializing_if = "is_default")]
     pub thermometer: ThermometerSpec,
-    /// Ambient and power-on, which the scenario tells.
+    /// Ambient and power-on, set by the scenario.
     #[serde(skip)]
     pub world: World,
 }
@@ -95,14 +95,14 @@ impl ImuSpec {
         unit.remove("simulation")?.try_into().ok()
     }
 
-    /// What a filter is told that knows the errors of an axis: the parameters of exactly those
-    /// errors that are present, with their statistics.
+    /// Parameters of a filter that models the errors of an axis: exactly those errors that are
+    /// present, with their statistics.
     #[must_use]
-    pub fn told(&self, triad: Triad, axis: usize) -> Vec<Parameter> {
+    pub fn parameters(&self, triad: Triad, axis: usize) -> Vec<Parameter> {
         let at = At { triad, axis };
         match triad {
-            Triad::Gyro => self.gyro.told(at),
-            Triad::Accel => self.accel.told(at),
+            Triad::Gyro => self.gyro.parameters(at),
+            Triad::Accel => self.accel.parameters(at),
         }
     }
 
@@ -140,7 +140,7 @@ impl ImuSpec {
         spec
     }
 
-    /// This IMU with each error in turn so large that a filter fails that is not told of it. Each
+    /// This IMU with each error in turn so large that a filter fails that does not model it. Each
     /// comes with the key of the error.
     #[must_use]
     pub fn each_cause_large(&self) -> Vec<(String, Self)> {

@@ -1,5 +1,5 @@
 //! A term is one number of a datasheet with its key, range and group of errors, how it acts on a
-//! triad, and what a filter can be told of it. The tables are in [`super::datasheet`].
+//! triad, and the parameters of a filter that models it. The tables are in [`super::datasheet`].
 
 use super::triad::Sigmas;
 use crate::inertial::ekf::{Parameter, Regressor, Triad};
@@ -51,13 +51,13 @@ impl At {
     }
 }
 
-/// What a number means, whatever its key is. `S` is the datasheet that holds it.
+/// Meaning of a number, independent of its key. `S` is its datasheet.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind<S> {
     group: Group,
     range: Range,
     acts: fn(&S, &mut Sigmas),
-    told: fn(&S, At) -> Vec<Parameter>,
+    parameters: fn(&S, At) -> Vec<Parameter>,
     bias: Option<fn(&S) -> f64>,
     large: Option<f64>,
 }
@@ -69,7 +69,7 @@ impl<S> Kind<S> {
             group,
             range: Range::NotNegative,
             acts: |_, _| {},
-            told: |_, _| Vec::new(),
+            parameters: |_, _| Vec::new(),
             bias: None,
             large: None,
         }
@@ -80,15 +80,15 @@ impl<S> Kind<S> {
         Self { range, ..self }
     }
 
-    /// Sets how it acts: which number of the triad it sets, in SI.
+    /// Sets its effect: the number of the triad that it sets, in SI.
     pub(super) const fn acts(self, acts: fn(&S, &mut Sigmas)) -> Self {
         Self { acts, ..self }
     }
 
-    /// Sets what a filter is told that knows the error: its parameters on one axis, with their
-    /// exact statistics.
-    pub(super) const fn told(self, told: fn(&S, At) -> Vec<Parameter>) -> Self {
-        Self { told, ..self }
+    /// Sets the parameters of a filter that models the error: those of one axis, with their exact
+    /// statistics.
+    pub(super) const fn parameters(self, parameters: fn(&S, At) -> Vec<Parameter>) -> Self {
+        Self { parameters, ..self }
     }
 
     /// Sets the standard deviation, in the unit of the datasheet, that it adds to the bias that a
@@ -100,7 +100,7 @@ impl<S> Kind<S> {
         }
     }
 
-    /// Sets a value so large that a filter fails that is not told of the error. Errors that only
+    /// Sets a value so large that a filter fails that does not model the error. Errors that only
     /// change at random have none.
     pub(super) const fn large(self, value: f64) -> Self {
         Self {
@@ -134,7 +134,7 @@ impl<S: Clone> Term<S> {
         self.kind.group
     }
 
-    /// A value so large that a filter must be told of the error, if there is one.
+    /// A value so large that a filter must model the error, if there is one.
     #[must_use]
     pub fn large(&self) -> Option<f64> {
         self.kind.large
@@ -155,7 +155,7 @@ impl<S: Clone> Term<S> {
 pub(super) trait Datasheet: Clone + 'static {
     /// Its name in files.
     const NAME: &'static str;
-    /// All its numbers, in the order in which filters are told of them.
+    /// All its numbers, in the order of the filters' parameters.
     const TERMS: &'static [Term<Self>];
 
     /// The numbers of a triad in SI.
@@ -171,12 +171,14 @@ pub(super) trait Datasheet: Clone + 'static {
     }
 
     /// Parameters of exactly the errors that are present.
-    fn told(&self, at: At) -> Vec<Parameter> {
-        let all = Self::TERMS.iter().flat_map(|t| (t.kind.told)(self, at));
+    fn parameters(&self, at: At) -> Vec<Parameter> {
+        let all = Self::TERMS
+            .iter()
+            .flat_map(|t| (t.kind.parameters)(self, at));
         all.filter(|p| p.sigma > 0.0 || p.walk > 0.0).collect()
     }
 
-    /// Root sum of squares of all that adds to the bias, in the datasheet's unit.
+    /// Root sum of squares of all contributions to the bias, in the datasheet's unit.
     fn expected_bias(&self) -> f64 {
         let biases = Self::TERMS.iter().filter_map(|t| t.kind.bias);
         biases.map(|sigma| sigma(self).powi(2)).sum::<f64>().sqrt()
@@ -189,7 +191,7 @@ pub(super) trait Datasheet: Clone + 'static {
         }
     }
 
-    /// The first number that is out of its range, with what is wrong.
+    /// Checks the ranges; the error names the first number out of its range.
     fn check(&self) -> Result<(), String> {
         let mut sheet = self.clone();
         for term in Self::TERMS {
@@ -200,7 +202,7 @@ pub(super) trait Datasheet: Clone + 'static {
     }
 }
 
-/// Whether a number lies in its range.
+/// Checks that a number is in its range.
 pub(super) fn check(key: &str, x: f64, range: Range) -> Result<(), String> {
     let (bound, is_low) = match range {
         Range::Positive => ("> 0", x <= 0.0),

@@ -67,7 +67,7 @@ impl Block {
         self.now
     }
 
-    /// What the block's own heating leaves of a history, K.
+    /// Remaining self-heating of the block after a history, K.
     #[must_use]
     pub fn heated(&self, history: &History) -> f64 {
         self.self_heating * history.left(self.time)
@@ -79,8 +79,8 @@ impl Block {
         self.ambient + self.ramp * t
     }
 
-    /// Advances by `dt` seconds to the time `t` after power-on, with `outside` K more around. This
-    /// is exact for a constant target.
+    /// Advances by `dt` seconds to the time `t` after power-on, with `outside` K added to the
+    /// ambient. This is exact for a constant target.
     pub fn step(&mut self, t: f64, dt: f64, outside: f64) {
         let target = self.ambient(t) + self.self_heating + outside;
         self.now.offset = target + (self.now.offset - target) * (-dt / self.time).exp();

@@ -1,7 +1,7 @@
-//! What an IMU tells of its temperatures, and what the processor beside it tells of its own.
+//! Thermometers of an IMU, and of the processor beside it.
 //!
-//! A thermometer follows its place late (first order), is off by a constant of the unit, and has
-//! the resolution of the protocol that sends it:
+//! A thermometer lags the temperature at its position (first order), has a constant error of the
+//! unit, and the resolution of the protocol that sends it:
 //!
 //! ```text
 //! dS/dt = (T - S) / lag        reading = resolution * round((S + offset) / resolution)
@@ -19,17 +19,18 @@ pub use crate::inertial::session::Readings;
 /// Resolution of the temperatures in frames of a STIM300, degrees C: 2^-8, three a cluster
 /// (datasheet TS1524, temperature data).
 pub const STIM300_K: f64 = 1.0 / 256.0;
-/// Of a HG4930: whole degrees in the low byte of the second status word, one accelerometer's.
+/// Resolution of a HG4930: whole degrees in the low byte of the second status word, one
+/// accelerometer's.
 pub const HG4930_K: f64 = 1.0;
-/// Of a KVH 1750 or 1775 as delivered (`=TEMPUNITS,C`): whole degrees. Hundredths can be chosen
-/// (user manual 56-0298, tables 5-2 to 5-7).
+/// Resolution of a KVH 1750 or 1775 as delivered (`=TEMPUNITS,C`): whole degrees. Hundredths can be
+/// chosen (user manual 56-0298, tables 5-2 to 5-7).
 pub const KVH_K: f64 = 1.0;
-/// Of an ADIS1647x or ADIS1650x, register TEMP_OUT (datasheets).
+/// Resolution of an ADIS1647x or ADIS1650x, register TEMP_OUT (datasheets).
 pub const ADIS_1650X_K: f64 = 0.1;
-/// Of an ADIS1649x, register TEMP_OUT: 80 counts a degree (datasheet of the ADIS16495).
+/// Resolution of an ADIS1649x, register TEMP_OUT: 80 counts a degree (datasheet of the ADIS16495).
 pub const ADIS_1649X_K: f64 = 1.0 / 80.0;
 
-/// Thermometers of a unit and of the processor beside it. Nothing of it acts on the samples.
+/// Thermometers of a unit and of the processor beside it. They do not act on the samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThermometerSpec {
@@ -44,19 +45,19 @@ pub struct ThermometerSpec {
     pub offset_k: f64,
     /// Step of the reading, K; a plain value. Zero: not rounded.
     pub resolution_k: f64,
-    /// How much warmer than its surroundings the processor is in the end, K; a plain value.
+    /// Final temperature of the processor above its surroundings, K; a plain value.
     pub processor_heating_k: f64,
     /// Time constant of the processor's board, s, > 0; a plain value.
     pub processor_time_s: f64,
     /// Constant error of the processor's thermometer: standard deviation over units, K.
     pub processor_offset_k: f64,
-    /// Its step, K; a plain value.
+    /// Step of the processor's reading, K; a plain value.
     pub processor_resolution_k: f64,
 }
 
 impl Default for ThermometerSpec {
     /// A good thermometer for the block. The processor is an STM32F405: its offset varies by
-    /// several 10 K from chip to chip and 15 K is left of that after the factory's two points
+    /// several 10 K from chip to chip and 15 K remain after the factory's two-point calibration
     /// (assumed), and 12 bits of 3.3 V at 2.5 mV/K are 0.32 K (datasheet, temperature sensor).
     fn default() -> Self {
         Self {
@@ -85,7 +86,7 @@ pub struct Thermometers {
 
 impl Thermometers {
     /// At power-on with these temperatures of the axes and of the surroundings, K above the
-    /// calibration; `warmth`: what is left of the processor's own heating, 0 to 1.
+    /// calibration; `warmth`: remaining share of the processor's own heating, 0 to 1.
     #[must_use]
     pub fn new(
         spec: &ThermometerSpec,
@@ -116,7 +117,7 @@ impl Thermometers {
         self.processor = target + (self.processor - target) * keep;
     }
 
-    /// What is told now.
+    /// The readings at this time.
     #[must_use]
     pub fn readings(&self) -> Readings {
         let s = &self.spec;

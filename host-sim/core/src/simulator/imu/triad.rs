@@ -23,8 +23,8 @@ pub(super) const SLOW_S: f64 = 1.0;
 /// (assumed: 7 % apart).
 const DITHER_APART: [f64; 3] = [0.93, 1.0, 1.07];
 
-/// Numbers of a triad in SI, in one form for gyros and accelerometers. What one of them does not
-/// have is zero.
+/// Numbers of a triad in SI, in one form for gyros and accelerometers. Numbers that do not apply
+/// are zero.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sigmas {
     pub bias_unit: f64,
@@ -50,7 +50,8 @@ pub(super) struct Sigmas {
     pub environment: Sizes,
 }
 
-/// What stripping leaves of the dither: a sinusoid in the angle, taken at the ends of the samples.
+/// The dither that remains after stripping: a sinusoid in the angle, taken at the ends of the
+/// samples.
 #[derive(Debug, Clone)]
 struct Residual {
     amplitude: f64,
@@ -104,7 +105,7 @@ pub(super) struct Period {
 }
 
 impl Period {
-    /// Of samples at a rate in Hz.
+    /// The period of a sample rate, Hz.
     pub fn of(rate_hz: f64) -> Self {
         let s = 1.0 / rate_hz;
         Self {
@@ -199,19 +200,19 @@ impl Triad {
         }
     }
 
-    /// Adds what stripping leaves of `dither` in samples of `dt` seconds.
+    /// Adds the remaining part of `dither` after stripping, in samples of `dt` seconds.
     pub fn with_dither(mut self, dither: &DitherSpec, dt: f64) -> Self {
         self.residual = Residual::new(dither, dt);
         self
     }
 
-    /// The warm-up goes on from what the time before power-on has left of it.
+    /// Starts the warm-up with the part that remains after the time before power-on.
     pub fn with_history(mut self, history: &History) -> Self {
         self.warm_up *= 1.0 - history.left(self.sigmas.warm_up_time);
         self
     }
 
-    /// Adds the errors that follow temperature, past and age.
+    /// Adds the errors that follow temperature, history and age.
     pub fn with_environment(mut self, begin: Beginning<'_>) -> Self {
         self.environment = Environment::new(&self.sigmas.environment, begin);
         self

@@ -1,10 +1,10 @@
-//! The errors that a simulated unit has at every turn-on, for filters that are told of them.
+//! The errors that a simulated unit has at every turn-on, for filters that know them.
 
 use super::triad::Triad;
 use crate::inertial::ekf::{self, Parameter, Regressor};
 use nalgebra::{Matrix3, Vector3};
 
-/// The constants of one unit. What a filter is told of ([`super::ImuSpec::told`]) has a value here.
+/// The constants of one unit: a value for each parameter of a filter ([`super::ImuSpec::parameters`]).
 #[derive(Debug, Clone)]
 pub struct UnitErrors {
     pub(super) gyro: Triad,
@@ -14,8 +14,8 @@ pub struct UnitErrors {
 }
 
 impl UnitErrors {
-    /// The part of a parameter that belongs to the unit, SI. Biases that wander have none; a
-    /// warm-up is what a start as warm as this one has left of it.
+    /// The part of a parameter that belongs to the unit, SI. Biases that wander have none; for a
+    /// warm-up it is the part that remains after a start as warm as this one.
     #[must_use]
     pub fn value(&self, p: &Parameter) -> f64 {
         let at = (p.axis, p.regressor);
@@ -49,7 +49,7 @@ mod tests {
     use crate::inertial::sins::Increment;
     use nalgebra::DVector;
 
-    /// Two turn-ons of one unit without any error that is new at a turn-on: what the model makes of
+    /// Two turn-ons of one unit without any error that is new at a turn-on: the model's error for
     /// the unit's values is the simulated error, sample by sample.
     #[test]
     fn the_values_of_a_unit_make_its_errors() {
@@ -77,7 +77,7 @@ mod tests {
             imu.set_field(Vector3::new(0.3, -0.1, 0.4));
             let unit = imu.unit_errors();
             let mut model = ErrorModel::default();
-            model.extend(|axis, triad| spec.told(triad, axis));
+            model.extend(|axis, triad| spec.parameters(triad, axis));
             let theta = model.parameters.iter().map(|p| unit.value(p));
             let theta = DVector::from_vec(theta.collect());
             assert!(theta.iter().all(|value| *value != 0.0));
@@ -101,7 +101,7 @@ mod tests {
                     ..Inputs::default()
                 };
                 let [gyro, accel] = model.error(&theta, &now, &mut SlowErrors::default());
-                // the g-sensitivity turns the gyros, whose other errors see the turned input
+                // the g-sensitivity changes the gyros' input, on which their other errors act
                 assert!((got.dtheta / dt - gyro).norm() < 1e-4 * gyro.norm(), "{k}");
                 assert!((got.dv / dt - accel).norm() < 1e-9 * accel.norm(), "{k}");
             }
@@ -112,12 +112,12 @@ mod tests {
     fn what_is_new_at_a_turn_on_is_the_datasheets() {
         let spec = ImuSpec::preset("medium").unwrap();
         let unit = Imu::new(&spec, 5, 6).unit_errors();
-        let told = spec.told(ekf::Triad::Gyro, 1);
-        let of = |wanted: Regressor| told.iter().find(|p| p.regressor == wanted).unwrap();
+        let parameters = spec.parameters(ekf::Triad::Gyro, 1);
+        let of = |wanted: Regressor| parameters.iter().find(|p| p.regressor == wanted).unwrap();
         let dph = crate::inertial::units::DEG_PER_H;
         let bias = of(Regressor::One);
         assert!((unit.turn_on(bias, unit.value(bias)) / dph - 0.02).abs() < 1e-12);
-        let drift = told.iter().find(|p| p.time_s == 3600.0).unwrap();
+        let drift = parameters.iter().find(|p| p.time_s == 3600.0).unwrap();
         assert_eq!(unit.value(drift), 0.0);
         assert!((unit.turn_on(drift, 0.0) / dph - 0.01).abs() < 1e-12);
         let decay = of(Regressor::Decay(900.0));

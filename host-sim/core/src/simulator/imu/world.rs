@@ -1,5 +1,5 @@
-//! What surrounds an IMU and what happened to it before its power-on: the tables `[ambient]` and
-//! `[power]` of a scenario.
+//! Surroundings of an IMU, and its history before power-on: the tables `[ambient]` and `[power]` of
+//! a scenario.
 //!
 //! Without these tables the ambient is that of the unit's table `block` alone, and every start is
 //! cold.
@@ -15,12 +15,12 @@ const WARMEST_H: f64 = 14.0;
 pub const LONG_SOAK_S: f64 = 2.0 * 86_400.0;
 /// Random stream of the turn-on for the history.
 const HISTORY: u64 = 9;
-/// Soaks that are drawn for warm starts and for hot ones, s: a meal to a parked afternoon, and a
+/// Ranges of the drawn soaks of warm starts and of hot ones, s: a meal to a parked afternoon, and a
 /// refuelling (assumed).
 const WARM_S: [f64; 2] = [900.0, 10_800.0];
 const HOT_S: [f64; 2] = [5.0, 300.0];
 
-/// What surrounds the IMU, and what happened before.
+/// Surroundings of the IMU, and its history.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct World {
     /// The air around the case.
@@ -46,7 +46,7 @@ pub struct Ambient {
     pub step: Vec<Step>,
 }
 
-/// A time in another air: a tunnel, or the garage that the vehicle comes from.
+/// A period in air of another temperature: a tunnel, or the garage that the vehicle comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
@@ -71,7 +71,7 @@ impl Ambient {
     }
 }
 
-/// How warm the unit is at power-on.
+/// Temperature of the unit at power-on, by its history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StartName {
@@ -103,16 +103,16 @@ impl StartName {
     ];
 }
 
-/// The power-on and what went before it.
+/// The power-on and its history.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Power {
-    /// How warm the unit is at power-on.
+    /// Temperature of the unit at power-on, by its history.
     pub start: StartName,
     /// Time since the last power-off, s, 0 to 1e6. Without it, it is drawn as `start` says; a cold
     /// start with it is refused.
     pub soak_s: Option<f64>,
-    /// How long the unit had been on before that, s, 0 to 1e5.
+    /// Duration of the operation before that, s, 0 to 1e5.
     pub on_before_s: f64,
     /// Time since the calibration, days, 0 to 10000; for the errors that age.
     pub age_days: f64,
@@ -161,14 +161,14 @@ impl Power {
     }
 }
 
-/// What happened before a power-on.
+/// History before a power-on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct History {
-    /// What kind of start it is; never [`StartName::Mixed`].
+    /// Kind of the start; never [`StartName::Mixed`].
     pub start: StartName,
-    /// How long the unit was on, s, after it had been cold.
+    /// Duration of the operation after a cold state, s.
     pub on_s: f64,
-    /// How long it has been off since, s.
+    /// Time since the power-off, s.
     pub soak_s: f64,
 }
 
@@ -196,8 +196,8 @@ impl History {
         self.soak_s >= LONG_SOAK_S || self.on_s <= 0.0
     }
 
-    /// What is left at power-on of something that approaches 1 with the time constant `time_s`
-    /// while the unit is on, and 0 while it is off: `(1 - exp(-on / tau)) exp(-soak / tau)`.
+    /// Value at power-on of a quantity that approaches 1 with the time constant `time_s` while the
+    /// unit is on, and 0 while it is off: `(1 - exp(-on / tau)) exp(-soak / tau)`.
     #[must_use]
     pub fn left(&self, time_s: f64) -> f64 {
         match self.is_cold() {
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn soaks_are_drawn_in_their_ranges_and_a_given_one_is_kept() {
+    fn soaks_are_drawn_in_their_ranges_and_a_given_one_is_used() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut draw = |start, soak_s| {
             let power = Power {

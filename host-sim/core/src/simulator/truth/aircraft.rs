@@ -35,7 +35,7 @@ pub struct Aircraft {
     pub bank_deg: f64,
     /// Speed of the wind, m/s, 0 to 30. Its direction is random.
     pub wind_mps: f64,
-    /// It climbs and descends.
+    /// Whether it climbs and descends.
     pub climbs: bool,
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Flight {
     course: Course,
     air: Waves,
     wind: [f64; 2],
-    /// When the wheels leave the runway, s; below 0 for a flight that begins in the air.
+    /// Time of lift-off, s; below 0 for a flight that begins in the air.
     lift_off: f64,
     shaker: Shaker,
 }
@@ -99,7 +99,7 @@ impl Flight {
     }
 }
 
-/// Straight on, perhaps with a climb and another speed, and then a turn.
+/// Adds a straight leg, perhaps with a climb and another speed, and then a turn.
 fn leg(course: &mut Course, aircraft: &Aircraft, rng: &mut ChaCha8Rng) {
     let climb = rng.random_range(-0.07..0.08);
     let speed = aircraft.speed_mps * rng.random_range(0.9..1.1);

@@ -5,7 +5,7 @@
 use super::dual::Dual;
 use super::profile::Smooth;
 
-/// What a leg leads to.
+/// Values at the end of a leg.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct To {
     /// Duration, s, > 0.
@@ -125,7 +125,7 @@ impl Course {
         self.legs.last().map_or(0.0, |leg| leg.start + leg.time)
     }
 
-    /// Ends the course after `duration` s of what there is: the last leg goes on as a steady one.
+    /// Ends the course after `duration` s; the last leg continues as a steady one.
     pub(super) fn cut(&mut self, duration: f64) {
         self.legs.retain(|leg| leg.start + leg.time <= duration);
         let last = self.legs.last();

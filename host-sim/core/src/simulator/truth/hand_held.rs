@@ -1,10 +1,11 @@
 //! A device in the hand of somebody who walks: steps, pauses, turns on the spot, and swings of the
-//! attitude that the path does not tell.
+//! attitude that are independent of the path.
 //!
 //! The steps follow H. Bachmann and W. Ammann ("Vibrations in structures: induced by man and
 //! machines", IABSE, 1987), who give walking 1.6 to 2.4 steps a second, and a force on the ground
 //! with harmonics of the step up and down and ahead, and of half its frequency to the sides. Force
-//! by weight is the acceleration of the body's centre in g, for which the hand is taken (assumed).
+//! by weight is the acceleration of the body's centre in g, which is taken for that of the hand
+//! (assumed).
 
 use super::attitude::Turned;
 use super::course::{Course, To};
@@ -69,8 +70,8 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// Lies for `standstill` s, then walks, `duration` s in all. Without a standstill it is in the
-    /// hand at once.
+    /// Lies still for `standstill` s, then walks, `duration` s in all. Without a standstill it is
+    /// in the hand at once.
     pub(super) fn new(
         walk: &HandHeld,
         [standstill, duration]: [f64; 2],
@@ -151,8 +152,8 @@ impl Motion for Walk {
         let along = speed * level + surge;
         let v = [along * c - sway * s, along * s + sway * c, bob - speed * up];
         let u = (t - self.picked_up).clamp(0.0, PICK_UP_S);
-        let held = Smooth::between(0.0, 1.0, u, PICK_UP_S).dual();
-        let [.., roll, pitch, yaw] = self.swings.at(t).map(|swing| swing * held);
+        let in_hand = Smooth::between(0.0, 1.0, u, PICK_UP_S).dual();
+        let [.., roll, pitch, yaw] = self.swings.at(t).map(|swing| swing * in_hand);
         let attitude = Turned::level()
             .yaw(now.heading.dual() + yaw)
             .pitch(pitch + wave(1.0, first) * NOD)

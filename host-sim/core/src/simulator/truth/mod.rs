@@ -58,7 +58,7 @@ pub struct Truth {
 
 /// A vehicle's motion as smooth functions of time. The times are visited in ascending order.
 trait Motion {
-    /// How long it lasts, s.
+    /// Duration, s.
     fn duration(&self) -> f64;
 
     /// Goes to the sample that starts at `t` s. `second`: a whole second, where rounding errors of
@@ -81,7 +81,7 @@ struct Instant {
 }
 
 impl Instant {
-    /// From velocity components in NED with their derivatives, and an attitude.
+    /// Makes it from velocity components in NED with their derivatives, and an attitude.
     fn of([north, east, down]: [dual::Dual; 3], attitude: &attitude::Turned) -> Self {
         Self {
             q_bn: attitude.q_bn,
@@ -113,8 +113,8 @@ impl Truth {
         Self::of(&mut road, config.start, config.dt, 1)
     }
 
-    /// Computes a motion from a place. There are `epochs_per_s` epochs a second; a second divided
-    /// by them is a whole number of samples.
+    /// Computes a motion from a start position. There are `epochs_per_s` epochs a second; a second
+    /// divided by them is a whole number of samples.
     fn of(motion: &mut dyn Motion, start: Geodetic, dt: f64, epochs_per_s: u32) -> Self {
         let n = (motion.duration() / dt).round() as usize;
         let samples_per_s = (1.0 / dt).round() as usize;

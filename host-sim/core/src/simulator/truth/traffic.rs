@@ -3,7 +3,7 @@
 //!
 //! B. S. Kerner, S. L. Klenov, A. Hiller and H. Rehborn ("Microscopic features of moving traffic
 //! jams", Physical Review E 73, 046107, 2006) find the pattern of jams in data of single cars:
-//! standstill and low speed take turns. The figures are assumed.
+//! standstill and low speed alternate. The figures are assumed.
 
 use super::city::Car;
 use super::course::{Course, To};
@@ -18,7 +18,7 @@ const SLOWEST: f64 = 0.1;
 /// Speed to which a car leaves a queue slowly, m/s, and the least time that it takes, s.
 const DEPARTURE_MPS: f64 = 0.5;
 const DEPARTURE_S: f64 = 4.0;
-/// Times in which the speed of creeping is reached and given up, s.
+/// Duration of acceleration to the speed of creeping, and of braking, s.
 const NUDGE_S: f64 = 2.0;
 
 /// A car in traffic.

@@ -3,7 +3,7 @@
 //!
 //! In a curve of radius `R` the outer rail lies higher by the cant `D`. At speed `v` a cant of
 //! `S v^2 / (g R)` would leave no lateral force, with the distance `S` of the contact points of the
-//! rails. What is missing of it is the deficiency `I`:
+//! rails. The missing part is the deficiency `I`:
 //!
 //! ```text
 //! D + I = S v^2 / (g R)

@@ -1,4 +1,4 @@
-//! The vehicles of the simulator by name, with what they need to become a true journey.
+//! The vehicles of the simulator by name, and their true journeys.
 
 use super::aircraft::Flight;
 use super::city::Car;
@@ -79,7 +79,7 @@ pub enum Vehicle {
     Standing(Standing),
 }
 
-/// Where and how long a vehicle goes.
+/// Start, duration and settings of a journey.
 #[derive(Debug, Clone, Copy)]
 pub struct Journey<'a> {
     /// Start position.

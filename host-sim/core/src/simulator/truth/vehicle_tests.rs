@@ -74,8 +74,8 @@ fn velocity_is_the_derivative_of_position() {
 }
 
 /// Without vibration the perfect increments lead the navigator along the journey: to 20 mm, 1 mm/s
-/// and 2 urad after 10 min, Earth rotation and gravity included. What is left is the navigator's
-/// own coning and sculling.
+/// and 2 urad after 10 min, Earth rotation and gravity included. The remaining error is the
+/// navigator's own coning and sculling.
 #[test]
 fn increments_integrate_back_to_position_velocity_and_attitude() {
     for vehicle in all() {
@@ -99,7 +99,7 @@ fn increments_integrate_back_to_position_velocity_and_attitude() {
     }
 }
 
-/// The same with vibration, which asks more of coning and sculling than of the motion.
+/// As above with vibration, which is harder for coning and sculling than the motion is.
 #[test]
 fn vibration_keeps_the_closure_of_the_road() {
     for vehicle in all() {
@@ -226,14 +226,14 @@ fn a_city_car_reverses_stands_for_seconds_and_slips() {
         let truth = truth(&vehicle, seed, &journey(0.0, 600.0, 0.0, 1));
         let first = truth.epochs.iter().find(|e| e.velocity.norm() > 0.8);
         assert!(forward(first.unwrap()) < -0.7, "seed {seed}");
-        let mut still = 0;
+        let mut stationary = 0;
         for e in &truth.epochs {
-            still = if e.velocity.norm() < 0.05 {
-                still + 1
+            stationary = if e.velocity.norm() < 0.05 {
+                stationary + 1
             } else {
                 0
             };
-            assert!(still < 15, "seed {seed}");
+            assert!(stationary < 15, "seed {seed}");
         }
         let slip = truth.epochs.iter().filter(|e| forward(e) > 3.0).map(|e| {
             let v = e.q_bn.inverse_transform_vector(&e.velocity);

@@ -140,7 +140,7 @@ impl Vibration {
     }
 }
 
-/// The vibration at the times that a motion is asked for.
+/// The vibration at the sample times and quadrature nodes of a motion.
 #[derive(Debug, Clone)]
 pub(super) struct Shaker {
     vibration: Vibration,
@@ -176,7 +176,7 @@ impl Shaker {
         self.vibration.at(&self.rotors[node])
     }
 
-    /// The same as it is felt at a speed over ground, m/s, >= 0: nearly none at rest.
+    /// Values at a speed over ground, m/s, >= 0: nearly none at rest.
     pub(super) fn riding(&self, node: usize, speed: Dual) -> Ride {
         let shake = self.at(node);
         // speed / (speed + ROAD_SPEED)

@@ -44,8 +44,8 @@ fn rms(of: impl Iterator<Item = f64>) -> f64 {
     (sum / n).sqrt()
 }
 
-/// The time in queues is the share that was asked for, and in them the car creeps for
-/// `creep / (creep + stop)` of the time; departures of 5 s at most add little.
+/// The time in queues is the given share, and in them the car creeps for `creep / (creep + stop)`
+/// of the time; departures of 5 s at most add little.
 #[test]
 fn a_car_in_traffic_creeps_for_its_share_of_the_time() {
     for queue_share in [0.3, 0.7] {
@@ -76,7 +76,7 @@ fn a_car_in_traffic_creeps_for_its_share_of_the_time() {
 }
 
 /// A departure up to 0.5 m/s takes up to a minute, and creeping begins at a tenth of a metre a
-/// second: what a detection of standstill must not take for one.
+/// second: a detection of standstill must not take it for one.
 #[test]
 fn departures_are_slow_and_creeping_is_slower() {
     let vehicle = Vehicle::Traffic(Traffic {
@@ -142,7 +142,7 @@ fn a_standing_car_is_hardly_shaken_if_its_stops_are_calm() {
 }
 
 /// In the steady part of a curve, with the radius from the path: the roll is that of the cant, and
-/// the lateral force is what the cant leaves, `v^2/R cos(roll) - g sin(roll)`.
+/// the lateral force is the part that the cant leaves, `v^2/R cos(roll) - g sin(roll)`.
 #[test]
 fn a_train_in_a_curve_has_cant_and_its_deficiency() {
     for train in [
@@ -263,7 +263,8 @@ fn steps_are_in_the_spectrum_of_a_walk() {
     }
 }
 
-/// It lies for the standstill, then it pauses while the hand still swings, with the size asked for.
+/// It lies for the standstill, then it pauses while the hand still swings, with the given
+/// amplitude.
 #[test]
 fn a_hand_swings_also_in_pauses() {
     let walk = HandHeld {

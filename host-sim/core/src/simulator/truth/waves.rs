@@ -36,7 +36,7 @@ pub(super) struct Waves {
     lines: Vec<Line>,
 }
 
-/// A sea, and how a hull answers to it.
+/// A sea, and the response of a hull to it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sea {
     /// Significant height of the waves, m.
@@ -72,10 +72,10 @@ impl Waves {
     /// ```
     ///
     /// The waves come from one random side. A hull follows waves that are much longer than itself:
-    /// heave is the height of the wave, roll and pitch are its slope, surge and sway are the
-    /// motion of the water. The answer falls for waves shorter than the hull, and roll resonates
-    /// (assumed; a plain strip-theory picture). The frequencies are those at which the ship meets
-    /// the waves.
+    /// heave is the height of the wave, roll and pitch are its slope, surge and sway are the motion
+    /// of the water. The response falls for waves shorter than the hull, and roll resonates
+    /// (assumed; a plain strip-theory picture). The frequencies are the encounter frequencies of
+    /// the ship.
     pub(super) fn of_sea(sea: &Sea, rng: &mut ChaCha8Rng) -> Self {
         let peak = TAU / sea.period;
         let (beam, ahead) = rng.random_range(0.0..TAU).sin_cos();

@@ -8,9 +8,9 @@ use firmware::wire::command::{MAX_PACKET, Provision, Request, Response};
 use host_core::error::Error;
 use std::time::Duration;
 
-/// How often a session is begun anew for one request.
+/// Largest number of sessions that are begun for one request.
 const SESSIONS: u32 = 20;
-/// The longest wait that the device may ask for before it is a refusal.
+/// Longest wait that the device may ask for; a longer one counts as a refusal.
 const LONGEST_WAIT: Duration = Duration::from_secs(5);
 
 /// A session with the device.
@@ -22,7 +22,7 @@ pub(super) struct Session {
 }
 
 impl Link {
-    /// As [`Link::request`], sealed. A session is begun where there is none any more.
+    /// As [`Link::request`], sealed. Begins a session if there is none.
     pub(super) fn request_sealed<T>(
         &mut self,
         secret: &Secret,
@@ -36,7 +36,7 @@ impl Link {
                 Err(reason) => return Ok(Err(reason)),
             };
             match self.send_sealed(secret, session, request, &read)? {
-                // these are plain, so anybody may have sent them: none is believed at once
+                // these are not sealed, so anybody may have sent them: none is trusted at once
                 Err(reason @ (Reason::Session | Reason::Counter | Reason::Key)) => {
                     self.session = None;
                     if refused == reason && reason == Reason::Key {
@@ -107,7 +107,7 @@ impl Link {
         let packet = encode_sealed(self.number, &veiled, &mut buffer, Some(&sealer))
             .map_err(|error| self.error(format!("{request:?}: {error:?}"), "report it"))?;
         let ours = |opened: &Opened<Response>| match &opened.seal {
-            // only a refusal may be plain: of what the device does not take for ours
+            // only a refusal may be unsealed: of a request whose seal the device rejects
             None => matches!(opened.message, Response::Refused(_)),
             Some(seal) => {
                 let (message, tag) = (opened.coded, &seal.tag);

@@ -1,4 +1,4 @@
-//! The file: JSON, so that it can be read and sent by mail.
+//! The file of a black box: JSON, so that it can be read and sent by mail.
 
 use crate::device::Fetched;
 use firmware::app::blackbox::read::{HEAD_LEN, Head};
@@ -18,14 +18,14 @@ const VERSION: u32 = 1;
 struct Content {
     blackbox: u32,
     firmware: [u16; 3],
-    /// In words, for the reader: it is in `memory`, too.
+    /// Why the recording stopped, in words for the reader; `memory` has it, too.
     holds_because: String,
     /// Hexadecimal.
     configuration: String,
     memory: String,
 }
 
-/// Writes what was fetched.
+/// Writes a black box that was read from a device.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -45,7 +45,7 @@ pub fn write(file: &Path, fetched: &Fetched) -> Result<(), Error> {
 /// Reads a file: the configuration, if the device had one, and the bytes of the black box.
 ///
 /// # Errors
-/// It cannot be read, or holds something else.
+/// The file cannot be read, or is no black box of this version.
 pub fn read(file: &Path) -> Result<(Option<Configuration>, Vec<u8>), Error> {
     let text = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
     let remedy = "give a file that `device blackbox -o FILE` has written";
@@ -61,17 +61,20 @@ pub fn read(file: &Path) -> Result<(Option<Configuration>, Vec<u8>), Error> {
         let other = "use the host-sim of the version that has written the file";
         return Err(refused(file, "holds a black box of another version", other));
     }
-    let told = if configuration.is_empty() {
+    let configuration = if configuration.is_empty() {
         None
     } else {
-        let told = decode(&configuration);
+        let decoded = decode(&configuration);
         let other = "use the host-sim of the device's version";
-        Some(told.map_err(|reason| refused(file, &format!("configuration: {reason:?}"), other))?)
+        Some(
+            decoded
+                .map_err(|reason| refused(file, &format!("configuration: {reason:?}"), other))?,
+        )
     };
-    Ok((told, memory))
+    Ok((configuration, memory))
 }
 
-/// Why it holds, in words.
+/// Why a recording stopped, in words.
 pub fn because(state: State, cause: Cause) -> &'static str {
     match (state, cause) {
         (State::Records, _) | (_, Cause::None) => "it records",

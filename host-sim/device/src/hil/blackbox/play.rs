@@ -1,4 +1,4 @@
-//! Playing pages.
+//! Plays the pages of a black box through the application, and compares its output.
 
 use super::super::memory::{MemoryLine, SetClock};
 use crate::device::faults::FAULTS;
@@ -11,50 +11,50 @@ use firmware::link::NoLine;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::fault;
 
-/// Passes in which the application must come to rest.
+/// Most passes of the application until it has nothing left to do.
 const PASSES: usize = 10_000;
 
-/// What became of a page.
+/// Result of playing a page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
     /// Its number: pages begun since the memory was blank.
     pub number: u32,
-    /// When it begins, microseconds after the device's start.
+    /// Start of the page, microseconds after the device's start.
     pub at_us: u64,
-    /// Pieces of the sensor's bytes that were played, and their bytes.
+    /// Number of pieces of the sensor's bytes that were played.
     pub pieces: usize,
-    /// Bytes.
+    /// Number of bytes in these pieces.
     pub bytes: usize,
-    /// What was found.
+    /// Result of the comparison.
     pub verdict: Verdict,
 }
 
-/// What was found.
+/// Result of the comparison of a page.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
-    /// The same bytes left, and the same faults followed.
+    /// The output bytes and the faults are the same.
     Agrees,
-    /// Where they differ first, microseconds after the device's start, and in what.
+    /// Time of the first difference, microseconds after the device's start, and what differs.
     Differs(u64, String),
     /// The page cannot be played, and why.
     NotPlayed(&'static str),
 }
 
-/// Plays all pages that a black box holds, the oldest first.
+/// Plays all pages of a black box, the oldest first.
 #[must_use]
-pub fn play(told: Option<&Configuration>, memory: &[u8]) -> Vec<Page> {
-    let mut pages: Vec<Recorded> = (0..PAGES).filter_map(|place| page(memory, place)).collect();
+pub fn play(configuration: Option<&Configuration>, memory: &[u8]) -> Vec<Page> {
+    let mut pages: Vec<Recorded> = (0..PAGES).filter_map(|index| page(memory, index)).collect();
     pages.sort_by_key(|page| page.number);
     let following = pages.iter().skip(1).map(Some).chain([None]);
     (pages.iter().zip(following))
         .map(|(page, next)| {
             let next = next.filter(|next| next.number == page.number.wrapping_add(1));
-            of_page(told, page, next.map(|next| &next.key))
+            of_page(configuration, page, next.map(|next| &next.key))
         })
         .collect()
 }
 
-fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>) -> Page {
+fn of_page(configuration: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>) -> Page {
     let mut result = Page {
         number: recorded.number,
         at_us: recorded.key.at_us,
@@ -62,7 +62,7 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
         bytes: 0,
         verdict: Verdict::Agrees,
     };
-    let mut player = match Player::new(told, recorded) {
+    let mut player = match Player::new(configuration, recorded) {
         Ok(player) => player,
         Err(why) => {
             result.verdict = Verdict::NotPlayed(why);
@@ -91,7 +91,7 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
             return result;
         }
     }
-    // a page that follows at once tells what had left at the end of this one
+    // the next page, if it follows at once, has the hash of the output at the end of this one
     if let Some(next) = next.filter(|next| next.at_us == player.clock.0)
         && next.hash != player.app.blackbox().hash()
     {
@@ -101,25 +101,28 @@ fn of_page(told: Option<&Configuration>, recorded: &Recorded, next: Option<&Key>
     result
 }
 
-/// The application on its way through a page.
+/// The application that plays a page.
 struct Player {
     app: App<'static>,
     lines: Lines<MemoryLine, MemoryLine, NoLine, NoLine>,
     clock: SetClock,
-    /// Fault bits as recorded last.
+    /// Fault bits of the last record.
     faults: u32,
-    /// Bytes in, and bytes out.
+    /// Bytes received and bytes sent so far.
     came: usize,
     left: usize,
     pieces: usize,
     bytes: usize,
 }
 
-/// Where something differs, and what.
+/// Time of a difference, microseconds after the device's start, and what differs.
 type Difference = (u64, String);
 
 impl Player {
-    fn new(told: Option<&Configuration>, recorded: &Recorded) -> Result<Player, &'static str> {
+    fn new(
+        configuration: Option<&Configuration>,
+        recorded: &Recorded,
+    ) -> Result<Player, &'static str> {
         let key = &recorded.key;
         if !key.plays {
             return Err(match key.stage {
@@ -127,7 +130,7 @@ impl Player {
                 _ => "bytes passed unread",
             });
         }
-        let mut config = told.map_or_else(Config::default, Config::of);
+        let mut config = configuration.map_or_else(Config::default, Config::of);
         if config.sensor.adis.is_none() {
             let format = ImuFormat::ALL.get(usize::from(key.format));
             let format = format.ok_or("its format is not known")?;
@@ -150,7 +153,7 @@ impl Player {
             pieces: 0,
             bytes: 0,
         };
-        let adis = told.is_some_and(|told| told.wire_settings().adis.is_some());
+        let adis = configuration.is_some_and(|of| of.wire_settings().adis.is_some());
         if adis {
             let mut frame = recorded.frame.to_vec();
             let _ = player
@@ -167,7 +170,7 @@ impl Player {
         Ok(player)
     }
 
-    /// A piece, and what was noted until the next one.
+    /// Plays a piece, with the notes until the next one.
     fn piece(&mut self, entry: &Entry, notes: &[Entry]) -> Result<(), Difference> {
         let (burst, hash, first) = match entry.content {
             Content::Piece(hash, bytes) => (false, hash, bytes),
@@ -183,7 +186,7 @@ impl Player {
         }
         let (before, mut fed) = (self.came - self.left, 0);
         if bytes.is_empty() {
-            self.advance(entry.at_us); // a line that cannot tell that it is idle had nothing
+            self.advance(entry.at_us); // a poll without bytes, of a line that cannot report idle
         }
         self.clock.0 = entry.at_us;
         self.pieces += 1;
@@ -214,7 +217,7 @@ impl Player {
         } else if !burst {
             self.feed(bytes.get(fed..).unwrap_or_default());
         }
-        // where a page ends, what changed with its last piece had no room
+        // at the end of a page there is no room for faults that changed with its last piece
         if notes.iter().any(|note| note.content == Content::Break) {
             return Ok(());
         }
@@ -235,7 +238,7 @@ impl Player {
         self.settle();
     }
 
-    /// Time passes without bytes.
+    /// Advances the time without bytes.
     fn advance(&mut self, at_us: u64) {
         if at_us > self.clock.0 {
             self.clock.0 = at_us;
@@ -268,15 +271,15 @@ impl Player {
 
     fn judge_faults(&mut self, at_us: u64, bits: u32) -> Result<(), Difference> {
         self.faults = bits;
-        let [told, here] = self.app.impose_faults(bits);
-        // a page does not tell when the last bytes before it came
+        let [recorded, here] = self.app.impose_faults(bits);
+        // a page does not record the time of the last bytes before it
         let unknown = if self.bytes == 0 { fault::SILENT } else { 0 };
-        if (told ^ here) & !unknown == 0 {
+        if (recorded ^ here) & !unknown == 0 {
             return Ok(());
         }
         Err((
             at_us,
-            format!("faults {} here, {}", names(here), names(told)),
+            format!("faults {} here, {}", names(here), names(recorded)),
         ))
     }
 }

@@ -14,7 +14,7 @@ use firmware::wire::command::fault;
 /// The sensor's line.
 struct Sensor {
     line: MemoryLine,
-    /// It can tell that it is idle.
+    /// Whether the line reports that it is idle.
     tells: bool,
 }
 
@@ -32,13 +32,12 @@ impl Line for Sensor {
     }
 }
 
-/// What a device has recorded when so many frames of a drive have come; `disturb` changes the
-/// bytes.
+/// Recording of a device after `frames` frames of a drive; `disturb` changes their bytes.
 fn recorded(format: ImuFormat, frames: usize, disturb: impl Fn(usize, &mut Vec<u8>)) -> Vec<u8> {
     recorded_at(true, format, frames, disturb)
 }
 
-/// The same at a line that tells whether it is idle, or cannot.
+/// As [`recorded`]; `tells`: whether the line reports that it is idle.
 fn recorded_at(
     tells: bool,
     format: ImuFormat,
@@ -77,10 +76,10 @@ fn recorded_at(
         lines.sensor.line.received.extend(&bytes);
         while app.poll(&mut lines, &clock) {}
     }
-    held(&mut app)
+    stopped(&mut app)
 }
 
-fn held(app: &mut App) -> Vec<u8> {
+fn stopped(app: &mut App) -> Vec<u8> {
     app.hold_recording();
     let mut bytes = vec![0; LEN];
     assert_eq!(app.read_recording(0, &mut bytes), Some(LEN));
@@ -108,23 +107,23 @@ fn what_was_recorded_plays_again() {
     }
 }
 
-/// The pages as the format's usual sensor has them.
+/// Plays the pages with the format's usual sensor.
 fn play_as(format: ImuFormat, memory: &[u8]) -> Vec<Page> {
     let mut settings = firmware::wire::Settings::DEFAULT;
     (format.simulated()[0].settings)(&mut settings);
-    let mut told = host_unit::Unit::default()
+    let mut configuration = host_unit::Unit::default()
         .configuration()
         .expect("a configuration");
-    told.sensor = Some(firmware::configuration::Sensor::Stream(
+    configuration.sensor = Some(firmware::configuration::Sensor::Stream(
         format.settings(&settings),
     ));
-    told.rate = settings.rate;
-    told.correction.limit = Config::default().limit;
-    play(Some(&told), memory)
+    configuration.rate = settings.rate;
+    configuration.correction.limit = Config::default().limit;
+    play(Some(&configuration), memory)
 }
 
-/// Damage, silence and what comes in other pieces is part of what is played. A fault makes it hold
-/// with what came before and after.
+/// Damage, silence and split frames are played, too. After a fault the recording stops, with bytes
+/// from before and after it.
 #[test]
 fn faults_are_recorded_and_played() {
     let memory = recorded(ImuFormat::Stim300, 400, |n, bytes| {
@@ -152,8 +151,8 @@ fn faults_are_recorded_and_played() {
     );
 }
 
-/// A sensor that falls silent, at a line that tells that it is idle and at one that cannot: there
-/// each look finds nothing, and one of them notices the silence.
+/// A sensor falls silent, at a line that reports that it is idle and at one that cannot. There each
+/// poll finds no bytes, and one of them detects the silence.
 #[test]
 fn a_silence_is_recorded_and_played() {
     for tells in [true, false] {
@@ -187,7 +186,7 @@ fn a_changed_bit_is_found() {
         let pages = play_as(ImuFormat::Hg4930, &bad);
         !pages.iter().all(|page| page.verdict == Verdict::Agrees)
     };
-    let place = |bytes: &[u8]| bytes.as_ptr().addr() - memory.as_ptr().addr();
+    let offset = |bytes: &[u8]| bytes.as_ptr().addr() - memory.as_ptr().addr();
     let mut tried = 0;
     for page in (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n)) {
         let pieces: Vec<&[u8]> = page
@@ -199,14 +198,14 @@ fn a_changed_bit_is_found() {
             .collect();
         let (_, followed) = pieces.split_last().expect("pieces");
         for at in followed.iter().flat_map(|bytes| {
-            let from = place(bytes);
+            let from = offset(bytes);
             from..from + bytes.len()
         }) {
             tried += 1;
             assert!(differs(at), "byte {at} of page {}", page.number);
         }
-        // hash of all that had left
-        let key = place(page.frame) - 80;
+        // hash of all output so far
+        let key = offset(page.frame) - 80;
         assert!(differs(key + 16), "hash of page {}", page.number);
     }
     println!("{tried} bytes");
@@ -216,18 +215,23 @@ fn a_changed_bit_is_found() {
 #[test]
 fn a_file_is_read_as_it_was_written() {
     let memory = recorded(ImuFormat::Stim300, 100, |_, _| {});
-    let told = host_unit::Unit::default().configuration().expect("told");
+    let configuration = host_unit::Unit::default()
+        .configuration()
+        .expect("a configuration");
     let fetched = crate::device::Fetched {
         firmware: [0, 1, 0],
         recording: Default::default(),
-        configuration: firmware::configuration::record::encode(&told).to_vec(),
+        configuration: firmware::configuration::record::encode(&configuration).to_vec(),
         memory,
     };
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("box.json");
     write(&file, &fetched).expect("it is written");
-    let (read_told, read_memory) = read(&file).expect("it is read");
-    assert_eq!((read_told, read_memory), (Some(told), fetched.memory));
+    let (read_configuration, read_memory) = read(&file).expect("it is read");
+    assert_eq!(
+        (read_configuration, read_memory),
+        (Some(configuration), fetched.memory)
+    );
     std::fs::write(&file, "{}").expect("it is written");
     assert!(
         read(&file)

@@ -1,14 +1,14 @@
 //! Recordings written out again with corrected samples.
 //!
-//! The file keeps its form: only the numbers of the six sensors change, and only where a correction
-//! is not zero. Time stamps, gaps, names, further columns, blanks and the ends of lines stay as
-//! they are, byte for byte. The samples stay in the axes and units of the file. Numbers are written
-//! in the fewest digits that read back to the same bits.
+//! The file retains its format: only the numbers of the six sensors change, and only where a
+//! correction is not zero. Time stamps, gaps, names, further columns, blanks and the ends of lines
+//! stay as they are, byte for byte. The samples stay in the axes and units of the file. Numbers are
+//! written in the fewest digits that read back to the same bits.
 
 mod text;
 
 pub(crate) use text::shortest;
-pub use text::{Place, Text};
+pub use text::{SampleColumns, Text};
 
 use crate::recordings::novatel::rewrite::Log;
 use host_core::error::Error;
@@ -34,8 +34,9 @@ impl Original {
         }
     }
 
-    /// The bytes of the file without what a scheme takes off: of each sample in its order, body
-    /// axes forward-right-down, in rad and m/s for increments, in rad/s and m/s2 for rates.
+    /// The bytes of the file with the correction subtracted. `taken` has the correction of each
+    /// sample in order, body axes forward-right-down, in rad and m/s for increments, in rad/s and
+    /// m/s2 for rates.
     ///
     /// # Errors
     /// The file cannot be read, or is not the one that the samples were read from.

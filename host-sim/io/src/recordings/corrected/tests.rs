@@ -9,12 +9,12 @@ use test_bench::recordings::file;
 fn original(path: &Path, separator: Separator, skip: usize) -> Original {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let columns = axes.map(|axis| Axes::RIGHT_FORWARD_UP.turn(axis));
-    let place = Place {
+    let columns = SampleColumns {
         columns: [[0, 1, 2], [5, 4, 6]],
         units: [0.5, 2.0],
         turn: Rotation3::from_matrix_unchecked(Matrix3::from_columns(&columns)),
     };
-    Original::Text(Text::new(path.to_path_buf(), separator, skip, place))
+    Original::Text(Text::new(path.to_path_buf(), separator, skip, columns))
 }
 
 /// 0.25 rad/s to the right (x of the file) and 1 m/s2 down (-z of the file).
@@ -27,7 +27,7 @@ fn taken() -> [Increment; 2] {
 }
 
 #[test]
-fn only_numbers_that_change_are_written_anew() {
+fn only_numbers_that_change_are_rewritten() {
     for (separator, skip, text, want) in [
         (
             Separator::COMMA,

@@ -1,4 +1,4 @@
-//! Numbers in the lines of a text file, changed where they stand.
+//! Replaces numbers in the lines of a text file and leaves all other bytes.
 
 use crate::recordings::read::read;
 use crate::recordings::session::complain;
@@ -17,28 +17,33 @@ pub struct Text {
     pub file: PathBuf,
     /// Lines before the samples.
     pub skip: usize,
-    /// Where the samples stand on a line.
-    pub place: Place,
+    /// Position of the samples on a line.
+    pub columns: SampleColumns,
     separator: Separator,
 }
 
-/// Where the samples stand on a line, and what their numbers mean.
+/// Position of the samples on a line, their units and axes.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct SampleColumns {
     /// Columns of the gyros x, y, z and of the accelerometers, counted from 0.
     pub columns: [[usize; 3]; 2],
-    /// What 1 is worth in SI, of gyros and accelerometers.
+    /// SI value of the number 1, for gyros and accelerometers.
     pub units: [f64; 2],
     /// Turns axes of the file into forward-right-down.
     pub turn: Rotation3<f64>,
 }
 
 impl Text {
-    pub(crate) fn new(file: PathBuf, separator: Separator, skip: usize, place: Place) -> Self {
+    pub(crate) fn new(
+        file: PathBuf,
+        separator: Separator,
+        skip: usize,
+        columns: SampleColumns,
+    ) -> Self {
         Self {
             file,
             skip,
-            place,
+            columns,
             separator,
         }
     }
@@ -63,15 +68,15 @@ impl Text {
         }
     }
 
-    /// Adds a line less what is taken off. `None`: it does not hold the numbers.
+    /// Appends a line with the correction subtracted. `None`: the line lacks the numbers.
     fn line(&self, line: &[u8], taken: &Increment, out: &mut Vec<u8>) -> Option<()> {
         let spans = self.spans(line);
         let mut changes: Vec<(Range<usize>, String)> = Vec::new();
-        let Place {
+        let SampleColumns {
             columns,
             units,
             turn,
-        } = &self.place;
+        } = &self.columns;
         for ((columns, unit), taken) in columns.iter().zip(units).zip([taken.dtheta, taken.dv]) {
             if taken == Vector3::zeros() {
                 continue;
@@ -100,7 +105,7 @@ impl Text {
         Some(())
     }
 
-    /// Where the values of a line stand, without the blanks around them.
+    /// Byte ranges of the values of a line, without the blanks around them.
     fn spans(&self, line: &[u8]) -> Vec<Range<usize>> {
         let separates = |byte: &u8| match self.separator {
             Separator::Char(c) => *byte == c,

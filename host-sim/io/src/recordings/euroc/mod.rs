@@ -10,15 +10,15 @@
 //! ```
 //!
 //! There is no satellite in a room, so the ground truth is thinned to fixes. Its axes have z up and
-//! any heading; here x counts as north and y as west, at an origin that the user may tell. The
-//! rotation of the Earth then points in a wrong direction, which only gyros much better than those
-//! of these datasets notice. The body of the EuRoC MAV has x up, y right and z forward.
+//! any heading; here x counts as north and y as west, at an origin that the user may give. The
+//! rotation of the Earth then points in a wrong direction, which matters only for gyros much better
+//! than those of these datasets. The body of the EuRoC MAV has x up, y right and z forward.
 
 use crate::recordings::InitialAttitude;
-use crate::recordings::corrected::{Place as Words, Text};
+use crate::recordings::corrected::{SampleColumns, Text};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
+use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
 use crate::recordings::table::{Cell, Separator, Source, Table};
 use crate::recordings::track::Track;
 use host_core::error::Error;
@@ -35,10 +35,10 @@ pub const BODY: &str = "z y -x";
 /// Rotation of the axes of the room, north-west-up, into north-east-down.
 const NORTH_WEST_UP: [f64; 3] = [1.0, -1.0, -1.0];
 
-/// What to read of a folder.
+/// Settings of the reader.
 #[derive(Debug, Clone)]
 pub struct Choice {
-    /// Where the origin of the room is.
+    /// Geodetic position of the room's origin.
     pub origin: Geodetic,
     /// Time between two fixes, s.
     pub interval_s: f64,
@@ -64,7 +64,7 @@ pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
     let to_body = choice.mounting * sensor(&imu.join("sensor.yaml"))?;
     let file = imu.join("data.csv");
     let table = table(&file, 7)?;
-    let mut samples = Samples::new(Place::new(&file, "data line"), Kind::Rate);
+    let mut samples = Samples::new(Location::new(&file, "data line"), Kind::Rate);
     for row in table.rows() {
         let [ns, gx, gy, gz, ax, ay, az, ..] = row else {
             continue; // each row has at least as many
@@ -104,7 +104,7 @@ fn mav(folder: &Path) -> PathBuf {
     }
 }
 
-/// Where the samples stand in their file, to write it again. `mounting` as in [`Choice`].
+/// Position of the samples in their file, to write it again. `mounting` as in [`Choice`].
 ///
 /// # Errors
 /// As [`read`].
@@ -112,13 +112,13 @@ pub fn original(folder: &Path, mounting: Rotation3<f64>) -> Result<Text, Error> 
     let imu = mav(folder).join("imu0");
     let file = imu.join("data.csv");
     let first = Source::open(&file, Separator::COMMA)?.first_line();
-    let place = Words {
+    let columns = SampleColumns {
         columns: [[1, 2, 3], [4, 5, 6]],
         units: [1.0; 2],
         turn: mounting * sensor(&imu.join("sensor.yaml"))?,
     };
     let skip = usize::from(has_names(&first));
-    Ok(Text::new(file, Separator::COMMA, skip, place))
+    Ok(Text::new(file, Separator::COMMA, skip, columns))
 }
 
 /// Whether a first line holds the names of the columns.
@@ -131,7 +131,7 @@ fn has_names(first: &[String]) -> bool {
 fn states(folder: &Path, choice: &Choice) -> Result<(Vec<(i64, NavState)>, bool), Error> {
     let file = folder.join("data.csv");
     let table = table(&file, 8)?;
-    // Attitudes are those of a sensor on the body, which may have axes of its own.
+    // Attitudes are those of a sensor on the body, whose axes may differ from the body's.
     let from_body = sensor(&folder.join("sensor.yaml"))?.inverse() * choice.mounting.inverse();
     let from_body = UnitQuaternion::from_rotation_matrix(&from_body);
     let room = Rotation3::from_matrix_unchecked(Matrix3::from_diagonal(&NORTH_WEST_UP.into()));
@@ -177,7 +177,7 @@ fn thinned(
     folder: &Path,
     choice: &Choice,
 ) -> Result<Vec<(i64, TimedFix)>, Error> {
-    let mut fixes = Fixes::new(Place::new(&folder.join("data.csv"), "data line"));
+    let mut fixes = Fixes::new(Location::new(&folder.join("data.csv"), "data line"));
     let interval = (choice.interval_s * 1e9).round() as i64;
     let [p, v] = choice.sigmas;
     let v = if has_velocity { v } else { NOT_MEASURED };
@@ -190,7 +190,7 @@ fn thinned(
         next = if next == i64::MIN { *ns } else { next } + interval;
         next = next.max(*ns + interval / 2);
         let fix = TimedFix {
-            time: 0.0, // told apart
+            time: 0.0, // stored beside the fix, in ns
             lat_deg: state.position.lat / DEG,
             lon_deg: state.position.lon / DEG,
             height_m: state.position.h,

@@ -92,7 +92,7 @@ fn axes_of_the_sensor_are_turned() {
 }
 
 #[test]
-fn every_fault_names_its_place() {
+fn every_fault_names_its_location() {
     let swap = |file: &'static str, old: &'static str, new: &'static str| {
         let (_dir, read) = folder(move |name, text| match name == file {
             true => text.replacen(old, new, 1),

@@ -57,19 +57,19 @@ pub(super) struct Names<'a> {
     pub(super) sigmas: [Option<&'a [String; 3]>; 2],
 }
 
-/// How columns become SI.
+/// Conversion of the columns to SI.
 struct Si {
-    /// Seconds in a unit of time.
+    /// Seconds in one unit of time.
     second: f64,
-    /// Degrees in a unit of latitude and longitude.
+    /// Degrees in one unit of latitude and of longitude.
     degrees: [f64; 2],
     /// Axes and unit of the velocity.
     velocity: Option<(Axes, f64)>,
     /// Standard deviations that no column gives.
     sigmas: [f64; 6],
     /// First columns of height, velocity, position sigmas, velocity sigmas.
-    places: [Option<usize>; 4],
-    /// Columns of a velocity.
+    positions: [Option<usize>; 4],
+    /// Number of columns of the velocity.
     axes: usize,
 }
 
@@ -91,15 +91,15 @@ impl Names<'_> {
         let velocity = self
             .velocity
             .map(|v| velocity_unit(read, &key("velocity"), v));
-        let (wanted, places) = self.columns();
-        // a line may lack what the receiver did not measure
+        let (wanted, positions) = self.columns();
+        // a line may lack values that the receiver did not measure
         let table = file.table(&wanted, Some(f64::NAN))?;
         let si = Si {
             second,
             degrees: [lat / DEG, lon / DEG],
             velocity: velocity.transpose()?,
             sigmas,
-            places,
+            positions,
             axes: self.velocity.map_or(3, |v| v.columns.len()),
         };
         collect(&table, &si)
@@ -121,12 +121,12 @@ impl Names<'_> {
             ("position_sigma", position.map(|c| &c[..])),
             ("velocity_sigma", velocity.map(|c| &c[..])),
         ];
-        let places = groups.map(|(key, names)| {
+        let positions = groups.map(|(key, names)| {
             let at = wanted.len();
             wanted.extend(names?.iter().map(|c| (key, c.as_str())));
             Some(at)
         });
-        (wanted, places)
+        (wanted, positions)
     }
 }
 
@@ -134,7 +134,7 @@ impl Names<'_> {
 fn collect(table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> {
     let mut fixes: Vec<TimedFix> = Vec::new();
     for (k, r) in table.rows().enumerate() {
-        let values = 1..si.places[2].or(si.places[3]).unwrap_or(r.len());
+        let values = 1..si.positions[2].or(si.positions[3]).unwrap_or(r.len());
         if r[values].iter().all(|x| x.is_nan()) {
             continue;
         }
@@ -146,7 +146,7 @@ fn collect(table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> {
             let remedy = "give latitude and longitude of a fix, or neither";
             return Err(table.complain(k, missing, "missing", remedy));
         }
-        for at in si.places[2..].iter().flatten() {
+        for at in si.positions[2..].iter().flatten() {
             if let Some(bad) = (*at..at + 3).find(|&c| r[c] <= 0.0) {
                 let remedy = "give a number above 0, or nothing for a value that is not measured";
                 return Err(table.complain(k, bad, "not a standard deviation", remedy));
@@ -167,11 +167,11 @@ fn collect(table: &Table, si: &Si) -> Result<Vec<TimedFix>, Error> {
 
 /// One fix; `None` if it is not on Earth, or at a pole.
 fn fix(r: &[f64], si: &Si) -> Option<TimedFix> {
-    let [height, velocity, sigma, sigma_v] = si.places;
+    let [height, velocity, sigma, sigma_v] = si.positions;
     let mut sigmas = si.sigmas;
-    for (place, columns) in [(0, sigma), (3, sigma_v)] {
+    for (first, columns) in [(0, sigma), (3, sigma_v)] {
         if let Some(at) = columns {
-            sigmas[place..place + 3].copy_from_slice(&r[at..at + 3]);
+            sigmas[first..first + 3].copy_from_slice(&r[at..at + 3]);
         }
     }
     let height = height.map_or(f64::NAN, |at| r[at]);

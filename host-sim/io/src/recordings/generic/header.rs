@@ -57,7 +57,7 @@ pub(super) struct TruthTable {
     pub(super) longitude: Option<Scalar>,
     /// m.
     pub(super) height: Option<Scalar>,
-    /// Velocity; without it that between the positions.
+    /// Velocity; without it, it is computed from the positions.
     pub(super) velocity: Option<Velocity>,
     /// Added to its times to give the IMU's, s. By default that of the fixes.
     pub(super) time_offset_s: Option<f64>,
@@ -104,8 +104,8 @@ pub(super) struct Imu {
     /// Forward, right and down in axes of the file, for example `y x -z` for right-forward-up. By
     /// default `x y z` where `mounting` is given, else the mounting of the unit.
     pub(super) axes: Option<String>,
-    /// How these axes sit in the vehicle, if they are not the vehicle's: axes, a table of angles,
-    /// or the rows of a matrix, as in the unit file.
+    /// Mounting of these axes in the vehicle, if they are not the vehicle's: axes, a table of
+    /// angles, or the rows of a matrix, as in the unit file.
     pub(super) mounting: Option<Turned>,
     /// Longest time between two rates that is interpolated, s. Three samples or 0.1 s by default.
     pub(super) max_gap_s: Option<f64>,
@@ -126,7 +126,7 @@ pub(super) enum Turned {
     Table(Mounting),
 }
 
-/// A time offset that is told or to be found.
+/// A time offset: given in seconds, or to be estimated.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged, expecting = "is neither seconds nor 'estimate'")]
 pub(super) enum Offset {
@@ -149,7 +149,7 @@ pub(super) struct Gnss {
     /// As in [`Imu`].
     #[serde(default = "yes")]
     pub(super) names: bool,
-    /// Time on the clock of the IMU, or on another that `time_offset_s` tells.
+    /// Time on the clock of the IMU, or on another whose offset `time_offset_s` gives.
     pub(super) time: Scalar,
     /// Added to the times of the fixes to give the IMU's, s, or "estimate". Default: 0.
     pub(super) time_offset_s: Option<Offset>,
@@ -166,7 +166,7 @@ pub(super) struct Gnss {
     /// Columns of the standard deviations of position north, east, down, m. They replace
     /// `position_sigma_m`.
     pub(super) position_sigma: Option<[String; 3]>,
-    /// The same for velocity, m/s.
+    /// Columns of the standard deviations of velocity north, east, down, m/s.
     pub(super) velocity_sigma: Option<[String; 3]>,
     /// Standard deviations of position north, east, down, m, > 0.
     #[serde(default = "position_sigma")]
@@ -224,7 +224,7 @@ fn velocity_sigma() -> [f64; 3] {
     [0.05; 3]
 }
 
-/// A unit by its name, and what 1.0 of it is worth as a rate: rad/s or m/s2.
+/// Name of a unit, and its value as a rate: rad/s or m/s2.
 pub type NamedUnit = (String, f64);
 
 /// A unit: its name, what it measures, and its value in SI.

@@ -136,11 +136,11 @@ pub fn read_with_truth(
     Ok(record)
 }
 
-/// What the header says of the times of the fixes: seconds, or "estimate".
+/// The time offset of the fixes in the header: seconds, or "estimate".
 fn offset(read: &Read) -> Result<Option<&Offset>, Error> {
     let gnss = read.header.gnss.as_ref();
-    let told = gnss.and_then(|gnss| gnss.time_offset_s.as_ref());
-    let is = match told {
+    let given = gnss.and_then(|gnss| gnss.time_offset_s.as_ref());
+    let is = match given {
         Some(Offset::Given(seconds)) if !seconds.is_finite() => seconds.to_string(),
         Some(Offset::Word(word)) if word != "estimate" => format!("'{word}'"),
         good => return Ok(good),
@@ -156,18 +156,18 @@ fn offset(read: &Read) -> Result<Option<&Offset>, Error> {
 /// As [`read`].
 pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<Record, Error> {
     let (read, mut record) = begin(header, files, truth)?;
-    let told = match offset(&read)? {
+    let offset_s = match offset(&read)? {
         Some(Offset::Given(seconds)) => *seconds,
         _ => 0.0,
     };
-    record.truth = truth::named(&read, Some(told))?.map(|track| track.shifted(told));
+    record.truth = truth::named(&read, Some(offset_s))?.map(|track| track.shifted(offset_s));
     if let Some(arm) = read.header.gnss.and_then(|gnss| gnss.lever_arm_m) {
         record.lever_arm_m = arm;
     }
     Ok(record)
 }
 
-/// Where the samples stand in their file, to write it again.
+/// Position of the samples in their file, to write it again.
 ///
 /// # Errors
 /// As [`read`].
@@ -216,8 +216,8 @@ pub fn units(header: &Path, step: f64) -> Result<[(NamedUnit, Vec<NamedUnit>); 2
     let named = |key: &str, name: &str, known: &[header::Unit]| {
         read.value(key, name, known)?;
         let all = units(known);
-        let told = all.iter().find(|unit| unit.0 == name).cloned();
-        Ok((told.unwrap_or_default(), all))
+        let unit = all.iter().find(|unit| unit.0 == name).cloned();
+        Ok((unit.unwrap_or_default(), all))
     };
     Ok([
         named("imu.gyro", &imu.gyro.unit, &GYRO)?,
@@ -260,7 +260,7 @@ impl<'a> File<'a> {
     }
 
     /// The position of a column, given as key of the header file and name.
-    fn place(&self, (key, name): &(&str, &str)) -> Result<usize, Error> {
+    fn position(&self, (key, name): &(&str, &str)) -> Result<usize, Error> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let problem = format!(
                 "names column '{name}', which {} does not have",
@@ -276,22 +276,22 @@ impl<'a> File<'a> {
 
     /// Reads the columns `wanted`, each given as key of the header file and name of the column.
     fn table(&self, wanted: &[(&str, &str)], gap: Option<f64>) -> Result<Table, Error> {
-        let wanted = self.places(wanted)?;
+        let wanted = self.positions(wanted)?;
         Table::read(&self.source, &self.layout(&wanted, gap))
     }
 
-    /// Reads the same columns row by row. The table holds no values. It only names their places.
+    /// Reads the same columns row by row. The table has no values; it only locates errors.
     fn rows(
         &self,
         wanted: &[(&str, &str)],
         take: impl FnMut(&[f64]) -> Result<(), Error>,
     ) -> Result<Table, Error> {
-        let wanted = self.places(wanted)?;
+        let wanted = self.positions(wanted)?;
         Table::read_first(&self.source, &self.layout(&wanted, None), 0, take)
     }
 
-    fn places(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {
-        wanted.iter().map(|column| self.place(column)).collect()
+    fn positions(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {
+        wanted.iter().map(|column| self.position(column)).collect()
     }
 
     fn layout<'l>(&'l self, wanted: &'l [usize], gap: Option<f64>) -> Layout<'l> {

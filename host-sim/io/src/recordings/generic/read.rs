@@ -11,7 +11,7 @@ use host_unit::mounting::Mounting;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::path::{Path, PathBuf};
 
-/// How vectors of a file become those of the vehicle.
+/// Rotation of vectors from the file's axes to the vehicle's.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Turn {
     axes: Axes,
@@ -24,7 +24,7 @@ impl Turn {
         self.mounting.map_or(turned, |mounting| mounting * turned)
     }
 
-    /// The same as a matrix.
+    /// The rotation as a matrix.
     pub(super) fn rotation(&self) -> Rotation3<f64> {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let columns = axes.map(|axis| self.turn(axis));
@@ -118,7 +118,7 @@ impl Read {
         self
     }
 
-    /// How the samples are turned: by `imu.axes` and `imu.mounting`, else by the unit's mounting.
+    /// Rotation of the samples: by `imu.axes` and `imu.mounting`, else by the unit's mounting.
     pub(super) fn turn(&self) -> Result<Turn, Error> {
         let imu = &self.header.imu;
         let axes = match &imu.axes {

@@ -3,7 +3,7 @@
 use super::File;
 use super::header::{ACCEL, GYRO, TIME};
 use super::read::Read;
-use crate::recordings::corrected::{Place, Text};
+use crate::recordings::corrected::{SampleColumns, Text};
 use crate::recordings::record::{Kind, Record, median_step};
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
@@ -70,12 +70,12 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
     })
 }
 
-/// What was read so far.
+/// Values that the checks need, of the rows read so far.
 #[derive(Default)]
 struct Taken {
     time: Writer<f64>,
     samples: Writer<Increment>,
-    /// The last time as it stands in the file.
+    /// The last time, in the unit of the file.
     last: Option<f64>,
     /// The first row whose time does not rise, with the one before it.
     back: Option<(usize, [f64; 2])>,
@@ -84,7 +84,7 @@ struct Taken {
 }
 
 impl Taken {
-    /// Notes what the checks need, before the row counts.
+    /// Records a row for the checks, before the row is counted.
     fn note(&mut self, time: f64, values: &[f64]) {
         let before = self.last.replace(time).filter(|before| time <= *before);
         let row = self.time.len();
@@ -95,17 +95,17 @@ impl Taken {
     }
 }
 
-/// Where the samples stand in their file.
+/// Position of the samples in their file.
 pub(super) fn original(read: &Read) -> Result<Text, Error> {
     let imu = &read.header.imu;
     let (_, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
     let (_, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;
     let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
-    let column = |key: &str, name: &String| file.place(&(key, name.as_str()));
+    let column = |key: &str, name: &String| file.position(&(key, name.as_str()));
     let columns = |key: &str, [x, y, z]: &[String; 3]| {
         Ok::<_, Error>([column(key, x)?, column(key, y)?, column(key, z)?])
     };
-    let place = Place {
+    let columns = SampleColumns {
         columns: [
             columns("gyro", &imu.gyro.columns)?,
             columns("accel", &imu.accel.columns)?,
@@ -118,11 +118,11 @@ pub(super) fn original(read: &Read) -> Result<Text, Error> {
         file.source.file.clone(),
         separator,
         file.skip,
-        place,
+        columns,
     ))
 }
 
-/// Largest plausible values of gyros and accelerometers as they stand in the file.
+/// Largest plausible values of gyros and accelerometers, in the units of the file.
 fn limits((kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> [f64; 2] {
     let per_sample = match kind {
         Kind::Rate => 1.0,
@@ -134,8 +134,8 @@ fn limits((kind, step): (Kind, f64), (gyro, accel): (f64, f64)) -> [f64; 2] {
     ]
 }
 
-/// Checks that the largest values are plausible. If not, the file is read again for the place of
-/// the first one beyond its limit, of the gyros where they have one.
+/// Checks that the largest values are plausible. If not, the file is read again to locate the first
+/// value beyond its limit, first of the gyros.
 fn check(
     file: &File<'_>,
     wanted: &[(&str, &str)],

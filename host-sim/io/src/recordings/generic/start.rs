@@ -1,4 +1,4 @@
-//! Reads where a recording starts: attitude, rough heading, site.
+//! Reads the initial attitude, rough heading and site of a recording.
 
 use super::read::Read;
 use crate::recordings::record::TimedFix;
@@ -11,7 +11,7 @@ use host_core::inertial::units::DEG;
 const LEAST_STANDSTILL_S: u32 = 90;
 /// Standard deviations of a vehicle at rest, from sway (assumed): position, m, then velocity, m/s.
 const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
-/// Standard deviation of a heading that is told without one, deg (assumed).
+/// Standard deviation of a heading that is given without one, deg (assumed).
 const HEADING_DEG: f64 = 10.0;
 
 /// The standstill or the whole attitude; `None` if the header gives neither.

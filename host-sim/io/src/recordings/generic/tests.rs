@@ -218,7 +218,7 @@ fn fixes_may_be_in_the_file_of_the_samples_and_lack_a_velocity() {
 
 /// The same vector in four ways: named axes, a matrix, angles after axes, the unit's mounting.
 #[test]
-fn a_mounting_is_told_in_several_ways() {
+fn a_mounting_is_given_in_several_ways() {
     let first = |axes: &str, top: &str| {
         let header = top.to_owned() + &MOVING.replace("axes = \"y x -z\"", axes);
         let folder = Folder::new(
@@ -245,8 +245,8 @@ fn a_mounting_is_told_in_several_ways() {
         ("axes = \"x -y -z\"\nmounting = { heading_deg = 90.0 }", ""),
         ("", "unit = \"u.toml\"\n"),
     ] {
-        let told = first(axes, top);
-        assert!((told - named).norm() < 1e-9, "{axes}: {told} {named}");
+        let given = first(axes, top);
+        assert!((given - named).norm() < 1e-9, "{axes}: {given} {named}");
     }
 }
 
@@ -286,9 +286,9 @@ velocity = { columns = ["5", "6", "7"], unit = "m/s", order = "ned" }
     );
 }
 
-/// A told offset moves the fixes and the truth, and fixes lack what their lines lack.
+/// A given offset moves the fixes and the truth, and fixes lack what their lines lack.
 #[test]
-fn fixes_move_by_the_told_offset() {
+fn fixes_move_by_the_given_offset() {
     let header = MOVING
         .replace(
             "[gnss]",
@@ -309,7 +309,7 @@ fn fixes_move_by_the_told_offset() {
     );
 }
 
-/// `--truth` replaces the file that the header names, and keeps the columns that it tells.
+/// `--truth` replaces the file that the header names, and keeps the columns that it names.
 #[test]
 fn another_truth_replaces_that_of_the_header() {
     let dir = tempfile::tempdir().unwrap();

@@ -4,16 +4,15 @@ use super::File;
 use super::fixes::Names;
 use super::header::{Gnss, Scalar, Truth, TruthTable, Velocity};
 use super::read::Read;
-use crate::recordings::columns::{PLACE, VELOCITY};
+use crate::recordings::columns::{POSITION, VELOCITY};
 use crate::recordings::record::{TimedFix, track};
 use crate::recordings::track::Track;
 use host_core::error::Error;
 use std::path::PathBuf;
 
-/// The true states that the user or the header names, if one of them does. `told` is the offset of
-/// the fixes, s. It is still to be added to the times, which are those of the fixes before an
-/// offset.
-pub(super) fn named(read: &Read, told: Option<f64>) -> Result<Option<Track>, Error> {
+/// The true states that the user or the header names, if one of them does. `offset_s` is the time
+/// offset of the fixes, s. The caller still adds it to the times of the states.
+pub(super) fn named(read: &Read, offset_s: Option<f64>) -> Result<Option<Track>, Error> {
     let table = match (&read.header.truth, &read.truth_file) {
         (Some(Truth::Table(table)), file) => TruthTable {
             file: match file {
@@ -28,8 +27,8 @@ pub(super) fn named(read: &Read, told: Option<f64>) -> Result<Option<Track>, Err
     };
     let track = states(read, &table)?;
     match table.time_offset_s {
-        // that of the fixes will be added to it
-        Some(own) if own.is_finite() => Ok(Some(track.shifted(own - told.unwrap_or(0.0)))),
+        // the offset of the fixes will be added to it
+        Some(own) if own.is_finite() => Ok(Some(track.shifted(own - offset_s.unwrap_or(0.0)))),
         Some(other) => {
             let problem = format!("is {other}");
             Err(read.bad("truth.time_offset_s", problem, "give seconds"))
@@ -53,8 +52,8 @@ fn plain(file: PathBuf) -> TruthTable {
     }
 }
 
-fn states(read: &Read, told: &TruthTable) -> Result<Track, Error> {
-    let file = File::open(read, "truth", &told.file, &told.separator, told.names)?;
+fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
+    let file = File::open(read, "truth", &table.file, &table.separator, table.names)?;
     let usual = usual(&file, read.header.gnss.as_ref());
     let pick = |own: &Option<Scalar>, usual: Option<&Scalar>, key: &str| {
         own.clone().or(usual.cloned()).ok_or_else(|| {
@@ -64,20 +63,20 @@ fn states(read: &Read, told: &TruthTable) -> Result<Track, Error> {
         })
     };
     let of = usual.as_ref();
-    // the velocities of a table without them are those between the positions
+    // without velocities in the table, they are computed from the positions
     let has = |v: &&Velocity| v.columns.iter().all(|name| file.names.contains(name));
     let usual_velocity = of.and_then(|g| g.velocity.as_ref()).filter(has);
     let names = Names {
         table: "truth",
-        time: &pick(&told.time, of.map(|g| &g.time), "time")?,
-        latitude: &pick(&told.latitude, of.map(|g| &g.latitude), "latitude")?,
-        longitude: &pick(&told.longitude, of.map(|g| &g.longitude), "longitude")?,
+        time: &pick(&table.time, of.map(|g| &g.time), "time")?,
+        latitude: &pick(&table.latitude, of.map(|g| &g.latitude), "latitude")?,
+        longitude: &pick(&table.longitude, of.map(|g| &g.longitude), "longitude")?,
         height: Some(&pick(
-            &told.height,
+            &table.height,
             of.and_then(|g| g.height.as_ref()),
             "height",
         )?),
-        velocity: told.velocity.as_ref().or(usual_velocity),
+        velocity: table.velocity.as_ref().or(usual_velocity),
         sigmas: [None; 2],
     };
     let states = names.read(read, &file, [1.0; 6])?;
@@ -88,10 +87,10 @@ fn states(read: &Read, told: &TruthTable) -> Result<Track, Error> {
     Ok(track(&states))
 }
 
-/// The columns that a file of truth has by default: those of `simulate` if they are there, else
-/// those of the fixes.
+/// The default columns of a file of true states: those of `simulate` if they are there, else those
+/// of the fixes.
 fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
-    let simulated = PLACE
+    let simulated = POSITION
         .iter()
         .all(|name| file.names.iter().any(|n| n == name));
     if !simulated {
@@ -101,7 +100,7 @@ fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
         column: column.into(),
         unit: unit.into(),
     };
-    let [time, latitude, longitude, height] = PLACE;
+    let [time, latitude, longitude, height] = POSITION;
     let moves = VELOCITY
         .iter()
         .all(|name| file.names.iter().any(|n| n == name));

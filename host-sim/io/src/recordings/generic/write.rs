@@ -2,7 +2,7 @@
 //! them. Numbers read back to the same bits.
 
 use crate::output::{CsvWriter, write_atomic};
-use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
+use crate::recordings::columns::{IMU, POSITION, SIGMA, SIGMA_V, VELOCITY};
 use crate::recordings::record::{Record, TimedFix};
 use crate::recordings::session::InitialAttitude;
 use host_core::error::Error;
@@ -48,8 +48,8 @@ pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Err
 fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
     let velocity = record.has_velocity();
     let columns: Vec<&str> = match velocity {
-        true => [&PLACE[..], &VELOCITY, &SIGMA, &SIGMA_V].concat(),
-        false => [&PLACE[..], &SIGMA].concat(),
+        true => [&POSITION[..], &VELOCITY, &SIGMA, &SIGMA_V].concat(),
+        false => [&POSITION[..], &SIGMA].concat(),
     };
     let row = |f: &TimedFix| {
         let mut row = vec![f.time, f.lat_deg, f.lon_deg, f.height_m];
@@ -72,7 +72,7 @@ pub fn write_truth(session: &Session, file: &Path) -> Result<(), Error> {
         row.extend([v.x, v.y, v.z, roll / DEG, pitch / DEG, heading / DEG]);
         row
     };
-    let columns = [&PLACE[..], &VELOCITY, &ATTITUDE].concat();
+    let columns = [&POSITION[..], &VELOCITY, &ATTITUDE].concat();
     rows(
         file,
         &columns,
@@ -80,7 +80,7 @@ pub fn write_truth(session: &Session, file: &Path) -> Result<(), Error> {
     )
 }
 
-/// Writes what the thermometers of a session read, degrees Celsius, one row per second. The time is
+/// Writes the thermometer readings of a session, degrees Celsius, one row per second. The time is
 /// the end of the second.
 ///
 /// # Errors

@@ -20,8 +20,8 @@
 
 use crate::output::write_atomic;
 use crate::recordings::WEEK_S;
-use crate::recordings::columns::{IMU, PLACE, SIGMA, SIGMA_V, VELOCITY};
-use crate::recordings::corrected::{Place, Text, shortest};
+use crate::recordings::columns::{IMU, POSITION, SIGMA, SIGMA_V, VELOCITY};
+use crate::recordings::corrected::{SampleColumns, Text, shortest};
 use crate::recordings::record::{Kind, NOT_MEASURED, Record, TimedFix, median_step};
 use crate::recordings::session::InitialAttitude;
 use crate::recordings::table::{Separator, Source, Table};
@@ -78,7 +78,7 @@ pub fn read(
 /// Any fault of the file, with line and column.
 pub fn read_truth(file: &Path) -> Result<Track, Error> {
     let angles = ["roll_deg", "pitch_deg", "yaw_deg"];
-    let names = [&["week"], &PLACE[..], &VELOCITY, &angles].concat();
+    let names = [&["week"], &POSITION[..], &VELOCITY, &angles].concat();
     let table = table(file, &[&names], false)?;
     table.check_rising(1)?;
     table.check_within(2..3, 89.9, "give a latitude in degrees, not at a pole")?;
@@ -98,7 +98,7 @@ pub fn read_truth(file: &Path) -> Result<Track, Error> {
     Ok(Track::new(time, table.rows().map(state).collect()))
 }
 
-/// How a record is written.
+/// Format of a written record.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Form {
     /// Added to all times to make them seconds of the week, s.
@@ -146,7 +146,7 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
 }
 
 /// The samples of a record as the text of the file of the IMU. `shift_s` is added to all times;
-/// `option` is the user's option that tells it.
+/// `option` is the user's option for it.
 ///
 /// # Errors
 /// Times are not seconds of the week.
@@ -174,15 +174,15 @@ fn check_seconds<'t>(
     }
 }
 
-/// Where the samples of a file stand.
+/// Position of the samples in a file.
 #[must_use]
 pub fn original(imu: &Path) -> Text {
-    let place = Place {
+    let columns = SampleColumns {
         columns: [[1, 2, 3], [4, 5, 6]],
         units: [1.0; 2],
         turn: Rotation3::identity(),
     };
-    Text::new(imu.to_path_buf(), Separator::BlankOrComma, 0, place)
+    Text::new(imu.to_path_buf(), Separator::BlankOrComma, 0, columns)
 }
 
 /// The lines of samples.
@@ -228,8 +228,8 @@ fn increment(row: &[f64]) -> Increment {
 }
 
 fn fixes(file: &Path) -> Result<Vec<TimedFix>, Error> {
-    let plain = [&PLACE[..], &SIGMA].concat();
-    let full = [&PLACE[..], &VELOCITY, &SIGMA, &SIGMA_V].concat();
+    let plain = [&POSITION[..], &SIGMA].concat();
+    let full = [&POSITION[..], &VELOCITY, &SIGMA, &SIGMA_V].concat();
     let table = table(file, &[&plain, &full], false)?;
     table.check_rising(0)?;
     table.check_within(1..2, 89.9, "give a latitude in degrees, not at a pole")?;

@@ -115,7 +115,7 @@ fn complaint(imu: &str, gnss: &str) -> String {
 }
 
 #[test]
-fn every_fault_names_its_place() {
+fn every_fault_names_its_location() {
     let imu = |k: usize| format!("{:.2} 0 0 0 0 0 -0.0981\n", 100.0 + 0.01 * k as f64);
     let gnss = |k: usize| format!("{} 45 7 80 1 1 2\n", 100 + k);
     let (imus, fixes): (String, String) = ((0..300).map(imu).collect(), (0..4).map(gnss).collect());

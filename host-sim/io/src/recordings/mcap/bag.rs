@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 /// First bytes of a `SQLite` database.
 const SQLITE: &[u8] = b"SQLite format 3\0";
 
-/// How a bag in another storage becomes one in MCAP. The key `all` is known to every version of
-/// rosbag2 (its `record_options.cpp`).
+/// Remedy: how to convert a bag in another storage to MCAP. The key `all` is known to every version
+/// of rosbag2 (its `record_options.cpp`).
 const CONVERT: &str = "write these lines into convert.yaml: 'output_bags:', '- uri: new_bag', \
     '  storage_id: mcap', '  all: true'; then run 'ros2 bag convert -i OLD -o convert.yaml' and \
     give new_bag";
@@ -73,7 +73,7 @@ fn listed(metadata: &str) -> Vec<String> {
     lines.map_while(name).collect()
 }
 
-/// The MCAP and database files that stand in a folder, in the order of the numbers in their names.
+/// The MCAP and database files in a folder, in the order of the numbers in their names.
 fn standing(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = std::fs::read_dir(folder).map_err(|e| Error::reading(folder, e))?;
     let known = |path: &PathBuf| {

@@ -6,7 +6,7 @@
 //! those of the ROS 2 packages `sensor_msgs` and `geometry_msgs`. This reader is written here
 //! because it is shorter than the declarations that a crate for CDR would need.
 
-/// What is wrong with a message, as the rest of a sentence that begins with it.
+/// Fault of a message, as the rest of a sentence whose subject is the message.
 type Fault = String;
 
 /// `std_msgs/Header`: the stamp, ns since 1970.
@@ -32,7 +32,7 @@ pub(super) struct NavSatFix {
     /// -1 no fix, 0 fix, 1 with satellite-based augmentation, 2 with a ground station.
     pub(super) status: i8,
     /// Latitude and longitude, deg, height above the ellipsoid, m.
-    pub(super) place: [f64; 3],
+    pub(super) position: [f64; 3],
     /// Variances east, north, up, m2.
     pub(super) variance: [f64; 3],
     /// 0 unknown, 1 approximated, 2 diagonal known, 3 known.
@@ -74,13 +74,13 @@ impl NavSatFix {
         let stamp = cdr.header()?;
         let status = i8::from_le_bytes(cdr.aligned()?);
         cdr.aligned::<2>()?; // satellite systems
-        let place = cdr.doubles()?;
+        let position = cdr.doubles()?;
         let [east, _, _, _, north, _, _, _, up] = cdr.doubles()?;
         let [variance_kind] = cdr.aligned()?;
         Ok(Self {
             stamp,
             status,
-            place,
+            position,
             variance: [east, north, up],
             variance_kind,
         })
@@ -88,7 +88,7 @@ impl NavSatFix {
 }
 
 impl Twist {
-    /// `with_covariance` tells which of the two messages it is.
+    /// `with_covariance`: which of the two messages it is.
     pub(super) fn read(bytes: &[u8], with_covariance: bool) -> Result<Self, Fault> {
         let mut cdr = Cdr::new(bytes)?;
         let stamp = cdr.header()?;
@@ -109,7 +109,7 @@ impl Twist {
     }
 }
 
-/// Reads one value after the other.
+/// Reads the values of a message in order.
 struct Cdr<'a> {
     /// After the encapsulation.
     bytes: &'a [u8],
@@ -134,7 +134,7 @@ impl<'a> Cdr<'a> {
         }
     }
 
-    /// The next value of `N` bytes, little-endian.
+    /// The next value of `N` bytes, returned in little-endian order.
     fn aligned<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
         let start = self.at.next_multiple_of(N);
         let value = self.bytes.get(start..).and_then(|b| b.first_chunk::<N>());
@@ -184,7 +184,7 @@ mod tests {
             out.extend(&bits.to_le_bytes()[..*size]);
         }
         if big_endian {
-            // numbers of the header, then the fields, each turned in its place
+            // numbers of the header, then the fields, each reversed in its position
             out[1] = 0;
             for at in [4, 8, 12] {
                 out[at..at + 4].reverse();
@@ -223,7 +223,7 @@ mod tests {
             assert_eq!((imu.gyro, imu.accel), ([0.1, -0.2, 0.3], [1.0, 2.0, 9.8]));
             let fix = NavSatFix::read(&message(&fix, big_endian)).unwrap();
             assert_eq!((fix.status, fix.variance_kind), (-1, 2));
-            assert_eq!(fix.place, [47.5, 8.25, 400.0]);
+            assert_eq!(fix.position, [47.5, 8.25, 400.0]);
             assert_eq!(fix.variance, [1.0, 4.0, 9.0]);
             let bytes = message(&twist, big_endian);
             let twist = Twist::read(&bytes, true).unwrap();

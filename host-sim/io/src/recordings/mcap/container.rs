@@ -1,7 +1,7 @@
 //! The MCAP container (<https://mcap.dev/spec>, version 0): records with an operation code and a
 //! length, most of them in chunks that may be compressed.
 //!
-//! The file is read once from front to back, and only what the caller wants is held in memory.
+//! The file is read once from front to back, and only the wanted messages are held in memory.
 //! Camera images of gigabytes are skipped. The index at the end of the file is not used, so a file
 //! without one (power cut) reads as well.
 
@@ -37,21 +37,21 @@ pub(super) struct Message<'a> {
     pub(super) data: &'a [u8],
 }
 
-/// How a file ends.
+/// End of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// With the mark of its end.
+    /// With the end mark: the file is whole.
     Whole,
-    /// Without, after so many bytes.
+    /// Without the end mark, after this number of bytes.
     Cut(u64),
 }
 
 /// Why reading stops.
 #[derive(Debug)]
 pub(super) enum Stop {
-    /// The bytes end, or what they hold cannot be decompressed.
+    /// The bytes end, or cannot be decompressed.
     Io(io::Error),
-    /// They are not as the format says: rest of a sentence that begins with the place, and remedy.
+    /// The bytes violate the format: rest of a sentence that begins with the location, and remedy.
     Bad(String, &'static str),
     /// The receiver of messages refuses one.
     Refused(Error),
@@ -71,7 +71,7 @@ fn damaged(what: impl Into<String>) -> Stop {
     Stop::Bad(what.into(), RECOVER)
 }
 
-/// Takes the messages of a file as they come.
+/// Reads the messages of a file in order.
 pub(super) struct Walk<'a> {
     /// Whether messages of a channel are wanted. It is asked once for each channel.
     pub(super) wanted: &'a mut dyn FnMut(&Channel) -> bool,
@@ -97,7 +97,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Reads a file from its first byte to the mark of its end. `input` counts the bytes, so that
-    /// the caller can name the place of an error.
+    /// the caller can name the location of an error.
     pub(super) fn file(&mut self, input: &mut Input<'_>) -> Result<Ending, Stop> {
         let mut magic = [0; 8];
         let whole = input.read_exact(&mut magic);
@@ -166,7 +166,7 @@ impl<'a> Walk<'a> {
             }
             self.record(operation, length, &mut summed)?;
         }
-        // A sum of 0 means that the writer made none.
+        // A checksum of 0 means that the writer made none.
         if sum != 0 && sum != summed.sum.sum() {
             return Err(damaged("holds a chunk with a wrong check sum"));
         }
@@ -244,7 +244,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// A message that rosbag2 has packed for itself (its compression mode MESSAGE), if it is one.
+/// The content of a message that rosbag2 has compressed by itself (its compression mode MESSAGE).
 pub(super) fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
     data.starts_with(&[0x28, 0xB5, 0x2F, 0xFD]).then_some(())?;
     let decoder = ruzstd::decoding::StreamingDecoder::new(data).ok()?;
@@ -253,7 +253,7 @@ pub(super) fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// Sums the bytes that are read.
+/// Computes the checksum of the bytes that are read.
 struct Summed<R> {
     bytes: io::Take<R>,
     sum: Crc,

@@ -3,11 +3,11 @@
 use super::cdr::{NavSatFix, Twist};
 use super::topics::Timed;
 use crate::recordings::record::{NOT_MEASURED, TimedFix};
-use crate::recordings::stamped::{Fixes, Place, USUAL_SIGMAS};
+use crate::recordings::stamped::{Fixes, Location, USUAL_SIGMAS};
 use host_core::error::Error;
 
-/// How far the stamps of a velocity and its fix may be apart, ns. Drivers of receivers give both
-/// the same stamp, or stamp both when they arrive.
+/// Largest difference between the stamps of a velocity and its fix, ns. Drivers of receivers give
+/// both the same stamp, or stamp both when they arrive.
 const BESIDE_NS: u64 = 20_000_000;
 
 /// Velocities at rising times.
@@ -53,13 +53,13 @@ fn sigmas(variances: [f64; 3], usual: [f64; 3]) -> [f64; 3] {
 /// # Errors
 /// A fix is not on Earth, or times do not rise.
 pub(super) fn collect(
-    place: Place,
+    location: Location,
     messages: &Timed<NavSatFix>,
     velocities: &Velocities<'_>,
     time: &impl Fn(i64, i64) -> i64,
     notes: &mut Vec<String>,
 ) -> Result<Fixes, Error> {
-    let mut fixes = Fixes::new(place);
+    let mut fixes = Fixes::new(location);
     let (mut unknown, mut alone) = (0, 0);
     for (k, (log, m)) in messages.iter().enumerate() {
         if m.status < 0 {
@@ -83,7 +83,7 @@ pub(super) fn collect(
 }
 
 fn fix(m: &NavSatFix, beside: Option<([f64; 3], [f64; 3])>) -> TimedFix {
-    let [lat, lon, h] = m.place;
+    let [lat, lon, h] = m.position;
     let [east, north, up] = m.variance;
     let variances = match m.variance_kind {
         0 => [0.0; 3],
@@ -99,7 +99,7 @@ fn fix(m: &NavSatFix, beside: Option<([f64; 3], [f64; 3])>) -> TimedFix {
     };
     let (velocity, [v_n, v_e, v_d]) = beside.unwrap_or(([0.0; 3], [NOT_MEASURED; 3]));
     TimedFix {
-        time: 0.0, // told apart, in ns
+        time: 0.0, // stored beside the fix, in ns
         lat_deg: lat,
         lon_deg: lon,
         height_m: h,

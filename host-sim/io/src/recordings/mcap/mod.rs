@@ -7,7 +7,7 @@
 //! at rest (REP 145). The height of a `NavSatFix` is above the ellipsoid.
 //!
 //! The time of a message is the stamp of its header. Where all stamps of a topic are zero, the time
-//! at which the recorder received the message takes its place.
+//! at which the recorder received the message is used.
 //!
 //! The crate `mcap` is not used: it takes C libraries to unpack chunks, or leaves them packed. The
 //! container without its index is a loop over lengths.
@@ -21,7 +21,7 @@ mod topics;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, Record};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Place, Reading, Samples, turned};
+use crate::recordings::stamped::{Location, Reading, Samples, turned};
 use container::{Ending, Stop};
 use fixes::{Velocities, collect};
 use host_core::error::Error;
@@ -29,7 +29,7 @@ use nalgebra::Rotation3;
 use std::path::Path;
 use topics::{Found, Topics};
 
-/// What to read of a bag.
+/// Settings of the reader.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Topic of the IMU; without it the only one.
@@ -39,7 +39,7 @@ pub struct Choice {
     /// Topic of the velocities east-north-up. Without it velocities are not read, since messages of
     /// the same type command robots.
     pub velocity: Option<String>,
-    /// Whether the time of the recorder counts instead of the stamps.
+    /// Whether to use the time of the recorder instead of the stamps.
     pub bag_time: bool,
     /// Longest step between samples that is interpolated, s; `None` for the usual one.
     pub max_gap_s: Option<f64>,
@@ -66,7 +66,7 @@ pub fn read(path: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     })
 }
 
-/// Reads one file into `topics`. A note tells if it is cut.
+/// Reads one file into `topics`. Adds a note if the file is cut.
 fn read_file(
     file: &Path,
     topics: &mut Topics<'_>,
@@ -111,13 +111,13 @@ fn assemble(
         ));
     }
     let time = |log: i64, stamp: i64| if bag_time { log } else { stamp };
-    let place = Place::new(path, topic);
-    let mut samples = Samples::new(place.clone(), Kind::Rate);
+    let location = Location::new(path, topic);
+    let mut samples = Samples::new(location.clone(), Kind::Rate);
     for (k, (log, message)) in imu.iter().enumerate() {
         if message.has != [true; 2] {
             let problem = "says by a covariance of -1 that it has no rates or no accelerations";
             let remedy = "name the topic of a whole IMU with --imu-topic";
-            return Err(place.complain(k, problem.into(), remedy));
+            return Err(location.complain(k, problem.into(), remedy));
         }
         let sample = turned(&choice.mounting, message.gyro, message.accel);
         samples.push(time(*log, message.stamp), sample, 1.0)?;
@@ -126,7 +126,14 @@ fn assemble(
         None => Vec::new(),
         Some((topic, fixes)) => {
             let velocities = Velocities::new(&found.velocities, &time);
-            collect(Place::new(path, topic), &fixes, &velocities, &time, notes)?.all
+            collect(
+                Location::new(path, topic),
+                &fixes,
+                &velocities,
+                &time,
+                notes,
+            )?
+            .all
         }
     };
     let origin_s = samples.origin_s();

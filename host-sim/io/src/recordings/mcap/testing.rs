@@ -100,7 +100,7 @@ pub(super) fn imu(ns: i64, gyro: [f64; 3], accel: [f64; 3]) -> Vec<u8> {
 pub(super) fn fix(ns: i64, status: i8, lat: f64) -> Vec<u8> {
     let covariance = [4.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 9.0];
     let numbers = [&[lat, 8.0, 400.0][..], &covariance].concat();
-    // an odd place, so the satellite systems are aligned
+    // an odd offset, so the satellite systems are aligned
     cdr(ns, &[status as u8, 1, 0], &numbers, &[2])
 }
 

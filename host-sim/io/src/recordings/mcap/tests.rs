@@ -121,12 +121,12 @@ fn split_bags_are_read_in_order() {
 
 #[test]
 fn every_fault_of_the_container_is_named() {
-    let sound = bag(&[""]);
-    let at = sound
+    let intact = bag(&[""]);
+    let at = intact
         .windows(8)
         .position(|w| w == 9.8_f64.to_le_bytes())
         .unwrap();
-    let mut changed = sound.clone();
+    let mut changed = intact.clone();
     changed[at] ^= 1;
     let of = |chunk: Vec<u8>| file_of(&chunk);
     for (bytes, part) in [

@@ -5,7 +5,7 @@ use super::cdr::{Imu, NavSatFix, Twist};
 use super::container::{self, Channel, Ending, Message, Stop, Walk};
 use crate::recordings::input::Input;
 use crate::recordings::session::complain;
-use crate::recordings::stamped::Place;
+use crate::recordings::stamped::Location;
 use host_core::error::Error;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,12 +18,12 @@ const TWIST_WITH: &str = "geometry_msgs/msg/TwistWithCovarianceStamped";
 /// Messages with the time at which the recorder received them, ns.
 pub(super) type Timed<M> = Vec<(i64, M)>;
 
-/// What was collected.
+/// Messages collected by topic.
 pub(super) struct Topics<'a> {
     path: &'a Path,
     choice: &'a Choice,
     /// All topics of the bag.
-    seen: BTreeMap<String, Channel>,
+    channels: BTreeMap<String, Channel>,
     imus: BTreeMap<String, Timed<Imu>>,
     fixes: BTreeMap<String, Timed<NavSatFix>>,
     velocities: Timed<Twist>,
@@ -42,7 +42,7 @@ impl<'a> Topics<'a> {
         Self {
             path,
             choice,
-            seen: BTreeMap::new(),
+            channels: BTreeMap::new(),
             imus: BTreeMap::new(),
             fixes: BTreeMap::new(),
             velocities: Vec::new(),
@@ -52,10 +52,10 @@ impl<'a> Topics<'a> {
     /// Collects the messages of a file.
     pub(super) fn walk(&mut self, input: &mut Input<'_>) -> Result<Ending, Stop> {
         let (path, choice) = (self.path, self.choice);
-        let seen = &mut self.seen;
+        let channels = &mut self.channels;
         let (imus, fixes, velocities) = (&mut self.imus, &mut self.fixes, &mut self.velocities);
         let mut wanted = |channel: &Channel| {
-            seen.insert(channel.topic.clone(), channel.clone());
+            channels.insert(channel.topic.clone(), channel.clone());
             let asked = match channel.schema.as_str() {
                 IMU => choice.imu.as_deref().unwrap_or(&channel.topic),
                 FIX => choice.fix.as_deref().unwrap_or(&channel.topic),
@@ -78,7 +78,7 @@ impl<'a> Topics<'a> {
             };
             taken.map_err(|(k, fault)| {
                 let remedy = "give a bag of ROS 2, whose messages are plain CDR";
-                Place::new(path, topic).complain(k, fault, remedy)
+                Location::new(path, topic).complain(k, fault, remedy)
             })
         };
         Walk::new(&mut wanted, &mut take).file(input)
@@ -94,7 +94,7 @@ impl<'a> Topics<'a> {
         let velocity = self.choice.velocity.as_ref();
         self.check("--velocity-topic", velocity, &[TWIST, TWIST_WITH])?;
         let others = self
-            .seen
+            .channels
             .values()
             .filter(|c| [TWIST, TWIST_WITH].contains(&c.schema.as_str()));
         let others: Vec<&str> = others.map(|c| c.topic.as_str()).collect();
@@ -121,7 +121,7 @@ impl<'a> Topics<'a> {
     /// Checks a topic that the user names.
     fn check(&self, option: &str, topic: Option<&String>, types: &[&str]) -> Result<(), Error> {
         let Some(topic) = topic else { return Ok(()) };
-        let problem = match self.seen.get(topic) {
+        let problem = match self.channels.get(topic) {
             None => format!("'{topic}' is not in {}", self.path.display()),
             Some(c) if !types.contains(&c.schema.as_str()) => {
                 format!("'{topic}' has messages of type {}", c.schema)
@@ -167,7 +167,7 @@ impl<'a> Topics<'a> {
     }
 
     fn without_imu(&self) -> Error {
-        let of_ros_1 = self.seen.values().any(|c| c.encoding == "ros1");
+        let of_ros_1 = self.channels.values().any(|c| c.encoding == "ros1");
         let (problem, remedy) = match of_ros_1 {
             true => (
                 "is a bag of ROS 1, which is not read".to_owned(),
@@ -186,7 +186,7 @@ impl<'a> Topics<'a> {
 
     /// The topics of these types, or all.
     fn names(&self, types: &[&str]) -> String {
-        let all = self.seen.values();
+        let all = self.channels.values();
         let of_type = all.filter(|c| types.is_empty() || types.contains(&c.schema.as_str()));
         let names: Vec<String> = of_type
             .map(|c| format!("{} ({})", c.topic, c.schema))
@@ -198,7 +198,7 @@ impl<'a> Topics<'a> {
     }
 }
 
-/// Adds a message to its topic, or tells its number and fault.
+/// Adds a message to its topic, or returns its number and fault.
 fn add<M>(
     all: &mut BTreeMap<String, Timed<M>>,
     topic: &str,

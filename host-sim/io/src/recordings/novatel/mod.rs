@@ -66,7 +66,7 @@ pub struct Corrected {
     pub dv: [f64; 3],
 }
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
     /// Path as given.
@@ -332,7 +332,7 @@ fn imu(recording: &Recording, kind: Option<ImuType>) -> Result<(Lsb, u16), Error
     Ok((Lsb { rad, mps }, rate))
 }
 
-/// What writes the log of a [`record`] again. The arguments are those of [`session`].
+/// The log of a [`record`], to be written again. The arguments are those of [`session`].
 ///
 /// # Errors
 /// As [`record`].

@@ -1,4 +1,4 @@
-//! Writes a log again with other raw samples, as the device sends it on: the words change, the
+//! Writes a log again with other raw samples, in the same way as the device: the words change, the
 //! checksum changes by the same difference, and every other byte stays.
 
 use crate::recordings::session::complain;
@@ -20,12 +20,12 @@ pub struct Log {
     pub(super) lsb: Lsb,
 }
 
-/// What rounding has left over so far, counts of gyros and accelerometers.
+/// Remainders of rounding so far, counts of gyros and accelerometers.
 type Remainder = [Vector3<f64>; 2];
 
 impl Log {
-    /// See [`crate::recordings::corrected::Original::without`]. Counts stay whole; what rounding
-    /// leaves over is carried on, as in the device.
+    /// See [`crate::recordings::corrected::Original::without`]. Counts stay whole numbers; the
+    /// remainders of rounding are carried over, as in the device.
     pub fn without(&self, taken: &[Increment]) -> Result<Vec<u8>, Error> {
         let bytes = crate::recordings::read::read(&self.file)?;
         let mut out = Vec::with_capacity(bytes.len());
@@ -85,7 +85,7 @@ impl Log {
         frame.change(&change).map(drop).map_err(|_| self.changed())
     }
 
-    /// Counts less what is due in the axes of the vehicle.
+    /// Subtracts the correction, given in axes of the vehicle, from the counts.
     fn counts(&self, raw: [i32; 3], taken: Vector3<f64>, left: &mut Vector3<f64>) -> [i32; 3] {
         let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let turn = Matrix3::from_columns(&axes.map(|axis| self.mounting.turn(axis)));

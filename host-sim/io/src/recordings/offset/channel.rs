@@ -1,4 +1,4 @@
-//! Differences that fixes show, and how well the samples explain them.
+//! Differences between fixes, and how well the samples explain them.
 
 use nalgebra::{Matrix4, Vector4};
 use std::sync::Arc;
@@ -50,10 +50,10 @@ pub(super) struct Knot {
 pub(super) struct Difference {
     pub(super) knots: [Knot; 3],
     /// Turn of the course, rad, or change of the change of speed, m/s.
-    pub(super) seen: f64,
+    pub(super) observed: f64,
     /// Its standard deviation relative to others of its kind.
     pub(super) sigma: f64,
-    /// What a constant adds to it.
+    /// Factor of the channel's constant in this difference.
     pub(super) drift: f64,
 }
 
@@ -62,18 +62,18 @@ pub(super) struct Difference {
 pub(super) struct Channel {
     pub(super) differences: Vec<Difference>,
     pub(super) integral: Integral,
-    /// The integral is that of a rotation: the course may slip.
+    /// Whether the integral is that of a rotation: then the course may slip.
     pub(super) turns: bool,
     /// Weights of the assumptions on slip; none before [`Channel::assume`].
     pub(super) ridge: [f64; 2],
 }
 
-/// How a channel fits an offset.
+/// Fit of a channel at an offset.
 struct Fit {
     square: f64,
     /// Residuals over their relative standard deviations.
     residuals: Vec<f64>,
-    /// Of the assumptions on slip.
+    /// Residuals of the assumptions on slip.
     assumed: [f64; 2],
 }
 
@@ -82,7 +82,7 @@ impl Channel {
         self.differences.len()
     }
 
-    /// Gives the assumptions on slip the weight that the residuals at `offset` leave them.
+    /// Weights the assumptions on slip by the residuals at `offset`.
     pub(super) fn assume(&mut self, offset: f64) {
         if self.turns {
             let variance = self.fit(offset).square / self.count() as f64;
@@ -117,18 +117,18 @@ impl Channel {
         let mut right = Vector4::zeros();
         let all = self.differences.iter();
         let rows: Vec<(Vector4<f64>, f64)> = all
-            .map(|of| (self.row(of, offset), of.seen / of.sigma))
+            .map(|of| (self.row(of, offset), of.observed / of.sigma))
             .collect();
-        for (row, seen) in &rows {
+        for (row, observed) in &rows {
             normal += row * row.transpose();
-            right += row * *seen;
+            right += row * *observed;
         }
         let solved = normal.try_inverse().map(|inverse| inverse * right);
         // a motion the other way round is no match
         let solved = solved.filter(|s| s[0] > 0.0).unwrap_or_else(Vector4::zeros);
         let residuals: Vec<f64> = rows
             .iter()
-            .map(|(row, seen)| seen - row.dot(&solved))
+            .map(|(row, observed)| observed - row.dot(&solved))
             .collect();
         let assumed = [0, 1].map(|k| self.ridge[k].sqrt() * solved[2 + k]);
         let square = residuals.iter().chain(&assumed).map(|r| r * r).sum();
@@ -139,8 +139,8 @@ impl Channel {
         }
     }
 
-    /// What the channel knows of the offset: the curvature of half its cost, and the variance of
-    /// its slope with residuals that depend on their neighbours.
+    /// Information of the channel on the offset: the curvature of half its cost, and the variance
+    /// of its slope with residuals that depend on their neighbours.
     pub(super) fn information(&self, offset: f64) -> (f64, f64) {
         let h = 0.02;
         let fit = self.fit(offset);

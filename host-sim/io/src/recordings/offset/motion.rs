@@ -1,4 +1,4 @@
-//! What samples and fixes show of the motion.
+//! Course and speed of the vehicle, from the samples and from the fixes.
 
 use super::channel::{Channel, Difference, Integral, Knot};
 use super::{LEAST, MOST_S};
@@ -11,15 +11,15 @@ use std::sync::Arc;
 /// most so many times that.
 const APART_S: [f64; 2] = [0.9, 2.9];
 const APART_MOST: f64 = 2.5;
-/// Positions of a better standard deviation are compared as velocities are, m.
+/// Positions with a smaller standard deviation than this are compared as velocities are, m.
 const FINE_M: f64 = 0.2;
-/// Slower by the fixes, a course means nothing, m/s.
+/// Least speed by the fixes at which a course is used, m/s.
 const COURSE_MPS: f64 = 2.0;
 /// Time around a sample over which gravity shows where down is, s.
 const DOWN_S: f64 = 5.0;
 /// Gravity, m/s2: a pitch of 1 mrad pushes by a thousandth of it.
 const GRAVITY: f64 = 9.8;
-/// Velocities that make a recording one with velocities.
+/// Least number of measured velocities for a recording to count as one with velocities.
 const ENOUGH: usize = 20;
 /// Samples farther apart than this do not show the motion between them, s.
 const GAP_S: f64 = 0.5;
@@ -63,7 +63,7 @@ pub(super) fn channels(record: &Record) -> Option<Vec<Channel>> {
 /// Rotation about down, rad, and velocity gained ahead, m/s. Down is where the mean specific force
 /// of some seconds points from; ahead is the vehicle's x axis, and its pitch that by the gyros.
 ///
-/// The search looks everywhere in them hundreds of times, so they are in memory: 24 bytes a sample.
+/// The search accesses them at random hundreds of times, so they are in memory: 24 bytes a sample.
 fn integrals(record: &Record) -> Option<[Integral; 2]> {
     let count = record.increments().count();
     if count < 2 {
@@ -97,7 +97,7 @@ fn integrals(record: &Record) -> Option<[Integral; 2]> {
     }))
 }
 
-/// What the accelerometers add up to over more and more increments.
+/// Sum of the accelerometers' increments over a growing number of samples.
 struct Velocities<I> {
     left: I,
     taken: usize,
@@ -113,7 +113,7 @@ impl<I: Iterator<Item = (f64, Increment)>> Velocities<I> {
         }
     }
 
-    /// That of the first `count` increments, which are not fewer than before.
+    /// Sum of the first `count` increments; `count` must not decrease.
     fn up_to(&mut self, count: usize) -> Vector3<f64> {
         while self.taken < count {
             let Some((_, next)) = self.left.next() else {
@@ -126,7 +126,7 @@ impl<I: Iterator<Item = (f64, Increment)>> Velocities<I> {
     }
 }
 
-/// The differences of course and of speed that the fixes show.
+/// The differences of course and of speed between fixes.
 fn differences(record: &Record) -> [Vec<Difference>; 2] {
     let (speeds, apart) = velocities(record);
     let next = |k: usize| {
@@ -161,7 +161,7 @@ fn turn(a: &Velocity, b: &Velocity) -> Difference {
     let variance = a.variance / a.speed().powi(2) + b.variance / b.speed().powi(2);
     Difference {
         knots: [a.knot(-1.0), b.knot(1.0), Knot::default()],
-        seen: cross.atan2(dot),
+        observed: cross.atan2(dot),
         sigma: variance.sqrt(),
         drift: b.time - a.time,
     }
@@ -176,7 +176,7 @@ fn push(a: &Velocity, b: &Velocity, c: &Velocity) -> Difference {
     let variance: f64 = parts.clone().map(|(w, v)| w * w * v.variance).sum();
     Difference {
         knots: [0, 1, 2].map(|k| all[k].knot(weights[k])),
-        seen: parts.map(|(w, v)| w * v.speed()).sum(),
+        observed: parts.map(|(w, v)| w * v.speed()).sum(),
         sigma: variance.sqrt(),
         drift: 1.0,
     }
@@ -232,7 +232,7 @@ fn velocities(record: &Record) -> (Vec<Velocity>, f64) {
             continue;
         };
         let time = b.time - a.time;
-        let moved = b.place().ned_from(&a.place());
+        let moved = b.position().ned_from(&a.position());
         out.push(Velocity {
             time: 0.5 * (a.time + b.time),
             north: moved.x / time,

@@ -2,7 +2,7 @@ use super::*;
 use crate::recordings::record::NOT_MEASURED;
 use test_bench::recordings::{recorded, simulated};
 
-/// A drive whose fixes carry times that are `off` seconds too early.
+/// A drive whose fixes have times that are `off` seconds too early.
 fn drive(off: f64, seed: u64) -> Record {
     let mut record = Record::from_session(&simulated(20.0, 400.0, seed));
     record.move_fixes(-off);
@@ -50,13 +50,13 @@ fn positions_alone_tell_it_too() {
 
 #[test]
 fn what_does_not_move_or_does_not_belong_together_tells_nothing() {
-    let mut still = Record::from_session(&simulated(200.0, 10.0, 1));
-    assert_eq!(estimate(&still), Err(Unknown::Still));
-    still.fixes.clear();
-    assert_eq!(estimate(&still), Err(Unknown::Still));
-    still.samples.edit(Vec::clear);
-    still.time.edit(Vec::clear);
-    assert_eq!(estimate(&still), Err(Unknown::Still));
+    let mut record = Record::from_session(&simulated(200.0, 10.0, 1));
+    assert_eq!(estimate(&record), Err(Unknown::Stationary));
+    record.fixes.clear();
+    assert_eq!(estimate(&record), Err(Unknown::Stationary));
+    record.samples.edit(Vec::clear);
+    record.time.edit(Vec::clear);
+    assert_eq!(estimate(&record), Err(Unknown::Stationary));
     let mut strange = drive(0.0, 8);
     strange.fixes = drive(0.0, 9).fixes;
     let why = estimate(&strange);

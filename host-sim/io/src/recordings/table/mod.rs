@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 
 /// A number that a table can hold.
 pub trait Cell: Copy + Display {
-    /// What a user should write.
+    /// Remedy in error messages: what to write instead.
     const REMEDY: &str;
 
-    /// The number in `text`, or what `text` is instead.
+    /// The number in `text`, or a description of the fault.
     fn parse(text: &str) -> Result<Self, &'static str>;
 }
 
@@ -41,7 +41,7 @@ pub struct Layout<'a, T = f64> {
     pub names: &'a [String],
     /// Positions in `names` of the columns wanted.
     pub wanted: &'a [usize],
-    /// What an empty value reads as; without it an empty value is an error.
+    /// Value of an empty cell; without it an empty cell is an error.
     pub gap: Option<T>,
 }
 
@@ -62,19 +62,19 @@ impl<T: Cell> Table<T> {
         Self::read_first(source, layout, layout.wanted.len(), |_| Ok(()))
     }
 
-    /// Reads `source` and keeps the first `kept` columns wanted. The values of the others go to
+    /// Reads `source` and keeps the first `count` columns wanted. The values of the others go to
     /// `rest`, row by row.
     pub fn read_first(
         source: &Source,
         layout: &Layout<'_, T>,
-        kept: usize,
+        count: usize,
         mut rest: impl FnMut(&[T]) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let wanted = layout.wanted.iter();
         let names: Vec<String> = wanted.map(|&c| layout.names[c].clone()).collect();
         let mut table = Self {
             file: source.file.clone(),
-            names: names[..kept].to_vec(),
+            names: names[..count].to_vec(),
             values: Vec::new(),
             rows: 0,
             first_line: layout.skip + 1,
@@ -90,7 +90,7 @@ impl<T: Cell> Table<T> {
             for (&column, name) in layout.wanted.iter().zip(&names) {
                 row.push(table.value(line, name, &lines.cell(column), layout.gap)?);
             }
-            let (keep, other) = row.split_at(kept);
+            let (keep, other) = row.split_at(count);
             table.values.extend_from_slice(keep);
             table.rows += 1;
             rest(other)?;
@@ -119,7 +119,7 @@ impl<T: Cell> Table<T> {
         })
     }
 
-    /// The number that stands as `text` in the column `name`.
+    /// The number in `text`, a cell of the column `name`.
     fn value(&self, line: usize, name: &str, text: &str, gap: Option<T>) -> Result<T, Error> {
         let value = match gap {
             Some(gap) if text.is_empty() => Ok(gap),
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_names_its_place() {
+    fn every_fault_names_its_location() {
         for (bytes, start) in [
             (b"".as_slice(), "in.csv: is empty"),
             (b"t,x\n", "in.csv: has a header and no data"),

@@ -8,7 +8,7 @@ use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What separates the values of a line. Blanks around a value do not count.
+/// Separator of the values of a line. Blanks around a value do not count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Separator {
     /// One ASCII character.
@@ -38,8 +38,8 @@ pub struct Source {
     /// Path as given.
     pub file: PathBuf,
     separator: Separator,
-    /// The beginning of the file, at least its first line, and what follows. It is gone once the
-    /// lines have been read.
+    /// The beginning of the file, at least its first line, and what follows. `None` once the lines
+    /// have been read.
     begun: RefCell<Option<Begun>>,
     /// The values on the first line.
     first: Vec<String>,
@@ -86,7 +86,7 @@ impl Source {
         self.first.clone()
     }
 
-    /// The names on the first line; `expected` tells the user which belong there.
+    /// The names on the first line; `expected` describes them in errors.
     pub fn header(&self, expected: &str) -> Result<Vec<String>, Error> {
         let names = self.first_line();
         if names.is_empty() {
@@ -105,12 +105,12 @@ impl Source {
     }
 }
 
-/// What a file with a header must have.
+/// Description of what a file with a header must have.
 pub(super) fn named(header: &str) -> String {
     format!("the header line '{header}' and at least one data line")
 }
 
-/// Whether a byte stands in no text of numbers and names, whatever its encoding.
+/// Whether a byte cannot occur in a text of numbers and names, in any encoding.
 fn is_no_text(byte: u8) -> bool {
     byte.is_ascii_control() && !byte.is_ascii_whitespace()
 }
@@ -135,8 +135,8 @@ fn begin(file: &Path, separator: Separator) -> Result<Begun, Error> {
     }
 }
 
-/// The unpacked bytes of a file, with blanks for separators that mean the same. They end with a
-/// line feed unless there are none.
+/// The unpacked bytes of a file, with separators of the same meaning replaced by blanks. They end
+/// with a line feed unless there are none.
 pub(super) struct Text {
     bytes: Input<'static>,
     separator: Separator,
@@ -189,9 +189,9 @@ impl Read for Text {
     }
 }
 
-/// Where lines come from.
+/// A source of lines.
 pub(super) trait Bytes: Read {
-    /// Why they end too early.
+    /// The error when the bytes end too early.
     fn fault(&self, file: &Path, fault: io::Error) -> Error;
 }
 
@@ -212,7 +212,7 @@ pub(super) struct Lines<'a, R> {
     file: &'a Path,
     reader: csv::Reader<R>,
     record: csv::ByteRecord,
-    /// Where the values of the present line stand in the record.
+    /// Byte ranges of the values of the present line.
     spans: Vec<Range<usize>>,
     /// Number of the next line, from 1.
     next: u64,
@@ -287,7 +287,7 @@ impl<'a, R: Bytes> Lines<'a, R> {
         self.spans.iter().map(text)
     }
 
-    /// One of them.
+    /// Value `i` of the present line.
     pub(super) fn cell(&self, i: usize) -> Cow<'_, str> {
         let span = self.spans.get(i).cloned().unwrap_or_default();
         String::from_utf8_lossy(&self.record.as_slice()[span])

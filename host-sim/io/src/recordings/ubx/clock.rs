@@ -6,14 +6,14 @@ use firmware::wire::ubx::Pvt;
 
 /// Ticks per second that receivers are known to have: 39.0625 us, and ms.
 const KNOWN: [f64; 2] = [25_600.0, 1000.0];
-/// How far the growth of the tags may be from a known one, as a share.
+/// Largest relative difference between the measured and a known rate of the tags.
 const NEAR: f64 = 0.02;
 /// Least time between the first and the last fix, ms.
 const LEAST_MS: i64 = 10_000;
 /// A week in ms.
 const WEEK_MS: i64 = 1000 * WEEK_S as i64;
 
-/// Time tags that go on where they wrap.
+/// Time tags, unwrapped.
 pub(super) fn unwrapped(measured: &[Measured]) -> Vec<i64> {
     let mut last = None;
     let on = |m: &Measured| {
@@ -27,7 +27,7 @@ pub(super) fn unwrapped(measured: &[Measured]) -> Vec<i64> {
     measured.iter().map(on).collect()
 }
 
-/// Times of week, ms, that go on over the end of a week.
+/// Times of week, ms, that continue over the end of a week.
 pub(super) fn second_of_week<'a>(fixes: impl Iterator<Item = &'a Pvt>) -> Vec<i64> {
     let mut weeks = 0;
     let mut before = None;
@@ -40,19 +40,19 @@ pub(super) fn second_of_week<'a>(fixes: impl Iterator<Item = &'a Pvt>) -> Vec<i6
     fixes.map(on).collect()
 }
 
-/// How the tags of the samples and the times of the fixes belong together.
+/// Relation between the time tags of the samples and the times of the fixes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Clock {
     /// Ticks in a second.
     rate: f64,
-    /// A tag ...
+    /// Reference tag.
     tag: i64,
-    /// ... and the time of week at it, ms, if the promptest fix came without delay.
+    /// Time of week at the reference tag, ms, if the promptest fix came without delay.
     ms: i64,
 }
 
 impl Clock {
-    /// The clock that the fixes of a log tell. `which` counts the measurements before a fix.
+    /// The clock, found from the fixes of a log. `which` counts the measurements before a fix.
     pub(super) fn of(fixes: &[(Pvt, [usize; 2])], tags: &[i64], which: usize) -> Option<Self> {
         let times = second_of_week(fixes.iter().map(|(pvt, _)| pvt));
         let pair = |((pvt, before), ms): (&(Pvt, [usize; 2]), i64)| {
@@ -65,9 +65,9 @@ impl Clock {
         if ms < LEAST_MS || ticks <= 0 {
             return None;
         }
-        let seen = ticks as f64 / (ms as f64 / 1e3);
-        let near = |rate: &f64| (seen / rate - 1.0).abs() < NEAR;
-        let rate = KNOWN.into_iter().find(near).unwrap_or(seen);
+        let measured = ticks as f64 / (ms as f64 / 1e3);
+        let near = |rate: &f64| (measured / rate - 1.0).abs() < NEAR;
+        let rate = KNOWN.into_iter().find(near).unwrap_or(measured);
         let lateness =
             |(tag, ms): &(i64, i64)| (tag - first.0) as f64 / rate - (ms - first.1) as f64 * 1e-3;
         let promptest = pairs
@@ -80,18 +80,18 @@ impl Clock {
         })
     }
 
-    /// Time of a tag, ns after the clock's own.
+    /// Time of a tag, ns after the clock's reference tag.
     pub(super) fn ns(&self, tag: i64) -> i64 {
         ((tag - self.tag) as f64 * (1e9 / self.rate)).round() as i64
     }
 
-    /// The same of a time of week, ms.
+    /// Time of a time of week (ms), ns after the clock's reference.
     pub(super) fn ns_of_week(&self, ms: i64) -> i64 {
         (ms - self.ms) * 1_000_000
     }
 
-    /// What the user should know of it.
-    pub(super) fn told(&self, delay_s: f64) -> String {
+    /// A note for the user: rate of the clock, and age of the promptest fix.
+    pub(super) fn note(&self, delay_s: f64) -> String {
         format!(
             "time tags count {:.1} a second; the promptest fix counts as {delay_s} s old, which \
              --fix-delay-s tells",

@@ -1,4 +1,4 @@
-//! Finds UBX messages in a log. What is no message (NMEA, RTCM, damage) is passed.
+//! Finds UBX messages in a log. Other bytes (NMEA, RTCM, damage) are skipped.
 //!
 //! The decoder of the firmware ([`firmware::wire::ubx`]) reads NAV-PVT, so a replay tests it, too.
 //! Of the other messages, the sensor fusion messages of dead-reckoning receivers (u-blox M8 and F9
@@ -17,7 +17,7 @@ use std::io::{self, Read};
 
 const ESF_MEAS: [u8; 2] = [0x10, 0x02];
 const ESF_RAW: [u8; 2] = [0x10, 0x03];
-/// Longest message that is taken for one, bytes. Raw observations of all satellites have less.
+/// Longest message that is accepted, bytes. Raw observations of all satellites are shorter.
 const LONGEST: usize = 8192;
 /// Bytes read at once.
 const PIECE: u64 = 1 << 16;
@@ -25,14 +25,14 @@ const PIECE: u64 = 1 << 16;
 /// The measurement of one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Measured {
-    /// On the clock of the sensor.
+    /// Time tag on the clock of the sensor.
     pub(super) tag: u32,
     /// 14, 13, 5: gyro x, y, z, 2^-12 deg/s; 16, 17, 18: accelerometer x, y, z, 2^-10 m/s2.
     pub(super) kind: u8,
     pub(super) value: i32,
 }
 
-/// What a log holds, in the order of the file.
+/// Content of a log, in the order of the file.
 #[derive(Debug, Default)]
 pub(super) struct Log {
     /// Fixes, each with the numbers of raw and plain measurements before it.

@@ -2,9 +2,9 @@
 //! ESF-RAW, or from ESF-MEAS, whose times are whole milliseconds.
 //!
 //! The axes of the samples are those of the receiver's sensor. Its time tags have a unit and an
-//! origin of their own, which the interface descriptions do not tell. So the log itself tells them:
+//! origin of their own, which the interface descriptions do not state. They are found from the log:
 //! the unit from the growth of the tags between the first and the last fix, and the origin from the
-//! fix that came most promptly. What remains is the least delay of a fix, which the user may tell.
+//! fix that came most promptly. Only the least delay of a fix is unknown, which the user may give.
 
 mod clock;
 mod log;
@@ -15,7 +15,7 @@ mod tests;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
+use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
 use clock::{Clock, second_of_week, unwrapped};
 use firmware::wire::ubx::Pvt;
 use host_core::error::Error;
@@ -31,7 +31,7 @@ const ACCEL: f64 = 1.0 / 1024.0;
 /// The types of measurement: gyro x, y, z, accelerometer x, y, z.
 const KINDS: [u8; 6] = [14, 13, 5, 16, 17, 18];
 
-/// What to read of a log.
+/// Settings of the reader.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Time from validity of a fix to the sample before it in the log, for the promptest fix, s.
@@ -45,7 +45,7 @@ pub struct Choice {
 /// Reads samples and fixes of a log.
 ///
 /// # Errors
-/// There are no samples, or no fixes to tell their time; times do not rise.
+/// There are no samples, or no fixes from which their time is known; times do not rise.
 pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Reading, Error> {
     let (log, mut notes) = open(file, progress)?;
     let (name, measured, which) = match log.raw.is_empty() {
@@ -64,9 +64,9 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
         let remedy = "log NAV-PVT for at least 10 s beside the samples";
         complain(file, "NAV-PVT", problem.to_owned(), remedy)
     })?;
-    let place = Place::new(file, name);
-    notes.push(place.note(&clock.told(choice.fix_delay_s)));
-    let mut samples = Samples::new(place, Kind::Rate);
+    let location = Location::new(file, name);
+    notes.push(location.note(&clock.note(choice.fix_delay_s)));
+    let mut samples = Samples::new(location, Kind::Rate);
     for (tag, values) in grouped(measured, &tags) {
         let [gx, gy, gz, ax, ay, az] = values.map(f64::from);
         let gyro = [gx, gy, gz].map(|v| v * GYRO);
@@ -75,7 +75,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     }
     let times = second_of_week(log.fixes.iter().map(|(pvt, _)| pvt));
     let delay = (choice.fix_delay_s * 1e9).round() as i64;
-    let mut fixes = Fixes::new(Place::new(file, "NAV-PVT"));
+    let mut fixes = Fixes::new(Location::new(file, "NAV-PVT"));
     for (k, ((pvt, _), ms)) in log.fixes.iter().zip(times).enumerate() {
         if pvt.is_good() {
             fixes.push(k, clock.ns_of_week(ms) - delay, fix(pvt))?;
@@ -89,7 +89,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     })
 }
 
-/// Reads a log, and what the user should know of it.
+/// Reads a log, with notes for the user.
 fn open(file: &Path, progress: Progress<'_>) -> Result<(Log, Vec<String>), Error> {
     let mut input = Input::open(file, progress)?;
     let log = Log::read(&mut input).map_err(|e| Error::reading(file, e))?;
@@ -109,7 +109,7 @@ fn open(file: &Path, progress: Progress<'_>) -> Result<(Log, Vec<String>), Error
     Ok((log, notes))
 }
 
-/// A fix of NAV-PVT, as the device takes it.
+/// A fix from NAV-PVT, decoded as by the device.
 fn fix(pvt: &Pvt) -> TimedFix {
     let fix = pvt.to_fix(0);
     let sigma = |s: f32| match s {
@@ -117,7 +117,7 @@ fn fix(pvt: &Pvt) -> TimedFix {
         _ => NOT_MEASURED,
     };
     TimedFix {
-        time: 0.0, // told apart
+        time: 0.0, // stored beside the fix, in ns
         lat_deg: f64::from(pvt.latitude) * 1e-7,
         lon_deg: f64::from(pvt.longitude) * 1e-7,
         height_m: fix.position.height,

@@ -94,11 +94,11 @@ fn samples_and_fixes_share_a_clock() {
         (1000, plain),
         (12_345, raw),
     ] {
-        let told = Choice {
+        let choice = Choice {
             fix_delay_s: 0.02,
             ..Choice::default()
         };
-        let read = read_bytes(&log(ticks, sample), &told).unwrap();
+        let read = read_bytes(&log(ticks, sample), &choice).unwrap();
         let r = read.record;
         assert_eq!((r.rate_hz, r.time.len(), r.fixes.len()), (100, 2001, 20));
         // a clock of an unknown rate is measured, to the jitter of the fixes over 19 s

@@ -28,12 +28,12 @@ const SYNC: [u8; 11] = [8, 0, b'S', 0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x
 const KNOWN: &[u8] = b"BFIMPQARDLCSO";
 /// The only flag that a reader must know: the log has been continued at an offset.
 const APPENDED: [u8; 8] = [1, 0, 0, 0, 0, 0, 0, 0];
-/// How deep topics may be nested.
+/// Largest depth of nested topics.
 const DEEPEST: usize = 8;
-/// Most bytes of a topic.
+/// Largest size of a topic, bytes.
 const LARGEST: usize = u16::MAX as usize;
 
-/// What a file says of itself.
+/// Summary of a file.
 #[derive(Debug, Default)]
 pub(super) struct Summary {
     /// Parameters of the autopilot at the start.
@@ -48,7 +48,7 @@ pub(super) struct Summary {
     pub(super) cut: bool,
 }
 
-/// Why a file cannot be read: rest of a sentence that begins with the place, and remedy.
+/// Why a file cannot be read: rest of a sentence that begins with the location, and remedy.
 pub(super) type Fault = (String, &'static str);
 
 /// Reads a file.
@@ -59,7 +59,7 @@ pub(super) struct Walk<'a> {
     take: &'a mut dyn FnMut(&Row<'_>) -> Option<()>,
     formats: BTreeMap<String, Vec<Declared>>,
     subscriptions: BTreeMap<u16, Subscription>,
-    /// Where the log goes on, in rising order.
+    /// Offsets at which the log continues, in rising order.
     offsets: Vec<u64>,
     summary: Summary,
 }
@@ -144,7 +144,7 @@ impl<'a> Walk<'a> {
     }
 
     fn content(&mut self, kind: u8, bytes: &[u8]) -> Result<(), Stop> {
-        let sound = match kind {
+        let intact = match kind {
             b'B' => return self.flags(bytes).map_err(Stop::Fault),
             b'F' => self.format(bytes).is_some(),
             b'P' => self.parameter(bytes).is_some(),
@@ -153,7 +153,7 @@ impl<'a> Walk<'a> {
             b'O' => self.dropout(bytes).is_some(),
             _ => true,
         };
-        if !sound {
+        if !intact {
             self.summary.damaged += 3 + bytes.len() as u64;
         }
         Ok(())

@@ -5,7 +5,7 @@
 //! the sensor into them and applied its calibration. The default profile of its logger keeps
 //! `sensor_combined` whole and of `vehicle_imu` only every hundredth message, so the former is read
 //! where increments are missing. The time of a fix is that of its arrival, less a delay: that of
-//! the autopilot's parameter `EKF2_GPS_DELAY` unless the user tells another one.
+//! the autopilot's parameter `EKF2_GPS_DELAY` unless the user gives another one.
 
 mod format;
 mod row;
@@ -18,7 +18,7 @@ use crate::recordings::InitialAttitude;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{Kind, Record, TimedFix};
 use crate::recordings::session::complain;
-use crate::recordings::stamped::{Fixes, Place, Reading, Samples, turned};
+use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
 use format::{Summary, Walk};
 use host_core::error::Error;
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
@@ -27,12 +27,12 @@ use topics::{Collected, Piece, SENSOR_COMBINED, Stream, VEHICLE_IMU, known};
 
 /// Share of the time that increments must cover.
 const COVERED: f64 = 0.9;
-/// How far the attitude of the autopilot may be from the first fix, s.
+/// Largest time between the attitude of the autopilot and the first fix, s.
 const NEAR_S: f64 = 0.5;
 /// Delay of the fixes behind the samples in the logs, ms.
 const DELAY: &str = "EKF2_GPS_DELAY";
 
-/// What to read of a log.
+/// Settings of the reader.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
     /// Instance of `vehicle_imu`.
@@ -63,9 +63,9 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     })?;
     let mut notes = notes(file, &summary, &collected, input.at);
     let (stream, pieces) = choose(file, choice, &mut collected, &summary, &mut notes)?;
-    let place = Place::new(file, format!("{} {}", stream.0, stream.1));
+    let location = Location::new(file, format!("{} {}", stream.0, stream.1));
     let fixes = fixes(file, choice, &mut collected, &summary, &mut notes)?;
-    let samples = samples(&place, choice, &pieces)?;
+    let samples = samples(&location, choice, &pieces)?;
     let mut record = samples.record(file, choice.max_gap_s, &fixes)?;
     if choice.attitude {
         let origin = pieces.first().map_or(0, |p| p.end);
@@ -78,7 +78,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     })
 }
 
-/// What the user should know of the file.
+/// Notes on the file for the user.
 fn notes(file: &Path, summary: &Summary, collected: &Collected, end: u64) -> Vec<String> {
     let mut notes = Vec::new();
     let mut note = |text: String| notes.push(format!("{}: {text}", file.display()));
@@ -149,8 +149,8 @@ fn choose(
         return Ok((stream, pieces));
     }
     if let Some(asked) = choice.instance {
-        let seen = collected.pieces.contains_key(&(VEHICLE_IMU, asked));
-        let problem = match seen {
+        let is_logged = collected.pieces.contains_key(&(VEHICLE_IMU, asked));
+        let problem = match is_logged {
             true => format!("{asked} is not logged whole: messages of {VEHICLE_IMU} are missing"),
             false => format!("{asked} of {VEHICLE_IMU} is not in the log"),
         };
@@ -168,13 +168,13 @@ fn choose(
 }
 
 /// The increments as samples.
-fn samples(place: &Place, choice: &Choice, pieces: &[Piece]) -> Result<Samples, Error> {
-    let mut samples = Samples::new(place.clone(), Kind::Increment);
+fn samples(location: &Location, choice: &Choice, pieces: &[Piece]) -> Result<Samples, Error> {
+    let mut samples = Samples::new(location.clone(), Kind::Increment);
     for (k, piece) in pieces.iter().enumerate() {
         let [gyro, accel] = piece.length;
         if !(gyro > 0.0 && accel > 0.0) {
             let problem = format!("covers {gyro} and {accel} s");
-            return Err(place.complain(k, problem, "cut the log there"));
+            return Err(location.complain(k, problem, "cut the log there"));
         }
         let sample = turned(&choice.mounting, piece.dtheta, piece.dv);
         samples.push(piece.end.saturating_mul(1000), sample, gyro.min(accel))?;
@@ -192,11 +192,11 @@ fn fixes(
     let Some(((topic, instance), all)) = collected.receiver() else {
         return Ok(Vec::new());
     };
-    let told = summary.parameters.get(DELAY).map(|ms| ms * 1e-3);
-    let delay_s = choice.fix_delay_s.or(told).unwrap_or(0.0);
-    let mut fixes = Fixes::new(Place::new(file, format!("{topic} {instance}")));
+    let logged = summary.parameters.get(DELAY).map(|ms| ms * 1e-3);
+    let delay_s = choice.fix_delay_s.or(logged).unwrap_or(0.0);
+    let mut fixes = Fixes::new(Location::new(file, format!("{topic} {instance}")));
     if choice.fix_delay_s.is_none() {
-        notes.push(fixes.note(&match told {
+        notes.push(fixes.note(&match logged {
             Some(s) => format!(
                 "fixes count as {s:.3} s old, as {DELAY} says; --fix-delay-s tells another delay"
             ),

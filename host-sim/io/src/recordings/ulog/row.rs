@@ -35,7 +35,7 @@ impl Number {
     }
 }
 
-/// The fields of a topic that hold numbers: name, type, place, and how many there are.
+/// The numeric fields of a topic: name, type, byte offset, and number of elements.
 pub(super) type Fields = Vec<(String, Number, usize, usize)>;
 
 /// A topic that is logged.

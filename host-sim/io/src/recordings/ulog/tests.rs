@@ -85,13 +85,13 @@ fn combined(k: u64) -> Vec<u8> {
 }
 
 fn gps(k: u64, kind: u8) -> Vec<u8> {
-    let place = [470_000_000 + 100 * k as i32, 80_000_000, 400_250].map(i32::to_le_bytes);
+    let position = [470_000_000 + 100 * k as i32, 80_000_000, 400_250].map(i32::to_le_bytes);
     let floats = floats(&[0.3, 1.5, 2.5, 4.0, -1.0, 0.5]);
     data(
         3,
         &[
             &(START_US + 1_000_000 * k + 3).to_le_bytes(),
-            &place.concat(),
+            &position.concat(),
             &floats,
             &[kind, 1],
         ],
@@ -100,9 +100,9 @@ fn gps(k: u64, kind: u8) -> Vec<u8> {
 
 fn sensor_gps(k: u64) -> Vec<u8> {
     let time = (START_US + 1_000_000 * k).to_le_bytes();
-    let place = [47.0 + 1e-5 * k as f64, 8.0, 400.25].map(f64::to_le_bytes);
+    let position = [47.0 + 1e-5 * k as f64, 8.0, 400.25].map(f64::to_le_bytes);
     let floats = floats(&[0.3, 1.5, f32::NAN, 4.0, -1.0, 0.5]);
-    data(4, &[&time, &[0; 8], &place.concat(), &floats, &[3, 0]])
+    data(4, &[&time, &[0; 8], &position.concat(), &floats, &[3, 0]])
 }
 
 fn attitude(k: u64) -> Vec<u8> {
@@ -128,7 +128,7 @@ fn log(each: impl Fn(u64) -> Vec<u8>) -> Vec<u8> {
     [head(), subscriptions(), all].concat()
 }
 
-/// What the default profile keeps: `vehicle_imu` every hundredth time, the rest whole.
+/// Messages that the default profile logs: `vehicle_imu` every hundredth time, the rest whole.
 fn usual(k: u64) -> Vec<u8> {
     let second = k.is_multiple_of(200);
     [
@@ -181,7 +181,7 @@ fn increments_are_preferred_where_they_are_whole() {
         "{:?}",
         read.notes
     );
-    // the delay of the parameter, and what the receiver does not tell
+    // the delay of the parameter, and the defaults where the receiver reports nothing
     let f = r.fixes[1];
     assert_eq!((f.time, f.lat_deg, f.height_m), (0.88, 47.0 + 1e-5, 400.25));
     let root = |x: f32, n: f64| f64::from(x) / n.sqrt();
@@ -250,10 +250,10 @@ fn damage_and_cuts_are_passed_with_a_note() {
         "{:?}",
         read.notes
     );
-    let sound = log(usual);
-    let half = read_bytes(&sound[..sound.len() / 2], &Choice::default()).unwrap();
+    let intact = log(usual);
+    let half = read_bytes(&intact[..intact.len() / 2], &Choice::default()).unwrap();
     assert!((200..400).contains(&half.record.time.len()));
-    let read = read_bytes(&sound[..sound.len() - 5], &Choice::default()).unwrap();
+    let read = read_bytes(&intact[..intact.len() - 5], &Choice::default()).unwrap();
     let note = &read.notes[0];
     assert!(
         note.contains("ends within a message and is read up to"),

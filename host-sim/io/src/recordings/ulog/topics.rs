@@ -11,7 +11,7 @@ pub(super) const SENSOR_COMBINED: &str = "sensor_combined";
 const GPS: [&str; 2] = ["vehicle_gps_position", "sensor_gps"];
 const ATTITUDE: &str = "vehicle_attitude";
 
-/// What marks an accelerometer of `sensor_combined` as missing.
+/// Value that marks an accelerometer of `sensor_combined` as missing.
 const INVALID: i64 = i32::MAX as i64;
 
 /// Increments of the body, forward-right-down, over the time before `end`.
@@ -30,7 +30,7 @@ pub(super) struct Piece {
 /// A topic with its instance.
 pub(super) type Stream = (&'static str, u8);
 
-/// What is collected of a log.
+/// Samples, fixes and attitudes collected from a log.
 #[derive(Debug, Default)]
 pub(super) struct Collected {
     pub(super) pieces: BTreeMap<Stream, Vec<Piece>>,
@@ -115,7 +115,7 @@ fn vehicle_imu(row: &Row<'_>) -> Option<Piece> {
     })
 }
 
-/// Its values are means over the time before the stamp.
+/// A `sensor_combined` message: its values are means over the time before the stamp.
 fn combined(row: &Row<'_>) -> Option<Piece> {
     let gyro = duration(row, "gyro_integral_dt")?;
     let accel = duration(row, "accelerometer_integral_dt")?;
@@ -144,10 +144,10 @@ fn fix(row: &Row<'_>) -> Option<Option<TimedFix>> {
     let [Some(north), Some(east), Some(down)] = velocity else {
         return None;
     };
-    // The accuracies are those of two, one and three axes, as u-blox receivers tell them.
+    // The accuracies are those of two, one and three axes, as u-blox receivers report them.
     let sigma = |name: &str, axes: f64, usual: usize| {
-        let told = row.number(name, 0).filter(|s| s.is_finite() && *s > 0.0);
-        told.map_or(USUAL_SIGMAS[usual], |s| s / axes.sqrt())
+        let reported = row.number(name, 0).filter(|s| s.is_finite() && *s > 0.0);
+        reported.map_or(USUAL_SIGMAS[usual], |s| s / axes.sqrt())
     };
     let [h, v] = [sigma("eph", 2.0, 0), sigma("epv", 1.0, 2)];
     let s = match row.integer("vel_ned_valid", 0) {
@@ -155,7 +155,7 @@ fn fix(row: &Row<'_>) -> Option<Option<TimedFix>> {
         _ => sigma("s_variance_m_s", 3.0, 3),
     };
     Some(Some(TimedFix {
-        time: 0.0, // told apart
+        time: 0.0, // stored beside the fix, in ns
         lat_deg,
         lon_deg,
         height_m,

@@ -1,19 +1,19 @@
 //! Covariance of several filters side by side: [`super::super::covariance`] for parameters that do
-//! not fade. Only the lower triangle is kept, column by column.
+//! not fade. Only the lower triangle is stored, column by column.
 
 use super::super::transition::Column;
 use super::super::{NAV, Triad};
 use super::parts::Source;
 use crate::inertial::lane::Lane;
 
-/// Covariances, and what their updates need beside them.
+/// Covariances, and the buffers of their updates.
 pub(super) struct Covariance<L: Lane> {
     size: usize,
     /// The lower triangle by columns.
     cells: Vec<L>,
-    /// Where each column begins.
+    /// Start index of each column.
     begins: Vec<usize>,
-    /// The columns of `P` that columns of `[Phi Psi]` are multiplied by, one after the other.
+    /// The columns of `P` by which columns of `[Phi Psi]` are multiplied, in order.
     factors: Vec<L>,
     /// The first nine rows of `[Phi Psi] P`.
     top: Vec<Column<L>>,
@@ -30,17 +30,17 @@ pub(super) struct Covariance<L: Lane> {
 /// columns of `Psi` are those of the axes times a number, so products with them need one column
 /// for each axis.
 pub(super) struct Transitions<L: Lane> {
-    /// Of the nine navigation errors, then of each source.
+    /// The columns of the nine navigation errors, then of each source.
     pub(super) columns: Vec<Column<L>>,
-    /// What has a column of `Psi`.
+    /// The sources, each with a column of `Psi`.
     pub(super) sources: Vec<Source>,
-    /// Of each parameter: the number that its source's column is multiplied by.
+    /// For each parameter, the factor of its source's column.
     pub(super) numbers: Vec<L>,
 }
 
 /// One measurement: error state, value, standard deviation.
 pub(super) type Scalar<L> = (usize, L, f64);
-/// Values of a fix.
+/// Number of values of a fix.
 pub(super) const MOST: usize = 6;
 
 impl<L: Lane> Covariance<L> {
@@ -118,20 +118,20 @@ impl<L: Lane> Covariance<L> {
         for k in 0..NAV {
             self.factor::<false>(k, k, L::all(by.columns[0][0].kind(), 1.0));
         }
-        for (place, source) in by.sources.iter().enumerate() {
+        for (index, source) in by.sources.iter().enumerate() {
             for (n, &k) in source.parameters.iter().enumerate() {
                 match n {
-                    0 => self.factor::<false>(NAV + place, NAV + k, by.numbers[k]),
-                    _ => self.factor::<true>(NAV + place, NAV + k, by.numbers[k]),
+                    0 => self.factor::<false>(NAV + index, NAV + k, by.numbers[k]),
+                    _ => self.factor::<true>(NAV + index, NAV + k, by.numbers[k]),
                 }
             }
         }
     }
 
-    /// Writes a column of `P` times a number to a place among the factors, or adds it there.
+    /// Writes a column of `P` times a number to the factor at `index`, or adds it to that factor.
     #[inline(always)]
-    fn factor<const ADD: bool>(&mut self, place: usize, column: usize, number: L) {
-        let to = &mut self.factors[place * self.size..][..self.size];
+    fn factor<const ADD: bool>(&mut self, index: usize, column: usize, number: L) {
+        let to = &mut self.factors[index * self.size..][..self.size];
         let (left, below) = to.split_at_mut(column);
         for ((j, to), begin) in left.iter_mut().enumerate().zip(&self.begins) {
             let x = number * self.cells[*begin + column - j];
@@ -208,8 +208,8 @@ impl<L: Lane> Covariance<L> {
         nav[C..C + N].copy_from_slice(&sums);
     }
 
-    /// Measurements one after the other, at most [`MOST`]. The logarithm of their density is added
-    /// to `score`.
+    /// Applies measurements in order, at most [`MOST`]. The logarithm of their density is added to
+    /// `score`.
     #[inline(always)]
     pub(super) fn update(&mut self, scalars: &[Scalar<L>], score: &mut L) {
         let zero = L::all(score.kind(), 0.0);
@@ -255,8 +255,8 @@ impl<L: Lane> Covariance<L> {
         }
     }
 
-    /// `P - sum w c c'` over all measurements, in one pass over the cells. A measurement that is
-    /// not there has no weight.
+    /// `P - sum w c c'` over all measurements, in one pass over the cells. A missing measurement
+    /// has no weight.
     #[inline(always)]
     fn subtract(&mut self) {
         for (j, begin) in self.begins.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Free-inertial navigation of several filters side by side: [`free_inertial`] with the samples
-//! that each filter corrects by its last estimate, to the same bits.
+//! Free-inertial navigation of several filters side by side: [`free_inertial`] with samples that
+//! each filter corrects by its last estimate. The results have the same bits.
 //!
 //! [`free_inertial`]: crate::inertial::free_inertial::free_inertial
 
@@ -15,13 +15,13 @@ use fearless_simd::f64x8;
 /// A filter that navigates without fixes from the end of epoch `until` on.
 #[derive(Debug, Clone, Copy)]
 pub struct Flight<'a> {
-    /// The filter as it is then.
+    /// The filter at that epoch.
     pub filter: &'a Aided,
-    /// The session, to whose end it goes.
+    /// The session, to whose end it navigates.
     pub session: &'a Session,
     /// All increments of the session.
     pub increments: &'a [Increment],
-    /// The epoch.
+    /// The epoch at which the fixes end.
     pub until: usize,
 }
 
@@ -123,10 +123,10 @@ fn run<L: Lane>(kind: L::Kind, flights: &[Flight<'_>]) -> Vec<FreeInertial> {
     notes.out
 }
 
-/// The errors of all, and what their sessions share of the Earth.
+/// The errors of all filters, and the Earth's properties at their origins.
 struct Notes {
     out: Vec<FreeInertial>,
-    /// At the begin of each.
+    /// The Earth's properties at the start of each.
     origins: Vec<Local>,
 }
 

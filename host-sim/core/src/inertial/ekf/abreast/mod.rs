@@ -1,8 +1,8 @@
-//! Several filters of the same structure side by side: one number of each stands beside those of
-//! the others, so that the processor computes them at once. They differ in their samples, priors,
-//! walks and noises, hence in their trajectories; fixes and time are the same for all. Nothing
-//! is allocated while they run. Filters without laws of time or temperature keep the bits that they
-//! have alone; the sums of the others add up axis by axis, which changes their last digits.
+//! Several filters of the same structure side by side: the numbers of all filters are in one
+//! vector, so that the processor computes them at once. They differ in their samples, priors, walks
+//! and noises, hence in their trajectories; fixes and time are the same for all. Nothing is
+//! allocated while they run. Filters without laws of time or temperature have the same bits as
+//! alone; the sums of the others are formed axis by axis, which changes their last digits.
 
 mod covariance;
 mod free;
@@ -26,7 +26,7 @@ pub use free::{Flight, flies, free_abreast};
 use parts::{By, Feature, Part, parts, sources};
 use std::sync::Arc;
 
-/// A filter that has just taken a fix, and what it passes next.
+/// A filter that has just processed a fix, and its next increments.
 #[derive(Debug)]
 pub struct Beside<'a> {
     /// The filter, and the logarithm of the density that it has given to all fixes so far.
@@ -36,7 +36,7 @@ pub struct Beside<'a> {
 }
 
 /// Whether two filters may run side by side: they have the same parameters but for their priors and
-/// walks, and nothing that only [`Aided`] knows.
+/// walks, and no feature that only [`Aided`] supports.
 #[must_use]
 pub fn alike(a: &Aided, b: &Aided) -> bool {
     let same = |(p, q): (&Parameter, &Parameter)| {
@@ -58,8 +58,8 @@ fn plain(filter: &Aided) -> bool {
         && filter.model.parameters.iter().all(simple)
 }
 
-/// Takes at most [`PLACES`] filters that are [`alike`] through epochs of one second, each with the
-/// fix at its end, valid there and then: with the widest vectors of the processor, on
+/// Runs at most [`PLACES`] filters that are [`alike`] through epochs of one second, each with a fix
+/// at its end, valid at that time and at the IMU. It uses the widest vectors of the processor, on
 /// which no bit depends. `dt`: duration of an increment, s. All have the same number of increments.
 pub fn pass(beside: &mut [Beside<'_>], fixes: &[Option<Fix>], dt: f64) {
     if beside.is_empty() || fixes.is_empty() {
@@ -91,12 +91,12 @@ fn run<L: Lane>(kind: L::Kind, beside: &mut [Beside<'_>], fixes: &[Option<Fix>],
     }
 }
 
-/// Filters that have just taken a fix.
+/// Filters that have just processed a fix.
 struct Abreast<L: Lane> {
     kind: L::Kind,
     parts: Vec<Part>,
     features: Vec<Feature>,
-    /// What each feature is now.
+    /// Present value of each feature.
     values: Vec<L>,
     known: [Arc<[Known]>; PLACES],
     nav: Strapdown<L>,
@@ -109,13 +109,13 @@ struct Abreast<L: Lane> {
     score: L,
     clock: f64,
     rate: V3<L>,
-    /// Since the last fix: time, and integrals of the specific force, of the body axes, and of what
-    /// the parameters that follow the motion add.
+    /// Since the last fix: time, and integrals of the specific force, of the body axes, and of the
+    /// contributions of the parameters that follow the motion.
     time: f64,
     force: Sums<L>,
     axes: [Sums<L>; 3],
     effects: Vec<Sums<L>>,
-    /// The second of the slow errors, and these: of gyros, of accelerometers.
+    /// The second of the slow errors, and the slow errors of gyros and accelerometers.
     second: Option<usize>,
     slow: [V3<L>; 2],
     /// `[Phi Psi]`.
@@ -125,8 +125,8 @@ struct Abreast<L: Lane> {
 impl<L: Lane> Abreast<L> {
     #[inline(always)]
     fn of(kind: L::Kind, beside: &[Beside<'_>]) -> Self {
-        let place = |l: usize| &*beside.get(l).unwrap_or(&beside[0]).filter;
-        let filter = |l: usize| &place(l).0;
+        let member = |l: usize| &*beside.get(l).unwrap_or(&beside[0]).filter;
+        let filter = |l: usize| &member(l).0;
         let first = filter(0);
         let n = first.model.len();
         let walk = |l: usize, k: usize| {
@@ -154,7 +154,7 @@ impl<L: Lane> Abreast<L> {
                 L::of(kind, |l| filter(l).noise.gyro),
                 L::of(kind, |l| filter(l).noise.accel),
             ],
-            score: L::of(kind, |l| place(l).1),
+            score: L::of(kind, |l| member(l).1),
             clock: first.interval.clock,
             rate: L::gathered(kind, |l| filter(l).interval.last_rate.unwrap_or_default()),
             time: 0.0,
@@ -171,11 +171,11 @@ impl<L: Lane> Abreast<L> {
         }
     }
 
-    /// Filter `l` alone.
+    /// Writes the state of filter `l` back.
     fn give(&self, l: usize, to: &mut Beside<'_>) {
         let (filter, score) = &mut *to.filter;
-        let past = filter.sins.past; // not read with [`Samples::One`]
-        self.nav.give(l, &mut filter.sins, past);
+        let previous = filter.sins.previous; // not read with [`Samples::One`]
+        self.nav.give(l, &mut filter.sins, previous);
         for (to, x) in filter.theta.iter_mut().zip(&self.theta) {
             *to = x.at(l);
         }
@@ -191,7 +191,7 @@ impl<L: Lane> Abreast<L> {
         *score = self.score.at(l);
     }
 
-    /// Nothing has happened since the last fix.
+    /// Resets the integrals since the last fix.
     #[inline(always)]
     fn begin(&mut self) {
         self.second = None;
@@ -201,7 +201,7 @@ impl<L: Lane> Abreast<L> {
         self.effects.fill(nothing(self.kind));
     }
 
-    /// Step `i`.
+    /// Advances by step `i`.
     #[inline(always)]
     fn step(&mut self, increments: &[&[Increment]; PLACES], i: usize, dt: f64) {
         let measured = [
@@ -252,7 +252,7 @@ impl<L: Lane> Abreast<L> {
         ]
     }
 
-    /// What the features are at a time, s.
+    /// Computes the features at a time, s.
     #[inline(always)]
     fn find_values(&mut self, time: f64) {
         let now = Inputs {
@@ -312,7 +312,7 @@ impl<L: Lane> Abreast<L> {
     fn take(&mut self, fix: &Fix) {
         let origin = &fix.position;
         let local = Local::at(origin.lat, origin.h);
-        let [lat, lon, h] = self.nav.nav.place;
+        let [lat, lon, h] = self.nav.nav.position;
         let mut turns = lon - origin.lon;
         for l in 0..L::PLACES {
             turns.put(l, wrapped(turns.at(l)));

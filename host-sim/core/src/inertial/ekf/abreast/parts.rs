@@ -1,15 +1,15 @@
-//! The parameters of filters side by side, and what they share.
+//! The parameters of filters side by side, and the features that they share.
 
 use crate::inertial::ekf::{Parameter, Regressor, Triad};
 
-/// A parameter: what it acts on, and by what.
+/// A parameter: its axis, and its factor.
 pub(super) struct Part {
     pub(super) triad: Triad,
     pub(super) axis: usize,
     pub(super) by: By,
 }
 
-/// What a parameter is multiplied by.
+/// Factor of a parameter.
 pub(super) enum By {
     /// A feature, which hardly changes within a second.
     Slow(usize),
@@ -17,10 +17,10 @@ pub(super) enum By {
     Input(usize),
 }
 
-/// What slow parameters are multiplied by, once for all that share it.
+/// Factor of slow parameters, stored once for all that share it.
 pub(super) struct Feature {
     pub(super) of: Parameter,
-    /// It follows the time alone, so it is the same for all filters.
+    /// Whether it depends on the time alone, so that it is the same for all filters.
     pub(super) timed: bool,
 }
 
@@ -54,11 +54,11 @@ pub(super) struct Source {
     pub(super) triad: Triad,
     pub(super) axis: usize,
     pub(super) slow: bool,
-    /// At least one.
+    /// Indices of the parameters; at least one.
     pub(super) parameters: Vec<usize>,
 }
 
-/// What has a column of `Psi`: each axis with slow parameters, then each of the others.
+/// The sources with a column of `Psi`: each axis with slow parameters, then each other parameter.
 pub(super) fn sources(parts: &[Part]) -> Vec<Source> {
     let mut sources: Vec<Source> = Vec::new();
     let slow = |p: &Part| matches!(p.by, By::Slow(_));

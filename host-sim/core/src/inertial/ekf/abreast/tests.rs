@@ -35,7 +35,7 @@ fn increments(l: usize) -> Vec<Increment> {
     (0..10 * SECONDS).map(of).collect()
 }
 
-/// Some are missing, and some lack values.
+/// Fixes, of which some are missing, and some lack values.
 fn fix(k: usize) -> Option<Fix> {
     let moved = Vector3::new(1.3 * k as f64, 10.0 * (0.1 * k as f64).sin(), 1.0);
     let velocity = Vector3::new(1.3, (0.1 * k as f64).cos(), 0.1);
@@ -71,10 +71,10 @@ fn filter(l: usize, model: fn(&Prior) -> ErrorModel) -> Aided {
     filter.with_samples(Samples::One).powered_for(100.0)
 }
 
-/// Fewer than there are places.
+/// Number of filters: fewer than places.
 const L: usize = PLACES - 1;
 
-/// How far the numbers of the same filter may lie apart.
+/// Checks that the numbers of the same filter differ by at most `apart`.
 fn near(got: &(Aided, f64), want: &(Aided, f64), apart: f64) {
     let p = (&got.0.p - &want.0.p).zip_map(&want.0.p, |d, p| d.abs() / p.abs().max(1e-12));
     assert!(p.max() <= apart, "{:e}", p.max());
@@ -98,8 +98,8 @@ fn near(got: &(Aided, f64), want: &(Aided, f64), apart: f64) {
     assert!(off <= apart && turned <= apart, "{off:e} {turned:e}");
 }
 
-/// [`L`] filters side by side, each with its own samples, give what each gives alone: with the same
-/// bits if `apart` is zero.
+/// [`L`] filters side by side, each with its own samples, give the same results as each alone: the
+/// same bits if `apart` is zero.
 fn compare(model: fn(&Prior) -> ErrorModel, apart: f64) {
     let all: Vec<Vec<Increment>> = (0..L).map(increments).collect();
     let alone = |(filter, score): &mut (Aided, f64), l: usize, k: usize| {
@@ -126,7 +126,7 @@ fn compare(model: fn(&Prior) -> ErrorModel, apart: f64) {
     for (l, (want, got)) in filters.iter_mut().zip(&mut passed).enumerate() {
         (1..SECONDS).for_each(|k| alone(want, l, k));
         near(got, want, apart);
-        // and they go on alike
+        // and they continue alike
         for k in [SECONDS - 2, SECONDS - 1] {
             alone(got, l, k);
             alone(want, l, k);
@@ -147,7 +147,7 @@ fn filters_side_by_side_have_their_own_bits() {
     compare(ErrorModel::with_matrices, 0.0);
 }
 
-/// Sums of laws add up axis by axis.
+/// Sums of laws are formed axis by axis.
 #[test]
 fn laws_side_by_side_differ_in_the_last_digits_only() {
     compare(ErrorModel::with_ramps, 1e-8);

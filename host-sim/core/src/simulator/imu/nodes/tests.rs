@@ -40,13 +40,13 @@ fn nodes(spec: &NodesSpec, ambient: &Ambient, history: History) -> Nodes {
     Nodes::new(spec, (ambient, 0.0), history, &mut unit, turn_on)
 }
 
-fn still() -> Ambient {
+fn constant_air() -> Ambient {
     Ambient::default()
 }
 
 #[test]
 fn in_the_end_each_conductance_carries_the_power() {
-    let mut n = nodes(&spec(), &still(), History::COLD);
+    let mut n = nodes(&spec(), &constant_air(), History::COLD);
     (0..40_000).for_each(|_| n.second(5.0, 0.0));
     let [e, b, c] = [n.state.x, n.state.y, n.state.z];
     assert!((c - (5.0 + 12.0 / 0.9)).abs() < 1e-6 && (b - c - 12.0 / 1.5).abs() < 1e-6);
@@ -59,7 +59,7 @@ fn in_the_end_each_conductance_carries_the_power() {
             rate_wpdps: 0.005,
             ..spec()
         },
-        &still(),
+        &constant_air(),
         History::COLD,
     );
     (0..40_000).for_each(|_| turning.second(5.0, 20.0 * DEG));
@@ -70,7 +70,7 @@ fn in_the_end_each_conductance_carries_the_power() {
 #[test]
 fn a_second_is_exact() {
     let s = spec();
-    let mut n = nodes(&s, &still(), History::COLD);
+    let mut n = nodes(&s, &constant_air(), History::COLD);
     let [mut e, mut b, mut c] = [0.0; 3];
     let dt = 0.01;
     for second in 1..=3000 {
@@ -88,12 +88,12 @@ fn a_second_is_exact() {
     assert!((n.now().rate - rate).abs() < 1e-5);
 }
 
-/// With one node, what is left after a soak is the closed form of two exponentials.
+/// With one node, the temperature after a soak is a closed form of two exponentials.
 #[test]
 fn the_soak_decides_how_warm_the_start_is() {
     let time = 1000.0 / 0.5;
     let start = |on_s, soak_s| {
-        let n = nodes(&one_node(), &still(), History::warm(on_s, soak_s));
+        let n = nodes(&one_node(), &constant_air(), History::warm(on_s, soak_s));
         n.now().offset
     };
     for (on_s, soak_s) in [
@@ -108,7 +108,7 @@ fn the_soak_decides_how_warm_the_start_is() {
     assert_eq!(start(7200.0, f64::INFINITY), 0.0);
 }
 
-/// A second turn-on goes on from where the soak has ended, whatever the ambient did meanwhile.
+/// A second turn-on continues from the end of the soak, with any ambient meanwhile.
 #[test]
 fn a_garage_before_power_on_is_lived_through() {
     let garage = Ambient {
@@ -152,7 +152,7 @@ fn the_thermostat_cycles_with_its_period() {
     };
     let (time, end, low, high) = (2000.0, 60.0, 29.0, 31.0f64);
     let want = time * (((end - low) / (end - high)).ln() + (high / low).ln());
-    let mut n = nodes(&s, &still(), History::COLD);
+    let mut n = nodes(&s, &constant_air(), History::COLD);
     let mut switched = vec![];
     for t in 0..20_000 {
         let before = n.heats;
@@ -178,7 +178,7 @@ fn the_load_is_a_telegraph_signal() {
         load_time_s: 50.0,
         ..spec()
     };
-    let mut n = nodes(&s, &still(), History::COLD);
+    let mut n = nodes(&s, &constant_air(), History::COLD);
     let on: Vec<f64> = (0..400_000)
         .map(|_| {
             n.second(0.0, 0.0);
@@ -202,7 +202,7 @@ fn sensors_sit_between_electronics_and_case() {
         axis_share_ratio: 0.1,
         ..spec()
     };
-    let mut n = nodes(&s, &still(), History::COLD);
+    let mut n = nodes(&s, &constant_air(), History::COLD);
     assert_eq!(n.axes(), Vector3::zeros());
     (0..900).for_each(|_| n.second(0.0, 0.0));
     let off = n.axes().map(|x| x - n.now().offset) / n.now().gradient;
@@ -240,7 +240,7 @@ fn a_capacity_far_too_small_is_refused_by_key() {
         electronics_jpk: 1e-4,
         ..spec()
     };
-    let mut n = nodes(&fast, &still(), History::COLD);
+    let mut n = nodes(&fast, &constant_air(), History::COLD);
     (0..40_000).for_each(|_| n.second(0.0, 0.0));
     assert!((n.case() - 12.0 / 0.9).abs() < 1e-6, "{}", n.case());
 }

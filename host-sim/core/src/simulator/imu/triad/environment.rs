@@ -1,5 +1,5 @@
-//! Errors of one triad that follow the temperature T of each sensor, its past, its age, vibration
-//! and turning.
+//! Errors of one triad that follow the temperature T of each sensor, its history, its age,
+//! vibration and turning.
 //!
 //! ```text
 //! hysteresis   p = clamp(p, T - w, T + w)        b = h (T - p) / w      play operator: |b| <= h
@@ -13,10 +13,10 @@
 //! self-heating dm/dt = (|rate| - m) / tau_m      b = d m
 //! ```
 //!
-//! A mode keeps its bias b_n: when the temperature comes back, the bias does, too. The control hops
-//! back later than it hopped on, because it holds a mode 0.1 of a mode beyond the middle between
-//! two (assumed). U lives through the time before power-on with T. The vehicle has stood before
-//! power-off for so long that m is zero.
+//! The bias b_n of a mode is constant: when the temperature comes back, the bias does, too. The
+//! control hops back later than it hopped on, because it holds a mode 0.1 of a mode beyond the
+//! middle between two (assumed). U follows T through the time before power-on. The vehicle has
+//! stood before power-off for so long that m is zero.
 
 use super::super::draws::normal3;
 use super::super::environment::YEAR_DAYS;
@@ -57,25 +57,25 @@ pub(in super::super) struct Sizes {
     pub turned_time: f64,
 }
 
-/// What one triad begins with.
+/// Initial conditions of one triad.
 pub(in super::super) struct Beginning<'a> {
     /// Seed of the unit, and the triad's stream of it; the ageing has the next but one.
     pub unit: (u64, u64),
-    /// Draws what is new at this turn-on.
+    /// Random numbers of this turn-on.
     pub turn_on: ChaCha8Rng,
     pub history: History,
     pub age_days: f64,
-    /// Temperatures of the axes that the past went through, the last one at power-on, K.
-    pub past: &'a [Vector3<f64>],
-    /// The same in short steps: s before power-on (negative), ascending, the last one 0. Empty
-    /// after a long soak.
+    /// Turning points of the axes' temperatures before power-on, the last one at power-on, K.
+    pub turning_points: &'a [Vector3<f64>],
+    /// The temperatures in short steps: time, s before power-on (negative), ascending, the last one
+    /// 0. Empty after a long soak.
     pub trail: &'a [(f64, Vector3<f64>)],
 }
 
 /// Temperature at which a thermal lag's size is given, K.
 const LAG_K: f64 = 10.0;
 
-/// Which mode the path-length control of an axis holds.
+/// The mode that the path-length control of an axis holds.
 #[derive(Debug, Clone, Copy)]
 struct Mode {
     number: i32,
@@ -97,9 +97,9 @@ pub(super) struct Environment {
     modes: [Mode; 3],
     unit: u64,
     softening: Vector3<f64>,
-    /// Linear and quadratic.
+    /// Linear and quadratic coefficient of the thermal lag.
     lag: [Vector3<f64>; 2],
-    /// Temperatures of the inner places, K.
+    /// Temperatures of the inner points, K.
     inner: Vector3<f64>,
     shaken: Vector3<f64>,
     turned: Vector3<f64>,
@@ -110,7 +110,7 @@ pub(super) struct Environment {
 }
 
 impl Environment {
-    /// At power-on. `None` if all is off.
+    /// The state at power-on. `None` if all errors are off.
     pub fn new(sizes: &Sizes, begin: Beginning<'_>) -> Option<Self> {
         let s = sizes.clone();
         let off = [
@@ -141,7 +141,7 @@ impl Environment {
         let mut turn_on = begin.turn_on;
         let gain = normal3(&mut turn_on).map(|z| 1.0 + WARM_UP_REPEATABILITY * z);
         let left = warm_up_time.map(|time| 1.0 - begin.history.left(time));
-        let start = begin.past.last().copied().unwrap_or_default();
+        let start = begin.turning_points.last().copied().unwrap_or_default();
         let mut new = Self {
             hysteresis,
             scale,
@@ -150,7 +150,7 @@ impl Environment {
             deflection,
             phase,
             aged: aged(s.ageing, begin.age_days, stream(seed, number + 2)),
-            play: begin.past.first().copied().unwrap_or_default(),
+            play: begin.turning_points.first().copied().unwrap_or_default(),
             modes: [Mode {
                 number: 0,
                 bias: 0.0,
@@ -165,7 +165,7 @@ impl Environment {
             scale_now: Vector3::zeros(),
             sizes: s,
         };
-        begin.past.iter().for_each(|t| new.follow(t));
+        begin.turning_points.iter().for_each(|t| new.follow(t));
         for axis in 0..3 {
             let number = new.deflected(axis, start[axis]).round() as i32;
             new.modes[axis] = new.mode(axis, number);
@@ -243,12 +243,12 @@ impl Environment {
     }
 }
 
-/// What follows `to` with a lag, after `times` of its time constant.
+/// Value that follows `to` with a first-order lag, after `times` time constants.
 fn toward(from: &Vector3<f64>, to: &Vector3<f64>, times: f64) -> Vector3<f64> {
     to + (from - to) * (-times).exp()
 }
 
-/// Temperatures of the inner places at power-on. They began as warm as their surroundings.
+/// Temperatures of the inner points at power-on. Initially they were those of their surroundings.
 fn lived(trail: &[(f64, Vector3<f64>)], time: f64) -> Option<Vector3<f64>> {
     let first = trail.first()?.1;
     let steps = trail.windows(2);

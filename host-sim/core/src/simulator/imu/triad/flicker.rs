@@ -39,7 +39,8 @@ pub(in super::super) fn times_s() -> [f64; PROCESSES] {
 #[derive(Debug, Clone)]
 pub(super) struct Flicker {
     states: [Vector3<f64>; PROCESSES],
-    /// What each process keeps over a period, and the standard deviation of what is added.
+    /// Factor by which each process decays over a period, and the standard deviation of the noise
+    /// that is added.
     steps: [(f64, f64); PROCESSES],
     rng: ChaCha8Rng,
 }
@@ -155,11 +156,11 @@ mod tests {
     }
 
     #[test]
-    fn a_filter_is_told_of_every_process() {
+    fn a_filter_has_a_state_for_every_process() {
         for (triad, b) in [(Triad::Gyro, 0.01 * DEG_PER_H), (Triad::Accel, 50.0 * UG)] {
-            let told = spec().told(triad, 2);
-            assert_eq!(told.len(), PROCESSES);
-            for (p, time) in told.iter().zip(times_s()) {
+            let parameters = spec().parameters(triad, 2);
+            assert_eq!(parameters.len(), PROCESSES);
+            for (p, time) in parameters.iter().zip(times_s()) {
                 assert_eq!((p.axis, p.time_s), (2, time));
                 assert!((p.sigma / (FLOOR * b) - 1.0).abs() < 1e-12);
                 // in a steady state the noise makes up for the decay: walk^2 = 2 sigma^2 / T

@@ -21,7 +21,7 @@ fn the_documented_example_is_a_header() {
     toml::from_str::<Header>(&all).unwrap();
 }
 
-/// The header that docs/your-data.md shows is one.
+/// The example header in docs/your-data.md is valid.
 #[test]
 fn the_example_of_the_page_is_a_header() {
     let page = include_str!("../../../../../../docs/your-data.md");
@@ -53,7 +53,7 @@ fn documented() -> std::collections::BTreeSet<String> {
     keys.collect()
 }
 
-/// The keys that the parser expects in the place of an unknown one.
+/// The keys that the parser lists when it meets an unknown one.
 fn expected(header: &str) -> Vec<String> {
     let error = toml::from_str::<super::header::Header>(header).unwrap_err();
     let (_, names) = error.message().split_once("expected ").unwrap();

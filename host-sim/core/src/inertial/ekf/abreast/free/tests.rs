@@ -71,7 +71,7 @@ fn filters(session: &Session, until: usize) -> [Aided; 5] {
     models.map(filter)
 }
 
-/// Fewer filters than there are places: the bits of each alone.
+/// Fewer filters than places: each has the same bits as alone.
 #[test]
 fn flights_side_by_side_have_their_own_bits() {
     let (session, until) = (session(), 40);

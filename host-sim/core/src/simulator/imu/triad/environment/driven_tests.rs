@@ -27,7 +27,7 @@ fn softening_is_a_sigmoid_about_its_centre() {
     assert!(whole.x != whole.y && whole.y != whole.z);
 }
 
-/// A step of the temperature reaches the inner place by 1 - exp(-t / tau). At +-10 K the sum and
+/// A step of the temperature reaches the inner point by 1 - exp(-t / tau). At +-10 K the sum and
 /// the difference of the biases are the quadratic and the linear size.
 #[test]
 fn a_thermal_lag_follows_a_step_exponentially() {
@@ -52,7 +52,7 @@ fn a_thermal_lag_follows_a_step_exponentially() {
 /// A block of the time constant 900 s, two hours on, a soak of 20 min: the solution of both
 /// equations in series, by hand.
 #[test]
-fn the_inner_place_lives_through_the_time_before_power_on() {
+fn the_inner_point_follows_the_time_before_power_on() {
     let mut spec = perfect();
     spec.block = BlockSpec {
         self_heating_k: 20.0,
@@ -91,12 +91,12 @@ fn the_trail_ends_at_power_on() {
         spec.nodes = nodes;
         spec.world.power.start = start;
         let heat = Heat::new(&spec, 1, 2);
-        let (trail, past) = (heat.trail(), heat.past());
+        let (trail, turning_points) = (heat.trail(), heat.turning_points());
         assert!(trail.windows(2).all(|w| w[0].0 <= w[1].0));
-        let (last, now) = (trail[trail.len() - 1], past[2]);
+        let (last, now) = (trail[trail.len() - 1], turning_points[2]);
         assert!(last.0 == 0.0 && (last.1 - now).norm() < 1e-9, "{start}");
-        assert!((trail[0].1 - past[0]).norm() < 1e-9);
-        let off = |(_, axes): &(f64, Vector3<f64>)| (axes - past[1]).norm() < 1e-9;
+        assert!((trail[0].1 - turning_points[0]).norm() < 1e-9);
+        let off = |(_, axes): &(f64, Vector3<f64>)| (axes - turning_points[1]).norm() < 1e-9;
         assert!(trail.iter().any(off), "{start}");
     }
     spec.world.power.start = StartName::Cold;

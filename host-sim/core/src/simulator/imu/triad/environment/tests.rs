@@ -7,7 +7,7 @@ use super::*;
 use crate::inertial::sins::Increment;
 use crate::inertial::units::{DEG, DEG_PER_H, G0, UG};
 
-/// All axes as warm as this, K.
+/// Surroundings with this temperature at all axes, K.
 pub(super) fn at(temperature: f64) -> Surroundings {
     Surroundings {
         axes: Vector3::repeat(temperature),
@@ -15,7 +15,7 @@ pub(super) fn at(temperature: f64) -> Surroundings {
     }
 }
 
-/// One of the conditions of files that do not give them.
+/// The default conditions of files that do not give them.
 pub(super) fn sizes() -> Sizes {
     Sizes {
         hysteresis_width: 5.0,
@@ -31,14 +31,19 @@ pub(super) fn sizes() -> Sizes {
     }
 }
 
-pub(super) fn of(sizes: &Sizes, unit: u64, past: &[f64], history: History) -> Environment {
-    let past: Vec<_> = past.iter().map(|t| Vector3::repeat(*t)).collect();
+pub(super) fn of(
+    sizes: &Sizes,
+    unit: u64,
+    turning_points: &[f64],
+    history: History,
+) -> Environment {
+    let turning_points: Vec<_> = turning_points.iter().map(|t| Vector3::repeat(*t)).collect();
     let begin = Beginning {
         unit: (unit, 11),
         turn_on: stream(7, 11),
         history,
         age_days: 0.0,
-        past: &past,
+        turning_points: &turning_points,
         trail: &[],
     };
     Environment::new(sizes, begin).unwrap()
@@ -79,16 +84,17 @@ fn hysteresis_is_a_loop_of_known_area() {
     );
 }
 
-/// After a warm time the loop is on its cooling side at power-on, and a cold start has no side.
+/// After a warm period the loop is on its cooling side at power-on; after a cold start it is in the
+/// middle.
 #[test]
 fn hysteresis_remembers_the_time_before_power_on() {
     let s = Sizes {
         hysteresis: 0.3,
         ..sizes()
     };
-    let first = |past: &[f64]| {
-        let mut e = of(&s, 3, past, History::COLD);
-        let now = at(past[past.len() - 1]);
+    let first = |turning_points: &[f64]| {
+        let mut e = of(&s, 3, turning_points, History::COLD);
+        let now = at(turning_points[turning_points.len() - 1]);
         e.step(0.0, &now).component_div(&e.hysteresis)
     };
     assert_eq!(first(&[-12.0]), Vector3::zeros());
@@ -97,7 +103,7 @@ fn hysteresis_remembers_the_time_before_power_on() {
 }
 
 /// At tau the warm-up has fallen to 1/e; the slope of ln(-ln b) over ln t is beta; and each axis of
-/// each unit has a tau of its own with the told spread.
+/// each unit has a tau of its own with the given spread.
 #[test]
 fn the_warm_up_is_a_stretched_exponential_with_a_time_for_each_axis() {
     let s = Sizes {
@@ -167,8 +173,8 @@ fn path_length_control_hops_at_every_mode_and_back_later() {
         assert!((pair[1].0 - pair[0].0 - 22.6).abs() < 0.02 && pair[0].1 != pair[1].1);
     }
     let near = |t: f64| up.iter().find(|(at, _)| (at - t - 0.2 * 22.6).abs() < 0.03);
-    let held = down.iter().filter_map(|(t, _)| near(*t)).count();
-    assert!(held + 2 >= down.len(), "{held} of {}", down.len());
+    let delayed = down.iter().filter_map(|(t, _)| near(*t)).count();
+    assert!(delayed + 2 >= down.len(), "{delayed} of {}", down.len());
     // the bias below a hop on the way down is that of the mode below on the way up
     let below: Vec<f64> = up.iter().map(|(_, bias)| *bias).collect();
     assert!(down[1..].iter().all(|(_, bias)| below.contains(bias)));
@@ -285,7 +291,7 @@ fn ageing_is_a_random_walk_of_the_unit() {
     assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.08), "{ratios:?}");
 }
 
-/// An error that is switched on leaves the draws of all others alone, the environment's too.
+/// Switching an error on does not change the draws of others, those of the environment included.
 #[test]
 fn each_error_alone_is_its_part_of_all_together() {
     let mut all = ImuSpec::preset("medium").unwrap();

@@ -1,4 +1,4 @@
-//! Options of `replay` that tell what the files of a recording do not.
+//! Options of `replay` for what the files of a recording do not contain.
 
 use super::options::{refused, renamed, within};
 use clap::Args as ClapArgs;
@@ -7,13 +7,13 @@ use host_core::inertial::units::DEG;
 use host_io::recordings::record::Record;
 use host_unit::Unit;
 
-/// What files of some formats cannot tell.
+/// Time offset, lever arm and heading, which files of some formats cannot contain.
 #[derive(Debug, ClapArgs)]
-pub(super) struct TellOptions {
+pub(super) struct RecordOptions {
     /// Added to the times of the fixes to give the IMU's, s
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     time_offset: Option<f64>,
-    /// Estimate that offset from the motion, -5 to 5 s around what is told
+    /// Estimate that offset from the motion, -5 to 5 s around the given one
     #[arg(long)]
     pub(super) estimate_time_offset: bool,
     /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else
@@ -38,13 +38,13 @@ pub(super) struct TellOptions {
     heading_sigma: f64,
 }
 
-impl TellOptions {
-    /// Puts into `record` what the options tell, else what the unit tells.
-    pub(super) fn tell(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
-        if let Some(told) = self.time_offset {
-            let told = within("--time-offset", told, [-1e9, 1e9])?;
-            record.move_fixes(told - record.told_offset_s.unwrap_or(0.0));
-            record.told_offset_s = Some(told);
+impl RecordOptions {
+    /// Sets the values of `record` from the options, else from the unit.
+    pub(super) fn apply(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
+        if let Some(offset) = self.time_offset {
+            let offset = within("--time-offset", offset, [-1e9, 1e9])?;
+            record.move_fixes(offset - record.told_offset_s.unwrap_or(0.0));
+            record.told_offset_s = Some(offset);
         }
         let metres = |arm: &[f64; 3]| arm.iter().all(|x| x.abs() <= 100.0);
         match (
@@ -73,9 +73,9 @@ impl TellOptions {
     }
 }
 
-/// Options that the unit file has replaced.
+/// Options that keys of the unit file have replaced.
 #[derive(Debug, ClapArgs)]
-pub(super) struct OldWords {
+pub(super) struct ReplacedOptions {
     /// Refused
     #[arg(long, hide = true, value_parser = in_unit_file("gyro.bias_turn_on_dph"))]
     gyro_bias: Option<String>,
@@ -90,7 +90,7 @@ pub(super) struct OldWords {
     vrw: Option<String>,
 }
 
-/// The value parser of an option whose place is taken by a field of the unit file.
+/// The value parser of an option that a field of the unit file has replaced.
 fn in_unit_file(
     field: &str,
 ) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
