@@ -4,7 +4,8 @@ use super::triad::Triad;
 use crate::inertial::ekf::{self, Parameter, Regressor};
 use nalgebra::{Matrix3, Vector3};
 
-/// The constants of one unit: a value for each parameter of a filter ([`super::ImuSpec::parameters`]).
+/// The constants of one unit: a value for each parameter of a filter
+/// ([`super::ImuSpec::parameters`]).
 #[derive(Debug, Clone)]
 pub struct UnitErrors {
     pub(super) gyro: Triad,
