@@ -30,6 +30,7 @@ mod load;
 pub mod phase;
 pub mod pulse;
 mod reverse;
+pub mod run;
 mod server;
 mod setup;
 

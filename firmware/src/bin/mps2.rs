@@ -13,8 +13,10 @@ mod shared;
 mod target {
     use cortex_m::peripheral::SCB;
     use firmware::app::App;
+    use firmware::app::run::{MainThread, turn};
     use firmware::learn::exchange::Background;
     use firmware::learn::{FixMemory, Learner};
+    use firmware::wire::adis::spi::LONGEST;
     use static_cell::{ConstStaticCell, StaticCell};
 
     use crate::board::Board;
@@ -40,15 +42,11 @@ mod target {
 
     #[cortex_m_rt::exception]
     fn PendSV() {
-        FRAME.turn(|Path { app, board }| {
-            while {
-                let busy = app.poll(&mut board.lines, &board.time);
-                if let Some(lines) = app.to_open() {
-                    board.open(&lines);
-                }
-                busy || !board.lines.sensor.want(app.needs())
-            } {}
-        });
+        FRAME.turn(
+            |Path { app, board }| {
+                while turn(app, board, None, &mut [0; LONGEST]) {}
+            },
+        );
     }
 
     #[cortex_m_rt::entry]
@@ -56,10 +54,14 @@ mod target {
         let Some((mut scb, board)) = Board::start() else {
             cortex_m::peripheral::SCB::sys_reset()
         };
-        let mut background = start(&mut scb, board);
+        let mut thread = MainThread {
+            background: start(&mut scb, board),
+            stores: None,
+            store: None,
+        };
         loop {
-            if !background.as_mut().is_some_and(Background::turn) {
-                wake::sleep(|| !background.as_ref().is_some_and(Background::waits));
+            if !thread.turn(|_| ()) {
+                wake::sleep(|| !thread.waits());
             }
         }
     }

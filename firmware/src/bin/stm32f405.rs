@@ -11,7 +11,7 @@ mod shared;
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    board::run::learning_from_fixes()
+    board::start::learning_from_fixes()
 }
 
 #[cfg(not(target_os = "none"))]

@@ -12,7 +12,10 @@ mod shared;
 #[cfg(target_os = "none")]
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    board::run::run::<false>(shared::learners::windows().map(|learner| learner as _))
+    board::start::run(
+        shared::learners::windows().map(|learner| learner as _),
+        false,
+    )
 }
 
 #[cfg(not(target_os = "none"))]

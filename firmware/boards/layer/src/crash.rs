@@ -1,26 +1,23 @@
 //! The record of a crash on an STM32, and why the board started.
 //!
 //! A panic, a fault of the core, and a loop that no longer turns leave a record in RAM that nothing
-//! initialises (`firmware::app::guard::kept`), and the chip starts anew. SysTick looks for the last
+//! initialises ([`crate::record`]), and the chip restarts. SysTick looks for the last
 //! of them: it bites before the watchdog, which leaves no record. Nothing here can panic.
-//!
-//! The entries move the stack pointer to the top of the stack, as on the board `stm32f405`: nobody
-//! returns to what was there, and after an overflow there is no stack to run on.
 
-use core::mem::MaybeUninit;
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU32, Ordering};
 
-use cortex_m::peripheral::SCB;
 use cortex_m::peripheral::syst::SystClkSource;
 use embassy_stm32::pac::RCC;
 use embassy_stm32::{peripherals, rcc};
 use embassy_time::Instant;
 use firmware::app::COMMAND_BAUD;
-use firmware::app::guard::kept::{EARLY_US, Kept, WORDS, phase};
+use firmware::app::guard::kept::{EARLY_US, Kept};
 use firmware::link::rates::Clock;
-use firmware::wire::command::{Crash, CrashKind, LoopPhase, Reset, cause};
+use firmware::wire::command::{Reset, cause};
 
 use crate::crystal;
+pub use crate::record::during;
+use crate::record::{_stack_end, _stack_start, entry, keep, record, unhealthy, words};
 
 /// The loop has not turned well for so long, ms: longer than erasing a part of the store takes, and
 /// shorter than [`crate::WATCHDOG_MS`].
@@ -28,42 +25,8 @@ const LATE_MS: u32 = 6000;
 /// Between two looks of SysTick, cycles of the core: as many as it can count, 0.1 s at 168 MHz.
 const LOOKS: u32 = 0xFF_FFFF;
 
-// SAFETY: nothing is loaded into this section and nothing zeroes it (`link.x`), which suits
-// `MaybeUninit`. Any bits are good words. A line of a Cortex-M7's cache holds nothing else of it.
-#[unsafe(link_section = ".uninit.kept")]
-static mut KEPT: MaybeUninit<Words> = MaybeUninit::uninit();
-
-#[derive(Clone, Copy)]
-#[repr(C, align(32))]
-struct Words([u32; WORDS]);
-
-static PHASE: AtomicU8 = AtomicU8::new(LoopPhase::Starting as u8);
-static UNWELL: AtomicU8 = AtomicU8::new(0);
 /// When the loop turned well, ms.
 static TURNED_MS: AtomicU32 = AtomicU32::new(0);
-
-/// The loop begins with this.
-pub fn during(phase: LoopPhase) {
-    PHASE.store(phase as u8, Ordering::Relaxed);
-}
-
-fn words() -> [u32; WORDS] {
-    let place = (&raw const KEPT).cast::<Words>();
-    // SAFETY: aligned and in RAM, and any bits are good words. Volatile, since they come from
-    // before the start. Only the loop and the entries below use it, which do not return.
-    unsafe { place.read_volatile() }.0
-}
-
-fn keep(kept: &Kept) {
-    let place = (&raw mut KEPT).cast::<Words>();
-    // SAFETY: as in `words`.
-    unsafe { place.write_volatile(Words(kept.words())) };
-    #[cfg(feature = "m7")]
-    // SAFETY: maintenance by address, which keeps what memory means: a reset forgets the cache.
-    unsafe { cortex_m::Peripherals::steal() }
-        .SCB
-        .clean_dcache_by_address(place as usize, size_of::<Words>());
-}
 
 /// The chip's flags of its last reset, by their bits (RM0090 7.3.21; RM0433 8.7.39), and the bit
 /// that clears them.
@@ -147,7 +110,7 @@ impl Guard {
 
     /// The loop has turned. `unwell`: why the watchdog is not fed; 0: all is well.
     pub fn turned(&mut self, now_us: u64, unwell: u8) {
-        UNWELL.store(unwell, Ordering::Relaxed);
+        unhealthy(unwell);
         if unwell == 0 {
             TURNED_MS.store((now_us / 1000) as u32, Ordering::Relaxed);
             if !core::mem::replace(&mut self.begun, true) {
@@ -179,34 +142,8 @@ extern "C" fn is_late() -> bool {
     now.wrapping_sub(TURNED_MS.load(Ordering::Relaxed)) > LATE_MS
 }
 
-/// Takes the record and starts anew.
 extern "C" fn crashed(kind: u32, xpsr: u32, lr: u32, pc: u32) -> ! {
-    let kind = match kind {
-        0 => CrashKind::Fault,
-        1 => CrashKind::StackOverflow,
-        3 => CrashKind::NotFed,
-        _ => CrashKind::Panic,
-    };
-    // SAFETY: reading these registers does nothing.
-    let scb = unsafe { &*SCB::PTR };
-    let crash = Crash {
-        kind,
-        phase: phase(PHASE.load(Ordering::Relaxed)),
-        unwell: UNWELL.load(Ordering::Relaxed),
-        pc,
-        lr,
-        xpsr,
-        cfsr: scb.cfsr.read(),
-        hfsr: scb.hfsr.read(),
-        mmfar: scb.mmfar.read(),
-        bfar: scb.bfar.read(),
-        uptime_ms: Instant::now().as_millis() as u32,
-        number: 0,
-        starts: 0,
-    };
-    let kept = Kept::from_words(&words()).unwrap_or_default();
-    keep(&kept.crashed(crash));
-    SCB::sys_reset()
+    record(kind, [xpsr, lr, pc], Instant::now().as_millis() as u32)
 }
 
 /// A panic.
@@ -214,62 +151,17 @@ pub fn panicked() -> ! {
     crashed(4, 0, 0, 0)
 }
 
-/// What an entry of the core does: reads the frame that it has stacked (Armv7-M B1.5.6), if the
-/// stack pointer is within the stack, and goes on from the top of the stack.
-macro_rules! entry {
-    ($(#[$attribute:meta])* $name:ident, $kind:literal, $($first:literal),* $(, $symbol:ident = $of:path)?) => {
-        $(#[$attribute])*
-        #[unsafe(naked)]
-        unsafe extern "C" fn $name() {
-            core::arch::naked_asm!(
-                $($first,)*
-                "mrs r0, msp",
-                "ldr r1, ={bottom}",
-                "cmp r0, r1",
-                "blo 1f",
-                "ldr r1, ={top}",
-                "mov sp, r1",
-                "subs r1, #32",
-                "cmp r0, r1",
-                "bhi 1f",
-                "ldr r1, [r0, #28]",
-                "ldr r2, [r0, #20]",
-                "ldr r3, [r0, #24]",
-                concat!("movs r0, #", $kind),
-                "b {crashed}",
-                "1:",
-                "ldr r1, ={top}",
-                "mov sp, r1",
-                "movs r0, #1",
-                "movs r1, #0",
-                "movs r2, #0",
-                "movs r3, #0",
-                "b {crashed}",
-                bottom = sym _stack_end,
-                top = sym _stack_start,
-                crashed = sym crashed,
-                $($symbol = sym $of,)?
-            )
-        }
-    };
-}
-
-unsafe extern "C" {
-    static _stack_end: u32;
-    static _stack_start: u32;
-}
-
 entry!(
     /// A fault of the core.
     // SAFETY: `cortex-m-rt` expects this name, and nothing else in the image has it.
     #[unsafe(no_mangle)]
-    HardFault, 0,
+    HardFault, 0
 );
 entry!(
     /// A look at the loop.
     // SAFETY: as above.
     #[unsafe(no_mangle)]
     SysTick, 3,
-    "push {{r3, lr}}", "bl {late}", "pop {{r3, lr}}", "cbnz r0, 2f", "bx lr", "2:",
+    first: "push {{r3, lr}}", "bl {late}", "pop {{r3, lr}}", "cbnz r0, 2f", "bx lr", "2:";
     late = is_late
 );

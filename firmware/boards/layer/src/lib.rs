@@ -38,6 +38,10 @@ pub mod pio;
 pub mod pulse;
 #[cfg(feature = "rng")]
 pub mod random;
+#[cfg(feature = "stm32")]
+#[allow(dead_code, reason = "the board `stm32f405` uses more of it")]
+#[path = "../../../src/board/shared/crash.rs"]
+mod record;
 mod run;
 #[cfg(feature = "stm32")]
 pub mod spi;

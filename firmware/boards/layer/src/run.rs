@@ -1,16 +1,17 @@
-//! The frame path: the loop around the application.
+//! The frame path: the loop of `firmware::app::run` in a task.
 
 use embassy_futures::join::join;
 use embassy_futures::select::{Either3, select3, select4};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_storage::nor_flash::NorFlash;
-use firmware::app::{App, Hardware, Jobs, Lines};
+use firmware::app::{App, Hardware, Jobs, Lines, run};
 use firmware::configuration::SerialLines;
 use firmware::learn::Learner;
 use firmware::link::{Clock, rates};
 use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
+use firmware::wire::adis::{Found, Rate};
 use firmware::wire::command::LoopPhase;
 use static_cell::ConstStaticCell;
 
@@ -56,6 +57,83 @@ impl Clock for Time {
 
 static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
 
+/// The board as the frame path sees it.
+struct Running<S, N, C, G, A, W> {
+    lines: Lines<S, N, C, G>,
+    adis: A,
+    /// The sensor has a new burst.
+    new: bool,
+    /// An ADIS was found; something has come on the sensor's line.
+    has_adis: bool,
+    heard: bool,
+    guard: crash::Guard,
+    feed: W,
+}
+
+impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
+    for Running<S, N, C, G, A, W>
+{
+    type Sensor = S;
+    type Navigation = N;
+    type Command = C;
+    type Gnss = G;
+    type Time = Time;
+
+    fn lines(&mut self) -> (&mut Lines<S, N, C, G>, &Time) {
+        (&mut self.lines, &Time)
+    }
+
+    fn open(&mut self, lines: &SerialLines) {
+        let frame = Frame::sensor(lines);
+        self.lines.sensor.open(&frame);
+        self.lines.navigation.open(&frame);
+        self.lines.gnss.open(&Frame::plain(lines.receiver_baud));
+    }
+
+    fn turned(&mut self, unhealthy: u8, _: bool) {
+        if unhealthy == 0 {
+            (self.feed)();
+        }
+        self.guard.turned(Time.now_us(), unhealthy);
+    }
+
+    fn during(&mut self, phase: LoopPhase) {
+        crash::during(phase);
+    }
+
+    fn burst<'f>(&mut self, frame: &'f mut [u8; LONGEST]) -> Option<&'f mut [u8]> {
+        let new = core::mem::take(&mut self.new) || NEW.try_take().is_some();
+        if new { self.adis.burst(frame) } else { None }
+    }
+
+    fn has_lost(&mut self) -> bool {
+        self.adis.has_lost()
+    }
+
+    /// A look takes up to half a millisecond, in which a frame would wait.
+    fn look_for_adis(&mut self, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+        let idle = self.lines.sensor.is_idle();
+        self.heard |= !idle;
+        if !idle || (self.heard && !self.has_adis) {
+            return None;
+        }
+        let found = self.adis.look(Time.now_us(), rate)?;
+        self.has_adis = true;
+        Some(found)
+    }
+
+    fn forget_adis(&mut self) {
+        self.adis.forget();
+    }
+
+    #[cfg(feature = "stm32")]
+    fn pulse(&mut self) -> Option<u64> {
+        crate::pulse::rose()
+    }
+}
+
+static NEW: New = New::new();
+
 /// Runs the application with a learner, for ever. The learner and the store are the main thread's
 /// from then on.
 ///
@@ -66,11 +144,11 @@ static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
     reason = "the store is the main thread's; says why that is sound"
 )]
 pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: FnMut()>(
-    mut board: Board<S, N, C, G, A, F, W>,
+    board: Board<S, N, C, G, A, F, W>,
     learner: Option<&'static mut dyn Learner>,
 ) {
     let [_, command, _] = &board.clocks;
-    let (mut guard, reset, switched_on) = crash::Guard::start(command);
+    let (guard, reset, switched_on) = crash::Guard::start(command);
     let hardware = Hardware {
         name: board.name,
         clocks: board.clocks,
@@ -91,81 +169,42 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
         env!("CARGO_PKG_VERSION"),
         board.name
     );
-    static NEW: New = New::new();
-    let (mut adis, edges) = board.adis.split(&NEW);
+    let (adis, edges) = board.adis.split(&NEW);
     let background = learners::apart(&mut app);
     let (mut gives, stores) = JOBS.take().split();
     // SAFETY: this future is a task's, which is pinned in a static and never ends.
     unsafe { thread::hand_over(background, stores, &mut store) };
-    let lines = &mut board.lines;
-    let time = Time;
-    let (mut frame, mut new) = ([0; LONGEST], false);
-    // an ADIS was found, and something has come on the sensor's line
-    let (mut has_adis, mut heard) = (false, false);
+    let mut board = Running {
+        lines: board.lines,
+        adis,
+        new: false,
+        has_adis: false,
+        heard: false,
+        guard,
+        feed: board.feed,
+    };
+    let mut frame = [0; LONGEST];
     let turns = async {
         loop {
-            crash::during(LoopPhase::Burst);
-            if (new || NEW.try_take().is_some())
-                && let Some(reply) = adis.burst(&mut frame)
-            {
-                // an error has been counted
-                let _ = app.burst(reply, &mut lines.navigation, &time);
-            }
-            while adis.has_lost() {
-                app.lost();
-            }
-            #[cfg(feature = "stm32")]
-            if let Some(at_us) = crate::pulse::rose() {
-                app.pulse(at_us);
-            }
-            heard |= !lines.sensor.is_idle();
-            crash::during(LoopPhase::Poll);
-            let busy = app.poll(lines, &time);
-            crash::during(LoopPhase::Open);
-            if let Some(told) = app.to_open() {
-                open(lines, &told);
-            }
-            gives.turn(&mut app);
-            crash::during(LoopPhase::Look);
-            if app.finds_anew() {
-                adis.forget();
-            }
-            // a look takes up to half a millisecond, in which a frame would wait
-            if (has_adis || !heard)
-                && lines.sensor.is_idle()
-                && let Some(found) = adis.look(time.now_us(), || app.burst_rate())
-            {
-                has_adis = true;
-                app.found(&found);
-            }
-            crash::during(LoopPhase::Sleep);
-            let (now, unwell) = (time.now_us(), app.unwell(time.now_us()));
-            if unwell == 0 {
-                (board.feed)();
-            }
-            guard.turned(now, unwell);
-            new = false;
-            if busy {
-                yield_now().await; // other tasks have their turn
+            if run::turn(&mut app, &mut board, Some(&mut gives), &mut frame) {
+                yield_now().await; // other tasks run
                 continue;
             }
+            let Lines {
+                sensor,
+                navigation,
+                command,
+                gnss,
+            } = &mut board.lines;
             let arrived = select4(
-                lines.sensor.arrived(),
-                lines.navigation.arrived(),
-                lines.command.arrived(),
-                lines.gnss.arrived(),
+                sensor.arrived(),
+                navigation.arrived(),
+                command.arrived(),
+                gnss.arrived(),
             );
             let woken = select3(arrived, NEW.wait(), Timer::after(TURN)).await;
-            new = matches!(woken, Either3::Second(()));
+            board.new = matches!(woken, Either3::Second(()));
         }
     };
     join(edges, turns).await;
-}
-
-/// Opens the lines as told. The command link goes on.
-fn open<S: Wire, N: Wire, C: Wire, G: Wire>(lines: &mut Lines<S, N, C, G>, told: &SerialLines) {
-    let frame = Frame::sensor(told);
-    lines.sensor.open(&frame);
-    lines.navigation.open(&frame);
-    lines.gnss.open(&Frame::plain(told.receiver_baud));
 }

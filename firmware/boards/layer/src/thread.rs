@@ -10,34 +10,19 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
 use embedded_storage::nor_flash::NorFlash;
-use firmware::app::{Job, Stores};
+use firmware::app::Stores;
+use firmware::app::run::{CarriesOut, MainThread};
 use firmware::learn::exchange::Background;
-use firmware::store::{Progress, Store};
-
-/// A store on any flash.
-trait Carries {
-    fn carry_out(&mut self, job: &Job, background: Option<&Background>) -> Progress;
-}
-
-impl<F: NorFlash> Carries for Store<F> {
-    fn carry_out(&mut self, job: &Job, background: Option<&Background>) -> Progress {
-        let content = job.content(background.map(Background::learner));
-        Store::carry_out(self, job.step, &content)
-    }
-}
+use firmware::store::Store;
 
 /// What the frame path hands over when it begins.
-struct Thread {
-    background: Option<Background<'static>>,
-    stores: Stores<'static>,
-    store: Option<&'static mut dyn Carries>,
-}
+struct Handed(MainThread<'static, 'static>);
 
 // SAFETY: whoever makes one has no other way to what is in it and hands it over whole. The drivers
 // of the flash are bound to no priority.
-unsafe impl Send for Thread {}
+unsafe impl Send for Handed {}
 
-static HANDED: Mutex<CriticalSectionRawMutex, RefCell<Option<Thread>>> =
+static HANDED: Mutex<CriticalSectionRawMutex, RefCell<Option<Handed>>> =
     Mutex::new(RefCell::new(None));
 
 /// Time asleep, microseconds.
@@ -53,17 +38,18 @@ pub unsafe fn hand_over<F: NorFlash>(
     store: &mut Option<Store<F>>,
 ) {
     let store = store.as_mut().map(|store| {
-        let store: *mut (dyn Carries + '_) = store;
+        let store: *mut (dyn CarriesOut + '_) = store;
         // SAFETY: the caller keeps it where it is, for ever, and leaves it alone.
-        unsafe { &mut *core::mem::transmute::<*mut (dyn Carries + '_), *mut dyn Carries>(store) }
+        unsafe {
+            &mut *core::mem::transmute::<*mut (dyn CarriesOut + '_), *mut dyn CarriesOut>(store)
+        }
     });
-    HANDED.lock(|handed| {
-        handed.replace(Some(Thread {
-            background,
-            stores,
-            store,
-        }))
-    });
+    let thread = MainThread {
+        background,
+        stores: Some(stores),
+        store,
+    };
+    HANDED.lock(|handed| handed.replace(Some(Handed(thread))));
 }
 
 /// How long the processor has slept, microseconds.
@@ -71,15 +57,18 @@ pub fn asleep_us() -> u64 {
     ASLEEP_US.lock(Cell::get)
 }
 
-/// The main thread, for ever.
+/// The main thread, for ever. Its phases are not recorded: a crash names that of the frame path.
 pub fn run() -> ! {
     let mut thread = None;
     loop {
         if thread.is_none() {
             thread = HANDED.lock(|handed| handed.borrow_mut().take());
         }
-        if !thread.as_mut().is_some_and(Thread::turn) {
-            sleep(|| !thread.as_ref().is_some_and(Thread::waits));
+        let turned = thread
+            .as_mut()
+            .is_some_and(|Handed(thread)| thread.turn(|_| ()));
+        if !turned {
+            sleep(|| !thread.as_ref().is_some_and(|Handed(thread)| thread.waits()));
         }
     }
 }
@@ -95,25 +84,4 @@ fn sleep(nothing_to_do: impl Fn() -> bool) {
             ASLEEP_US.lock(|asleep| asleep.set(asleep.get().wrapping_add(us)));
         }
     });
-}
-
-impl Thread {
-    /// False: nothing was to be done.
-    fn turn(&mut self) -> bool {
-        let Self {
-            background,
-            stores,
-            store,
-        } = self;
-        let learned = background.as_mut().is_some_and(Background::turn);
-        let stored = stores.turn(|job| match store {
-            Some(store) => store.carry_out(job, background.as_ref()),
-            None => Progress::Failed,
-        });
-        learned || stored
-    }
-
-    fn waits(&self) -> bool {
-        self.background.as_ref().is_some_and(Background::waits) || self.stores.waits()
-    }
 }

@@ -12,7 +12,7 @@
 mod uart;
 
 use cortex_m::peripheral::{NVIC, SCB};
-use firmware::app::{Hardware, Lines};
+use firmware::app::{Hardware, Lines, run};
 use firmware::configuration::SerialLines;
 
 use self::uart::{COMMAND, GNSS, Interrupt, NAVIGATION, SENSOR};
@@ -23,14 +23,17 @@ use firmware::link::uart::Port;
 /// Core and bus clock, Hz.
 const CLOCK: u32 = 25_000_000;
 
+/// The four serial lines.
+type FourLines = Lines<Port<'static>, Port<'static>, Port<'static>, Port<'static>>;
+
 /// The board, running.
 pub struct Board {
     /// The four serial lines.
-    pub lines: Lines<Port<'static>, Port<'static>, Port<'static>, Port<'static>>,
+    lines: FourLines,
     /// How they are open.
     open: SerialLines,
     /// Time since start.
-    pub time: Time,
+    time: Time,
 }
 
 impl Board {
@@ -68,9 +71,20 @@ impl Board {
             reset: None,
         }
     }
+}
 
-    /// Opens the lines anew as they are told to be. The command link goes on.
-    pub fn open(&mut self, lines: &SerialLines) {
+impl run::Board for Board {
+    type Sensor = Port<'static>;
+    type Navigation = Port<'static>;
+    type Command = Port<'static>;
+    type Gnss = Port<'static>;
+    type Time = Time;
+
+    fn lines(&mut self) -> (&mut FourLines, &Time) {
+        (&mut self.lines, &self.time)
+    }
+
+    fn open(&mut self, lines: &SerialLines) {
         let old = core::mem::replace(&mut self.open, *lines);
         if old.sensor_baud != lines.sensor_baud {
             SENSOR.reopen(divider(lines.sensor_baud), [0, 1]);
@@ -79,6 +93,13 @@ impl Board {
         if old.receiver_baud != lines.receiver_baud {
             GNSS.reopen(divider(lines.receiver_baud), [4, 5]);
         }
+    }
+
+    /// There is no watchdog.
+    fn turned(&mut self, _: u8, _: bool) {}
+
+    fn has(&mut self, bytes: usize) -> bool {
+        !self.lines.sensor.want(bytes)
     }
 }
 

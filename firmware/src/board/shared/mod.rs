@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "an image without the learner from fixes")]
 
 pub mod blackbox;
+pub mod crash;
 pub mod cut;
 pub mod learners;
 pub mod time;

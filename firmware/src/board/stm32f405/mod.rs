@@ -21,9 +21,9 @@ mod measure;
 mod pins;
 mod pulse;
 mod random;
-pub mod run;
 mod serial;
 mod spi;
+pub mod start;
 mod stream;
 mod supply;
 mod watchdog;
@@ -31,14 +31,14 @@ mod watchdog;
 use cortex_m::peripheral::SCB;
 use firmware::app::guard::kept::{EARLY_US, Kept};
 use firmware::app::guard::output::{self, Verdict};
-use firmware::app::{COMMAND_BAUD, Hardware, Lines};
+use firmware::app::{COMMAND_BAUD, Hardware, Lines, run};
 use firmware::configuration::SerialLines;
 use firmware::link::rates;
 use firmware::link::{Clock, Lost};
 use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::adis::{Found, Rate};
-use firmware::wire::command::{Reset, unwell};
+use firmware::wire::command::{LoopPhase, Reset, unwell};
 use stm32f4::stm32f405::Peripherals;
 
 use self::clock::Clocks;
@@ -47,6 +47,7 @@ use self::pulse::Pulse;
 use self::serial::{Port, Ports};
 use self::spi::Spi;
 use self::watchdog::Watchdog;
+use crate::shared::crash as record;
 use crate::shared::time::Time;
 
 /// Between two looks for an ADIS, which takes up to 0.3 s to start.
@@ -69,6 +70,10 @@ pub struct Board {
     pulse: Pulse,
     /// An ADIS, if there is one.
     spi: Spi,
+    /// Look for one.
+    adis: bool,
+    /// A burst was lost.
+    lost: bool,
     /// There was one: it is at the bus, whatever comes on the sensor's line.
     has_adis: bool,
     /// When it was last looked for, microseconds; `None`: it is not looked for any more.
@@ -89,13 +94,14 @@ pub struct Board {
 
 impl Board {
     /// Starts everything, and gives what sets the priority of PendSV, and the store; `None` of that
-    /// if it does not fit the flash. `None` of all when called a second time.
-    pub fn start() -> Option<(SCB, Option<Store<Sectors>>, Self)> {
+    /// if it does not fit the flash. `None` of all when called a second time. `adis`: look for one
+    /// at the SPI.
+    pub fn start(adis: bool) -> Option<(SCB, Option<Store<Sectors>>, Self)> {
         let mut core = cortex_m::Peripherals::take()?;
         let peripherals = Peripherals::take()?;
         let causes = crash::causes(&peripherals.RCC);
-        let (kept, safe) = Kept::started(&crash::words(), causes);
-        crash::keep(&kept);
+        let (kept, safe) = Kept::started(&record::words(), causes);
+        record::keep(&kept);
         supply::watch(&peripherals.RCC, &peripherals.PWR);
         let clocks = &clock::start(&peripherals, &mut core.SYST);
         counter::start(&peripherals.RCC, &peripherals.TIM2, clocks);
@@ -112,7 +118,9 @@ impl Board {
         let pulse = Pulse::open(&peripherals, clocks);
         let board = Self {
             spi,
+            adis,
             pulse,
+            lost: false,
             has_adis: false,
             looked_us: Some(0),
             lines: Lines {
@@ -165,74 +173,9 @@ impl Board {
         }
     }
 
-    /// Opens the lines anew as they are told to be. The command link goes on.
-    pub fn open(&mut self, lines: &SerialLines) {
-        let exchanged = |lines: &SerialLines| lines.pins == pins::EXCHANGED;
-        if exchanged(&self.open) != exchanged(lines) {
-            core::mem::swap(&mut self.lines.navigation, &mut self.lines.gnss);
-        }
-        self.watchdog.long_work(); // what is to be sent may take 20 ms a line
-        serial::reopen(&self.clocks, self.dma, &self.open, lines);
-        self.open = *lines;
-        self.output.reopened(serial::sent(lines).0);
-    }
-
-    /// An ADIS that answers at the SPI, once; it is set to the rate told. The board looks for it
-    /// until then, or until something has come on the sensor's line.
-    pub fn look_for_adis(&mut self, told: impl FnOnce() -> Option<Rate>) -> Option<Found> {
-        let looked = self.looked_us?;
-        let now = self.time.now_us();
-        if now.saturating_sub(looked) < LOOK_US {
-            return None;
-        }
-        let may_be = self.has_adis || self.lines.sensor.is_silent();
-        self.looked_us = may_be.then_some(now);
-        self.looked_us?;
-        self.watchdog.long_work();
-        let found = self.spi.find(told());
-        if found.is_some() {
-            (self.looked_us, self.has_adis) = (None, true);
-        }
-        found
-    }
-
-    /// The ADIS is looked for again, and set up anew.
-    pub fn forget_adis(&mut self) {
-        self.spi.forget();
-        self.looked_us = Some(0);
-    }
-
-    /// When the receiver's time pulse has risen, if it has since the last turn, microseconds.
-    pub fn pulse(&mut self) -> Option<u64> {
-        self.pulse.rose(&self.time)
-    }
-
-    /// A new burst of the ADIS.
-    ///
-    /// # Errors
-    /// [`Lost`], once for each burst that was lost.
-    #[allow(clippy::unused_self, reason = "the board's, which is there once")]
-    pub fn burst<'b>(
-        &mut self,
-        frame: &'b mut [u8; LONGEST],
-    ) -> Result<Option<&'b mut [u8]>, Lost> {
-        spi::burst(frame)
-    }
-
-    /// Work follows that may halt the core for long.
-    pub fn long_work(&mut self) {
-        self.watchdog.long_work();
-    }
-
-    /// Whether the supply is too low for writing flash, and how often the navigation line was
-    /// opened anew.
-    pub fn state(&self) -> (bool, u16) {
-        (supply::is_low(), self.reopened)
-    }
-
-    /// To be called in every turn of the frame path: feeds the watchdogs if the application is well
-    /// and the navigation line sends. In a safe start the line is no reason to start anew any more.
-    pub fn guard(&mut self, application: u8) {
+    /// Feeds the watchdogs if the application is healthy and the navigation line sends. In a safe
+    /// start the line is no reason to restart any more.
+    fn guard(&mut self, application: u8) {
         let now = self.time.now_us();
         let (left, waits) = serial::sent(&self.open);
         let output = match self.output.look(now, left, waits) {
@@ -250,7 +193,98 @@ impl Board {
         if now >= EARLY_US
             && let Some(kept) = self.kept.take()
         {
-            crash::keep(&Kept { early: 0, ..kept });
+            record::keep(&Kept { early: 0, ..kept });
         }
+    }
+}
+
+impl run::Board for Board {
+    type Sensor = Port;
+    type Navigation = Port;
+    type Command = Port;
+    type Gnss = Port;
+    type Time = Time;
+
+    fn lines(&mut self) -> (&mut Lines<Port, Port, Port, Port>, &Time) {
+        (&mut self.lines, &self.time)
+    }
+
+    fn open(&mut self, lines: &SerialLines) {
+        let exchanged = |lines: &SerialLines| lines.pins == pins::EXCHANGED;
+        if exchanged(&self.open) != exchanged(lines) {
+            core::mem::swap(&mut self.lines.navigation, &mut self.lines.gnss);
+        }
+        self.watchdog.long_work(); // the bytes to be sent may take 20 ms a line
+        serial::reopen(&self.clocks, self.dma, &self.open, lines);
+        self.open = *lines;
+        self.output.reopened(serial::sent(lines).0);
+    }
+
+    /// While the flash is erased, no turn comes in time.
+    fn turned(&mut self, unhealthy: u8, erases: bool) {
+        if !erases {
+            self.guard(unhealthy);
+        }
+    }
+
+    fn during(&mut self, phase: LoopPhase) {
+        record::during(phase);
+    }
+
+    fn burst<'f>(&mut self, frame: &'f mut [u8; LONGEST]) -> Option<&'f mut [u8]> {
+        if !self.adis {
+            return None;
+        }
+        spi::burst(frame).unwrap_or_else(|Lost| {
+            self.lost = true;
+            None
+        })
+    }
+
+    fn has_lost(&mut self) -> bool {
+        core::mem::take(&mut self.lost)
+    }
+
+    /// Until a sensor is found, or until something has come on the sensor's line.
+    fn look_for_adis(&mut self, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+        if !self.adis {
+            return None;
+        }
+        let looked = self.looked_us?;
+        let now = self.time.now_us();
+        if now.saturating_sub(looked) < LOOK_US {
+            return None;
+        }
+        let may_be = self.has_adis || self.lines.sensor.is_silent();
+        self.looked_us = may_be.then_some(now);
+        self.looked_us?;
+        self.watchdog.long_work();
+        let found = self.spi.find(rate())?;
+        defmt::println!("ADIS, {=f64} bursts a second", found.rate);
+        (self.looked_us, self.has_adis) = (None, true);
+        Some(found)
+    }
+
+    fn forget_adis(&mut self) {
+        if self.adis {
+            self.spi.forget();
+            self.looked_us = Some(0);
+        }
+    }
+
+    fn has(&mut self, bytes: usize) -> bool {
+        !self.lines.sensor.want(bytes)
+    }
+
+    fn pulse(&mut self) -> Option<u64> {
+        self.pulse.rose(&self.time)
+    }
+
+    fn long_work(&mut self) {
+        self.watchdog.long_work();
+    }
+
+    fn state(&self) -> (bool, u16) {
+        (supply::is_low(), self.reopened)
     }
 }

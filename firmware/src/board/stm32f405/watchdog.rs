@@ -5,11 +5,11 @@
 //! it is fed too early: when the loop turns wildly or the clocks disagree. Both are fed only while
 //! the application is well ([`firmware::app::App::unwell`]).
 
-use core::sync::atomic::{AtomicU8, Ordering};
-
 use cortex_m::peripheral::NVIC;
 use firmware::app::guard::window::{FULL, OPEN, due_us};
 use stm32f4::stm32f405::{DBGMCU, IWDG, Interrupt, RCC, WWDG};
+
+use crate::shared::crash::unhealthy;
 
 /// Ticks of 8 ms (32 kHz / 256): 4 s. This is longer than the longest wait of the loop, the erasure
 /// of a 128 KiB flash sector (2 s, DS8626 table 47), even with the oscillator at the fast end of
@@ -19,14 +19,6 @@ const TICKS: u16 = 500;
 /// Rounds of waiting until a register takes effect: 5 ticks of 32 kHz (RM0090 21.4.4), 26 000
 /// cycles at most.
 const PATIENCE: u32 = 20_000;
-
-/// Why they were not fed last: bits of [`firmware::wire::command::unwell`].
-static UNWELL: AtomicU8 = AtomicU8::new(0);
-
-/// For the crash record.
-pub fn unwell() -> u8 {
-    UNWELL.load(Ordering::Relaxed)
-}
 
 /// The running watchdogs.
 pub struct Watchdog {
@@ -66,7 +58,7 @@ impl Watchdog {
 
     /// The loop has turned. `unwell`: why they must not be fed; 0: all is well.
     pub fn turned(&mut self, now_us: u64, unwell: u8) {
-        UNWELL.store(unwell, Ordering::Relaxed);
+        unhealthy(unwell);
         match self.fed_us {
             None if unwell == 0 => self.begin(now_us),
             Some(fed) if unwell == 0 && now_us.saturating_sub(fed) >= self.due_us => {

@@ -1,25 +1,26 @@
-//! The frame path in PendSV, and the learner and the store in the main thread.
+//! From power-on to the run loop: the frame path in PendSV, the learner and the store in the main
+//! thread.
 
 use cortex_m::peripheral::SCB;
-use firmware::app::{App, Gives, Job, Jobs, Stores};
+use firmware::app::run::{MainThread, turn};
+use firmware::app::{App, Gives, Jobs, Stores};
 use firmware::learn::Learner;
 use firmware::learn::exchange::Background;
-use firmware::link::Clock as _;
-use firmware::store::{Progress, Store};
+use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
-use firmware::wire::command::{ClockSource, CrashKind, LoopPhase, Reset, cause};
+use firmware::wire::command::{ClockSource, CrashKind, Reset, cause};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::flash::Sectors;
-use super::{Board, ccm, crash, supply};
+use super::{Board, ccm, crash};
 use crate::shared::wake::{self, Frame};
-use crate::shared::{blackbox, learners};
+use crate::shared::{blackbox, crash as record, learners};
 
-/// With the learner from references and fixes.
+/// With the learner from references and fixes, and an ADIS.
 #[allow(dead_code, reason = "an image without the learner from fixes")]
 pub fn learning_from_fixes() -> ! {
     let learner = learners::combined(ccm::learner);
-    run::<true>(learner.map(|learner| learner as _))
+    run(learner.map(|learner| learner as _), true)
 }
 
 /// The frame path.
@@ -27,8 +28,6 @@ struct Path {
     app: &'static mut App<'static>,
     board: Board,
     gives: Gives<'static>,
-    /// Look for an ADIS at the SPI.
-    adis: bool,
     frame: [u8; LONGEST],
 }
 
@@ -40,27 +39,27 @@ static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
 #[cortex_m_rt::exception]
 fn PendSV() {
     FRAME.turn(|path| {
-        let before = crash::interrupted();
-        while path.turn() {}
-        crash::resume(before);
+        let before = record::interrupted();
+        let Path { app, board, .. } = path;
+        while turn(app, board, Some(&mut path.gives), &mut path.frame) {}
+        record::resume(before);
     });
 }
 
 /// Starts the board and the application with a learner, which has the main thread from then on, as
-/// the store has. `ADIS`: look for one at the SPI.
-pub fn run<const ADIS: bool>(learner: Option<&'static mut dyn Learner>) -> ! {
-    let Some((mut background, mut stores, mut store)) = start::<ADIS>(learner) else {
+/// the store has. `adis`: look for one at the SPI.
+pub fn run(learner: Option<&'static mut dyn Learner>, adis: bool) -> ! {
+    let Some((background, stores, mut store)) = start(learner, adis) else {
         SCB::sys_reset()
     };
+    let mut thread = MainThread {
+        background,
+        stores: Some(stores),
+        store: store.as_mut().map(|store| store as _),
+    };
     loop {
-        crash::during(LoopPhase::Learn);
-        let learned = background.as_mut().is_some_and(Background::turn);
-        crash::during(LoopPhase::Store);
-        let stored = stores.turn(|job| carry_out(job, &mut store, background.as_ref()));
-        crash::during(LoopPhase::Sleep);
-        if !(learned || stored) {
-            let waits = || background.as_ref().is_some_and(Background::waits) || stores.waits();
-            wake::sleep(|| !waits());
+        if !thread.turn(record::during) {
+            wake::sleep(|| !thread.waits());
         }
     }
 }
@@ -74,8 +73,8 @@ type Thread = (
 
 /// By itself, so that the stack is free again afterwards. `None` when called a second time.
 #[inline(never)]
-fn start<const ADIS: bool>(learner: Option<&'static mut dyn Learner>) -> Option<Thread> {
-    let (mut scb, mut store, mut board) = Board::start()?;
+fn start(learner: Option<&'static mut dyn Learner>, adis: bool) -> Option<Thread> {
+    let (mut scb, mut store, mut board) = Board::start(adis)?;
     let app = app(&board, &mut store, learner)?;
     if let Some(number) = app.stored_number() {
         defmt::println!("stored weights, number {=u32}", number);
@@ -92,68 +91,14 @@ fn start<const ADIS: bool>(learner: Option<&'static mut dyn Learner>) -> Option<
         app,
         board,
         gives,
-        adis: ADIS,
         frame: [0; LONGEST],
     };
     FRAME.start(&mut scb, path);
     Some((background, stores, store))
 }
 
-impl Path {
-    /// One turn. True: there may be more to do.
-    fn turn(&mut self) -> bool {
-        let Path { app, board, .. } = self;
-        if self.adis {
-            crash::during(LoopPhase::Burst);
-            match board.burst(&mut self.frame) {
-                // an error has been counted
-                Ok(Some(reply)) => {
-                    let _ = app.burst(reply, &mut board.lines.navigation, &board.time);
-                }
-                Ok(None) => {}
-                Err(_) => app.lost(),
-            }
-        }
-        if let Some(at_us) = board.pulse() {
-            app.pulse(at_us);
-        }
-        crash::during(LoopPhase::Poll);
-        let busy = app.poll(&mut board.lines, &board.time);
-        if let Some(lines) = app.to_open() {
-            crash::during(LoopPhase::Open);
-            board.open(&lines);
-        }
-        crash::during(LoopPhase::Look);
-        let halts = app.may_halt();
-        if self.gives.turn(app) && halts {
-            board.long_work();
-        }
-        if self.adis {
-            look_for_adis(app, board);
-        }
-        let (supply_low, reopened) = board.state();
-        app.board_is(supply_low, reopened);
-        // while the flash is erased, no turn comes in time
-        if !(halts && app.is_storing()) {
-            board.guard(app.unwell(board.time.now_us()));
-        }
-        busy || !board.lines.sensor.want(app.needs())
-    }
-}
-
-/// Finds an ADIS, or sets it to another rate.
-fn look_for_adis(app: &mut App, board: &mut Board) {
-    if app.finds_anew() {
-        board.forget_adis();
-    }
-    if let Some(found) = board.look_for_adis(|| app.burst_rate()) {
-        defmt::println!("ADIS, {=f64} bursts a second", found.rate);
-        app.found(&found);
-    }
-}
-
-/// The application with what is stored. It is not inlined, nor is [`carry_out`], so that their
-/// stack is free again afterwards.
+/// The application with what is stored. It is not inlined, so that its stack is free
+/// again afterwards.
 #[inline(never)]
 fn app(
     board: &Board,
@@ -173,23 +118,6 @@ fn app(
     let at_ease = board.reset.causes & cause::POWER_ON != 0
         && board.clocks.source != ClockSource::InternalDirect;
     APP.try_init_with(|| App::start_up(board.hardware(), store, at_ease, learner))
-}
-
-#[inline(never)]
-fn carry_out(
-    job: &Job,
-    store: &mut Option<Store<Sectors>>,
-    background: Option<&Background>,
-) -> Progress {
-    let content = job.content(background.map(Background::learner));
-    let progress = match store {
-        Some(store) => store.carry_out(job.step, &content),
-        None => Progress::Failed,
-    };
-    if progress == Progress::Failed && supply::is_low() {
-        defmt::println!("not stored: the supply is below 2.7 V");
-    }
-    progress
 }
 
 /// Where the clock comes from, in words.
