@@ -19,7 +19,7 @@ fn any_imu_frame() -> impl Strategy<Value = (ImuFormat, &'static Simulated, Vec<
         let format = ImuFormat::ALL[which];
         let sensors = format.simulated();
         let sensor = &sensors[kind % sensors.len()];
-        let format = format.configured(&sensor.told());
+        let format = format.configured(&sensor.settings());
         let mut frame = std::vec![0; 256];
         let len = (sensor.emit)(&Fields::default(), &mut frame).unwrap();
         frame.truncate(len);

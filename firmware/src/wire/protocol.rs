@@ -163,7 +163,7 @@ pub struct Simulated {
 
 impl Simulated {
     /// Settings of a device for this sensor.
-    pub fn told(&self) -> Settings {
+    pub fn settings(&self) -> Settings {
         let mut settings = Settings {
             rate: f64::from(self.rate),
             ..Settings::DEFAULT

@@ -51,7 +51,7 @@ impl Line for Output {
 /// Configuration of a sensor, with or without cut-through, and networks with constant outputs.
 fn config(format: ImuFormat, sensor: &Simulated, cut_through: bool) -> Config {
     let mut configuration = Configuration {
-        sensor: Some(Sensor::Stream(format.settings(&sensor.told()))),
+        sensor: Some(Sensor::Stream(format.settings(&sensor.settings()))),
         rate: f64::from(sensor.rate),
         ..Configuration::default()
     };

@@ -27,7 +27,7 @@ pub fn kinds() -> Vec<Kind> {
     let of = |format: ImuFormat| {
         let sensors = format.simulated().iter();
         sensors.map(move |sensor| Kind {
-            format: format.configured(&sensor.told()),
+            format: format.configured(&sensor.settings()),
             sensor,
         })
     };
@@ -63,7 +63,7 @@ impl Kind {
 
     /// A configuration with the settings that the stream does not contain.
     pub fn config(self) -> Config {
-        let mut sensor = self.sensor.told();
+        let mut sensor = self.sensor.settings();
         sensor.stim300.ask = false;
         Config {
             format: Some(self.format),

@@ -31,6 +31,7 @@ mod next_power_on;
 mod receivers;
 mod record;
 mod reverse;
+mod run;
 mod sources;
 mod standstill;
 mod start_up;

@@ -92,7 +92,10 @@ fn the_temperature_of_every_format_that_tells_one_arrives() {
         }
         assert_eq!(block.temperature_rate, 0.0, "{name}: less than 10 s");
         // a unit file may ask for it only where a frame may contain it
-        let can = kind.format.settings(&kind.sensor.told()).has_thermometer();
+        let can = kind
+            .format
+            .settings(&kind.sensor.settings())
+            .has_thermometer();
         assert!(can || temperature.is_none(), "{name}");
     }
     assert_eq!(found, WITH_THERMOMETER);

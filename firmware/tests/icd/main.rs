@@ -176,7 +176,7 @@ fn own_fault_bits_of_every_format() {
         for sensor in format.simulated() {
             let mut frame = simulated(sensor);
             let before = frame.clone();
-            let format = format.configured(&sensor.told());
+            let format = format.configured(&sensor.settings());
             let mut checked = Checked::new(format, &mut frame).expect("a frame");
             let sample = checked.read().expect("values").sample;
             let change = Change {

@@ -12,7 +12,7 @@ use firmware::link::rates::Clock as Rates;
 use firmware::model::Nets;
 use firmware::wire::ImuFormat;
 use host_core::error::Error;
-use host_device::hil::{Drive, Input, MemoryLine, SetClock, drive_told};
+use host_device::hil::{Drive, Input, MemoryLine, SetClock, drive_configured};
 use host_unit::Unit;
 use lines::Socket;
 use std::io;
@@ -70,7 +70,7 @@ impl Simulated {
         })?;
         let format = of.unit.sensor.imu_format().unwrap_or(ImuFormat::Stim300);
         let seconds = [of.seconds, STANDS_S];
-        let drive = drive_told(&configuration, format, &of.unit.simulated(), seconds)?;
+        let drive = drive_configured(&configuration, format, &of.unit.simulated(), seconds)?;
         let opened = || -> io::Result<_> {
             let open = || -> io::Result<TcpListener> {
                 let listener = TcpListener::bind("127.0.0.1:0")?;

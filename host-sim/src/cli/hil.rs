@@ -89,7 +89,7 @@ impl Args {
             command: self.command.clone(),
             key: self.key.as_deref().map(read_key).transpose()?,
             baud: self.baud,
-            told: self.configuration(unit.as_ref())?,
+            configuration: self.configuration(unit.as_ref())?,
             format: format.unwrap_or(self.format),
             errors: unit.as_ref().map(Unit::simulated),
             seconds: self.seconds,

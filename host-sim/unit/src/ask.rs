@@ -354,7 +354,7 @@ mod tests {
         assert_eq!(unit.receiver.lever_arm_m, [1.0, 0.2, -2.0]);
         assert_eq!(unit.receiver.lever_arm_sigma(), 0.5);
         assert!(text.starts_with("#:schema unit.schema.json\n"));
-        assert!(text.contains("# Bias in run: by how much the bias walks in an hour, deg/h"));
+        assert!(text.contains("# Bias in run: random walk of the bias in an hour, deg/h"));
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl Protocol {
         };
         let sensors = format.simulated();
         let sensor = &sensors[n % sensors.len()];
-        let protocol = Protocol::Imu(format.configured(&sensor.told()));
+        let protocol = Protocol::Imu(format.configured(&sensor.settings()));
         let sensor = Some(sensor);
         Speaker { protocol, sensor }
     }
@@ -146,7 +146,7 @@ fn receiver_is_right(format: ReceiverFormat, frame: &[u8]) -> bool {
 impl Speaker {
     /// The settings of a device for this sensor.
     pub fn settings(&self) -> Settings {
-        self.sensor.map_or(Settings::DEFAULT, Simulated::told)
+        self.sensor.map_or(Settings::DEFAULT, Simulated::settings)
     }
 
     /// Its `n`th good frame, with random values.

@@ -52,7 +52,7 @@ pub fn drive_configured(
     seconds: [u32; 2],
 ) -> Result<Vec<Record>> {
     let medium = ImuSpec::preset("medium").context("no preset medium")?;
-    let drive = simulated::drive_told(configuration, format, &medium, seconds)?;
+    let drive = simulated::drive_configured(configuration, format, &medium, seconds)?;
     Ok(records(drive.records))
 }
 

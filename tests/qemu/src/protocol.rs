@@ -38,12 +38,14 @@ pub struct Served {
     pub sent: Vec<u8>,
     /// What the library on the desktop sends for the same input.
     pub expected: Vec<u8>,
+    /// Its health at the end.
+    pub health: Health,
     /// Its memory at the end.
     pub memory: Memory,
 }
 
 /// The requests that configure a board with `record`.
-fn configuration(record: &[u8]) -> Vec<Request<'_>> {
+fn upload(record: &[u8]) -> Vec<Request<'_>> {
     let pieces = record.chunks(MAX_CHUNK).enumerate();
     let mut requests: Vec<Request> = pieces
         .map(|(index, bytes)| Request::WriteConfiguration {
@@ -58,17 +60,17 @@ fn configuration(record: &[u8]) -> Vec<Request<'_>> {
 
 /// A configuration for tests, whose samples do not come in real time.
 fn record() -> Configured {
-    let mut told = Configuration::default();
-    told.correction.check_rate = false;
-    record::encode(&told)
+    let mut configuration = Configuration::default();
+    configuration.correction.check_rate = false;
+    record::encode(&configuration)
 }
 
 /// The packets that configure a board.
 ///
 /// # Errors
 /// None.
-pub fn configure(told: &Configuration) -> Result<Vec<Vec<u8>>> {
-    packets(&configuration(&record::encode(told)))
+pub fn configure(configuration: &Configuration) -> Result<Vec<Vec<u8>>> {
+    packets(&upload(&record::encode(configuration)))
 }
 
 /// The packets that configure a board and set a mode.
@@ -77,7 +79,7 @@ pub fn configure(told: &Configuration) -> Result<Vec<Vec<u8>>> {
 /// None.
 pub fn mode(mode: Mode) -> Result<Vec<Vec<u8>>> {
     let record = record();
-    let mut requests = configuration(&record);
+    let mut requests = upload(&record);
     requests.push(Request::SetMode(mode));
     packets(&requests)
 }
@@ -101,8 +103,8 @@ pub fn set_up() -> Result<Vec<Vec<u8>>> {
 ///
 /// # Errors
 /// None with the committed networks.
-pub fn set_up_told(told: &Configuration, mode: Mode) -> Result<Vec<Vec<u8>>> {
-    loaded(&record::encode(told), mode)
+pub fn set_up_configured(configuration: &Configuration, mode: Mode) -> Result<Vec<Vec<u8>>> {
+    loaded(&record::encode(configuration), mode)
 }
 
 fn loaded(record: &[u8], mode: Mode) -> Result<Vec<Vec<u8>>> {
@@ -110,7 +112,7 @@ fn loaded(record: &[u8], mode: Mode) -> Result<Vec<Vec<u8>>> {
     let (gyro, accel) = images.split_at_mut(IMAGE_LEN);
     gyro.copy_from_slice(&image::encode(&nets().gyro));
     accel.copy_from_slice(&image::encode(&nets().accel));
-    let mut requests = configuration(record);
+    let mut requests = upload(record);
     for (index, bytes) in images.chunks(MAX_CHUNK).enumerate() {
         let offset = (index * MAX_CHUNK) as u32;
         requests.push(Request::WriteImage { offset, bytes });
@@ -215,6 +217,7 @@ pub fn serve(board: Board, image: &Path, records: &[Record]) -> Result<Served> {
             .count(),
         sent,
         expected,
+        health: health(&mut live.command)?,
         memory: live.memory()?,
     })
 }
@@ -247,18 +250,18 @@ pub fn expected(packets: Vec<Vec<u8>>, records: &[Record]) -> Vec<u8> {
 #[must_use]
 pub fn cut_through(format: ImuFormat) -> Configuration {
     let sensor = &format.simulated()[0];
-    let mut settings = sensor.told();
+    let mut settings = sensor.settings();
     settings.stim300.ask = false;
-    let mut told = Configuration {
+    let mut configuration = Configuration {
         sensor: Some(Sensor::Stream(format.settings(&settings))),
         rate: f64::from(sensor.rate),
         ..Configuration::default()
     };
-    told.lines.cut_through = true;
-    told.correction.check_rate = false;
+    configuration.lines.cut_through = true;
+    configuration.correction.check_rate = false;
     // a machine with other work may stop for long
-    told.correction.silence_us = 10_000_000;
-    told
+    configuration.correction.silence_us = 10_000_000;
+    configuration
 }
 
 /// Repeats a request until it is answered, and expects "done". Bytes sent before a board has opened

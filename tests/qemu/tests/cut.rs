@@ -7,7 +7,7 @@ use firmware::wire::ImuFormat;
 use qemu::drive::{Record, drive};
 use qemu::images::STM32F405;
 use qemu::judges::{ask, python};
-use qemu::protocol::{cut_through, set_up_told};
+use qemu::protocol::{cut_through, set_up_configured};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
@@ -36,7 +36,7 @@ fn delays(format: ImuFormat, seconds: u32, period: u32, mode: Mode) -> Option<Ve
         .iter()
         .filter(|r| r.input == Input::Sensor)
         .collect();
-    let commands = set_up_told(&configuration, mode).expect("packets");
+    let commands = set_up_configured(&configuration, mode).expect("packets");
     // spaced by the number of samples that come before them
     let mut fixes = Vec::new();
     let mut before = 0u64;

@@ -10,7 +10,7 @@ use qemu::drive::{Record, drive};
 use qemu::images::{BOARDS, Board};
 use qemu::judges::{ask, python};
 use qemu::live::Live;
-use qemu::protocol::{cut_through, expected, health, obey, set_up_told};
+use qemu::protocol::{cut_through, expected, health, obey, set_up_configured};
 use qemu::replay::Input;
 
 /// Bytes that cut-through holds back.
@@ -34,7 +34,7 @@ fn begun(
 ) -> Option<(Live, Vec<Record>, Vec<Vec<u8>>)> {
     let image = board.image.build_or_skip()?;
     let mut live = Live::start(board, &image).expect("it starts");
-    let packets = set_up_told(&cut_through(format), Mode::Frozen).expect("packets");
+    let packets = set_up_configured(&cut_through(format), Mode::Frozen).expect("packets");
     obey(&mut live, &packets).expect("it obeys");
     let records = drive(format, 2).expect("a drive");
     let frames = records.into_iter().filter(|r| r.input == Input::Sensor);

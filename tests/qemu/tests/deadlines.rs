@@ -11,7 +11,7 @@ use qemu::budget::Budgets;
 use qemu::drive::{Record, drive_configured};
 use qemu::images::REPLAY;
 use qemu::machine::NETDUINOPLUS2;
-use qemu::protocol::{packet_of, set_up_told};
+use qemu::protocol::{packet_of, set_up_configured};
 use qemu::replay::{Input, configured};
 use qemu::software::{configured_on_desktop, timed_on_target};
 
@@ -194,7 +194,7 @@ fn eventful(sensor: (ImuFormat, u8, u16)) -> Vec<Record> {
     let mut records = drive_configured(&configuration, sensor.0, EVENTFUL).expect("a drive");
     let missing = |at: u32| (MISSING_US.iter()).any(|[from, to]| (*from..*to).contains(&at));
     records.retain(|record| record.input != Input::Sensor || !missing(record.at_us));
-    let packets = set_up_told(&configuration, Mode::Learn).expect("packets");
+    let packets = set_up_configured(&configuration, Mode::Learn).expect("packets");
     let command = |at_us: u32, bytes: Vec<u8>| Record {
         input: Input::Command,
         at_us,

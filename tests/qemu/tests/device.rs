@@ -69,7 +69,7 @@ fn drive(configuration: &Configuration, seconds: [u32; 2]) -> Drive {
 }
 
 fn drive_with(configuration: &Configuration, errors: &ImuSpec, seconds: [u32; 2]) -> Drive {
-    hil::drive_told(configuration, ImuFormat::Stim300, errors, seconds).expect("a drive")
+    hil::drive_configured(configuration, ImuFormat::Stim300, errors, seconds).expect("a drive")
 }
 
 /// Health without the values that are measured with the board's own clock.

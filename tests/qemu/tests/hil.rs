@@ -17,7 +17,7 @@ fn setup(board: &Listening, format: ImuFormat, seconds: u32) -> Setup {
         command: Some(command),
         key: None,
         baud: 921_600,
-        told: Configuration::default(),
+        configuration: Configuration::default(),
         format,
         errors: None,
         seconds,

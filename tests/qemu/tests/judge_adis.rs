@@ -70,7 +70,7 @@ fn the_reader_of_the_document_reads_every_form() {
         };
         let mut buffer = [0; framer::LONGEST];
         let len = (sensor.emit)(&fields, &mut buffer).expect("room");
-        let settings = sensor.told();
+        let settings = sensor.settings();
         let before = buffer[..len].to_vec();
         let mut checked = Checked::new(adis(), &mut buffer[..len]).expect("a good frame");
         let sample = RawSample::Counts {

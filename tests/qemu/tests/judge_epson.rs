@@ -111,7 +111,7 @@ fn epsons_driver_reads_every_layout_before_and_after_a_change() {
     assert_eq!(sensors.len(), SENSORS.len());
     for (sensor, (arguments, fields, per_unit)) in sensors.iter().zip(SENSORS) {
         let mut bytes = burst(sensor);
-        let settings = sensor.told();
+        let settings = sensor.settings();
         let mut checked =
             Checked::new(epson().configured(&settings), &mut bytes).expect("a good burst");
         let old = counts(checked.read().expect("values").sample);

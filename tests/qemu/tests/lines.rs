@@ -22,8 +22,17 @@ fn corrects(board: Board, format: ImuFormat, seconds: u32) {
     let records = drive(format, seconds).expect("a drive");
     let served = serve(board, &image, &records).expect("the board serves");
     let what = format!("{}, {format:?}", board.name);
-    assert_eq!(served.sent.len(), served.expected.len(), "{what}");
-    assert!(served.sent == served.expected, "{what}");
+    let pairs = served.sent.iter().zip(&served.expected);
+    let equal = pairs
+        .take_while(|(sent, expected)| sent == expected)
+        .count();
+    assert!(
+        served.sent == served.expected,
+        "{what}: {} of {} bytes, the first {equal} are equal; {:?}",
+        served.sent.len(),
+        served.expected.len(),
+        served.health
+    );
     let changed = changed(&records, &served.sent).expect("one length");
     assert!(
         changed > served.samples,

@@ -49,7 +49,7 @@ impl Sensor {
     }
 
     fn fitting(format: ImuFormat, simulated: Simulated, rate: u32) -> Option<Sensor> {
-        let mut settings = simulated.told();
+        let mut settings = simulated.settings();
         settings.rate = rate.into();
         let format = format.configured(&settings);
         [1, 2, 4, 8].into_iter().find_map(|step| {

@@ -10,7 +10,7 @@ use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLe
 use firmware::link::{Clock, Full, Line, Lost, NoLine};
 use firmware::wire::{ImuFormat, Settings as Configured};
 use host_core::simulator::imu::ImuSpec;
-use host_device::hil::{Input, Record, drive_told, networks};
+use host_device::hil::{Input, Record, drive_configured, networks};
 
 /// State of the device under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -114,7 +114,7 @@ impl Device {
     pub fn driven(scenario: Scenario, seconds: u32) -> Result<Device> {
         let configuration = configured(scenario);
         let errors = ImuSpec::preset("medium").context("no such errors")?;
-        let drive = drive_told(
+        let drive = drive_configured(
             &configuration,
             ImuFormat::Stim300,
             &errors,

@@ -68,10 +68,10 @@ layer::main!(frame_path, embassy_stm32, CAN1_SCE, P15);
 
 async fn frame_path() {
     let chip = embassy_stm32::init(clocks());
-    let told = SerialLines::DEFAULT;
+    let lines = SerialLines::DEFAULT;
     let [sensor, receiver, command] = [
-        Frame::sensor(&told),
-        Frame::plain(told.receiver_baud),
+        Frame::sensor(&lines),
+        Frame::plain(lines.receiver_baud),
         Frame::plain(COMMAND_BAUD),
     ];
     let mut watchdog = IndependentWatchdog::new(chip.IWDG, WATCHDOG_MS * 1000);

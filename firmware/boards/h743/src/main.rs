@@ -80,8 +80,8 @@ layer::main!(frame_path, embassy_stm32, FDCAN_CAL, P15);
 async fn frame_path() {
     layer::turn_caches_on();
     let chip = embassy_stm32::init(clocks());
-    let told = SerialLines::DEFAULT;
-    let [sensor, receiver] = [Frame::sensor(&told), Frame::plain(told.receiver_baud)];
+    let lines = SerialLines::DEFAULT;
+    let [sensor, receiver] = [Frame::sensor(&lines), Frame::plain(lines.receiver_baud)];
     let driver = Driver::new_fs(
         chip.USB_OTG_FS,
         Interrupts,

@@ -38,8 +38,8 @@ pub trait Fetch {
         false
     }
 
-    /// Looks for a sensor from time to time, until one is found. It is set to the rate told.
-    fn look(&mut self, now_us: u64, told: impl FnOnce() -> Option<Rate>) -> Option<Found>;
+    /// Looks for a sensor from time to time, until one is found. It is set to the configured rate.
+    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<Found>;
 
     /// The sensor is looked for again, and set up anew.
     fn forget(&mut self) {}
@@ -109,8 +109,8 @@ impl<B: SpiBus, S: OutputPin, R: Wait> Source for Adis<B, S, R> {
 }
 
 impl<B: SpiBus, S: OutputPin> Sensor<B, S> {
-    fn find(&mut self, told: Option<Rate>) -> Option<Found> {
-        let found = find(&mut self.device, &mut Delay, told).ok()??;
+    fn find(&mut self, rate: Option<Rate>) -> Option<Found> {
+        let found = find(&mut self.device, &mut Delay, rate).ok()??;
         if !begin(&mut self.device, &mut Delay, &found).ok()? {
             return None;
         }
@@ -124,12 +124,12 @@ impl<B: SpiBus, S: OutputPin> Fetch for Sensor<B, S> {
         Bursts::new(&mut self.device, self.form?).fetch(frame).ok()
     }
 
-    fn look(&mut self, now_us: u64, told: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
         if self.form.is_some() || now_us.saturating_sub(self.looked_us) < LOOK_US {
             return None;
         }
         self.looked_us = now_us;
-        self.find(told().filter(|told| told.hz <= Rate::usual(told.form).hz))
+        self.find(rate().filter(|rate| rate.hz <= Rate::usual(rate.form).hz))
     }
 
     fn forget(&mut self) {

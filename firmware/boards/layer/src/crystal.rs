@@ -18,7 +18,7 @@ const PATIENCE: u32 = 1_000_000;
 static BUILT: AtomicU8 = AtomicU8::new(0);
 static USED: AtomicU8 = AtomicU8::new(0);
 
-/// What the application is told of it. It is not measured.
+/// For the application: not measured.
 pub(crate) fn found() -> (ClockSource, Crystal) {
     let crystal = Crystal {
         built_mhz: BUILT.load(Ordering::Relaxed),

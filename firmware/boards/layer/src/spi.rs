@@ -5,7 +5,7 @@
 //! missed while the loop is busy. Up to [`WAITING`] bursts wait for the loop.
 //!
 //! Each transfer has a bound. One that has not ended by then is given up: the SPI is opened anew,
-//! and the burst is told as lost, as is one that finds no room.
+//! and the burst is reported as lost, as is one that finds no room.
 
 use core::future::{Future, pending};
 use core::pin::pin;
@@ -140,7 +140,7 @@ impl Source for Adis {
             new,
             bus: Some(bus),
             looked_us: 0,
-            told: 0,
+            reported: 0,
         };
         (fetched, pending())
     }
@@ -152,8 +152,8 @@ pub struct Fetched {
     /// While there is no sensor.
     bus: Option<Bus>,
     looked_us: u64,
-    /// Lost bursts that were told.
-    told: u32,
+    /// Lost bursts that were reported.
+    reported: u32,
 }
 
 impl Fetch for Fetched {
@@ -167,19 +167,19 @@ impl Fetch for Fetched {
     }
 
     fn has_lost(&mut self) -> bool {
-        let lost = self.told != LOST.load(Ordering::Relaxed);
-        self.told = self.told.wrapping_add(lost.into());
+        let lost = self.reported != LOST.load(Ordering::Relaxed);
+        self.reported = self.reported.wrapping_add(lost.into());
         lost
     }
 
-    fn look(&mut self, now_us: u64, told: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
         self.bus = self.bus.take().or_else(|| BACK.try_take());
         if now_us.saturating_sub(self.looked_us) < LOOK_US {
             return None;
         }
         let bus = self.bus.as_mut()?;
         self.looked_us = now_us;
-        let found = bus.find(told())?;
+        let found = bus.find(rate())?;
         let form = found.model.form();
         bus.set(form.clock_hz());
         FORGET.reset();
@@ -303,8 +303,8 @@ impl Bus {
         if done { Ok(()) } else { Err(Late) }
     }
 
-    fn find(&mut self, told: Option<Rate>) -> Option<Found> {
-        let found = find(&mut *self, &mut Delay, told).ok()??;
+    fn find(&mut self, rate: Option<Rate>) -> Option<Found> {
+        let found = find(&mut *self, &mut Delay, rate).ok()??;
         let kept = begin(self, &mut Delay, &found).ok()?;
         kept.then_some(found)
     }

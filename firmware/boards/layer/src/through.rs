@@ -37,7 +37,7 @@ impl Through {
         }
     }
 
-    /// For the task: a byte came. One without room is lost, and the loop is told.
+    /// For the task: a byte came. One without room is lost, which is reported.
     pub fn came(&self, byte: u8) {
         self.received.push(byte);
         self.came.signal(());

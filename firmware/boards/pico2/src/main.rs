@@ -39,9 +39,9 @@ layer::main!(frame_path, embassy_rp, SWI_IRQ_1, P3);
 
 async fn frame_path() {
     let chip = embassy_rp::init(embassy_rp::config::Config::default());
-    let told = SerialLines::DEFAULT;
+    let lines = SerialLines::DEFAULT;
     let mut config = Config::default();
-    config.baudrate = told.sensor_baud;
+    config.baudrate = lines.sensor_baud;
     macro_rules! line {
         ($uart:ident, $out:ident, $into:ident) => {
             Port::new(BufferedUart::new(

@@ -72,7 +72,14 @@ mod tests {
         let upsets: [fn(&mut App); 4] = [
             |app| app.flow.config.limit.gyro = 0.5,
             |app| app.flow.config.silence_us ^= 1 << 9,
-            |app| app.flow.config.configuration.as_mut().expect("told").rate = 501.0,
+            |app| {
+                app.flow
+                    .config
+                    .configuration
+                    .as_mut()
+                    .expect("configured")
+                    .rate = 501.0
+            },
             |app| app.commands.server.record[20] ^= 4,
         ];
         for (times, upset) in (1..).zip(upsets.iter().cycle().take(12)) {

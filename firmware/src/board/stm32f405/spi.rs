@@ -78,10 +78,10 @@ impl Spi {
         Self { device, delay }
     }
 
-    /// Looks for a sensor and sets it up, with the rate that is told; from then on its bursts come
+    /// Looks for a sensor and sets it up, with this rate; from then on its bursts come
     /// by themselves. Without a sensor this takes some 0.5 ms.
-    pub fn find(&mut self, told: Option<Rate>) -> Option<Found> {
-        let found = find(&mut self.device, &mut self.delay, told).ok()??;
+    pub fn find(&mut self, rate: Option<Rate>) -> Option<Found> {
+        let found = find(&mut self.device, &mut self.delay, rate).ok()??;
         let kept = begin(&mut self.device, &mut self.delay, &found).ok()?;
         if !kept {
             return None;

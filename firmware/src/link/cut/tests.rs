@@ -147,7 +147,7 @@ proptest! {
     ) {
         let sensors = sensors();
         let (format, sensor) = sensors[which.index(sensors.len())];
-        let mut settings = sensor.told();
+        let mut settings = sensor.settings();
         settings.stim300.family = family;
         let mut correction = correction(sensor, counts);
         let stream: Vec<_> = (0..)
@@ -194,7 +194,7 @@ proptest! {
     ) {
         let sensors = sensors();
         let (format, sensor) = sensors[which.index(sensors.len())];
-        let settings = sensor.told();
+        let settings = sensor.settings();
         let correction = correction(sensor, counts);
         let good = made(sensor, 0, values, 7);
         let mut bad = good.clone();
@@ -222,7 +222,7 @@ proptest! {
 #[test]
 fn every_byte_waits_for_as_many() {
     for (format, sensor) in sensors() {
-        let settings = sensor.told();
+        let settings = sensor.settings();
         let correction = correction(sensor, [0.3; 6]);
         let frame = made(sensor, 0, [5; 6], 7);
         let mut cut = armed(format, &frame, &correction.1, false, &settings);
@@ -242,7 +242,7 @@ fn every_byte_waits_for_as_many() {
 #[test]
 fn what_is_not_as_planned_is_the_loops() {
     let (format, sensor) = sensors()[0];
-    let settings = sensor.told();
+    let settings = sensor.settings();
     let correction = correction(sensor, [0.3; 6]);
     let frame = made(sensor, 0, [5; 6], 7);
     let begin = || armed(format, &frame, &correction.1, false, &settings);
@@ -272,7 +272,7 @@ fn a_value_with_its_lowest_byte_first_saturates_but_for_that() {
         .iter()
         .find(|(format, _)| *format == ImuFormat::Novatel)
         .unwrap();
-    let settings = sensor.told();
+    let settings = sensor.settings();
     let correction = correction(sensor, [-5.0, -5.0, 5.0, 0.0, 0.0, 0.0]);
     let gyro = [i32::MAX - 1, i32::MAX - 1, i32::MIN + 1];
     let frame = made(sensor, 0, [gyro[0], gyro[1], gyro[2], 0, 0, 0], 7);

@@ -98,7 +98,7 @@ impl GnssSpec {
     /// Standard deviations that the receiver reports: those of white and coloured errors together,
     /// times [`told_factor`](Self::told_factor).
     #[must_use]
-    pub fn told(&self) -> [f64; 6] {
+    pub fn reported_sigmas(&self) -> [f64; 6] {
         let (white, coloured) = (self.sigmas(), self.coloured.sigmas());
         std::array::from_fn(|i| self.told_factor * white[i].hypot(coloured[i]))
     }
@@ -163,7 +163,7 @@ impl GnssSpec {
             .position
             .displaced(&Vector3::new(noise[0], noise[1], noise[2]));
         let velocity = truth.velocity + Vector3::new(noise[3], noise[4], noise[5]);
-        Fix::new(position, velocity, self.told())
+        Fix::new(position, velocity, self.reported_sigmas())
     }
 
     /// The fixes of these true states of the antenna, which are `step_s` apart, with all errors

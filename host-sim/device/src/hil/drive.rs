@@ -83,7 +83,7 @@ pub(super) fn medium() -> Result<ImuSpec, Error> {
 ///
 /// # Errors
 /// The sensor cannot be simulated, or a sample does not fit into its field.
-pub fn drive_told(
+pub fn drive_configured(
     configuration: &Configuration,
     format: ImuFormat,
     errors: &ImuSpec,

@@ -16,7 +16,7 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
-pub use drive::{Drive, Input, Record, drive, drive_from, drive_told, pvt};
+pub use drive::{Drive, Input, Record, drive, drive_configured, drive_from, pvt};
 pub use judge::{Latency, Verdict};
 pub use memory::{MemoryLine, SetClock};
 pub use software::nets as networks;
@@ -58,7 +58,7 @@ pub struct Setup {
     /// Bit rate of the command link. Sockets ignore it.
     pub baud: u32,
     /// Configuration of the board, with the bit rates of the other lines.
-    pub told: Configuration,
+    pub configuration: Configuration,
     /// Format of the sensor, where the configuration leaves it open.
     pub format: ImuFormat,
     /// Errors of the simulated sensor; those of the medium laser-gyro IMU if `None`.
@@ -136,7 +136,7 @@ pub struct Control<'a> {
 impl Setup {
     /// Format of the sensor's frames.
     fn format(&self) -> ImuFormat {
-        match &self.told.sensor {
+        match &self.configuration.sensor {
             Some(Sensor::Stream(settings)) => settings.format(),
             Some(Sensor::Spi(_)) | None => self.format,
         }
@@ -146,7 +146,7 @@ impl Setup {
     /// simulated sensor are the vehicle's. A drive that is not sent in real time has no rate, and
     /// its pauses come from this computer, not from the sensor.
     fn for_the_run(&self) -> Configuration {
-        let mut configuration = self.told.clone();
+        let mut configuration = self.configuration.clone();
         configuration.correction.mode = Mode::Bypass;
         if self.fast {
             configuration.correction.check_rate = false;
@@ -166,7 +166,7 @@ pub fn run(setup: &Setup, control: Control<'_>) -> Result<Report, Error> {
     let errors = setup.errors.clone().map_or_else(drive::medium, Ok)?;
     let standstill_s = 10;
     let seconds = [setup.seconds, standstill_s];
-    let drive = drive_told(&setup.told, setup.format, &errors, seconds)?;
+    let drive = drive_configured(&setup.configuration, setup.format, &errors, seconds)?;
     let mut lines = open(setup)?;
     let Some(name) = &setup.command else {
         return send_drive(setup, &drive, &mut lines, None, control);
@@ -206,7 +206,7 @@ fn run_configured(
 }
 
 fn open(setup: &Setup) -> Result<Lines, Error> {
-    let lines = &setup.told.lines;
+    let lines = &setup.configuration.lines;
     let receiver = SerialLines {
         sensor_baud: lines.receiver_baud,
         ..SerialLines::DEFAULT

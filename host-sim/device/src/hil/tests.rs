@@ -143,7 +143,7 @@ impl Board {
             command: Some(command),
             key,
             baud: 921_600,
-            told: Configuration::default(),
+            configuration: Configuration::default(),
             format: ImuFormat::Stim300,
             errors: None,
             seconds: 4,

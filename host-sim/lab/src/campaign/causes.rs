@@ -90,7 +90,7 @@ pub(super) fn fixes(drive: &Drive, own: &GnssSpec, group: Group) -> Fixes {
     let mut fixes = drive.fixes(&with);
     match (group.fixes, group.told) {
         (FixErrors::Coloured | FixErrors::Optimistic, false) => {
-            let sigmas = own.told();
+            let sigmas = own.reported_sigmas();
             fixes
                 .iter_mut()
                 .flatten()

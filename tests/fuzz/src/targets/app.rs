@@ -68,7 +68,7 @@ fn frame(format: ImuFormat, n: u8, bytes: &[u8]) -> Vec<u8> {
     let sensors = format.simulated();
     let mut buffer = [0; framer::LONGEST];
     let sensor = &sensors[usize::from(n) % sensors.len()];
-    let format = format.configured(&sensor.told());
+    let format = format.configured(&sensor.settings());
     let len = (sensor.emit)(&fields, &mut buffer);
     let mut frame = buffer[..len.expect("room")].to_vec();
     // any bits of a float, NaN too

@@ -258,7 +258,7 @@ pub fn drive(bytes: &[u8], long: bool) -> Option<End> {
     let sensor = &FORMAT.simulated()[0];
     let config = Config {
         format: Some(FORMAT),
-        sensor: sensor.told(),
+        sensor: sensor.settings(),
         mode: Mode::Learn,
         nets: stored(),
         block: 1.0,

@@ -10,7 +10,7 @@ use firmware::store::{Content, Progress, Store};
 use firmware::wire::adis::Burst;
 use qemu::boards::Family;
 use qemu::emulator::{Asked, Chip, build_or_skip};
-use qemu::protocol::set_up_told;
+use qemu::protocol::set_up_configured;
 use qemu::replay::nets;
 
 use super::*;
@@ -127,7 +127,7 @@ fn what_was_stored_corrects() {
     let Some(emulator) = build_or_skip() else {
         return;
     };
-    let requests = set_up_told(&unit(), Mode::Frozen).expect("requests");
+    let requests = set_up_configured(&unit(), Mode::Frozen).expect("requests");
     let mut asked = Asked::new(&board(), Chip::H743);
     asked.flash.push((STORE, digits(&stored(&unit(), false))));
     let frames = frames(ImuFormat::Stim300, 200);
@@ -163,7 +163,7 @@ fn a_full_store_is_renewed_and_survives_a_reset() {
     H743.feed(&mut asked, (1600 * MS, &[]), (MS, BAUD), &frames);
     let outcome = run(&emulator, &asked);
     assert_eq!(outcome.resets.len(), 1, "{:?}", outcome.resets);
-    let requests = set_up_told(&unit(), Mode::Frozen).expect("requests");
+    let requests = set_up_configured(&unit(), Mode::Frozen).expect("requests");
     assert!(H743.sent(&outcome).0 == desktops(&requests, &frames));
     let after_reset = &outcome.memory[0];
     assert!(after_reset[..SLOT] == flash[..SLOT], "the old record stays");

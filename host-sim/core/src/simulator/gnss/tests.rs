@@ -194,5 +194,5 @@ fn multipath_shifts_the_fix_in_bursts() {
     let share = shifted / all.len() as f64;
     assert!((share - 1.0 / 3.0).abs() < 0.02, "{share}");
     // the reported accuracy does not contain it
-    assert_eq!(spec.told(), quiet().told());
+    assert_eq!(spec.reported_sigmas(), quiet().reported_sigmas());
 }
