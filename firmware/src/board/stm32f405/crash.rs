@@ -1,5 +1,5 @@
-//! Why the board started, and its entries for a crash ([`crate::shared::crash`]): faults of the core,
-//! the stopped crystal (NMI) and the window watchdog's early interrupt.
+//! Why the board started, and its entries for a crash ([`crate::shared::crash`]): faults of the
+//! core, the stopped crystal (NMI) and the window watchdog's early interrupt.
 
 use firmware::wire::command::cause;
 use stm32f4::stm32f405::RCC;

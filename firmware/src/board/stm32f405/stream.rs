@@ -71,7 +71,8 @@ impl Progress for Left {
             return;
         };
         // SAFETY: as many bytes, there as long as `places`, which are atomics and so may be
-        // written. Neither the controller nor an interrupt touches them before they are handed over.
+        // written. Neither the controller nor an interrupt touches them before they are handed
+        // over.
         let to = unsafe {
             let first = places.as_ptr().cast::<u8>().cast_mut();
             slice::from_raw_parts_mut(first, places.len())

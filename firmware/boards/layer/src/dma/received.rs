@@ -3,7 +3,8 @@
 //! A stream tells how many bytes are left until the end of its ring (NDTR), and in a flag that it
 //! has begun anew (TCIF, RM0090 10.3.8). The flag is looked at, it does not interrupt. So the ring
 //! must be looked at once in a round of it, which is 5.6 ms at 921 600 bit/s; the loop looks each
-//! millisecond. Bytes that were overwritten are reported as lost, but not always after a longer stop.
+//! millisecond. Bytes that were overwritten are reported as lost, but not always after a longer
+//! stop.
 
 use core::ptr::copy_nonoverlapping;
 use core::sync::atomic::{Ordering, fence};
