@@ -1,4 +1,4 @@
-//! What the boards over other people's drivers share: the loop around [`firmware::app::App::poll`],
+//! What the boards over third-party drivers share: the loop of [`firmware::app::run`] in a task,
 //! serial lines, flash, USB, an ADIS, memory.
 //!
 //! A board is a manifest, a memory map and a function that opens its peripherals and calls [`run`],
