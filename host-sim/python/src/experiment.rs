@@ -165,7 +165,7 @@ impl Experiment {
         json::json(&self.0.results).map_err(raised)
     }
 
-    /// Rows of the table: t_min, scheme, errors in m and m/s.
+    /// Rows of the table: t_s, scheme, errors in m and m/s.
     #[getter]
     fn rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         from_json(py, &self.json()?)?.get_item("rows")
@@ -188,9 +188,9 @@ impl Experiment {
         let rows = &self.0.results.rows;
         let row = rows
             .iter()
-            .find(|r| r.scheme == scheme && r.t_min == minutes);
+            .find(|r| r.scheme == scheme && r.t_s == 60 * minutes);
         row.map(|row| row.horizontal_m).ok_or_else(|| {
-            let mut times: Vec<u32> = rows.iter().map(|row| row.t_min).collect();
+            let mut times: Vec<u32> = rows.iter().map(|row| row.t_s / 60).collect();
             times.dedup();
             no_row(
                 &format!("'{scheme}' after {minutes} min"),

@@ -5,17 +5,11 @@ use crate::errors::{raised, refused};
 use crate::long::interruptible;
 use crate::recording::Recording;
 use crate::unit::UnitOrName;
-use host_core::error::Error;
 use host_core::inertial::units::DEG;
-use host_io::recordings::record::Record;
-use host_lab::experiment::doubts::Says;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::{Curve, Curves};
-use host_lab::experiment::starting::{Wishes, start};
-use host_lab::experiment::user_recording::{LEAST_S, Plan};
-use host_lab::learning::teacher::Assumptions;
+use host_lab::experiment::user_recording::{self, Wanted};
 use host_report::verdict;
-use host_unit::Unit;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -129,63 +123,6 @@ impl Replay {
     }
 }
 
-/// What the caller chose.
-struct Wanted {
-    form: &'static str,
-    unit: Option<Unit>,
-    learn_s: Option<usize>,
-    estimate_time_offset: bool,
-    attitude_sigma: [f64; 2],
-}
-
-/// The steps of `host-sim replay`.
-fn replayed(mut record: Record, says: &Says, wanted: Wanted) -> Result<Outcome, Error> {
-    let given = wanted.unit.is_some();
-    let unit = wanted.unit.unwrap_or_default();
-    let plan = Plan {
-        assumptions: Assumptions::of(&unit),
-        learn: wanted.learn_s,
-    };
-    if record.lever_arm_m == [0.0; 3] {
-        record.lever_arm_m = unit.receiver.lever_arm_m;
-    }
-    let (note, warnings) = plan.examine(&mut record, says, given, wanted.estimate_time_offset);
-    let attitude_sigma = wanted.attitude_sigma.map(|s| s * DEG);
-    let wishes = Wishes::of(&unit, &record, attitude_sigma, None);
-    let (prepared, file) = (record.prepare()?, record.file.clone());
-    let started = start(prepared, &wishes, &plan.assumptions, &file)?;
-    let bad = |option: &str, problem: String, remedy: String| Error::Option {
-        option: option.into(),
-        problem,
-        remedy,
-    };
-    let session = started.session;
-    let split = plan.split(&session).map_err(|(least, most)| {
-        let problem = format!(
-            "no part of {} s can be learnt from and judged",
-            session.epochs()
-        );
-        let remedy = match least <= most {
-            true => format!("give {least} to {most}"),
-            false => format!(
-                "give a recording with {LEAST_S} s to learn from after the standstill and \
-                 {LEAST_S} s to judge on"
-            ),
-        };
-        bad("learn_s", problem, remedy)
-    })?;
-    let outcome = plan.replay(wanted.form, &session, &split)?;
-    let mut outcome = outcome.ok_or_else(|| {
-        let problem = "samples and fixes contradict each other, or the start gives no attitude";
-        let remedy = "check axes, mounting, units, time offset, the attitude at the start and the \
-                      unit file";
-        bad("recording", problem.into(), remedy.into())
-    })?;
-    outcome.warnings = warnings;
-    outcome.notes.extend(note.into_iter().chain(started.notes));
-    Ok(outcome)
-}
-
 /// Learns from the first part of a recording and judges all schemes on the rest.
 ///
 /// unit: by default the one that the recording names, else "medium". learn_s: seconds to
@@ -216,9 +153,19 @@ pub fn replay(
         unit: given.or_else(|| recording.unit.clone()),
         learn_s,
         estimate_time_offset,
-        attitude_sigma,
+        attitude_sigma: attitude_sigma.map(|s| s * DEG),
+        part: None,
+        corrected_by: None,
+        option: |name| name.replace('-', "_"),
     };
-    let (record, says) = (recording.record.clone(), recording.says.clone());
-    let outcome = interruptible(py, move || replayed(record, &says, wanted))?;
-    outcome.map(Replay).map_err(raised)
+    let (mut record, says) = (recording.record.clone(), recording.says.clone());
+    if let Some(unit) = &wanted.unit
+        && record.lever_arm_m == [0.0; 3]
+    {
+        record.lever_arm_m = unit.receiver.lever_arm_m;
+    }
+    let done = interruptible(py, move || {
+        user_recording::replay(record, &says, &wanted, &mut |_| Ok(()))
+    })?;
+    done.map(|done| Replay(done.outcome)).map_err(raised)
 }

@@ -105,7 +105,7 @@ fn results_table(results: &Results) -> Markup {
                     tbody {
                         @for (line, row) in block.iter().enumerate() {
                             tr.best[is_best(results, row)] {
-                                @if line == 0 { th rowspan=(block.len()) { (row.t_min) } }
+                                @if line == 0 { th rowspan=(block.len()) { (row.t_s / 60) } }
                                 (results_row(results, row))
                             }
                         }
@@ -143,7 +143,7 @@ fn results_row(results: &Results, row: &Row) -> Markup {
             @if change.is_some() { (percent(change).replace('-', "\u{2212}")) }
             @else { "\u{2013}" }
         }
-        td { (signed(row.d_lat_m, 2)) } td { (signed(row.d_lon_m, 2)) }
+        td { (signed(row.d_north_m, 2)) } td { (signed(row.d_east_m, 2)) }
         td { (signed(row.d_vn_mps, 3)) } td { (signed(row.d_ve_mps, 3)) }
     }
 }

@@ -5,7 +5,7 @@ use host_lab::experiment::results::Results;
 
 /// The results as JSON text with a final line break.
 ///
-/// Its form is `{"scenario","seed","rows":[..]}`, each row `{"t_min","scheme","d_lat_m","d_lon_m",
+/// Its form is `{"scenario","seed","rows":[..]}`, each row `{"t_s","scheme","d_north_m","d_east_m",
 /// "d_vn_mps","d_ve_mps","horizontal_m"}`.
 ///
 /// # Errors
@@ -27,14 +27,14 @@ pub fn json(results: &Results) -> Result<String, Error> {
 pub(super) fn check(results: &Results) -> Result<(), Error> {
     for (number, row) in results.rows.iter().enumerate() {
         let fields = [
-            ("d_lat_m", row.d_lat_m),
-            ("d_lon_m", row.d_lon_m),
+            ("d_north_m", row.d_north_m),
+            ("d_east_m", row.d_east_m),
             ("d_vn_mps", row.d_vn_mps),
             ("d_ve_mps", row.d_ve_mps),
             ("horizontal_m", row.horizontal_m),
         ];
         if let Some((field, value)) = fields.into_iter().find(|(_, value)| !value.is_finite()) {
-            let item = format!("row {} ({} min, {})", number + 1, row.t_min, row.scheme);
+            let item = format!("row {} ({} min, {})", number + 1, row.t_s / 60, row.scheme);
             return Err(Error::BadResult {
                 item,
                 field,
@@ -52,10 +52,10 @@ mod tests {
 
     fn results() -> Results {
         let row = Row {
-            t_min: 5,
+            t_s: 300,
             scheme: "raw".into(),
-            d_lat_m: 181.25,
-            d_lon_m: -931.81,
+            d_north_m: 181.25,
+            d_east_m: -931.81,
             d_vn_mps: -5.0,
             d_ve_mps: -2.31,
             horizontal_m: 949.273,
@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn the_format_stays_as_it_is() {
-        let expected = r#"{"scenario":"paper","seed":7,"rows":[{"t_min":5,"scheme":"raw","d_lat_m":181.25,"d_lon_m":-931.81,"d_vn_mps":-5.0,"d_ve_mps":-2.31,"horizontal_m":949.273}]}"#;
+        let expected = r#"{"scenario":"paper","seed":7,"rows":[{"t_s":300,"scheme":"raw","d_north_m":181.25,"d_east_m":-931.81,"d_vn_mps":-5.0,"d_ve_mps":-2.31,"horizontal_m":949.273}]}"#;
         let text = json(&results()).unwrap();
         assert_eq!(text.split_whitespace().collect::<String>(), expected);
         assert!(text.ends_with("}\n"));
@@ -90,12 +90,12 @@ mod tests {
         let bad: [fn(&mut Row); 3] = [
             |row| row.d_vn_mps = f64::NAN,
             |row| row.horizontal_m = f64::INFINITY,
-            |row| row.d_lat_m = f64::NEG_INFINITY,
+            |row| row.d_north_m = f64::NEG_INFINITY,
         ];
         for (spoil, expected) in bad.into_iter().zip([
             "result 'row 1 (5 min, raw)': 'd_vn_mps' is NaN, so nothing was written; remedy: ",
             "result 'row 1 (5 min, raw)': 'horizontal_m' is inf, so",
-            "result 'row 1 (5 min, raw)': 'd_lat_m' is -inf, so",
+            "result 'row 1 (5 min, raw)': 'd_north_m' is -inf, so",
         ]) {
             let mut results = results();
             spoil(&mut results.rows[0]);

@@ -248,12 +248,12 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         let dir = parent.path().join("report");
         let mut report = sample::report();
-        report.results.rows[3].d_lon_m = f64::NAN;
+        report.results.rows[3].d_east_m = f64::NAN;
         assert!(
             write(&dir, &report)
                 .unwrap_err()
                 .to_string()
-                .contains("row 4 (5 min, rnn)': 'd_lon_m' is NaN")
+                .contains("row 4 (5 min, rnn)': 'd_east_m' is NaN")
         );
         let mut report = sample::report();
         report.curves.traces[4].teacher.pop();

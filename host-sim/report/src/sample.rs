@@ -44,10 +44,10 @@ fn rows() -> Vec<Row> {
         let (east, north) = drift(f64::from(t_min) * 60.0, part);
         let ahead = drift(f64::from(t_min) * 60.0 + 1.0, part);
         Row {
-            t_min,
+            t_s: 60 * t_min,
             scheme: scheme.into(),
-            d_lat_m: north,
-            d_lon_m: east,
+            d_north_m: north,
+            d_east_m: east,
             d_vn_mps: ahead.1 - north,
             d_ve_mps: ahead.0 - east,
             horizontal_m: north.hypot(east),

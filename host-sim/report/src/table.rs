@@ -13,7 +13,7 @@ pub(super) const BASELINE: &str = "raw";
 /// `None` for `raw` itself, and where there is no `raw` or its error is zero.
 #[must_use]
 pub(super) fn change_percent(results: &Results, row: &Row) -> Option<f64> {
-    let same_time = |other: &&Row| other.t_min == row.t_min && other.scheme == BASELINE;
+    let same_time = |other: &&Row| other.t_s == row.t_s && other.scheme == BASELINE;
     let raw = results.rows.iter().find(same_time)?.horizontal_m;
     (row.scheme != BASELINE && raw > 0.0).then(|| 100.0 * (row.horizontal_m / raw - 1.0))
 }
@@ -21,7 +21,7 @@ pub(super) fn change_percent(results: &Results, row: &Row) -> Option<f64> {
 /// Whether `row` has the least horizontal error of its time.
 #[must_use]
 pub(super) fn is_best(results: &Results, row: &Row) -> bool {
-    let same_time = results.rows.iter().filter(|other| other.t_min == row.t_min);
+    let same_time = results.rows.iter().filter(|other| other.t_s == row.t_s);
     same_time.clone().count() > 1
         && same_time
             .map(|other| other.horizontal_m)
@@ -30,7 +30,7 @@ pub(super) fn is_best(results: &Results, row: &Row) -> bool {
 
 /// The rows of each time, times in their order.
 pub(super) fn blocks(results: &Results) -> impl Iterator<Item = &[Row]> {
-    results.rows.chunk_by(|a, b| a.t_min == b.t_min)
+    results.rows.chunk_by(|a, b| a.t_s == b.t_s)
 }
 
 /// A change in whole per cent with its sign; `-` where there is none.
@@ -72,10 +72,10 @@ pub fn table(results: &Results) -> String {
             Cell::new(lines.join("\n")).set_alignment(CellAlignment::Right)
         };
         table.add_row([
-            Cell::new(block[0].t_min).set_alignment(CellAlignment::Right),
+            Cell::new(block[0].t_s / 60).set_alignment(CellAlignment::Right),
             column(&|row| row.scheme.clone()).set_alignment(CellAlignment::Left),
-            column(&|row| format!("{:+.2}", row.d_lat_m)),
-            column(&|row| format!("{:+.2}", row.d_lon_m)),
+            column(&|row| format!("{:+.2}", row.d_north_m)),
+            column(&|row| format!("{:+.2}", row.d_east_m)),
             column(&|row| format!("{:+.3}", row.d_vn_mps)),
             column(&|row| format!("{:+.3}", row.d_ve_mps)),
             column(&|row| {
@@ -104,10 +104,10 @@ mod tests {
 
     fn row(scheme: &str, horizontal_m: f64) -> Row {
         Row {
-            t_min: 5,
+            t_s: 300,
             scheme: scheme.into(),
-            d_lat_m: 0.0,
-            d_lon_m: 0.0,
+            d_north_m: 0.0,
+            d_east_m: 0.0,
             d_vn_mps: 0.0,
             d_ve_mps: 0.0,
             horizontal_m,
@@ -173,7 +173,7 @@ mod tests {
             .find(|line| line.contains("rnn"))
             .unwrap();
         assert!(
-            line.contains(&format!("{:+.2}", last.d_lat_m))
+            line.contains(&format!("{:+.2}", last.d_north_m))
                 && line.contains(&format!("{:+.3}", last.d_ve_mps))
         );
         assert_eq!(text.matches("ls-3x3").count(), 5);
@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn errors_of_a_thousand_kilometres_fit_too() {
         let mut worst = row("ls-bias", 1_200_000.123);
-        (worst.t_min, worst.d_lat_m, worst.d_lon_m) = (1440, -1_058_132.32, -1_181_780.08);
+        (worst.t_s, worst.d_north_m, worst.d_east_m) = (60 * 1440, -1_058_132.32, -1_181_780.08);
         (worst.d_vn_mps, worst.d_ve_mps) = (-1234.5678, 1234.5678);
         let text = table(&results(vec![
             Row {

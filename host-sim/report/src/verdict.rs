@@ -31,7 +31,7 @@ struct Ended<'a> {
 #[must_use]
 pub fn of_results(results: &Results) -> Vec<String> {
     let ended = results.rows.iter().map(|row| Ended {
-        after: row.t_min,
+        after: row.t_s / 60,
         scheme: &row.scheme,
         metres: row.horizontal_m,
     });

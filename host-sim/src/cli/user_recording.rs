@@ -11,16 +11,13 @@ use super::replay::REPLAYING;
 use super::source::{Csv, KfGins, Novatel};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
-use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
 use host_io::recordings::corrected::Original;
 use host_io::recordings::novatel;
 use host_io::recordings::record::Record;
 use host_lab::experiment::doubts::{Says, Warning};
 use host_lab::experiment::outcome::Outcome;
-use host_lab::experiment::starting::{Started, Wishes, start};
-use host_lab::experiment::user_recording::{LEAST_S, Plan};
-use host_lab::learning::teacher::Assumptions;
+use host_lab::experiment::user_recording::{self, Step, Wanted, replay};
 use host_unit::Unit;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -240,15 +237,6 @@ impl<'a> Inventory<'a> {
     }
 }
 
-/// The unit of a recording that names none, where the user gives none.
-fn usual(name: &str) -> Unit {
-    progress::say(&format!(
-        "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: --unit \
-         FILE.toml"
-    ));
-    Unit::default()
-}
-
 impl Options {
     fn replay(&self, loaded: Loaded, shown: Shown) -> Result<(), Error> {
         let name = loaded.name;
@@ -265,74 +253,43 @@ impl Options {
             named,
             original,
         } = loaded;
-        let says = &says;
         let corrected = self.corrected.target(original, &record)?;
-        let given = self.unit.load()?.or(named);
-        let is_given = given.is_some();
-        let unit = given.unwrap_or_else(|| usual(name));
-        let plan = Plan {
-            assumptions: Assumptions::of(&unit),
-            learn: self.learn_s,
-        };
-        self.recording.apply(&mut record, &unit)?;
-        let estimates = self.recording.estimate_time_offset;
-        let (note, warnings) = plan.examine(&mut record, says, is_given, estimates);
-        self.warn(&warnings)?;
-        let wishes = Wishes::of(&unit, &record, self.attitude_sigma()?, self.part);
-        progress::stage(STARTING);
-        let has_truth = record.truth.is_some();
-        let (prepared, file) = (record.prepare()?, record.file.clone());
-        // the samples are in the session now, and a day of them is large
-        let record = corrected.is_some().then_some(record);
-        let started = start(prepared, &wishes, &plan.assumptions, &file);
-        let Started {
-            session,
-            begin,
-            notes,
-        } = started?;
-        let split = plan
-            .split(&session)
-            .map_err(|range| self.unfit(&session, range))?;
-        progress::stage(REPLAYING);
-        let by = self.corrected.scheme();
-        let outcome = plan.replay_and_correct(name, &session, &split, by);
-        let (mut outcome, correction) = outcome?.ok_or_else(|| lost(name, &session))?;
-        outcome.warnings = warnings;
-        outcome.notes.extend(note.into_iter().chain(notes));
-        if let Some((target, record)) = corrected.zip(record) {
-            outcome
-                .notes
-                .push(target.write(&record, &correction, begin)?);
+        let unit = self.unit.load()?.or(named);
+        self.recording
+            .apply(&mut record, unit.as_ref().unwrap_or(&Unit::default()))?;
+        if unit.is_none() {
+            progress::say(&format!(
+                "{name}: no unit is given, so the sensors count as those of 'medium'; remedy: \
+                 --unit FILE.toml"
+            ));
         }
-        if let Some(bench) = &mut outcome.bench {
-            bench.begin_s = begin;
-            bench.reference_sigma_m = bench.reference_sigma_m.filter(|_| !has_truth);
+        let wanted = Wanted {
+            form: name,
+            unit,
+            learn_s: self.learn_s,
+            estimate_time_offset: self.recording.estimate_time_offset,
+            attitude_sigma: self.attitude_sigma()?,
+            part: self.part,
+            corrected_by: corrected
+                .as_ref()
+                .and(self.corrected.scheme())
+                .map(str::to_owned),
+            option: |name| format!("--{name}"),
+        };
+        let done = replay(record, &says, &wanted, &mut |step| {
+            match step {
+                Step::Examined(warnings) => self.warn(warnings)?,
+                Step::Starting => progress::stage(STARTING),
+                Step::Replaying => progress::stage(REPLAYING),
+            }
+            Ok(())
+        })?;
+        let mut outcome = done.outcome;
+        if let Some((target, record)) = corrected.zip(done.record) {
+            let note = target.write(&record, &done.correction, done.begin)?;
+            outcome.notes.push(note);
         }
         Ok(outcome)
-    }
-
-    /// The error when the session is too short for the wished parts.
-    fn unfit(&self, session: &Session, (least, most): (usize, usize)) -> Error {
-        let all = session.epochs();
-        let problem = match self.learn_s {
-            Some(s) => format!("{s} s of a recording of {all} s"),
-            None => format!(
-                "the recording has {all} s, {} of them standstill",
-                session.standstill
-            ),
-        };
-        let remedy = match least <= most {
-            true if session.outages.is_empty() => format!("give {least} to {most}"),
-            true => format!(
-                "give {least} to {most}, with at least {LEAST_S} s before the next gap of samples, \
-                 or use one part (--part)"
-            ),
-            false => format!(
-                "give a recording with {LEAST_S} s to learn from after the standstill and \
-                 {LEAST_S} s to judge on"
-            ),
-        };
-        refused("--learn-s", problem, remedy)
     }
 
     /// Sets the values of the options, else of the unit, in a recording that is only read. Returns
@@ -391,24 +348,8 @@ impl Options {
     }
 }
 
-/// The error of a recording with which no navigator works.
-fn lost(name: &str, session: &Session) -> Error {
-    if session.standstill > 0 {
-        return no_attitude(Path::new(name));
-    }
-    refused(
-        name,
-        "samples and fixes contradict each other so much that the learner's navigator gives up",
-        "check axes, mounting, units, time offset (--estimate-time-offset), the attitude at the \
-         start and the unit file",
-    )
-}
-
 /// The error of a recording without a usable standstill.
 pub(super) fn no_attitude(file: &Path) -> Error {
-    refused(
-        file.display().to_string(),
-        "the first part gives no attitude",
-        "the recording must start at rest with live accelerometers and gyros",
-    )
+    let (problem, remedy) = user_recording::no_attitude();
+    refused(file.display().to_string(), problem, remedy)
 }

@@ -40,7 +40,7 @@ pub fn horizontal(results: &Value, scheme: &str, t_min: u64) -> f64 {
     let rows = results["rows"].as_array().expect("results have rows");
     let row = rows
         .iter()
-        .find(|r| r["scheme"] == scheme && r["t_min"] == t_min)
+        .find(|r| r["scheme"] == scheme && r["t_s"] == 60 * t_min)
         .expect("every scheme has a row at every time");
     row["horizontal_m"].as_f64().expect("an error is a number")
 }

@@ -127,13 +127,19 @@ fn json_has_the_promised_shape_and_the_same_seed_gives_the_same_bytes() {
     // raw, two least squares, the networks, and the device after one and after four drives
     assert_eq!(rows.len(), 5 * 6);
     for row in rows {
-        for field in ["d_lat_m", "d_lon_m", "d_vn_mps", "d_ve_mps", "horizontal_m"] {
+        for field in [
+            "d_north_m",
+            "d_east_m",
+            "d_vn_mps",
+            "d_ve_mps",
+            "horizontal_m",
+        ] {
             assert!(row[field].as_f64().unwrap().is_finite(), "{field} in {row}");
         }
-        let north_east = row["d_lat_m"]
+        let north_east = row["d_north_m"]
             .as_f64()
             .unwrap()
-            .hypot(row["d_lon_m"].as_f64().unwrap());
+            .hypot(row["d_east_m"].as_f64().unwrap());
         assert!((north_east - row["horizontal_m"].as_f64().unwrap()).abs() < 1e-6);
     }
     for t in [5, 10, 15, 20, 22] {

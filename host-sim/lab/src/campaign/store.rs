@@ -68,10 +68,10 @@ pub(super) fn row(
         drives,
     };
     for (i, t) in TIMES_MIN.into_iter().enumerate() {
-        let at = experiment::results::Row::of(free, scheme, t)?;
+        let at = experiment::results::Row::of(free, scheme, 60 * t)?;
         out.horizontal_m[i] = at.horizontal_m;
-        out.north_m[i] = at.d_lat_m;
-        out.east_m[i] = at.d_lon_m;
+        out.north_m[i] = at.d_north_m;
+        out.east_m[i] = at.d_east_m;
     }
     Some(out)
 }

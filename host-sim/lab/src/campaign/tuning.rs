@@ -204,7 +204,7 @@ impl Tuning {
 
 /// Horizontal error at the end of the free-inertial part, m.
 pub(super) fn error_m(free: &FreeInertial) -> Option<f64> {
-    Row::of(free, "", 22).map(|row| row.horizontal_m)
+    Row::of(free, "", 22 * 60).map(|row| row.horizontal_m)
 }
 
 /// The text of a walk, marked if it is at the upper edge of the candidates.

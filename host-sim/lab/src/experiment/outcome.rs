@@ -2,7 +2,7 @@
 
 use crate::experiment::doubts::Warning;
 use crate::experiment::error_bound::error_bound;
-use crate::experiment::results::Curves;
+use crate::experiment::results::{Curves, Row};
 use crate::learning::fix_learner::{Learnt, diary::Diary};
 use crate::learning::teacher::Assumptions;
 use firmware::model::Nets;
@@ -10,25 +10,6 @@ use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::session::Session;
 use serde::Serialize;
 use std::ops::Range;
-
-/// Errors of one scheme at one time, compared with the recording's reference.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
-    /// Seconds since the start of free-inertial navigation.
-    pub t_s: u32,
-    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `rnn-kalman`.
-    pub scheme: String,
-    /// Position error north, m.
-    pub d_north_m: f64,
-    /// Position error east, m.
-    pub d_east_m: f64,
-    /// North velocity error, m/s.
-    pub d_vn_mps: f64,
-    /// East velocity error, m/s.
-    pub d_ve_mps: f64,
-    /// Horizontal position error, m.
-    pub horizontal_m: f64,
-}
 
 /// The device's results on the learning part, and its error bound.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,22 +89,9 @@ pub struct Outcome {
 /// Rows of several solutions of one case. Times after the end of a solution are left out.
 #[must_use]
 pub fn rows(solutions: &[(&str, FreeInertial)], times_s: &[u32]) -> Vec<Row> {
-    let row = |scheme: &str, free: &FreeInertial, t_s: u32| {
-        let k = t_s as usize;
-        let (p, v) = (free.position.get(k)?, free.velocity.get(k)?);
-        Some(Row {
-            t_s,
-            scheme: scheme.to_owned(),
-            d_north_m: p.x,
-            d_east_m: p.y,
-            d_vn_mps: v.x,
-            d_ve_mps: v.y,
-            horizontal_m: p.xy().norm(),
-        })
-    };
     times_s
         .iter()
-        .flat_map(|t| solutions.iter().filter_map(|(s, c)| row(s, c, *t)))
+        .flat_map(|t| solutions.iter().filter_map(|(s, c)| Row::of(c, s, *t)))
         .collect()
 }
 

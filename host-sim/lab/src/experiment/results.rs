@@ -8,14 +8,14 @@ use host_core::inertial::units::MIN;
 /// Errors of one scheme at one time, compared with the reference.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Row {
-    /// Minutes since the start of free-inertial navigation.
-    pub t_min: u32,
-    /// `raw`, `ls-bias`, `ls-3x3`, `rnn`.
+    /// Seconds since the start of free-inertial navigation.
+    pub t_s: u32,
+    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `rnn-kalman`.
     pub scheme: String,
-    /// Latitude error in metres, positive north.
-    pub d_lat_m: f64,
-    /// Longitude error in metres, positive east.
-    pub d_lon_m: f64,
+    /// Position error north, m.
+    pub d_north_m: f64,
+    /// Position error east, m.
+    pub d_east_m: f64,
     /// North velocity error, m/s.
     pub d_vn_mps: f64,
     /// East velocity error, m/s.
@@ -25,16 +25,16 @@ pub struct Row {
 }
 
 impl Row {
-    /// Row of the table after `t_min` minutes of free-inertial navigation, if it lasts that long.
+    /// Row of the table after `t_s` seconds of free-inertial navigation, if it lasts that long.
     #[must_use]
-    pub fn of(free: &FreeInertial, scheme: &str, t_min: u32) -> Option<Self> {
-        let k = t_min as usize * 60;
+    pub fn of(free: &FreeInertial, scheme: &str, t_s: u32) -> Option<Self> {
+        let k = t_s as usize;
         let (p, v) = (free.position.get(k)?, free.velocity.get(k)?);
         Some(Self {
-            t_min,
+            t_s,
             scheme: scheme.to_string(),
-            d_lat_m: p.x,
-            d_lon_m: p.y,
+            d_north_m: p.x,
+            d_east_m: p.y,
             d_vn_mps: v.x,
             d_ve_mps: v.y,
             horizontal_m: p.xy().norm(),

@@ -224,7 +224,7 @@ impl Judged {
         let at = |t: u32| {
             self.solutions
                 .iter()
-                .filter_map(move |(scheme, c)| Row::of(c, scheme, t))
+                .filter_map(move |(scheme, c)| Row::of(c, scheme, 60 * t))
         };
         TIMES_MIN.iter().flat_map(|t| at(*t)).collect()
     }
@@ -233,7 +233,7 @@ impl Judged {
     #[must_use]
     pub fn horizontal(&self, scheme: &str, t_min: u32) -> Option<f64> {
         let (_, free) = self.solutions.iter().find(|(s, _)| *s == scheme)?;
-        Row::of(free, scheme, t_min).map(|r| r.horizontal_m)
+        Row::of(free, scheme, 60 * t_min).map(|r| r.horizontal_m)
     }
 
     /// Horizontal error over minutes.

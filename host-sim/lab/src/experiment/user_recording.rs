@@ -2,6 +2,10 @@
 //! fixes, or a better solution if one is given. Errors below the noise of the fixes are therefore
 //! meaningless.
 
+mod replay;
+
+pub use replay::{Replayed, Step, Wanted, no_attitude, replay};
+
 use crate::experiment::correction::Correction;
 use crate::experiment::doubts::{Class, Says, Warning, doubts};
 use crate::experiment::outcome::Outcome;

@@ -410,7 +410,7 @@ class Experiment:
         """The results as `host-sim run --json` writes them."""
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """Rows of the table: t_min, scheme, errors in m and m/s."""
+        """Rows of the table: t_s, scheme, errors in m and m/s."""
     @property
     def schemes(self) -> list[str]:
         """Names of the schemes."""

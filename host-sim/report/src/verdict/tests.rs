@@ -10,7 +10,7 @@ fn rows(list: &[(u32, &'static str, f64)]) -> Vec<Ended<'static>> {
 }
 
 fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
-    let row = |(scheme, metres): &(&str, f64)| host_lab::experiment::outcome::Row {
+    let row = |(scheme, metres): &(&str, f64)| host_lab::experiment::results::Row {
         t_s: 60,
         scheme: (*scheme).to_owned(),
         d_north_m: *metres,

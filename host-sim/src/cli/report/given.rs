@@ -13,7 +13,7 @@ use host_core::inertial::session::Session;
 use host_io::recordings::record::Record;
 use host_lab::analysis::allan::columns::{Choice, load};
 use host_lab::campaign::fleet::readings;
-use host_lab::experiment::outcome::{Outcome, Row};
+use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Report;
 use host_lab::experiment::{fog_mems, kitti, lasergyro};
 use host_report::unit::Found;
@@ -245,19 +245,10 @@ fn outcome(report: Report) -> Outcome {
             l.start, l.end, j.start, j.end
         )
     });
-    let row = |row: host_lab::experiment::results::Row| Row {
-        t_s: 60 * row.t_min,
-        scheme: row.scheme,
-        d_north_m: row.d_lat_m,
-        d_east_m: row.d_lon_m,
-        d_vn_mps: row.d_vn_mps,
-        d_ve_mps: row.d_ve_mps,
-        horizontal_m: row.horizontal_m,
-    };
     Outcome {
         recording: report.results.scenario,
         case,
-        rows: report.results.rows.into_iter().map(row).collect(),
+        rows: report.results.rows,
         notes: report.notes,
         warnings: vec![],
         curves: report.curves,

@@ -31,7 +31,7 @@ struct Run {
 
 #[derive(Deserialize)]
 struct Row {
-    t_min: u32,
+    t_s: u32,
     scheme: String,
     horizontal_m: f64,
 }
@@ -65,7 +65,7 @@ pub fn runs() -> Result<()> {
     let mut rows = Vec::new();
     for (seed, run) in simulate()? {
         rows.extend(run.rows.into_iter().map(|row| {
-            let (minutes, scheme) = (row.t_min.to_string(), row.scheme.replace(',', ""));
+            let (minutes, scheme) = ((row.t_s / 60).to_string(), row.scheme.replace(',', ""));
             let metres = format!("{:.3}", row.horizontal_m);
             vec![seed.to_string(), minutes, scheme, metres]
         }));
