@@ -1,5 +1,6 @@
-//! Checks the width of comments: no line of Rust with a comment is longer than [`WIDTH`]. rustfmt
-//! wraps code, but leaves comments as they are.
+//! Checks the width of comments and the length of files: no line of Rust with a comment is longer
+//! than [`WIDTH`], and no file is longer than [`LINES`]. rustfmt wraps code, but leaves comments as
+//! they are.
 
 use crate::images::workspace;
 use anyhow::{Context, Result, ensure};
@@ -7,11 +8,13 @@ use std::path::{Path, PathBuf};
 
 /// Longest line with a comment, in characters.
 const WIDTH: usize = 100;
+/// Longest file, in lines.
+const LINES: usize = 500;
 
 /// Reads every Rust file of the workspace.
 ///
 /// # Errors
-/// Names each line that is too long; a file that cannot be read.
+/// Names each line and file that is too long; a file that cannot be read.
 pub fn check() -> Result<()> {
     let root = workspace();
     let mut found = Vec::new();
@@ -19,13 +22,18 @@ pub fn check() -> Result<()> {
         let text = std::fs::read_to_string(&file).with_context(|| format!("{}", file.display()))?;
         let name = file.strip_prefix(&root).unwrap_or(&file).display();
         for number in long_comments(&text) {
-            found.push(format!("{name}:{number}"));
+            found.push(format!(
+                "{name}:{number}: a comment of more than {WIDTH} characters"
+            ));
+        }
+        let lines = text.lines().count();
+        if lines > LINES {
+            found.push(format!("{name}: {lines} lines, {LINES} are allowed"));
         }
     }
     ensure!(
         found.is_empty(),
-        "{} comment lines are longer than {WIDTH} characters; remedy: wrap them\n{}",
-        found.len(),
+        "too long; remedy: wrap comments, split files\n{}",
         found.join("\n")
     );
     Ok(())

@@ -5,6 +5,7 @@ mod anew;
 mod boxed;
 mod found;
 mod links;
+mod parts;
 mod power_on;
 mod sensor;
 mod service;
@@ -13,15 +14,13 @@ mod start_up;
 mod well;
 
 use super::config::Config;
-use super::counts::Count;
 use super::flow::{Flow, configure};
 use super::job::{Done, Job};
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
-use super::pulse::TimePulse;
 use super::reverse::Reverse;
 use super::server::wear::digest;
-use super::server::{self, Held, Renewal, Server};
+use super::server::{self, Held, Renewal};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
 use crate::configuration::record;
@@ -32,15 +31,12 @@ use crate::link::cut::Behind;
 use crate::link::{Clock, Line};
 use crate::model::Nets;
 use crate::store::{self, Content, Progress, Step};
-use crate::wire::adis::{Found, uart};
+use crate::wire::adis::uart;
 use crate::wire::command::key::Key;
-use crate::wire::command::{Counters, Packets, fault};
-use crate::wire::framer::Framer;
-use crate::wire::{Checked, Detector, Error, ImuFormat, Receiver, ReceiverFormat};
+use crate::wire::command::{Counters, fault};
+use crate::wire::{Checked, Error};
 
-use links::Asked;
-use service::Service;
-use well::Well;
+use parts::{Commands, Gnss, SensorLink, SpiSensor, Upkeep};
 
 /// Most bytes taken from a line in one pass.
 const PIECE: usize = 64;
@@ -68,106 +64,6 @@ pub struct App<'m> {
     to_open: Option<SerialLines>,
     /// Time at which the command link and the receiver were last served, microseconds.
     served_us: u64,
-}
-
-/// The sensor's line: from bytes to frames.
-#[derive(Debug)]
-struct SensorLink {
-    framer: Framer,
-    detector: Detector,
-    /// Bytes in which no format was found.
-    undetected: u32,
-    /// Bytes taken from the line since start, modulo 2^32.
-    taken: u32,
-    /// Time of the sensor's last byte, microseconds.
-    heard_us: u64,
-    /// Since when no frame has come, microseconds, and how many had come until then.
-    frameless_us: u64,
-    frames_seen: Count,
-    /// The sensor was asked for its service mode.
-    service: Option<Service>,
-}
-
-impl SensorLink {
-    /// Before the first byte.
-    fn new(format: Option<ImuFormat>) -> SensorLink {
-        SensorLink {
-            framer: Framer::new(format.unwrap_or(ImuFormat::Stim300)),
-            detector: Detector::new(),
-            undetected: 0,
-            taken: 0,
-            heard_us: 0,
-            frameless_us: 0,
-            frames_seen: Count::default(),
-            service: None,
-        }
-    }
-}
-
-/// An ADIS at the board's SPI.
-#[derive(Debug, Default)]
-struct SpiSensor {
-    found: Option<Found>,
-    /// Whether it must be set to another rate.
-    set_up: bool,
-}
-
-/// The command link.
-#[derive(Debug)]
-struct Commands {
-    packets: Packets,
-    unread: Asked,
-    server: Server,
-    /// The board stores what [`App::job`] gave.
-    storing: bool,
-}
-
-impl Commands {
-    fn new(held: Held) -> Commands {
-        Commands {
-            packets: Packets::new(),
-            unread: Asked::NOTHING,
-            server: Server::new(held),
-            storing: false,
-        }
-    }
-}
-
-/// The GNSS receiver and its time pulse.
-#[derive(Debug)]
-struct Gnss {
-    receiver: Receiver,
-    pulse: TimePulse,
-    /// The latest fix that the receiver vouches for.
-    fix: Option<Fix>,
-}
-
-impl Gnss {
-    fn new(format: Option<ReceiverFormat>) -> Gnss {
-        Gnss {
-            receiver: Receiver::new(format),
-            pulse: TimePulse::default(),
-            fix: None,
-        }
-    }
-
-    /// Another configuration has come. The last fix stays.
-    fn restart(&mut self, format: Option<ReceiverFormat>) {
-        self.receiver.begin_anew(format);
-        self.pulse = TimePulse::default();
-    }
-}
-
-/// Checks that the application makes once a second.
-#[derive(Debug, Default)]
-struct Upkeep {
-    due: bool,
-    /// Seconds, modulo 256.
-    seconds: u8,
-    /// Whether the configuration in use follows from its record: see [`sound`].
-    as_recorded: bool,
-    /// Conditions under which the watchdogs are fed.
-    well: Well,
 }
 
 impl<'m> App<'m> {

@@ -7,6 +7,7 @@
 //! bit.
 
 mod driven;
+mod limit;
 mod outlet;
 mod sound;
 
@@ -15,48 +16,10 @@ use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
 use outlet::{Outlet, per_error, positive};
-use serde::{Deserialize, Serialize};
 
+pub use limit::{ConfigError, Limit};
 pub use outlet::OUTLETS;
 pub use sound::of_nets;
-
-/// Largest correction, per axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Limit {
-    /// Gyros, rad/s, >= 0.
-    pub gyro: f32,
-    /// Accelerometers, m/s2, >= 0.
-    pub accel: f32,
-}
-
-/// Why a [`Compensator`] cannot be built; names the parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ConfigError {
-    /// A count's value is not a positive finite number.
-    Lsb,
-    /// The sample period is not a positive finite number.
-    SamplePeriod,
-    /// A block has no sample.
-    BlockSamples,
-    /// A limit is negative or not a number.
-    Limit,
-    /// There are only [`OUTLETS`] output streams.
-    Outlet,
-}
-
-impl core::fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::Lsb => "lsb: must be positive and finite",
-            Self::SamplePeriod => "sample period: must be positive and finite",
-            Self::BlockSamples => "block_samples: must be at least 1",
-            Self::Limit => "limit: must be a number >= 0",
-            Self::Outlet => "outlet: must be less than OUTLETS",
-        })
-    }
-}
-
-impl core::error::Error for ConfigError {}
 
 /// Configuration: networks, block length, count values, limits. Whole networks are exchanged
 /// between blocks, never edited.

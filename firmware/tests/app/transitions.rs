@@ -1,6 +1,11 @@
 //! The table "Transitions of the correction" of the interface control document, row by row: every
 //! state of a correction and every event, measured in the bytes that come out.
 
+mod events;
+
+pub use events::State;
+use events::{EVENTS, Event, STATES};
+
 use crate::device::{broken, nets};
 use crate::frames::Kind;
 use crate::record::{configure, configured, record};
@@ -20,86 +25,6 @@ const UPLOADED: f32 = -0.03;
 /// Fastest change, m/s2 per s, and the time between two changes, s.
 pub const SLEW: f32 = 0.01;
 pub const BLOCK: f32 = 0.1;
-
-/// State of a correction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
-    /// Mode learn, live, nothing proved.
-    Nothing,
-    /// Mode frozen.
-    Frozen,
-    /// Mode learn: what was stored.
-    Stored,
-    /// Mode learn, live: what was proved, half in force.
-    FadingIn,
-    /// Mode learn, live: all of it.
-    Live,
-    /// Mode learn, live: half gone, since it was given up.
-    FadingOut,
-}
-
-const STATES: [State; 6] = [
-    State::Nothing,
-    State::Frozen,
-    State::Stored,
-    State::FadingIn,
-    State::Live,
-    State::FadingOut,
-];
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Event {
-    Mode(Mode),
-    SameMode,
-    Alignment(Alignment),
-    /// The request of the state's own alignment once more.
-    SameAlignment,
-    Images,
-    /// Networks that fail.
-    Broken,
-    CommitLearnt,
-    Configuration,
-    Proves,
-    GivesUp,
-    Unsettles,
-    Harms,
-    Gap,
-    Silence,
-    Restart,
-    Rate,
-    /// Frames with wrong checksums for 5 s.
-    Damage,
-    /// 10 000 bytes of no format on the sensor's line.
-    Noise,
-    /// The navigation computer asks a sensor that is no STIM300 for its service mode.
-    Service,
-}
-
-const EVENTS: [Event; 23] = [
-    Event::Mode(Mode::Bypass),
-    Event::Mode(Mode::Frozen),
-    Event::Mode(Mode::Shadow),
-    Event::Mode(Mode::Learn),
-    Event::SameMode,
-    Event::Alignment(Alignment::Started),
-    Event::Alignment(Alignment::Finished),
-    Event::SameAlignment,
-    Event::Images,
-    Event::Broken,
-    Event::CommitLearnt,
-    Event::Configuration,
-    Event::Proves,
-    Event::GivesUp,
-    Event::Unsettles,
-    Event::Harms,
-    Event::Gap,
-    Event::Silence,
-    Event::Restart,
-    Event::Rate,
-    Event::Damage,
-    Event::Noise,
-    Event::Service,
-];
 
 /// Allowed change of a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

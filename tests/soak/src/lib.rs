@@ -11,9 +11,11 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod disturb;
+mod drive;
 mod flash;
 mod lines;
 mod random;
+mod report;
 pub mod run;
 pub mod world;
 

@@ -1,6 +1,7 @@
 //! The soak itself, sample by sample.
 
-use crate::disturb::{COUNT, Disturb, Kind};
+use crate::disturb::{Disturb, Kind};
+use crate::drive::Drive;
 use crate::flash::{Failing, Flash};
 use crate::lines::{Digest, Input, Noted, Out, Passing, Seen};
 use crate::random::Random;
@@ -19,6 +20,8 @@ use firmware::store::{Content, MEMORY_MAX, Store};
 use firmware::wire::command::{Counters, MAX_CHUNK, MAX_PACKET, Request, encode};
 use firmware::wire::framer::{CAPACITY, LONGEST};
 use lrnn_nostd::{Net, Normalisation, Weights};
+
+pub use crate::report::{LINES, Report, Violation};
 
 /// More passes than this without idle time are an endless loop.
 const PASSES: u32 = 4000;
@@ -53,69 +56,6 @@ impl Memory {
         blackbox: blackbox::Memory::ZEROED,
         learnt: [0; MEMORY_MAX],
     };
-}
-
-/// A violation of the requirements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Violation {
-    /// A message that is no frame was changed.
-    Changed,
-    /// A frame was changed while nothing was corrected.
-    Inexact,
-    /// Bytes left that had not come.
-    MadeUp,
-    /// More bytes are pending than the framer has room for.
-    Kept,
-    /// The application did not become idle.
-    Restless,
-    /// A counter went back.
-    Counter,
-    /// A correction was beyond its limit, or not a number.
-    Limit,
-    /// The store returned something that was not stored.
-    Store,
-    /// Replaying the black box does not give the same bytes.
-    BlackBox,
-    /// The soak's own buffers were too small.
-    Overrun,
-}
-
-/// The lines, as in [`Report::lines`].
-pub const LINES: [&str; 4] = ["navigation computer", "commands", "receiver", "sensor"];
-
-/// Result of a soak.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Report {
-    /// Digest of the output of all lines.
-    pub digest: u64,
-    /// Digest of each of [`LINES`].
-    pub lines: [u64; 4],
-    /// Bytes received from the sensor.
-    pub came: u64,
-    /// Bytes sent on all lines.
-    pub left: u64,
-    /// Samples of the sensor.
-    pub samples: u64,
-    /// Number of power-ons.
-    pub power_ons: u32,
-    /// Messages that left unchanged.
-    pub same: u64,
-    /// Frames that left corrected.
-    pub corrected: u64,
-    /// Messages that found no room.
-    pub full: u64,
-    /// Seconds in which the learner navigated.
-    pub navigated: u32,
-    /// Records stored.
-    pub stored: u32,
-    /// Attempts to store that failed.
-    pub failed: u32,
-    /// How often each kind of disturbance began.
-    pub begun: [u32; COUNT],
-    /// Most passes without idle time.
-    pub passes: u32,
-    /// The first violation, and the sample at which it was found.
-    pub violation: Option<(Violation, u64)>,
 }
 
 struct Now(u64);
@@ -529,68 +469,5 @@ impl Soak<'_> {
         self.report.corrected += changed;
         self.report.full += full;
         self.digests = digests(lines).map(|digest| *digest);
-    }
-}
-
-/// State between two power-ons.
-struct Drive<'s> {
-    world: World,
-    sensor: &'s Sensor,
-    /// The sensor's counter of samples.
-    index: u32,
-    /// The last counts, for a sensor that is stuck.
-    held: [[i32; 3]; 2],
-    counters: Counters,
-}
-
-impl Drive<'_> {
-    /// Writes the sensor's bytes for a sample.
-    fn bytes(&mut self, disturb: &mut Disturb, rate: u32, into: &mut [u8; 2 * LONGEST]) -> usize {
-        let mut counts = self.world.sample(self.sensor);
-        self.index = self.index.wrapping_add(1);
-        if disturb.is(Kind::Restart) {
-            self.index = 0;
-            return 0;
-        }
-        if disturb.is(Kind::Silence) || disturb.is(Kind::Missing) && disturb.chance(3) {
-            return 0;
-        }
-        if disturb.is(Kind::NoFormat) {
-            let bytes = into.get_mut(..40).unwrap_or_default();
-            disturb.fill(bytes);
-            return bytes.len();
-        }
-        if disturb.is(Kind::Stuck) {
-            counts = self.held;
-        }
-        self.held = counts;
-        if disturb.is(Kind::Extreme) {
-            let largest = self.sensor.largest();
-            counts = [[largest, -largest, largest]; 2];
-        }
-        let period = 1.0 / f64::from(rate);
-        let mut frame = [0; LONGEST];
-        let len = self.sensor.emit(self.index, period, counts, &mut frame);
-        let mut at = 0;
-        let mut put = |bytes: &[u8]| {
-            for byte in bytes {
-                if let Some(slot) = into.get_mut(at) {
-                    *slot = *byte;
-                    at += 1;
-                }
-            }
-        };
-        if disturb.is(Kind::Garbage) && disturb.chance(3) {
-            let mut noise = [0; 24];
-            disturb.fill(&mut noise);
-            put(&noise);
-            put(b"text\r\n");
-        }
-        let frame = frame.get(..len).unwrap_or_default();
-        put(frame);
-        if disturb.is(Kind::Twice) && disturb.chance(2) {
-            put(frame);
-        }
-        at
     }
 }

@@ -91,13 +91,11 @@ fn a_burst_over_their_spi_costs_its_budget() {
     ] {
         let period = 1000 * MILLISECOND / hz;
         let spi = json!({"adis": sensor.description()});
-        let [outside, within] = cost(&python, &image, spi, &sensor.bursts(200), period);
+        let burst = cost(&python, &image, spi, &sensor.bursts(200), period);
         println!(
-            "ADIS{} over embassy at {hz} a second: {:.0} instructions a burst, {within:.0} in interrupts",
-            sensor.product,
-            outside + within
+            "ADIS{} over embassy at {hz} a second: {burst:.0} instructions a burst",
+            sensor.product
         );
-        assert!(outside + within <= most, "{hz}: {}", outside + within);
-        assert!(outside > 100.0, "{outside}: nobody looks at the burst");
+        assert!(burst <= most, "{hz}: {burst}");
     }
 }

@@ -10,11 +10,11 @@
 //! networks correct the counts and do not learn.
 
 pub mod diary;
+mod learnt;
 mod stored;
 
-use crate::learning::corrected::compensated_motion;
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
-use crate::learning::window::{compensator, increments_from, read_temperature, temperature_at};
+use crate::learning::window::{compensator, temperature_at};
 use firmware::align::LEAST_S;
 use firmware::compensator::{self, Compensator};
 use firmware::configuration::VehicleKind;
@@ -29,13 +29,12 @@ use firmware::sample::{Counts, RawSample};
 use host_core::inertial::align;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::ekf;
-use host_core::inertial::free_inertial::{FreeInertial, free_inertial};
 use host_core::inertial::session::{EPOCH_S, Session};
 use host_core::inertial::sins::NavState;
-use lrnn_nostd::State;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use diary::{Candidate, Diary};
+pub use learnt::Learnt;
 pub use stored::Stored;
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
@@ -179,89 +178,6 @@ impl<'m> Device<'m> {
             nets: Some(winner.nets),
             memory,
         });
-    }
-}
-
-/// The result of learning at the end of the fixes.
-#[derive(Debug, Clone)]
-pub struct Learnt {
-    /// Networks of the hypothesis in force, its biases folded in.
-    pub nets: Nets,
-    /// Their states after the last block.
-    pub states: [State; 2],
-    /// Their output for the next block: rad/s and m/s2.
-    pub estimate: [[f32; 3]; 2],
-    /// The navigator's solution with the estimates of the hypothesis in force.
-    pub nav: NavState,
-    /// The hypothesis in force.
-    pub running: usize,
-    /// Log-likelihoods of the hypotheses, relative to that of the zero correction.
-    pub evidence: [f64; HYPOTHESES],
-    /// The content to store for the next power-on. `None`: nothing new.
-    pub next: Option<Stored>,
-    /// The course of the drive.
-    pub diary: Diary,
-}
-
-impl Learnt {
-    /// Free-inertial navigation from the navigator's solution, on counts that the networks continue
-    /// to correct without learning. `session` and `until` as in [`learn`].
-    #[must_use]
-    pub fn free_inertial(
-        &self,
-        session: &Session,
-        assumptions: &Assumptions,
-        until: usize,
-    ) -> FreeInertial {
-        let (compensator, mut state) = self.compensator(session, assumptions);
-        if session.gather == 1 {
-            let corrected = compensated_motion(session, compensator, state, until);
-            return free_inertial(session, &corrected, self.nav, until, session.epochs());
-        }
-        let first = until * session.samples_per_epoch();
-        let after = session.counts.part(first..session.counts.len());
-        let corrected = (first..).zip(after.each()).map(|(k, counts)| {
-            read_temperature(session, k, &mut state);
-            compensator.process(&mut state, counts).0
-        });
-        let increments = increments_from(session, until, corrected);
-        free_inertial(session, &increments, self.nav, until, session.epochs())
-    }
-
-    /// The errors that are subtracted in each epoch after `until`, and one more for the time after
-    /// the session: rad/s and m/s2. The arguments are those of [`Learnt::free_inertial`].
-    #[must_use]
-    pub fn estimates(
-        &self,
-        session: &Session,
-        assumptions: &Assumptions,
-        until: usize,
-    ) -> Vec<[[f32; 3]; 2]> {
-        let (compensator, mut state) = self.compensator(session, assumptions);
-        let n = session.samples_per_epoch();
-        let mut out = vec![state.estimate()];
-        for k in until..session.epochs() {
-            read_temperature(session, k * n, &mut state);
-            for counts in session.counts.block(k * n..(k + 1) * n).iter() {
-                let _ = compensator.process(&mut state, *counts);
-            }
-            out.push(state.estimate());
-        }
-        out
-    }
-
-    /// The compensator with the learnt networks.
-    fn compensator(
-        &self,
-        session: &Session,
-        assumptions: &Assumptions,
-    ) -> (Compensator, compensator::State) {
-        let compensator = compensator(session, &[self.nets.gyro, self.nets.accel], assumptions);
-        let mut state = compensator.power_on(true);
-        state.off = false;
-        state.set_nets(self.states);
-        compensator.force(&mut state, &self.estimate);
-        (compensator, state)
     }
 }
 

@@ -1,5 +1,6 @@
 use super::*;
 use firmware::learn::bank::ZERO_CORRECTION;
+use host_core::inertial::free_inertial::free_inertial;
 use host_core::inertial::units::DEG;
 use host_core::simulator::gnss::{AntennaPrior, GnssSpec};
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
