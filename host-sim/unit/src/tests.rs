@@ -74,6 +74,7 @@ fn a_short_file_raises_no_doubt() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn every_kind_of_mistake_is_named_with_its_line_and_remedy() {
     let arw = "angle_random_walk_dpsqrth = 0.15";
     for (old, new, says) in [

@@ -22,6 +22,7 @@ fn text(dir: &Path, name: &str) -> String {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn threads_shards_and_interruptions_do_not_change_a_byte() {
     let dir = tempfile::tempdir().unwrap();
     let d = dir.path();

@@ -246,6 +246,7 @@ fn a_log_of_raw_increments_and_solutions_is_replayed_and_converted() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn wrong_files_and_options_are_named() {
     let dir = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();

@@ -52,6 +52,7 @@ fn purpose(request: &Request) -> &'static str {
     }
 }
 
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn because(request: &Request, reason: Reason) -> (String, String) {
     let (problem, remedy) = match (reason, request) {
         (Reason::Range, Request::Heading(_)) => (

@@ -247,6 +247,7 @@ pub fn run(bytes: &[u8]) -> bool {
 }
 
 /// Drives for 75 s, or for 400; `None`: the bytes are no input.
+#[expect(clippy::too_many_lines, reason = "the script of one drive")]
 pub fn drive(bytes: &[u8], long: bool) -> Option<End> {
     let input = crate::structured::<Input>(bytes)?;
     let mut windows = WindowLearner::new();

@@ -3,6 +3,7 @@
 use super::*;
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of cases")]
 fn every_fault_of_the_header_is_named() {
     for (from, to, start) in [
         (
