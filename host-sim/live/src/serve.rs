@@ -169,9 +169,10 @@ impl Web {
                 names: self.names,
                 ends,
             };
+            let interrupted = interruption().map_err(failed)?;
             announce(at, foxglove)?;
             let quit = async move {
-                interrupted().await;
+                interrupted.await;
                 let _ = end.send(true);
             };
             let served = axum::serve(listener, server.routes()).with_graceful_shutdown(quit);
@@ -194,24 +195,27 @@ fn announce(at: SocketAddr, foxglove: Option<u16>) -> Result<(), Error> {
     stdout::finish()
 }
 
-/// Waits for Ctrl-C, or a request of the system to end.
-async fn interrupted() {
-    let by_hand = async {
-        let _ = tokio::signal::ctrl_c().await;
-    };
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        let Ok(mut asked) = signal(SignalKind::terminate()) else {
-            return by_hand.await;
-        };
+/// Ends at Ctrl-C, or at a request of the system to end. From this call on neither kills the
+/// program.
+#[cfg(unix)]
+fn interruption() -> io::Result<impl Future<Output = ()>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut by_hand = signal(SignalKind::interrupt())?;
+    let mut asked = signal(SignalKind::terminate())?;
+    Ok(async move {
         tokio::select! {
-            () = by_hand => {}
+            _ = by_hand.recv() => {}
             _ = asked.recv() => {}
         }
-    }
-    #[cfg(not(unix))]
-    by_hand.await;
+    })
+}
+
+/// Ends at Ctrl-C.
+#[cfg(not(unix))]
+fn interruption() -> io::Result<impl Future<Output = ()>> {
+    Ok(async {
+        let _ = tokio::signal::ctrl_c().await;
+    })
 }
 
 /// 16 random bytes in hexadecimal digits.

@@ -214,10 +214,9 @@ class Faulty(Chip):
 
     def make_tim2(self, speed):
         """The counter of microseconds runs at another speed."""
-        now = self.tim2.read(0x24)
-        self.tim2.speed, self.tim2.since = speed, self.cycles
-        if speed:
-            self.tim2.since -= now * (self.tim2.psc + 1) * CORE / self.rcc.timers1 / speed
+        self.tim2.look()
+        self.tim2.speed = speed
+        self.tim2.look()
 
     def settle(self):
         super().settle()

@@ -121,16 +121,22 @@ class Rcc:
 
 
 class Tim2:
-    """A free count of 32 bits."""
+    """A free count of 32 bits. At another clock it goes on from where it is."""
 
     def __init__(self, chip):
-        self.chip, self.psc, self.next_psc, self.since, self.on, self.speed = chip, 0, 0, 0, False, 1
+        self.chip, self.psc, self.next_psc, self.on, self.speed = chip, 0, 0, False, 1
+        self.base, self.since, self.rate = 0, 0, 0.0
+
+    def look(self):
+        """The count. A change of the clock or the speed counts from here on."""
+        count = self.base + int((self.chip.cycles - self.since) * self.rate / CORE)
+        rate = self.chip.rcc.timers1 * self.speed / (self.psc + 1)
+        if rate != self.rate:
+            self.base, self.since, self.rate = count, self.chip.cycles, rate
+        return count & 0xFFFF_FFFF
 
     def read(self, offset):
-        if offset != 0x24 or not self.on:
-            return 0
-        ticks = (self.chip.cycles - self.since) * self.chip.rcc.timers1 * self.speed / CORE
-        return int(ticks / (self.psc + 1)) & 0xFFFF_FFFF
+        return self.look() if offset == 0x24 and self.on else 0
 
     def write(self, offset, value):
         if not self.chip.rcc.read(0x40) & 1:
@@ -138,9 +144,10 @@ class Tim2:
         if offset == 0x28:
             self.next_psc = value
         if offset == 0x14 and value & 1:
-            self.psc, self.since = self.next_psc, self.chip.cycles
+            self.psc, self.base, self.since, self.rate = self.next_psc, 0, self.chip.cycles, 0.0
         if offset == 0x00:
-            self.on, self.since = bool(value & 1), self.chip.cycles
+            self.on, self.base, self.since, self.rate = bool(value & 1), 0, self.chip.cycles, 0.0
+            self.look()
 
 
 class Tim11:

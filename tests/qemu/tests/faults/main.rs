@@ -230,6 +230,7 @@ fn a_crystal_that_stops_is_given_up() {
         (CrashKind::ClockStopped, 1, 1)
     );
     assert!(crash.pc >> 24 == 8, "{crash:?}");
+    assert!((40..60).contains(&crash.uptime_ms), "{crash:?}");
 }
 
 /// A frame path that does not end; interrupts masked for ever; an interrupt whose cause stays; a
