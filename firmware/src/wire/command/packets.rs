@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Errors
 /// [`Error::Length`] when it is longer than the buffer or than [`MAX_PACKET`], which suffices for
-/// chunks of [`MAX_CHUNK`].
+/// chunks of [`MAX_CHUNK`](super::MAX_CHUNK).
 pub fn encode<'b, M: Serialize>(
     number: u8,
     message: &M,

@@ -36,7 +36,7 @@ pub struct Learnt {
 
 impl Learnt {
     /// Free-inertial navigation from the navigator's solution, on counts that the networks continue
-    /// to correct without learning. `session` and `until` as in [`learn`].
+    /// to correct without learning. `session` and `until` as in [`learn`](super::learn).
     #[must_use]
     pub fn free_inertial(
         &self,
