@@ -13,7 +13,7 @@
 //! ```
 //!
 //! There is no start mark. A frame is an identifier byte with a right CRC at the length that the
-//! identifier tells. The identifier does not state whether CR LF follows, and the CRC does not
+//! identifier names. The identifier does not state whether CR LF follows, and the CRC does not
 //! cover it. [`scan`] reports CR LF as a message of its own, so that no frame waits for it.
 //!
 //! STIM318 and STIM377H are of the same family but were not checked.

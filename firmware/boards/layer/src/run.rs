@@ -102,6 +102,8 @@ impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
     }
 
     fn burst<'f>(&mut self, frame: &'f mut [u8; LONGEST]) -> Option<&'f mut [u8]> {
+        // before the frame path takes the bytes that have come
+        self.heard |= !self.lines.sensor.is_idle();
         let new = core::mem::take(&mut self.new) || NEW.try_take().is_some();
         if new { self.adis.burst(frame) } else { None }
     }
@@ -112,9 +114,7 @@ impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
 
     /// A look takes up to half a millisecond, in which a frame would wait.
     fn look_for_adis(&mut self, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
-        let idle = self.lines.sensor.is_idle();
-        self.heard |= !idle;
-        if !idle || (self.heard && !self.has_adis) {
+        if !self.lines.sensor.is_idle() || (self.heard && !self.has_adis) {
             return None;
         }
         let found = self.adis.look(Time.now_us(), rate)?;

@@ -132,7 +132,9 @@ datasheet! {
         #[serde(default)]
         gradient_dphpk: Gyro::of(Group::Thermal)
             .acts(|s, to| to.thermal[4] = s.gradient_dphpk * DEG_PER_H)
-            .parameters(|s, at| vec![at.constant(Regressor::Gradient, s.gradient_dphpk * DEG_PER_H)])
+            .parameters(|s, at| {
+                vec![at.constant(Regressor::Gradient, s.gradient_dphpk * DEG_PER_H)]
+            })
             .large(1.0),
         /// Scale factor non-linearity: error `n rate (rate / nonlinearity_rate)^2`, ppm.
         #[serde(default)]
@@ -270,7 +272,9 @@ datasheet! {
         #[serde(default)]
         heating_ugpkpmin: Accel::of(Group::Thermal)
             .acts(|s, to| to.thermal[2] = s.heating_ugpkpmin * 60.0 * UG)
-            .parameters(|s, at| vec![at.constant(Regressor::Heating, s.heating_ugpkpmin * 60.0 * UG)]),
+            .parameters(|s, at| {
+                vec![at.constant(Regressor::Heating, s.heating_ugpkpmin * 60.0 * UG)]
+            }),
         /// Bias per product of heating rate and temperature, ug/(K^2/min).
         #[serde(default)]
         heating_temperature_ugpk2pmin: Accel::of(Group::Thermal)
