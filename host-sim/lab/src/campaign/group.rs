@@ -71,15 +71,6 @@ pub struct Group {
 const TOLD: &str = "told";
 
 impl Group {
-    /// The same group, whose schemes do not know the size of the cause.
-    #[must_use]
-    pub fn with_unknown_cause(self) -> Self {
-        Self {
-            told: false,
-            ..self
-        }
-    }
-
     /// The same group, whose schemes know the size of the cause.
     #[must_use]
     pub fn with_known_cause(self) -> Self {

@@ -11,6 +11,9 @@ use super::*;
 /// Interrupts: the navigation computer's UART, and TIM5, the timer of `embassy-time`.
 const NAVIGATION: i32 = 38;
 const TIME: i32 = 50;
+// DMA2 streams 0 and 3, which move the bytes of an ADIS.
+const SPI_IN: i32 = 56;
+const SPI_OUT: i32 = 59;
 /// Software interrupts that run the frame path: PendSV, less 16, and CAN1_SCE.
 const FRAME_PATHS: [i32; 2] = [-2, 22];
 
@@ -101,7 +104,13 @@ fn the_same_bytes_as_our_drivers_at_an_interrupt_a_frame() {
             "{soon:?} {late:?}"
         );
         assert!(late[0] <= buffered_us, "{late:?}");
-        // no frame waits for a look for an ADIS, once frames come
+        // no frame waits for a look for an ADIS, once frames come: the streams of the SPI rest
+        assert_eq!(
+            theirs.served(SPI_IN) + theirs.served(SPI_OUT),
+            0,
+            "{:?}",
+            theirs.served
+        );
         assert!(late[1] <= buffered_us + 5.0, "{late:?}");
     }
 }
