@@ -15,10 +15,12 @@ use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Time between two events for the pages.
 const TICK: Duration = Duration::from_millis(50);
+/// Longest time for which bytes that have arrived are read after the end.
+const REST: Duration = Duration::from_millis(200);
 /// Time until a broken line is reopened.
 const AGAIN: Duration = Duration::from_secs(1);
 
@@ -151,15 +153,28 @@ impl Taps {
         }
     }
 
-    /// Reads until the server ends or the settings of the decoders change.
-    fn hear(&self, side: Side, port: &mut Port, settings: DecoderSettings) -> Result<(), String> {
+    /// Reads until the server ends or the lines are configured anew. Settings that concern the
+    /// decoder alone replace it; the port stays open, so that no frame is lost.
+    fn hear(
+        &self,
+        side: Side,
+        port: &mut Port,
+        mut settings: DecoderSettings,
+    ) -> Result<(), String> {
         let mut decoder = Decoder::new(settings.settings, settings.format);
         let mut samples = Vec::new();
         let mut buffer = [0; 4096];
         self.state().broken[side as usize] = None;
-        while !self.stopped() {
+        let mut stopped_at = None;
+        loop {
             let len = port.receive(&mut buffer);
             let len = len.map_err(|error| format!("broke ({error}); it is opened again"))?;
+            if self.stopped() {
+                let at: &Instant = stopped_at.get_or_insert_with(Instant::now);
+                if len == 0 || at.elapsed() > REST {
+                    return Ok(());
+                }
+            }
             decoder.push(buffer.get(..len).unwrap_or_default(), |sample| {
                 samples.push(sample);
             });
@@ -183,7 +198,7 @@ impl Taps {
                 }
             }
             let in_force = state.in_force;
-            let changed = state.settings != settings;
+            let now = state.settings;
             drop(state);
             for Found { sample, .. } in samples.drain(..) {
                 self.record.sample(side, &sample);
@@ -192,11 +207,14 @@ impl Taps {
                     self.record.sample(Side::Raw, &raw);
                 }
             }
-            if changed {
+            if now.lines != settings.lines {
                 return Ok(());
             }
+            if now != settings {
+                decoder = Decoder::new(now.settings, now.format);
+                settings = now;
+            }
         }
-        Ok(())
     }
 
     /// Sends the received samples to the pages, until the server ends.
