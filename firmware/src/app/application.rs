@@ -7,6 +7,7 @@ mod found;
 mod links;
 mod parts;
 mod power_on;
+mod sampled;
 mod sensor;
 mod service;
 mod sound;
@@ -26,7 +27,7 @@ use crate::configuration::SerialLines;
 use crate::configuration::record;
 use crate::fix::Fix;
 use crate::learn::exchange::{Answer, Background, Exchange, Port};
-use crate::learn::{Learner, Report};
+use crate::learn::{Learner, Report, Trials};
 use crate::link::cut::Behind;
 use crate::link::{Clock, Line};
 use crate::model::Nets;
@@ -139,6 +140,11 @@ impl<'m> App<'m> {
     /// The learner's report.
     pub fn learning(&self) -> Report {
         self.flow.learning.report()
+    }
+
+    /// State of the learner's hypotheses; `None` where it has none.
+    pub fn trials(&self) -> Option<Trials> {
+        self.flow.learning.trials()
     }
 
     /// The learner's answer to the block before the last one; `None` before the first one.

@@ -13,6 +13,7 @@ mod learning;
 mod make;
 mod memory;
 mod plausible;
+mod sampled;
 mod session;
 mod sound;
 mod still;
@@ -124,7 +125,8 @@ impl<'m> Flow<'m> {
         };
         // before anything is changed: the identifier may be
         let content = frame.content();
-        let known = self.corrector.channels.is(content) || self.another(content, &frame, reading);
+        let known = self.corrector.channels.is(content)
+            || self.another((frame.source(), content), frame.bytes().len(), reading);
         if !known {
             self.make((frame.source(), content), reading.present);
             self.see_kind(&reading.sample);

@@ -19,6 +19,7 @@ pub mod replay;
 #[cfg(test)]
 mod sample;
 mod sensor_errors;
+pub mod sessions;
 pub mod start;
 pub mod table;
 mod terms;

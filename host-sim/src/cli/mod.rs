@@ -29,6 +29,7 @@ mod replay;
 mod report;
 mod run;
 mod serve;
+mod sessions;
 mod shell;
 mod simulate;
 mod soak;

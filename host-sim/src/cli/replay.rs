@@ -5,6 +5,7 @@ use super::messages::{Euroc, Mcap, Ubx, Ulog};
 use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress;
+use super::sessions::Sessions;
 use super::user_recording::{CsvArgs, KfGinsArgs, MessagesArgs, NovatelArgs, no_attitude};
 use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
@@ -51,6 +52,8 @@ pub(super) enum What {
     Ubx(MessagesArgs<Ubx>),
     /// Your recording as a folder in the form of the EuRoC MAV dataset
     Euroc(MessagesArgs<Euroc>),
+    /// Several sessions of one unit, each from power-on to power-off, with what is remembered
+    Sessions(Sessions),
     /// The black box of a device, against the same application here
     Blackbox(Blackbox),
 }
@@ -142,6 +145,7 @@ impl Args {
             What::Ulog(args) => args.run(),
             What::Ubx(args) => args.run(),
             What::Euroc(args) => args.run(),
+            What::Sessions(args) => args.run(),
             What::Blackbox(args) => args.run(),
         }
     }

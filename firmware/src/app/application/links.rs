@@ -6,6 +6,7 @@ use crate::app::phase::{Cause, Phase};
 use crate::app::reverse::Notice;
 use crate::app::server::Renewal;
 use crate::control::Mode;
+use crate::fix::Fix;
 use crate::link::Line;
 use crate::wire::ImuFormat;
 use crate::wire::receiver::epoch::Arrival;
@@ -132,7 +133,6 @@ impl App<'_> {
         let Some(mut fix) = solution.fix else {
             return true;
         };
-        self.flow.health.counters.good_fixes.add(1);
         fix.waited = self.flow.sample().wrapping_sub(solution.arrival.sample);
         let configuration = self
             .flow
@@ -146,6 +146,13 @@ impl App<'_> {
             self.link.heard_us,
             configuration,
         );
+        self.take_fix(fix);
+        true
+    }
+
+    /// A fix that the receiver vouches for.
+    pub(super) fn take_fix(&mut self, mut fix: Fix) {
+        self.flow.health.counters.good_fixes.add(1);
         if let Some(heading) = &mut fix.heading {
             heading.angle -= self.flow.config.heading_offset();
         }
@@ -153,7 +160,6 @@ impl App<'_> {
         self.flow.heard.age_us = fix.age.map(|age| (age * 1e6) as u32);
         self.flow.fix(&fix);
         self.gnss.fix = Some(fix);
-        true
     }
 
     /// Understands and answers requests to the sensor. True: they have changed the state.

@@ -1,15 +1,16 @@
 //! Work after a frame has left: gaps, repeated samples, sensors whose values do not change or that
 //! restart, and the networks' and the learner's share of the sample.
 
+use super::channels::Kind;
 use super::{Correction, Flow};
 use crate::app::blackbox::What;
 use crate::compensator::Block;
 use crate::control::Mode;
 use crate::learn::exchange::{Anew, Order};
 use crate::plausibility::holes::Hole;
+use crate::wire::Reading;
 use crate::wire::command::fault;
 use crate::wire::sequence::Gap;
-use crate::wire::{Checked, Reading};
 
 /// A silence of this length, microseconds, is taken for a power cycle: nothing distinguishes it
 /// from a cable that was pulled, and cables carry the power.
@@ -158,10 +159,10 @@ impl Flow<'_> {
         }
     }
 
-    /// A frame of another kind than the last one, or the first one after bytes of no frame or a
-    /// silence. Gives whether its kind is known.
+    /// A frame of `len` bytes of another kind than the last one, or the first one after bytes of no
+    /// frame or a silence. Gives whether its kind is known.
     #[cold]
-    pub(super) fn another(&mut self, content: u8, frame: &Checked, reading: &Reading) -> bool {
+    pub(super) fn another(&mut self, kind: Kind, len: usize, reading: &Reading) -> bool {
         if let Some(silent) = self.continuity.silent_us.take() {
             let stream = self.corrector.stream.as_ref();
             let anew =
@@ -174,11 +175,11 @@ impl Flow<'_> {
         let unframed = core::mem::take(&mut self.continuity.unframed);
         if unframed > 0
             && let Some(turn) = self.corrector.stream.and_then(|stream| stream.turn())
-            && u64::from(unframed) >= u64::from(turn) * frame.bytes().len() as u64
+            && u64::from(unframed) >= u64::from(turn) * len as u64
         {
             self.gap(); // room for a whole turn of the counter
         }
-        self.corrector.channels.select((frame.source(), content))
+        self.corrector.channels.select(kind)
     }
 
     /// A frame that neither a counter nor a time numbers: the clock shows whether some are missing

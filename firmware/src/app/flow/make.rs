@@ -47,6 +47,11 @@ impl Flow<'_> {
         } else {
             source.stream(&self.config.sensor, content)
         };
+        self.make_for(kind, present, stream);
+    }
+
+    /// A correction for frames of this kind, whose samples are of this stream.
+    pub(super) fn make_for(&mut self, kind: Kind, present: Axes, stream: Option<Stream>) {
         if self.corrector.channels.is_empty() {
             self.corrector.channels.add(kind, true);
             self.corrector.present = present;

@@ -1,5 +1,8 @@
-//! Lines and a clock in memory, for the application on the desktop.
+//! Lines, a clock and flash in memory, for the application on the desktop.
 
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
 use firmware::link::{Clock, Full, Line, Lost};
 use std::collections::VecDeque;
 
@@ -34,5 +37,68 @@ pub struct SetClock(pub u64);
 impl Clock for SetClock {
     fn now_us(&self) -> u64 {
         self.0
+    }
+}
+
+/// Flash in memory, of two slots of a store.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MemoryFlash(pub Vec<u8>);
+
+/// Bytes of a [`MemoryFlash`].
+const FLASH_LEN: usize = 4 * MemoryFlash::ERASE_SIZE;
+
+impl Default for MemoryFlash {
+    /// Erased.
+    fn default() -> Self {
+        Self(vec![0xFF; FLASH_LEN])
+    }
+}
+
+/// An access outside of the flash.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Outside;
+
+impl NorFlashError for Outside {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::OutOfBounds
+    }
+}
+
+impl ErrorType for MemoryFlash {
+    type Error = Outside;
+}
+
+impl ReadNorFlash for MemoryFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Outside> {
+        let from = offset as usize;
+        let held = self.0.get(from..from + bytes.len()).ok_or(Outside)?;
+        bytes.copy_from_slice(held);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for MemoryFlash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = 8192;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Outside> {
+        let held = self.0.get_mut(from as usize..to as usize).ok_or(Outside)?;
+        held.fill(0xFF);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Outside> {
+        let from = offset as usize;
+        let held = self.0.get_mut(from..from + bytes.len()).ok_or(Outside)?;
+        for (held, byte) in held.iter_mut().zip(bytes) {
+            *held &= byte; // only an erase sets bits
+        }
+        Ok(())
     }
 }

@@ -18,7 +18,7 @@ mod tests;
 
 pub use drive::{Drive, Input, Record, drive, drive_configured, drive_from, pvt};
 pub use judge::{Latency, Verdict};
-pub use memory::{MemoryLine, SetClock};
+pub use memory::{MemoryFlash, MemoryLine, SetClock};
 pub use software::nets as networks;
 
 use crate::device::{Link, Port, configure, images, set_up};

@@ -12,6 +12,7 @@ pub mod protocol;
 pub mod results;
 pub mod run;
 pub mod scenario;
+pub mod sessions;
 pub mod starting;
 pub mod time_offset;
 pub mod user_recording;

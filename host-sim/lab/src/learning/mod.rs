@@ -4,6 +4,7 @@
 pub mod aiding;
 pub mod baseline;
 pub mod corrected;
+pub mod device;
 pub mod fit;
 pub mod fix_learner;
 pub mod in_motion;

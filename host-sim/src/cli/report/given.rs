@@ -195,7 +195,7 @@ fn replayed(args: &replay::Args, unit: Option<Unit>, strict: bool) -> Result<Giv
                 ..given
             })
         }
-        What::Hybrid(_) | What::Blackbox(_) => Err(refused(
+        What::Hybrid(_) | What::Sessions(_) | What::Blackbox(_) => Err(refused(
             "--from",
             "is no recording of a unit",
             "give one that docs/your-data.md lists",

@@ -1,0 +1,423 @@
+//! Several sessions of one unit, each from power-on to power-off, with what every scheme remembers
+//! from one to the next.
+//!
+//! Every coast of every scheme starts from a state of the [`reference`], which no judged scheme's
+//! parameters shape, and is judged by it. Fixes are given to all schemes alike: none (`power-on`),
+//! those of the first seconds (`fixes-5`, ...), or all until the last coast (`end`).
+//!
+//! | scheme | what it takes off the samples |
+//! |---|---|
+//! | `uncorrected` | nothing |
+//! | `rest` | the gyros' mean over the first standstill |
+//! | `last` | the biases that `ekf6` had at the end of the last session |
+//! | `ekf6`, `ekf12`, `ekf24` | the filter's estimates when the fixes end: biases, with scale factors, with 3x3 matrices |
+//! | the same with `-memory` | the same, after what the filter remembers of the unit |
+//! | `zupt` | `rest`'s mean, and zero velocity wherever the vehicle stands |
+//! | `device` | what the firmware's own application takes off |
+
+mod coasts;
+mod device;
+mod reference;
+mod rivals;
+mod timeline;
+
+pub use device::Course;
+pub use timeline::Timeline;
+
+use crate::learning::device::Device;
+use crate::learning::teacher::Assumptions;
+use coasts::{Coasts, Scheme, Starts};
+use firmware::configuration::Configuration;
+use host_core::error::Error;
+use host_core::inertial::ekf::{Aided, Noise, Prior};
+use host_core::inertial::sins::Increment;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use reference::{Reference, reference};
+use rivals::{FILTERS, Memory, Pass, Passes};
+use serde::Serialize;
+
+/// Times for which fixes are given before the coasts, s.
+pub const FIXES_S: [f64; 4] = [5.0, 10.0, 20.0, 40.0];
+/// The phases of a session: no fixes, those of the first seconds, and all until the last coast.
+pub const PHASES: [&str; 6] = [
+    "power-on", "fixes-5", "fixes-10", "fixes-20", "fixes-40", "end",
+];
+
+/// What all schemes assume of the sensors: the datasheet.
+#[derive(Debug, Clone, Copy)]
+pub struct Assumed {
+    prior: Prior,
+    /// With the biases' walk by the datasheet.
+    walking: Prior,
+    noise: Noise,
+}
+
+impl Assumed {
+    fn of(assumptions: &Assumptions) -> Self {
+        Self {
+            prior: assumptions.prior,
+            walking: assumptions.walking(assumptions.datasheet_walk()).prior,
+            noise: assumptions.noise,
+        }
+    }
+}
+
+/// Errors of one scheme in one session.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Number of the session, from 1.
+    pub session: usize,
+    /// Its name.
+    pub name: String,
+    /// The scheme.
+    pub scheme: String,
+    /// Which fixes it had: one of [`PHASES`].
+    pub phase: String,
+    /// Time without fixes, s.
+    pub horizon_s: f64,
+    /// Number of coasts.
+    pub coasts: usize,
+    /// Median of the horizontal error at the end, m.
+    pub median_m: f64,
+    /// Its greatest value, m.
+    pub worst_m: f64,
+    /// Median of the attitude error at the end, deg.
+    pub attitude_deg: f64,
+}
+
+/// What a filter with a memory knows of a unit after a session.
+#[derive(Debug, Clone, Serialize)]
+pub struct Remembered {
+    /// Mean of the six biases of the unit: gyros, deg/s, then accelerometers, m/s2.
+    pub mean: [f64; 6],
+    /// Their standard deviations.
+    pub sigma: [f64; 6],
+}
+
+/// One session.
+#[derive(Debug, Clone, Serialize)]
+pub struct Judged {
+    /// Number of the session, from 1.
+    pub session: usize,
+    /// Its name.
+    pub name: String,
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Mean normalised innovation squared of the reference's fixes: 1 when all assumptions hold.
+    pub residual: f64,
+    /// What the device did with all fixes.
+    pub device: Course,
+    /// What `ekf6-memory` remembers afterwards.
+    pub remembered: Option<Remembered>,
+    /// Notes for the reader, in sentences.
+    pub notes: Vec<String>,
+    /// The errors.
+    #[serde(skip)]
+    pub rows: Vec<Row>,
+}
+
+/// The user's choices.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The sensors.
+    pub assumptions: Assumptions,
+    /// The device's configuration.
+    pub configuration: Configuration,
+    /// Times without fixes, s, rising.
+    pub horizons: Vec<f64>,
+    /// No scheme has fixes.
+    pub no_fixes: bool,
+}
+
+/// A unit over its sessions.
+#[derive(Debug)]
+pub struct Unit {
+    plan: Plan,
+    assumed: Assumed,
+    device: Device,
+    memory: Memory,
+    session: usize,
+}
+
+impl Unit {
+    /// A unit before its first session, or with the device that earlier ones have left.
+    #[must_use]
+    pub fn new(plan: Plan, device: Option<Device>) -> Self {
+        Self {
+            assumed: Assumed::of(&plan.assumptions),
+            device: device.unwrap_or_else(|| Device::new(&plan.configuration)),
+            memory: Memory::default(),
+            session: 0,
+            plan,
+        }
+    }
+
+    /// The device as the last session has left it.
+    #[must_use]
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// The next session.
+    ///
+    /// # Errors
+    /// Samples and fixes contradict each other.
+    pub fn next(&mut self, mut timeline: Timeline) -> Result<Judged, Error> {
+        self.session += 1;
+        let reference = reference(&mut timeline, &self.assumed)
+            .map_err(|residual| contradiction(&timeline, residual))?;
+        let [offset, x, y] = reference.between;
+        if offset != 0.0 {
+            timeline.notes.push(format!(
+                "The fixes were moved by {offset:+.2} s, and their antenna is {x:+.2} m before and \
+                 {y:+.2} m right of the IMU, for all schemes: there they contradict the samples least."
+            ));
+        }
+        if self.plan.no_fixes {
+            timeline.fixes.clear();
+        }
+        let configuration = device::configuration(&self.plan.configuration, &timeline);
+        self.device.configure(&configuration);
+        let before = self.device.clone();
+        let ends = self.ends(&timeline, &reference);
+        let times: Vec<f64> = FIXES_S
+            .iter()
+            .copied()
+            .chain(ends.iter().copied())
+            .collect();
+        let ((drives, whole), passes) = rayon::join(
+            || self.device_drives(&timeline, &ends),
+            || self.passes(&timeline, &reference, &times),
+        );
+        let course = device::course(&whole.1, &whole.0, &before.stored().0);
+        let session = Session {
+            number: self.session,
+            coasts: Coasts {
+                timeline: &timeline,
+                reference: &reference,
+                assumed: &self.assumed,
+                horizons: &self.plan.horizons,
+            },
+            passes: &passes.0,
+            before: &self.memory,
+            drives: &drives,
+        };
+        let rows = session.rows(self.plan.no_fixes);
+        let alone = passes.0[0].alone.at.last();
+        let remembers = alone.filter(|_| !self.plan.no_fixes);
+        let last = remembers.map(rivals::biases).or(self.memory.last);
+        self.memory = Memory { last, ..passes.1 };
+        self.device = whole.0;
+        Ok(Judged {
+            session: self.session,
+            name: timeline.name.clone(),
+            duration_s: timeline.duration_s(),
+            residual: reference.residual,
+            device: course,
+            remembered: self.remembered(),
+            notes: timeline.notes,
+            rows,
+        })
+    }
+
+    /// Times at which the fixes end before the last coast of each horizon, rising, s.
+    fn ends(&self, timeline: &Timeline, reference: &Reference) -> Vec<f64> {
+        let last = reference.states.last().map_or(0, |(step, _)| *step);
+        let all = last as f64 * timeline.step_s;
+        let ends = self.plan.horizons.iter().rev().map(|horizon| all - horizon);
+        ends.filter(|end| *end > 0.0).collect()
+    }
+
+    /// The device's drives with the fixes of each phase, and the one with all fixes, which its store
+    /// is taken over from.
+    fn device_drives(
+        &self,
+        timeline: &Timeline,
+        ends: &[f64],
+    ) -> (
+        Vec<Vec<Increment>>,
+        (Device, crate::learning::device::Drive),
+    ) {
+        let until: Vec<f64> = std::iter::once(0.0)
+            .chain(FIXES_S)
+            .chain(ends.iter().copied())
+            .chain([f64::INFINITY])
+            .collect();
+        let mut drives: Vec<_> = until
+            .par_iter()
+            .map(|until| {
+                let mut device = self.device.clone();
+                let drive = device::drive(&mut device, timeline, *until);
+                (device, drive)
+            })
+            .collect();
+        let whole = drives.pop().expect("one without a limit");
+        let increments = drives
+            .iter()
+            .map(|(_, drive)| device::increments(timeline, drive))
+            .collect();
+        (increments, whole)
+    }
+
+    /// The passes of all filters, and what they remember afterwards.
+    fn passes(
+        &self,
+        timeline: &Timeline,
+        reference: &Reference,
+        times: &[f64],
+    ) -> (Vec<Passes>, Memory) {
+        let each: Vec<_> = (0..FILTERS.len())
+            .into_par_iter()
+            .map(|filter| {
+                let mut belief = self.memory.beliefs[filter].clone();
+                let at = (timeline, reference);
+                let passes = rivals::passes(filter, at, &self.assumed, &mut belief, times);
+                (passes, belief)
+            })
+            .collect();
+        let (passes, beliefs): (Vec<_>, Vec<_>) = each.into_iter().unzip();
+        let beliefs = match self.plan.no_fixes {
+            true => self.memory.beliefs.clone(),
+            false => std::array::from_fn(|k| beliefs[k].clone()),
+        };
+        let memory = Memory {
+            beliefs,
+            last: self.memory.last,
+        };
+        (passes, memory)
+    }
+
+    fn remembered(&self) -> Option<Remembered> {
+        let belief = self.memory.beliefs[0].as_ref()?;
+        let shown = |k: usize, value: f64| if k < 3 { value.to_degrees() } else { value };
+        Some(Remembered {
+            mean: std::array::from_fn(|k| shown(k, belief.mean[k])),
+            sigma: std::array::from_fn(|k| shown(k, belief.p[(k, k)].sqrt())),
+        })
+    }
+}
+
+/// The schemes of one session.
+struct Session<'a> {
+    number: usize,
+    coasts: Coasts<'a>,
+    passes: &'a [Passes],
+    before: &'a Memory,
+    /// The device's samples in each phase: without fixes, with those of the first seconds, and
+    /// before each last coast.
+    drives: &'a [Vec<Increment>],
+}
+
+impl Session<'_> {
+    /// The rows of all schemes and phases.
+    fn rows(&self, no_fixes: bool) -> Vec<Row> {
+        let timeline = self.coasts.timeline;
+        let times = std::iter::once(0.0).chain(FIXES_S);
+        let fits =
+            |until: &(usize, f64)| until.1 < timeline.duration_s() && (!no_fixes || until.0 == 0);
+        let phases: Vec<(usize, f64)> = times.enumerate().filter(fits).collect();
+        let along = phases.par_iter().flat_map(|(phase, until)| {
+            let at = phase.checked_sub(1);
+            self.phase(
+                PHASES[*phase],
+                at,
+                &self.drives[*phase],
+                Starts::From(*until),
+            )
+        });
+        let mut rows: Vec<Row> = along.collect();
+        rows.extend(self.end());
+        rows
+    }
+
+    /// The one coast at the end, at each horizon with the fixes until it begins.
+    fn end(&self) -> Vec<Row> {
+        let horizons = self.coasts.horizons;
+        let count = self.drives.len() - 1 - FIXES_S.len();
+        let each = (0..count).into_par_iter().flat_map(|k| {
+            // the ends rise as the horizons fall
+            let horizon = &horizons[count - 1 - k..count - k];
+            let coasts = Coasts {
+                horizons: horizon,
+                ..self.coasts
+            };
+            let at = FIXES_S.len() + k;
+            Session { coasts, ..*self }.phase(
+                PHASES[5],
+                Some(at),
+                &self.drives[1 + at],
+                Starts::End,
+            )
+        });
+        each.collect()
+    }
+
+    /// The rows of a phase; `at`: which state of the passes has its fixes, `None`: no fix.
+    fn phase(
+        &self,
+        phase: &str,
+        at: Option<usize>,
+        device: &[Increment],
+        starts: Starts,
+    ) -> Vec<Row> {
+        let (coasts, number) = (&self.coasts, self.number);
+        let timeline = coasts.timeline;
+        let with = |scheme: &str, increments: &[Increment]| {
+            let of = (number, scheme, phase);
+            coasts.rows(of, &Scheme::Increments(increments), starts)
+        };
+        let mut rows = with("uncorrected", &timeline.increments);
+        let rests = rivals::rests(timeline, coasts.reference);
+        let rest = rivals::rest_mean(timeline, &rests);
+        if let Some((mean, end)) = rest {
+            let biases = [mean, Vector3::zeros()];
+            rows.extend(with("rest", &rivals::less(timeline, &biases, end)));
+            let rests = Scheme::Rests(biases, &rests);
+            rows.extend(coasts.rows((number, "zupt", phase), &rests, starts));
+        }
+        if let Some(last) = &self.before.last {
+            rows.extend(with("last", &rivals::less(timeline, last, 0)));
+        }
+        let start = &coasts.reference.states[0].1;
+        for (k, name) in FILTERS.iter().enumerate() {
+            let passes = &self.passes[k];
+            let alone = self.filtered(at, Some(&passes.alone), || None);
+            rows.extend(with(name, alone.as_deref().unwrap_or(&timeline.increments)));
+            let known = self.before.beliefs[k].as_ref();
+            let knowing = || {
+                let belief = known?;
+                Some(rivals::at_power_on(k, coasts.assumed, belief, start))
+            };
+            if let Some(increments) = self.filtered(at, passes.remembering.as_ref(), knowing) {
+                rows.extend(with(&format!("{name}-memory"), &increments));
+            }
+        }
+        rows.extend(with("device", device));
+        rows
+    }
+
+    /// The increments corrected by a pass at one of its times, or at power-on.
+    fn filtered(
+        &self,
+        at: Option<usize>,
+        pass: Option<&Pass>,
+        power_on: impl FnOnce() -> Option<Aided>,
+    ) -> Option<Vec<Increment>> {
+        let timeline = self.coasts.timeline;
+        match at {
+            Some(at) => Some(rivals::corrected(timeline, &pass?.at[at])),
+            None => Some(rivals::corrected(timeline, &power_on()?)),
+        }
+    }
+}
+
+fn contradiction(timeline: &Timeline, residual: f64) -> Error {
+    Error::Option {
+        option: timeline.name.clone(),
+        problem: format!(
+            "samples and fixes contradict each other (residual {residual:.1} where 1 is expected)"
+        ),
+        remedy: "check axes, units, the time offset of the fixes and the unit file".into(),
+    }
+}

@@ -1,0 +1,252 @@
+//! `host-sim replay sessions`.
+
+use super::options::{positive, refused};
+use super::output::JsonOption;
+use super::progress;
+use super::recording;
+use clap::Args as ClapArgs;
+use host_core::error::Error;
+use host_device::hil::MemoryFlash;
+use host_io::output::write_atomic;
+use host_lab::experiment::sessions::{self, Judged, Plan, Row, Timeline};
+use host_lab::learning::device::Device;
+use host_lab::learning::teacher::Assumptions;
+use host_unit::Unit;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Version of the JSON.
+const SCHEMA: u32 = 1;
+
+/// Several sessions of one unit, each from power-on to power-off; the device's store goes from one
+/// to the next.
+#[derive(Debug, ClapArgs)]
+pub(super) struct Sessions {
+    /// The unit file (or a preset), or a table of sessions: a TOML file with `unit = "FILE.toml"` and
+    /// for each session `[[session]]` with `file`, and perhaps `name`, `serial` and `date`
+    #[arg(value_name = "UNIT.toml|TABLE.toml")]
+    unit: String,
+    /// The sessions in the order of time: headers of CSV files, or recordings of another form
+    #[arg(value_name = "SESSION")]
+    sessions: Vec<PathBuf>,
+    /// Times without fixes, s
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "5,10,30,60",
+        value_name = "SECONDS"
+    )]
+    horizons: Vec<f64>,
+    /// No scheme has fixes
+    #[arg(long)]
+    no_fixes: bool,
+    /// Begin with the content of this device's flash, and write it back; a file that does not exist
+    /// is a device that knows nothing yet
+    #[arg(long, value_name = "FILE")]
+    memory: Option<PathBuf>,
+    #[command(flatten)]
+    json: JsonOption,
+}
+
+/// A table of sessions.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    unit: String,
+    #[serde(default)]
+    session: Vec<Entry>,
+}
+
+/// A session of a table.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    file: PathBuf,
+    name: Option<String>,
+    /// Serial number of the unit that recorded it.
+    serial: Option<String>,
+    /// Date, in any form that sorts as text.
+    date: Option<toml::Value>,
+}
+
+/// The JSON.
+#[derive(Debug, Serialize)]
+struct Results<'a> {
+    schema: u32,
+    unit: &'a str,
+    sessions: &'a [Judged],
+    rows: Vec<&'a Row>,
+}
+
+impl Sessions {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        let (unit_name, entries) = self.entries()?;
+        let unit = Unit::load(&unit_name)?;
+        in_order(&entries, &unit)?;
+        let horizons = self.horizons()?;
+        let configuration = unit.configuration().map_err(|wrong| Error::Option {
+            option: format!("{unit_name}: {}", wrong.key),
+            problem: wrong.problem,
+            remedy: wrong.remedy,
+        })?;
+        let device = match &self.memory {
+            Some(file) if file.exists() => Some(remembered(file, &configuration)?),
+            _ => None,
+        };
+        let plan = Plan {
+            assumptions: Assumptions::of(&unit),
+            configuration,
+            horizons,
+            no_fixes: self.no_fixes,
+        };
+        let mut of_unit = sessions::Unit::new(plan, device);
+        let bar = progress::bar(
+            entries.len() as u64,
+            "{elapsed} session {pos} of {len}, about {eta} left",
+        );
+        let mut all: Vec<Judged> = Vec::new();
+        let judged = entries.iter().try_for_each(|entry| {
+            let options = ["--unit".to_owned(), unit_name.clone()];
+            let opened = recording::open(std::slice::from_ref(&entry.file), &options)?;
+            let timeline = Timeline::of(&entry.name(), &opened.record)?;
+            drop(opened);
+            all.push(of_unit.next(timeline)?);
+            bar.inc(1);
+            Ok(())
+        });
+        bar.finish_and_clear();
+        // what is done stays, whatever comes then
+        if let Some(file) = &self.memory {
+            write_atomic(file, &of_unit.device().flash().0)?;
+        }
+        let rows = all.iter().flat_map(|of| &of.rows).collect();
+        let results = Results {
+            schema: SCHEMA,
+            unit: &unit.name,
+            sessions: &all,
+            rows,
+        };
+        self.json.write(&results)?;
+        print!("{}", host_report::sessions::text(&all));
+        judged
+    }
+
+    /// The unit, and the sessions.
+    fn entries(&self) -> Result<(String, Vec<Entry>), Error> {
+        let mut found = (self.unit.clone(), Vec::new());
+        if self.sessions.is_empty() {
+            found = table(Path::new(&self.unit))?;
+        }
+        found.1.extend(self.sessions.iter().map(|file| Entry {
+            file: file.clone(),
+            name: None,
+            serial: None,
+            date: None,
+        }));
+        Ok(found)
+    }
+
+    fn horizons(&self) -> Result<Vec<f64>, Error> {
+        let mut horizons = self.horizons.clone();
+        for horizon in &horizons {
+            positive("--horizons", *horizon)?;
+        }
+        horizons.sort_by(f64::total_cmp);
+        horizons.dedup();
+        Ok(horizons)
+    }
+}
+
+impl Entry {
+    /// Its name: as given, else the folder of its header, else the file.
+    fn name(&self) -> String {
+        let folder = || self.file.parent()?.file_name();
+        let stem = || self.file.file_stem();
+        let is_header = self
+            .file
+            .file_name()
+            .is_some_and(|name| name == "header.toml");
+        let own = if is_header { folder() } else { stem() };
+        let own = own.map(|name| name.to_string_lossy().into_owned());
+        self.name
+            .clone()
+            .or(own)
+            .unwrap_or_else(|| "session".into())
+    }
+}
+
+fn table(file: &Path) -> Result<(String, Vec<Entry>), Error> {
+    let named = file.display().to_string();
+    let text = std::fs::read_to_string(file).map_err(|error| Error::reading(file, error))?;
+    let table: Table = toml::from_str(&text).map_err(|error| {
+        refused(
+            &named,
+            format!("is no table of sessions ({})", error.message()),
+            "give the unit file and then the sessions, or a TOML file with unit = \"FILE.toml\" \
+             and [[session]] entries with file = \"...\"",
+        )
+    })?;
+    if table.session.is_empty() {
+        let remedy = "add [[session]] entries with file = \"...\"";
+        return Err(refused(named, "has no session", remedy));
+    }
+    let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
+    let unit = if table.unit.ends_with(".toml") {
+        folder.join(&table.unit).display().to_string()
+    } else {
+        table.unit
+    };
+    let sessions = table.session.into_iter().map(|entry| Entry {
+        file: folder.join(&entry.file),
+        ..entry
+    });
+    Ok((unit, sessions.collect()))
+}
+
+/// Checks that all sessions are of the unit, in the order of time.
+fn in_order(entries: &[Entry], unit: &Unit) -> Result<(), Error> {
+    for entry in entries {
+        if let Some(serial) = entry
+            .serial
+            .as_ref()
+            .filter(|serial| **serial != unit.serial)
+        {
+            let problem = format!(
+                "is of the unit with serial '{serial}', and the unit file has '{}'",
+                unit.serial
+            );
+            let remedy = "give only sessions of one unit, with its unit file";
+            return Err(refused(entry.file.display().to_string(), problem, remedy));
+        }
+    }
+    let dated = entries
+        .iter()
+        .filter_map(|entry| Some((entry, entry.date.as_ref()?.to_string())));
+    let dated: Vec<_> = dated.collect();
+    match dated.windows(2).find(|pair| pair[1].1 < pair[0].1) {
+        None => Ok(()),
+        Some(pair) => {
+            let problem = format!(
+                "is of {}, before the session above it ({})",
+                pair[1].1, pair[0].1
+            );
+            let remedy = "put the sessions into the order of time";
+            Err(refused(
+                pair[1].0.file.display().to_string(),
+                problem,
+                remedy,
+            ))
+        }
+    }
+}
+
+/// The device whose flash is in a file.
+fn remembered(
+    file: &Path,
+    configuration: &firmware::configuration::Configuration,
+) -> Result<Device, Error> {
+    let bytes = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
+    Device::of_flash(configuration, MemoryFlash(bytes)).map_err(|(problem, remedy)| {
+        refused(format!("--memory {}", file.display()), problem, remedy)
+    })
+}
