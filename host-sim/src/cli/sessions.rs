@@ -8,7 +8,7 @@ use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_device::hil::MemoryFlash;
 use host_io::output::write_atomic;
-use host_lab::experiment::sessions::{self, Judged, Plan, Row, Timeline};
+use host_lab::experiment::sessions::{self, Judged, PaperRow, Plan, Row, Timeline};
 use host_lab::learning::device::Device;
 use host_lab::learning::teacher::Assumptions;
 use host_unit::Unit;
@@ -46,6 +46,13 @@ pub(super) struct Sessions {
     memory: Option<PathBuf>,
     #[command(flatten)]
     json: JsonOption,
+    /// Also make the paper's vehicle test on these drives, so long without fixes: learnt on a drive,
+    /// judged on it, on its second half, and on the next drive
+    #[arg(long, value_name = "SECONDS")]
+    paper: Option<f64>,
+    /// Write a page (HTML): the error of each session, and what is remembered
+    #[arg(long, value_name = "FILE")]
+    page: Option<PathBuf>,
 }
 
 /// A table of sessions.
@@ -76,6 +83,8 @@ struct Results<'a> {
     unit: &'a str,
     sessions: &'a [Judged],
     rows: Vec<&'a Row>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    paper: Option<Vec<PaperRow>>,
 }
 
 impl Sessions {
@@ -99,7 +108,7 @@ impl Sessions {
             horizons,
             no_fixes: self.no_fixes,
         };
-        let mut of_unit = sessions::Unit::new(plan, device);
+        let (mut of_unit, mut drives) = (sessions::Unit::new(plan.clone(), device), Vec::new());
         let bar = progress::bar(
             entries.len() as u64,
             "{elapsed} session {pos} of {len}, about {eta} left",
@@ -110,6 +119,9 @@ impl Sessions {
             let opened = recording::open(std::slice::from_ref(&entry.file), &options)?;
             let timeline = Timeline::of(&entry.name(), &opened.record)?;
             drop(opened);
+            if self.paper.is_some() {
+                drives.push(timeline.clone());
+            }
             all.push(of_unit.next(timeline)?);
             bar.inc(1);
             Ok(())
@@ -119,15 +131,28 @@ impl Sessions {
         if let Some(file) = &self.memory {
             write_atomic(file, &of_unit.device().flash().0)?;
         }
+        let paper = self.paper.map(|horizon_s| {
+            let horizon_s = positive("--paper", horizon_s)?;
+            sessions::paper(drives, &plan, horizon_s)
+        });
+        let paper = paper.transpose()?;
         let rows = all.iter().flat_map(|of| &of.rows).collect();
         let results = Results {
             schema: SCHEMA,
             unit: &unit.name,
             sessions: &all,
             rows,
+            paper,
         };
         self.json.write(&results)?;
+        if let Some(file) = &self.page {
+            let page = host_report::sessions::document(&unit.name, &all).page()?;
+            write_atomic(file, page.as_bytes())?;
+        }
         print!("{}", host_report::sessions::text(&all));
+        if let Some(rows) = &results.paper {
+            print!("{}", host_report::sessions::paper(rows));
+        }
         judged
     }
 

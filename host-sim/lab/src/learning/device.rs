@@ -8,7 +8,7 @@
 use firmware::app::{App, Hardware, Lines};
 use firmware::configuration::Configuration;
 use firmware::configuration::record::{decode, encode};
-use firmware::control::Alignment;
+use firmware::control::{Alignment, Mode};
 use firmware::fix::Fix;
 use firmware::learn::{FixLearner, FixMemory, Report, Settings, Trials};
 use firmware::link::NoLine;
@@ -81,7 +81,7 @@ impl Device {
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         let mut device = Self {
-            configuration: configuration.clone(),
+            configuration: at_work(configuration),
             flash: MemoryFlash::default(),
         };
         device.store_nets(&Nets::NONE);
@@ -105,8 +105,9 @@ impl Device {
 
     /// Stores another configuration; what is known of the unit stays if it is the same unit.
     pub fn configure(&mut self, configuration: &Configuration) {
-        if *configuration != self.configuration {
-            self.configuration = configuration.clone();
+        let configuration = at_work(configuration);
+        if configuration != self.configuration {
+            self.configuration = configuration;
             let (nets, _) = self.stored();
             self.store_nets(&nets);
         }
@@ -147,7 +148,7 @@ impl Device {
             ));
         }
         let mut device = Self {
-            configuration: configuration.clone(),
+            configuration: at_work(configuration),
             flash: store.into_inner(),
         };
         device.store_nets(&found.nets);
@@ -206,6 +207,16 @@ impl Device {
         }
         drive
     }
+}
+
+/// The configuration in mode learn where it is in bypass, as that of a unit file that says nothing:
+/// in bypass there is nothing to judge.
+fn at_work(configuration: &Configuration) -> Configuration {
+    let mut of = configuration.clone();
+    if of.correction.mode == Mode::Bypass {
+        of.correction.mode = Mode::Learn;
+    }
+    of
 }
 
 /// The lines of the application: only the command link has bytes.
@@ -329,3 +340,6 @@ fn counts_of(sample: RawSample) -> Counts {
         RawSample::Floats { .. } => Counts::default(), // it got counts
     }
 }
+
+#[cfg(test)]
+mod tests;

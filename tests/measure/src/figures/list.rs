@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::{drive, measured};
+use super::{drive, measured, real};
 use crate::{alone, beside, growth};
 
 /// A generated part of the pages.
@@ -117,6 +117,21 @@ pub const FIGURES: &[Figure] = &[
         cheap: false,
     },
     Figure {
+        name: "real",
+        files: &[
+            "docs/figures/real-rc-car.csv",
+            "docs/figures/real-car.csv",
+            "docs/figures/real-hand-a.csv",
+            "docs/figures/real-hand-b.csv",
+            "docs/figures/real-hand-c.csv",
+            "docs/figures/real-paper.csv",
+        ],
+        what: "real units over their power-ons, from the folder of recorded data",
+        how: How::Here(real::write),
+        takes: "half a minute",
+        cheap: false,
+    },
+    Figure {
         name: "works",
         files: &["docs/figures/works.csv"],
         what: "instructions of each piece of work, in QEMU",
@@ -150,6 +165,7 @@ pub const FIGURES: &[Figure] = &[
             "docs/MEMORY.md",
             "docs/PERFORMANCE.md",
             "docs/PYTHON.md",
+            "docs/REAL.md",
             "docs/RELIABILITY.md",
             "docs/USING.md",
             "docs/paper.md",

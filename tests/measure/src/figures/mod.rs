@@ -4,6 +4,7 @@
 mod drive;
 mod list;
 mod measured;
+mod real;
 mod tables;
 
 use std::fs;

@@ -31,6 +31,8 @@ pub enum Starts {
     From(f64),
     /// One, which ends with the session.
     End,
+    /// One, at this time, s.
+    At(f64),
 }
 
 /// Errors of the coasts of one horizon: horizontal position, m, and attitude, rad.
@@ -68,6 +70,14 @@ impl Coasts<'_> {
                 })
                 .collect(),
             Starts::From(time) => self.along(scheme, time),
+            Starts::At(time) => {
+                let at = self.reference.near(self.timeline.step_at(time));
+                let errors = self.coast(scheme, at, self.horizons);
+                errors
+                    .into_iter()
+                    .map(|error| error.into_iter().collect())
+                    .collect()
+            }
         }
     }
 

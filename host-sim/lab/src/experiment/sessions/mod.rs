@@ -17,11 +17,13 @@
 
 mod coasts;
 mod device;
+mod paper;
 mod reference;
 mod rivals;
 mod timeline;
 
 pub use device::Course;
+pub use paper::{PaperRow, paper};
 pub use timeline::Timeline;
 
 use crate::learning::device::Device;
@@ -421,3 +423,6 @@ fn contradiction(timeline: &Timeline, residual: f64) -> Error {
         remedy: "check axes, units, the time offset of the fixes and the unit file".into(),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -27,6 +27,17 @@ const STEPS: f64 = 0.1;
 /// Errors of the start that the filters assume: tilt, heading, deg; m/s; m.
 const START: [f64; 4] = [0.5, 1.0, 0.1, 0.1];
 
+/// Errors of the start that the filters assume.
+pub fn start_sigma() -> InitialSigma {
+    let [tilt, heading, velocity, position] = START;
+    InitialSigma {
+        tilt: tilt * DEG,
+        heading: heading * DEG,
+        velocity,
+        position,
+    }
+}
+
 /// The error model of one of [`FILTERS`].
 fn model(filter: usize, assumed: &Assumed) -> ErrorModel {
     let prior = &assumed.walking;
@@ -64,13 +75,7 @@ fn pass(
     prior: Option<&Belief>,
     times: &[f64],
 ) -> Pass {
-    let [tilt, heading, velocity, position] = START;
-    let sigma = InitialSigma {
-        tilt: tilt * DEG,
-        heading: heading * DEG,
-        velocity,
-        position,
-    };
+    let sigma = start_sigma();
     let n = model.len();
     let mut filter =
         Aided::new(*start, &sigma, model, assumed.noise).with_samples(timeline.session.samples());
@@ -233,13 +238,7 @@ pub fn with_rests(
     to: usize,
 ) {
     use host_core::inertial::gnss::{Fix, NOT_MEASURED};
-    let [tilt, heading, velocity, position] = START;
-    let sigma = InitialSigma {
-        tilt: tilt * DEG,
-        heading: heading * DEG,
-        velocity,
-        position,
-    };
+    let sigma = start_sigma();
     let mut filter = Aided::new(*nav, &sigma, model(0, assumed), assumed.noise)
         .with_samples(timeline.session.samples());
     for (k, bias) in biases.iter().flat_map(|of| of.iter()).enumerate() {

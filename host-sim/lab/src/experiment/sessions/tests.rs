@@ -1,0 +1,139 @@
+use super::*;
+use host_core::inertial::earth::Geodetic;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::session::{SessionConfig, simulate};
+use host_io::recordings::record::Record;
+use host_unit::Unit as OfUnit;
+
+/// A session of a consumer MEMS, as a file would have it: no attitude, positions alone.
+fn recorded(turn_on: u64) -> (Record, host_core::inertial::session::Session) {
+    let unit = OfUnit::preset("icm-42688").unwrap();
+    let config = SessionConfig {
+        imu: &unit.simulated(),
+        gnss: &GnssSpec::default(),
+        start: Geodetic {
+            lat: 0.8,
+            lon: 0.2,
+            h: 100.0,
+        },
+        heading: 1.0,
+        standstill_s: 10.0,
+        drive_s: 140.0,
+        segments: None,
+        vibration: 1.0,
+        unit: 3,
+        turn_on,
+        drive: turn_on + 100,
+    };
+    let (session, _) = simulate(&config);
+    let mut record = Record::from_session(&session);
+    record.initial_attitude = None;
+    for fix in &mut record.fixes {
+        fix.sigmas[3..].fill(f64::INFINITY);
+    }
+    (record, session)
+}
+
+fn plan() -> Plan {
+    let unit = OfUnit::preset("icm-42688").unwrap();
+    Plan {
+        assumptions: Assumptions::of(&unit),
+        configuration: unit.configuration().unwrap(),
+        horizons: vec![10.0, 30.0],
+        no_fixes: false,
+    }
+}
+
+/// The reference is that of the simulator, which it does not know: positions, attitudes, and the
+/// time by which the fixes were moved.
+#[test]
+fn the_reference_finds_attitude_and_time_offset() {
+    let (mut record, session) = recorded(1);
+    record.move_fixes(0.3);
+    let mut timeline = Timeline::of("s", &record).unwrap();
+    let begin = timeline.begin_s;
+    let found = reference(&mut timeline, &Assumed::of(&plan().assumptions)).unwrap();
+    let [offset, x, y] = found.between;
+    assert!((offset + 0.3).abs() < 0.06, "{offset}");
+    assert!(x.abs() < 1.0 && y.abs() < 1.0, "{x} {y}");
+    let later = found
+        .states
+        .iter()
+        .filter(|(step, _)| *step > timeline.step_at(40.0));
+    let mut errors: Vec<[f64; 2]> = Vec::new();
+    for (step, nav) in later {
+        let second = begin + *step as f64 * timeline.step_s;
+        if (second - second.round()).abs() < 0.06 {
+            let truth = &session.reference[second.round() as usize];
+            let position = nav.position.ned_from(&truth.position).xy().norm();
+            errors.push([position, nav.q_bn.angle_to(&truth.q_bn).to_degrees()]);
+        }
+    }
+    assert!(errors.len() > 50, "{}", errors.len());
+    let worst = |k: usize| errors.iter().map(|of| of[k]).fold(0.0, f64::max);
+    assert!(
+        worst(0) < 3.0 && worst(1) < 3.0,
+        "{} m {} deg",
+        worst(0),
+        worst(1)
+    );
+}
+
+fn median_m(judged: &Judged, phase: &str, scheme: &str, horizon: f64) -> Option<f64> {
+    let of = |row: &&Row| row.phase == phase && row.scheme == scheme && row.horizon_s == horizon;
+    judged.rows.iter().find(of).map(|row| row.median_m)
+}
+
+/// What repeats over power-ons is remembered; the device that has stored nothing corrects nothing;
+/// every phase has rows.
+#[test]
+fn sessions_build_on_one_another() {
+    let mut unit = Unit::new(plan(), None);
+    let mut all = Vec::new();
+    for turn_on in 1..=3 {
+        let (record, _) = recorded(turn_on);
+        let timeline = Timeline::of(&format!("s{turn_on}"), &record).unwrap();
+        all.push(unit.next(timeline).unwrap());
+    }
+    assert_eq!(median_m(&all[0], "power-on", "ekf6-memory", 30.0), None);
+    for (k, judged) in all.iter().enumerate() {
+        assert_eq!(judged.session, k + 1);
+        for phase in PHASES {
+            let of = |scheme| median_m(judged, phase, scheme, 30.0).unwrap();
+            assert_eq!(of("device"), of("uncorrected"), "{phase}");
+        }
+        assert!(judged.device.in_force_since_s.is_none());
+        let of = |phase, scheme| median_m(judged, phase, scheme, 30.0).unwrap();
+        assert!(of("end", "ekf6") < 0.5 * of("end", "uncorrected"));
+    }
+    let remembered = all[2].remembered.as_ref().unwrap();
+    assert!(remembered.sigma.iter().all(|sigma| *sigma > 0.0));
+}
+
+/// Without fixes no scheme learns, and the coasts are judged by the same states.
+#[test]
+fn without_fixes_nothing_is_learnt() {
+    let (record, _) = recorded(1);
+    let timeline = || Timeline::of("s", &record).unwrap();
+    let with = Unit::new(plan(), None).next(timeline()).unwrap();
+    let mut blind = Unit::new(
+        Plan {
+            no_fixes: true,
+            ..plan()
+        },
+        None,
+    );
+    let judged = blind.next(timeline()).unwrap();
+    assert!(judged.remembered.is_none() && judged.device.fixes == [0, 0]);
+    let phases: Vec<&str> = PHASES
+        .into_iter()
+        .filter(|phase| median_m(&judged, phase, "device", 10.0).is_some())
+        .collect();
+    assert_eq!(phases, ["power-on", "end"]);
+    for scheme in ["uncorrected", "device", "ekf6"] {
+        assert_eq!(
+            median_m(&judged, "power-on", scheme, 10.0),
+            median_m(&with, "power-on", "uncorrected", 10.0)
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! The tables and the page of several sessions of one unit.
+
+mod page;
+
+pub use page::document;
+
+use comfy_table::{CellAlignment, Table, presets};
+use host_lab::experiment::sessions::{Judged, PHASES, PaperRow, Row};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+/// Where coasts start.
+const HEAD: &str = "Every coast starts from one state, smoothed from all fixes, that no row's \
+                    parameters shaped.";
+
+/// The tables and sentences on the terminal.
+#[must_use]
+pub fn text(sessions: &[Judged]) -> String {
+    let mut out = String::new();
+    for of in sessions {
+        let _ = writeln!(
+            out,
+            "session {}, {} ({:.0} s, residual {:.2}): the device {}",
+            of.session, of.name, of.duration_s, of.residual, of.device.says
+        );
+        for note in &of.notes {
+            let _ = writeln!(out, "  {note}");
+        }
+    }
+    let rows: Vec<&Row> = sessions.iter().flat_map(|of| &of.rows).collect();
+    let _ = writeln!(
+        out,
+        "\nMedian over the sessions of the median horizontal error, m.\n{HEAD}"
+    );
+    for phase in PHASES {
+        if let Some(table) = table(&rows, phase) {
+            let _ = writeln!(out, "\n{phase}\n{table}");
+        }
+    }
+    out
+}
+
+/// A phase: a row a scheme, a column a horizon.
+fn table(rows: &[&Row], phase: &str) -> Option<Table> {
+    let of = of_phase(rows, phase);
+    let (horizons, schemes) = (horizons(&of), schemes(&of));
+    if schemes.is_empty() {
+        return None;
+    }
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    let seconds = horizons.iter().map(|horizon| format!("{horizon} s"));
+    let head = std::iter::once("scheme".to_owned()).chain(seconds);
+    table.set_header(head.chain(["sessions".to_owned()]));
+    for scheme in schemes {
+        let shown = horizons.iter().map(|horizon| {
+            let median = median(&of, phase, scheme, *horizon);
+            median.map_or("-".into(), figure)
+        });
+        let own = of.iter().filter(|row| row.scheme == scheme);
+        let count = own.map(|row| row.session).collect::<BTreeSet<_>>().len();
+        let cells = std::iter::once(scheme.to_owned()).chain(shown);
+        table.add_row(cells.chain([count.to_string()]));
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    Some(table)
+}
+
+/// The paper's test: a row a scheme, a column a protocol, the median and the range over the drives.
+#[must_use]
+pub fn paper(rows: &[PaperRow]) -> String {
+    let horizon = rows.first().map_or(0.0, |row| row.horizon_s);
+    let mut out = format!(
+        "\nthe paper's test: horizontal error after {horizon} s without fixes, m, median over the \
+         drives (least to most)\n"
+    );
+    let mut cases: Vec<&str> = Vec::new();
+    let mut schemes: Vec<&str> = Vec::new();
+    for row in rows {
+        for (list, name) in [(&mut cases, &row.judged_on), (&mut schemes, &row.scheme)] {
+            if !list.contains(&name.as_str()) {
+                list.push(name);
+            }
+        }
+    }
+    let mut table = Table::new();
+    table.load_preset(presets::NOTHING);
+    table.set_header(std::iter::once("scheme").chain(cases.iter().copied()));
+    for scheme in schemes {
+        let cells = cases.iter().map(|case| {
+            let own = rows
+                .iter()
+                .filter(|row| row.scheme == scheme && row.judged_on == *case);
+            let mut all: Vec<f64> = own.map(|row| row.error_m).collect();
+            all.sort_by(f64::total_cmp);
+            match (all.first(), all.last()) {
+                (Some(least), Some(most)) => {
+                    let median = all[all.len() / 2];
+                    format!(
+                        "{} ({} to {})",
+                        figure(median),
+                        figure(*least),
+                        figure(*most)
+                    )
+                }
+                _ => "-".into(),
+            }
+        });
+        table.add_row(std::iter::once(scheme.to_owned()).chain(cells));
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    let _ = writeln!(out, "{table}");
+    out
+}
+
+fn of_phase<'a>(rows: &[&'a Row], phase: &str) -> Vec<&'a Row> {
+    rows.iter()
+        .copied()
+        .filter(|row| row.phase == phase)
+        .collect()
+}
+
+/// The horizons, rising, s.
+fn horizons(rows: &[&Row]) -> Vec<f64> {
+    let mut all: Vec<f64> = rows.iter().map(|row| row.horizon_s).collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// The schemes in the order of their rows.
+fn schemes<'a>(rows: &[&'a Row]) -> Vec<&'a str> {
+    let mut all: Vec<&str> = Vec::new();
+    for row in rows {
+        if !all.contains(&row.scheme.as_str()) {
+            all.push(&row.scheme);
+        }
+    }
+    all
+}
+
+/// Median over the sessions.
+fn median(rows: &[&Row], phase: &str, scheme: &str, horizon: f64) -> Option<f64> {
+    let own = rows
+        .iter()
+        .filter(|row| row.phase == phase && row.scheme == scheme && row.horizon_s == horizon);
+    let mut all: Vec<f64> = own.map(|row| row.median_m).collect();
+    all.sort_by(f64::total_cmp);
+    match all.len() {
+        0 => None,
+        n if n % 2 == 1 => Some(all[n / 2]),
+        n => Some(f64::midpoint(all[n / 2 - 1], all[n / 2])),
+    }
+}
+
+fn figure(metres: f64) -> String {
+    match metres {
+        m if m < 10.0 => format!("{m:.2}"),
+        m if m < 100.0 => format!("{m:.1}"),
+        m => format!("{m:.0}"),
+    }
+}

@@ -1,0 +1,277 @@
+//! The page of several sessions of one unit.
+
+use super::{HEAD, figure, median, of_phase, schemes};
+use crate::axis::{Axis, extent, widened};
+use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
+use crate::document::{Document, Figure, Part, Table};
+use crate::palette::{Look, RNN, SOFT, scheme as look};
+use host_lab::experiment::sessions::{Judged, PHASES, Row};
+use serde_json::json;
+
+/// Schemes in the pictures.
+const DRAWN: [&str; 6] = [
+    "uncorrected",
+    "rest",
+    "ekf6",
+    "ekf6-memory",
+    "ekf24-memory",
+    "device",
+];
+const AXES: [(&str, &str); 6] = [
+    ("gyro x", "deg/s"),
+    ("gyro y", "deg/s"),
+    ("gyro z", "deg/s"),
+    ("accel x", "m/s2"),
+    ("accel y", "m/s2"),
+    ("accel z", "m/s2"),
+];
+const BAND_95: f64 = 1.96;
+
+/// The page. `unit`: its name.
+#[must_use]
+pub fn document(unit: &str, sessions: &[Judged]) -> Document {
+    let rows: Vec<&Row> = sessions.iter().flat_map(|of| &of.rows).collect();
+    let mut parts = vec![course(sessions)];
+    parts.extend(PHASES.iter().filter_map(|phase| part(&rows, phase)));
+    parts.push(remembered(sessions));
+    Document {
+        title: format!("{unit}: {} sessions, each from power-on", sessions.len()),
+        verdict: verdict(&rows),
+        parts,
+        ..Document::default()
+    }
+}
+
+/// Sentences of the device against no correction, at power-on.
+fn verdict(rows: &[&Row]) -> Vec<String> {
+    let mut out = Vec::new();
+    for phase in PHASES {
+        let Some(horizon) = rows
+            .iter()
+            .filter(|row| row.phase == phase)
+            .map(|row| row.horizon_s)
+            .reduce(f64::max)
+        else {
+            continue;
+        };
+        let of = |scheme: &str| median(rows, phase, scheme, horizon);
+        if let (Some(device), Some(raw)) = (of("device"), of("uncorrected")) {
+            let same = (device / raw - 1.0).abs() < 1e-3;
+            let how = if same {
+                "the device corrects nothing".to_owned()
+            } else {
+                format!("the device leaves {:.2} of the error", device / raw)
+            };
+            out.push(format!(
+                "{phase}: {how} after {horizon} s without fixes ({} m, uncorrected {} m).",
+                figure(device),
+                figure(raw)
+            ));
+        }
+    }
+    out
+}
+
+/// What the device did in each session.
+fn course(sessions: &[Judged]) -> Part {
+    let row = |of: &Judged| {
+        vec![
+            format!("{}: {}", of.session, of.name),
+            format!("the device {}. {}", of.device.says, of.notes.join(" ")),
+            format!("{:.0}", of.duration_s),
+            format!("{:.2}", of.residual),
+            of.device.fixes[0].to_string(),
+        ]
+    };
+    Part {
+        tables: vec![Table {
+            head: [
+                "session",
+                "the device, with all fixes",
+                "s",
+                "residual",
+                "fixes",
+            ]
+            .map(String::from)
+            .to_vec(),
+            rows: sessions.iter().map(row).collect(),
+            text: 2,
+            ..Table::default()
+        }],
+        sentences: vec![
+            "Residual: how far fixes and samples contradict each other, where 1 is expected; below \
+             1 the fixes are better than they say."
+                .into(),
+        ],
+        data: json!(sessions),
+        ..Part::new("sessions", "What the device did")
+    }
+}
+
+/// A phase: medians over the sessions, and each session.
+fn part(rows: &[&Row], phase: &str) -> Option<Part> {
+    let of: Vec<&Row> = of_phase(rows, phase);
+    let longest = of.iter().map(|row| row.horizon_s).reduce(f64::max)?;
+    let horizons = super::horizons(&of);
+    let head = std::iter::once("scheme".to_owned());
+    let head = head.chain(horizons.iter().map(|h| format!("{h} s")));
+    let line = |scheme: &&str| {
+        let cells = horizons
+            .iter()
+            .map(|h| median(&of, phase, scheme, *h).map_or("-".into(), figure));
+        std::iter::once((*scheme).to_owned()).chain(cells).collect()
+    };
+    let means = match phase {
+        "power-on" => "No scheme has had a fix in the session.".to_owned(),
+        "end" => {
+            "All fixes until the coast begins, one coast at the end of each session.".to_owned()
+        }
+        _ => format!(
+            "The schemes had fixes for the first {} s of the session and no more.",
+            phase.trim_start_matches("fixes-")
+        ),
+    };
+    Some(Part {
+        sentences: vec![means, HEAD.to_owned()],
+        figures: vec![Figure {
+            name: "sessions",
+            title: format!("Error after {longest} s without fixes, {phase}"),
+            caption: "Median over the coasts of each session.".into(),
+            picture: over_sessions(&of, longest),
+        }],
+        tables: vec![Table {
+            caption: Some("median over the sessions of the median error, m".into()),
+            head: head.collect(),
+            rows: schemes(&of).iter().map(line).collect(),
+            text: 1,
+            ..Table::default()
+        }],
+        ..Part::new(phase, &format!("Phase {phase}"))
+    })
+}
+
+/// The error of each session.
+fn over_sessions(rows: &[&Row], horizon: f64) -> Picture {
+    let size = (WIDTH, 380.0);
+    let curve = |scheme: &str| -> Vec<(f64, f64)> {
+        rows.iter()
+            .filter(|row| row.scheme == scheme && row.horizon_s == horizon)
+            .map(|row| (row.session as f64, row.median_m.max(1e-3)))
+            .collect()
+    };
+    let curves: Vec<(&str, Vec<(f64, f64)>)> = DRAWN
+        .iter()
+        .map(|scheme| (*scheme, curve(scheme)))
+        .filter(|(_, points)| !points.is_empty())
+        .collect();
+    let all = || curves.iter().flat_map(|(_, points)| points);
+    let (Some(x), Some((low, high))) = (
+        extent(all().map(|(x, _)| *x)),
+        extent(all().map(|(_, y)| *y)),
+    ) else {
+        return Picture::without_data(size, "no session is long enough");
+    };
+    Picture {
+        size,
+        legends: vec![Legend {
+            at: (66.0, 18.0),
+            width: size.0 - 66.0,
+            entries: curves
+                .iter()
+                .map(|(scheme, _)| ((*scheme).to_owned(), drawn(scheme)))
+                .collect(),
+        }],
+        panels: vec![Panel {
+            at: (80.0, 62.0),
+            size: (size.0 - 100.0, size.1 - 116.0),
+            title: ["horizontal error".into(), "m".into()],
+            x: Axis::linear("session", (x.0 - 0.5, x.1 + 0.5), 15),
+            y: Axis::log("", (low / 1.5, high * 1.5)),
+            marks: curves
+                .into_iter()
+                .flat_map(|(scheme, points)| {
+                    let look = drawn(scheme);
+                    [
+                        Mark::Dots(points.clone(), 3.0, look.colour),
+                        Mark::Line(points, look),
+                    ]
+                })
+                .collect(),
+        }],
+        notes: vec![],
+    }
+}
+
+fn drawn(scheme: &str) -> Look {
+    look(match scheme {
+        "uncorrected" => "raw",
+        "rest" => "ls-bias",
+        "ekf6-memory" => "rnn",
+        "ekf24-memory" => "ekf24",
+        "device" => "device-4",
+        other => other,
+    })
+}
+
+/// What `ekf6-memory` knows of the unit after each session.
+fn remembered(sessions: &[Judged]) -> Part {
+    let title = "What is remembered of the unit";
+    let known: Vec<(f64, &[f64; 6], &[f64; 6])> = sessions
+        .iter()
+        .filter_map(|of| {
+            let remembered = of.remembered.as_ref()?;
+            Some((of.session as f64, &remembered.mean, &remembered.sigma))
+        })
+        .collect();
+    if known.is_empty() {
+        return Part::without("remembered", title, "no session had fixes");
+    }
+    let panel = |axis: usize, at: (f64, f64), size: (f64, f64)| {
+        let x: Vec<f64> = known.iter().map(|(session, ..)| *session).collect();
+        let bound = |sign: f64| -> Vec<f64> {
+            let of = known.iter();
+            of.map(|(_, mean, sigma)| mean[axis] + sign * BAND_95 * sigma[axis])
+                .collect()
+        };
+        let [low, mean, high] = [-1.0, 0.0, 1.0].map(bound);
+        let (first, last) = extent(x.iter().copied()).unwrap_or_default();
+        let range = extent(low.iter().chain(&high).copied()).unwrap_or_default();
+        let band = Look::dashed(SOFT, 1.0, (4.0, 3.0));
+        Panel {
+            at,
+            size,
+            title: [AXES[axis].0.to_owned(), AXES[axis].1.to_owned()],
+            x: Axis::linear(
+                if axis < 3 { "" } else { "session" },
+                (first - 0.5, last + 0.5),
+                8,
+            ),
+            y: Axis::linear("", widened(range, 0.06), 6),
+            marks: vec![
+                Mark::curve(&x, &low, band),
+                Mark::curve(&x, &high, band),
+                Mark::curve(&x, &mean, Look::solid(RNN, 2.0)),
+            ],
+        }
+    };
+    let size = (WIDTH, 560.0);
+    let (column, row) = (size.0 / 3.0, (size.1 - 76.0) / 2.0);
+    let at = |i: usize| ((i % 3) as f64 * column + 72.0, (i / 3) as f64 * row + 62.0);
+    Part {
+        figures: vec![Figure {
+            name: "remembered",
+            title: "Biases of the unit after each session".into(),
+            caption: "Mean and 95 % interval of the unit's own part of each bias, as ekf6-memory \
+                      knows it. What is new at every power-on is not in it."
+                .into(),
+            picture: Picture {
+                size,
+                panels: (0..6)
+                    .map(|i| panel(i, at(i), (column - 88.0, row - 52.0)))
+                    .collect(),
+                ..Picture::default()
+            },
+        }],
+        ..Part::new("remembered", title)
+    }
+}

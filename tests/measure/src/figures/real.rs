@@ -1,0 +1,168 @@
+//! What real units over their power-ons show: `docs/figures/real-*.csv`, from the sessions in the
+//! folder of recorded data (`../shared/data/sessions`, or `sessions` in `LRNN_DATA`).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use qemu::images::{target_directory, workspace};
+use serde_json::Value;
+
+use crate::stage::{cargo_with, succeed};
+
+/// A unit: name of its table, unit file, folder of its sessions.
+const UNITS: [(&str, &str, &str); 5] = [
+    ("real-rc-car", "dot.toml", "morpinet-1"),
+    ("real-car", "dot.toml", "wid"),
+    ("real-hand-a", "broad.toml", "broad-a"),
+    ("real-hand-b", "broad.toml", "broad-b"),
+    ("real-hand-c", "broad.toml", "broad-c"),
+];
+/// Sessions that their own description calls bad.
+const BAD: [(&str, &str); 2] = [("morpinet-1", "b"), ("morpinet-1", "j")];
+/// The drives of the paper's test, and its time without fixes, s.
+const PAPER: (&str, &str) = ("wid", "50");
+const HORIZONS: [f64; 4] = [5.0, 10.0, 30.0, 60.0];
+
+/// Writes the tables, if the sessions are there.
+pub fn write() -> Result<()> {
+    let data = match std::env::var_os("LRNN_DATA") {
+        Some(folder) => PathBuf::from(folder),
+        None => workspace().join("../shared/data"),
+    };
+    let sessions = data.join("sessions");
+    if !sessions.is_dir() {
+        println!(
+            "skipped: no sessions of real units in {}",
+            sessions.display()
+        );
+        return Ok(());
+    }
+    UNITS.iter().try_for_each(|(name, unit, folder)| {
+        write_unit(&sessions, name, unit, folder).with_context(|| (*name).to_owned())
+    })
+}
+
+fn write_unit(sessions: &Path, name: &str, unit: &str, folder: &str) -> Result<()> {
+    let mut headers: Vec<PathBuf> = fs::read_dir(sessions.join(folder))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<Result<_>>()?;
+    headers.retain(|path| {
+        let own = path
+            .file_name()
+            .map(|name| name.to_string_lossy().into_owned());
+        path.join("header.toml").is_file()
+            && !BAD
+                .iter()
+                .any(|(of, bad)| *of == folder && own.as_deref() == Some(bad))
+    });
+    headers.sort();
+    let into = target_directory()?.join("figures");
+    fs::create_dir_all(&into)?;
+    let json = into.join(format!("{name}.json"));
+    let mut run = cargo_with("run --quiet --release --package host-sim -- replay sessions");
+    run.arg(sessions.join(unit));
+    run.args(headers.iter().map(|path| path.join("header.toml")));
+    if folder == PAPER.0 {
+        run.args(["--paper", PAPER.1]);
+    }
+    succeed(run.arg("--json").arg(&json))?;
+    let results: Value = serde_json::from_str(&fs::read_to_string(&json)?)?;
+    let rows = results["rows"].as_array().context("no rows")?;
+    ensure!(!rows.is_empty(), "no rows");
+    fs::write(
+        workspace().join(format!("docs/figures/{name}.csv")),
+        csv(folder, rows, headers.len()),
+    )?;
+    if let Some(rows) = results["paper"].as_array() {
+        let file = workspace().join("docs/figures/real-paper.csv");
+        fs::write(file, paper(folder, rows))?;
+    }
+    Ok(())
+}
+
+/// A row for each scheme, a column for each protocol.
+fn paper(folder: &str, rows: &[Value]) -> String {
+    let mut out = format!(
+        "# `host-sim replay sessions --paper {}` on the drives of {folder}: horizontal error, m, \
+         median over the drives (least to most)\nscheme,same drive,second half,next drive\n",
+        PAPER.1
+    );
+    let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
+    let mut schemes: Vec<String> = Vec::new();
+    for row in rows {
+        let scheme = text(row, "scheme");
+        if !schemes.contains(&scheme) {
+            schemes.push(scheme);
+        }
+    }
+    for scheme in schemes {
+        let cells = ["same drive", "second half", "next drive"].map(|case| {
+            let own = rows
+                .iter()
+                .filter(|row| text(row, "scheme") == scheme && text(row, "judged_on") == case);
+            let all: Vec<f64> = own.filter_map(|row| row["error_m"].as_f64()).collect();
+            let ends = all
+                .iter()
+                .copied()
+                .fold((f64::MAX, 0.0), |(least, most): (f64, f64), m| {
+                    (least.min(m), most.max(m))
+                });
+            let [least, most] = [ends.0, ends.1].map(|m| median(vec![m]));
+            format!("{} ({least} to {most})", median(all))
+        });
+        out += &format!("`{scheme}`,{}\n", cells.join(","));
+    }
+    out
+}
+
+/// A row for each phase and scheme, a column for each horizon.
+fn csv(folder: &str, rows: &[Value], sessions: usize) -> String {
+    let mut out = format!(
+        "# `host-sim replay sessions` on {sessions} sessions of {folder}: median over the sessions \
+         of the median horizontal error, m\nfixes before,scheme,5 s,10 s,30 s,60 s\n"
+    );
+    let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
+    let mut seen: Vec<(String, String)> = Vec::new();
+    for row in rows {
+        let of = (text(row, "phase"), text(row, "scheme"));
+        if !seen.contains(&of) {
+            seen.push(of);
+        }
+    }
+    let phases = [
+        "power-on", "fixes-5", "fixes-10", "fixes-20", "fixes-40", "end",
+    ];
+    for phase in phases {
+        for (_, scheme) in seen.iter().filter(|(of, _)| of == phase) {
+            let cells = HORIZONS.map(|horizon| {
+                let own = rows.iter().filter(|row| {
+                    text(row, "phase") == phase
+                        && text(row, "scheme") == *scheme
+                        && row["horizon_s"].as_f64() == Some(horizon)
+                });
+                median(own.filter_map(|row| row["median_m"].as_f64()).collect())
+            });
+            let shown = match phase {
+                "power-on" => "none",
+                "end" => "all",
+                other => &format!("{} s", other.trim_start_matches("fixes-")),
+            };
+            out += &format!("{shown},`{scheme}`,{}\n", cells.join(","));
+        }
+    }
+    out
+}
+
+fn median(mut of: Vec<f64>) -> String {
+    of.sort_by(f64::total_cmp);
+    let median = match of.len() {
+        0 => return "-".into(),
+        n if n % 2 == 1 => of[n / 2],
+        n => f64::midpoint(of[n / 2 - 1], of[n / 2]),
+    };
+    match median {
+        m if m < 10.0 => format!("{m:.1}"),
+        m => format!("{m:.0}"),
+    }
+}
