@@ -129,7 +129,7 @@ pub enum Error {
 /// Result of [`Framing::scan`] for the beginning of some bytes of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scan {
-    /// Perhaps a frame. To decide, this number of bytes is needed in all.
+    /// Perhaps a frame. To decide, this number of bytes is needed in all; fewer decide nothing.
     Partial(usize),
     /// A frame of so many bytes with a right checksum. It holds a sample, or a receiver's fix.
     Frame(usize),

@@ -136,6 +136,13 @@ fn accidents<'e>(
     found.iter().filter(reaches).collect()
 }
 
+/// A sentence of NMEA is the same with CR alone at its end, and with small letters in its checksum.
+fn changes_nothing(format: Any, frame: &[u8], bit: usize) -> bool {
+    let from_end = frame.len() - bit / 8;
+    let letter = frame[bit / 8].is_ascii_alphabetic() && bit % 8 == 5;
+    format == Any::Receiver(ReceiverFormat::Nmea) && (from_end == 1 || (from_end <= 4 && letter))
+}
+
 /// Parts of a stream: what a part is, and random bytes for it.
 fn parts() -> impl Strategy<Value = Vec<(u8, u8, Vec<u8>)>> {
     let noise = prop::collection::vec(any::<u8>(), 0..700);
@@ -359,8 +366,9 @@ proptest! {
         for (n, noise) in (0..).zip(&garbage) {
             let bytes = format.example(n);
             stream.extend(noise);
-            // the worst noise: a beginning of the same frame
-            stream.extend(&bytes[..noise.len() % bytes.len()]);
+            // the worst noise: a beginning of the same frame, without the last two bytes, as a line
+            // may end in CR alone
+            stream.extend(&bytes[..noise.len() % (bytes.len() - 1)]);
             sent.push((stream.len(), bytes.clone()));
             stream.extend(bytes);
         }
@@ -379,6 +387,7 @@ proptest! {
         let mut damaged = bytes.clone();
         let bit = bit.index(8 * bytes.len());
         damaged[bit / 8] ^= 1 << (bit % 8);
+        prop_assume!(!changes_nothing(format, &bytes, bit));
         let [a, b, c] = &neighbours;
         let mut stream = [&a[..], &damaged, b, c].concat();
         stream.extend([0; 300]);

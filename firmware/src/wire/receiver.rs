@@ -10,8 +10,10 @@
 //! A [`stream::Receiver`] finds the messages of one format, or finds out which format it is, and
 //! joins the messages of an [`epoch`] to one fix.
 
+pub(super) mod cartesian;
 pub mod epoch;
 pub mod stream;
+mod voice;
 
 use super::novatel::best;
 use super::{Framing, Scan, nmea, sbf, ubx};
@@ -76,7 +78,7 @@ impl ReceiverFormat {
     }
 
     /// The kinds of messages that are waited for in the first epoch, a bit each.
-    fn usual(self) -> u8 {
+    fn usual(self) -> u16 {
         match self {
             ReceiverFormat::Ubx => ubx::USUAL,
             ReceiverFormat::Nmea => nmea::USUAL,
