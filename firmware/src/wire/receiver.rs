@@ -2,10 +2,10 @@
 //!
 //! | format | messages | joined with |
 //! |---|---|---|
-//! | [`ubx`] | NAV-PVT | NAV-COV, NAV-RELPOSNED |
-//! | [`nmea`] | GGA or GNS, RMC or VTG | GST, HDT, THS |
+//! | [`ubx`] | NAV-PVT; or a position and a velocity of [`ubx::more`] | NAV-COV, NAV-RELPOSNED |
+//! | [`nmea`] | GGA or GNS, RMC or VTG | GST, HDT, THS, ZDA |
 //! | [`novatel::best`](best) | BESTPOS, BESTVEL | HEADING2 |
-//! | [`sbf`] | PVTGeodetic | PosCovGeodetic, VelCovGeodetic, AttEuler, AttCovEuler |
+//! | [`sbf`] | PVTGeodetic or PVTCartesian | their covariances, AttEuler, AttCovEuler |
 //!
 //! A [`stream::Receiver`] finds the messages of one format, or finds out which format it is, and
 //! joins the messages of an [`epoch`] to one fix.

@@ -139,7 +139,7 @@ fn day_of(day: u32, month: u32, year: u32) -> Option<u8> {
     if !(1..=31).contains(&day) || year > 99 {
         return None;
     }
-    let leap = year / 4 + 1 - u32::from(year % 4 == 0 && month < 3);
+    let leap = year / 4 + 1 - u32::from(year.is_multiple_of(4) && month < 3);
     // 1 January 2000 was a Saturday
     Some(((day + before + year + leap + 5) % 7) as u8)
 }

@@ -217,6 +217,7 @@ impl Joiner {
             (new, Some(old)) if soon && is_late(new, old) => return None,
             (new, old) => {
                 self.hand_over();
+                self.date(); // it may have come after that
                 if old.is_some() {
                     self.usual = self.kinds;
                 }
@@ -257,14 +258,37 @@ impl Joiner {
         core::mem::take(&mut self.ready).then_some(&self.solution)
     }
 
+    /// Time of the newest epoch, ms of the GPS week; of the day while there was no date.
+    fn time_ms(&self) -> u32 {
+        match self.time {
+            Some(Time::Week(ms)) => ms,
+            Some(Time::Day(ms)) => (u32::from(self.day) * DAY_MS + ms) % WEEK_MS,
+            Some(Time::Same) | None => 0,
+        }
+    }
+
+    /// Time of the newest epoch, ms of the GPS week, once it is known, also by a date that came
+    /// behind the fix.
+    pub fn time_of_week(&mut self) -> Option<u32> {
+        self.date();
+        let known = self.dated || matches!(self.time, Some(Time::Week(_)));
+        known.then(|| self.time_ms())
+    }
+
+    /// Takes the date that the epoch has.
+    fn date(&mut self) {
+        if let Some(day) = self.values.day {
+            (self.day, self.dated) = (day, true);
+        }
+    }
+
     /// Makes the fix, if there is a position or a velocity.
     #[inline(never)]
     fn hand_over(&mut self) {
         if core::mem::replace(&mut self.handed_over, true) {
             return;
         }
-        self.day = self.values.day.unwrap_or(self.day);
-        self.dated |= self.values.day.is_some();
+        self.date();
         let Values {
             position,
             velocity,
@@ -275,11 +299,7 @@ impl Joiner {
             position,
             velocity,
             heading,
-            time_ms: match self.time {
-                Some(Time::Week(ms)) => ms,
-                Some(Time::Day(ms)) => (u32::from(self.day) * DAY_MS + ms) % WEEK_MS,
-                Some(Time::Same) | None => 0,
-            },
+            time_ms: self.time_ms(),
             arrived_us: self.arrival.us,
             ..Fix::EMPTY
         };

@@ -29,11 +29,8 @@ pub struct Receiver {
     configured: Option<ReceiverFormat>,
     /// The format in use.
     used: Option<ReceiverFormat>,
-    /// Bytes that are not read yet, shared by all formats, and how many of them are shown to the
-    /// finders: while there are several, one more at a time, so that their messages come in the
-    /// order in which they end, however the bytes were cut.
+    /// Bytes that are not read yet, shared by all formats.
     bytes: Unread,
-    shown: usize,
     voices: [Voice; ReceiverFormat::ALL.len()],
     joiner: Joiner,
     /// Arrival of the last bytes.
@@ -54,7 +51,6 @@ impl Receiver {
             configured,
             used: configured,
             bytes: Unread::new(),
-            shown: 0,
             voices: ReceiverFormat::ALL.map(Voice::new),
             joiner: Joiner::new(usual),
             last: Arrival::default(),
@@ -69,7 +65,6 @@ impl Receiver {
     pub fn begin_anew(&mut self, configured: Option<ReceiverFormat>) {
         (self.configured, self.used) = (configured, configured);
         self.bytes.clear();
-        self.shown = 0;
         for (voice, format) in self.voices.iter_mut().zip(ReceiverFormat::ALL) {
             *voice = Voice::new(format);
         }
@@ -81,6 +76,11 @@ impl Receiver {
     /// The format; `None` while it is not known.
     pub fn format(&self) -> Option<ReceiverFormat> {
         self.used
+    }
+
+    /// Time of the newest epoch, ms of the GPS week; `None` while there was no date.
+    pub fn time_of_week(&mut self) -> Option<u32> {
+        self.joiner.time_of_week()
     }
 
     /// Whether the silence of the line ends an epoch or a sentence that waits for more.
@@ -183,23 +183,16 @@ impl Receiver {
         Some(())
     }
 
-    /// The next piece of the line, of any format. Bytes that all have read leave.
+    /// The next piece of the line, of any format: that which ends first, so their order does not
+    /// depend on how the line was cut. Bytes that all have read leave.
     fn next_piece(&mut self) -> Option<Piece> {
-        let (configured, unread) = (self.configured, self.bytes.len());
-        loop {
-            let shown = first(self.bytes.from(0), self.shown);
-            let heard = |voice: &&mut Voice| configured.is_none_or(|one| one == voice.format());
-            let mut voices = self.voices.iter_mut().filter(heard);
-            if let Some(piece) = voices.find_map(|voice| voice.next(shown, self.last)) {
-                return Some(piece);
-            }
-            if self.shown >= unread {
-                break;
-            }
-            self.shown = match configured {
-                None => self.shown + 1,
-                Some(_) => unread,
-            };
+        let (configured, last) = (self.configured, self.last);
+        let heard = |voice: &&mut Voice| configured.is_none_or(|one| one == voice.format());
+        let voices = self.voices.iter_mut().filter(heard);
+        let unread = self.bytes.from(0);
+        let ends = voices.filter_map(|voice| Some((voice.look(unread, last)?, voice)));
+        if let Some((_, voice)) = ends.min_by_key(|(end, _)| *end) {
+            return voice.take();
         }
         let heard = self
             .voices
@@ -207,7 +200,6 @@ impl Receiver {
             .filter(|voice| self.hears(voice.format()));
         let by_all = heard.map(Voice::read).min().unwrap_or_default();
         let by_all = self.bytes.take(by_all).len();
-        self.shown = self.shown.saturating_sub(by_all);
         for voice in &mut self.voices {
             voice.left(by_all);
         }

@@ -18,6 +18,8 @@ pub(super) struct Voice {
     before: usize,
     /// Arrival of the byte at its head.
     arrival: Arrival,
+    /// What it has found next.
+    next: Option<Piece>,
     /// Its newest epoch.
     time: Option<Time>,
     /// Values of a fix that it gave, a bit each.
@@ -45,6 +47,7 @@ impl Voice {
             read: 0,
             before: 0,
             arrival: Arrival { us: 0, sample: 0 },
+            next: None,
             time: None,
             given: 0,
             missed: GONE,
@@ -64,24 +67,30 @@ impl Voice {
         }
     }
 
-    /// The next piece of the bytes that are `shown`; `None` when more are needed. `last`: arrival
-    /// of the last ones.
-    pub(super) fn next(&mut self, shown: &[u8], last: Arrival) -> Option<Piece> {
-        let at = self.read;
-        let (kind, len) = self.finder.find(shown.get(at..)?)?;
-        let piece = Piece {
-            format: self.format(),
-            kind,
-            at,
-            len,
-            arrival: self.arrival,
-        };
-        self.read += len;
-        if self.before <= len {
-            self.arrival = last;
+    /// Where the next piece ends; `None` when more bytes are needed. `last`: arrival of the last
+    /// ones.
+    pub(super) fn look(&mut self, unread: &[u8], last: Arrival) -> Option<usize> {
+        if self.next.is_none() {
+            let at = self.read;
+            let (kind, len) = self.finder.find(unread.get(at..)?)?;
+            self.next = Some(Piece {
+                format: self.format(),
+                kind,
+                at,
+                len,
+                arrival: self.arrival,
+            });
+            self.read += len;
+            if self.before <= len {
+                self.arrival = last;
+            }
+            self.before = self.before.saturating_sub(len);
         }
-        self.before = self.before.saturating_sub(len);
-        Some(piece)
+        self.next.map(|piece| piece.at + piece.len)
+    }
+
+    pub(super) fn take(&mut self) -> Option<Piece> {
+        self.next.take()
     }
 
     pub(super) fn read(&self) -> usize {

@@ -301,8 +301,11 @@ mod tests {
         "b5620106340015cd5b07000000000000030171a88c194c21d903f144cc1bad000000c2fffffffafeffff4c000000110000000000000000000000655e",
     );
 
+    /// A message, and bytes of its payload that are others.
+    type Message<'m> = (&'m [u8], &'m [(usize, u8)]);
+
     /// The values of messages of one epoch, whose payloads may be changed before.
-    fn joined(messages: &[(&[u8], &[(usize, u8)])]) -> Values {
+    fn joined(messages: &[Message]) -> Values {
         let mut values = Values::NONE;
         for (message, changes) in messages {
             let mut frame = message.to_vec();
@@ -344,11 +347,11 @@ mod tests {
         let flat = [m, m, 2.0, mps, mps, mps];
         check(&joined(&[(&GEODETIC, NONE), (&NED, NONE)]), flat, 0.006);
         let round = [m, m, m, mps, mps, mps];
-        let pair: [(&[u8], &[(usize, u8)]); 2] = [(&CARTESIAN, NONE), (&CARTESIAN_VELOCITY, NONE)];
+        let pair: [Message; 2] = [(&CARTESIAN, NONE), (&CARTESIAN_VELOCITY, NONE)];
         check(&joined(&pair), round, 0.01);
         check(&joined(&[(&SOLUTION, NONE)]), round, 0.01);
         check(
-            &joined(&[(&GEODETIC, NONE), (&pair[1].0, NONE), (&STATUS, NONE)]),
+            &joined(&[(&GEODETIC, NONE), pair[1], (&STATUS, NONE)]),
             flat,
             0.006,
         );

@@ -7,6 +7,8 @@ use crate::wire::ubx::Pvt;
 use std::format;
 use std::vec::Vec;
 
+mod lines;
+
 /// A line with its clock: a byte takes `byte_us`.
 struct Wire {
     receiver: Receiver,
