@@ -112,7 +112,9 @@ impl Receiver {
         for voice in &mut self.voices {
             voice.comes(unread, self.last);
         }
-        self.bytes.push(bytes);
+        if self.bytes.push(bytes) < bytes.len() {
+            self.begin_anew(self.configured); // only an upset of memory stops all from reading
+        }
     }
 
     /// Completes a sentence whose line ends in CR alone, or with the silence.

@@ -233,17 +233,22 @@ fn on_device(case: &Case) -> Vec<(u32, [f64; 6])> {
         }
     };
     // every epoch has as many bytes, but where a date comes once
-    let epoch = case.bytes.len() / EPOCHS as usize;
-    for (k, bytes) in case.bytes.chunks(64).enumerate() {
-        let second = (64 * k / epoch) as u64;
-        let us = 1_000_000 * (1 + second) + 87 * (64 * k % epoch) as u64;
-        if receiver.is_due(us) {
-            let us = us - 200_000; // the application looks every 10 ms
-            receiver.push(&[], Arrival { us, sample: 0 });
+    let (epoch, rest) = (
+        case.bytes.len() / EPOCHS as usize,
+        case.bytes.len() % EPOCHS as usize,
+    );
+    let length = if rest == 0 { epoch } else { case.bytes.len() };
+    for (second, epoch) in (1..).zip(case.bytes.chunks(length)) {
+        for (piece, bytes) in (0..).zip(epoch.chunks(64)) {
+            let us = 1_000_000 * second + 64 * 87 * piece;
+            if receiver.is_due(us) {
+                let us = us - 200_000; // the application looks every 10 ms
+                receiver.push(&[], Arrival { us, sample: 0 });
+                take(&mut receiver);
+            }
+            receiver.push(bytes, Arrival { us, sample: 0 });
             take(&mut receiver);
         }
-        receiver.push(bytes, Arrival { us, sample: 0 });
-        take(&mut receiver);
     }
     receiver.push(
         &[],
