@@ -72,7 +72,10 @@ impl Beside {
         let times = record.fixes.first().zip(record.fixes.last());
         let (from, to) = times.map_or((0.0, 0.0), |(a, b)| (a.time, b.time));
         let ends = record.time.start().zip(record.time.end());
-        let among = |time: f64| ends.is_some_and(|(start, end)| (start..=end).contains(&time));
+        let step = 1.0 / record.rate_hz.max(1) as f64;
+        let among = |time: f64| {
+            ends.is_some_and(|(start, end)| (start - step..=end + step).contains(&time))
+        };
         let outside = record.fixes.iter().filter(|fix| !among(fix.time)).count();
         let beyond = match outside {
             0 => String::new(),

@@ -3,7 +3,7 @@
 use super::DAY_MS;
 use super::name;
 use super::seen::Seen;
-use firmware::fix::{Fix, WEEK_MS};
+use firmware::fix::{Fix, WEEK_MS, ms_since};
 use firmware::wire::Framer;
 use firmware::wire::receiver::ReceiverFormat;
 use firmware::wire::receiver::epoch::Arrival;
@@ -72,8 +72,8 @@ impl Line {
     pub(super) fn span_ms(&self) -> u64 {
         let times = self.fixes.iter().map(|solved| solved.fix.time_ms);
         let steps = times.clone().zip(times.skip(1));
-        let ahead = steps.map(|(a, b)| u64::from((b + WEEK_MS - a % WEEK_MS) % WEEK_MS));
-        ahead.filter(|ms| *ms < u64::from(WEEK_MS) / 2).sum()
+        let ahead = steps.map(|(then, now)| ms_since(then, now));
+        ahead.filter(|ms| *ms < WEEK_MS / 2).map(u64::from).sum()
     }
 
     /// A note that it is in the log, too.

@@ -256,6 +256,15 @@ fn without_a_date_the_day_is_that_of_the_samples() {
     assert!(near(placed(0.0, Some(day + 86_370.0))));
 }
 
+/// Times of week that cannot be are refused or read, whatever they add up to.
+#[test]
+fn wild_times_are_no_defect_of_the_program() {
+    for times in [[u32::MAX, 0], [0, u32::MAX], [u32::MAX, u32::MAX - 2000]] {
+        let read = log(&times.map(ubx).concat());
+        assert!(read.is_err() || read.unwrap().fixes.iter().all(|fix| fix.time.is_finite()));
+    }
+}
+
 #[test]
 fn what_was_seen_is_named() {
     let why = |bytes: &[u8]| message(&log(bytes).unwrap_err());
