@@ -2,36 +2,35 @@
 
 use super::field::head;
 use super::framer::{Finder, Kind, Unread};
-use super::{Framing, ImuFormat, Settings};
+use super::{ImuFormat, Settings};
 
 /// Consecutive good frames of one format that decide. In a stream of another format one accidental
 /// 16-bit sum (HG4930) is possible, where the two header bytes agree as well; three in an unbroken
 /// row are not.
 pub const ENOUGH: u8 = 3;
 
-/// Tries all formats of inertial sensors, or of receivers, on the same bytes. A good message
-/// between frames (CR LF, a control message) does not interrupt a row; garbage or a wrong checksum
-/// does.
+/// Tries all formats of inertial sensors on the same bytes. A good message between frames (CR LF, a
+/// control message) does not interrupt a row; garbage or a wrong checksum does.
 ///
 /// Meanwhile the caller passes the bytes on unchanged.
 #[derive(Debug)]
-pub struct Detector<F = ImuFormat, const N: usize = { ImuFormat::ALL.len() }> {
+pub struct Detector {
     /// Bytes that are not read yet, shared by all candidates.
     bytes: Unread,
-    candidates: [Candidate<F>; N],
+    candidates: [Candidate; ImuFormat::ALL.len()],
 }
 
 #[derive(Debug)]
-struct Candidate<F> {
-    finder: Finder<F>,
+struct Candidate {
+    finder: Finder,
     /// Bytes it has read of the unread ones.
     read: usize,
     /// Good frames in a row.
     row: u8,
 }
 
-impl<F: Framing> Candidate<F> {
-    fn new(format: F) -> Candidate<F> {
+impl Candidate {
+    fn new(format: ImuFormat) -> Candidate {
         Candidate {
             finder: Finder::new(format),
             read: 0,
@@ -49,31 +48,18 @@ impl Default for Detector {
 impl Detector {
     /// A fresh one.
     pub fn new() -> Detector {
-        Detector::of(ImuFormat::ALL)
-    }
-
-    /// [`Detector::begin_anew`]. Frames that do not state their content are searched for in the
-    /// layout of the settings.
-    pub fn restart(&mut self, settings: &Settings) {
-        self.begin_anew(|format| format.configured(settings));
-    }
-}
-
-impl<F: Framing, const N: usize> Detector<F, N> {
-    /// A detector of these formats.
-    pub fn of(formats: [F; N]) -> Detector<F, N> {
         Detector {
             bytes: Unread::new(),
-            candidates: formats.map(Candidate::new),
+            candidates: ImuFormat::ALL.map(Candidate::new),
         }
     }
 
-    /// Restarts in place: a new one would be built on the stack first. `configured` gives the
-    /// format to be searched for instead of each.
-    pub fn begin_anew(&mut self, configured: impl Fn(F) -> F) {
+    /// Restarts in place: a new one would be built on the stack first. Frames that do not state
+    /// their content are searched for in the layout of the settings.
+    pub fn restart(&mut self, settings: &Settings) {
         self.bytes.clear();
         for candidate in &mut self.candidates {
-            *candidate = Candidate::new(configured(candidate.finder.format()));
+            *candidate = Candidate::new(candidate.finder.format().configured(settings));
         }
     }
 
@@ -81,7 +67,11 @@ impl<F: Framing, const N: usize> Detector<F, N> {
     /// messages to `other` (the special datagrams of a STIM300 above all, which state its units
     /// before the first frame). Formats with weak checksums may take a few bytes of another format
     /// for theirs.
-    pub fn push(&mut self, bytes: &[u8], mut other: impl FnMut(F, &[u8])) -> Option<F> {
+    pub fn push(
+        &mut self,
+        bytes: &[u8],
+        mut other: impl FnMut(ImuFormat, &[u8]),
+    ) -> Option<ImuFormat> {
         for piece in bytes.chunks(super::framer::LONGEST) {
             self.bytes.push(piece);
             for candidate in &mut self.candidates {

@@ -276,8 +276,12 @@ impl<F: Framing> Finder<F> {
         let mut first = Some(first);
         let mut skipped = 0;
         let (kind, len) = loop {
+            if skipped > 0 && skipped == self.long {
+                break (Kind::Garbage, skipped); // what is behind a long message is not its own
+            }
             let rest = unread.get(skipped..)?;
             let rest = head(rest, LONGEST); // the answer must not depend on how much has come
+            let inside = self.long > 0;
             let expected = self.format.has_start_mark() || (self.aligned && skipped == 0);
             let scan = first.take().unwrap_or_else(|| self.format.scan(rest));
             match scan {
@@ -288,16 +292,14 @@ impl<F: Framing> Finder<F> {
                     }
                     break (Kind::Garbage, skipped);
                 }
-                Scan::Partial(_) if skipped > 0 && self.long == 0 => {
-                    break (Kind::Garbage, skipped);
-                }
+                Scan::Partial(_) if skipped > 0 && !inside => break (Kind::Garbage, skipped),
                 Scan::Partial(len) => {
-                    self.long = self.long.max(len);
+                    self.long = self.long.max(skipped + len); // both counted from the head
                     skipped += 1;
                 }
                 Scan::Garbage => skipped += 1,
                 // only a byte that looks like a start mark
-                Scan::BadChecksum if !expected || self.long > 0 => skipped += 1,
+                Scan::BadChecksum if !expected || inside => skipped += 1,
                 // garbage first, the message with the next call
                 _ if skipped > 0 => break (Kind::Garbage, skipped),
                 Scan::BadChecksum => break (Kind::BadChecksum, 1),
@@ -305,7 +307,9 @@ impl<F: Framing> Finder<F> {
                 Scan::Other(len) => break (Kind::Other, len),
             }
         };
-        Some(self.found(kind, len))
+        let known = UNKNOWN_AFTER.saturating_sub(self.garbage) as usize;
+        let turns = kind == Kind::Garbage && self.long == 0 && known > 0;
+        Some(self.found(kind, if turns { len.min(known) } else { len }))
     }
 
     /// Notes so many bytes of this kind. Tells garbage from a long message and from an unknown

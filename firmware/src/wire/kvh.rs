@@ -102,7 +102,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     ) {
         (Mark::No, Mark::No) => return Scan::Garbage,
         (Mark::Whole, _) | (_, Mark::Whole) if bytes.len() > 3 => {}
-        _ => return Scan::Partial(4),
+        _ => return Scan::Partial(bytes.len() + 1),
     }
     let header: [u8; 4] = take(bytes, 0);
     if let Some(layout) = Layout::from_header(header) {

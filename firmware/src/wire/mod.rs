@@ -18,8 +18,8 @@
 //! | [`xsens`] | Xsens MTData2 | byte sum | MT0101P, Xsens' public headers |
 //! | [`adis`] | ADIS bursts over SPI | byte sum, CRC-32 | Linux and ArduPilot drivers |
 //! | [`adis::uart`] | the same in frames of ours | CRC-32 | this crate |
-//! | [`ubx`] | u-blox NAV-PVT, NAV-COV, NAV-RELPOSNED | Fletcher-8 | gpsd and pyubx2 |
-//! | [`nmea`] | NMEA 0183: GGA, GNS, RMC, VTG, GST, HDT, THS | exclusive or | gpsd, pynmeagps |
+//! | [`ubx`] | u-blox NAV-PVT and ten others | Fletcher-8 | gpsd and pyubx2 |
+//! | [`nmea`] | NMEA 0183: GGA, RMC and six others | exclusive or | gpsd, pynmeagps |
 //! | [`novatel::best`] | BESTPOS, BESTVEL, HEADING2 | CRC-32 from 0 | OEM7 pages, `novatel_edie` |
 //! | [`sbf`] | Septentrio PVTGeodetic and others | CRC-16/XMODEM | SBF reference guides, pysbf2 |
 //! | [`command`] | our own command link | CRC-32 | this crate |
@@ -129,7 +129,7 @@ pub enum Error {
 /// Result of [`Framing::scan`] for the beginning of some bytes of a stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scan {
-    /// Perhaps a frame. To decide, this number of bytes is needed in all.
+    /// Perhaps a frame. To decide, this number of bytes is needed in all; fewer decide nothing.
     Partial(usize),
     /// A frame of so many bytes with a right checksum. It holds a sample, or a receiver's fix.
     Frame(usize),

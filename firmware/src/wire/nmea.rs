@@ -1,4 +1,4 @@
-//! NMEA 0183 sentences of satellite receivers: GGA, GNS, RMC, VTG, GST, HDT, THS.
+//! NMEA 0183 sentences of satellite receivers: GGA, GNS, RMC, VTG, GST, HDT, THS, ZDA.
 //!
 //! Source: NMEA 0183 as gpsd's "NMEA Revealed", `pynmeagps` and the u-blox interface description
 //! state it. `pynmeagps` 1.1.8 made the golden sentences.
@@ -7,8 +7,14 @@
 //! $ | talker, 2 letters | sentence, 3 letters | , field , field ... | * | checksum | CR LF
 //! ```
 //!
-//! The checksum is the exclusive or of all bytes between `$` and `*`, two hexadecimal digits in
-//! upper case. It is weak: two errors in the same bit of two bytes cancel. A field may be empty.
+//! The checksum is the exclusive or of all bytes between `$` and `*`, two hexadecimal digits. It is
+//! weak: two errors in the same bit of two bytes cancel. A field may be empty.
+//!
+//! Loggers and terminals change what is around a sentence. So a line may end in LF alone, CR alone
+//! or CR CR LF, digits of the checksum may be in lower case, and whatever stands before the `$`
+//! (a tag block, a logger's time stamp) is skipped. **A line without a checksum** is
+//! [`Scan::Other`]: [`super::Receiver`] reads it on a line that is told to be NMEA and never had a
+//! checksum.
 //!
 //! It is written here because the crate `nmea` (0.8.0) costs 64 kB of flash for six sentences,
 //! most of it the reading of dates and of floating-point numbers, and brings code that can panic.
@@ -17,21 +23,21 @@
 //! NMEA states no accuracy of the velocity, none of the heading, and that of the position only in
 //! GST. What is assumed instead is in this file, with its reason.
 
-mod number;
+pub(super) mod number;
 
 use super::Scan;
-use super::field::take;
+use super::field::{head as first, take};
 use super::receiver::epoch::{Head, Time, Values};
 use crate::fix::{Heading, NOT_MEASURED, Position};
 use crate::units::DEGREE;
 use core::f32::consts::FRAC_1_SQRT_2;
-use number::Number;
+use number::{Fields, Number};
 
 /// Bytes of the longest sentence that is read. The standard allows 82; receivers with more digits
 /// or a longer GNS use more.
 pub const LONGEST: usize = 128;
-/// Bytes of the shortest: an address, the checksum, the end.
-const SHORTEST: usize = 11;
+/// Bytes from the star on, where the line ends in LF alone.
+const END: usize = 4;
 
 /// Standard deviation of the horizontal distance at HDOP 1, m, by the quality of the fix: half of
 /// gpsd's 95 % values for a plain and a differential fix; assumed for a carrier-phase fix.
@@ -75,16 +81,21 @@ pub enum Sentence {
     Hdt,
     /// True heading with its mode.
     Ths,
+    /// Date.
+    Zda,
 }
 
 /// The kinds that every receiver sends in the first epoch: GGA and RMC.
-pub const USUAL: u8 = 1 << Sentence::Gga as u8 | 1 << Sentence::Rmc as u8;
+pub const USUAL: u16 = 1 << Sentence::Gga as u8 | 1 << Sentence::Rmc as u8;
 
 impl Sentence {
     /// The sentence by its address: a talker of satellite receivers, and the sentence.
     fn of(address: [u8; 5]) -> Option<Sentence> {
         let [a, b, rest @ ..] = address;
-        if !matches!(&[a, b], b"GP" | b"GN" | b"GL" | b"GA" | b"GB") {
+        if !matches!(
+            &[a, b],
+            b"GP" | b"GN" | b"GL" | b"GA" | b"GB" | b"BD" | b"GQ" | b"QZ" | b"GI"
+        ) {
             return None;
         }
         Some(match &rest {
@@ -95,6 +106,7 @@ impl Sentence {
             b"GST" => Sentence::Gst,
             b"HDT" => Sentence::Hdt,
             b"THS" => Sentence::Ths,
+            b"ZDA" => Sentence::Zda,
             _ => return None,
         })
     }
@@ -106,7 +118,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     match bytes.split_first() {
         Some((b'$', _)) => {}
         Some(_) => return Scan::Garbage,
-        None => return Scan::Partial(SHORTEST),
+        None => return Scan::Partial(1),
     }
     let body = bytes.iter().skip(1).take(LONGEST - 5);
     let (mut sum, mut star) = (0, None);
@@ -118,6 +130,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
             }
             b'A'..=b'Z' => {}
             b' '..=b'~' if at > 1 && byte != b'$' && byte != b'!' => {}
+            b'\r' | b'\n' if is_read(first(bytes, at)) => return Scan::Other(at),
             _ => return Scan::Garbage,
         }
         sum ^= byte;
@@ -127,28 +140,57 @@ pub fn scan(bytes: &[u8]) -> Scan {
         if so_far > LONGEST - 5 {
             return Scan::Garbage;
         }
-        return Scan::Partial((so_far + 5).max(SHORTEST));
+        return Scan::Partial(so_far + 1); // any byte may show that this is none
     };
-    let len = star + 5;
-    let hex = |digit: u8| match digit {
-        0..=9 => b'0' + digit,
-        digit => b'A' + digit - 10,
+    let end = bytes.get(star + 1..).unwrap_or_default();
+    let (digits, len) = match *end {
+        [a, b, b'\r', b'\n', ..] => ([a, b], star + 5),
+        [_, _, b'\r'] => return Scan::Partial(star + 5),
+        [a, b, b'\r' | b'\n', ..] => ([a, b], star + END),
+        [_, _, _, ..] => return Scan::BadChecksum,
+        _ => return Scan::Partial(star + END),
     };
-    let end = [hex(sum >> 4), hex(sum & 0xF), b'\r', b'\n'];
-    match bytes.get(star + 1..len) {
-        None => Scan::Partial(len),
-        Some(found) if found != end => Scan::BadChecksum,
-        Some(_) => {
-            #[cfg(test)]
-            super::checksum::count::one(len);
-            if star > 5 && Sentence::of(take(bytes, 1)).is_some() {
-                Scan::Frame(len)
-            } else {
-                Scan::Other(len)
-            }
-        }
+    let hex = |digit: u8| char::from(digit).to_digit(16);
+    let [high, low] = digits.map(hex);
+    let stated = high.zip(low).map(|(high, low)| high << 4 | low);
+    if stated != Some(u32::from(sum)) {
+        return Scan::BadChecksum;
+    }
+    #[cfg(test)]
+    super::checksum::count::one(len);
+    if is_read(first(bytes, star)) {
+        Scan::Frame(len)
+    } else {
+        Scan::Other(len)
     }
 }
+
+/// Whether this is one of the sentences that are read, up to its checksum.
+fn is_read(text: &[u8]) -> bool {
+    text.get(6).is_none_or(|byte| *byte == b',') && Sentence::of(take(text, 1)).is_some()
+}
+
+/// Whether the checksum is missing in a sentence that the scan gave.
+pub(super) fn lacks_checksum(sentence: &[u8]) -> bool {
+    !sentence.contains(&b'*')
+}
+
+/// Whether a silence of the line completes its last bytes to a sentence: all has come of it but a
+/// line feed behind a CR that stands alone.
+pub(super) fn is_ended_by_silence(unread: &[u8]) -> bool {
+    let mut line = [b'\n'; LONGEST + AFTER.len()];
+    for (place, byte) in line.iter_mut().zip(unread) {
+        *place = *byte;
+    }
+    match scan(first(&line, unread.len() + AFTER.len())) {
+        Scan::Frame(_) => true,
+        Scan::Other(len) => len < unread.len(),
+        _ => false,
+    }
+}
+
+/// What a silence of the line puts behind such bytes.
+pub(super) const AFTER: [u8; END] = [b'\n'; END];
 
 /// Kind and time of a sentence that a framer has checked; `None` if it is another one, or its time
 /// cannot be read.
@@ -156,7 +198,7 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     let sentence = Sentence::of(take(frame, 1))?;
     let time = match sentence {
         Sentence::Vtg | Sentence::Hdt | Sentence::Ths => Time::Same,
-        _ => Time::Day(number::time_of_day(Fields::of(frame).get(0))?),
+        _ => Time::Day(number::time_of_day(fields(frame).get(0))?),
     };
     Some(Head {
         kind: sentence as u8,
@@ -164,10 +206,17 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
+/// The fields behind the address.
+fn fields(sentence: &[u8]) -> Fields<'_> {
+    let star = sentence.iter().position(|byte| *byte == b'*');
+    let text = first(sentence, star.unwrap_or(sentence.len()));
+    Fields(text.get(7..).unwrap_or_default())
+}
+
 /// Writes the values of such a sentence.
 #[inline(never)]
 pub(super) fn read(frame: &[u8], values: &mut Values) {
-    let fields = Fields::of(frame);
+    let fields = fields(frame);
     match Sentence::of(take(frame, 1)) {
         Some(Sentence::Gga) => gga(fields, values),
         Some(Sentence::Gns) => gns(fields, values),
@@ -176,42 +225,8 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
         Some(Sentence::Gst) => gst(fields, values),
         Some(Sentence::Hdt) => heading(fields, values),
         Some(Sentence::Ths) if fields.get(1) == b"A" => heading(fields, values),
+        Some(Sentence::Zda) => values.day = number::day_of_parts([1, 2, 3].map(|n| fields.get(n))),
         Some(Sentence::Ths) | None => {}
-    }
-}
-
-/// The text between the address and the checksum.
-#[derive(Clone, Copy)]
-struct Fields<'t>(&'t [u8]);
-
-impl<'t> Fields<'t> {
-    /// The fields of a whole sentence.
-    fn of(sentence: &'t [u8]) -> Fields<'t> {
-        let end = sentence.len().saturating_sub(5);
-        Fields(sentence.get(7..end).unwrap_or_default())
-    }
-
-    /// Field `n`, from 0 on; empty where there are fewer.
-    #[inline(never)]
-    fn get(self, n: usize) -> &'t [u8] {
-        let (mut rest, mut left) = (self.0, n);
-        loop {
-            let end = rest.iter().position(|&byte| byte == b',');
-            let (field, after) = match end {
-                Some(end) => rest.split_at_checked(end).unwrap_or_default(),
-                None => (rest, &[][..]),
-            };
-            if left == 0 {
-                return field;
-            }
-            left -= 1;
-            rest = after.get(1..).unwrap_or_default();
-        }
-    }
-
-    /// The number in it.
-    fn number(self, n: usize) -> Option<Number> {
-        Number::of(self.get(n))
     }
 }
 

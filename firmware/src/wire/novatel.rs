@@ -138,7 +138,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     ) {
         (Mark::No, Mark::No) => return Scan::Garbage,
         (Mark::Whole, _) | (_, Mark::Whole) => {}
-        _ => return Scan::Partial(3),
+        _ => return Scan::Partial(bytes.len() + 1),
     }
     let Some((log, header, payload)) = header(bytes) else {
         return Scan::Partial(if bytes.get(2) == Some(&0x13) { 12 } else { 28 });

@@ -2,16 +2,18 @@
 //!
 //! | format | messages | joined with |
 //! |---|---|---|
-//! | [`ubx`] | NAV-PVT | NAV-COV, NAV-RELPOSNED |
-//! | [`nmea`] | GGA or GNS, RMC or VTG | GST, HDT, THS |
+//! | [`ubx`] | NAV-PVT; or a position and a velocity of [`ubx::more`] | NAV-COV, NAV-RELPOSNED |
+//! | [`nmea`] | GGA or GNS, RMC or VTG | GST, HDT, THS, ZDA |
 //! | [`novatel::best`](best) | BESTPOS, BESTVEL | HEADING2 |
-//! | [`sbf`] | PVTGeodetic | PosCovGeodetic, VelCovGeodetic, AttEuler, AttCovEuler |
+//! | [`sbf`] | PVTGeodetic or PVTCartesian | their covariances, AttEuler, AttCovEuler |
 //!
 //! A [`stream::Receiver`] finds the messages of one format, or finds out which format it is, and
 //! joins the messages of an [`epoch`] to one fix.
 
+pub(super) mod cartesian;
 pub mod epoch;
 pub mod stream;
+mod voice;
 
 use super::novatel::best;
 use super::{Framing, Scan, nmea, sbf, ubx};
@@ -76,7 +78,7 @@ impl ReceiverFormat {
     }
 
     /// The kinds of messages that are waited for in the first epoch, a bit each.
-    fn usual(self) -> u8 {
+    fn usual(self) -> u16 {
         match self {
             ReceiverFormat::Ubx => ubx::USUAL,
             ReceiverFormat::Nmea => nmea::USUAL,

@@ -1,4 +1,5 @@
-//! Septentrio SBF blocks: PVTGeodetic, PosCovGeodetic, VelCovGeodetic, AttEuler, AttCovEuler.
+//! Septentrio SBF blocks: PVTGeodetic, PosCovGeodetic, VelCovGeodetic, AttEuler, AttCovEuler, and
+//! the Cartesian forms of the first three.
 //!
 //! Source: Septentrio's SBF reference guides as `pysbf2` and the ROS driver of Septentrio implement
 //! them. `pysbf2` 1.0.7 read the golden blocks. Little-endian; a block is filled up to a multiple
@@ -10,7 +11,9 @@
 //! PVTGeodetic 4007  mode u8 @14 | error u8 | latitude f64 @16 | longitude f64, rad | height f64,
 //!   above the ellipsoid | geoid f32 @40 | north, east, up f32 @44 | ... | from revision 2 on:
 //!   latency u16 @88 | horizontal u16 @90 and vertical accuracy u16 @92, 0.01 m
+//! PVTCartesian 4006 the same with x, y, z f64 @16, m, and f32 @44, m/s, from the Earth's centre
 //! PosCovGeodetic 5906, VelCovGeodetic 5908  mode u8 @14 | error u8 | variances f32 @16 @20 @24
+//! PosCovCartesian 5905, VelCovCartesian 5907  the same | xx yy zz tt xy xz xt yz yt zt f32 @16
 //! AttEuler 5938     satellites u8 @14 | error u8 | mode u16 | information u16 | heading f32 @20
 //! AttCovEuler 5939  reserved u8 @14 | error u8 | variance of the heading f32 @16, degree^2
 //! CRC-16/XMODEM from the id on
@@ -21,6 +24,7 @@
 use super::Scan;
 use super::checksum::xmodem;
 use super::field::{Mark, mark, take};
+use super::receiver::cartesian;
 use super::receiver::epoch::{Head, Time, Values};
 use crate::fix::{Heading, NOT_MEASURED, Position};
 use crate::units::DEGREE;
@@ -55,10 +59,16 @@ pub enum Block {
     Attitude,
     /// 5939
     AttitudeCovariance,
+    /// 4006
+    Cartesian,
+    /// 5905
+    CartesianCovariance,
+    /// 5907
+    CartesianVelocityCovariance,
 }
 
 /// The kinds that every receiver sends in the first epoch.
-pub const USUAL: u8 = 1 << Block::Pvt as u8;
+pub const USUAL: u16 = 1 << Block::Pvt as u8;
 
 impl Block {
     /// The block by its number, without its revision; and the least length of such a block.
@@ -70,6 +80,9 @@ impl Block {
             5908 => Some((Block::VelocityCovariance, 56)),
             5938 => Some((Block::Attitude, 44)),
             5939 => Some((Block::AttitudeCovariance, 40)),
+            4006 => Some((Block::Cartesian, 85)),
+            5905 => Some((Block::CartesianCovariance, 56)),
+            5907 => Some((Block::CartesianVelocityCovariance, 56)),
             _ => None,
         }
     }
@@ -119,11 +132,15 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
     let block = Block::of(u16::from_le_bytes(take(frame, 4)));
     let [mode, error] = take(frame, HEADER);
     let good = error == 0 && is_measured(mode);
-    let variances = || [16, 20, 24].map(|at| take(frame, at));
+    let variances = || [16, 20, 24].map(|at| single(frame, at));
     match block.map(|(block, _)| block) {
-        Some(Block::Pvt) if good => pvt(frame, values),
+        Some(Block::Pvt | Block::Cartesian) if !good => values.refused = true,
+        Some(Block::Pvt) => pvt(frame, values),
+        Some(Block::Cartesian) => pvt_cartesian(frame, values),
         Some(Block::PositionCovariance) if good => values.variances(0, variances(), LEAST_M),
         Some(Block::VelocityCovariance) if good => values.variances(3, variances(), LEAST_MPS),
+        Some(Block::CartesianCovariance) if good => turned(frame, 0, LEAST_M, values),
+        Some(Block::CartesianVelocityCovariance) if good => turned(frame, 3, LEAST_MPS, values),
         // error bits 0 and 1 are of the first baseline, bit 7 of all
         Some(Block::Attitude) if error & 0x83 == 0 => attitude(frame, values),
         Some(Block::AttitudeCovariance) if error & 0x83 == 0 => {
@@ -155,19 +172,51 @@ fn pvt(frame: &[u8], values: &mut Values) {
         longitude: double(frame, 24),
         height: double(frame, 32),
     };
-    if position.is_plausible() {
+    let [north, east, up] = [44, 48, 52].map(|at| single(frame, at));
+    let down = [north.into(), east.into(), -f64::from(up)];
+    solution(
+        frame,
+        position.is_plausible().then_some(position),
+        down,
+        values,
+    );
+}
+
+#[inline(never)]
+fn pvt_cartesian(frame: &[u8], values: &mut Values) {
+    let position = cartesian::position([16, 24, 32].map(|at| double(frame, at)));
+    let xyz = [44, 48, 52].map(|at| f64::from(single(frame, at)));
+    let velocity = match &position {
+        Some(position) if xyz.iter().all(|v| v.abs() < 1e4) => cartesian::velocity(position, xyz),
+        _ => [f64::NAN; 3],
+    };
+    solution(frame, position, velocity, values);
+}
+
+#[inline(never)]
+fn solution(frame: &[u8], position: Option<Position>, velocity: [f64; 3], values: &mut Values) {
+    if let Some(position) = position {
         values.position = position;
         Values::set(&mut values.own, 0, [0.0; 3]);
     }
-    let [north, east, up] = [44, 48, 52].map(|at| single(frame, at));
-    if [north, east, up].iter().all(|v| v.abs() < 1e4) {
-        values.velocity = [north.into(), east.into(), -f64::from(up)];
+    if velocity.iter().all(|v| v.abs() < 1e4) {
+        values.velocity = velocity;
         Values::set(&mut values.own, 3, [0.0; 3]);
     }
     let [h, v] = [90, 92].map(|at| accuracy(frame, at));
     let axis = h * FRAC_1_SQRT_2;
     Values::set(&mut values.assumed, 0, [axis, axis, v]);
     Values::set(&mut values.assumed, 3, [VELOCITY_MPS; 3]);
+}
+
+/// A covariance in Earth-centred axes; it needs the position of the same epoch, which comes before.
+#[inline(never)]
+fn turned(frame: &[u8], first: usize, least: f32, values: &mut Values) {
+    if values.has(0) {
+        let covariance = [16, 20, 24, 32, 36, 44].map(|at| single(frame, at));
+        let variances = cartesian::variances(&values.position, covariance);
+        values.variances(first, variances, least);
+    }
 }
 
 /// Twice the standard deviation, of the horizontal distance or of the height.

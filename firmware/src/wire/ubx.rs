@@ -1,5 +1,5 @@
 //! u-blox UBX-NAV-PVT: the position and velocity fixes that the weights are learnt from; with them
-//! NAV-COV and NAV-RELPOSNED ([`more`]).
+//! NAV-COV, NAV-RELPOSNED and older or more precise messages ([`more`]).
 //!
 //! Source: the u-blox interface description as `pyubx2` and gpsd implement it. `pyubx2` 1.4.0 made
 //! the golden message. Little-endian:
@@ -8,7 +8,7 @@
 //! B5 62 | class | id | payload length u16 | payload | Fletcher-8 a, b over class to payload
 //! ```
 //!
-//! Crates for UBX exist. It is written here because only three messages of fixed length are needed,
+//! Crates for UBX exist. It is written here because only eleven messages of fixed length are needed,
 //! the framer does the framing, and the receiver simulator needs a message that can be written. All
 //! other messages are ignored.
 
@@ -24,6 +24,8 @@ use crate::units::DEGREE;
 /// Bytes of a NAV-PVT message.
 pub const PVT_LEN: usize = 6 + PAYLOAD + 2;
 const PAYLOAD: usize = 92;
+/// Bytes of the payload of a u-blox 7, which lacks the fields from the vehicle's heading on.
+const OLDER: usize = 84;
 /// Sync characters, class, id, payload length.
 const PVT_HEADER: [u8; 6] = [0xB5, 0x62, 0x01, 0x07, PAYLOAD as u8, 0];
 
@@ -31,9 +33,9 @@ const PVT_HEADER: [u8; 6] = [0xB5, 0x62, 0x01, 0x07, PAYLOAD as u8, 0];
 const LEAST_SIGMA: [f32; 2] = [0.005, 0.002];
 
 /// The kinds that every receiver sends in the first epoch: NAV-PVT.
-pub const USUAL: u8 = 1;
+pub const USUAL: u16 = 1;
 
-/// Scans for a message at the beginning of `bytes`. NAV-PVT, NAV-COV and NAV-RELPOSNED are frames.
+/// Scans for a message at the beginning of `bytes`. NAV-PVT and those of [`more`] are frames.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
     match mark(bytes, &[0xB5, 0x62]) {
@@ -44,7 +46,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
     }
     let payload = usize::from(u16::from_le_bytes(take(bytes, 4)));
     let is_pvt = take(bytes, 2) == [0x01, 0x07];
-    if is_pvt && payload != PAYLOAD {
+    if is_pvt && ![PAYLOAD, OLDER].contains(&payload) {
         return Scan::BadChecksum; // known at once: do not wait for a length that cannot be
     }
     let len = payload + 8;
@@ -64,7 +66,7 @@ fn sum_is_right(frame: &[u8]) -> bool {
 
 /// Kind and time of a message that a framer has checked; `None` if it is not read.
 pub(super) fn head(frame: &[u8]) -> Option<Head> {
-    if frame.starts_with(&PVT_HEADER) {
+    if is_pvt(frame) {
         let time = u32::from_le_bytes(take(frame, PVT_HEADER.len()));
         return Some(Head {
             kind: 0,
@@ -72,6 +74,10 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
         });
     }
     more::head(frame)
+}
+
+fn is_pvt(frame: &[u8]) -> bool {
+    take(frame, 2) == [0x01, 0x07]
 }
 
 /// Writes the values of such a message.
@@ -84,6 +90,8 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
         let fix = pvt.to_fix(0);
         (values.position, values.velocity) = (fix.position, fix.velocity);
         (values.own, values.assumed) = ([0.0; OBSERVATIONS], fix.sigmas);
+    } else {
+        values.refused = true;
     }
 }
 
@@ -157,19 +165,21 @@ impl Pvt {
 
     /// Reads a message that a framer has checked; `None` if it is another one.
     pub(super) fn over(frame: &[u8]) -> Option<Pvt> {
-        if !frame.starts_with(&PVT_HEADER) {
+        if !is_pvt(frame) {
             return None;
         }
-        let payload: [u8; PAYLOAD] = take(frame, PVT_HEADER.len());
-        let [fix, flags, flags2, satellites] = take(&payload, 20);
-        let [valid] = take(&payload, 11);
-        let signed = |at| i32::from_le_bytes(take(&payload, at));
-        let unsigned = |at| u32::from_le_bytes(take(&payload, at));
-        let short = |at| u16::from_le_bytes(take(&payload, at));
+        // a field that it does not have reads zero
+        let end = frame.len().saturating_sub(2);
+        let payload = frame.get(PVT_HEADER.len()..end).unwrap_or_default();
+        let [fix, flags, flags2, satellites] = take(payload, 20);
+        let [valid] = take(payload, 11);
+        let signed = |at| i32::from_le_bytes(take(payload, at));
+        let unsigned = |at| u32::from_le_bytes(take(payload, at));
+        let short = |at| u16::from_le_bytes(take(payload, at));
         Some(Pvt {
             time_of_week: unsigned(0),
             year: short(4),
-            month_to_second: take(&payload, 6),
+            month_to_second: take(payload, 6),
             valid,
             time_accuracy: unsigned(12),
             nanosecond: signed(16),
@@ -189,9 +199,9 @@ impl Pvt {
             speed_accuracy: unsigned(68),
             heading_accuracy: unsigned(72),
             pdop: short(76),
-            flags3: take(&payload, 78),
+            flags3: take(payload, 78),
             vehicle_heading: signed(84),
-            declination: i16::from_le_bytes(take(&payload, 88)),
+            declination: i16::from_le_bytes(take(payload, 88)),
             declination_accuracy: short(90),
         })
     }

@@ -58,7 +58,8 @@ fn payload(bytes: &[u8]) -> Result<(usize, usize), Scan> {
     match mark(bytes, &[0xFA, 0xFF]) {
         Mark::No => return Err(Scan::Garbage),
         Mark::Whole if bytes.len() >= 4 => {}
-        Mark::Whole | Mark::Part => return Err(Scan::Partial(4)),
+        Mark::Whole => return Err(Scan::Partial(4)),
+        Mark::Part => return Err(Scan::Partial(2)),
     }
     match take(bytes, 3) {
         [EXTENDED] if bytes.len() < 6 => Err(Scan::Partial(6)),

@@ -1,7 +1,8 @@
 //! Fixes from a file beside the recording of an IMU, on the command line.
 
 use super::progress;
-use clap::Args as ClapArgs;
+use clap::{Args as ClapArgs, ValueEnum};
+use firmware::wire::receiver::ReceiverFormat;
 use host_core::error::Error;
 use host_io::recordings::receiver;
 use host_io::recordings::record::Record;
@@ -20,6 +21,30 @@ pub(super) struct Beside {
     /// Log of a receiver (UBX, NMEA, NovAtel or SBF) whose fixes replace those of the recording
     #[arg(long, value_name = "FILE")]
     fixes: Option<PathBuf>,
+    /// Protocol of that log; of NMEA also sentences without a checksum are read then [default: that
+    /// with the better fixes]
+    #[arg(long, value_name = "PROTOCOL", requires = "fixes")]
+    fixes_protocol: Option<Protocol>,
+}
+
+/// Protocol of a receiver, by the names of the unit file.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Protocol {
+    Ubx,
+    Nmea,
+    Novatel,
+    Sbf,
+}
+
+impl From<Protocol> for ReceiverFormat {
+    fn from(protocol: Protocol) -> Self {
+        match protocol {
+            Protocol::Ubx => Self::Ubx,
+            Protocol::Nmea => Self::Nmea,
+            Protocol::Novatel => Self::Novatel,
+            Protocol::Sbf => Self::Sbf,
+        }
+    }
 }
 
 impl Beside {
@@ -34,20 +59,36 @@ impl Beside {
             return Ok(());
         };
         let bar = reading_bar();
-        let log = receiver::read(file, &|read, length| {
+        let told = self.fixes_protocol.map(ReceiverFormat::from);
+        let log = receiver::read(file, told, &|read, length| {
             bar.set_length(length);
             bar.set_position(read);
         });
         bar.finish_and_clear();
-        let log = log?;
-        let (count, format) = (log.fixes.len(), log.format);
+        let mut log = log?;
+        let name = receiver::name(log.format);
+        let notes = std::mem::take(&mut log.notes);
         log.beside(record, origin_s);
         let times = record.fixes.first().zip(record.fixes.last());
         let (from, to) = times.map_or((0.0, 0.0), |(a, b)| (a.time, b.time));
+        let ends = record.time.start().zip(record.time.end());
+        let step = 1.0 / record.rate_hz.max(1) as f64;
+        let among = |time: f64| {
+            ends.is_some_and(|(start, end)| (start - step..=end + step).contains(&time))
+        };
+        let outside = record.fixes.iter().filter(|fix| !among(fix.time)).count();
+        let beyond = match outside {
+            0 => String::new(),
+            count => format!("; {count} of them before or after the samples"),
+        };
+        let count = record.fixes.len();
+        let file = file.display();
         progress::say(&format!(
-            "{}: {count} fixes ({format:?}) from {from:.3} to {to:.3} s on the IMU's clock",
-            file.display()
+            "{file}: {count} fixes ({name}) from {from:.3} to {to:.3} s on the IMU's clock{beyond}"
         ));
+        for note in notes {
+            progress::say(&format!("{file}: {note}"));
+        }
         Ok(())
     }
 }

@@ -61,13 +61,13 @@ pub enum Protocol {
     /// u-blox UBX-NAV-PVT.
     #[default]
     Ubx,
-    /// NMEA 0183: GGA, RMC, GST.
+    /// NMEA 0183: GGA, RMC, GST; without checksums as long as no line has one.
     Nmea,
-    /// NovAtel binary logs: BESTPOS, BESTVEL.
+    /// NovAtel logs in binary or text: BESTPOS, BESTVEL.
     Novatel,
-    /// Septentrio Binary Format: PVTGeodetic.
+    /// Septentrio Binary Format: PVTGeodetic or PVTCartesian.
     Sbf,
-    /// Detected from the data on the line.
+    /// Detected from the data on the line; of two the one with the better fixes.
     Detect,
 }
 

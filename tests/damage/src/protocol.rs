@@ -132,9 +132,15 @@ fn imu_is_right(format: ImuFormat, frame: &[u8]) -> bool {
 fn receiver_is_right(format: ReceiverFormat, frame: &[u8]) -> bool {
     match (format, frame) {
         (ReceiverFormat::Ubx, [0xB5, 0x62, summed @ .., a, b]) => fletcher(summed) == [*a, *b],
-        (ReceiverFormat::Nmea, [b'$', text @ .., b'*', a, b, b'\r', b'\n']) => {
+        (
+            ReceiverFormat::Nmea,
+            [b'$', text @ .., b'*', a, b, b'\r', b'\n']
+            | [b'$', text @ .., b'*', a, b, b'\r' | b'\n'],
+        ) => {
             let sum = text.iter().fold(0, |sum, byte| sum ^ byte);
-            format!("{sum:02X}").as_bytes() == [*a, *b]
+            format!("{sum:02X}")
+                .as_bytes()
+                .eq_ignore_ascii_case(&[*a, *b])
         }
         (ReceiverFormat::Sbf, [b'$', b'@', a, b, summed @ ..]) => {
             crc16(0x1021, 0, summed) == u16::from_le_bytes([*a, *b])

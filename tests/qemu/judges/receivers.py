@@ -42,6 +42,17 @@ def ubx():
     data = UBXMessage("NAV", "NAV-RELPOSNED", GET, version=1, iTOW=ms, **angles, **flags).serialize()
     m = UBXReader.parse(data)
     report("Ubx", data, ms=m.iTOW, heading=m.relPosHeading, hs=m.accHeading)
+    millimetres = {"hAcc": accuracy["hAcc"], "vAcc": accuracy["vAcc"]}
+    data = UBXMessage("NAV", "NAV-POSLLH", GET, iTOW=ms, **place, **millimetres).serialize()
+    m = UBXReader.parse(data)
+    report("Ubx", data, ms=m.iTOW, lat=m.lat, lon=m.lon, h=m.height / 1000, s0=m.hAcc / 1000 / math.sqrt(2), s2=m.vAcc / 1000)
+    data = UBXMessage("NAV", "NAV-VELNED", GET, iTOW=ms, sAcc=accuracy["sAcc"], **{axis: v // 10 for axis, v in velocity.items()}).serialize()
+    m = UBXReader.parse(data)
+    north, east, down = (getattr(m, axis) / 100 for axis in velocity)
+    report("Ubx", data, ms=m.iTOW, n=north, e=east, d=down, s3=m.sAcc / 100 / math.sqrt(3))
+    data = UBXMessage("NAV", "NAV-HPPOSLLH", GET, iTOW=ms, version=0, **place, **millimetres).serialize()
+    m = UBXReader.parse(data)
+    report("Ubx", data, ms=m.iTOW, lat=m.lat, lon=m.lon, h=m.height / 1000, s0=m.hAcc / 1000 / math.sqrt(2), s2=m.vAcc / 1000)
 
 
 def sentence(text):
@@ -80,7 +91,7 @@ def nmea():
 
 
 def log(text):
-    """An ASCII log with its checksum, as NovAtel's encoder writes it in binary, and as its decoder reads that."""
+    """An ASCII log with its checksum, as NovAtel's encoder writes it in binary and in text, and as its decoder reads that."""
     total = 0
     for byte in text.encode():
         total ^= byte
@@ -88,9 +99,10 @@ def log(text):
             total = total >> 1 ^ (0xEDB88320 if total & 1 else 0)
     parser = oem.Parser()
     parser.write(f"#{text}*{total:08x}\r\n".encode())
-    data = bytes(next(iter(parser)).encode(ENCODE_FORMAT.BINARY).message)
-    parser.write(data)
-    return data, next(iter(parser))
+    message = next(iter(parser))
+    binary, text = (bytes(message.encode(form).message) for form in (ENCODE_FORMAT.BINARY, ENCODE_FORMAT.ASCII))
+    parser.write(binary)
+    return (binary, text.rstrip()), next(iter(parser))
 
 
 def novatel():
@@ -99,19 +111,22 @@ def novatel():
     sigmas = ",".join(f"{draw.uniform(0.01, 9):.4f}" for _ in range(3))
     place = f"{draw.uniform(-90, 90):.11f},{draw.uniform(-180, 180):.11f},{draw.uniform(-50, 4000):.4f},{draw.uniform(-90, 90):.4f}"
     name, kind = draw.choice(["BESTPOSA", "BESTGNSSPOSA"]), draw.choice(["SINGLE", "PSRDIFF", "NARROW_INT", "PPP"])
-    data, m = log(f'{name},{header},{kind},{place},WGS84,{sigmas},"",0.000,0.000,19,19,19,19,00,06,00,33')
+    both, m = log(f'{name},{header},{kind},{place},WGS84,{sigmas},"",0.000,0.000,19,19,19,19,00,06,00,33')
     f = m.to_dict()
     sigmas = {f"s{k}": f[f"{axis}_std_dev"] for k, axis in enumerate(("latitude", "longitude", "height"))}
-    report("Novatel", data, ms=ms, lat=f["latitude"], lon=f["longitude"], h=f["orthometric_height"] + f["undulation"], **sigmas)
+    for data in both:
+        report("Novatel", data, ms=ms, lat=f["latitude"], lon=f["longitude"], h=f["orthometric_height"] + f["undulation"], **sigmas)
     name = draw.choice(["BESTVELA", "BESTGNSSVELA"])
     speed = f"{draw.uniform(0, 40):.4f},{draw.uniform(0, 360):.6f},{draw.uniform(-5, 5):.4f}"
-    data, m = log(f"{name},{header},DOPPLER_VELOCITY,0.000,0.000,{speed},0.0")
+    both, m = log(f"{name},{header},DOPPLER_VELOCITY,0.000,0.000,{speed},0.0")
     f = m.to_dict()
-    report("Novatel", data, ms=ms, speed=f["horizontal_speed"], course=f["ground_track"], d=-f["z"], s3=0.05, s5=0.05)
+    for data in both:
+        report("Novatel", data, ms=ms, speed=f["horizontal_speed"], course=f["ground_track"], d=-f["z"], s3=0.05, s5=0.05)
     angles = f"{draw.uniform(0, 360):.6f},0.5,0.0,{draw.uniform(0.1, 5):.6f},0.25"
-    data, m = log(f'HEADING2A,{header},NARROW_INT,1.5,{angles},"0001","0002",18,17,17,16,00,01,00,33')
+    both, m = log(f'HEADING2A,{header},NARROW_INT,1.5,{angles},"0001","0002",18,17,17,16,00,01,00,33')
     f = m.to_dict()
-    report("Novatel", data, ms=ms, heading=f["heading"], hs=f["heading_std_dev"])
+    for data in both:
+        report("Novatel", data, ms=ms, heading=f["heading"], hs=f["heading_std_dev"])
 
 
 def block(number, body):
@@ -139,6 +154,16 @@ def sbf():
     lat, lon = math.degrees(m.Latitude), math.degrees(m.Longitude)
     h, v = m.HAccuracy / 2 / math.sqrt(2), m.VAccuracy / 2
     report("Sbf", data, ms=ms, lat=lat, lon=lon, h=m.Height, n=m.Vn, e=m.Ve, d=-m.Vu, s0=h, s1=h, s2=v, s3=0.05)
+    lat, lon, h = struct.unpack("<ddd", place)
+    square = 2 / 298.257223563 - 1 / 298.257223563**2
+    radius = 6378137 / math.sqrt(1 - square * math.sin(lat) ** 2)
+    across, along = (radius + h) * math.cos(lat), (radius * (1 - square) + h) * math.sin(lat)
+    point = struct.pack("<ddd", across * math.cos(lon), across * math.sin(lon), along)
+    data, m = block(4006 | 2 << 13, when + mode + point + motion + middle + accuracy)
+    east = math.cos(lon) * m.Vy - math.sin(lon) * m.Vx
+    out = math.cos(lon) * m.Vx + math.sin(lon) * m.Vy
+    north, down = math.cos(lat) * m.Vz - math.sin(lat) * out, -math.cos(lat) * out - math.sin(lat) * m.Vz
+    report("Sbf", data, ms=ms, lat=math.degrees(lat), lon=math.degrees(lon), h=h, n=north, e=east, d=down, s3=0.05)
     variances = struct.pack("<10f", *(draw.uniform(0.01, 9) for _ in range(10)))
     data, m = block(5906, when + mode + variances)
     report("Sbf", data, ms=ms, s0=math.sqrt(m.Cov_latlat), s1=math.sqrt(m.Cov_lonlon), s2=math.sqrt(m.Cov_hgthgt))

@@ -75,7 +75,7 @@ fn read(values: &Values, time: Time, key: &str) -> (f64, f64) {
 fn messages_of_four_libraries_have_the_meaning_that_they_read() {
     let Some(python) = python() else { return };
     let lines = ask(&python, "receivers.py", &[]).expect("it makes messages");
-    assert_eq!(lines.len(), 50 * 17);
+    assert_eq!(lines.len(), 50 * 24);
     let mut compared = 0;
     for line in &lines {
         let Made {

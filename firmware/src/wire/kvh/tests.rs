@@ -91,8 +91,8 @@ fn a_word_that_is_no_number_is_not_valid() {
 
 #[test]
 fn headers() {
-    assert_eq!(scan(&[]), Scan::Partial(4));
-    assert_eq!(scan(&[0xFE, 0x81]), Scan::Partial(4));
+    assert_eq!(scan(&[]), Scan::Partial(1));
+    assert_eq!(scan(&[0xFE, 0x81]), Scan::Partial(3));
     assert_eq!(scan(&[0xFE, 0x81, 0x00]), Scan::Partial(4));
     assert_eq!(scan(&[0xFE, 0x82]), Scan::Garbage);
     assert_eq!(scan(&[0xFE, 0x81, 0x01]), Scan::Garbage);

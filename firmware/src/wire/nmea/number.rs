@@ -18,6 +18,35 @@ pub struct Number {
     scale: NonZeroU64,
 }
 
+/// Text of fields with commas between them.
+#[derive(Debug, Clone, Copy)]
+pub struct Fields<'t>(pub &'t [u8]);
+
+impl<'t> Fields<'t> {
+    /// Field `n`, from 0 on; empty where there are fewer.
+    #[inline(never)]
+    pub fn get(self, n: usize) -> &'t [u8] {
+        let (mut rest, mut left) = (self.0, n);
+        loop {
+            let end = rest.iter().position(|&byte| byte == b',');
+            let (field, after) = match end {
+                Some(end) => rest.split_at_checked(end).unwrap_or_default(),
+                None => (rest, &[][..]),
+            };
+            if left == 0 {
+                return field;
+            }
+            left -= 1;
+            rest = after.get(1..).unwrap_or_default();
+        }
+    }
+
+    /// The number in it.
+    pub fn number(self, n: usize) -> Option<Number> {
+        Number::of(self.get(n))
+    }
+}
+
 impl Number {
     /// Reads digits with or without a sign and a decimal point; `None` for anything else.
     #[inline(never)]
@@ -79,10 +108,23 @@ pub fn time_of_day(text: &[u8]) -> Option<u32> {
 /// `ddmmyy` as day of the week, 0 for Sunday; years 2000 to 2099.
 #[inline(never)]
 pub fn day_of_week(text: &[u8]) -> Option<u8> {
-    let number =
-        positive(text).filter(|number| text.len() == 6 && number.scale == NonZeroU64::MIN)?;
-    let date = number.digits as u32;
-    let (day, month, year) = (date / 10_000, date / 100 % 100, date % 100);
+    let date = whole(text).filter(|_| text.len() == 6)?;
+    day_of(date / 10_000, date / 100 % 100, date % 100)
+}
+
+/// Day, month and year in fields of their own, as [`day_of_week`].
+#[inline(never)]
+pub fn day_of_parts(parts: [&[u8]; 3]) -> Option<u8> {
+    let [day, month, year] = parts.map(whole);
+    day_of(day?, month?, year?.checked_sub(2000)?)
+}
+
+fn whole(text: &[u8]) -> Option<u32> {
+    let number = positive(text).filter(|number| number.scale == NonZeroU64::MIN)?;
+    u32::try_from(number.digits).ok()
+}
+
+fn day_of(day: u32, month: u32, year: u32) -> Option<u8> {
     // days before each month, and leap days: every fourth year in these
     let before = match month {
         1 | 10 => 0,
@@ -94,12 +136,19 @@ pub fn day_of_week(text: &[u8]) -> Option<u8> {
         9 | 12 => 5,
         _ => return None,
     };
-    if !(1..=31).contains(&day) {
+    if !(1..=31).contains(&day) || year > 99 {
         return None;
     }
-    let leap = year / 4 + 1 - u32::from(year % 4 == 0 && month < 3);
+    let leap = year / 4 + 1 - u32::from(year.is_multiple_of(4) && month < 3);
     // 1 January 2000 was a Saturday
     Some(((day + before + year + leap + 5) % 7) as u8)
+}
+
+/// A time of week in seconds, `s.sss`, in ms.
+#[inline(never)]
+pub fn time_of_week(text: &[u8]) -> Option<u32> {
+    let number = positive(text)?;
+    u32::try_from(number.digits.saturating_mul(1000) / number.scale).ok()
 }
 
 /// `dddmm.mmmm` with one of two letters, the second of which is negative. In rad, with what one in

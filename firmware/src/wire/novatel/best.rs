@@ -1,4 +1,4 @@
-//! BESTPOS, BESTVEL and HEADING2 in binary: what a `NovAtel` receiver knows of its position,
+//! BESTPOS, BESTVEL and HEADING2, in binary and in text ([`ascii`]): what a `NovAtel` receiver knows of its position,
 //! velocity and heading.
 //!
 //! Source: docs.novatel.com, OEM7 (pages of the logs, tables of solution status and position
@@ -16,6 +16,8 @@
 //!
 //! A position in which an inertial sensor has a share (types INS_...) is not taken: its errors are
 //! not independent from fix to fix. BESTGNSSPOS and BESTGNSSVEL have none.
+
+mod ascii;
 
 use super::{crc_is_right, states_its_length};
 use crate::fix::{Heading, Position};
@@ -48,7 +50,7 @@ pub enum Log {
 }
 
 /// The kinds that every receiver sends in the first epoch.
-pub const USUAL: u8 = 1 << Log::Position as u8 | 1 << Log::Velocity as u8;
+pub const USUAL: u16 = 1 << Log::Position as u8 | 1 << Log::Velocity as u8;
 
 impl Log {
     fn of(id: u16) -> Option<Log> {
@@ -72,11 +74,14 @@ impl Log {
 /// Scans for a log at the beginning of `bytes`. Other logs with a right CRC pass.
 #[inline(never)]
 pub fn scan(bytes: &[u8]) -> Scan {
+    if is_text(bytes) {
+        return ascii::scan(bytes);
+    }
     let short = mark(bytes, &[0xAA, 0x44, 0x13]);
     match (mark(bytes, &[0xAA, 0x44, 0x12]), short) {
         (Mark::No, Mark::No) => return Scan::Garbage,
         (Mark::Whole, _) | (_, Mark::Whole) => {}
-        _ => return Scan::Partial(3),
+        _ => return Scan::Partial(bytes.len() + 1),
     }
     let header = if short == Mark::Whole { 12 } else { HEADER };
     if bytes.len() < header {
@@ -105,9 +110,16 @@ pub fn scan(bytes: &[u8]) -> Scan {
     }
 }
 
+fn is_text(bytes: &[u8]) -> bool {
+    bytes.first() == Some(&b'#')
+}
+
 /// Kind and time of a log that a framer has checked; `None` if it is another one, or the receiver
 /// does not know the time.
 pub(in crate::wire) fn head(frame: &[u8]) -> Option<Head> {
+    if is_text(frame) {
+        return ascii::head(frame);
+    }
     let log = Log::of(u16::from_le_bytes(take(frame, 4)))?;
     let [status] = take(frame, 13);
     (status >= TIME_KNOWN).then_some(Head {
@@ -119,15 +131,33 @@ pub(in crate::wire) fn head(frame: &[u8]) -> Option<Head> {
 /// Writes the values of such a log.
 #[inline(never)]
 pub(in crate::wire) fn read(frame: &[u8], values: &mut Values) {
+    if is_text(frame) {
+        return ascii::read(frame, values);
+    }
     let payload = frame.get(HEADER..).unwrap_or_default();
     let [computed, kind] = [0, 4].map(|at| u32::from_le_bytes(take(payload, at)));
     if computed != 0 || !is_measured(kind) {
         return;
     }
     match Log::of(u16::from_le_bytes(take(frame, 4))) {
-        Some(Log::Position) => position(payload, values),
-        Some(Log::Velocity) => velocity(payload, values),
-        Some(Log::Heading) => heading(payload, values),
+        Some(Log::Position) => Place {
+            degrees: [8, 16].map(|at| double(payload, at)),
+            heights: [double(payload, 24), single(payload, 32).into()],
+            sigmas: [40, 44, 48].map(|at| single(payload, at)),
+        }
+        .write(values),
+        Some(Log::Velocity) => Way {
+            latency: single(payload, 8),
+            speed: double(payload, 16) as f32,
+            track: double(payload, 24) as f32,
+            up: double(payload, 32) as f32,
+        }
+        .write(values),
+        Some(Log::Heading) => Turn {
+            angle: single(payload, 12),
+            sigma: single(payload, 24),
+        }
+        .write(values),
         None => {}
     }
 }
@@ -146,47 +176,82 @@ fn single(payload: &[u8], at: usize) -> f32 {
     f32::from_le_bytes(take(payload, at))
 }
 
-fn position(payload: &[u8], values: &mut Values) {
-    let position = Position {
-        latitude: double(payload, 8) * DEGREE,
-        longitude: double(payload, 16) * DEGREE,
-        height: double(payload, 24) + f64::from(single(payload, 32)),
-    };
-    let sigmas = [40, 44, 48].map(|at| single(payload, at));
-    if position.is_plausible() && sigmas.iter().all(|sigma| *sigma > 0.0 && *sigma < 1e6) {
-        values.position = position;
-        Values::set(&mut values.own, 0, [0.0; 3]);
-        Values::set(
-            &mut values.stated,
-            0,
-            sigmas.map(|sigma| sigma.max(LEAST_M)),
-        );
+/// Fields of BESTPOS.
+struct Place {
+    /// Latitude, longitude.
+    degrees: [f64; 2],
+    /// Above the sea, and the sea above the ellipsoid, m.
+    heights: [f64; 2],
+    /// North, east, up, m.
+    sigmas: [f32; 3],
+}
+
+impl Place {
+    #[inline(never)]
+    fn write(&self, values: &mut Values) {
+        let [latitude, longitude] = self.degrees.map(|degrees| degrees * DEGREE);
+        let [sea, geoid] = self.heights;
+        let position = Position {
+            latitude,
+            longitude,
+            height: sea + geoid,
+        };
+        let mut sigmas = self.sigmas.iter();
+        if position.is_plausible() && sigmas.all(|sigma| *sigma > 0.0 && *sigma < 1e6) {
+            values.position = position;
+            Values::set(&mut values.own, 0, [0.0; 3]);
+            let stated = self.sigmas.map(|sigma| sigma.max(LEAST_M));
+            Values::set(&mut values.stated, 0, stated);
+        }
     }
 }
 
-/// The velocity is that of `latency` earlier than the time says. It is taken as of that time, and
-/// what it may have changed since is added to its standard deviation.
-fn velocity(payload: &[u8], values: &mut Values) {
-    let latency = single(payload, 8);
-    let [speed, track, up] = [16, 24, 32].map(|at| double(payload, at) as f32);
-    let plausible = (0.0..1e4).contains(&speed) && up.abs() < 1e4;
-    if plausible && (0.0..=360.0).contains(&track) && (0.0..1.0).contains(&latency) {
-        let own = latency * CHANGE_MPS2;
-        values.over_ground(speed, track, up);
-        Values::set(&mut values.own, 3, [own; 3]);
-        Values::set(&mut values.assumed, 3, [VELOCITY_MPS; 3]);
+/// Fields of BESTVEL: s, m/s, degrees clockwise from north, m/s.
+struct Way {
+    latency: f32,
+    speed: f32,
+    track: f32,
+    up: f32,
+}
+
+impl Way {
+    /// The velocity is that of `latency` earlier than the time says. It is taken as of that time,
+    /// and what it may have changed since is added to its standard deviation.
+    #[inline(never)]
+    fn write(&self, values: &mut Values) {
+        let Way {
+            latency,
+            speed,
+            track,
+            up,
+        } = *self;
+        let plausible = (0.0..1e4).contains(&speed) && up.abs() < 1e4;
+        if plausible && (0.0..=360.0).contains(&track) && (0.0..1.0).contains(&latency) {
+            let own = latency * CHANGE_MPS2;
+            values.over_ground(speed, track, up);
+            Values::set(&mut values.own, 3, [own; 3]);
+            Values::set(&mut values.assumed, 3, [VELOCITY_MPS; 3]);
+        }
     }
 }
 
-#[inline(never)]
-fn heading(payload: &[u8], values: &mut Values) {
-    let degree = DEGREE as f32;
-    let (angle, sigma) = (single(payload, 12), single(payload, 24));
-    if (0.0..=360.0).contains(&angle) && sigma > 0.0 && sigma < 180.0 {
-        values.heading = Some(Heading {
-            angle: angle * degree,
-            sigma: (sigma * degree).max(LEAST_RAD),
-        });
+/// Fields of HEADING2, degrees.
+struct Turn {
+    angle: f32,
+    sigma: f32,
+}
+
+impl Turn {
+    #[inline(never)]
+    fn write(&self, values: &mut Values) {
+        let Turn { angle, sigma } = *self;
+        let degree = DEGREE as f32;
+        if (0.0..=360.0).contains(&angle) && sigma > 0.0 && sigma < 180.0 {
+            values.heading = Some(Heading {
+                angle: angle * degree,
+                sigma: (sigma * degree).max(LEAST_RAD),
+            });
+        }
     }
 }
 

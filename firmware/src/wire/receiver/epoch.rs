@@ -30,7 +30,7 @@ pub struct Arrival {
 /// The kind of a message, and when its values were valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Head {
-    /// 0 to 7, different within a format.
+    /// 0 to 15, different within a format.
     pub kind: u8,
     /// When.
     pub time: Time,
@@ -71,6 +71,9 @@ pub struct Values {
     pub heading_sigma: Option<f32>,
     /// Day of the week, 0 for Sunday, by a message with a date.
     pub day: Option<u8>,
+    /// The receiver does not vouch for the position and velocity of this epoch, whatever else its
+    /// messages hold.
+    pub refused: bool,
 }
 
 impl Values {
@@ -88,15 +91,27 @@ impl Values {
         heading: None,
         heading_sigma: None,
         day: None,
+        refused: false,
     };
 
-    /// Sets the standard deviations stated, from `first` on, by three little-endian variances. One
-    /// that is unknown or wild is not measured.
+    /// Which values of [`OBSERVATIONS`] are given, a bit each.
+    pub fn given(&self) -> u8 {
+        let own = self.own.iter().enumerate();
+        let given = own.filter(|(_, own)| own.is_finite() && !self.refused);
+        given.fold(0, |given, (at, _)| given | 1 << at)
+    }
+
+    /// Whether the position, or the velocity from entry 3 on, is given.
+    pub fn has(&self, first: usize) -> bool {
+        self.own.get(first).is_some_and(|own| own.is_finite())
+    }
+
+    /// Sets the standard deviations stated, from `first` on, by three variances. One that is
+    /// unknown or wild is not measured.
     #[inline(never)]
-    pub fn variances(&mut self, first: usize, variances: [[u8; 4]; 3], least: f32) {
+    pub fn variances(&mut self, first: usize, variances: [f32; 3], least: f32) {
         let stated = self.stated.iter_mut().skip(first);
         for (sigma, variance) in stated.zip(variances) {
-            let variance = f32::from_le_bytes(variance);
             *sigma = match (0.0..1e12).contains(&variance) {
                 true => libm::sqrtf(variance).max(least),
                 false => NOT_MEASURED,
@@ -139,6 +154,8 @@ pub struct Solution {
     pub fix: Option<Fix>,
     /// Arrival of the first byte of its first message.
     pub arrival: Arrival,
+    /// The time of the week is known, and not that of the day alone.
+    pub dated: bool,
 }
 
 /// Joins messages to epochs.
@@ -149,8 +166,8 @@ pub struct Joiner {
     arrival: Arrival,
     values: Values,
     /// Kinds of messages that it has, a bit each, and that the one before it had.
-    kinds: u8,
-    usual: u8,
+    kinds: u16,
+    usual: u16,
     /// Whether it has been handed over.
     handed_over: bool,
     /// The line was silent since, so a message without a time is not of it.
@@ -158,6 +175,7 @@ pub struct Joiner {
     /// Day of the week, of receivers that give the time of the day: by their last date, and by the
     /// midnights since.
     day: u8,
+    dated: bool,
     /// An epoch that was handed over and not taken yet.
     ready: bool,
     solution: Solution,
@@ -165,7 +183,7 @@ pub struct Joiner {
 
 impl Joiner {
     /// A new one, which expects these kinds of messages at first, a bit each.
-    pub const fn new(usual: u8) -> Joiner {
+    pub const fn new(usual: u16) -> Joiner {
         Joiner {
             time: None,
             arrival: Arrival { us: 0, sample: 0 },
@@ -175,10 +193,12 @@ impl Joiner {
             handed_over: true,
             over: false,
             day: 0,
+            dated: false,
             ready: false,
             solution: Solution {
                 fix: None,
                 arrival: Arrival { us: 0, sample: 0 },
+                dated: false,
             },
         }
     }
@@ -197,6 +217,7 @@ impl Joiner {
             (new, Some(old)) if soon && is_late(new, old) => return None,
             (new, old) => {
                 self.hand_over();
+                self.date(); // it may have come after that
                 if old.is_some() {
                     self.usual = self.kinds;
                 }
@@ -208,7 +229,7 @@ impl Joiner {
                 self.values = Values::NONE;
             }
         }
-        self.kinds |= 1 << (head.kind & 7);
+        self.kinds |= 1 << (head.kind & 15);
         Some(&mut self.values)
     }
 
@@ -237,13 +258,37 @@ impl Joiner {
         core::mem::take(&mut self.ready).then_some(&self.solution)
     }
 
+    /// Time of the newest epoch, ms of the GPS week; of the day while there was no date.
+    fn time_ms(&self) -> u32 {
+        match self.time {
+            Some(Time::Week(ms)) => ms,
+            Some(Time::Day(ms)) => (u32::from(self.day) * DAY_MS + ms) % WEEK_MS,
+            Some(Time::Same) | None => 0,
+        }
+    }
+
+    /// Time of the newest epoch, ms of the GPS week, once it is known, also by a date that came
+    /// behind the fix.
+    pub fn time_of_week(&mut self) -> Option<u32> {
+        self.date();
+        let known = self.dated || matches!(self.time, Some(Time::Week(_)));
+        known.then(|| self.time_ms())
+    }
+
+    /// Takes the date that the epoch has.
+    fn date(&mut self) {
+        if let Some(day) = self.values.day {
+            (self.day, self.dated) = (day, true);
+        }
+    }
+
     /// Makes the fix, if there is a position or a velocity.
     #[inline(never)]
     fn hand_over(&mut self) {
         if core::mem::replace(&mut self.handed_over, true) {
             return;
         }
-        self.day = self.values.day.unwrap_or(self.day);
+        self.date();
         let Values {
             position,
             velocity,
@@ -254,11 +299,7 @@ impl Joiner {
             position,
             velocity,
             heading,
-            time_ms: match self.time {
-                Some(Time::Week(ms)) => ms,
-                Some(Time::Day(ms)) => (u32::from(self.day) * DAY_MS + ms) % WEEK_MS,
-                Some(Time::Same) | None => 0,
-            },
+            time_ms: self.time_ms(),
             arrived_us: self.arrival.us,
             ..Fix::EMPTY
         };
@@ -273,8 +314,9 @@ impl Joiner {
             heading.sigma = sigma;
         }
         self.solution = Solution {
-            fix: measured.then_some(fix),
+            fix: (measured && !self.values.refused).then_some(fix),
             arrival: self.arrival,
+            dated: self.dated || !matches!(self.time, Some(Time::Day(_))),
         };
         self.ready = true;
     }

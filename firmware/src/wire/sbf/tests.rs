@@ -169,3 +169,66 @@ fn other_blocks_pass_and_damage_does_not() {
         assert!(parse(&frame).is_err(), "bit {bit}");
     }
 }
+
+/// The same solution from the Earth's centre: 47.285 and 8.5653 degrees, 547.7 m; 1.25, -2.5, 0.125
+/// m/s. `pysbf2` reads the same numbers.
+const CARTESIAN: [u8; 96] = hex(
+    "2440c4b3a64f600015cd5b076009040043070f67055a5041df27f6afddb323410f03d18f69ca514100004042aca31ebf2fc727c0a28f413ff90295d09a9999999999b93f0000000000001400010064000300000000010000c800040006000000",
+);
+/// Variances north, east, down: 0.04, 0.09, 0.25 m2; 1e-4, 4e-4, 9e-4 m2/s2.
+const CARTESIAN_COVARIANCE: [u8; 56] = hex(
+    "244009261117380015cd5b076009040097da0a3e4370ba3d000c1d3e0000003f300de13b2ff7d33dcdcccc3d62677f3ccdcc4c3e9a99993e",
+);
+const CARTESIAN_VELOCITY_COVARIANCE: [u8; 56] = hex(
+    "2440cb8b1317380015cd5b076009040067a4f439ed81d2393f6d0b3a0000003fa456283786b7ce39cdcccc3d5e147938cdcc4c3e9a99993e",
+);
+
+#[test]
+fn cartesian_blocks() {
+    let mut values = Values::NONE;
+    for block in [
+        &CARTESIAN[..],
+        &CARTESIAN_COVARIANCE,
+        &CARTESIAN_VELOCITY_COVARIANCE,
+    ] {
+        assert_eq!(scan(block), Scan::Frame(block.len()));
+        assert_eq!(head(block).unwrap().time, Time::Week(123_456_789));
+        read(block, &mut values);
+    }
+    let at = values.position;
+    assert!((at.latitude - 47.285_f64.to_radians()).abs() < 1e-11);
+    assert!((at.longitude - 8.5653_f64.to_radians()).abs() < 1e-11);
+    assert!((at.height - 547.7).abs() < 1e-4);
+    let moves = values.velocity.into_iter().zip([1.25, -2.5, 0.125]);
+    assert!(
+        moves.clone().all(|(v, want)| (v - want).abs() < 1e-6),
+        "{values:?}"
+    );
+    let want = [0.2, 0.3, 0.5, 0.01, 0.02, 0.03];
+    let sigmas = values.stated.into_iter().zip(want);
+    assert!(
+        sigmas.clone().all(|(sigma, want)| close(sigma, want)),
+        "{values:?}"
+    );
+    assert!(close(values.assumed[0], 0.014_142) && close(values.assumed[2], 0.03));
+    // without the position its axes are not known
+    let mut alone = Values::NONE;
+    read(&CARTESIAN_COVARIANCE, &mut alone);
+    assert_eq!(alone, Values::NONE);
+    // an error, no solution, no numbers
+    for (at, byte) in [(15, 1), (14, 0)] {
+        let mut bad = CARTESIAN.to_vec();
+        bad[at] = byte;
+        let mut values = Values::NONE;
+        read(&bad, &mut values);
+        assert!(values.refused && !values.has(0));
+    }
+    assert_eq!(
+        changed(&CARTESIAN, 16, (-2e10_f64).to_le_bytes()).position,
+        None
+    );
+    assert_eq!(
+        changed(&CARTESIAN, 44, (-2e10_f32).to_le_bytes()).velocity,
+        None
+    );
+}

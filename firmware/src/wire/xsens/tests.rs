@@ -210,7 +210,7 @@ fn others_pass_and_damage_does_not() {
     assert_eq!(scan(&long), Scan::Frame(60));
     assert_eq!(remade(&long).unwrap(), long);
     for (bytes, expected) in [
-        (&[][..], Scan::Partial(4)),
+        (&[][..], Scan::Partial(2)),
         (&[0xFA, 0xFF, 0x36], Scan::Partial(4)),
         (&[0xFA, 0x01], Scan::Garbage),
         (&[0xFA, 0xFF, 0x36, 0xFF], Scan::Partial(6)),

@@ -1,23 +1,30 @@
 //! Fixes from the log of a receiver that stands beside the recording of another IMU: UBX, NMEA,
 //! `NovAtel` or SBF, detected and decoded by the code of the device ([`firmware::wire::receiver`]).
+//!
+//! All protocols are read at once, each as the device reads it when it is told. That with the
+//! better fixes is used: more values, then more fixes, but not if they cover less than half of the
+//! time.
+
+mod line;
+mod seen;
 
 use crate::recordings::WEEK_S;
 use crate::recordings::input::{Input, Progress};
 use crate::recordings::record::{NOT_MEASURED, Record, TimedFix};
-use crate::recordings::session::complain;
 use crate::recordings::stamped::{Fixes, Location};
 use firmware::fix::Fix;
 use firmware::wire::framer::LONGEST;
 use firmware::wire::receiver::ReceiverFormat;
-use firmware::wire::receiver::epoch::Arrival;
-use firmware::wire::receiver::stream::{Receiver, SILENCE_US};
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
+use line::Line;
 use std::io::Read;
 use std::path::Path;
 
-/// A week, ms.
+/// A week and a day, ms.
 const WEEK_MS: i64 = 1000 * WEEK_S as i64;
+const DAY_MS: u32 = 86_400_000;
+const DAY_S: f64 = 86_400.0;
 /// Start of GPS time in UTC, s since 1970.
 const GPS_START_S: f64 = 315_964_800.0;
 /// GPS time minus UTC, since 2017, s.
@@ -31,45 +38,62 @@ const UNIX_S: f64 = 1e9;
 pub struct Log {
     /// Protocol of the receiver.
     pub format: ReceiverFormat,
-    /// Fixes at GPS seconds of week, which continue over the end of a week.
+    /// Fixes at GPS seconds of week, which continue over the end of a week; of the day where it is
+    /// not dated.
     pub fixes: Vec<TimedFix>,
+    /// The week of the fixes is known, and not their time of the day alone.
+    pub dated: bool,
+    /// Notes for the user, a sentence each.
+    pub notes: Vec<String>,
 }
 
-/// Reads the fixes of a log.
+/// Name of a protocol as its makers write it.
+#[must_use]
+pub const fn name(format: ReceiverFormat) -> &'static str {
+    match format {
+        ReceiverFormat::Ubx => "UBX",
+        ReceiverFormat::Nmea => "NMEA",
+        ReceiverFormat::Novatel => "NovAtel",
+        ReceiverFormat::Sbf => "SBF",
+    }
+}
+
+/// Reads the fixes of a log. `told`: the protocol; `None`: that with the better fixes.
 ///
 /// # Errors
 /// [`Error::Missing`], [`Error::Unreadable`]; there is no fix; times do not rise.
-pub fn read(file: &Path, progress: Progress<'_>) -> Result<Log, Error> {
-    let format = format(file)?;
-    let mut input = Input::open(file, progress)?;
-    let mut receiver = Receiver::new(Some(format));
-    let mut fixes = Fixes::new(Location::new(file, format!("{format:?} fix")));
-    let mut bytes = [0; LONGEST];
+pub fn read(
+    file: &Path,
+    told: Option<ReceiverFormat>,
+    progress: Progress<'_>,
+) -> Result<Log, Error> {
+    let mut lines = lines(file, told, progress)?;
+    let Some(best) = best(&lines) else {
+        return Err(seen::nothing(file, &lines));
+    };
+    let others = lines
+        .iter()
+        .filter(|line| line.format != best)
+        .filter_map(Line::also);
+    let mut notes: Vec<String> = others.collect();
+    let Some(line) = lines.iter_mut().find(|line| line.format == best) else {
+        return Err(seen::nothing(file, &[]));
+    };
+    let dated = line.date();
+    if !dated {
+        notes.push(
+            "no date is in the log (RMC, ZDA); its times of the day are taken as those of the \
+             samples"
+                .to_owned(),
+        );
+    }
+    let mut fixes = Fixes::new(Location::new(file, format!("{best:?} fix")));
     let mut times = Unwrapped::default();
-    loop {
-        let count = input
-            .read(&mut bytes)
-            .map_err(|e| Error::reading(file, e))?;
-        // The silence at the end completes the last epoch.
-        let us = if count == 0 { SILENCE_US } else { 0 };
-        receiver.push(&bytes[..count], Arrival { us, sample: 0 });
-        while let Some(solution) = receiver.next_fix() {
-            if let Some(fix) = &solution.fix {
-                let ms = times.on(fix.time_ms);
-                fixes.push(times.count - 1, ms * 1_000_000, timed(fix))?;
-            }
-        }
-        if count == 0 {
-            break;
-        }
+    for solved in &line.fixes {
+        let ms = times.on(solved.fix.time_ms);
+        fixes.push(times.count - 1, ms * 1_000_000, timed(&solved.fix))?;
     }
-    if fixes.all.is_empty() {
-        let problem = format!("holds {format:?} messages and no fix");
-        let remedy =
-            "give a log with UBX-NAV-PVT, GGA and RMC, BESTPOS and BESTVEL, or PVTGeodetic";
-        return Err(complain(file, "fixes", problem, remedy));
-    }
-    let behind = match format {
+    let behind = match best {
         ReceiverFormat::Nmea => LEAP_S, // its times are UTC
         _ => 0.0,
     };
@@ -78,31 +102,49 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Log, Error> {
         ..*fix
     };
     Ok(Log {
-        format,
+        format: best,
         fixes: fixes.all.iter().map(at).collect(),
+        dated,
+        notes,
     })
 }
 
-/// Detects the protocol of the receiver.
-fn format(file: &Path) -> Result<ReceiverFormat, Error> {
-    let mut input = Input::open(file, &|_, _| ())?;
-    let mut receiver = Receiver::new(None);
+/// What is in the log, by protocol.
+fn lines(
+    file: &Path,
+    told: Option<ReceiverFormat>,
+    progress: Progress<'_>,
+) -> Result<Vec<Line>, Error> {
+    let formats = ReceiverFormat::ALL.into_iter();
+    let heard = formats.filter(|format| told.is_none_or(|told| told == *format));
+    let mut lines: Vec<Line> = heard
+        .map(|format| Line::new(format, told.is_some()))
+        .collect();
+    let mut input = Input::open(file, progress)?;
     let mut bytes = [0; LONGEST];
     loop {
         let count = input
             .read(&mut bytes)
             .map_err(|e| Error::reading(file, e))?;
-        if count == 0 {
-            let problem = "has no messages of a receiver that is known".to_owned();
-            let remedy = "give a log of UBX, NMEA 0183, NovAtel (OEM, binary) or SBF messages";
-            return Err(complain(file, "fixes", problem, remedy));
+        for line in &mut lines {
+            line.push(&bytes[..count]);
         }
-        receiver.push(&bytes[..count], Arrival::default());
-        while receiver.next_fix().is_some() {}
-        if let Some(format) = receiver.format() {
-            return Ok(format);
+        if count == 0 {
+            return Ok(lines);
         }
     }
+}
+
+/// The protocol with the better fixes.
+fn best(lines: &[Line]) -> Option<ReceiverFormat> {
+    let longest = lines.iter().map(Line::span_ms).max().unwrap_or_default();
+    let candidates = lines.iter().filter(|line| !line.fixes.is_empty());
+    let fair = candidates.filter(|line| 2 * line.span_ms() >= longest);
+    // of equal ones the first
+    let best = fair
+        .rev()
+        .max_by_key(|line| (line.values(), line.fixes.len()));
+    best.map(|line| line.format)
 }
 
 /// Times of week that continue over the end of a week.
@@ -145,18 +187,22 @@ impl Log {
     pub fn beside(self, record: &mut Record, origin_s: Option<f64>) {
         let first = record.time.start().unwrap_or_default();
         let unix = origin_s.or((first > UNIX_S).then_some(0.0));
+        // time 0 of the recording in GPS time, since its start or that of a week
+        let zero = unix.map_or(0.0, |origin| origin - GPS_START_S + LEAP_S);
         let start = self.fixes.first().map_or(0.0, |fix| fix.time);
-        let shift = match unix {
-            None => 0.0,
-            Some(origin) => {
-                // the week that brings the first fix nearest to the first sample
-                let gps = origin + first - GPS_START_S + LEAP_S;
-                let week = ((gps - start) / WEEK_S).round();
-                week * WEEK_S + GPS_START_S - LEAP_S - origin
-            }
+        let shift = if self.dated {
+            // the week that brings the first fix nearest to the first sample
+            let weeks = ((zero + first - start) / WEEK_S).round();
+            if unix.is_some() { weeks * WEEK_S } else { 0.0 }
+        } else {
+            // the day that brings the middle of the fixes nearest to that of the samples
+            let last = record.time.end().unwrap_or_default();
+            let end = self.fixes.last().map_or(0.0, |fix| fix.time);
+            let days = (zero + (first + last - start - end) / 2.0) / DAY_S;
+            days.round() * DAY_S
         };
         let moved = |fix: TimedFix| TimedFix {
-            time: fix.time + shift,
+            time: fix.time + (shift - zero),
             ..fix
         };
         record.fixes = self.fixes.into_iter().map(moved).collect();
@@ -167,121 +213,4 @@ impl Log {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::recordings::record::Kind;
-    use firmware::wire::ubx::Pvt;
-    use test_bench::recordings::{file, message};
-
-    fn ubx(ms: u32) -> Vec<u8> {
-        let pvt = Pvt {
-            time_of_week: ms,
-            fix: 3,
-            flags: 1,
-            latitude: 470_000_001,
-            horizontal_accuracy: 1414,
-            velocity: [1000, -500, 0],
-            ..Pvt::default()
-        };
-        pvt.emit().to_vec()
-    }
-
-    fn nmea(sentence: &str) -> Vec<u8> {
-        let sum = sentence.bytes().fold(0, |sum, byte| sum ^ byte);
-        format!("${sentence}*{sum:02X}\r\n").into_bytes()
-    }
-
-    fn log(bytes: &[u8]) -> Result<Log, Error> {
-        let (_dir, path) = file("in.log", bytes);
-        read(&path, &|_, _| ())
-    }
-
-    /// A recording of rates from this time on.
-    fn record(start: f64) -> Record {
-        Record {
-            time: vec![start, start + 0.01].into(),
-            kind: Kind::Rate,
-            ..Record::default()
-        }
-    }
-
-    #[test]
-    fn ubx_over_the_end_of_a_week() {
-        let bytes: Vec<u8> = (0..20)
-            .flat_map(|k| ubx((604_790_000 + 1000 * k) % 604_800_000))
-            .collect();
-        let log = log(&bytes).unwrap();
-        assert_eq!((log.format, log.fixes.len()), (ReceiverFormat::Ubx, 20));
-        let times: Vec<f64> = log.fixes.iter().map(|f| f.time).collect();
-        assert_eq!(
-            (times[0], times[10], times[19]),
-            (604_790.0, 604_800.0, 604_809.0)
-        );
-        let f = log.fixes[3];
-        assert!((f.lat_deg - 47.000_000_1).abs() < 1e-12);
-        assert!((f.sigmas[0] - 1.0).abs() < 1e-3 && !f.has(2..3) && !f.has(3..6));
-        // samples in seconds of week, in UTC, and from 0 with a known origin
-        let at = |record: &mut Record, origin| {
-            log.clone().beside(record, origin);
-            record.fixes[0].time
-        };
-        assert_eq!(at(&mut record(604_780.0), None), 604_790.0);
-        // GPS week 2300 ended on 2024-02-11 at 0 h GPS time, 18 s before in UTC
-        let utc = 315_964_800.0 + 2301.0 * 604_800.0 - 18.0 - 10.0;
-        assert_eq!(at(&mut record(utc - 3.0), None), utc);
-        assert_eq!(at(&mut record(0.0), Some(utc + 5.0)), -5.0);
-    }
-
-    #[test]
-    fn nmea_is_in_utc_and_read_in_gps_time() {
-        // 29 February 2024 is a Thursday
-        let bytes: Vec<u8> = (0..30)
-            .flat_map(|k| {
-                [
-                    nmea(&format!(
-                        "GNRMC,1235{k:02}.00,A,4730.000,N,00830.000,E,19.438,090.0,290224,,,A"
-                    )),
-                    nmea(&format!(
-                        "GNGGA,1235{k:02}.00,4730.000,N,00830.000,E,1,12,0.8,400.0,M,48.0,M,,"
-                    )),
-                ]
-                .concat()
-            })
-            .collect();
-        let log = log(&bytes).unwrap();
-        assert_eq!(log.format, ReceiverFormat::Nmea);
-        assert!((29..=30).contains(&log.fixes.len()), "{}", log.fixes.len());
-        let last = log.fixes.last().unwrap();
-        assert_eq!(
-            last.time,
-            f64::from(4 * 86_400 + 12 * 3600 + 35 * 60 + 29 + 18)
-        );
-        assert!((last.lat_deg - 47.5).abs() < 1e-9 && (last.lon_deg - 8.5).abs() < 1e-9);
-        assert!((last.height_m - 448.0).abs() < 1e-9);
-        assert!(
-            (last.velocity[1] - 10.0).abs() < 1e-3,
-            "{:?}",
-            last.velocity
-        );
-    }
-
-    #[test]
-    fn what_is_no_log_of_a_receiver_is_named() {
-        let why = |bytes: &[u8]| message(&log(bytes).unwrap_err());
-        let text = why(&[b'x'; 5000]);
-        assert!(
-            text.starts_with("in.log: 'fixes' has no messages of a receiver"),
-            "{text}"
-        );
-        let bad: Vec<u8> = (0..9)
-            .flat_map(|_| nmea("GNGGA,,,,,,0,00,,,M,,M,,"))
-            .collect();
-        let text = why(&bad);
-        assert!(text.contains("Nmea messages and no fix"), "{text}");
-        let text = why(&[ubx(50_000), ubx(51_000), ubx(52_000), ubx(1000)].concat());
-        assert!(
-            text.contains("'Ubx fix message 4' has the time 1.0"),
-            "{text}"
-        );
-    }
-}
+mod tests;

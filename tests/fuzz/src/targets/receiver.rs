@@ -55,7 +55,7 @@ fn repaired(input: &[u8]) -> Vec<u8> {
 /// Whether a log was read.
 pub fn run(input: &[u8]) -> bool {
     let path = crate::file("in.log", &repaired(input));
-    let read = match receiver::read(&path, &|_, _| ()) {
+    let read = match receiver::read(&path, None, &|_, _| ()) {
         Ok(log) => {
             for fix in &log.fixes {
                 assert!(fix.time.is_finite(), "{fix:?}");

@@ -144,3 +144,85 @@ fn other_logs_pass_and_damage_does_not() {
         assert!(parse(&frame).is_err(), "bit {bit}");
     }
 }
+
+/// The same logs in text, by the same encoder.
+const TEXT: [&str; 3] = [
+    r#"#BESTPOSA,COM1,0,90.5,FINESTEERING,2400,123456.789,02000000,cdba,32768;SOL_COMPUTED,PPP,51.15043712234,-114.03067870773,1097.3556,-17.0001,WGS84,0.0176,0.0123,0.0317,"TSTR",17.000,0.000,42,38,38,38,00,00,3f,37*dd908de4"#,
+    "#BESTVELA,COM1,0,90.5,FINESTEERING,2400,123456.789,02000000,cdba,32768;SOL_COMPUTED,DOPPLER_VELOCITY,0.150,0.000,5.2500,227.600000,-0.1250,0*76f21a67",
+    r#"#HEADING2A,COM1,0,90.5,FINESTEERING,2400,123456.789,02000000,cdba,32768;SOL_COMPUTED,NARROW_INT,1.500000000,120.250000000,0.500000000,0.0,0.125000000,0.250000000,"0001","0002",18,17,17,16,00,01,00,33*1fa4ad61"#,
+];
+
+/// A text with a right CRC.
+fn sealed(text: &str) -> Vec<u8> {
+    let (body, _) = text.split_once('*').unwrap();
+    let sum = crate::wire::checksum::crc32_novatel(&body.as_bytes()[1..]);
+    std::format!("{body}*{sum:08X}").into_bytes()
+}
+
+#[test]
+fn logs_in_text_have_the_values_of_binary_ones() {
+    for (text, binary) in TEXT.iter().zip([&POSITION[..], &VELOCITY, &HEADING2]) {
+        let bytes = text.as_bytes();
+        assert_eq!(scan(bytes), Scan::Frame(bytes.len()));
+        assert_eq!(scan(&sealed(text)), Scan::Frame(bytes.len()));
+        let (mut read, binary) = (parse(bytes).unwrap(), parse(binary).unwrap());
+        assert_eq!(read.time, Time::Week(123_456_789));
+        read.time = binary.time;
+        let height = |part: &mut Part| {
+            part.position
+                .as_mut()
+                .map(|at| core::mem::take(&mut at.height))
+        };
+        let mut binary = binary;
+        let heights = height(&mut read).zip(height(&mut binary));
+        assert!(heights.is_none_or(|(a, b)| (a - b).abs() < 1e-6)); // the geoid is an f32
+        assert_eq!(read, binary);
+        for at in 0..bytes.len() {
+            let waits = matches!(scan(&bytes[..at]), Scan::Partial(needed)
+                if needed > at && needed <= bytes.len());
+            assert!(waits, "{at}");
+            for bit in 0..8 {
+                let mut damaged = bytes.to_vec();
+                damaged[at] ^= 1 << bit;
+                let case = at > bytes.len() - 9 && damaged[at].eq_ignore_ascii_case(&bytes[at]);
+                assert_eq!(parse(&damaged).is_err(), !case, "byte {at} bit {bit}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_log_in_text_does_not_vouch_for_is_no_value() {
+    let [position, velocity, _] = TEXT;
+    for (from, to) in [
+        ("SOL_COMPUTED", "INSUFFICIENT_OBS"),
+        ("PPP", "INS_PSRSP"),
+        ("PPP", "PROPAGATED"),
+        ("51.15", "91.15"),
+        ("51.15043712234", ""),
+        ("0.0123", "0.0"),
+    ] {
+        let part = parse(&sealed(&position.replacen(from, to, 1))).unwrap();
+        assert_eq!(part.position, None, "{from} {to}");
+    }
+    for (from, to) in [("5.2500", "-5.25"), ("227.6", "361.0"), ("0.150", "x")] {
+        assert_eq!(
+            parse(&sealed(&velocity.replacen(from, to, 1)))
+                .unwrap()
+                .velocity,
+            None
+        );
+    }
+    for (from, to) in [("FINESTEERING", "UNKNOWN"), ("123456.789", "")] {
+        assert_eq!(
+            parse(&sealed(&velocity.replacen(from, to, 1))),
+            Err(Error::Field)
+        );
+    }
+    for other in ["#RANGEA,COM1,0;1*", "#A*"] {
+        let other = sealed(other);
+        assert_eq!(scan(&other), Scan::Other(other.len()));
+    }
+    let long = std::format!("#RANGEA,{}", "x".repeat(300));
+    assert_eq!(scan(long.as_bytes()), Scan::Garbage);
+}

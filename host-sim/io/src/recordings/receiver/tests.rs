@@ -1,0 +1,300 @@
+use super::*;
+use crate::recordings::record::Kind;
+use firmware::wire::ubx::Pvt;
+use test_bench::recordings::{file, message};
+
+fn ubx(ms: u32) -> Vec<u8> {
+    let pvt = Pvt {
+        time_of_week: ms,
+        fix: 3,
+        flags: 1,
+        latitude: 470_000_001,
+        horizontal_accuracy: 1414,
+        velocity: [1000, -500, 0],
+        ..Pvt::default()
+    };
+    pvt.emit().to_vec()
+}
+
+fn nmea(sentence: &str) -> Vec<u8> {
+    let sum = sentence.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${sentence}*{sum:02X}\r\n").into_bytes()
+}
+
+fn log(bytes: &[u8]) -> Result<Log, Error> {
+    let (_dir, path) = file("in.log", bytes);
+    read(&path, None, &|_, _| ())
+}
+
+/// A recording of rates from this time on.
+fn record(start: f64) -> Record {
+    Record {
+        time: vec![start, start + 0.01].into(),
+        kind: Kind::Rate,
+        ..Record::default()
+    }
+}
+
+#[test]
+fn ubx_over_the_end_of_a_week() {
+    let bytes: Vec<u8> = (0..20)
+        .flat_map(|k| ubx((604_790_000 + 1000 * k) % 604_800_000))
+        .collect();
+    let log = log(&bytes).unwrap();
+    assert_eq!((log.format, log.fixes.len()), (ReceiverFormat::Ubx, 20));
+    let times: Vec<f64> = log.fixes.iter().map(|f| f.time).collect();
+    assert_eq!(
+        (times[0], times[10], times[19]),
+        (604_790.0, 604_800.0, 604_809.0)
+    );
+    let f = log.fixes[3];
+    assert!((f.lat_deg - 47.000_000_1).abs() < 1e-12);
+    assert!((f.sigmas[0] - 1.0).abs() < 1e-3 && !f.has(2..3) && !f.has(3..6));
+    // samples in seconds of week, in UTC, and from 0 with a known origin
+    let at = |record: &mut Record, origin| {
+        log.clone().beside(record, origin);
+        record.fixes[0].time
+    };
+    assert_eq!(at(&mut record(604_780.0), None), 604_790.0);
+    // GPS week 2300 ended on 2024-02-11 at 0 h GPS time, 18 s before in UTC
+    let utc = 315_964_800.0 + 2301.0 * 604_800.0 - 18.0 - 10.0;
+    assert_eq!(at(&mut record(utc - 3.0), None), utc);
+    assert_eq!(at(&mut record(0.0), Some(utc + 5.0)), -5.0);
+}
+
+#[test]
+fn nmea_is_in_utc_and_read_in_gps_time() {
+    // 29 February 2024 is a Thursday
+    let bytes: Vec<u8> = (0..30)
+        .flat_map(|k| {
+            [
+                nmea(&format!(
+                    "GNRMC,1235{k:02}.00,A,4730.000,N,00830.000,E,19.438,090.0,290224,,,A"
+                )),
+                nmea(&format!(
+                    "GNGGA,1235{k:02}.00,4730.000,N,00830.000,E,1,12,0.8,400.0,M,48.0,M,,"
+                )),
+            ]
+            .concat()
+        })
+        .collect();
+    let log = log(&bytes).unwrap();
+    assert_eq!(log.format, ReceiverFormat::Nmea);
+    assert!((29..=30).contains(&log.fixes.len()), "{}", log.fixes.len());
+    let last = log.fixes.last().unwrap();
+    assert_eq!(
+        last.time,
+        f64::from(4 * 86_400 + 12 * 3600 + 35 * 60 + 29 + 18)
+    );
+    assert!((last.lat_deg - 47.5).abs() < 1e-9 && (last.lon_deg - 8.5).abs() < 1e-9);
+    assert!((last.height_m - 448.0).abs() < 1e-9);
+    assert!(
+        (last.velocity[1] - 10.0).abs() < 1e-3,
+        "{:?}",
+        last.velocity
+    );
+}
+
+#[test]
+fn what_is_no_log_of_a_receiver_is_named() {
+    let why = |bytes: &[u8]| message(&log(bytes).unwrap_err());
+    let text = why(&[b'x'; 5000]);
+    assert!(
+        text.starts_with("in.log: 'fixes' has no messages of a receiver"),
+        "{text}"
+    );
+    let bad: Vec<u8> = (0..9)
+        .flat_map(|_| nmea("GNGGA,,,,,,0,00,,,M,,M,,"))
+        .collect();
+    let text = why(&bad);
+    assert!(text.contains("NMEA: 9 GGA, none with a fix"), "{text}");
+    let text = why(&[ubx(50_000), ubx(51_000), ubx(52_000), ubx(1000)].concat());
+    assert!(
+        text.contains("'Ubx fix message 4' has the time 1.0"),
+        "{text}"
+    );
+}
+
+fn told(bytes: &[u8], format: ReceiverFormat) -> Result<Log, Error> {
+    let (_dir, path) = file("in.log", bytes);
+    read(&path, Some(format), &|_, _| ())
+}
+
+/// The sentences of a second of the day.
+fn epoch(second: u32, kinds: &[&str], date: &str) -> Vec<u8> {
+    let second = second % 86_400;
+    let time = format!(
+        "{:02}{:02}{:02}.00",
+        second / 3600,
+        second / 60 % 60,
+        second % 60
+    );
+    let place = "4730.000,N,00830.000,E";
+    let sentences = kinds.iter().flat_map(|kind| match *kind {
+        "GGA" => nmea(&format!("GNGGA,{time},{place},1,12,0.8,400.0,M,48.0,M,,")),
+        "RMC" => nmea(&format!("GNRMC,{time},A,{place},19.438,090.0,{date},,,A")),
+        "ZDA" => nmea(&format!("GNZDA,{time},{date},00,00")),
+        other => panic!("{other}"),
+    });
+    sentences.collect()
+}
+
+#[test]
+fn of_two_protocols_the_better_fixes_are_used() {
+    let mixed: Vec<u8> = (0..30)
+        .flat_map(|k| {
+            [
+                epoch(43_200 + k, &["RMC", "GGA"], "290224"),
+                ubx(475_218_000 + 1000 * k),
+            ]
+            .concat()
+        })
+        .collect();
+    // NAV-PVT here has a position alone
+    let log = log(&mixed).unwrap();
+    assert_eq!((log.format, log.fixes.len()), (ReceiverFormat::Nmea, 30));
+    let [note] = &log.notes[..] else {
+        panic!("{:?}", log.notes)
+    };
+    assert!(
+        note.contains("UBX is in the log, too, with 30 fixes; --fixes-protocol ubx"),
+        "{note}"
+    );
+    let log = told(&mixed, ReceiverFormat::Ubx).unwrap();
+    assert_eq!(
+        (log.format, log.fixes.len(), log.notes.len()),
+        (ReceiverFormat::Ubx, 30, 0)
+    );
+    let text = message(&told(&mixed, ReceiverFormat::Sbf).unwrap_err());
+    assert!(text.contains("has no SBF messages"), "{text}");
+    // fixes with more values do not make up for most of the time
+    for (good, want) in [(30, ReceiverFormat::Nmea), (80, ReceiverFormat::Ubx)] {
+        let better = |k| {
+            let pvt = Pvt {
+                vertical_accuracy: 1000,
+                speed_accuracy: 100,
+                ..Pvt::parse(&ubx(1000 * k)).unwrap()
+            };
+            pvt.emit().to_vec()
+        };
+        let some: Vec<u8> = (0..100)
+            .flat_map(|k| {
+                let text = epoch(k, &["RMC", "GGA"], "290224");
+                if k < good {
+                    [text, better(k)].concat()
+                } else {
+                    text
+                }
+            })
+            .collect();
+        let (_dir, path) = file("in.log", &some);
+        let log = read(&path, None, &|_, _| ()).unwrap();
+        assert_eq!(log.format, want);
+    }
+}
+
+/// A log that begins at a GGA, or has its first date days later, has all its fixes on their days.
+#[test]
+fn a_date_counts_for_the_whole_log() {
+    let thursday = 4 * 86_400;
+    let late = 86_400 - 10;
+    let times = |bytes: &[u8]| {
+        let log = log(bytes).unwrap();
+        assert!(log.dated && log.notes.is_empty());
+        let times = log.fixes.iter().map(|fix| fix.time as i64 - 18);
+        times.collect::<Vec<_>>()
+    };
+    let want: Vec<i64> = (0..20).map(|k| i64::from(thursday + late + k)).collect();
+    // GGA first; the date behind midnight, in RMC or ZDA; before it only
+    let begins: Vec<u8> = (0..20)
+        .flat_map(|k| {
+            let date = if k < 10 { "290224" } else { "010324" };
+            epoch(late + k, &["GGA", "RMC"], date)
+        })
+        .collect();
+    assert_eq!(times(&begins), want);
+    for (kind, date, at) in [
+        ("RMC", "010324", 15),
+        ("ZDA", "01,03,2024", 15),
+        ("ZDA", "29,02,2024", 3),
+        ("RMC", "010324", 19),
+        ("ZDA", "01,03,2024", 10),
+    ] {
+        let bytes: Vec<u8> = (0..20)
+            .flat_map(|k| match k == at {
+                true => epoch(late + k, &["GGA", kind], date),
+                false => epoch(late + k, &["GGA"], ""),
+            })
+            .collect();
+        assert_eq!(times(&bytes), want, "{kind} {at}");
+    }
+}
+
+#[test]
+fn without_a_date_the_day_is_that_of_the_samples() {
+    let bytes: Vec<u8> = (0..60)
+        .flat_map(|k| epoch(86_370 + k, &["GGA"], ""))
+        .collect();
+    let log = log(&bytes).unwrap();
+    assert!(!log.dated && log.notes[0].contains("no date is in the log"));
+    let placed = |start: f64, origin: Option<f64>| {
+        let mut record = Record {
+            time: vec![start, start + 60.0].into(),
+            ..Record::default()
+        };
+        log.clone().beside(&mut record, origin);
+        let times = record.fixes.iter().map(|fix| fix.time - start);
+        times.collect::<Vec<_>>()
+    };
+    let want: Vec<f64> = (0..60).map(f64::from).collect();
+    let near = |times: Vec<f64>| times.iter().zip(&want).all(|(a, b)| (a - b).abs() < 1e-6);
+    // seconds of week (GPS is 18 s ahead), UTC since 1970, and from 0 with a known origin
+    let tuesday = 2.0 * 86_400.0;
+    assert!(near(placed(tuesday + 86_370.0 + 18.0, None)));
+    let day = 19_782.0 * 86_400.0;
+    assert!(near(placed(day + 86_370.0, None)));
+    assert!(near(placed(0.0, Some(day + 86_370.0))));
+}
+
+/// Times of week that cannot be are refused or read, whatever they add up to.
+#[test]
+fn wild_times_are_no_defect_of_the_program() {
+    for times in [[u32::MAX, 0], [0, u32::MAX], [u32::MAX, u32::MAX - 2000]] {
+        let read = log(&times.map(ubx).concat());
+        assert!(read.is_err() || read.unwrap().fixes.iter().all(|fix| fix.time.is_finite()));
+    }
+}
+
+#[test]
+fn what_was_seen_is_named() {
+    let why = |bytes: &[u8]| message(&log(bytes).unwrap_err());
+    let frame = |class: u8, id: u8| {
+        let mut frame = vec![0xB5, 0x62, class, id, 4, 0, 1, 2, 3, 4];
+        let sum = frame[2..].iter().fold([0u8; 2], |[a, b], byte| {
+            let a = a.wrapping_add(*byte);
+            [a, b.wrapping_add(a)]
+        });
+        frame.extend(sum);
+        frame
+    };
+    let other: Vec<u8> = (0..12)
+        .flat_map(|_| [frame(1, 0x35), frame(2, 0x15), frame(0x33, 7)].concat())
+        .collect();
+    let text = why(&[other, nmea("GPGSV,1,1,00")].concat());
+    let want = "UBX: 12 33-07, 12 NAV-SAT, 12 RXM-RAWX, wanted NAV-PVT, or NAV-POSLLH and NAV-VELNED; \
+                NMEA: 1 GSV, wanted GGA and RMC";
+    assert!(text.contains(want), "{text}");
+    let bare: Vec<u8> = epoch(0, &["GGA", "RMC"], "290224")
+        .split(|byte| *byte == b'\n')
+        .filter(|line| line.len() > 4)
+        .flat_map(|line| [&line[..line.len() - 4], b"\r\n"].concat())
+        .collect();
+    let text = why(&bare);
+    assert!(
+        text.contains("1 GGA, 1 RMC without a checksum (--fixes-protocol nmea reads"),
+        "{text}"
+    );
+    assert_eq!(told(&bare, ReceiverFormat::Nmea).unwrap().fixes.len(), 1);
+    let text = why(b"$@\x40\x0f\xa8\x17\x08\x00");
+    assert!(text.contains("messages of a receiver"), "{text}");
+}
