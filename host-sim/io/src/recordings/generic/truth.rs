@@ -1,9 +1,9 @@
 //! Reads true states.
 
-use super::File;
 use super::fixes::Names;
 use super::header::{Gnss, Scalar, Truth, TruthTable, Velocity};
 use super::read::Read;
+use super::{Described, File};
 use crate::recordings::columns::{POSITION, VELOCITY};
 use crate::recordings::record::{TimedFix, track};
 use crate::recordings::track::Track;
@@ -43,6 +43,7 @@ fn plain(file: PathBuf) -> TruthTable {
         file,
         separator: ",".into(),
         names: true,
+        skip_lines: None,
         time: None,
         latitude: None,
         longitude: None,
@@ -53,7 +54,13 @@ fn plain(file: PathBuf) -> TruthTable {
 }
 
 fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
-    let file = File::open(read, "truth", &table.file, &table.separator, table.names)?;
+    let described = Described {
+        table: "truth",
+        separator: &table.separator,
+        names: table.names,
+        skip_lines: table.skip_lines,
+    };
+    let file = File::open(read, described, &table.file, &[])?;
     let usual = usual(&file, read.header.gnss.as_ref());
     let pick = |own: &Option<Scalar>, usual: Option<&Scalar>, key: &str| {
         own.clone().or(usual.cloned()).ok_or_else(|| {
@@ -78,8 +85,9 @@ fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
         )?),
         velocity: table.velocity.as_ref().or(usual_velocity),
         sigmas: [None; 2],
+        valid: &[],
     };
-    let states = names.read(read, &file, [1.0; 6])?;
+    let states = names.read(read, &file, [1.0; 6], &mut Vec::new())?;
     if !states.iter().any(TimedFix::has_position) {
         let remedy = "give at least one state with latitude and longitude";
         return Err(read.bad("truth", "has no position".into(), remedy));
@@ -118,6 +126,8 @@ fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
         file: None,
         separator: ",".into(),
         names: true,
+        skip_lines: None,
+        valid: Vec::new(),
         time_offset_s: None,
         lever_arm_m: None,
         position_sigma: None,

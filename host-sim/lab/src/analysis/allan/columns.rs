@@ -70,6 +70,7 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
         names: &names,
         wanted: &wanted,
         gap: None,
+        loose: usize::MAX,
     };
     let mut lists: Vec<Writer<f64>> = sensors.iter().map(|_| Writer::new(IN_MEMORY)).collect();
     let retained = usize::from(times.is_some());
