@@ -3,8 +3,8 @@
 use super::progress;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
-use host_io::recordings::receiver;
 use host_io::recordings::record::Record;
+use host_io::recordings::{receiver, rtklib};
 use indicatif::ProgressBar;
 use std::path::PathBuf;
 
@@ -17,7 +17,8 @@ pub(super) fn reading_bar() -> ProgressBar {
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // several sources have it
 pub(super) struct Beside {
-    /// Log of a receiver (UBX, NMEA, NovAtel or SBF) whose fixes replace those of the recording
+    /// Log of a receiver (UBX, NMEA, NovAtel or SBF), or solutions of RTKLIB (.pos), whose fixes
+    /// replace those of the recording
     #[arg(long, value_name = "FILE")]
     fixes: Option<PathBuf>,
 }
@@ -33,6 +34,13 @@ impl Beside {
         let Some(file) = &self.fixes else {
             return Ok(());
         };
+        if rtklib::is_one(file) {
+            let solutions = rtklib::read(file)?;
+            let count = solutions.fixes.len();
+            solutions.beside(record, origin_s);
+            progress::say(&format!("{}: {count} fixes (RTKLIB)", file.display()));
+            return Ok(());
+        }
         let bar = reading_bar();
         let log = receiver::read(file, &|read, length| {
             bar.set_length(length);

@@ -19,6 +19,7 @@ pub mod offset;
 pub mod read;
 pub mod receiver;
 pub mod record;
+pub mod rtklib;
 pub(crate) mod session;
 pub(crate) mod stamped;
 pub mod table;

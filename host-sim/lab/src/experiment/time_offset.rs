@@ -7,7 +7,7 @@ use host_io::recordings::offset::estimate;
 use host_io::recordings::record::Record;
 
 /// The data contradict an offset that differs by more than this many standard deviations.
-const SIGMAS: f64 = 3.0;
+const SIGMAS: f64 = 4.0;
 /// Error of the method beside its standard deviation, s (measured on the recorded drives of one
 /// box, whose offset is 0).
 const METHOD_S: f64 = 0.02;

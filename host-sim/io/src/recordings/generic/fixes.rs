@@ -103,7 +103,7 @@ struct Si {
 }
 
 /// Columns of north, east and down in a velocity, each with its sign.
-type Order = [(usize, f64); 3];
+pub(super) type Order = [(usize, f64); 3];
 
 impl<'n> Names<'n> {
     /// The names of all columns.
@@ -306,7 +306,11 @@ fn fix(r: &[f64], time: f64, si: &Si) -> Option<TimedFix> {
 }
 
 /// Order and unit of a velocity.
-fn velocity_unit(read: &Read, key: &str, velocity: &Velocity) -> Result<(Order, f64), Error> {
+pub(super) fn velocity_unit(
+    read: &Read,
+    key: &str,
+    velocity: &Velocity,
+) -> Result<(Order, f64), Error> {
     let (_, unit) = read.value(key, &velocity.unit, &SPEED)?;
     if !(2..=3).contains(&velocity.columns.len()) {
         let problem = format!("names {} columns", velocity.columns.len());

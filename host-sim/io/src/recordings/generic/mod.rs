@@ -232,6 +232,54 @@ pub fn units(header: &Path, step: f64) -> Result<[(NamedUnit, Vec<NamedUnit>); 2
     ])
 }
 
+/// What a header file says about its fixes: the unit of each value, and all units that it could
+/// name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixUnits {
+    /// Times; the value is in s.
+    pub time: (NamedUnit, Vec<NamedUnit>),
+    /// Latitude and longitude, rad.
+    pub position: (NamedUnit, Vec<NamedUnit>),
+    /// Height, m.
+    pub height: Option<(NamedUnit, Vec<NamedUnit>)>,
+    /// Velocity, m/s.
+    pub velocity: Option<(NamedUnit, Vec<NamedUnit>)>,
+    /// For north, east and down: the column of the velocity that holds it, and its sign.
+    pub order: Option<[(usize, f64); 3]>,
+}
+
+/// What a header file says about its fixes, if it has any.
+///
+/// # Errors
+/// As [`read`].
+pub fn fix_units(header: &Path) -> Result<Option<FixUnits>, Error> {
+    let read = Read::open(header, &[])?;
+    let Some(gnss) = &read.header.gnss else {
+        return Ok(None);
+    };
+    let of = |key: &str, name: &str, known: &[header::Unit]| {
+        let (_, value) = read.value(&format!("gnss.{key}"), name, known)?;
+        let all = known.iter().map(|unit| (unit.0.to_owned(), unit.2));
+        Ok::<_, Error>(((name.to_owned(), value), all.collect::<Vec<_>>()))
+    };
+    let height = gnss.height.as_ref();
+    let velocity = gnss.velocity.as_ref();
+    Ok(Some(FixUnits {
+        time: of("time", &gnss.time.unit, &header::TIME)?,
+        position: of("latitude", &gnss.latitude.unit, &header::ANGLE)?,
+        height: height
+            .map(|h| of("height", &h.unit, &header::LENGTH))
+            .transpose()?,
+        velocity: velocity
+            .map(|v| of("velocity", &v.unit, &header::SPEED))
+            .transpose()?,
+        order: velocity
+            .map(|v| fixes::velocity_unit(&read, "gnss.velocity", v))
+            .transpose()?
+            .map(|(order, _)| order),
+    }))
+}
+
 /// A file with the names of its columns, and the table of the header file that describes it.
 struct File<'a> {
     read: &'a Read,

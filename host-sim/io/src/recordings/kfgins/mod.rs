@@ -124,6 +124,21 @@ pub fn samples(imu: &Path) -> Result<Record, Error> {
     })
 }
 
+/// Whether a file looks like one of samples: at least seven numbers on its first line.
+#[must_use]
+pub fn is_imu(file: &Path) -> bool {
+    Source::open(file, Separator::BlankOrComma).is_ok_and(|source| {
+        let first = source.head().iter().find(|line| !is_comment(line));
+        first.is_some_and(|line| {
+            line.len() >= IMU.len()
+                && line
+                    .iter()
+                    .take(IMU.len())
+                    .all(|x| x.parse::<f64>().is_ok())
+        })
+    })
+}
+
 /// Reads a file of true states.
 ///
 /// # Errors

@@ -25,6 +25,8 @@ use std::path::Path;
 const EXAMPLE: &str = "t_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dv_x_mps,dv_y_mps,dv_z_mps";
 /// Columns of the time.
 const TIMES: [&str; 2] = ["t_s", "time_s"];
+/// Fewer samples a second than this are no recording of an IMU, Hz.
+const SLOW_HZ: f64 = 0.5;
 /// A time step that departs from the median by more than this share is a gap.
 const GAP: f64 = 0.5;
 
@@ -190,6 +192,14 @@ fn rate_of_times(table: &Table) -> Result<f64, Error> {
     }
     let span = times.last().unwrap_or(&1.0) - times.first().unwrap_or(&0.0);
     let rate = (times.len() - 1).max(1) as f64 / span;
+    let in_ms = 1e3 * rate;
+    if rate < SLOW_HZ && (4.0..=20_000.0).contains(&in_ms) {
+        let remedy = format!(
+            "give s: in ms they would be {in_ms:.0} samples a second; or give --rate HZ to ignore \
+             the times"
+        );
+        return Err(table.complain(1, 0, "a step that no IMU has", &remedy));
+    }
     // times in files are rounded: 200.0000003 Hz is 200 Hz
     Ok(if (rate - rate.round()).abs() < 1e-5 * rate {
         rate.round()

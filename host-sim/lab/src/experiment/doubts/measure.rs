@@ -77,7 +77,7 @@ pub(super) fn all(evidence: &Evidence, expected: &Expected) -> Vec<Measure> {
     let earth = turns.is_none().then(|| earth(&rests)).flatten();
     let gravity = gravity(evidence, &rests);
     let down = down(evidence, &rests);
-    let place = place(evidence).filter(|_| !agrees);
+    let place = place(evidence, agrees);
     let climbs = apart(evidence, true);
     [place, moves, climbs, turns, gravity, down, earth]
         .into_iter()
@@ -86,7 +86,8 @@ pub(super) fn all(evidence: &Evidence, expected: &Expected) -> Vec<Measure> {
 }
 
 /// Positions in rad that are taken as degrees lie within 1.6 and 3.2 degrees of 0, at sea.
-fn place(evidence: &Evidence) -> Option<Measure> {
+/// `agrees`: they agree with the velocities, so that a ship is there.
+fn place(evidence: &Evidence, agrees: bool) -> Option<Measure> {
     use std::f64::consts::{FRAC_PI_2, PI};
     let mut placed = evidence.fixes.iter().filter(|fix| fix.has_position());
     let first = *placed.clone().next()?;
@@ -94,7 +95,7 @@ fn place(evidence: &Evidence) -> Option<Measure> {
     let at = format!("{:.3}, {:.3} deg", first.lat_deg, first.lon_deg);
     Some(Measure {
         kind: Kind::Place,
-        size: if near { 2.0 } else { 0.0 },
+        size: if near && !agrees { 2.0 } else { 0.0 },
         problem: format!("puts all fixes near {at}, into the Gulf of Guinea"),
         state: format!("the first fix is at {at}"),
     })

@@ -113,26 +113,45 @@ fn measured(
     measures
 }
 
-/// By how much a change is better: contradictions less, then their sizes less, in hundredths.
+/// By how much a change is better: contradictions less, then their sizes less, in tenths. What can
+/// no longer be compared is not explained.
 fn gain(before: &[Measure], after: &[Measure]) -> (i32, i64) {
-    let count = |all: &[Measure]| all.iter().filter(|m| m.contradicts()).count() as i32;
-    let size = |all: &[Measure]| (100.0 * all.iter().map(|m| m.size).sum::<f64>()) as i64;
-    (
-        count(before) - count(after),
-        (size(before) - size(after)) / 10,
-    )
+    let explained = before.iter().filter(|m| is_explained(m, after)).count() as i32;
+    let is_new = |m: &&Measure| {
+        let was = before.iter().find(|other| other.kind == m.kind);
+        m.contradicts() && !was.is_some_and(Measure::contradicts)
+    };
+    let new = after.iter().filter(is_new).count() as i32;
+    let less = before
+        .iter()
+        .filter_map(|m| Some(m.size - of(m.kind, after)?.size));
+    (explained - new, (10.0 * less.sum::<f64>()) as i64)
+}
+
+/// Whether a contradiction is none any more.
+fn is_explained(measure: &Measure, after: &[Measure]) -> bool {
+    let fits = |kind: Kind| of(kind, after).is_some_and(|m| !m.contradicts());
+    measure.contradicts()
+        && match measure.kind {
+            // the clocks are only compared where they contradict each other
+            Kind::Time => of(Kind::Time, after).is_none(),
+            // gyros whose unit the course shows are not compared with the Earth
+            Kind::Earth => fits(Kind::Earth) || fits(Kind::Turns),
+            kind => fits(kind),
+        }
+}
+
+fn of(kind: Kind, all: &[Measure]) -> Option<&Measure> {
+    all.iter().find(|measure| measure.kind == kind)
 }
 
 /// A mistake with what it explains, and how the recording is without it.
 fn told(candidate: Candidate, before: &[Measure], after: &[Measure]) -> Doubt {
     let Candidate { field, remedy, .. } = candidate;
-    let explained = before.iter().filter(|m| m.contradicts()).filter(|m| {
-        let still = after.iter().find(|other| other.kind == m.kind);
-        still.is_none_or(|still| !still.contradicts())
-    });
+    let explained = before.iter().filter(|m| is_explained(m, after));
     let problems: Vec<&str> = explained.clone().map(|m| m.problem.as_str()).collect();
     let states = explained.filter_map(|m| {
-        let now = after.iter().find(|other| other.kind == m.kind)?;
+        let now = of(m.kind, after)?;
         (!now.state.is_empty()).then_some(now.state.as_str())
     });
     let states: Vec<&str> = states.collect();

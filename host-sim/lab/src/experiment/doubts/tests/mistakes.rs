@@ -79,7 +79,7 @@ const MADE: [Made; 15] = [
         "-17 s",
         |r| r.move_fixes(17.0),
         "gnss.time_offset_s",
-        "give -17.0",
+        "17 s ahead of UTC until 2016",
     ),
     (
         "2.9 s",
