@@ -47,7 +47,7 @@ pub(super) fn check_free(dir: &Path, names: &[&str], force: bool) -> Result<(), 
     let there = names
         .iter()
         .map(|name| dir.join(name))
-        .find(|file| file.exists());
+        .find(|file| file.is_file());
     match there.filter(|_| !force) {
         None => Ok(()),
         Some(file) => Err(refused(
