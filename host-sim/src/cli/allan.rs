@@ -159,17 +159,16 @@ impl Args {
             return self.of_record(&kfgins::samples(file)?);
         }
         let rate = self.rate.map(|rate| positive("--rate", rate));
-        let columns = load(
-            file,
-            &Choice {
-                columns: self.column.clone(),
-                rate_hz: rate.transpose()?,
-            },
-        )?;
+        let choice = Choice {
+            columns: self.column.clone(),
+            rate_hz: rate.transpose()?,
+        };
+        let mut notes = Vec::new();
+        let columns = load(file, &choice, &mut notes)?;
         Ok(Rest {
             source: file.display().to_string(),
             columns,
-            notes: Vec::new(),
+            notes,
         })
     }
 

@@ -357,8 +357,8 @@ impl Record {
         let (Some(start), Some(end)) = (self.time.start(), self.time.end()) else {
             return self.fixes.len();
         };
-        let start = start - median_step(&self.time).max(0.0);
-        let inside = |fix: &&TimedFix| (start - SAME_S..=end + SAME_S).contains(&fix.time);
+        let step = median_step(&self.time).max(SAME_S);
+        let inside = |fix: &&TimedFix| (start - step..=end + step).contains(&fix.time);
         match self.fixes.len() {
             1 => 0, // the site of a vehicle at rest
             all => all - self.fixes.iter().filter(inside).count(),

@@ -1,11 +1,13 @@
 //! What was tried with files as people have them, and the table of it in docs/your-data.md: every
 //! row is made here from one drive that is right, and read by the program.
 
-mod cases;
+mod edits;
+mod files;
+mod statements;
 
 use super::host_sim;
 use crate::writers::{bag, csv, drive, ulog};
-use cases::{CASES, Case};
+use edits::Case;
 use host_core::inertial::session::Session;
 use std::fmt::Write;
 use std::path::Path;
@@ -52,7 +54,7 @@ fn the_page_says_what_was_tried_and_told() {
     let session = drive();
     let mut table = HEADING.to_owned();
     let mut wrong = Vec::new();
-    for case in CASES {
+    for case in statements::CASES.iter().chain(files::CASES) {
         let dir = tempfile::tempdir().unwrap();
         prepare(dir.path(), &session);
         let (told, result) = tried(dir.path(), case);

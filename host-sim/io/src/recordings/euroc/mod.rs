@@ -287,6 +287,7 @@ fn table(file: &Path, least: usize) -> Result<Table<Wide>, Error> {
         wanted: &wanted,
         gap: Some(Wide::NONE),
         loose: usize::MAX,
+        cut: true,
     };
     Table::read(&source, &layout)
 }

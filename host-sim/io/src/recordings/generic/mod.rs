@@ -135,7 +135,7 @@ pub fn read_with_truth(
         Some(Offset::Given(seconds)) => record.told_offset_s = Some(*seconds),
         None => {}
     }
-    record.truth = truth::named(&read, record.told_offset_s)?;
+    record.truth = truth::named(&read, record.told_offset_s, &mut record.notes)?;
     if let Some(seconds) = record.told_offset_s {
         record.move_fixes(seconds);
     }
@@ -167,7 +167,8 @@ pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result
         Some(Offset::Given(seconds)) => *seconds,
         _ => 0.0,
     };
-    record.truth = truth::named(&read, Some(offset_s))?.map(|track| track.shifted(offset_s));
+    let truth = truth::named(&read, Some(offset_s), &mut record.notes)?;
+    record.truth = truth.map(|track| track.shifted(offset_s));
     if let Some(arm) = read.header.gnss.and_then(|gnss| gnss.lever_arm_m) {
         record.lever_arm_m = arm;
     }
@@ -321,11 +322,14 @@ impl<'a> File<'a> {
         let _ = source.header("names of the columns, as the header file has them")?;
         let head = source.head();
         let runs = separator == Separator::Blank;
+        let has_all = |line: &[String]| wanted.iter().all(|name| line.iter().any(|n| n == name));
+        // a mark of a comment before the first name is a part of it only where the header says so
+        let named = |line: &[String]| match has_all(line) {
+            true => line.to_vec(),
+            false => bare(line, runs),
+        };
         let found = match names {
-            true => head.iter().position(|line| {
-                let named = bare(line, runs);
-                wanted.iter().all(|name| named.iter().any(|n| n == name))
-            }),
+            true => head.iter().position(|line| has_all(&named(line))),
             false => head.iter().position(|line| !is_comment(line)),
         };
         let before = skip_lines.or(found).unwrap_or(0);
@@ -335,7 +339,7 @@ impl<'a> File<'a> {
             return Err(read.bad(&format!("{table}.skip_lines"), problem, remedy));
         };
         let (skip, names) = match names {
-            true => (before + 1, bare(line, runs)),
+            true => (before + 1, named(line)),
             false => (before, (1..=line.len()).map(|k| k.to_string()).collect()),
         };
         Ok(Self {
@@ -402,6 +406,7 @@ impl<'a> File<'a> {
             wanted,
             gap: Some(f64::NAN),
             loose,
+            cut: true,
         }
     }
 }

@@ -11,8 +11,12 @@ use host_core::error::Error;
 use std::path::PathBuf;
 
 /// The true states that the user or the header names, if one of them does. `offset_s` is the time
-/// offset of the fixes, s. The caller still adds it to the times of the states.
-pub(super) fn named(read: &Read, offset_s: Option<f64>) -> Result<Option<Track>, Error> {
+/// offset of the fixes, s. What is left out is added to `notes`. The caller still adds it to the times of the states.
+pub(super) fn named(
+    read: &Read,
+    offset_s: Option<f64>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Track>, Error> {
     let table = match (&read.header.truth, &read.truth_file) {
         (Some(Truth::Table(table)), file) => TruthTable {
             file: match file {
@@ -25,7 +29,7 @@ pub(super) fn named(read: &Read, offset_s: Option<f64>) -> Result<Option<Track>,
         (Some(Truth::File(file)), None) => plain(read.beside(file)),
         (None, None) => return Ok(None),
     };
-    let track = states(read, &table)?;
+    let track = states(read, &table, notes)?;
     match table.time_offset_s {
         // the offset of the fixes will be added to it
         Some(own) if own.is_finite() => Ok(Some(track.shifted(own - offset_s.unwrap_or(0.0)))),
@@ -53,7 +57,7 @@ fn plain(file: PathBuf) -> TruthTable {
     }
 }
 
-fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
+fn states(read: &Read, table: &TruthTable, notes: &mut Vec<String>) -> Result<Track, Error> {
     let described = Described {
         table: "truth",
         separator: &table.separator,
@@ -87,7 +91,7 @@ fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
         sigmas: [None; 2],
         valid: &[],
     };
-    let states = names.read(read, &file, [1.0; 6], &mut Vec::new())?;
+    let states = names.read(read, &file, [1.0; 6], notes)?;
     if !states.iter().any(TimedFix::has_position) {
         let remedy = "give at least one state with latitude and longitude";
         return Err(read.bad("truth", "has no position".into(), remedy));

@@ -50,7 +50,7 @@ pub(super) fn fixes(
 ) -> Result<Vec<TimedFix>, Error> {
     let plain = [&POSITION[..], &SIGMA].concat();
     let full = [&POSITION[..], &VELOCITY, &SIGMA, &SIGMA_V].concat();
-    let mut table = table(file, &[&plain, &full], false)?;
+    let mut table = table(file, &[&plain, &full], false, true)?;
     notes.append(&mut table.notes);
     table.check_within(1..2, 89.9, "give a latitude in degrees, not at a pole")?;
     table.check_within(2..3, 360.0, "give a longitude in degrees")?;

@@ -76,7 +76,7 @@ pub fn read_in_order(
 /// # Errors
 /// Any fault of the file, with line and column.
 pub fn samples(imu: &Path) -> Result<Record, Error> {
-    let mut table = table(imu, &[&IMU], true)?;
+    let mut table = table(imu, &[&IMU], true, true)?;
     let mut notes = std::mem::take(&mut table.notes);
     table.check_within(1..4, 2.0, "give angle increments in rad")?;
     table.check_within(4..7, 20.0, "give velocity increments in m/s")?;
@@ -146,7 +146,7 @@ pub fn is_imu(file: &Path) -> bool {
 pub fn read_truth(file: &Path) -> Result<Track, Error> {
     let angles = ["roll_deg", "pitch_deg", "yaw_deg"];
     let names = [&["week"], &POSITION[..], &VELOCITY, &angles].concat();
-    let table = table(file, &[&names], false)?;
+    let table = table(file, &[&names], false, false)?;
     table.check_rising(1)?;
     table.check_within(2..3, 89.9, "give a latitude in degrees, not at a pole")?;
     table.check_within(3..4, 360.0, "give a longitude in degrees")?;
@@ -280,9 +280,9 @@ fn line(text: &mut String, time: f64, row: &[f64]) {
     text.push('\n');
 }
 
-/// Reads a file whose columns are one of the lists `known`, with any further columns if `more`. A
-/// cell of `nan` is NaN.
-fn table(file: &Path, known: &[&[&str]], more: bool) -> Result<Table, Error> {
+/// Reads a file whose columns are one of the lists `known`, with any further columns if `more`. If
+/// it is `lenient`, a cell of `nan` is NaN, and a first or last line that is cut is left out.
+fn table(file: &Path, known: &[&[&str]], more: bool, lenient: bool) -> Result<Table, Error> {
     let source = Source::open(file, Separator::BlankOrComma)?;
     let head = source.head();
     let skip = head.iter().position(|line| !is_comment(line)).unwrap_or(0);
@@ -300,8 +300,9 @@ fn table(file: &Path, known: &[&[&str]], more: bool) -> Result<Table, Error> {
         skip,
         names: &all,
         wanted: &wanted,
-        gap: Some(f64::NAN),
+        gap: lenient.then_some(f64::NAN),
         loose: usize::MAX,
+        cut: lenient,
     };
     Table::read(&source, &layout)
 }

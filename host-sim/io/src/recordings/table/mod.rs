@@ -47,6 +47,8 @@ pub struct Layout<'a, T = f64> {
     pub gap: Option<T>,
     /// From this one of the columns wanted on, any cell that is no number counts as a gap.
     pub loose: usize,
+    /// Whether a first or a last line that is not whole is left out, with a note.
+    pub cut: bool,
 }
 
 /// Numbers by rows; columns in the order wanted.
@@ -72,7 +74,7 @@ impl<T: Cell> Table<T> {
     }
 
     /// Reads `source` and keeps the first `count` columns wanted. The values of the others go to
-    /// `rest`, row by row. A first or a last line that is cut is left out, with a note.
+    /// `rest`, row by row.
     pub fn read_first(
         source: &Source,
         layout: &Layout<'_, T>,
@@ -99,7 +101,7 @@ impl<T: Cell> Table<T> {
             }
             let read = table.cells(line, &lines, layout, &names, &mut row);
             match (faulty.take(), read) {
-                (Some((_, fault)), _) if table.rows > 0 => return Err(fault),
+                (Some((_, fault)), _) if table.rows > 0 || !layout.cut => return Err(fault),
                 (Some((_, fault)), Err(_)) => return Err(fault),
                 (None, Err(fault)) => {
                     faulty = Some((line, fault));
@@ -117,7 +119,7 @@ impl<T: Cell> Table<T> {
             rest(other)?;
         }
         match faulty {
-            Some((at, _)) if table.rows > 0 && lines.is_cut() => table.note(
+            Some((at, _)) if table.rows > 0 && layout.cut && lines.is_cut() => table.note(
                 at,
                 "the file ends within this line and is read up to it (was the power cut?)",
             ),
@@ -225,6 +227,7 @@ impl<T: Cell> Table<T> {
             wanted: &wanted,
             gap: None,
             loose: usize::MAX,
+            cut: false,
         };
         Self::read(source, &layout)
     }
@@ -375,10 +378,24 @@ mod tests {
         assert!(matches!(missing, Error::Missing { .. }));
     }
 
+    /// A table with the columns t and x whose first and last line may be cut.
+    fn cut_table(path: &Path) -> Table {
+        let source = Source::open(path, Separator::COMMA).unwrap();
+        let layout = Layout {
+            skip: 1,
+            names: &["t", "x"].map(String::from),
+            wanted: &[0, 1],
+            gap: None,
+            loose: usize::MAX,
+            cut: true,
+        };
+        Table::read(&source, &layout).unwrap()
+    }
+
     /// The rows of a file with the columns t and x, and the notes on it.
     fn rows(bytes: &[u8]) -> (Vec<[f64; 2]>, Vec<String>) {
         let (_dir, path) = file("in.csv", bytes);
-        let table = Table::<f64>::with_header(&path, "t,x").unwrap();
+        let table = cut_table(&path);
         let rows = table.rows().map(|row| [row[0], row[1]]).collect();
         let name = path.display().to_string();
         let notes = table.notes.iter();
@@ -435,7 +452,7 @@ mod tests {
         }
         // the line after it is the third, also in errors
         let (_dir, path) = file("in.csv", b"t,x\n9\n1,2\n1,4\n");
-        let table = Table::<f64>::with_header(&path, "t,x").unwrap();
+        let table = cut_table(&path);
         let back = message(&table.check_rising(0).unwrap_err());
         assert!(back.starts_with("in.csv:4:"), "{back}");
         // whole lines with a fault are no cut ones
@@ -443,6 +460,9 @@ mod tests {
         assert!(why.starts_with("in.csv:4: 1 columns"), "{why}");
         let why = complaint(b"t,x\n9\n8\n1,2\n");
         assert!(why.starts_with("in.csv:2: 1 columns"), "{why}");
+        // files of a known length are read whole or not at all
+        let why = complaint(b"t,x\n1,2\n3");
+        assert!(why.starts_with("in.csv:3: 1 columns"), "{why}");
     }
 
     #[test]
@@ -459,6 +479,7 @@ mod tests {
             wanted: &[0, 1],
             gap: None,
             loose: usize::MAX,
+            cut: false,
         };
         for _ in 0..2 {
             let mut rest = Vec::new();

@@ -54,12 +54,13 @@ struct Sensor {
     pulses: bool,
 }
 
-/// Reads the sensors of `file`. Only the times stay in memory while a long file is read.
+/// Reads the sensors of `file`. Only the times stay in memory while a long file is read. What is left
+/// out is added to `notes`.
 ///
 /// # Errors
 /// Any fault of the file, with line and column; a column that does not exist; an unknown sample
 /// rate; too few samples; long columns need temporary files, and they cannot be written.
-pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
+pub fn load(file: &Path, choice: &Choice, notes: &mut Vec<String>) -> Result<Vec<Column>, Error> {
     let source = Source::open(file, Separator::COMMA)?;
     let names = source.header(EXAMPLE)?;
     let sensors = choose(file, &names, choice)?;
@@ -73,13 +74,15 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
         wanted: &wanted,
         gap: None,
         loose: usize::MAX,
+        cut: true,
     };
     let mut lists: Vec<Writer<f64>> = sensors.iter().map(|_| Writer::new(IN_MEMORY)).collect();
     let retained = usize::from(times.is_some());
-    let table = Table::read_first(&source, &layout, retained, |row| {
+    let mut table = Table::read_first(&source, &layout, retained, |row| {
         let mut values = lists.iter_mut().zip(row);
         values.try_for_each(|(list, value)| list.push(*value))
     })?;
+    notes.append(&mut table.notes);
     let pulses = sensors.iter().all(|sensor| sensor.pulses);
     let rate_hz = match (choice.rate_hz, times) {
         (Some(rate), _) => rate,

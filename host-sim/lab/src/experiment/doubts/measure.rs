@@ -79,7 +79,7 @@ pub(super) fn all(evidence: &Evidence, expected: &Expected) -> Vec<Measure> {
     let down = down(evidence, &rests);
     let place = place(evidence, agrees);
     let climbs = apart(evidence, true);
-    [place, moves, climbs, turns, gravity, down, earth]
+    [place, moves, climbs, gravity, down, turns, earth]
         .into_iter()
         .flatten()
         .collect()
