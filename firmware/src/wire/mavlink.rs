@@ -61,6 +61,8 @@ pub mod updated {
     pub const ACCEL_X: u16 = 1 << 0;
     /// Rate x; y and z follow.
     pub const GYRO_X: u16 = 1 << 3;
+    /// Temperature.
+    pub const TEMPERATURE: u16 = 1 << 12;
     /// All fields.
     pub const ALL: u16 = 0x1FFF;
 }
@@ -273,7 +275,8 @@ impl<T: AsRef<[u8]>> Frame<T> {
         }
     }
 
-    /// Values that are not new are not valid, nor those that are no finite number.
+    /// Values that are not new are not valid, nor those that are no finite number. A temperature is
+    /// one only where the message says that it is new: without a thermometer the field is 0.
     pub fn reading(&self) -> Reading {
         let (gyro, accel) = (self.triad(at::GYRO), self.triad(at::ACCEL));
         let new = match self.updated() & updated::ALL {
@@ -284,9 +287,11 @@ impl<T: AsRef<[u8]>> Frame<T> {
             finite(&gyro) & (new / updated::GYRO_X) as u8,
             finite(&accel) & (new / updated::ACCEL_X) as u8,
         );
+        let measured = self.updated() & updated::TEMPERATURE != 0;
+        let temperature = [f32::from_le_bytes(self.field(at::TEMPERATURE)); 3];
         Reading {
             time: Some(self.time_us() as f64 * 1e-6),
-            temperature: Some([f32::from_le_bytes(self.field(at::TEMPERATURE)); 3]),
+            temperature: measured.then_some(temperature),
             ..Reading::new(RawSample::Floats { gyro, accel }, Axes::ALL, valid)
         }
     }

@@ -44,6 +44,16 @@ pub enum Error {
         /// Path as given.
         file: PathBuf,
     },
+    /// A text that stands for a large file which was not fetched with the repository.
+    #[error(
+        "{}: is only a pointer of git-lfs, not the file itself; remedy: run 'git lfs pull' in its \
+         repository, or download the file from there",
+        .file.display()
+    )]
+    Pointer {
+        /// Path as given.
+        file: PathBuf,
+    },
     /// The file is there but cannot be read.
     #[error(
         "{}: cannot be read ({source}); remedy: check that you may read it and that its disk is \

@@ -10,7 +10,7 @@ use host_io::recordings::InitialAttitude;
 use host_io::recordings::generic::{self, NamedUnit};
 use host_io::recordings::kfgins;
 use host_io::recordings::record::{Kind, NOT_MEASURED, Record, TimedFix};
-use host_lab::experiment::doubts::{Field, Says};
+use host_lab::experiment::doubts::{Field, FixFields, Says};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -49,6 +49,7 @@ fn says_fixed(file: &str) -> Says {
         accel: Field::fixed("accel"),
         axes: ("gyro, accel".into(), "forward-right-down".into()),
         rate: None,
+        fixes: FixFields::default(),
     }
 }
 
@@ -347,6 +348,7 @@ pub fn read_csv(
             accel: field("imu.accel.unit", accel),
             axes: ("imu.axes".into(), RIGHT_FORWARD_UP.into()),
             rate: None,
+            fixes: FixFields::default(),
             file: header.clone(),
         };
         let unit = generic::unit(&header)?;
@@ -377,6 +379,7 @@ pub fn read_kf_gins(
         accel: Field::fixed("dv in m/s"),
         axes: ("axes".into(), "forward-right-down, those of KF-GINS".into()),
         rate: None,
+        fixes: FixFields::default(),
     };
     let record = interruptible(py, move || kfgins::read(&imu, &gnss, attitude))?;
     Ok(Recording {

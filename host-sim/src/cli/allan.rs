@@ -2,27 +2,34 @@
 
 use super::options::{UnitOption, positive, refused};
 use super::output::JsonOption;
-use super::progress;
+use super::report::form::{self, Form};
+use super::report::rest::{self, Rest};
+use super::{progress, recording};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
+use host_io::recordings::record::Record;
+use host_io::recordings::{euroc, generic, kfgins};
 use host_lab::analysis::allan::columns::{Choice, load};
 use host_lab::analysis::allan::findings::Findings;
 use host_lab::analysis::allan::{Column, at_rest};
 use host_unit::Unit;
-use std::path::PathBuf;
+use nalgebra::Rotation3;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `allan`.
 #[derive(Debug, ClapArgs)]
 pub struct Args {
     /// Recording at rest: CSV, plain or gzipped, with a header such as
-    /// t_s,dtheta_x_rad,...,dv_z_mps
-    #[arg(
-        value_name = "FILE",
-        required_unless_present = "unit",
-        conflicts_with = "unit"
-    )]
+    /// t_s,dtheta_x_rad,...,dv_z_mps, or any of those that replay reads: the header.toml of a CSV,
+    /// KF-GINS text, MCAP, ULog, UBX, a NovAtel log, an EuRoC folder
+    #[arg(value_name = "FILE", required_unless_present_any = ["unit", "header"])]
     file: Option<PathBuf>,
+    /// Meaning of the columns of a CSV, as for `replay csv`; FILE replaces the one that it names
+    #[arg(long, value_name = "FILE.toml")]
+    header: Option<PathBuf>,
+    /// With a recording the unit's datasheet stands beside its noise; without one the unit is
+    /// simulated
     #[command(flatten)]
     unit: UnitOption,
     /// Length of the simulation, s
@@ -30,7 +37,7 @@ pub struct Args {
         long,
         value_name = "S",
         default_value_t = 7200,
-        conflicts_with = "file"
+        conflicts_with_all = ["file", "header"]
     )]
     duration: u32,
     /// Errors of the simulation: noise, linear, thermal, nonlinear, all, all-x3
@@ -38,23 +45,26 @@ pub struct Args {
         long,
         value_name = "NAME",
         default_value = "linear",
-        conflicts_with = "file"
+        conflicts_with_all = ["file", "header"]
     )]
     error_model: String,
     /// Seed of the simulation
-    #[arg(long, default_value_t = 1, conflicts_with = "file")]
+    #[arg(long, default_value_t = 1, conflicts_with_all = ["file", "header"])]
     seed: u64,
     /// Only this column; may be given several times
     #[arg(long, value_name = "NAME")]
     column: Vec<String>,
     /// Samples per second, instead of the rate that the times in the file give
-    #[arg(long, value_name = "HZ", conflicts_with = "unit")]
+    #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     #[command(flatten)]
     json: JsonOption,
     /// Directory of a page with pictures (PNG, SVG)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Options of `replay` for this form of recording, after --
+    #[arg(last = true, value_name = "OPTIONS OF REPLAY")]
+    options: Vec<String>,
 }
 
 const SIMULATING: &str = "simulating the unit at rest";
@@ -68,17 +78,24 @@ const LONGEST_S: u32 = 86_400;
 impl Args {
     /// Reads or simulates, analyses, prints and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
-        let first = match &self.file {
-            Some(_) => (progress::READING, 0.5),
-            None => (SIMULATING, 1.7),
+        let recorded = self.file.is_some() || self.header.is_some();
+        let first = match recorded {
+            true => (progress::READING, 0.5),
+            false => (SIMULATING, 1.7),
         };
         let shown = progress::plan(&[first, (ANALYSING, 0.5), (progress::WRITING, 0.2)]);
-        let (source, columns, spec) = match &self.file {
-            Some(file) => (file.display().to_string(), self.read(file)?, None),
-            None => self.simulate(&self.unit.load_or("medium")?)?,
+        let findings = match recorded {
+            true => self.of_recording()?,
+            false => {
+                if self.rate.is_some() {
+                    let remedy = "give it with a recording; the unit has its rate";
+                    return Err(refused("--rate", "is for recordings", remedy));
+                }
+                let (source, columns, spec) = self.simulate(&self.unit.load_or("medium")?)?;
+                progress::stage(ANALYSING);
+                Findings::of(source, columns, spec.as_ref())?
+            }
         };
-        progress::stage(ANALYSING);
-        let findings = Findings::of(source, columns, spec.as_ref())?;
         progress::stage(progress::WRITING);
         let json = findings.json()?;
         let page = self
@@ -100,16 +117,90 @@ impl Args {
         Ok(())
     }
 
-    fn read(&self, file: &std::path::Path) -> Result<Vec<Column>, Error> {
+    /// The noise of a recording, beside the datasheet of the unit if it is given.
+    fn of_recording(&self) -> Result<Findings, Error> {
+        let unit = self.unit.load()?;
+        let rest = self.read()?;
+        progress::stage(ANALYSING);
+        let mut findings = Findings::of(rest.source, rest.columns, None)?;
+        findings.notes.extend(rest.notes);
+        Ok(match unit {
+            Some(unit) => findings.beside(&unit.simulated()),
+            None => findings,
+        })
+    }
+
+    /// The sensors of the recording.
+    fn read(&self) -> Result<Rest, Error> {
+        let file = self.file.as_deref();
+        if let Some(header) = &self.header {
+            let files: Vec<PathBuf> = file.into_iter().map(Path::to_path_buf).collect();
+            return self.of_record(&generic::samples(header, &files, None)?);
+        }
+        let file = file.unwrap_or(Path::new(""));
         progress::scale_by(file);
+        let of_columns = match form::of(&[file.to_path_buf()]) {
+            Ok(Form::Replay("csv", _, files)) => {
+                let header = files.first().map_or(file, PathBuf::as_path);
+                return self.of_record(&generic::samples(header, &[], None)?);
+            }
+            Ok(Form::Replay("euroc", ..)) => {
+                return self.of_record(&euroc::at_rest(file, Rotation3::identity())?);
+            }
+            Ok(Form::Replay("mcap" | "ulog" | "ubx" | "novatel", ..)) => {
+                let opened = recording::open(&[file.to_path_buf()], &self.options)?;
+                return self.of_record(&opened.record);
+            }
+            Ok(_) => true,
+            Err(missing @ Error::Missing { .. }) => return Err(missing),
+            Err(_) => !kfgins::is_imu(file),
+        };
+        if !of_columns {
+            return self.of_record(&kfgins::samples(file)?);
+        }
         let rate = self.rate.map(|rate| positive("--rate", rate));
-        load(
-            file,
-            &Choice {
-                columns: self.column.clone(),
-                rate_hz: rate.transpose()?,
-            },
-        )
+        let choice = Choice {
+            columns: self.column.clone(),
+            rate_hz: rate.transpose()?,
+        };
+        let mut notes = Vec::new();
+        let columns = load(file, &choice, &mut notes)?;
+        Ok(Rest {
+            source: file.display().to_string(),
+            columns,
+            notes,
+        })
+    }
+
+    /// The sensors of a recording that is at rest throughout.
+    fn of_record(&self, record: &Record) -> Result<Rest, Error> {
+        let found = rest::throughout(record)?;
+        let mut rest = found.map_err(|why| {
+            let remedy = "give a recording at rest, better of hours";
+            refused(
+                record.file.display().to_string(),
+                format!("has too little: {why}"),
+                remedy,
+            )
+        })?;
+        if self.rate.is_some() {
+            let remedy = "leave it out; the times of this recording give the rate";
+            return Err(refused("--rate", "is for CSV files without times", remedy));
+        }
+        self.keep(&mut rest.columns)?;
+        rest.notes.extend(record.notes.iter().cloned());
+        Ok(rest)
+    }
+
+    /// Keeps the columns that are wanted.
+    fn keep(&self, columns: &mut Vec<Column>) -> Result<(), Error> {
+        let is_there = |name: &&String| columns.iter().any(|c| c.name == **name);
+        if let Some(missing) = self.column.iter().find(|name| !is_there(name)) {
+            let known: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
+            return Err(Error::unknown("sensor column", missing, &known));
+        }
+        columns.retain(|c| self.column.is_empty() || self.column.contains(&c.name));
+        Ok(())
     }
 
     fn simulate(&self, unit: &Unit) -> Result<(String, Vec<Column>, Option<ImuSpec>), Error> {
@@ -125,15 +216,7 @@ impl Args {
         let spec = spec.error_model(model);
         progress::scale(f64::from(self.duration) * f64::from(spec.rate_hz) / MEASURED);
         let mut columns = at_rest(&spec, self.duration, self.seed)?;
-        if let Some(missing) = self
-            .column
-            .iter()
-            .find(|name| columns.iter().all(|c| c.name != **name))
-        {
-            let known: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
-            return Err(Error::unknown("sensor column", missing, &known));
-        }
-        columns.retain(|c| self.column.is_empty() || self.column.contains(&c.name));
+        self.keep(&mut columns)?;
         let source = format!(
             "unit {}, errors {model}, {} s at rest, seed {}",
             unit.name, self.duration, self.seed

@@ -4,8 +4,8 @@ use super::progress;
 use clap::{Args as ClapArgs, ValueEnum};
 use firmware::wire::receiver::ReceiverFormat;
 use host_core::error::Error;
-use host_io::recordings::receiver;
 use host_io::recordings::record::Record;
+use host_io::recordings::{receiver, rtklib};
 use indicatif::ProgressBar;
 use std::path::PathBuf;
 
@@ -18,7 +18,8 @@ pub(super) fn reading_bar() -> ProgressBar {
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // several sources have it
 pub(super) struct Beside {
-    /// Log of a receiver (UBX, NMEA, NovAtel or SBF) whose fixes replace those of the recording
+    /// Log of a receiver (UBX, NMEA, NovAtel or SBF), or solutions of RTKLIB (.pos), whose fixes
+    /// replace those of the recording
     #[arg(long, value_name = "FILE")]
     fixes: Option<PathBuf>,
     /// Protocol of that log; of NMEA also sentences without a checksum are read then [default: that
@@ -58,6 +59,13 @@ impl Beside {
         let Some(file) = &self.fixes else {
             return Ok(());
         };
+        if rtklib::is_one(file) {
+            let solutions = rtklib::read(file)?;
+            let count = solutions.fixes.len();
+            solutions.beside(record, origin_s);
+            progress::say(&format!("{}: {count} fixes (RTKLIB)", file.display()));
+            return Ok(());
+        }
         let bar = reading_bar();
         let told = self.fixes_protocol.map(ReceiverFormat::from);
         let log = receiver::read(file, told, &|read, length| {

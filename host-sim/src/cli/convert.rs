@@ -1,6 +1,7 @@
 //! `host-sim convert`.
 
 use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
+use super::output::check_free;
 use super::progress::{self, Shown};
 use super::source::{Csv, KfGins, Novatel};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
@@ -98,6 +99,9 @@ struct Target {
     /// KF-GINS: keep velocities, in files of 13 columns
     #[arg(long)]
     velocity: bool,
+    /// Replace files that are there
+    #[arg(long)]
+    force: bool,
 }
 
 impl Args {
@@ -105,45 +109,83 @@ impl Args {
     pub(super) fn run(&self) -> Result<(), Error> {
         let shown = progress::plan(&[(progress::READING, 3.0), (WRITING, 1.5)]);
         match &self.from {
-            From::Csv { source, target } => target.write(&source.record()?, shown),
-            From::KfGins { source, target } => target.write(&source.record()?, shown),
-            From::Novatel { source, target } => target.write(&source.record()?, shown),
-            From::Mcap { source, target } => target.write(&source.record(None)?, shown),
-            From::Ulog { source, target } => target.write(&source.record(None)?, shown),
-            From::Ubx { source, target } => target.write(&source.record(None)?, shown),
-            From::Euroc { source, target } => target.write(&source.record(None)?, shown),
+            From::Csv { source, target } => target.write(|| source.record(), shown),
+            From::KfGins { source, target } => target.write(|| source.record(), shown),
+            From::Novatel { source, target } => target.write(|| source.record(), shown),
+            From::Mcap { source, target } => target.write(|| source.record(None), shown),
+            From::Ulog { source, target } => target.write(|| source.record(None), shown),
+            From::Ubx { source, target } => target.write(|| source.record(None), shown),
+            From::Euroc { source, target } => target.write(|| source.record(None), shown),
         }
     }
 }
 
 impl Target {
-    fn write(&self, record: &Record, shown: Shown) -> Result<(), Error> {
+    fn write(
+        &self,
+        read: impl FnOnce() -> Result<Record, Error>,
+        shown: Shown,
+    ) -> Result<(), Error> {
+        let files: &[&str] = match self.to {
+            Format::Csv => &["imu.csv", "gnss.csv", "header.toml"],
+            Format::KfGins => &["imu.txt", "gnss.txt"],
+        };
+        check_free(&self.out, files, self.force)?;
+        let record = read()?;
         progress::stage(WRITING);
-        let mut note = None;
+        let mut notes = record.notes.clone();
+        let all = record.fixes.len();
+        let mut written = all;
         match self.to {
-            Format::Csv => generic::write(record, None, &self.out)?,
+            Format::Csv => generic::write(&record, None, &self.out)?,
             Format::KfGins => {
                 let form = kfgins::Form {
                     shift_s: self.shift,
                     velocity: self.velocity,
                 };
                 let [imu, gnss] = ["imu.txt", "gnss.txt"].map(|name| self.out.join(name));
-                kfgins::write(record, form, &imu, &gnss)?;
-                if record.has_velocity() && !self.velocity {
-                    note = Some("- velocities are left out; --velocity keeps them in 13 columns");
-                }
+                written = kfgins::write(&record, form, &imu, &gnss)?;
+                notes.extend(self.lost(&record, written));
             }
         }
+        let outside = record.fixes_outside();
+        if outside > 0 {
+            notes.push(format!(
+                "{outside} of {all} fixes are outside the time of the samples."
+            ));
+        }
         drop(shown);
-        if let Some(note) = note {
-            println!("{note}");
+        for note in notes {
+            println!("- {note}");
         }
         println!(
-            "{} samples, {} fixes in {}",
+            "{} samples, {written} fixes in {}",
             record.samples.len(),
-            record.fixes.len(),
             self.out.display()
         );
         Ok(())
+    }
+
+    /// Notes on what the text of KF-GINS does not hold.
+    fn lost(&self, record: &Record, written: usize) -> Vec<String> {
+        let mut notes = Vec::new();
+        let has_velocity = record.fixes.iter().any(|fix| fix.has(3..6));
+        if has_velocity && !self.velocity {
+            notes.push("velocities are left out; --velocity keeps them in 13 columns".to_owned());
+        }
+        let all = record.fixes.len();
+        if written < all {
+            let lacking = if self.velocity {
+                "height or velocity"
+            } else {
+                "height"
+            };
+            notes.push(format!(
+                "{} of {all} fixes lack position, {lacking} or a standard deviation of them, and are \
+                 left out: the text has no empty cells; --to csv keeps them",
+                all - written
+            ));
+        }
+        notes
     }
 }

@@ -13,7 +13,7 @@ use host_core::inertial::units::DEG;
 use host_io::recordings::corrected::Original;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, Progress, Reading, euroc, mcap, ubx, ulog};
-use host_lab::experiment::doubts::{Field, Says};
+use host_lab::experiment::doubts::{Field, FixFields, Says};
 use host_unit::Unit;
 use host_unit::mounting::Mounting;
 use nalgebra::{Matrix3, Rotation3};
@@ -134,6 +134,7 @@ fn says(file: &Path, gyro: &str, accel: &str) -> Says {
         accel: Field::fixed(accel),
         axes: ("--mounting".into(), "'y x -z' for right-forward-up".into()),
         rate: None,
+        fixes: FixFields::default(),
     }
 }
 

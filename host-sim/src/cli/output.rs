@@ -1,6 +1,6 @@
 //! Output of a command: the printed table, the report directory and the JSON file.
 
-use super::options::arguments;
+use super::options::{arguments, refused};
 use super::progress::{self, Shown};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -39,6 +39,25 @@ impl JsonOption {
             Some(file) => write_atomic(file, text.as_bytes()),
             None => Ok(()),
         }
+    }
+}
+
+/// Refuses to write over files of `names` in `dir` that are there.
+pub(super) fn check_free(dir: &Path, names: &[&str], force: bool) -> Result<(), Error> {
+    let there = names
+        .iter()
+        .map(|name| dir.join(name))
+        .find(|file| file.is_file());
+    match there.filter(|_| !force) {
+        None => Ok(()),
+        Some(file) => Err(refused(
+            "--out",
+            format!(
+                "has the file {}, which would be overwritten",
+                file.display()
+            ),
+            "give another directory, or --force to replace the files",
+        )),
     }
 }
 

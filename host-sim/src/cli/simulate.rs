@@ -1,6 +1,7 @@
 //! `host-sim simulate`.
 
 use super::options::Simulation;
+use super::output::check_free;
 use super::progress;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -27,11 +28,28 @@ pub struct Args {
     /// which `replay csv` and `convert csv` read
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
+    /// Replace files of a recording that is no simulation
+    #[arg(long)]
+    force: bool,
 }
+
+/// The files that are written.
+const FILES: [&str; 6] = [
+    "imu.csv",
+    "gnss.csv",
+    "truth.csv",
+    "temperature.csv",
+    "unit.toml",
+    "header.toml",
+];
+/// Those of them that every simulation has and a recording has not.
+const OURS: [&str; 2] = ["truth.csv", "temperature.csv"];
 
 impl Args {
     /// Simulates and writes.
     pub(super) fn run(&self) -> Result<(), Error> {
+        let is_ours = OURS.iter().all(|name| self.out.join(name).is_file());
+        check_free(&self.out, &FILES, self.force || is_ours)?;
         let mut scenario = self.simulation.scenario.load()?;
         if let Some(name) = &self.vehicle {
             scenario.set_vehicle(name)?;

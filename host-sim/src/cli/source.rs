@@ -2,7 +2,7 @@
 
 use super::beside::Beside;
 use super::progress;
-use clap::Args as ClapArgs;
+use clap::{Args as ClapArgs, ValueEnum};
 use firmware::wire::novatel::ImuType;
 use host_core::error::Error;
 use host_core::inertial::axes::Axes;
@@ -12,7 +12,7 @@ use host_io::recordings::corrected::Original;
 use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, generic, kfgins, novatel};
-use host_lab::experiment::doubts::{Field, Says};
+use host_lab::experiment::doubts::{Field, FixFields, Says};
 use host_unit::Unit;
 use std::path::PathBuf;
 
@@ -44,6 +44,9 @@ pub(super) struct KfGins {
     imu: PathBuf,
     /// Positions, 7 columns, or 13 with velocities
     gnss: PathBuf,
+    /// Order of the last nine of 13 columns [default: the one that the numbers fit]
+    #[arg(long, value_name = "ORDER")]
+    gnss_order: Option<GnssOrder>,
     /// True states (week, second, position, velocity, attitude), for the reference and the initial
     /// attitude
     #[arg(long, value_name = "FILE", conflicts_with_all = ["standstill_s", "attitude"])]
@@ -59,6 +62,15 @@ pub(super) struct KfGins {
         allow_hyphen_values = true
     )]
     attitude: Vec<f64>,
+}
+
+/// Order of the columns behind the position.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum GnssOrder {
+    /// Velocity, then the standard deviations of position and velocity
+    VelocitySigma,
+    /// Standard deviations of position, velocity, standard deviations of velocity
+    SigmaVelocity,
 }
 
 /// A NovAtel binary log.
@@ -107,6 +119,10 @@ impl Csv {
     /// Description of the samples by the header.
     pub(super) fn says(&self, record: &Record) -> Result<Says, Error> {
         let [gyro, accel] = generic::units(&self.header, 1.0 / record.rate_hz as f64)?;
+        let fixes = match self.beside.is_given() {
+            true => None,
+            false => generic::fix_units(&self.header)?,
+        };
         let field = |name: &str, (given, units): (NamedUnit, Vec<NamedUnit>)| Field {
             name: name.into(),
             named: Some(given),
@@ -118,6 +134,20 @@ impl Csv {
             accel: field("imu.accel.unit", accel),
             axes: ("imu.axes".into(), RIGHT_FORWARD_UP.into()),
             rate: None,
+            fixes: fixes.map_or_else(FixFields::default, |fixes| FixFields {
+                time: Field::fixed("gnss.time_offset_s"),
+                time_unit: field("gnss.time.unit", fixes.time),
+                position: field("gnss.latitude.unit", fixes.position),
+                height: fixes.height.map_or_else(
+                    || Field::fixed("gnss.height"),
+                    |height| field("gnss.height.unit", height),
+                ),
+                velocity: fixes.velocity.map_or_else(
+                    || Field::fixed("gnss.velocity"),
+                    |velocity| field("gnss.velocity.unit", velocity),
+                ),
+                order: ("gnss.velocity.order".into(), fixes.order),
+            }),
         })
     }
 }
@@ -139,12 +169,17 @@ impl KfGins {
             accel: Field::fixed("dv in m/s"),
             axes: ("axes".into(), "forward-right-down, those of KF-GINS".into()),
             rate: None,
+            fixes: FixFields::default(),
         }
     }
 
     pub(super) fn record(&self) -> Result<Record, Error> {
         progress::scale_by(&self.imu);
-        let mut record = kfgins::read(&self.imu, &self.gnss, None)?;
+        let order = self.gnss_order.map(|order| match order {
+            GnssOrder::VelocitySigma => kfgins::Order::VelocitySigma,
+            GnssOrder::SigmaVelocity => kfgins::Order::SigmaVelocity,
+        });
+        let mut record = kfgins::read_in_order(&self.imu, &self.gnss, None, order)?;
         let truth = self.truth.as_deref().map(kfgins::read_truth).transpose()?;
         record.initial_attitude = match (&truth, self.standstill_s, &self.attitude[..]) {
             (Some(truth), ..) => {
@@ -206,6 +241,7 @@ impl Novatel {
             accel: Field::fixed("--imu"),
             axes: ("--mounting".into(), RIGHT_FORWARD_UP.into()),
             rate: Some(("--imu".into(), record.rate_hz as f64)),
+            fixes: FixFields::default(),
         }
     }
 

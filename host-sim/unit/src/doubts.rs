@@ -10,6 +10,10 @@ const OPTICAL_DPH: f64 = 5.0;
 /// Most angle random walk of an optical gyro, and of any gyro, deg/sqrt(h).
 const OPTICAL_ARW: f64 = 0.5;
 const MOST_ARW: f64 = 5.0;
+/// Least angle random walk, deg/sqrt(h), of gyros with a bias of 1 deg/h, whose square root it grows
+/// with, and the largest that is asked for: between all presets and those with a wrong unit.
+const LEAST_ARW: f64 = 0.004;
+const LEAST_ARW_COARSE: f64 = 0.05;
 
 /// All doubts about a unit.
 pub(super) fn of(unit: &Unit) -> Vec<Finding> {
@@ -37,6 +41,15 @@ fn gyro(unit: &Unit) -> Vec<Finding> {
                 g.bias_turn_on_dph
             ),
             "if the datasheet gives deg/h/sqrt(Hz), divide by 60; if deg/s/sqrt(Hz), multiply by 60",
+        ),
+        doubt(
+            arw < (LEAST_ARW * g.bias_turn_on_dph.max(0.0).sqrt()).min(LEAST_ARW_COARSE),
+            "gyro.angle_random_walk_dpsqrth",
+            format!(
+                "is {arw} deg/sqrt(h), less than gyros of {} deg/h have",
+                g.bias_turn_on_dph
+            ),
+            "if the datasheet gives deg/s/sqrt(Hz), multiply by 60",
         ),
         doubt(
             g.bias_turn_on_dph < 1e-4,

@@ -321,6 +321,22 @@ fn an_exact_lever_arm_is_no_doubt_and_one_not_given_is_uncertain() {
     assert_eq!(found(&ship), Vec::<String>::new());
 }
 
+/// deg/s/sqrt(Hz) typed as deg/sqrt(h) is 60 times too small, for gyros of every class.
+#[test]
+fn a_gyro_noise_that_is_60_times_too_small_is_doubted() {
+    for name in presets::names() {
+        let mut unit = Unit::preset(name).unwrap();
+        let doubted = |unit: &Unit| {
+            let all = doubts::of(unit);
+            all.iter()
+                .any(|f| f.key == "gyro.angle_random_walk_dpsqrth" && f.remedy.contains("by 60"))
+        };
+        assert!(!doubted(&unit), "{name}");
+        unit.gyro.angle_random_walk_dpsqrth /= 60.0;
+        assert!(doubted(&unit), "{name}");
+    }
+}
+
 #[test]
 fn every_preset_is_a_configuration_with_a_source_for_each_number() {
     for (name, text) in presets::PRESETS {

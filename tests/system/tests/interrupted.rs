@@ -75,12 +75,12 @@ const LONG: &[Long] = &[
         Need::Drive,
     ),
     long(
-        "convert csv --header d/header.toml --to csv --out o",
+        "convert csv --header d/header.toml --to csv --out o --force",
         When::Writing,
         Need::Drive,
     ),
     long(
-        "convert csv --header d/header.toml --to kf-gins --out o",
+        "convert csv --header d/header.toml --to kf-gins --out o --force",
         When::Writing,
         Need::Drive,
     ),

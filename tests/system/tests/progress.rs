@@ -68,6 +68,7 @@ fn each_stage_shows_the_time_that_is_left() {
         "csv",
         "--out",
         "c",
+        "--force",
     ];
     // those that take long; a short one may be over before it is drawn
     let cases: [(&[&str], &[&str]); 6] = [

@@ -30,16 +30,22 @@ const WORKS: &[(&str, &str)] = &[
     ("simulate", "simulate --out s"),
     (
         "convert csv",
-        "convert csv --header header.toml --to kf-gins --out k",
+        "convert csv --header header.toml --to kf-gins --out k --force",
     ),
     (
         "convert kf-gins",
-        "convert kf-gins k/imu.txt k/gnss.txt --to csv --out c",
+        "convert kf-gins k/imu.txt k/gnss.txt --to csv --out c --force",
     ),
-    ("convert mcap", "convert mcap in.mcap --to csv --out c"),
-    ("convert ulog", "convert ulog in.ulg --to csv --out c"),
-    ("convert ubx", "convert ubx in.ubx --to csv --out c"),
-    ("convert euroc", "convert euroc . --to csv --out c"),
+    (
+        "convert mcap",
+        "convert mcap in.mcap --to csv --out c --force",
+    ),
+    (
+        "convert ulog",
+        "convert ulog in.ulg --to csv --out c --force",
+    ),
+    ("convert ubx", "convert ubx in.ubx --to csv --out c --force"),
+    ("convert euroc", "convert euroc . --to csv --out c --force"),
     (
         "replay csv",
         "replay csv --header header.toml --unit tactical --out o",

@@ -61,10 +61,10 @@ const ACCEL: [f32; 3] = [0.5, -0.25, -9.75];
 fn golden_messages_read_and_are_made_again() {
     let (gyro, accel) = (GYRO, ACCEL);
     for (golden, time, sender, temperature) in [
-        (&SECOND[..], 123_456_789_012, [7, 11, 2], 21.5),
-        (&FIRST, 123_456_789_012, [7, 11, 0], 21.5),
-        (&ONE, 123_456_789_012, [7, 11, 2], 21.5),
-        (&VALUES, 5, [7, 11, 0], 0.0),
+        (&SECOND[..], 123_456_789_012, [7, 11, 2], Some(21.5)),
+        (&FIRST, 123_456_789_012, [7, 11, 0], Some(21.5)),
+        (&ONE, 123_456_789_012, [7, 11, 2], Some(21.5)),
+        (&VALUES, 5, [7, 11, 0], None), // it does not say that its zero is one
     ] {
         let imu = Imu {
             id: sender[2],
@@ -74,7 +74,7 @@ fn golden_messages_read_and_are_made_again() {
         let frame = Frame::new_checked(imu, golden).unwrap();
         assert_eq!(frame.sample(), RawSample::Floats { gyro, accel });
         assert_eq!((frame.time_us(), frame.sender()), (time, sender));
-        assert_eq!(frame.reading().temperature, Some([temperature; 3]));
+        assert_eq!(frame.reading().temperature, temperature.map(|t| [t; 3]));
         assert_eq!(frame.reading().valid, Axes::ALL);
         assert_eq!(remade(golden, imu).unwrap(), golden);
     }
@@ -147,6 +147,27 @@ fn others_imus_pass() {
         };
         assert_eq!(scan(imu, &SECOND), expected, "{imu:?}");
         assert_eq!(Frame::new_checked(imu, SECOND).is_ok(), is_frame, "{imu:?}");
+    }
+}
+
+/// Only bit 12 makes the field of the temperature one.
+#[test]
+fn a_temperature_counts_only_where_it_is_new() {
+    for (updated, temperature) in [
+        (0x1FFF, Some([21.5; 3])),
+        (0x1000, Some([21.5; 3])),
+        (0xFFFF, Some([21.5; 3])),
+        (0x0FFF, None),
+        (0x003F, None),
+        (0, None),
+    ] {
+        let repr = Repr {
+            updated,
+            ..Repr::parse(&Frame::new_checked(ANY_SECOND, SECOND).unwrap())
+        };
+        let bytes = made(|buffer| repr.emit(buffer)).unwrap();
+        let frame = Frame::new_checked(ANY_SECOND, bytes).unwrap();
+        assert_eq!(frame.reading().temperature, temperature, "{updated:#06x}");
     }
 }
 

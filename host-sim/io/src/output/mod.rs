@@ -152,17 +152,30 @@ impl CsvWriter {
     /// [`Error::Value`] for NaN or infinity, which no reader of this package accepts;
     /// [`Error::ColumnCount`]; [`Error::Unwritable`].
     pub fn row(&mut self, values: &[f64]) -> Result<(), Error> {
+        self.cells(values.iter().map(|value| Some(*value)))
+    }
+
+    /// Adds one line, with an empty cell for `None`.
+    ///
+    /// # Errors
+    /// As [`CsvWriter::row`].
+    pub fn cells(
+        &mut self,
+        values: impl ExactSizeIterator<Item = Option<f64>>,
+    ) -> Result<(), Error> {
         if values.len() != self.columns.len() {
             return Err(self.wrong_count(values.len()));
         }
         let mut digits = ryu::Buffer::new();
         self.line.clear();
-        for (column, &value) in values.iter().enumerate() {
-            if !value.is_finite() {
-                return Err(self.not_finite(column, value));
+        for (column, value) in values.enumerate() {
+            if let Some(value) = value {
+                if !value.is_finite() {
+                    return Err(self.not_finite(column, value));
+                }
+                let text = digits.format_finite(value);
+                self.line.extend_from_slice(text.as_bytes());
             }
-            self.line
-                .extend_from_slice(digits.format_finite(value).as_bytes());
             self.line.push(b',');
         }
         self.line.pop();

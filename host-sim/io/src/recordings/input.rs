@@ -12,6 +12,20 @@ use std::rc::Rc;
 /// Bytes between two reports of progress.
 const REPORT: u64 = 1 << 20;
 
+/// Beginning of the text that stands for a large file in a copy of a repository.
+const POINTER: &[u8] = b"version https://git-lfs";
+
+/// Refuses a file that is only the pointer to another one. `start` is its beginning.
+///
+/// # Errors
+/// [`Error::Pointer`].
+pub(super) fn check_pointer(file: &Path, start: &[u8]) -> Result<(), Error> {
+    match start.starts_with(POINTER) {
+        true => Err(Error::Pointer { file: file.into() }),
+        false => Ok(()),
+    }
+}
+
 /// Reports progress: bytes read, and bytes of the whole file.
 pub type Progress<'a> = &'a dyn Fn(u64, u64);
 
@@ -32,7 +46,7 @@ impl<'a> Input<'a> {
     /// Opens a file. Its first bytes identify gzip and zstd, so its name does not matter.
     ///
     /// # Errors
-    /// [`Error::Missing`], [`Error::Unreadable`].
+    /// [`Error::Missing`], [`Error::Unreadable`], [`Error::Pointer`].
     pub(super) fn open(path: &Path, progress: Progress<'a>) -> Result<Self, Error> {
         let unreadable = |source| Error::reading(path, source);
         let file = File::open(path).map_err(unreadable)?;
@@ -50,13 +64,14 @@ impl<'a> Input<'a> {
             },
         );
         let mut start = Vec::new();
-        let first = Read::by_ref(&mut file).take(4);
+        let first = Read::by_ref(&mut file).take(POINTER.len() as u64);
         { first }.read_to_end(&mut start).map_err(unreadable)?;
+        check_pointer(path, &start)?;
         let gzipped = start.starts_with(&[0x1F, 0x8B]);
         let packed = io::Cursor::new(start.clone()).chain(file);
         let bytes: Box<dyn Read + 'a> = match start[..] {
             [0x1F, 0x8B, ..] => Box::new(BufReader::new(MultiGzDecoder::new(packed))),
-            [0x28, 0xB5, 0x2F, 0xFD] => {
+            [0x28, 0xB5, 0x2F, 0xFD, ..] => {
                 let decoder = ruzstd::decoding::StreamingDecoder::new(packed);
                 let decoder = decoder.map_err(|e| unreadable(io::Error::other(e)))?;
                 Box::new(BufReader::new(decoder))

@@ -1,5 +1,6 @@
 //! Recorded data: the file formats, their tracks, and the sessions made of them.
 
+pub mod clocks;
 pub mod columns;
 pub mod corrected;
 pub mod euroc;
@@ -13,16 +14,19 @@ pub mod kitti;
 pub mod lasergyro;
 pub mod mcap;
 pub mod novatel;
+pub(crate) mod nowhere;
 pub mod offset;
 pub mod read;
 pub mod receiver;
 pub mod record;
+pub mod rtklib;
 pub(crate) mod session;
 pub(crate) mod stamped;
 pub mod table;
 pub mod track;
 pub mod ubx;
 pub mod ulog;
+pub(crate) mod week;
 
 /// Seconds in a week.
 pub(crate) const WEEK_S: f64 = 604_800.0;

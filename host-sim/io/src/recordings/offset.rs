@@ -27,10 +27,15 @@ mod motion;
 use crate::recordings::record::Record;
 use channel::Channel;
 
-/// Largest offset that is searched, s, in either direction.
-pub const MOST_S: f64 = 5.0;
-/// Step of the first search, s.
+/// Largest offset that is searched, s, in either direction: leap seconds are within it.
+pub const MOST_S: f64 = 40.0;
+/// The same where the recording is too short for that.
+const LEAST_S: f64 = 5.0;
+/// Steps of the search, s: the first one, and the one around its best offsets.
+const COARSE_S: f64 = 0.25;
 const STEP_S: f64 = 0.05;
+/// The first search uses no more differences of a kind than these.
+const COARSE: usize = 4000;
 /// Largest standard deviation of an offset that is accepted, s.
 const USEFUL_S: f64 = 0.5;
 /// Least difference of the log-likelihood to any other peak.
@@ -68,33 +73,53 @@ impl Unknown {
                 "it moves too evenly for the fixes to tell, or samples and fixes do not belong \
                  together"
             }
-            Self::Far => "the best match is at the end of the range of 5 s either way",
+            Self::Far => "the best match is at the end of the range of 40 s either way",
         }
     }
 }
 
-/// Finds the offset that is to be added to the times of the fixes.
+/// Finds the offset that is to be added to the times of the fixes, within 40 s of 0; within 5 s
+/// where the recording is too short for more.
 ///
 /// # Errors
 /// Why it cannot be known.
 pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
-    let mut channels = motion::channels(record).ok_or(Unknown::Stationary)?;
+    match within(record, MOST_S) {
+        // most recordings have a small one, which more of the recording can tell
+        Ok(found) if found.offset_s.abs() < LEAST_S - 1.0 => within(record, LEAST_S).or(Ok(found)),
+        Ok(found) => Ok(found),
+        Err(far) => within(record, LEAST_S).map_err(|near| match near {
+            Unknown::Far => far,
+            near => near,
+        }),
+    }
+}
+
+/// The offset within `most` s of 0.
+fn within(record: &Record, most: f64) -> Result<Estimate, Unknown> {
+    let mut channels = motion::channels(record, most).ok_or(Unknown::Stationary)?;
     channels.retain(|channel| channel.count() >= LEAST);
     if channels.is_empty() {
         return Err(Unknown::Stationary);
     }
     // the assumptions on slip are weighted by the residuals
-    let first = best(&channels)?;
+    let first = best(&channels, most)?;
     channels
         .iter_mut()
         .for_each(|channel| channel.assume(first));
-    let best = best(&channels)?;
+    let best = best(&channels, most)?;
     let offset = refined(&channels, best);
     let sigma = sigma(&channels, offset).ok_or(Unknown::Even)?;
+    let few: Vec<Channel> = channels.iter().map(|c| c.thinned(COARSE)).collect();
+    let share = |of: &[Channel]| of.iter().map(Channel::count).sum::<usize>() as f64;
+    let share = share(&channels) / share(&few);
     let far = |other: &f64| (other - offset).abs() > 1.0_f64.max(4.0 * sigma);
-    let rivals = offsets().filter(far).map(|other| cost(&channels, other));
-    let rival = rivals.fold(f64::INFINITY, f64::min);
-    if sigma > USEFUL_S || 0.5 * (rival - cost(&channels, offset)) < MARGIN {
+    let rivals = steps(0.0, most, COARSE_S).filter(far);
+    let rival = least(&few, rivals).map_or(f64::INFINITY, |(rival, _)| {
+        let near = steps(rival, COARSE_S, STEP_S).filter(far);
+        least(&few, near).map_or(f64::INFINITY, |(_, cost)| cost)
+    });
+    if sigma > USEFUL_S || 0.5 * share * (rival - cost(&few, offset)) < MARGIN {
         return Err(Unknown::Even);
     }
     Ok(Estimate {
@@ -108,20 +133,28 @@ fn cost(channels: &[Channel], offset: f64) -> f64 {
     channels.iter().map(|channel| channel.cost(offset)).sum()
 }
 
-fn offsets() -> impl Iterator<Item = f64> {
-    let steps = (MOST_S / STEP_S).round() as i32;
-    (-steps..=steps).map(|k| f64::from(k) * STEP_S)
+/// Offsets up to `most` on either side of `middle`.
+fn steps(middle: f64, most: f64, step: f64) -> impl Iterator<Item = f64> {
+    let count = (most / step).round() as i32;
+    (-count..=count).map(move |k| middle + f64::from(k) * step)
 }
 
-/// The offset of the least cost on a coarse grid.
-fn best(channels: &[Channel]) -> Result<f64, Unknown> {
-    let costs = offsets().map(|offset| (offset, cost(channels, offset)));
-    let best = costs
-        .min_by(|a, b| a.1.total_cmp(&b.1))
-        .ok_or(Unknown::Even)?;
-    match best.0.abs() > MOST_S - 1.5 * STEP_S {
+/// The offset of the least cost, and its cost.
+fn least(channels: &[Channel], offsets: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    let costs = offsets.map(|offset| (offset, cost(channels, offset)));
+    costs.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The offset of the least cost: first on a coarse grid with some of the differences, then on a
+/// fine one around it with all.
+fn best(channels: &[Channel], most: f64) -> Result<f64, Unknown> {
+    let few: Vec<Channel> = channels.iter().map(|c| c.thinned(COARSE)).collect();
+    let (coarse, _) = least(&few, steps(0.0, most, COARSE_S)).ok_or(Unknown::Even)?;
+    let fine = steps(coarse, 2.0 * COARSE_S, STEP_S);
+    let (best, _) = least(channels, fine).ok_or(Unknown::Even)?;
+    match best.abs() > most - 1.5 * COARSE_S {
         true => Err(Unknown::Far),
-        false => Ok(best.0),
+        false => Ok(best),
     }
 }
 

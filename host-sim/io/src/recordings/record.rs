@@ -4,7 +4,9 @@
 
 use crate::recordings::gaps;
 use crate::recordings::increments::MotionIntegral;
-use crate::recordings::session::{InitialAttitude, Parts, Prepared, build, complain, first_from};
+use crate::recordings::session::{
+    InitialAttitude, Parts, Prepared, SAME_S, build, complain, first_from,
+};
 use crate::recordings::track::Track;
 use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
@@ -137,6 +139,8 @@ pub struct Record {
     pub estimates_offset: bool,
     /// True states of the IMU, if the recording has better ones than its fixes.
     pub truth: Option<Track>,
+    /// What was left out or changed when it was read, a sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Default for Record {
@@ -156,6 +160,7 @@ impl Default for Record {
             told_offset_s: None,
             estimates_offset: false,
             truth: None,
+            notes: Vec::new(),
         }
     }
 }
@@ -311,6 +316,13 @@ impl Record {
             let note = format!("{short} gaps of samples, of at most {longest:.3} s, are bridged.");
             prepared.notes.insert(0, note);
         }
+        let outside = self.fixes_outside();
+        if outside > 0 {
+            let all = self.fixes.len();
+            let note = format!("{outside} of {all} fixes are outside the time of the samples.");
+            prepared.notes.push(note);
+        }
+        prepared.notes.extend(self.notes.iter().cloned());
         self.check()?;
         Ok(prepared)
     }
@@ -336,6 +348,20 @@ impl Record {
         match self.fixes[..] {
             [] | [_] => start,
             _ => first_from(&self.fixes, start),
+        }
+    }
+
+    /// Number of fixes outside the time of the samples.
+    #[must_use]
+    pub fn fixes_outside(&self) -> usize {
+        let (Some(start), Some(end)) = (self.time.start(), self.time.end()) else {
+            return self.fixes.len();
+        };
+        let step = median_step(&self.time).max(SAME_S);
+        let inside = |fix: &&TimedFix| (start - step..=end + step).contains(&fix.time);
+        match self.fixes.len() {
+            1 => 0, // the site of a vehicle at rest
+            all => all - self.fixes.iter().filter(inside).count(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Builds a session from increments, fixes and an initial attitude, for all formats with time
 //! stamps.
 
+use crate::recordings::clocks;
 use crate::recordings::gaps::Gap;
 use crate::recordings::increments::MotionIntegral;
 use crate::recordings::record::TimedFix;
@@ -22,7 +23,7 @@ pub(super) const MOST_GAP_S: f64 = 2.5;
 /// A fix so little after its epoch still belongs to it, s: receivers' times jitter.
 const LATE_S: f64 = 0.05;
 /// Times closer than this are the same, s.
-const SAME_S: f64 = 1e-6;
+pub(super) const SAME_S: f64 = 1e-6;
 
 /// Source of the attitude at the first epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -97,17 +98,20 @@ pub(super) fn referenced(
 /// The recording from the first fix within the motion on, in whole seconds. The attitude of its
 /// reference states is the initial attitude, which is only right at the first epoch.
 pub(super) fn build(parts: &Parts<'_>) -> Result<Prepared, Error> {
-    let complain = |problem, remedy| complain(&parts.file, "time", problem, remedy);
+    let complain = |problem, remedy: &str| complain(&parts.file, "time", problem, remedy);
     let (begin, end) = span(parts);
     let epochs = ((end - begin) / EPOCH_S + SAME_S).max(0.0) as usize;
     if epochs == 0 {
         let (t0, t1) = parts.motion.span();
         let problem =
             format!("has no whole second: motion {t0} to {t1} s, used {begin} to {end} s");
-        return Err(complain(
-            problem,
-            "give motion and fixes of the same time, in the same time system",
-        ));
+        let remedy = match parts.fixes {
+            [first, .., last] if last.time < t0 || first.time > t1 => {
+                clocks::apart([t0, t1], [first.time, last.time])
+            }
+            _ => "give motion and fixes of the same time, in the same time system".to_owned(),
+        };
+        return Err(complain(problem, &remedy));
     }
     let (standstill, q_bn) = match parts.attitude {
         Some(InitialAttitude::Standstill(s)) if s >= epochs => {

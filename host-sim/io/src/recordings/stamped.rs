@@ -1,6 +1,7 @@
 //! Samples and fixes with time stamps in ns, checked one by one; shared by all readers of recorded
 //! messages.
 
+use crate::recordings::nowhere::{LeftOut, is_nowhere};
 use crate::recordings::record::{Kind, Record, TimedFix, median_step};
 use crate::recordings::session::complain;
 use host_core::error::Error;
@@ -35,6 +36,8 @@ pub(super) struct Location {
     pub(super) file: PathBuf,
     /// The stream of messages, for example the name of a topic.
     pub(super) stream: String,
+    /// Remedy for a time that does not rise.
+    pub(super) back: &'static str,
 }
 
 impl Location {
@@ -42,6 +45,7 @@ impl Location {
         Self {
             file: file.to_path_buf(),
             stream: stream.into(),
+            back: CUT,
         }
     }
 
@@ -64,6 +68,9 @@ pub(super) struct Samples {
     kind: Kind,
     /// Stamps of the first and of the last one.
     ends: Option<[i64; 2]>,
+    /// Messages so far, and those of them with numbers that are not finite.
+    count: usize,
+    without: usize,
     /// Since the first one, s.
     time: Writer<f64>,
     values: Writer<Increment>,
@@ -75,6 +82,8 @@ impl Samples {
             location,
             kind,
             ends: None,
+            count: 0,
+            without: 0,
             time: Writer::default(),
             values: Writer::default(),
         }
@@ -84,10 +93,11 @@ impl Samples {
     /// m/s2, or increments in rad and m/s over the time `length`, s.
     ///
     /// # Errors
-    /// A value is not finite or not plausible, or the time does not rise; a long recording needs
-    /// temporary files, and they cannot be written.
+    /// A value is not plausible, or the time does not rise; a long recording needs temporary files,
+    /// and they cannot be written. A sample that is not finite is missing, not a fault.
     pub(super) fn push(&mut self, ns: i64, sample: Increment, length: f64) -> Result<(), Error> {
-        let k = self.time.len();
+        let k = self.count;
+        self.count += 1;
         let scale = match self.kind {
             Kind::Rate => 1.0,
             Kind::Increment => length,
@@ -99,8 +109,8 @@ impl Samples {
             .all(|x| x.is_finite())
             && scale.is_finite())
         {
-            let problem = "holds a number that is not finite".to_owned();
-            return Err(self.location.complain(k, problem, CUT));
+            self.without += 1;
+            return Ok(());
         }
         let largest = [sample.dtheta, sample.dv].map(|v| v.abs().max() / scale);
         if largest[0] > LIMITS[0] || largest[1] > LIMITS[1] {
@@ -109,10 +119,10 @@ impl Samples {
             let remedy = "check that the driver sends rad/s and m/s2; the limits are 35 and 1000";
             return Err(self.location.complain(k, problem, remedy));
         }
-        let [first, before] = self.ends.unwrap_or([ns; 2]);
-        if k > 0 && before >= ns {
+        let [first, before] = self.ends.unwrap_or([ns, ns.saturating_sub(1)]);
+        if before >= ns {
             let problem = format!("has the time {} after {}", seconds(ns), seconds(before));
-            return Err(self.location.complain(k, problem, CUT));
+            return Err(self.location.complain(k, problem, self.location.back));
         }
         self.ends = Some([first, ns]);
         self.time.push(since(first, ns))?;
@@ -121,8 +131,12 @@ impl Samples {
 
     /// Time of the first sample, s on the clock of the stamps.
     pub(super) fn origin_s(&self) -> Option<f64> {
-        let [first, _] = self.ends?;
-        Some(first as f64 / 1e9)
+        Some(self.origin_ns()? as f64 / 1e9)
+    }
+
+    /// Stamp of the first sample, ns.
+    pub(super) fn origin_ns(&self) -> Option<i64> {
+        self.ends.map(|[first, _]| first)
     }
 
     /// The record with these fixes, from time 0 at the first sample on.
@@ -135,8 +149,12 @@ impl Samples {
         max_gap_s: Option<f64>,
         fixes: &[(i64, TimedFix)],
     ) -> Result<Record, Error> {
-        let Some([origin, _]) = self.ends else {
-            let problem = "is empty".to_owned();
+        let Some([origin, _]) = self.ends.filter(|_| self.time.len() > 1) else {
+            let problem = match (self.count, self.without) {
+                (0, _) => "is empty".to_owned(),
+                (1, 0) => "has one sample".to_owned(),
+                (all, bad) => format!("has {all} samples, {bad} of them not finite"),
+            };
             return Err(complain(
                 file,
                 &self.location.stream,
@@ -152,6 +170,10 @@ impl Samples {
             let remedy = "give a recording with 4 to 8000 samples a second";
             return Err(complain(file, &self.location.stream, problem, remedy));
         }
+        let note = (self.without > 0).then(|| {
+            let text = "samples are not finite (nan); they count as missing";
+            self.location.note(&format!("{} {text}", self.without))
+        });
         let timed = |(ns, fix): &(i64, TimedFix)| TimedFix {
             time: since(origin, *ns),
             ..*fix
@@ -164,6 +186,7 @@ impl Samples {
             rate_hz: rate_hz as usize,
             fixes: fixes.iter().map(timed).collect(),
             max_gap_s,
+            notes: note.into_iter().collect(),
             ..Record::default()
         })
     }
@@ -185,6 +208,7 @@ pub(super) fn seconds(ns: i64) -> String {
 #[derive(Debug, Clone)]
 pub(super) struct Fixes {
     location: Location,
+    left_out: LeftOut,
     /// Each with its time on the clock of the samples, ns.
     pub(super) all: Vec<(i64, TimedFix)>,
 }
@@ -193,16 +217,35 @@ impl Fixes {
     pub(super) fn new(location: Location) -> Self {
         Self {
             location,
+            left_out: LeftOut::default(),
             all: Vec::new(),
         }
     }
 
-    /// Takes the fix of message `k`, counted from 0, which was valid at `ns`.
+    /// Counts a message that holds no fix.
+    pub(super) fn leave_out(&mut self, reason: &str, ns: i64) {
+        self.left_out.count(reason, ns as f64 * 1e-9);
+    }
+
+    /// Notes on what was left out, each with its reason.
+    pub(super) fn left_out(&self) -> Vec<String> {
+        self.left_out.notes(&self.location.note("fixes"))
+    }
+
+    /// Takes the fix of message `k`, counted from 0, which was valid at `ns`. One at latitude and
+    /// longitude 0 or nan is left out.
     ///
     /// # Errors
     /// It is not on Earth, is at a pole, or its time does not rise.
     pub(super) fn push(&mut self, k: usize, ns: i64, fix: TimedFix) -> Result<(), Error> {
         let (lat, lon, h) = (fix.lat_deg, fix.lon_deg, fix.height_m);
+        if fix.has_position() && is_nowhere(lat, lon) {
+            self.leave_out(
+                "latitude and longitude are 0 or nan, as before the first fix",
+                ns,
+            );
+            return Ok(());
+        }
         if !(lat.abs() < 89.9 && lon.abs() <= 360.0 && h.abs() < 20_000.0) {
             let problem = format!("has the position {lat}, {lon}, {h}");
             let remedy = "give degrees and metres above the ellipsoid, not at a pole";
@@ -215,7 +258,7 @@ impl Fixes {
         }
         if let Some(before) = self.all.last().filter(|(before, _)| *before >= ns) {
             let problem = format!("has the time {} after {}", seconds(ns), seconds(before.0));
-            return Err(self.location.complain(k, problem, CUT));
+            return Err(self.location.complain(k, problem, self.location.back));
         }
         self.all.push((ns, fix));
         Ok(())

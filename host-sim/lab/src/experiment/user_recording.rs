@@ -10,7 +10,7 @@ use crate::experiment::correction::Correction;
 use crate::experiment::doubts::{Class, Says, Warning, doubts};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge_and_correct};
-use crate::experiment::time_offset::settle;
+use crate::experiment::time_offset::{contradicted, settle};
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
@@ -47,10 +47,11 @@ impl Plan {
         given: bool,
         estimates: bool,
     ) -> (Option<String>, Vec<Warning>) {
-        let (note, warning) = settle(record, estimates, "time offset");
+        let wanted = estimates || record.estimates_offset;
+        let note = settle(record, wanted);
         let assumed = &self.assumptions;
-        let mut warnings = doubts(record, says, Class { assumed, given });
-        warnings.extend(warning);
+        let clock = |record: &Record| contradicted(record).filter(|_| !wanted);
+        let warnings = doubts(record, says, Class { assumed, given }, &clock);
         (note, warnings)
     }
 

@@ -111,7 +111,8 @@ fn at_rest(file: &Path, unit: Option<Unit>, options: &[String]) -> Result<Given,
         let remedy = "leave it out, or describe the file by a header.toml (docs/your-data.md)";
         return Err(refused("--", problem, remedy));
     }
-    let columns = load(file, &Choice::default())?;
+    let mut notes = vec![];
+    let columns = load(file, &Choice::default(), &mut notes)?;
     let first = columns.first();
     let seconds = first.map_or(0.0, |c| c.len() as f64 / c.rate_hz);
     let rate = first.map_or(0.0, |c| c.rate_hz);
@@ -135,7 +136,7 @@ fn at_rest(file: &Path, unit: Option<Unit>, options: &[String]) -> Result<Given,
         rest: Ok(Rest {
             source: file.display().to_string(),
             columns,
-            notes: vec![],
+            notes,
         }),
         outcomes: Err(why()),
         temperatures: Err(no_temperatures()),
@@ -178,7 +179,7 @@ fn replayed(args: &replay::Args, unit: Option<Unit>, strict: bool) -> Result<Giv
             known(fog_mems::UNIT, unit, source, Ok(outcomes))
         }
         What::Lasergyro(args) => {
-            let columns = load(&args.file, &Choice::default())?;
+            let columns = load(&args.file, &Choice::default(), &mut Vec::new())?;
             let outcomes = match args.report() {
                 Ok(report) => Ok(vec![outcome(report)]),
                 Err(error) if !strict => Err(not_replayed(&error)),

@@ -5,7 +5,7 @@ mod files;
 pub(super) mod form;
 pub(super) mod given;
 mod print;
-mod rest;
+pub(super) mod rest;
 
 use super::options::{arguments, refused};
 use super::output::JsonOption;

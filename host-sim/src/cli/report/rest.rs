@@ -21,7 +21,7 @@ const GAP: f64 = 0.5;
 
 /// Sensors at rest.
 #[derive(Debug)]
-pub(super) struct Rest {
+pub(in crate::cli) struct Rest {
     /// Description in words.
     pub source: String,
     pub columns: Vec<Column>,
@@ -31,13 +31,31 @@ pub(super) struct Rest {
 
 /// The longest rest that a recording is known to have, or why there is none.
 pub(super) fn of(record: &Record) -> Result<Found<Rest>, Error> {
-    let Some((begin, end, what)) = span(record) else {
-        return Ok(Err(
+    match span(record) {
+        Some(span) => within(record, span),
+        None => Ok(Err(
             "the recording tells no standstill: its start names none (as --standstill-s does where \
              replay has it), and not all of its fixes are at one place"
                 .into(),
-        ));
-    };
+        )),
+    }
+}
+
+/// All of a recording that is at rest, up to the first gap, or why it cannot be used.
+pub(in crate::cli) fn throughout(record: &Record) -> Result<Found<Rest>, Error> {
+    let (first, last) = record
+        .time
+        .start()
+        .zip(record.time.end())
+        .unwrap_or_default();
+    within(record, (first - 1.0, last, "at rest throughout"))
+}
+
+/// The part of a recording from a time to another.
+fn within(
+    record: &Record,
+    (begin, end, what): (f64, f64, &'static str),
+) -> Result<Found<Rest>, Error> {
     let step = median(|| {
         let later = record.time.each().skip(1);
         record.time.each().zip(later).map(|(a, b)| b - a)

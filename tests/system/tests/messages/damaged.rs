@@ -25,6 +25,10 @@ use Damage::{Column, Cut, Empty, Folder, Missing, Noise, NotANumber};
 
 /// Damage for a text of lines.
 const TEXT: &[Damage] = &[Missing, Empty, Folder, Noise, Cut, NotANumber, Column];
+/// Damage for a text of samples or fixes, whose end may be missing, and values too.
+const SAMPLES: &[Damage] = &[Missing, Empty, Folder, Noise, Column];
+/// The same where a value that is missing is a fault.
+const VALUES: &[Damage] = &[Missing, Empty, Folder, Noise, NotANumber, Column];
 /// Damage for a text with keys.
 const KEYS: &[Damage] = &[Missing, Empty, Folder, Noise, Cut];
 /// Damage for a log whose end may be missing, since recorders lose power. The rest is read.
@@ -86,17 +90,17 @@ const READERS: &[Reader] = &[
     Reader(
         "replay csv --header header.toml FILE gnss.csv",
         "imu.csv",
-        TEXT,
+        SAMPLES,
     ),
     Reader(
         "replay csv --header header.toml imu.csv FILE",
         "gnss.csv",
-        TEXT,
+        VALUES,
     ),
     Reader(
         "replay csv --header header.toml --truth FILE",
         "gnss.csv",
-        TEXT,
+        VALUES,
     ),
     Reader(
         "replay csv --header header.toml --fixes FILE",
@@ -104,19 +108,19 @@ const READERS: &[Reader] = &[
         LOG,
     ),
     Reader(
-        "convert csv --to csv --out o --header header.toml FILE",
+        "convert csv --to csv --out o --force --header header.toml FILE",
         "imu.csv",
-        TEXT,
+        SAMPLES,
     ),
     Reader(
         "replay kf-gins FILE k/gnss.txt --standstill-s 100",
         "k/imu.txt",
-        TEXT,
+        SAMPLES,
     ),
     Reader(
         "replay kf-gins k/imu.txt FILE --standstill-s 100",
         "k/gnss.txt",
-        TEXT,
+        SAMPLES,
     ),
     Reader(
         "replay kf-gins k/imu.txt k/gnss.txt --truth FILE",
@@ -124,30 +128,30 @@ const READERS: &[Reader] = &[
         TEXT,
     ),
     Reader(
-        "convert kf-gins FILE k/gnss.txt --to csv --out o",
+        "convert kf-gins FILE k/gnss.txt --to csv --out o --force",
         "k/imu.txt",
-        TEXT,
+        SAMPLES,
     ),
     Reader("replay mcap FILE", "in.mcap", LOG),
     Reader("replay ulog FILE", "in.ulg", LOG),
     Reader("replay ubx FILE", "in.ubx", LOG),
     Reader("replay novatel FILE", "", LOG),
     Reader("replay novatel FILE --inventory", "", LOG),
-    Reader("convert novatel FILE --to csv --out o", "", LOG),
+    Reader("convert novatel FILE --to csv --out o --force", "", LOG),
     Reader("replay euroc FILE", "", &[Missing, Empty, Noise]),
-    Reader("replay euroc room", "room/mav0/imu0/data.csv", TEXT),
+    Reader("replay euroc room", "room/mav0/imu0/data.csv", SAMPLES),
     Reader(
         "replay euroc room",
         "room/mav0/state_groundtruth_estimate0/data.csv",
-        TEXT,
+        SAMPLES,
     ),
     Reader("replay lasergyro FILE", "pulses.csv", TEXT),
     Reader("replay hybrid FILE", "pulses.csv", TEXT),
     Reader("replay kitti FILE", "", LOG),
     Reader("replay fog-mems FILE FILE", "", LOG),
     Reader("replay blackbox FILE", "box.json", WHOLE),
-    Reader("allan FILE", "rest.csv", TEXT),
-    Reader("report --from FILE", "rest.csv", TEXT),
+    Reader("allan FILE", "rest.csv", VALUES),
+    Reader("report --from FILE", "rest.csv", VALUES),
     Reader("report --from FILE", "header.toml", &[Missing, Noise]),
     Reader("report --from rest.csv --unit FILE", "unit.toml", KEYS),
     Reader(
@@ -371,6 +375,49 @@ fn wrong_words_in_a_file_are_named_with_a_remedy() {
     }
 }
 
+/// A text of samples or fixes that ends in the middle, or lacks a value, is read with a note.
+#[test]
+fn a_text_that_is_cut_or_lacks_a_value_is_read_with_a_note() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path();
+    prepare(dir);
+    let csv = "convert csv --to csv --out o --force --header header.toml";
+    let missing = "1 lines of damaged hold no whole sample";
+    let cut = "the file ends within this line";
+    for (args, name, damage, note) in [
+        (format!("{csv} damaged"), "imu.csv", Cut, cut),
+        (format!("{csv} damaged"), "imu.csv", NotANumber, missing),
+        (format!("{csv} imu.csv damaged"), "gnss.csv", Cut, cut),
+        (
+            "convert kf-gins damaged k/gnss.txt --to csv --out o --force".into(),
+            "k/imu.txt",
+            Cut,
+            cut,
+        ),
+        (
+            "convert kf-gins damaged k/gnss.txt --to csv --out o --force".into(),
+            "k/imu.txt",
+            NotANumber,
+            missing,
+        ),
+        (
+            "convert kf-gins k/imu.txt damaged --to csv --out o --force".into(),
+            "k/gnss.txt",
+            Cut,
+            cut,
+        ),
+    ] {
+        let good = std::fs::read(dir.join(name)).unwrap();
+        spoil(&dir.join("damaged"), &good, damage);
+        let output = host_sim(dir, &args);
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(
+            output.status.success() && told.contains(note),
+            "{args}, {damage:?}: {told}"
+        );
+    }
+}
+
 /// A log that ends in the middle is read as far as it goes, or refused with a remedy.
 #[test]
 fn a_log_that_is_cut_is_read_or_named() {
@@ -378,9 +425,9 @@ fn a_log_that_is_cut_is_read_or_named() {
     let dir = dir.path();
     prepare(dir);
     for (args, name) in [
-        ("convert mcap FILE --to csv --out o", "in.mcap"),
-        ("convert ulog FILE --to csv --out o", "in.ulg"),
-        ("convert ubx FILE --to csv --out o", "in.ubx"),
+        ("convert mcap FILE --to csv --out o --force", "in.mcap"),
+        ("convert ulog FILE --to csv --out o --force", "in.ulg"),
+        ("convert ubx FILE --to csv --out o --force", "in.ubx"),
     ] {
         let good = std::fs::read(dir.join(name)).unwrap();
         let at = format!("cut-{name}");

@@ -13,6 +13,7 @@ mod damaged;
 mod defects;
 mod page;
 mod reports;
+mod tried;
 mod writers;
 
 use assert_cmd::Command;
@@ -100,7 +101,7 @@ fn one_drive_gives_the_same_in_every_format() {
     );
 
     for source in ["mcap in.mcap", "ulog in.ulg", "ubx in.ubx", "euroc ."] {
-        let out = host_sim(dir, &format!("convert {source} --to csv --out c")).success();
+        let out = host_sim(dir, &format!("convert {source} --to csv --out c --force")).success();
         let text = String::from_utf8_lossy(&out.get_output().stdout).into_owned();
         assert!(
             text.contains("36000 samples, 361 fixes"),

@@ -2,7 +2,7 @@
 
 use crate::recordings::read::read;
 use crate::recordings::session::complain;
-use crate::recordings::table::Separator;
+use crate::recordings::table::{Separator, unquoted};
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
 use nalgebra::{Rotation3, Vector3};
@@ -53,19 +53,35 @@ impl Text {
         let bytes = read(&self.file)?;
         let mut out = Vec::with_capacity(bytes.len() + bytes.len() / 4);
         let mut taken = taken.iter();
-        for (k, line) in bytes.split_inclusive(|byte| *byte == b'\n').enumerate() {
-            if k < self.skip {
-                out.extend_from_slice(line);
+        for (k, line) in lines(&bytes).enumerate() {
+            if k < self.skip || !self.has_sample(line) {
+                out.extend_from_slice(line); // a missing sample, or a line that is cut
             } else {
-                let taken = taken.next().ok_or_else(|| self.changed(k))?;
-                self.line(line, taken, &mut out)
-                    .ok_or_else(|| self.changed(k))?;
+                match taken.next() {
+                    Some(taken) => self
+                        .line(line, taken, &mut out)
+                        .ok_or_else(|| self.changed(k))?,
+                    // the last line may be cut behind the sample
+                    None if !line.ends_with(b"\n") => out.extend_from_slice(line),
+                    None => return Err(self.changed(k)),
+                }
             }
         }
         match taken.next() {
             None => Ok(out),
             Some(_) => Err(self.changed(0)),
         }
+    }
+
+    /// Whether a line has all six numbers.
+    fn has_sample(&self, line: &[u8]) -> bool {
+        let spans = self.spans(line);
+        let mut columns = self.columns.columns.iter().flatten();
+        columns.all(|column| {
+            let text = spans.get(*column).map(|span| &line[span.clone()]);
+            let number = text.and_then(|text| std::str::from_utf8(text).ok()?.parse::<f64>().ok());
+            number.is_some_and(f64::is_finite)
+        })
     }
 
     /// Appends a line with the correction subtracted. `None`: the line lacks the numbers.
@@ -123,7 +139,7 @@ impl Text {
             let from = start + value.len() - value.trim_ascii_start().len();
             let to = from + value.trim_ascii().len();
             if !(runs && value.is_empty()) {
-                out.push(from..to);
+                out.push(unquoted(line, from..to));
             }
             start = end + 1;
         }
@@ -136,6 +152,22 @@ impl Text {
         let remedy = "do not change the file while it is replayed";
         complain(&self.file, &key, problem, remedy)
     }
+}
+
+/// The lines of a text with what ends them: a line feed, or a carriage return that stands alone.
+fn lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = bytes;
+    std::iter::from_fn(move || {
+        let ends = |k: &usize| match rest[*k] {
+            b'\n' => true,
+            b'\r' => !matches!(rest.get(k + 1), Some(b'\n' | b'\r')),
+            _ => false,
+        };
+        let length = (0..rest.len()).find(ends).map_or(rest.len(), |k| k + 1);
+        let (line, after) = rest.split_at(length);
+        rest = after;
+        (!line.is_empty()).then_some(line)
+    })
 }
 
 /// A number in the fewest digits that read back to the same bits. Small ones have an exponent.

@@ -16,10 +16,10 @@
 
 use crate::recordings::InitialAttitude;
 use crate::recordings::corrected::{SampleColumns, Text};
-use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
+use crate::recordings::record::{Kind, NOT_MEASURED, Record, TimedFix};
 use crate::recordings::session::complain;
 use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
-use crate::recordings::table::{Cell, Separator, Source, Table};
+use crate::recordings::table::{Cell, Layout, Separator, Source, Table};
 use crate::recordings::track::Track;
 use host_core::error::Error;
 use host_core::inertial::axes::Axes;
@@ -63,20 +63,12 @@ pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
     let (imu, truth) = (mav.join("imu0"), mav.join("state_groundtruth_estimate0"));
     let to_body = choice.mounting * sensor(&imu.join("sensor.yaml"))?;
     let file = imu.join("data.csv");
-    let table = table(&file, 7)?;
-    let mut samples = Samples::new(Location::new(&file, "data line"), Kind::Rate);
-    for row in table.rows() {
-        let [ns, gx, gy, gz, ax, ay, az, ..] = row else {
-            continue; // each row has at least as many
-        };
-        let gyro = [gx, gy, gz].map(|x| x.value);
-        let accel = [ax, ay, az].map(|x| x.value);
-        samples.push(ns.whole, turned(&to_body, gyro, accel), 1.0)?;
-    }
-    let origin = table.row(0)[0].whole;
-    let (states, measured) = states(&truth, choice)?;
+    let (samples, mut notes) = samples(&file, &to_body)?;
+    let origin = samples.origin_ns().unwrap_or_default();
+    let (states, measured) = states(&truth, choice, &mut notes)?;
     let thinned = thinned(&states, measured, &truth, choice)?;
     let mut record = samples.record(&file, choice.max_gap_s, &thinned)?;
+    record.notes.append(&mut notes);
     let since = |ns: i64| (ns - origin) as f64 / 1e9;
     let time = states.iter().map(|(ns, _)| since(*ns)).collect();
     let track = Track::new(time, states.iter().map(|(_, state)| *state).collect());
@@ -92,6 +84,39 @@ pub fn read(folder: &Path, choice: &Choice) -> Result<Reading, Error> {
         notes: vec![note],
         origin_s: Some(origin as f64 / 1e9),
     })
+}
+
+/// Reads the samples alone. `mounting` as in [`Choice`].
+///
+/// # Errors
+/// As [`read`].
+pub fn at_rest(folder: &Path, mounting: Rotation3<f64>) -> Result<Record, Error> {
+    let imu = mav(folder).join("imu0");
+    let file = imu.join("data.csv");
+    let (samples, mut notes) = samples(&file, &(mounting * sensor(&imu.join("sensor.yaml"))?))?;
+    let mut record = samples.record(&file, None, &[])?;
+    record.notes.append(&mut notes);
+    Ok(record)
+}
+
+/// The samples of a file, and notes on it.
+fn samples(file: &Path, to_body: &Rotation3<f64>) -> Result<(Samples, Vec<String>), Error> {
+    let mut table = table(file, 7)?;
+    let mut samples = Samples::new(Location::new(file, "data line"), Kind::Rate);
+    for row in table.rows() {
+        let [ns, gx, gy, gz, ax, ay, az, ..] = row else {
+            continue; // each row has at least as many
+        };
+        let gyro = [gx, gy, gz].map(|x| x.value);
+        let accel = [ax, ay, az].map(|x| x.value);
+        let gyro = if ns.value.is_nan() {
+            [f64::NAN; 3]
+        } else {
+            gyro
+        };
+        samples.push(ns.whole, turned(to_body, gyro, accel), 1.0)?;
+    }
+    Ok((samples, std::mem::take(&mut table.notes)))
 }
 
 /// The folder of the sensors.
@@ -128,9 +153,14 @@ fn has_names(first: &[String]) -> bool {
 }
 
 /// The true states with their times, ns, and whether they have a velocity.
-fn states(folder: &Path, choice: &Choice) -> Result<(Vec<(i64, NavState)>, bool), Error> {
+fn states(
+    folder: &Path,
+    choice: &Choice,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<(i64, NavState)>, bool), Error> {
     let file = folder.join("data.csv");
-    let table = table(&file, 8)?;
+    let mut table = table(&file, 8)?;
+    notes.append(&mut table.notes);
     // Attitudes are those of a sensor on the body, whose axes may differ from the body's.
     let from_body = sensor(&folder.join("sensor.yaml"))?.inverse() * choice.mounting.inverse();
     let from_body = UnitQuaternion::from_rotation_matrix(&from_body);
@@ -139,6 +169,9 @@ fn states(folder: &Path, choice: &Choice) -> Result<(Vec<(i64, NavState)>, bool)
     let mut states: Vec<(i64, NavState)> = Vec::with_capacity(table.count());
     let mut has_velocity = true;
     for (k, row) in table.rows().enumerate() {
+        if row.iter().take(11).any(|x| x.value.is_nan()) {
+            continue; // the tracking of the room had lost the body
+        }
         let ns = row[0].whole;
         if states.last().is_some_and(|(before, _)| *before >= ns) {
             return Err(table.complain(k, 0, "not after the line before", "sort the lines"));
@@ -209,6 +242,14 @@ struct Wide {
     value: f64,
 }
 
+impl Wide {
+    /// No number.
+    const NONE: Self = Self {
+        whole: 0,
+        value: f64::NAN,
+    };
+}
+
 impl fmt::Display for Wide {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.value)
@@ -239,7 +280,16 @@ fn table(file: &Path, least: usize) -> Result<Table<Wide>, Error> {
         true => first,
         false => (1..=first.len()).map(|k| k.to_string()).collect(),
     };
-    Table::first_columns(&source, usize::from(has_names), &names, names.len())
+    let wanted: Vec<usize> = (0..names.len()).collect();
+    let layout = Layout {
+        skip: usize::from(has_names),
+        names: &names,
+        wanted: &wanted,
+        gap: Some(Wide::NONE),
+        loose: usize::MAX,
+        cut: true,
+    };
+    Table::read(&source, &layout)
 }
 
 /// The rotation of `T_BS` in a `sensor.yaml`, from axes of the sensor to those of the body; none if

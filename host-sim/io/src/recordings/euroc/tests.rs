@@ -95,6 +95,15 @@ fn axes_of_the_sensor_are_turned() {
 fn every_fault_names_its_location() {
     let swap = |file: &'static str, old: &'static str, new: &'static str| {
         let (_dir, read) = folder(move |name, text| match name == file {
+            // the first line of data may be cut
+            true if new.is_empty() || new.ends_with("g,") => {
+                let (first, rest) =
+                    text.split_at(text.match_indices('\n').nth(1).map_or(0, |m| m.0));
+                match rest.contains(old) {
+                    true => format!("{first}{}", rest.replacen(old, new, 1)),
+                    false => text.replacen(old, new, 1),
+                }
+            }
             true => text.replacen(old, new, 1),
             false => text,
         });
@@ -108,9 +117,9 @@ fn every_fault_names_its_location() {
             imu,
             "9.8,",
             "9.8g,",
-            "imu0/data.csv:2: column 'a_RS_S_x': '9.8g' is not a number",
+            "imu0/data.csv:3: column 'a_RS_S_x': '9.8g' is not a number",
         ),
-        (imu, "-0.1,", "", "imu0/data.csv:2: 6 columns instead of 7"),
+        (imu, "-0.1,", "", "imu0/data.csv:3: 6 columns instead of 7"),
         (imu, "-0.1,", "-99,", "'data line message 1' has 99.0 rad/s"),
         (imu, ",w_RS_S_x", "", "'line 1' has 6 columns"),
         (

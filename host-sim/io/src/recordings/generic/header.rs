@@ -28,7 +28,7 @@ pub(super) struct Header {
 #[derive(Debug, Clone, Deserialize)]
 #[serde(
     untagged,
-    expecting = "is neither a file nor a table of file, separator, names, time, latitude, longitude, height, velocity, time_offset_s"
+    expecting = "is neither a file nor a table of file, separator, names, skip_lines, time, latitude, longitude, height, velocity, time_offset_s"
 )]
 pub(super) enum Truth {
     /// The file, relative to the header file.
@@ -49,6 +49,8 @@ pub(super) struct TruthTable {
     /// As in [`Imu`].
     #[serde(default = "yes")]
     pub(super) names: bool,
+    /// As in [`Imu`].
+    pub(super) skip_lines: Option<usize>,
     /// Time.
     pub(super) time: Option<Scalar>,
     /// rad or deg.
@@ -92,9 +94,11 @@ pub(super) struct Imu {
     /// One ASCII character, `tab`, or `blank` for any run of blanks.
     #[serde(default = "comma")]
     pub(super) separator: String,
-    /// Whether the first line names the columns. If not, they are called 1, 2, 3.
+    /// Whether a line names the columns. If not, they are called 1, 2, 3.
     #[serde(default = "yes")]
     pub(super) names: bool,
+    /// Lines before that of the names, or before the data. By default the names are looked for.
+    pub(super) skip_lines: Option<usize>,
     /// Time of a sample, or of the end of an increment.
     pub(super) time: Scalar,
     /// Gyros: rates in rad/s, deg/s, deg/h, or increments in rad, deg, arcsec.
@@ -149,6 +153,8 @@ pub(super) struct Gnss {
     /// As in [`Imu`].
     #[serde(default = "yes")]
     pub(super) names: bool,
+    /// As in [`Imu`].
+    pub(super) skip_lines: Option<usize>,
     /// Time on the clock of the IMU, or on another whose offset `time_offset_s` gives.
     pub(super) time: Scalar,
     /// Added to the times of the fixes to give the IMU's, s, or "estimate". Default: 0.
@@ -159,10 +165,13 @@ pub(super) struct Gnss {
     pub(super) latitude: Scalar,
     /// rad or deg.
     pub(super) longitude: Scalar,
-    /// m. It may be left out.
+    /// m or ft. It may be left out.
     pub(super) height: Option<Scalar>,
     /// Velocity, if it is measured.
     pub(super) velocity: Option<Velocity>,
+    /// Columns that say whether a line holds a fix, with the values of those that do.
+    #[serde(default)]
+    pub(super) valid: Vec<Valid>,
     /// Columns of the standard deviations of position north, east, down, m. They replace
     /// `position_sigma_m`.
     pub(super) position_sigma: Option<[String; 3]>,
@@ -176,15 +185,27 @@ pub(super) struct Gnss {
     pub(super) velocity_sigma_mps: [f64; 3],
 }
 
+/// A column whose values within a range mark a fix.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Valid {
+    /// Name.
+    pub(super) column: String,
+    /// Least value of a fix.
+    pub(super) least: Option<f64>,
+    /// Largest value of a fix.
+    pub(super) most: Option<f64>,
+}
+
 /// Velocity columns.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Velocity {
     /// Names of the columns: three, or the two horizontal ones.
     pub(super) columns: Vec<String>,
-    /// m/s or km/h.
+    /// m/s, km/h or knots.
     pub(super) unit: String,
-    /// `ned` or `enu`.
+    /// `ned`, `enu` or `neu`.
     pub(super) order: String,
 }
 
@@ -257,6 +278,10 @@ pub(super) const TIME: [Unit; 4] = [
 /// Units of latitude and longitude.
 pub(super) const ANGLE: [Unit; 2] = [("rad", Kind::Rate, 1.0), ("deg", Kind::Rate, DEG)];
 /// Units of height.
-pub(super) const LENGTH: [Unit; 1] = [("m", Kind::Rate, 1.0)];
+pub(super) const LENGTH: [Unit; 2] = [("m", Kind::Rate, 1.0), ("ft", Kind::Rate, 0.3048)];
 /// Units of velocity.
-pub(super) const SPEED: [Unit; 2] = [("m/s", Kind::Rate, 1.0), ("km/h", Kind::Rate, 1.0 / 3.6)];
+pub(super) const SPEED: [Unit; 3] = [
+    ("m/s", Kind::Rate, 1.0),
+    ("km/h", Kind::Rate, 1.0 / 3.6),
+    ("knots", Kind::Rate, 1852.0 / 3600.0),
+];

@@ -17,6 +17,8 @@
 //! axes = "y x -z"
 //! # "," by default, or "tab", or "blank" for any run of blanks.
 //! # separator = ";"
+//! # Lines before that of the names. By default the names are looked for.
+//! # skip_lines = 3
 //! # Without a line of names the columns are called "1", "2", ...
 //! # names = false
 //! # Longest step between rates that is interpolated. Three samples or 0.1 s by default.
@@ -31,13 +33,15 @@
 //! # From the IMU to the antenna: forward, right, down.
 //! # lever_arm_m = [-1.0, 0.2, -1.5]
 //! time = { column = "t", unit = "ms" }
-//! # rad, deg
+//! # rad, deg; the height in m or ft
 //! latitude = { column = "lat", unit = "deg" }
 //! longitude = { column = "lon", unit = "deg" }
 //! # Above the ellipsoid.
 //! height = { column = "h", unit = "m" }
-//! # m/s, km/h; order "ned" or "enu". May be left out.
+//! # m/s, km/h, knots; order "ned", "enu" or "neu". May be left out.
 //! velocity = { columns = ["vn", "ve", "vd"], unit = "m/s", order = "ned" }
+//! # Lines with other values of these columns hold no fix.
+//! # valid = [{ column = "fix", least = 3 }, { column = "hdop", most = 20 }]
 //! # Standard deviations north, east, down, the same for all fixes ...
 //! position_sigma_m = [1.0, 1.0, 1.5]
 //! velocity_sigma_mps = [0.05, 0.05, 0.05]
@@ -69,6 +73,7 @@
 
 mod fixes;
 mod header;
+mod quality;
 mod read;
 mod samples;
 mod start;
@@ -80,7 +85,8 @@ pub use write::{write, write_readings, write_truth};
 
 use crate::recordings::corrected::Text;
 use crate::recordings::record::{Kind, Record};
-use crate::recordings::table::{Layout, Source, Table};
+use crate::recordings::table::{Layout, Separator, Source, Table};
+use crate::recordings::week;
 use fixes::fixes;
 use header::{ACCEL, GYRO, Offset};
 use host_core::error::Error;
@@ -114,7 +120,7 @@ pub fn read_with_truth(
     let (read, mut record) = begin(header, files, truth)?;
     let gnss = read.header.gnss.as_ref();
     record.fixes = match gnss {
-        Some(gnss) => fixes(&read, gnss)?,
+        Some(gnss) => fixes(&read, gnss, &mut record.notes)?,
         None => vec![site(&read)?],
     };
     if let Some(arm) = gnss.and_then(|gnss| gnss.lever_arm_m) {
@@ -129,10 +135,11 @@ pub fn read_with_truth(
         Some(Offset::Given(seconds)) => record.told_offset_s = Some(*seconds),
         None => {}
     }
-    record.truth = truth::named(&read, record.told_offset_s)?;
+    record.truth = truth::named(&read, record.told_offset_s, &mut record.notes)?;
     if let Some(seconds) = record.told_offset_s {
         record.move_fixes(seconds);
     }
+    week::join(&mut record);
     Ok(record)
 }
 
@@ -160,7 +167,8 @@ pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result
         Some(Offset::Given(seconds)) => *seconds,
         _ => 0.0,
     };
-    record.truth = truth::named(&read, Some(offset_s))?.map(|track| track.shifted(offset_s));
+    let truth = truth::named(&read, Some(offset_s), &mut record.notes)?;
+    record.truth = truth.map(|track| track.shifted(offset_s));
     if let Some(arm) = read.header.gnss.and_then(|gnss| gnss.lever_arm_m) {
         record.lever_arm_m = arm;
     }
@@ -225,6 +233,54 @@ pub fn units(header: &Path, step: f64) -> Result<[(NamedUnit, Vec<NamedUnit>); 2
     ])
 }
 
+/// What a header file says about its fixes: the unit of each value, and all units that it could
+/// name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixUnits {
+    /// Times; the value is in s.
+    pub time: (NamedUnit, Vec<NamedUnit>),
+    /// Latitude and longitude, rad.
+    pub position: (NamedUnit, Vec<NamedUnit>),
+    /// Height, m.
+    pub height: Option<(NamedUnit, Vec<NamedUnit>)>,
+    /// Velocity, m/s.
+    pub velocity: Option<(NamedUnit, Vec<NamedUnit>)>,
+    /// For north, east and down: the column of the velocity that holds it, and its sign.
+    pub order: Option<[(usize, f64); 3]>,
+}
+
+/// What a header file says about its fixes, if it has any.
+///
+/// # Errors
+/// As [`read`].
+pub fn fix_units(header: &Path) -> Result<Option<FixUnits>, Error> {
+    let read = Read::open(header, &[])?;
+    let Some(gnss) = &read.header.gnss else {
+        return Ok(None);
+    };
+    let of = |key: &str, name: &str, known: &[header::Unit]| {
+        let (_, value) = read.value(&format!("gnss.{key}"), name, known)?;
+        let all = known.iter().map(|unit| (unit.0.to_owned(), unit.2));
+        Ok::<_, Error>(((name.to_owned(), value), all.collect::<Vec<_>>()))
+    };
+    let height = gnss.height.as_ref();
+    let velocity = gnss.velocity.as_ref();
+    Ok(Some(FixUnits {
+        time: of("time", &gnss.time.unit, &header::TIME)?,
+        position: of("latitude", &gnss.latitude.unit, &header::ANGLE)?,
+        height: height
+            .map(|h| of("height", &h.unit, &header::LENGTH))
+            .transpose()?,
+        velocity: velocity
+            .map(|v| of("velocity", &v.unit, &header::SPEED))
+            .transpose()?,
+        order: velocity
+            .map(|v| fixes::velocity_unit(&read, "gnss.velocity", v))
+            .transpose()?
+            .map(|(order, _)| order),
+    }))
+}
+
 /// A file with the names of its columns, and the table of the header file that describes it.
 struct File<'a> {
     read: &'a Read,
@@ -235,20 +291,56 @@ struct File<'a> {
     names: Vec<String>,
 }
 
+/// Where the columns of a file are, by the header file.
+#[derive(Clone, Copy)]
+struct Described<'a> {
+    /// The table of the header file.
+    table: &'a str,
+    separator: &'a str,
+    /// Whether a line names the columns.
+    names: bool,
+    /// Lines before it, or before the data; `None`: they are found.
+    skip_lines: Option<usize>,
+}
+
 impl<'a> File<'a> {
+    /// Opens a file. The line of names is the first one that has all names `wanted`.
     fn open(
         read: &'a Read,
-        table: &'a str,
+        described: Described<'a>,
         file: &Path,
-        separator: &str,
-        names: bool,
+        wanted: &[&str],
     ) -> Result<Self, Error> {
+        let Described {
+            table,
+            separator,
+            names,
+            skip_lines,
+        } = described;
         let separator = read.separator(&format!("{table}.separator"), separator)?;
         let source = Source::open(file, separator)?;
-        let first = source.header("names of the columns, as the header file has them")?;
+        let _ = source.header("names of the columns, as the header file has them")?;
+        let head = source.head();
+        let runs = separator == Separator::Blank;
+        let has_all = |line: &[String]| wanted.iter().all(|name| line.iter().any(|n| n == name));
+        // a mark of a comment before the first name is a part of it only where the header says so
+        let named = |line: &[String]| match has_all(line) {
+            true => line.to_vec(),
+            false => bare(line, runs),
+        };
+        let found = match names {
+            true => head.iter().position(|line| has_all(&named(line))),
+            false => head.iter().position(|line| !is_comment(line)),
+        };
+        let before = skip_lines.or(found).unwrap_or(0);
+        let Some(line) = head.get(before) else {
+            let problem = format!("is {before}, and {} has fewer lines", file.display());
+            let remedy = "give the number of lines before the names of the columns, at most 63";
+            return Err(read.bad(&format!("{table}.skip_lines"), problem, remedy));
+        };
         let (skip, names) = match names {
-            true => (1, first),
-            false => (0, (1..=first.len()).map(|k| k.to_string()).collect()),
+            true => (before + 1, named(line)),
+            false => (before, (1..=line.len()).map(|k| k.to_string()).collect()),
         };
         Ok(Self {
             read,
@@ -275,33 +367,70 @@ impl<'a> File<'a> {
     }
 
     /// Reads the columns `wanted`, each given as key of the header file and name of the column.
-    fn table(&self, wanted: &[(&str, &str)], gap: Option<f64>) -> Result<Table, Error> {
+    /// From column `loose` on, texts that are no numbers count as gaps.
+    fn table(&self, wanted: &[(&str, &str)], loose: usize) -> Result<Table, Error> {
         let wanted = self.positions(wanted)?;
-        Table::read(&self.source, &self.layout(&wanted, gap))
+        Table::read(&self.source, &self.layout(&wanted, loose))
     }
 
-    /// Reads the same columns row by row. The table has no values; it only locates errors.
+    /// Reads the same columns row by row; an empty cell or one of `nan` is NaN. The table has no
+    /// values; it only locates errors.
     fn rows(
         &self,
         wanted: &[(&str, &str)],
         take: impl FnMut(&[f64]) -> Result<(), Error>,
     ) -> Result<Table, Error> {
         let wanted = self.positions(wanted)?;
-        Table::read_first(&self.source, &self.layout(&wanted, None), 0, take)
+        Table::read_first(&self.source, &self.layout(&wanted, usize::MAX), 0, take)
     }
 
+    /// The positions of columns. Only standard deviations may have one column for several axes.
     fn positions(&self, wanted: &[(&str, &str)]) -> Result<Vec<usize>, Error> {
+        for (k, (key, name)) in wanted.iter().enumerate() {
+            let before = wanted[..k].iter().find(|(_, other)| other == name);
+            if let Some((other, _)) = before.filter(|_| !key.ends_with(SIGMA)) {
+                let problem = format!("names column '{name}', which '{other}' names already");
+                let remedy = "each value has a column of its own; look for a slip of the pen";
+                return Err(self
+                    .read
+                    .bad(&format!("{}.{key}", self.table), problem, remedy));
+            }
+        }
         wanted.iter().map(|column| self.position(column)).collect()
     }
 
-    fn layout<'l>(&'l self, wanted: &'l [usize], gap: Option<f64>) -> Layout<'l> {
+    fn layout<'l>(&'l self, wanted: &'l [usize], loose: usize) -> Layout<'l> {
         Layout {
             skip: self.skip,
             names: &self.names,
             wanted,
-            gap,
+            gap: Some(f64::NAN),
+            loose,
+            cut: true,
         }
     }
+}
+
+/// End of the keys of columns of standard deviations.
+const SIGMA: &str = "_sigma";
+
+/// Whether a line begins with the mark of a comment.
+fn is_comment(line: &[String]) -> bool {
+    let first = line.first().map_or("", String::as_str);
+    first.is_empty() && line.len() < 2 || first.starts_with(['#', '%'])
+}
+
+/// The names on a line, without the mark of a comment before the first one. `runs`: the separator
+/// is any run of blanks.
+fn bare(line: &[String], runs: bool) -> Vec<String> {
+    let mut names = line.to_vec();
+    if let Some(first) = names.first_mut() {
+        *first = first.trim_start_matches(['#', '%', ' ']).to_owned();
+        if first.is_empty() && runs {
+            names.remove(0); // the mark stands alone
+        }
+    }
+    names
 }
 
 #[cfg(test)]

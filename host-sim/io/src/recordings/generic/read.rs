@@ -1,10 +1,10 @@
 //! The header file as it was read, and its errors.
 
 use super::header::{Gnss, Header, Turned, Unit};
+use crate::recordings::input::check_pointer;
 use crate::recordings::record::Kind;
 use crate::recordings::session::complain;
 use crate::recordings::table::Separator;
-
 use host_core::error::Error;
 use host_core::inertial::axes::Axes;
 use host_unit::mounting::Mounting;
@@ -46,6 +46,7 @@ pub(super) struct Read {
 impl Read {
     pub(super) fn open(file: &Path, replacements: &[PathBuf]) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
+        check_pointer(file, text.as_bytes())?;
         let header: Header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
         let read = Self {
             file: file.to_path_buf(),

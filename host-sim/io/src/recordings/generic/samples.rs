@@ -1,10 +1,11 @@
 //! Reads the samples.
 
-use super::File;
 use super::header::{ACCEL, GYRO, TIME};
 use super::read::Read;
+use super::{Described, File};
 use crate::recordings::corrected::{SampleColumns, Text};
 use crate::recordings::record::{Kind, Record, median_step};
+use crate::recordings::week::Unwrapped;
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
 use host_core::list::Writer;
@@ -30,17 +31,17 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
         let remedy = "give rates for both or increments for both";
         return Err(read.bad("imu.accel", problem, remedy));
     }
-    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
-    let mut wanted = vec![("time", imu.time.column.as_str())];
-    wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
-    wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
+    let file = imu_file(read)?;
+    let wanted = columns(read);
     let mut taken = Taken::default();
-    let table = file.rows(&wanted, |row| {
+    let mut table = file.rows(&wanted, |row| {
         let Ok([t, gx, gy, gz, ax, ay, az]) = <[f64; 7]>::try_from(row) else {
             return Ok(()); // as many are wanted
         };
-        taken.note(t, &row[1..]);
-        taken.time.push(t * second)?;
+        let Some(time) = taken.note(t, t * second, &row[1..]) else {
+            return Ok(()); // no sample
+        };
+        taken.time.push(time)?;
         taken.samples.push(Increment {
             dtheta: axes.turn([gx, gy, gz]) * gyro,
             dv: axes.turn([ax, ay, az]) * accel,
@@ -49,13 +50,26 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
     if let Some((row, times)) = taken.back {
         return Err(table.time_back(row, &imu.time.column, times));
     }
+    let mut notes = std::mem::take(&mut table.notes);
+    notes.extend(taken.week.note("samples"));
+    if taken.without > 0 {
+        notes.push(format!(
+            "{} lines of {} hold no whole sample (empty or nan); they count as missing samples.",
+            taken.without,
+            file.source.file.display()
+        ));
+    }
     let time = taken.time.finish()?;
+    if time.len() < 2 {
+        let problem = format!("has {} whole samples", time.len());
+        let remedy = "give a file with a number in each column of the samples";
+        return Err(read.bad("imu.file", problem, remedy));
+    }
     let step = median_step(&time);
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
         let problem = format!("has a median step of {step} s");
-        let remedy = "check the unit; 4 to 8000 samples a second can be used";
-        return Err(read.bad("imu.time", problem, remedy));
+        return Err(read.bad("imu.time", problem, &time_remedy(step, &imu.time.unit)));
     }
     let limits = limits((kind, step), (gyro, accel));
     check(&file, &wanted, taken.largest, limits)?;
@@ -66,8 +80,52 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
         kind,
         rate_hz: rate_hz as usize,
         max_gap_s: imu.max_gap_s,
+        notes,
         ..Record::default()
     })
+}
+
+/// The file of the samples.
+fn imu_file(read: &Read) -> Result<File<'_>, Error> {
+    let imu = &read.header.imu;
+    let names: Vec<&str> = columns(read).iter().map(|(_, name)| *name).collect();
+    let described = Described {
+        table: "imu",
+        separator: &imu.separator,
+        names: imu.names,
+        skip_lines: imu.skip_lines,
+    };
+    File::open(read, described, &read.imu_file()?, &names)
+}
+
+/// Key and name of the columns of a sample.
+fn columns(read: &Read) -> Vec<(&str, &str)> {
+    let imu = &read.header.imu;
+    let mut wanted = vec![("time", imu.time.column.as_str())];
+    wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
+    wanted.extend(imu.accel.columns.iter().map(|c| ("accel", c.as_str())));
+    wanted
+}
+
+/// What to do about a step that no IMU has: the units with a step that one has.
+fn time_remedy(step: f64, named: &str) -> String {
+    let known = |name: &str| TIME.iter().find(|unit| unit.0 == name).map(|unit| unit.2);
+    let fits = |unit: &&super::header::Unit| {
+        let step = step * unit.2 / known(named).unwrap_or(1.0);
+        (1.0 / 2000.0..=0.1).contains(&step)
+    };
+    let names: Vec<String> = TIME
+        .iter()
+        .filter(fits)
+        .map(|u| format!("'{}'", u.0))
+        .collect();
+    match names.is_empty() {
+        true => "check the unit; 4 to 8000 samples a second can be used".into(),
+        false => format!(
+            "check the unit: {} would fit; 4 to 8000 samples a second can be used",
+            names.join(" or ")
+        ),
+    }
 }
 
 /// Values that the checks need, of the rows read so far.
@@ -77,6 +135,13 @@ struct Taken {
     samples: Writer<Increment>,
     /// The last time, in the unit of the file.
     last: Option<f64>,
+    /// Rows so far.
+    rows: usize,
+    /// Rows that lack a value.
+    without: usize,
+    week: Unwrapped,
+    /// The last time, s.
+    second: f64,
     /// The first row whose time does not rise, with the one before it.
     back: Option<(usize, [f64; 2])>,
     /// Largest size of a value of the gyros, and of one of the accelerometers.
@@ -84,14 +149,23 @@ struct Taken {
 }
 
 impl Taken {
-    /// Records a row for the checks, before the row is counted.
-    fn note(&mut self, time: f64, values: &[f64]) {
-        let before = self.last.replace(time).filter(|before| time <= *before);
-        let row = self.time.len();
+    /// Records a row for the checks. Returns the time of its sample, s, or `None` where it lacks a
+    /// value.
+    fn note(&mut self, time: f64, second: f64, values: &[f64]) -> Option<f64> {
+        let row = self.rows;
+        self.rows += 1;
+        if time.is_nan() || values.iter().any(|x| x.is_nan()) {
+            self.without += 1;
+            return None;
+        }
+        let second = self.week.on(second);
+        let before = self.last.replace(time).filter(|_| second <= self.second);
+        self.second = second;
         self.back = self.back.or_else(|| Some((row, [before?, time])));
         for (largest, values) in self.largest.iter_mut().zip(values.chunks(3)) {
             *largest = values.iter().fold(*largest, |most, x| most.max(x.abs()));
         }
+        Some(second)
     }
 }
 
@@ -100,7 +174,7 @@ pub(super) fn original(read: &Read) -> Result<Text, Error> {
     let imu = &read.header.imu;
     let (_, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
     let (_, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;
-    let file = File::open(read, "imu", &read.imu_file()?, &imu.separator, imu.names)?;
+    let file = imu_file(read)?;
     let column = |key: &str, name: &String| file.position(&(key, name.as_str()));
     let columns = |key: &str, [x, y, z]: &[String; 3]| {
         Ok::<_, Error>([column(key, x)?, column(key, y)?, column(key, z)?])

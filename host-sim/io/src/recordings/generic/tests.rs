@@ -346,3 +346,76 @@ fn another_truth_replaces_that_of_the_header() {
     let why = read_with_truth(&at("header.toml"), &[], Some(&at("c.txt"))).unwrap_err();
     assert!(why.to_string().contains("c.txt: no such file"), "{why}");
 }
+
+/// The line of names is the one with the names of the header, wherever it is; a mark of a comment
+/// before it does not matter, unless the header names it.
+#[test]
+fn the_line_of_names_is_found() {
+    let text = imu(601);
+    for (before, mark, header) in [
+        ("", "", MOVING.to_owned()),
+        (
+            "logger 7, serial 12\n\n# a comment\n",
+            "",
+            MOVING.to_owned(),
+        ),
+        ("% x\n", "# ", MOVING.to_owned()),
+        ("", "#", MOVING.replace("\"t\"", "\"#t\"")),
+        (
+            "a\nb\n",
+            "",
+            MOVING.replace("axes =", "skip_lines = 2\naxes ="),
+        ),
+    ] {
+        // the time is the first column
+        let lines: String = text
+            .lines()
+            .map(|line| {
+                let mut cells: Vec<&str> = line.split(',').collect();
+                cells.swap(0, 1);
+                cells.join(",") + "\n"
+            })
+            .collect();
+        let file = format!("{before}{mark}{lines}");
+        let folder = Folder::new(&header, &file, &gnss(6));
+        let record = read(&folder.header(), &[]);
+        let record = record.unwrap_or_else(|why| panic!("{before}{mark}: {why}"));
+        assert_eq!(record.time.len(), 601);
+    }
+    let header = MOVING.replace("axes =", "skip_lines = 700\naxes =");
+    let why = Folder::new(&header, &text, &gnss(6)).complaint();
+    assert!(
+        why.starts_with("in.toml: 'imu.skip_lines' is 700, and imu.csv has fewer"),
+        "{why}"
+    );
+}
+
+/// Lines that hold no fix, by a column of the header or by their names.
+#[test]
+fn columns_that_say_that_there_is_no_fix_are_heeded() {
+    let fixes = |kind: &[&str]| -> String {
+        let lines = gnss(kind.len());
+        let lines = lines.lines().zip(kind);
+        lines
+            .map(|(line, kind)| format!("{line} {kind}\n"))
+            .collect()
+    };
+    let valid = MOVING.replace(
+        "[gnss]",
+        "[gnss]\nvalid = [{ column = \"8\", least = 3, most = 6 }]",
+    );
+    let record = |header: &str, kind: &[&str]| {
+        read(&Folder::new(header, &imu(601), &fixes(kind)).header(), &[])
+    };
+    let kinds = ["0", "2", "3", "6", "7", ""];
+    let found = record(&valid, &kinds[..5]).unwrap();
+    assert_eq!(found.fixes.len(), 2);
+    let notes = found.notes.join(" ");
+    for part in ["'8' is 0", "'8' is 2", "'8' is 7"] {
+        assert!(notes.contains(part), "{part}: {notes}");
+    }
+    let why = record(&valid, &["0", "0"]).unwrap_err().to_string();
+    assert!(why.contains("'gnss' holds no fix: '8' is 0"), "{why}");
+    // a column without a known name says nothing
+    assert_eq!(record(MOVING, &kinds[..5]).unwrap().fixes.len(), 5);
+}

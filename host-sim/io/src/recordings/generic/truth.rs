@@ -1,9 +1,9 @@
 //! Reads true states.
 
-use super::File;
 use super::fixes::Names;
 use super::header::{Gnss, Scalar, Truth, TruthTable, Velocity};
 use super::read::Read;
+use super::{Described, File};
 use crate::recordings::columns::{POSITION, VELOCITY};
 use crate::recordings::record::{TimedFix, track};
 use crate::recordings::track::Track;
@@ -11,8 +11,12 @@ use host_core::error::Error;
 use std::path::PathBuf;
 
 /// The true states that the user or the header names, if one of them does. `offset_s` is the time
-/// offset of the fixes, s. The caller still adds it to the times of the states.
-pub(super) fn named(read: &Read, offset_s: Option<f64>) -> Result<Option<Track>, Error> {
+/// offset of the fixes, s. What is left out is added to `notes`. The caller still adds it to the times of the states.
+pub(super) fn named(
+    read: &Read,
+    offset_s: Option<f64>,
+    notes: &mut Vec<String>,
+) -> Result<Option<Track>, Error> {
     let table = match (&read.header.truth, &read.truth_file) {
         (Some(Truth::Table(table)), file) => TruthTable {
             file: match file {
@@ -25,7 +29,7 @@ pub(super) fn named(read: &Read, offset_s: Option<f64>) -> Result<Option<Track>,
         (Some(Truth::File(file)), None) => plain(read.beside(file)),
         (None, None) => return Ok(None),
     };
-    let track = states(read, &table)?;
+    let track = states(read, &table, notes)?;
     match table.time_offset_s {
         // the offset of the fixes will be added to it
         Some(own) if own.is_finite() => Ok(Some(track.shifted(own - offset_s.unwrap_or(0.0)))),
@@ -43,6 +47,7 @@ fn plain(file: PathBuf) -> TruthTable {
         file,
         separator: ",".into(),
         names: true,
+        skip_lines: None,
         time: None,
         latitude: None,
         longitude: None,
@@ -52,8 +57,14 @@ fn plain(file: PathBuf) -> TruthTable {
     }
 }
 
-fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
-    let file = File::open(read, "truth", &table.file, &table.separator, table.names)?;
+fn states(read: &Read, table: &TruthTable, notes: &mut Vec<String>) -> Result<Track, Error> {
+    let described = Described {
+        table: "truth",
+        separator: &table.separator,
+        names: table.names,
+        skip_lines: table.skip_lines,
+    };
+    let file = File::open(read, described, &table.file, &[])?;
     let usual = usual(&file, read.header.gnss.as_ref());
     let pick = |own: &Option<Scalar>, usual: Option<&Scalar>, key: &str| {
         own.clone().or(usual.cloned()).ok_or_else(|| {
@@ -78,8 +89,9 @@ fn states(read: &Read, table: &TruthTable) -> Result<Track, Error> {
         )?),
         velocity: table.velocity.as_ref().or(usual_velocity),
         sigmas: [None; 2],
+        valid: &[],
     };
-    let states = names.read(read, &file, [1.0; 6])?;
+    let states = names.read(read, &file, [1.0; 6], notes)?;
     if !states.iter().any(TimedFix::has_position) {
         let remedy = "give at least one state with latitude and longitude";
         return Err(read.bad("truth", "has no position".into(), remedy));
@@ -118,6 +130,8 @@ fn usual(file: &File<'_>, gnss: Option<&Gnss>) -> Option<Gnss> {
         file: None,
         separator: ",".into(),
         names: true,
+        skip_lines: None,
+        valid: Vec::new(),
         time_offset_s: None,
         lever_arm_m: None,
         position_sigma: None,

@@ -3,7 +3,7 @@
 
 use crate::output::{CsvWriter, write_atomic};
 use crate::recordings::columns::{IMU, POSITION, SIGMA, SIGMA_V, VELOCITY};
-use crate::recordings::record::{Record, TimedFix};
+use crate::recordings::record::Record;
 use crate::recordings::session::InitialAttitude;
 use host_core::error::Error;
 use host_core::inertial::rotation::to_euler;
@@ -45,19 +45,36 @@ pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Err
     write_atomic(&dir.join("header.toml"), text.as_bytes())
 }
 
+/// Writes the fixes. A value that a fix lacks is an empty cell, as is its standard deviation.
 fn write_fixes(record: &Record, file: &Path) -> Result<(), Error> {
-    let velocity = record.has_velocity();
+    let velocity = has_velocities(record);
     let columns: Vec<&str> = match velocity {
         true => [&POSITION[..], &VELOCITY, &SIGMA, &SIGMA_V].concat(),
         false => [&POSITION[..], &SIGMA].concat(),
     };
-    let row = |f: &TimedFix| {
-        let mut row = vec![f.time, f.lat_deg, f.lon_deg, f.height_m];
-        row.extend(Some(f.velocity).filter(|_| velocity).into_iter().flatten());
-        row.extend(&f.sigmas[..if velocity { 6 } else { 3 }]);
-        row
-    };
-    rows(file, &columns, record.fixes.iter().map(row))
+    let mut csv = CsvWriter::create(file, &columns)?;
+    for f in &record.fixes {
+        let has = |k: usize| f.has(k..k + 1);
+        let position = [f.lat_deg, f.lon_deg, f.height_m];
+        let values = |from: [f64; 3], first: usize| {
+            let all = from.into_iter().enumerate();
+            all.map(move |(k, x)| Some(x).filter(|_| has(first + k)))
+        };
+        let sigmas =
+            [0, 3].map(|first| [f.sigmas[first], f.sigmas[first + 1], f.sigmas[first + 2]]);
+        let mut row = vec![Some(f.time)];
+        row.extend(values(position, 0));
+        row.extend(values(f.velocity, 3).filter(|_| velocity));
+        row.extend(values(sigmas[0], 0));
+        row.extend(values(sigmas[1], 3).filter(|_| velocity));
+        csv.cells(row.into_iter())?;
+    }
+    csv.finish()
+}
+
+/// Whether any fix has a part of a velocity.
+fn has_velocities(record: &Record) -> bool {
+    record.fixes.iter().any(|f| (3..6).any(|k| f.has(k..k + 1)))
 }
 
 /// Writes the reference states of a session, one per second.
@@ -127,7 +144,7 @@ longitude = { column = "lon_deg", unit = "deg" }
 height = { column = "height_m", unit = "m" }
 "#;
         text += &format!("position_sigma = {}\n", names(&SIGMA));
-        if record.has_velocity() {
+        if has_velocities(record) {
             let (velocity, sigma) = (names(&VELOCITY), names(&SIGMA_V));
             text += &format!(
                 r#"velocity = {{ columns = {velocity}, unit = "m/s", order = "ned" }}
@@ -163,7 +180,7 @@ mod tests {
     use super::super::read;
     use super::*;
     use crate::recordings::kfgins;
-    use crate::recordings::record::{Kind, NOT_MEASURED};
+    use crate::recordings::record::{Kind, NOT_MEASURED, TimedFix};
     use host_core::inertial::sins::Increment;
     use nalgebra::Vector3;
 
@@ -220,6 +237,59 @@ mod tests {
             }
             assert_eq!(text.fixes.len(), first.fixes.len());
             assert!(text.fixes[3].lat_deg == first.fixes[3].lat_deg);
+        }
+    }
+
+    /// A fix may lack any of its values; what it has comes back, and nothing else.
+    #[test]
+    fn a_value_that_a_fix_lacks_is_an_empty_cell() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut first = record(true);
+        first.fixes = (0..8)
+            .map(|k| TimedFix {
+                time: 1000.3 + f64::from(k),
+                ..first.fixes[0]
+            })
+            .collect();
+        for k in 0..6 {
+            first.fixes[k + 1].sigmas[k] = NOT_MEASURED;
+        }
+        first.fixes[1].sigmas[1] = NOT_MEASURED; // latitude and longitude go together
+        first.fixes[2].sigmas[0] = NOT_MEASURED;
+        first.fixes[7].sigmas[3..].fill(NOT_MEASURED);
+        write(&first, None, dir.path()).unwrap();
+        let back = read(&dir.path().join("header.toml"), &[]).unwrap();
+        assert_eq!(back.fixes.len(), 8);
+        for (back, first) in back.fixes.iter().zip(&first.fixes) {
+            assert_eq!(back.sigmas, first.sigmas);
+            let values = |f: &TimedFix| {
+                let [n, e, d] = f.velocity;
+                let all = [f.lat_deg, f.lon_deg, f.height_m, n, e, d];
+                std::array::from_fn::<_, 6, _>(|k| if f.has(k..k + 1) { all[k] } else { 0.0 })
+            };
+            assert_eq!(values(back), values(first));
+        }
+        let text = std::fs::read_to_string(dir.path().join("gnss.csv")).unwrap();
+        assert!(
+            text.lines()
+                .nth(8)
+                .unwrap()
+                .contains(",100.1,,,,1.1,2.0,3.0,,,"),
+            "{text}"
+        );
+        // KF-GINS has no empty cells: whole fixes are written, and counted
+        let path = |name: &str| dir.path().join(name);
+        for (velocity, count) in [(false, 5), (true, 1)] {
+            let form = kfgins::Form {
+                shift_s: 0.0,
+                velocity,
+            };
+            let written = kfgins::write(&first, form, &path("i.txt"), &path("g.txt")).unwrap();
+            let lines = std::fs::read_to_string(path("g.txt"))
+                .unwrap()
+                .lines()
+                .count();
+            assert_eq!((written, lines), (count, count));
         }
     }
 

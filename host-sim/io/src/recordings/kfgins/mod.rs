@@ -5,7 +5,8 @@
 //! IMU    second of week | dtheta x, y, z, rad | dv x, y, z, m/s | further columns are not read
 //! GNSS   second of week | latitude, longitude, deg | height, m
 //!        7 columns:  | standard deviations of position north, east, down, m
-//!        13 columns: | velocity north, east, down, m/s | standard deviations of both
+//!        13 columns: | velocity north, east, down, m/s | standard deviations of both,
+//!                    or the standard deviations of position before the velocity
 //! truth  week | second of week | latitude, longitude, deg | height, m
 //!        | velocity north, east, down, m/s | roll, pitch, yaw, deg
 //! ```
@@ -15,17 +16,22 @@
 //! those of them that the 7 contain. Positions are those of the antenna. KF-GINS keeps the lever
 //! arm of the antenna in its own configuration, which is not read here, so the user must correct
 //! for a long one beforehand. Written numbers are the shortest that read back to the same bits.
-//! Seconds of week do not exceed 604 800 in KF-GINS, so a recording across the end of a week is
-//! neither read nor written.
+//! Seconds of week do not exceed 604 800 in KF-GINS, so a recording across the end of a week is read
+//! and not written.
+
+mod fixes;
+
+pub use fixes::Order;
 
 use crate::output::write_atomic;
 use crate::recordings::WEEK_S;
-use crate::recordings::columns::{IMU, POSITION, SIGMA, SIGMA_V, VELOCITY};
+use crate::recordings::columns::{IMU, POSITION, VELOCITY};
 use crate::recordings::corrected::{SampleColumns, Text, shortest};
-use crate::recordings::record::{Kind, NOT_MEASURED, Record, TimedFix, median_step};
+use crate::recordings::record::{Kind, Record, median_step};
 use crate::recordings::session::InitialAttitude;
-use crate::recordings::table::{Separator, Source, Table};
+use crate::recordings::table::{Layout, Separator, Source, Table};
 use crate::recordings::track::Track;
+use crate::recordings::week::{self, Unwrapped};
 use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::rotation::from_euler;
@@ -45,11 +51,58 @@ pub fn read(
     gnss: &Path,
     initial_attitude: Option<InitialAttitude>,
 ) -> Result<Record, Error> {
-    let table = table(imu, &[&IMU], true)?;
-    table.check_rising(0)?;
+    read_in_order(imu, gnss, initial_attitude, None)
+}
+
+/// [`read()`], with the order of 13 columns of fixes instead of the one that the numbers fit.
+///
+/// # Errors
+/// As [`read()`].
+pub fn read_in_order(
+    imu: &Path,
+    gnss: &Path,
+    initial_attitude: Option<InitialAttitude>,
+    order: Option<Order>,
+) -> Result<Record, Error> {
+    let mut record = samples(imu)?;
+    record.fixes = fixes::fixes(gnss, order, &mut record.notes)?;
+    record.initial_attitude = initial_attitude;
+    week::join(&mut record);
+    Ok(record)
+}
+
+/// Reads the samples alone.
+///
+/// # Errors
+/// Any fault of the file, with line and column.
+pub fn samples(imu: &Path) -> Result<Record, Error> {
+    let mut table = table(imu, &[&IMU], true, true)?;
+    let mut notes = std::mem::take(&mut table.notes);
     table.check_within(1..4, 2.0, "give angle increments in rad")?;
     table.check_within(4..7, 20.0, "give velocity increments in m/s")?;
-    let time: List<f64> = table.rows().map(|r| r[0]).collect();
+    let (mut week, mut time) = (Unwrapped::default(), Vec::with_capacity(table.count()));
+    let (mut whole, mut raw) = (Vec::with_capacity(table.count()), f64::NEG_INFINITY);
+    for (k, r) in table.rows().enumerate() {
+        if r.iter().any(|x| x.is_nan()) {
+            continue;
+        }
+        let now = week.on(r[0]);
+        if time.last().is_some_and(|before| now <= *before) {
+            return Err(table.time_back(k, "t_s", [raw, r[0]]));
+        }
+        raw = r[0];
+        time.push(now);
+        whole.push(increment(r));
+    }
+    notes.extend(week.note("samples"));
+    let without = table.count() - whole.len();
+    if without > 0 {
+        notes.push(format!(
+            "{without} lines of {} hold no whole sample (nan); they count as missing samples.",
+            imu.display()
+        ));
+    }
+    let time: List<f64> = time.into();
     let step = median_step(&time);
     let rate_hz = (1.0 / step).round();
     if !(4.0..=8000.0).contains(&rate_hz) {
@@ -62,13 +115,27 @@ pub fn read(
     }
     Ok(Record {
         file: imu.to_path_buf(),
-        samples: table.rows().map(increment).collect(),
+        samples: whole.into(),
         time,
         kind: Kind::Increment,
         rate_hz: rate_hz as usize,
-        fixes: fixes(gnss)?,
-        initial_attitude,
+        notes,
         ..Record::default()
+    })
+}
+
+/// Whether a file looks like one of samples: at least seven numbers on its first line.
+#[must_use]
+pub fn is_imu(file: &Path) -> bool {
+    Source::open(file, Separator::BlankOrComma).is_ok_and(|source| {
+        let first = source.head().iter().find(|line| !is_comment(line));
+        first.is_some_and(|line| {
+            line.len() >= IMU.len()
+                && line
+                    .iter()
+                    .take(IMU.len())
+                    .all(|x| x.parse::<f64>().is_ok())
+        })
     })
 }
 
@@ -79,7 +146,7 @@ pub fn read(
 pub fn read_truth(file: &Path) -> Result<Track, Error> {
     let angles = ["roll_deg", "pitch_deg", "yaw_deg"];
     let names = [&["week"], &POSITION[..], &VELOCITY, &angles].concat();
-    let table = table(file, &[&names], false)?;
+    let table = table(file, &[&names], false, false)?;
     table.check_rising(1)?;
     table.check_within(2..3, 89.9, "give a latitude in degrees, not at a pole")?;
     table.check_within(3..4, 360.0, "give a longitude in degrees")?;
@@ -103,22 +170,24 @@ pub fn read_truth(file: &Path) -> Result<Track, Error> {
 pub struct Form {
     /// Added to all times to make them seconds of the week, s.
     pub shift_s: f64,
-    /// Whether to write 13 columns with velocities instead of 7.
+    /// Whether to write 13 columns, with velocities before the standard deviations, instead of 7.
     pub velocity: bool,
 }
 
-/// Writes a record as the pair of files. Each appears whole or not at all.
+/// Writes a record as the pair of files, each of which appears whole or not at all. Returns the
+/// number of fixes written: the text has no empty cells, so that a fix without height, or without a
+/// velocity that was asked for, is left out.
 ///
 /// # Errors
-/// Times are not seconds of the week; the record lacks velocities that were asked for;
+/// Times are not seconds of the week; no fix has the velocity that was asked for;
 /// [`Error::Unwritable`].
-pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(), Error> {
+pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<usize, Error> {
     let refused = |option: &str, problem: String, remedy: &str| Error::Option {
         option: option.into(),
         problem,
         remedy: remedy.into(),
     };
-    if form.velocity && !record.has_velocity() {
+    if form.velocity && !record.fixes.iter().any(|f| f.has(3..6)) {
         let problem = "the recording has no velocities".into();
         return Err(refused("--velocity", problem, "leave it out"));
     }
@@ -127,22 +196,26 @@ pub fn write(record: &Record, form: Form, imu: &Path, gnss: &Path) -> Result<(),
     let second = |t: f64| t + form.shift_s;
     let all = time.iter().chain(record.fixes.iter().map(|f| &f.time));
     check_seconds(all, form.shift_s, "--shift")?;
-    let text = samples(&time, &increments, form.shift_s);
+    let text = lines_of(&time, &increments, form.shift_s);
     let mut fixes = String::new();
-    for f in record.fixes.iter().filter(|f| f.has(0..3)) {
+    let values = 0..if form.velocity { 6 } else { 3 };
+    let whole = record.fixes.iter().filter(|f| f.has(values.clone()));
+    let mut count = 0;
+    for f in whole {
         let mut row = vec![f.lat_deg, f.lon_deg, f.height_m];
-        let sigmas = if form.velocity { 6 } else { 3 };
         row.extend(
             Some(f.velocity)
                 .filter(|_| form.velocity)
                 .into_iter()
                 .flatten(),
         );
-        row.extend(&f.sigmas[..sigmas]);
+        row.extend(&f.sigmas[values.clone()]);
         line(&mut fixes, second(f.time), &row);
+        count += 1;
     }
     write_atomic(imu, text.as_bytes())?;
-    write_atomic(gnss, fixes.as_bytes())
+    write_atomic(gnss, fixes.as_bytes())?;
+    Ok(count)
 }
 
 /// The samples of a record as the text of the file of the IMU. `shift_s` is added to all times;
@@ -154,7 +227,7 @@ pub fn imu_text(record: &Record, shift_s: f64, option: &str) -> Result<String, E
     let (time, increments): (Vec<_>, Vec<_>) = record.written_increments().unzip();
     record.check()?;
     check_seconds(time.iter(), shift_s, option)?;
-    Ok(samples(&time, &increments, shift_s))
+    Ok(lines_of(&time, &increments, shift_s))
 }
 
 /// Checks that all times are seconds of the week.
@@ -186,7 +259,7 @@ pub fn original(imu: &Path) -> Text {
 }
 
 /// The lines of samples.
-fn samples(time: &[f64], increments: &[Increment], shift_s: f64) -> String {
+fn lines_of(time: &[f64], increments: &[Increment], shift_s: f64) -> String {
     let mut text = String::new();
     for (t, i) in time.iter().zip(increments) {
         let row = [i.dtheta.x, i.dtheta.y, i.dtheta.z, i.dv.x, i.dv.y, i.dv.z];
@@ -207,17 +280,37 @@ fn line(text: &mut String, time: f64, row: &[f64]) {
     text.push('\n');
 }
 
-/// Reads a file whose columns are one of the lists `known`, with any further columns if `more`.
-fn table(file: &Path, known: &[&[&str]], more: bool) -> Result<Table, Error> {
+/// Reads a file whose columns are one of the lists `known`, with any further columns if `more`. If
+/// it is `lenient`, a cell of `nan` is NaN, and a first or last line that is cut is left out.
+fn table(file: &Path, known: &[&[&str]], more: bool, lenient: bool) -> Result<Table, Error> {
     let source = Source::open(file, Separator::BlankOrComma)?;
-    let found = source.first_line().len();
-    let names = known.iter().find(|names| names.len() == found);
+    let head = source.head();
+    let skip = head.iter().position(|line| !is_comment(line)).unwrap_or(0);
+    // the first line may be cut
+    let counts = || head[skip..].iter().take(2).map(Vec::len);
+    let names = counts().find_map(|count| known.iter().find(|names| names.len() == count));
     let names = names.unwrap_or(&known[0]);
+    let found = counts().max().unwrap_or(0);
     let mut all: Vec<String> = names.iter().map(ToString::to_string).collect();
     if more {
         all.extend((all.len()..found).map(|k| (k + 1).to_string()));
     }
-    Table::first_columns(&source, 0, &all, names.len())
+    let wanted: Vec<usize> = (0..names.len()).collect();
+    let layout = Layout {
+        skip,
+        names: &all,
+        wanted: &wanted,
+        gap: lenient.then_some(f64::NAN),
+        loose: usize::MAX,
+        cut: lenient,
+    };
+    Table::read(&source, &layout)
+}
+
+/// Whether a line begins with the mark of a comment.
+fn is_comment(line: &[String]) -> bool {
+    line.first()
+        .is_some_and(|first| first.starts_with(['#', '%']))
 }
 
 fn increment(row: &[f64]) -> Increment {
@@ -225,40 +318,6 @@ fn increment(row: &[f64]) -> Increment {
         dtheta: Vector3::new(row[1], row[2], row[3]),
         dv: Vector3::new(row[4], row[5], row[6]),
     }
-}
-
-fn fixes(file: &Path) -> Result<Vec<TimedFix>, Error> {
-    let plain = [&POSITION[..], &SIGMA].concat();
-    let full = [&POSITION[..], &VELOCITY, &SIGMA, &SIGMA_V].concat();
-    let table = table(file, &[&plain, &full], false)?;
-    table.check_rising(0)?;
-    table.check_within(1..2, 89.9, "give a latitude in degrees, not at a pole")?;
-    table.check_within(2..3, 360.0, "give a longitude in degrees")?;
-    table.check_within(3..4, 20_000.0, "give a height in m")?;
-    let mut out: Vec<TimedFix> = Vec::with_capacity(table.count());
-    for (k, r) in table.rows().enumerate() {
-        let with_velocity = r.len() == full.len();
-        let first = if with_velocity { 7 } else { 4 };
-        if let Some(c) = (first..r.len()).find(|&c| r[c] <= 0.0) {
-            let remedy = "give a number above 0";
-            return Err(table.complain(k, c, "not a standard deviation", remedy));
-        }
-        let mut sigmas = [NOT_MEASURED; 6];
-        sigmas[..r.len() - first].copy_from_slice(&r[first..]);
-        out.push(TimedFix {
-            time: r[0],
-            lat_deg: r[1],
-            lon_deg: r[2],
-            height_m: r[3],
-            velocity: if with_velocity {
-                [r[4], r[5], r[6]]
-            } else {
-                [0.0; 3]
-            },
-            sigmas,
-        });
-    }
-    Ok(out)
 }
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
 use super::*;
+use crate::recordings::record::{NOT_MEASURED, TimedFix};
 use host_core::inertial::session::Session;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
@@ -165,5 +166,75 @@ fn every_fault_names_its_location() {
     for (i, g, start) in cases {
         let why = complaint(&i, &g);
         assert!(why.starts_with(start), "{why}");
+    }
+}
+
+/// Two forms of 13 columns are in use; the numbers tell which one a file has.
+#[test]
+fn both_orders_of_thirteen_columns_are_read_and_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let (imu, gnss) = (dir.path().join("imu"), dir.path().join("gnss"));
+    let line = |k: usize| format!("{:.2} 0 0 0 0 0 -0.0981\n", 100.0 + 0.01 * k as f64);
+    std::fs::write(&imu, (0..300).map(line).collect::<String>()).unwrap();
+    // all velocities above 0, so that the signs do not tell
+    for (v, other) in [("3 4 0.1", false), ("-3 4 0.1", false), ("3 4 0.1", true)] {
+        let fix = |k: usize| {
+            let (k, north) = (k as f64, if v.starts_with('-') { -3.0 } else { 3.0 });
+            let (lat, lon) = (45.0 + north * k / 111_200.0, 7.0 + 4.0 * k / 78_630.0);
+            let rest = match other {
+                false => format!("{v} 1 1 2 0.05 0.06 0.07"),
+                true => format!("1 1 2 {v} 0.05 0.06 0.07"),
+            };
+            format!("{} {lat:.8} {lon:.8} 80 {rest}\n", 100.0 + k)
+        };
+        std::fs::write(&gnss, (0..4).map(fix).collect::<String>()).unwrap();
+        let record = read(&imu, &gnss, None).unwrap();
+        let fix = record.fixes[2];
+        assert_eq!(fix.velocity[1..], [4.0, 0.1], "{v}, {other}");
+        assert_eq!(fix.sigmas, [1.0, 1.0, 2.0, 0.05, 0.06, 0.07]);
+        let told = record
+            .notes
+            .iter()
+            .any(|note| note.contains("--gnss-order"));
+        assert!(told, "{:?}", record.notes);
+        let wrong = match other {
+            false => Order::SigmaVelocity,
+            true => Order::VelocitySigma,
+        };
+        let forced = read_in_order(&imu, &gnss, None, Some(wrong));
+        match forced {
+            Ok(record) => assert_eq!(record.fixes[2].velocity, [1.0, 1.0, 2.0]),
+            Err(why) => assert!(why.to_string().contains("standard deviation"), "{why}"),
+        }
+    }
+}
+
+#[test]
+fn the_end_of_a_week_nan_and_cut_lines_are_read_over_with_a_note() {
+    let dir = tempfile::tempdir().unwrap();
+    let (imu, gnss) = (dir.path().join("imu"), dir.path().join("gnss"));
+    let second = |k: usize| (604_798.0 + 0.01 * k as f64) % 604_800.0;
+    let line = |k: usize| match k {
+        250 => format!("{:.2} nan 0 0 0 0 -0.0981\n", second(k)),
+        _ => format!("{:.2} 0 0 0 0 0 -0.0981\n", second(k)),
+    };
+    let lines: String = (1..400).map(line).collect();
+    std::fs::write(&imu, format!("98.00 0 0\n{lines}{:.2} 0 0", second(400))).unwrap();
+    let fixes = "604798 0 0 0 1 1 2\n604799 45 7 80 1 1 2\n0 45 7 80 1 1 2\n1 45 7 80 1 1 2\n";
+    std::fs::write(&gnss, fixes).unwrap();
+    let record = read(&imu, &gnss, None).unwrap();
+    assert_eq!((record.time.len(), record.fixes.len()), (398, 3));
+    assert_eq!(record.time.end(), Some(604_801.99));
+    assert_eq!(record.fixes[2].time, 604_801.0);
+    let all = record.notes.join("\n");
+    for part in [
+        "imu:1: the first line of data is not whole",
+        "imu:401: the file ends within this line",
+        "1 lines of",
+        "seconds of week of the samples",
+        "seconds of week of the fixes",
+        "1 lines from 604798 to 604798 s are no fixes: latitude and longitude are 0",
+    ] {
+        assert!(all.contains(part), "{part}: {all}");
     }
 }

@@ -62,10 +62,11 @@ pub(super) fn collect(
     let mut fixes = Fixes::new(location);
     let (mut unknown, mut alone) = (0, 0);
     for (k, (log, m)) in messages.iter().enumerate() {
+        let ns = time(*log, m.stamp);
         if m.status < 0 {
+            fixes.leave_out(&format!("their status is {} (STATUS_NO_FIX)", m.status), ns);
             continue;
         }
-        let ns = time(*log, m.stamp);
         let beside = velocities.beside(ns);
         unknown += usize::from(m.variance_kind == 0);
         alone += usize::from(beside.is_none());

@@ -29,6 +29,10 @@ use nalgebra::Rotation3;
 use std::path::Path;
 use topics::{Found, Topics};
 
+/// Remedy for a stamp that does not rise.
+const BAG_TIME: &str = "give --bag-time, which takes the times of the recorder instead of the \
+                        stamps, or cut the recording there";
+
 /// Settings of the reader.
 #[derive(Debug, Clone, Default)]
 pub struct Choice {
@@ -111,7 +115,9 @@ fn assemble(
         ));
     }
     let time = |log: i64, stamp: i64| if bag_time { log } else { stamp };
-    let location = Location::new(path, topic);
+    let mut location = Location::new(path, topic);
+    let back = if bag_time { location.back } else { BAG_TIME };
+    location.back = back;
     let mut samples = Samples::new(location.clone(), Kind::Rate);
     for (k, (log, message)) in imu.iter().enumerate() {
         if message.has != [true; 2] {
@@ -122,22 +128,21 @@ fn assemble(
         let sample = turned(&choice.mounting, message.gyro, message.accel);
         samples.push(time(*log, message.stamp), sample, 1.0)?;
     }
+    let mut left_out = Vec::new();
     let fixes = match found.fixes {
         None => Vec::new(),
         Some((topic, fixes)) => {
             let velocities = Velocities::new(&found.velocities, &time);
-            collect(
-                Location::new(path, topic),
-                &fixes,
-                &velocities,
-                &time,
-                notes,
-            )?
-            .all
+            let mut location = Location::new(path, topic);
+            location.back = back;
+            let fixes = collect(location, &fixes, &velocities, &time, notes)?;
+            left_out = fixes.left_out();
+            fixes.all
         }
     };
     let origin_s = samples.origin_s();
-    let record = samples.record(path, choice.max_gap_s, &fixes)?;
+    let mut record = samples.record(path, choice.max_gap_s, &fixes)?;
+    record.notes.append(&mut left_out);
     Ok((record, origin_s))
 }
 

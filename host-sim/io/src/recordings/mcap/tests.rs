@@ -214,6 +214,44 @@ fn every_choice_of_topics_is_checked() {
     assert_eq!(read.record.time.len(), 301);
 }
 
+/// Before the first fix drivers send a status of -1, nan, or zeros.
+#[test]
+fn messages_without_a_fix_are_left_out_and_counted() {
+    let mut all = messages(true);
+    all[1] = log(2, 0, &fix(START, 0, f64::NAN));
+    let read = read_bytes(&loose(&channels(), &all), &Choice::default()).unwrap();
+    let notes = read.record.notes.join(" ");
+    for part in [
+        "latitude and longitude are 0 or nan",
+        "their status is -1 (STATUS_NO_FIX)",
+    ] {
+        assert!(notes.contains(part), "{part}: {notes}");
+    }
+    assert!(read.record.fixes.iter().all(|fix| fix.lat_deg.is_finite()));
+}
+
+/// A driver that loses its sensor sends nan: the sample is missing, and counted.
+#[test]
+fn samples_that_are_nan_are_missing() {
+    let mut all = messages(true);
+    all[23] = log(
+        1,
+        0,
+        &imu(
+            START - 7_000_000 + 20 * STEP,
+            [f64::NAN, 0.0, 0.0],
+            [0.0; 3],
+        ),
+    );
+    let read = read_bytes(&loose(&channels(), &all), &Choice::default()).unwrap();
+    assert_eq!(read.record.time.len(), 300);
+    let notes = read.record.notes.join(" ");
+    assert!(
+        notes.contains("1 samples are not finite (nan); they count as missing"),
+        "{notes}"
+    );
+}
+
 #[test]
 fn every_bad_message_is_named() {
     let with = |k: usize, bytes: Vec<u8>| {
@@ -227,10 +265,6 @@ fn every_bad_message_is_named() {
     none[4 + 16 + 8 * 16..][..8].copy_from_slice(&(-1.0_f64).to_le_bytes());
     // three other messages stand before sample 20, number 21
     for (bytes, part) in [
-        (
-            one(f64::NAN),
-            "'/imu/data message 21' holds a number that is not finite",
-        ),
         (
             one(36.0),
             "'/imu/data message 21' has 36.0 rad/s and 0.0 m/s2",
@@ -257,8 +291,8 @@ fn every_bad_message_is_named() {
     }
     for (bytes, part) in [
         (
-            log(2, 0, &fix(at(0), 0, f64::NAN)),
-            "'/fix message 1' has the position NaN, 8, 400",
+            log(2, 0, &fix(at(0), 0, 97.0)),
+            "'/fix message 1' has the position 97, 8, 400",
         ),
         (
             log(2, 0, &fix(at(250), 0, 47.0)),

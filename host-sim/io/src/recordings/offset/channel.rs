@@ -16,7 +16,7 @@ const RATE_S: f64 = 0.1;
 pub(super) struct Integral {
     /// Several integrals share them.
     pub(super) time: Arc<Vec<f64>>,
-    pub(super) sum: Vec<f64>,
+    pub(super) sum: Arc<Vec<f64>>,
 }
 
 impl Integral {
@@ -80,6 +80,15 @@ struct Fit {
 impl Channel {
     pub(super) fn count(&self) -> usize {
         self.differences.len()
+    }
+
+    /// The same with `most` of its differences, evenly spread.
+    pub(super) fn thinned(&self, most: usize) -> Self {
+        let every = self.count().div_ceil(most).max(1);
+        Self {
+            differences: self.differences.iter().step_by(every).copied().collect(),
+            ..self.clone()
+        }
     }
 
     /// Weights the assumptions on slip by the residuals at `offset`.

@@ -1,7 +1,7 @@
 //! Course and speed of the vehicle, from the samples and from the fixes.
 
+use super::LEAST;
 use super::channel::{Channel, Difference, Integral, Knot};
-use super::{LEAST, MOST_S};
 use crate::recordings::record::Record;
 use host_core::inertial::sins::Increment;
 use nalgebra::Vector3;
@@ -24,8 +24,9 @@ const ENOUGH: usize = 20;
 /// Samples farther apart than this do not show the motion between them, s.
 const GAP_S: f64 = 0.5;
 
-/// Course and speed of a recording. `None` without samples, or when the fixes show too little.
-pub(super) fn channels(record: &Record) -> Option<Vec<Channel>> {
+/// Course and speed of a recording where offsets of `most` s leave the fixes within the samples.
+/// `None` without samples, or when the fixes show too little.
+pub(super) fn channels(record: &Record, most: f64) -> Option<Vec<Channel>> {
     let [turns, pushes] = differences(record);
     if turns.len().max(pushes.len()) < LEAST {
         return None;
@@ -42,8 +43,8 @@ pub(super) fn channels(record: &Record) -> Option<Vec<Channel>> {
         let inside = |of: &Difference| {
             let used = of.knots.iter().filter(|knot| knot.weight != 0.0);
             let times = used.map(|knot| knot.time);
-            let from = times.clone().fold(f64::MAX, f64::min) - MOST_S;
-            let to = times.fold(f64::MIN, f64::max) + MOST_S;
+            let from = times.clone().fold(f64::MAX, f64::min) - most;
+            let to = times.fold(f64::MIN, f64::max) + most;
             from > start && to < end && !gaps.iter().any(|[a, b]| *a < to && *b > from)
         };
         all.into_iter().filter(inside).collect()
@@ -93,7 +94,7 @@ fn integrals(record: &Record) -> Option<[Integral; 2]> {
     let time = Arc::new(times);
     Some(sums.map(|sum| Integral {
         time: Arc::clone(&time),
-        sum,
+        sum: Arc::new(sum),
     }))
 }
 

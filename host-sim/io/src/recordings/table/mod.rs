@@ -2,7 +2,8 @@
 
 mod source;
 
-use source::named;
+pub(crate) use source::unquoted;
+use source::{Bytes, Lines, named};
 pub use source::{Separator, Source};
 
 use host_core::error::{Error, excerpt};
@@ -41,8 +42,13 @@ pub struct Layout<'a, T = f64> {
     pub names: &'a [String],
     /// Positions in `names` of the columns wanted.
     pub wanted: &'a [usize],
-    /// Value of an empty cell; without it an empty cell is an error.
+    /// Value of a cell that is empty or says that there is no value, as `nan` does; without it such
+    /// a cell is an error.
     pub gap: Option<T>,
+    /// From this one of the columns wanted on, any cell that is no number counts as a gap.
+    pub loose: usize,
+    /// Whether a first or a last line that is not whole is left out, with a note.
+    pub cut: bool,
 }
 
 /// Numbers by rows; columns in the order wanted.
@@ -54,7 +60,12 @@ pub struct Table<T = f64> {
     values: Vec<T>,
     rows: usize,
     first_line: usize,
+    /// Notes on lines that are left out, a sentence each.
+    pub notes: Vec<String>,
 }
+
+/// Texts of a cell without a value, in small letters.
+const GAPS: [&str; 8] = ["nan", "-nan", "na", "n/a", "null", "none", "-", "--"];
 
 impl<T: Cell> Table<T> {
     /// Reads `source`.
@@ -78,22 +89,42 @@ impl<T: Cell> Table<T> {
             values: Vec::new(),
             rows: 0,
             first_line: layout.skip + 1,
+            notes: Vec::new(),
         };
         let mut row = Vec::with_capacity(names.len());
         let mut lines = source.lines()?;
+        // a line with a fault, which only the first and the last may have
+        let mut faulty: Option<(usize, Error)> = None;
         while let Some(line) = lines.next()? {
-            if line <= layout.skip {
+            if line <= layout.skip || lines.trails() {
                 continue;
             }
-            table.check_count(line, lines.cells().len(), layout)?;
-            row.clear();
-            for (&column, name) in layout.wanted.iter().zip(&names) {
-                row.push(table.value(line, name, &lines.cell(column), layout.gap)?);
+            let read = table.cells(line, &lines, layout, &names, &mut row);
+            match (faulty.take(), read) {
+                (Some((_, fault)), _) if table.rows > 0 || !layout.cut => return Err(fault),
+                (Some((_, fault)), Err(_)) => return Err(fault),
+                (None, Err(fault)) => {
+                    faulty = Some((line, fault));
+                    continue;
+                }
+                (Some((at, _)), Ok(())) => {
+                    table.note(at, "the first line of data is not whole and is left out");
+                    table.first_line = line;
+                }
+                (None, Ok(())) => {}
             }
             let (keep, other) = row.split_at(count);
             table.values.extend_from_slice(keep);
             table.rows += 1;
             rest(other)?;
+        }
+        match faulty {
+            Some((at, _)) if table.rows > 0 && layout.cut && lines.is_cut() => table.note(
+                at,
+                "the file ends within this line and is read up to it (was the power cut?)",
+            ),
+            Some((_, fault)) => return Err(fault),
+            None => {}
         }
         if table.rows == 0 {
             let names = layout.names.join(",");
@@ -103,6 +134,38 @@ impl<T: Cell> Table<T> {
             });
         }
         Ok(table)
+    }
+
+    /// Reads the present line into `row`.
+    fn cells<R: Bytes>(
+        &self,
+        line: usize,
+        lines: &Lines<'_, R>,
+        layout: &Layout<'_, T>,
+        names: &[String],
+        row: &mut Vec<T>,
+    ) -> Result<(), Error> {
+        let count = lines.cells().len();
+        // a comma at the end of a line separates nothing
+        let trailing = count == layout.names.len() + 1 && lines.cell(count - 1).is_empty();
+        let unnamed = layout.names.last().is_some_and(String::is_empty);
+        if !trailing && !(unnamed && count + 1 == layout.names.len()) {
+            self.check_count(line, count, layout)?;
+        }
+        row.clear();
+        for (k, (&column, name)) in layout.wanted.iter().zip(names).enumerate() {
+            let value = self.value(line, name, &lines.cell(column), layout.gap);
+            row.push(match (value, layout.gap) {
+                (Err(_), Some(gap)) if k >= layout.loose => gap,
+                (value, _) => value?,
+            });
+        }
+        Ok(())
+    }
+
+    fn note(&mut self, line: usize, text: &str) {
+        let file = self.file.display();
+        self.notes.push(format!("{file}:{line}: {text}"));
     }
 
     /// Checks that a line has as many values as the file has columns.
@@ -122,7 +185,7 @@ impl<T: Cell> Table<T> {
     /// The number in `text`, a cell of the column `name`.
     fn value(&self, line: usize, name: &str, text: &str, gap: Option<T>) -> Result<T, Error> {
         let value = match gap {
-            Some(gap) if text.is_empty() => Ok(gap),
+            Some(gap) if text.is_empty() || GAPS.contains(&&*text.to_ascii_lowercase()) => Ok(gap),
             _ => T::parse(text),
         };
         value.map_err(|fault| Error::Value {
@@ -163,6 +226,8 @@ impl<T: Cell> Table<T> {
             names,
             wanted: &wanted,
             gap: None,
+            loose: usize::MAX,
+            cut: false,
         };
         Self::read(source, &layout)
     }
@@ -313,6 +378,93 @@ mod tests {
         assert!(matches!(missing, Error::Missing { .. }));
     }
 
+    /// A table with the columns t and x whose first and last line may be cut.
+    fn cut_table(path: &Path) -> Table {
+        let source = Source::open(path, Separator::COMMA).unwrap();
+        let layout = Layout {
+            skip: 1,
+            names: &["t", "x"].map(String::from),
+            wanted: &[0, 1],
+            gap: None,
+            loose: usize::MAX,
+            cut: true,
+        };
+        Table::read(&source, &layout).unwrap()
+    }
+
+    /// The rows of a file with the columns t and x, and the notes on it.
+    fn rows(bytes: &[u8]) -> (Vec<[f64; 2]>, Vec<String>) {
+        let (_dir, path) = file("in.csv", bytes);
+        let table = cut_table(&path);
+        let rows = table.rows().map(|row| [row[0], row[1]]).collect();
+        let name = path.display().to_string();
+        let notes = table.notes.iter();
+        (
+            rows,
+            notes.map(|note| note.replace(&name, "in.csv")).collect(),
+        )
+    }
+
+    #[test]
+    fn loggers_habits_do_not_matter() {
+        for bytes in [
+            &b"t,x\r1,2\r3,4\r"[..],                  // carriage returns alone
+            b"t,x\r1,2\r3,4",                         // the last one is missing
+            b"t,x\r\r\n1,2\r\r\n3,4\r\r\n",           // two of them before each line feed
+            b"t,x\n1,2,\n3,4,\n",                     // a separator at the end
+            b"\"t\",\"x\"\n\"1\",\"2\"\n\" 3 \",4\n", // quotes
+            b"t,x\n1,2\n3,4\n\n\n",                   // empty lines at the end
+        ] {
+            assert_eq!(
+                rows(bytes),
+                (vec![[1.0, 2.0], [3.0, 4.0]], vec![]),
+                "{bytes:?}"
+            );
+        }
+        // a carriage return at the end of a piece of the file
+        for length in 4090..4100 {
+            let first = format!("t,x\r{:>length$},2\r", 1);
+            let bytes = [first.as_bytes(), b"3,4\r"].concat();
+            assert_eq!(rows(&bytes).0, [[1.0, 2.0], [3.0, 4.0]], "{length}");
+        }
+    }
+
+    #[test]
+    fn a_first_or_last_line_that_is_cut_is_left_out_with_a_note() {
+        let two = vec![[1.0, 2.0], [3.0, 4.0]];
+        let last = "in.csv:4: the file ends within this line and is read up to it (was the power \
+                    cut?)";
+        for end in [&b"5"[..], b"5,", b"5,-", b"5,6e-", b"\0\0\0\0"] {
+            let bytes = [b"t,x\n1,2\n3,4\n", end].concat();
+            assert_eq!(
+                rows(&bytes),
+                (two.clone(), vec![last.to_owned()]),
+                "{end:?}"
+            );
+        }
+        let first = "in.csv:2: the first line of data is not whole and is left out";
+        for line in ["9", "s,m", "7e,9"] {
+            let bytes = format!("t,x\n{line}\n1,2\n3,4\n");
+            assert_eq!(
+                rows(bytes.as_bytes()),
+                (two.clone(), vec![first.to_owned()])
+            );
+        }
+        // the line after it is the third, also in errors
+        let (_dir, path) = file("in.csv", b"t,x\n9\n1,2\n1,4\n");
+        let table = cut_table(&path);
+        let back = message(&table.check_rising(0).unwrap_err());
+        assert!(back.starts_with("in.csv:4:"), "{back}");
+        // whole lines with a fault are no cut ones
+        let why = complaint(b"t,x\n1,2\n3,4\n5\n");
+        assert!(why.starts_with("in.csv:4: 1 columns"), "{why}");
+        let why = complaint(b"t,x\n9\n8\n1,2\n");
+        assert!(why.starts_with("in.csv:2: 1 columns"), "{why}");
+        // files of a known length are read whole or not at all
+        let why = complaint(b"t,x\n1,2\n3");
+        assert!(why.starts_with("in.csv:3: 1 columns"), "{why}");
+    }
+
     #[test]
     fn a_long_file_is_read_in_pieces_and_keeps_only_what_is_wanted() {
         let mut text = String::from("t,x,y\n");
@@ -326,6 +478,8 @@ mod tests {
             names: &["t", "x", "y"].map(String::from),
             wanted: &[0, 1],
             gap: None,
+            loose: usize::MAX,
+            cut: false,
         };
         for _ in 0..2 {
             let mut rest = Vec::new();

@@ -41,9 +41,14 @@ pub struct Source {
     /// The beginning of the file, at least its first line, and what follows. `None` once the lines
     /// have been read.
     begun: RefCell<Option<Begun>>,
-    /// The values on the first line.
-    first: Vec<String>,
+    /// The values on the first lines, at most [`HEAD_LINES`].
+    head: Vec<Vec<String>>,
 }
+
+/// So many lines are searched for the names of the columns.
+const HEAD_LINES: usize = 64;
+/// A file with longer lines shows fewer of them, bytes.
+const HEAD_BYTES: usize = 1 << 16;
 
 /// The bytes of a file behind those that have been read to see its first line.
 pub(super) type Begun = io::Chain<io::Cursor<Vec<u8>>, Text>;
@@ -55,20 +60,23 @@ impl Source {
         let start = begun.get_ref().0.get_ref();
         let end = start.iter().position(|byte| *byte == b'\n');
         let line = &start[..end.map_or(start.len(), |end| end + 1)];
-        let mut lines = Lines::new(file, separator, line);
-        let first = match lines.next()? {
-            Some(_) => lines.cells().map(|cell| cell.into_owned()).collect(),
-            None => Vec::new(),
-        };
         if line.iter().any(|byte| is_no_text(*byte)) {
             let file = file.to_path_buf();
             return Err(Error::NotText { file });
+        }
+        let whole = start.iter().rposition(|byte| *byte == b'\n');
+        let mut lines = Lines::new(file, separator, &start[..whole.map_or(0, |end| end + 1)]);
+        let mut head: Vec<Vec<String>> = Vec::new();
+        while head.len() < HEAD_LINES {
+            let Some(line) = lines.next()? else { break };
+            head.resize(line, Vec::new()); // empty lines in between
+            head[line - 1] = lines.cells().map(Cow::into_owned).collect();
         }
         Ok(Self {
             file: file.to_path_buf(),
             separator,
             begun: RefCell::new(Some(begun)),
-            first,
+            head,
         })
     }
 
@@ -83,7 +91,12 @@ impl Source {
 
     /// The values on the first line.
     pub fn first_line(&self) -> Vec<String> {
-        self.first.clone()
+        self.head.first().cloned().unwrap_or_default()
+    }
+
+    /// The values on the first lines of the file, at most 64 of them.
+    pub fn head(&self) -> &[Vec<String>] {
+        &self.head
     }
 
     /// The names on the first line; `expected` describes them in errors.
@@ -122,27 +135,42 @@ fn begin(file: &Path, separator: Separator) -> Result<Begun, Error> {
         separator,
         lines: 0,
         last: b'\n',
+        peeked: None,
+        is_cut: false,
     };
     let mut start = Vec::new();
     let mut piece = [0; 4096];
+    let mut lines = 0;
     loop {
         let count = text.read(&mut piece);
-        let read = &piece[..count.map_err(|fault| text.fault(file, fault))?];
+        let read = match count.map_err(|fault| text.fault(file, fault)) {
+            Ok(count) => &piece[..count],
+            // what has been read may be enough; a damaged file is reported with its line later
+            Err(_) if lines > 0 => &[],
+            Err(fault) => return Err(fault),
+        };
         start.extend_from_slice(read);
-        if read.is_empty() || read.contains(&b'\n') {
+        lines += read.iter().filter(|byte| **byte == b'\n').count();
+        let enough = lines >= HEAD_LINES || lines > 0 && start.len() >= HEAD_BYTES;
+        if read.is_empty() || enough {
             return Ok(io::Cursor::new(start).chain(text));
         }
     }
 }
 
-/// The unpacked bytes of a file, with separators of the same meaning replaced by blanks. They end
-/// with a line feed unless there are none.
+/// The unpacked bytes of a file, with separators of the same meaning replaced by blanks, and the
+/// carriage returns that end a line alone by line feeds. They end with a line feed unless there are
+/// none.
 pub(super) struct Text {
     bytes: Input<'static>,
     separator: Separator,
     /// Line feeds so far.
     lines: usize,
     last: u8,
+    /// A byte that was read to know what a carriage return before it means.
+    peeked: Option<u8>,
+    /// Whether the file ends without the end of a line.
+    is_cut: bool,
 }
 
 impl Text {
@@ -162,22 +190,46 @@ impl Text {
     }
 }
 
-impl Read for Text {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = loop {
+impl Text {
+    /// The next bytes of the file.
+    fn raw(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if let (Some(byte), [first, ..]) = (self.peeked, &mut *buffer) {
+            *first = byte;
+            self.peeked = None;
+            return Ok(1);
+        }
+        loop {
             match self.bytes.read(buffer) {
                 Err(fault) if fault.kind() == io::ErrorKind::Interrupted => {}
-                other => break other?,
+                other => return other,
             }
-        };
+        }
+    }
+}
+
+impl Read for Text {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.raw(buffer)?;
         let Some(read) = buffer.get_mut(..count).filter(|read| !read.is_empty()) else {
             let missing = self.last != b'\n' && !buffer.is_empty();
             if missing {
                 self.last = b'\n';
+                self.is_cut = true;
                 buffer[0] = b'\n';
             }
             return Ok(usize::from(missing));
         };
+        if read.ends_with(b"\r") {
+            let mut next = [0];
+            self.peeked = (self.raw(&mut next)? == 1).then_some(next[0]);
+        }
+        let after = self.peeked;
+        for k in 0..read.len() {
+            let next = read.get(k + 1).copied().or(after);
+            if read[k] == b'\r' && !matches!(next, Some(b'\n' | b'\r')) {
+                read[k] = b'\n';
+            }
+        }
         for byte in &mut *read {
             self.lines += usize::from(*byte == b'\n');
             if self.separator.reads_as_blank(*byte) {
@@ -193,17 +245,28 @@ impl Read for Text {
 pub(super) trait Bytes: Read {
     /// The error when the bytes end too early.
     fn fault(&self, file: &Path, fault: io::Error) -> Error;
+
+    /// Whether they have ended without the end of a line.
+    fn is_cut(&self) -> bool;
 }
 
 impl Bytes for Begun {
     fn fault(&self, file: &Path, fault: io::Error) -> Error {
         self.get_ref().1.fault(file, fault)
     }
+
+    fn is_cut(&self) -> bool {
+        self.get_ref().1.is_cut
+    }
 }
 
 impl Bytes for &[u8] {
     fn fault(&self, file: &Path, fault: io::Error) -> Error {
         Error::reading(file, fault)
+    }
+
+    fn is_cut(&self) -> bool {
+        false
     }
 }
 
@@ -218,6 +281,8 @@ pub(super) struct Lines<'a, R> {
     next: u64,
     /// Whether a run of separators counts as one.
     runs: bool,
+    /// Whether the present line is an empty one at the end.
+    trails: bool,
 }
 
 impl<'a, R: Bytes> Lines<'a, R> {
@@ -241,7 +306,18 @@ impl<'a, R: Bytes> Lines<'a, R> {
             spans: Vec::new(),
             next: 1,
             runs: !matches!(separator, Separator::Char(_)),
+            trails: false,
         }
+    }
+
+    /// Whether the present line is empty and no other follows.
+    pub(super) fn trails(&self) -> bool {
+        self.trails
+    }
+
+    /// Whether the file ends without the end of a line. Known once all lines have been read.
+    pub(super) fn is_cut(&self) -> bool {
+        self.reader.get_ref().is_cut()
     }
 
     /// Reads the next line and gives its number. An empty line has no values.
@@ -256,11 +332,12 @@ impl<'a, R: Bytes> Lines<'a, R> {
         })?;
         let line = self.next;
         self.next = self.reader.position().line();
-        // the reader skips empty lines; they must be reported
+        // the reader skips empty lines; one between others must be reported
         let skipped = self.next > line + u64::from(more);
         if !more && !skipped {
             return Ok(None);
         }
+        self.trails = !more;
         self.spans.clear();
         let bytes = self.record.as_slice();
         let cells = (0..self.record.len()).filter_map(|i| self.record.range(i));
@@ -268,7 +345,7 @@ impl<'a, R: Bytes> Lines<'a, R> {
             let text = &bytes[cell.clone()];
             let blanks = text.len() - text.trim_ascii_start().len();
             let start = cell.start + blanks;
-            start..start + text.trim_ascii().len()
+            unquoted(bytes, start..start + text.trim_ascii().len())
         });
         let runs = self.runs;
         self.spans
@@ -291,5 +368,16 @@ impl<'a, R: Bytes> Lines<'a, R> {
     pub(super) fn cell(&self, i: usize) -> Cow<'_, str> {
         let span = self.spans.get(i).cloned().unwrap_or_default();
         String::from_utf8_lossy(&self.record.as_slice()[span])
+    }
+}
+
+/// A value without the quotes around it.
+pub(crate) fn unquoted(line: &[u8], value: Range<usize>) -> Range<usize> {
+    match &line[value.clone()] {
+        [b'"', inner @ .., b'"'] => {
+            let start = value.start + 1 + inner.len() - inner.trim_ascii_start().len();
+            start..start + inner.trim_ascii().len()
+        }
+        _ => value,
     }
 }

@@ -104,13 +104,28 @@ fn notes(file: &Path, summary: &Summary, collected: &Collected, end: u64) -> Vec
     notes
 }
 
-/// Whether increments cover the time from first to last.
-fn whole(pieces: &[Piece]) -> bool {
+/// Share of the time from first to last that increments cover.
+fn share(pieces: &[Piece]) -> f64 {
     let [first, .., last] = pieces else {
-        return false;
+        return 0.0;
     };
     let covered: f64 = pieces.iter().skip(1).map(|p| p.length[0]).sum();
-    covered >= COVERED * (last.end - first.end) as f64 * 1e-6
+    covered / ((last.end - first.end) as f64 * 1e-6)
+}
+
+/// Whether increments cover the time.
+fn whole(pieces: &[Piece]) -> bool {
+    share(pieces) >= COVERED
+}
+
+/// How much of a topic is logged, as the rest of a sentence.
+fn logged(collected: &Collected, wanted: &str, instance: Option<u8>) -> String {
+    let all = collected.pieces.iter();
+    let of = all.filter(|((topic, n), _)| *topic == wanted && instance.is_none_or(|i| i == *n));
+    match of.map(|(_, pieces)| share(pieces)).max_by(f64::total_cmp) {
+        None => "has no samples".to_owned(),
+        Some(share) => format!("is logged for {:.1} % of the time", 100.0 * share),
+    }
 }
 
 /// The increments to use.
@@ -151,7 +166,11 @@ fn choose(
     if let Some(asked) = choice.instance {
         let is_logged = collected.pieces.contains_key(&(VEHICLE_IMU, asked));
         let problem = match is_logged {
-            true => format!("{asked} is not logged whole: messages of {VEHICLE_IMU} are missing"),
+            true => format!(
+                "{asked} of {VEHICLE_IMU} {}, and {:.0} % are needed",
+                logged(collected, VEHICLE_IMU, Some(asked)),
+                100.0 * COVERED
+            ),
             false => format!("{asked} of {VEHICLE_IMU} is not in the log"),
         };
         let remedy = "leave the option out for sensor_combined, or log vehicle_imu without an \
@@ -159,7 +178,12 @@ fn choose(
         return Err(complain(file, "--instance", problem, remedy));
     }
     let names: Vec<&str> = summary.topics.keys().map(String::as_str).collect();
-    let problem = format!("is not logged whole, nor {VEHICLE_IMU}");
+    let problem = format!(
+        "{}, and {VEHICLE_IMU} {}; {:.0} % are needed",
+        logged(collected, SENSOR_COMBINED, None),
+        logged(collected, VEHICLE_IMU, None),
+        100.0 * COVERED
+    );
     let remedy = format!(
         "log {SENSOR_COMBINED}, as the default SDLOG_PROFILE does; the log has {}",
         names.join(", ")
@@ -204,9 +228,15 @@ fn fixes(
         }));
     }
     let delay = (delay_s * 1e9).round() as i64;
+    let without = collected.without_fix.get(&(topic, instance));
+    if let Some(count) = without {
+        let text = format!("{count} messages are no fixes: their fix_type is below 3");
+        notes.push(fixes.note(&text));
+    }
     for (k, (us, fix)) in all.iter().enumerate() {
         fixes.push(k, us.saturating_mul(1000).saturating_sub(delay), *fix)?;
     }
+    notes.extend(fixes.left_out());
     Ok(fixes.all)
 }
 

@@ -277,6 +277,18 @@ fn damage_and_cuts_are_passed_with_a_note() {
     );
 }
 
+/// How much is logged is told: a topic of which a quarter of the messages is missing is not whole.
+#[test]
+fn the_share_that_is_logged_is_told() {
+    let three_of_four = |k: u64| match k % 4 {
+        0 => Vec::new(),
+        _ => combined(k),
+    };
+    let why = complaint(&log(three_of_four), &Choice::default());
+    let part = "'sensor_combined' is logged for 74.9 % of the time, and vehicle_imu has no samples";
+    assert!(why.contains(part), "{why}");
+}
+
 #[test]
 fn every_fault_is_named() {
     let only = |instance: u8| Choice {
@@ -299,7 +311,11 @@ fn every_fault_is_named() {
             "in.ulg: 'ULog, byte 16' is no ULog file",
         ),
         (newer, Choice::default(), "needs a newer reader"),
-        (log(usual), only(0), "'--instance' 0 is not logged whole"),
+        (
+            log(usual),
+            only(0),
+            "'--instance' 0 of vehicle_imu is logged for 1.0 % of the time, and 90 % are needed",
+        ),
         (
             log(usual),
             only(3),
@@ -308,7 +324,7 @@ fn every_fault_is_named() {
         (
             only_gps,
             Choice::default(),
-            "'sensor_combined' is not logged whole",
+            "'sensor_combined' has no samples, and vehicle_imu has no samples; 90 % are needed",
         ),
         (
             no_attitude,

@@ -38,6 +38,8 @@ pub(super) struct Collected {
     pub(super) fixes: BTreeMap<Stream, Vec<(i64, TimedFix)>>,
     /// Attitudes w, x, y, z with their times, us.
     pub(super) attitudes: Vec<(i64, [f64; 4])>,
+    /// Messages of a receiver without a fix in three dimensions.
+    pub(super) without_fix: BTreeMap<Stream, usize>,
     /// Samples whose accelerometers are marked as missing.
     pub(super) invalid: usize,
 }
@@ -72,8 +74,10 @@ impl Collected {
                 let (time, fix) = (row.integer("timestamp", 0)?, fix(row)?);
                 let fixes = self.fixes.entry(stream).or_default();
                 let again = fixes.last().is_some_and(|(before, _)| *before == time);
-                if let (Some(fix), false) = (fix, again) {
-                    fixes.push((time, fix));
+                match fix {
+                    Some(fix) if !again => fixes.push((time, fix)),
+                    Some(_) => {}
+                    None => *self.without_fix.entry(stream).or_default() += 1,
                 }
             }
         }

@@ -25,6 +25,8 @@ use std::path::Path;
 const EXAMPLE: &str = "t_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dv_x_mps,dv_y_mps,dv_z_mps";
 /// Columns of the time.
 const TIMES: [&str; 2] = ["t_s", "time_s"];
+/// Fewer samples a second than this are no recording of an IMU, Hz.
+const SLOW_HZ: f64 = 0.5;
 /// A time step that departs from the median by more than this share is a gap.
 const GAP: f64 = 0.5;
 
@@ -52,12 +54,13 @@ struct Sensor {
     pulses: bool,
 }
 
-/// Reads the sensors of `file`. Only the times stay in memory while a long file is read.
+/// Reads the sensors of `file`. Only the times stay in memory while a long file is read. What is left
+/// out is added to `notes`.
 ///
 /// # Errors
 /// Any fault of the file, with line and column; a column that does not exist; an unknown sample
 /// rate; too few samples; long columns need temporary files, and they cannot be written.
-pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
+pub fn load(file: &Path, choice: &Choice, notes: &mut Vec<String>) -> Result<Vec<Column>, Error> {
     let source = Source::open(file, Separator::COMMA)?;
     let names = source.header(EXAMPLE)?;
     let sensors = choose(file, &names, choice)?;
@@ -70,13 +73,16 @@ pub fn load(file: &Path, choice: &Choice) -> Result<Vec<Column>, Error> {
         names: &names,
         wanted: &wanted,
         gap: None,
+        loose: usize::MAX,
+        cut: true,
     };
     let mut lists: Vec<Writer<f64>> = sensors.iter().map(|_| Writer::new(IN_MEMORY)).collect();
     let retained = usize::from(times.is_some());
-    let table = Table::read_first(&source, &layout, retained, |row| {
+    let mut table = Table::read_first(&source, &layout, retained, |row| {
         let mut values = lists.iter_mut().zip(row);
         values.try_for_each(|(list, value)| list.push(*value))
     })?;
+    notes.append(&mut table.notes);
     let pulses = sensors.iter().all(|sensor| sensor.pulses);
     let rate_hz = match (choice.rate_hz, times) {
         (Some(rate), _) => rate,
@@ -189,6 +195,14 @@ fn rate_of_times(table: &Table) -> Result<f64, Error> {
     }
     let span = times.last().unwrap_or(&1.0) - times.first().unwrap_or(&0.0);
     let rate = (times.len() - 1).max(1) as f64 / span;
+    let in_ms = 1e3 * rate;
+    if rate < SLOW_HZ && (4.0..=20_000.0).contains(&in_ms) {
+        let remedy = format!(
+            "give s: in ms they would be {in_ms:.0} samples a second; or give --rate HZ to ignore \
+             the times"
+        );
+        return Err(table.complain(1, 0, "a step that no IMU has", &remedy));
+    }
     // times in files are rounded: 200.0000003 Hz is 200 Hz
     Ok(if (rate - rate.round()).abs() < 1e-5 * rate {
         rate.round()

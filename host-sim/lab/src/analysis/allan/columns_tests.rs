@@ -15,7 +15,7 @@ fn load_text(text: &str, choice: &Choice) -> Result<Vec<Series>, Error> {
 }
 
 fn series(file: &Path, choice: &Choice) -> Result<Vec<Series>, Error> {
-    load(file, choice)?
+    load(file, choice, &mut Vec::new())?
         .into_iter()
         .map(Column::series)
         .collect()
@@ -157,7 +157,12 @@ fn faults_are_named_by_line_and_column() {
         let message = complaint(&text);
         assert!(message.starts_with(expected), "{message}");
     }
-    let missing = load(Path::new("no/such.csv"), &Choice::default()).unwrap_err();
+    let missing = load(
+        Path::new("no/such.csv"),
+        &Choice::default(),
+        &mut Vec::new(),
+    )
+    .unwrap_err();
     assert!(matches!(missing, Error::Missing { .. }));
 }
 
@@ -181,7 +186,7 @@ fn gzip_reads_alike_and_a_broken_one_is_reported() {
     );
     std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     assert!(
-        load(&file, &choice)
+        load(&file, &choice, &mut Vec::new())
             .unwrap_err()
             .to_string()
             .contains("cut short")

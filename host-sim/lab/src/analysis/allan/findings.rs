@@ -1,7 +1,8 @@
 //! The results of an Allan analysis with notes for the reader, and their JSON.
 
 use super::fit::{POOR_FIT, analyse};
-use super::{Analysis, Column};
+use super::gravity::{self, Mean};
+use super::{Analysis, Column, Series};
 use host_core::error::Error;
 use host_core::simulator::imu::ImuSpec;
 use rayon::prelude::*;
@@ -103,23 +104,41 @@ fn misfit_note(analyses: &[Analysis]) -> Option<String> {
     })
 }
 
+/// The mean output of a sensor.
+fn mean(series: &Series) -> Mean {
+    let sum: f64 = series.increments.iter().sum();
+    Mean {
+        kind: series.kind,
+        value: sum / series.increments.len().max(1) as f64 * series.rate_hz,
+        rate_hz: series.rate_hz,
+    }
+}
+
 impl Findings {
     /// Analyses `columns` from `source`, simulated with `spec` if there is one.
     ///
     /// # Errors
-    /// No column changes enough to have an Allan deviation, or one cannot be read again.
+    /// No column changes enough to have an Allan deviation, or one cannot be read again; the
+    /// accelerometers of a recording show that its columns are in other units.
     pub fn of(source: String, columns: Vec<Column>, spec: Option<&ImuSpec>) -> Result<Self, Error> {
         let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
         let samples = columns.iter().map(Column::len).max().unwrap_or(0);
         let at_once = (SAMPLES_AT_ONCE / samples.max(1)).max(1);
-        let mut analyses: Vec<Option<Analysis>> = Vec::new();
+        let mut found: Vec<(Mean, Option<Analysis>)> = Vec::new();
         let mut waiting = columns.into_iter();
-        while analyses.len() < names.len() {
+        while found.len() < names.len() {
             let group: Vec<Column> = waiting.by_ref().take(at_once).collect();
-            let found = group.into_par_iter();
-            let found = found.map(|column| Ok(analyse(column.series()?)));
-            analyses.extend(found.collect::<Result<Vec<_>, Error>>()?);
+            let all = group.into_par_iter().map(|column| {
+                let series = column.series()?;
+                Ok((mean(&series), analyse(series)))
+            });
+            found.extend(all.collect::<Result<Vec<_>, Error>>()?);
         }
+        let (means, analyses): (Vec<Mean>, Vec<Option<Analysis>>) = found.into_iter().unzip();
+        let doubt = match spec {
+            None => gravity::check(&source, &means)?,
+            Some(_) => None,
+        };
         if analyses.iter().all(Option::is_none) {
             return Err(Error::Option {
                 option: source,
@@ -131,7 +150,8 @@ impl Findings {
         let constant = pairs.filter(|(_, analysis)| analysis.is_none());
         let constant =
             constant.map(|(column, _)| format!("{column} hardly ever changes and is left out"));
-        let mut notes: Vec<String> = constant.chain(spec.and_then(dither_note)).collect();
+        let mut notes: Vec<String> = doubt.into_iter().chain(constant).collect();
+        notes.extend(spec.and_then(dither_note));
         let analyses: Vec<Analysis> = analyses.into_iter().flatten().collect();
         notes.extend(rounding_note(&analyses));
         notes.extend(misfit_note(&analyses));

@@ -12,6 +12,7 @@ mod covariance;
 mod deviation;
 pub mod findings;
 mod fit;
+mod gravity;
 mod rounding;
 pub mod store;
 

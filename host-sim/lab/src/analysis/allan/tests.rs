@@ -186,7 +186,7 @@ fn the_recorded_laser_gyro_shows_the_sway_of_its_vehicle() {
     let Some(file) = test_bench::recordings::recorded("lasergyro-static.csv.gz") else {
         return;
     };
-    let columns = columns::load(&file, &columns::Choice::default()).unwrap();
+    let columns = columns::load(&file, &columns::Choice::default(), &mut Vec::new()).unwrap();
     assert_eq!(columns.len(), 6);
     assert!(
         columns

@@ -1,23 +1,31 @@
-//! Doubts about a recording before it is replayed: contradictions between its samples and its
-//! header or the assumed class of sensor. The rules at rest are those of the device
+//! Doubts about a recording before it is replayed: contradictions between its samples, its fixes
+//! and its header or the assumed class of sensor. The rules at rest are those of the device
 //! ([`firmware::plausibility`]). A recording also has fixes along the whole drive, so that its
-//! gyros can be compared with the changes of course, and a drive without a rest with gravity.
+//! gyros can be compared with the changes of course, its positions with its velocities, and a drive
+//! without a rest with gravity.
+//!
+//! A contradiction does not say which of two statements is wrong. So the mistakes that people make
+//! are fitted, in the order of one table (`table`), and the one that explains most is told.
 
-mod observed;
+mod change;
+mod evidence;
+mod measure;
+mod rests;
+mod table;
 #[cfg(test)]
 mod tests;
+mod turning;
 
 use crate::learning::teacher::Assumptions;
+use change::Change;
+use evidence::Evidence;
 use firmware::configuration::{Triad, VehicleKind};
-use firmware::plausibility::{EARTH, Expected, Means};
-use firmware::units::G;
-use firmware::wire::command::fault;
+use firmware::plausibility::Expected;
 use host_core::inertial::units::{DEG_PER_H, DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
 use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
 use host_unit::{Unit, presets};
-use nalgebra::Vector3;
-use observed::Observed;
+use rests::Rests;
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
@@ -29,13 +37,6 @@ const FACTOR: f64 = 5.0;
 const SWAY: [f64; 2] = [1.4e-4, 1.4e-2];
 /// A stated rate that is off by more than this share is reported.
 const RATE_SHARE: f64 = 0.02;
-/// Smallest reported difference between gravity and the mean specific force of a drive without a
-/// rest, as a share.
-const DRIVE_SHARE: f64 = 0.3;
-/// A unit fits if it brings a value this close to the expected one, as a share.
-const FITS: f64 = 0.15;
-/// Smallest reported ratio of rotation and change of course, as a factor either way.
-const TURNING: f64 = 2.5;
 
 /// A doubt: what it is about, and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -87,20 +88,44 @@ impl Field {
         }
     }
 
-    /// The units for which `fits` is true of the factor that they change values by, as a remedy.
-    fn fitting(&self, fits: impl Fn(f64) -> bool) -> Option<String> {
-        let (_, named) = self.named.as_ref()?;
-        let fitting = self.units.iter().filter(|(_, unit)| fits(unit / named));
-        let names: Vec<_> = fitting.map(|(name, _)| format!("'{name}'")).collect();
-        (!names.is_empty()).then(|| format!("the unit {} would fit", names.join(" or ")))
-    }
-
-    fn remedy(&self, fits: impl Fn(f64) -> bool) -> String {
-        let fitting = self.fitting(fits);
-        fitting.unwrap_or_else(|| match self.named {
+    /// A remedy where no unit fits.
+    fn unfit(&self) -> String {
+        match self.named {
             Some(_) => "check the unit; none of those that the header may name fits".into(),
             None => "check that the file is in the units of its format".into(),
-        })
+        }
+    }
+}
+
+/// The statements of a recording about its fixes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixFields {
+    /// The offset of the clocks.
+    pub time: Field,
+    /// Unit of the times.
+    pub time_unit: Field,
+    /// Unit of latitude and longitude.
+    pub position: Field,
+    /// Unit of the height.
+    pub height: Field,
+    /// Unit of the velocity.
+    pub velocity: Field,
+    /// Name of the field of the order of the velocity. For north, east and down: the number of the
+    /// column that is said to hold it, and its sign.
+    pub order: (String, Option<[(usize, f64); 3]>),
+}
+
+impl Default for FixFields {
+    /// Those of a format that has no choice of units.
+    fn default() -> Self {
+        Self {
+            time: Field::fixed("time offset"),
+            time_unit: Field::fixed("times of the fixes"),
+            position: Field::fixed("positions of the fixes"),
+            height: Field::fixed("heights of the fixes"),
+            velocity: Field::fixed("velocities of the fixes"),
+            order: ("velocities of the fixes".into(), None),
+        }
     }
 }
 
@@ -117,6 +142,29 @@ pub struct Says {
     pub axes: (String, String),
     /// Name of the field of the rate, and the rate, Hz, if it is stated.
     pub rate: Option<(String, f64)>,
+    /// Fixes.
+    pub fixes: FixFields,
+}
+
+/// An offset of the clocks that the data contradict.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeDoubt {
+    /// What is added to the times of the fixes, s.
+    pub stated_s: f64,
+    /// What fits best, s.
+    pub best_s: f64,
+    /// Standard deviation of `best_s`, s.
+    pub sigma_s: f64,
+}
+
+impl TimeDoubt {
+    /// The contradiction, as the rest of a sentence.
+    fn problem(&self) -> String {
+        format!(
+            "is {} s, and samples and fixes match best at {:.3} s (standard deviation {:.3} s)",
+            self.stated_s, self.best_s, self.sigma_s
+        )
+    }
 }
 
 /// The class of sensor that is assumed.
@@ -128,28 +176,46 @@ pub struct Class<'a> {
     pub given: bool,
 }
 
-/// All doubts about a recording.
+/// All doubts about a recording. `clock` compares the clocks of samples and fixes: the offset that
+/// the data contradict, if they do.
 #[must_use]
-pub fn doubts(record: &Record, says: &Says, class: Class<'_>) -> Vec<Warning> {
+pub fn doubts(
+    record: &Record,
+    says: &Says,
+    class: Class<'_>,
+    clock: &dyn Fn(&Record) -> Option<TimeDoubt>,
+) -> Vec<Warning> {
     let expected = expected(class.assumed);
-    let observed = Observed::of(record, &expected);
-    let warn = |field: &str, problem, remedy| Warning {
+    let evidence = Evidence::of(record);
+    let again = |change: &Change| {
+        let mut changed = record.clone();
+        let fixes = record.fixes.iter();
+        changed.fixes = fixes.map(|fix| change.fix(fix)).collect();
+        clock(&changed)
+    };
+    let rests = Rests::of(&evidence, &expected);
+    let sheet = sheet(&rests, &expected, class);
+    let mut found: Vec<Doubt> = rate(says, evidence.rate_hz).into_iter().collect();
+    found.extend(table::doubts(
+        &evidence,
+        &expected,
+        says,
+        clock(record),
+        &again,
+    ));
+    if !class.given {
+        // without a datasheet, a missing one is more likely than a wrong unit
+        let is_rate = |doubt: &Doubt| doubt.0 == says.gyro.name && doubt.1.contains("at rest");
+        found.retain(|doubt| !is_rate(doubt));
+    }
+    found.extend(sheet);
+    let warning = |(field, problem, remedy)| Warning {
         file: says.file.clone(),
-        field: field.into(),
+        field,
         problem,
         remedy,
     };
-    let found = [
-        rate(says, &observed),
-        gravity(says, &observed),
-        axes(says, &observed),
-        gyros(says, &observed, &expected, class.given),
-        sheet(&observed, &expected, class),
-    ];
-    let found = found.into_iter().flatten();
-    found
-        .map(|(field, problem, remedy)| warn(&field, problem, remedy))
-        .collect()
+    found.into_iter().map(warning).collect()
 }
 
 /// Field, problem and remedy.
@@ -176,114 +242,19 @@ fn expected(assumed: &Assumptions) -> Expected {
     }
 }
 
-fn rate(says: &Says, observed: &Observed) -> Option<Doubt> {
+fn rate(says: &Says, rate_hz: f64) -> Option<Doubt> {
     let (field, stated) = says.rate.as_ref()?;
-    let off = observed.rate_hz / stated - 1.0;
+    let off = rate_hz / stated - 1.0;
     (off.abs() > RATE_SHARE).then(|| {
-        let problem = format!(
-            "says {stated} samples a second, the time stamps {:.1}",
-            observed.rate_hz
-        );
-        (
-            field.clone(),
-            problem,
-            format!("give {:.0}", observed.rate_hz),
-        )
+        let problem = format!("says {stated} samples a second, the time stamps {rate_hz:.1}");
+        (field.clone(), problem, format!("give {rate_hz:.0}"))
     })
 }
 
-fn gravity(says: &Says, observed: &Observed) -> Option<Doubt> {
-    let size = |force: [f32; 3]| Vector3::from(force).map(f64::from).norm();
-    let (size, when) = match (observed.fault(fault::GRAVITY), observed.drive()) {
-        (Some(found), _) => (size(found.means.force), "at rest"),
-        (None, Some(force)) if (force.norm() / G - 1.0).abs() > DRIVE_SHARE => {
-            (force.norm(), "on the mean of the drive")
-        }
-        _ => return None,
-    };
-    let problem = format!("gives a specific force of {size:.3} m/s2 {when} instead of gravity");
-    let remedy = says
-        .accel
-        .remedy(|factor| (size * factor / G - 1.0).abs() < FITS);
-    Some((says.accel.name.clone(), problem, remedy))
-}
-
-fn axes(says: &Says, observed: &Observed) -> Option<Doubt> {
-    let (field, example) = &says.axes;
-    let up = |force: &Vector3<f64>| {
-        let axis = force.iamax();
-        let name = ["forward", "right", "down"][axis];
-        match force[axis] < 0.0 {
-            true => format!("against the axis called {name}"),
-            false => format!("along the axis called {name}"),
-        }
-    };
-    let wrong = observed.fault(fault::AXES);
-    let force = match (wrong, observed.drive()) {
-        (Some(found), _) => Vector3::from(found.means.force).map(f64::from),
-        (None, Some(force)) if -force.z < 0.866 * force.norm() => force,
-        _ => {
-            let turns_back = observed.turning.is_some_and(|turning| turning < 0.0);
-            return turns_back.then(|| {
-                let problem = "turns the other way than the course of the fixes".to_owned();
-                (
-                    field.clone(),
-                    problem,
-                    format!("check the signs, as in {example}"),
-                )
-            });
-        }
-    };
-    let problem = format!("makes the specific force point {}, not up", up(&force));
-    let remedy = format!("give the axis that points down as the third one, as in {example}");
-    Some((field.clone(), problem, remedy))
-}
-
-fn gyros(says: &Says, observed: &Observed, expected: &Expected, given: bool) -> Option<Doubt> {
-    let turning = observed.turning.map(f64::abs);
-    let turns = |factor: f64| turning.is_none_or(|t| ((t * factor).ln()).abs() < TURNING.ln());
-    let name = says.gyro.name.clone();
-    if !turns(1.0) {
-        let turning = turning.unwrap_or_default();
-        let problem =
-            format!("gives {turning:.3} of the rotation that the course of the fixes has");
-        let remedy = says
-            .gyro
-            .remedy(|factor| (turning * factor - 1.0).abs() < 2.0 * FITS);
-        return Some((name, problem, remedy));
-    }
-    if turning.is_some() {
-        return None; // the unit is right, whatever the rate at rest is
-    }
-    let means = observed.fault(fault::EARTH_RATE)?.means;
-    let size = norm(means.rate);
-    let problem = format!(
-        "gives {:.3} deg/h at rest, where the Earth turns by 15.041 deg/h",
-        size / DEG_PER_H
-    );
-    let scaled = |factor: f64| Means {
-        rate: means.rate.map(|w| (f64::from(w) * factor) as f32),
-        scatter: means.scatter.map(|w| (f64::from(w) * factor) as f32),
-        ..means
-    };
-    let fits = |factor: f64| {
-        scaled(factor).judge(expected) & fault::EARTH_RATE == 0
-            && size * factor > 0.1 * f64::from(EARTH)
-    };
-    // without a datasheet, a missing one is more likely than a wrong unit
-    let remedy = says.gyro.fitting(fits);
-    let other = || given.then(|| "check the unit, and the bias of the datasheet".into());
-    Some((name, problem, remedy.or_else(other)?))
-}
-
-fn norm(v: [f32; 3]) -> f64 {
-    Vector3::from(v).map(f64::from).norm()
-}
-
 /// Compares bias and noise at rest with the datasheet, for a class that the user has not named.
-fn sheet(observed: &Observed, expected: &Expected, class: Class<'_>) -> Option<Doubt> {
-    let noise = observed.noise()?;
-    let (bias, seconds) = observed.bias()?;
+fn sheet(rests: &Rests<'_>, expected: &Expected, class: Class<'_>) -> Option<Doubt> {
+    let noise = rests.noise()?;
+    let (bias, seconds) = rests.bias()?;
     let fits = |sheet: &Expected| {
         let noises = noise.iter().zip([&sheet.gyro, &sheet.accel]).zip(SWAY);
         let quiet = noises.fold(true, |all, ((observed, triad), sway)| {

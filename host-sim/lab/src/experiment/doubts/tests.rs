@@ -1,6 +1,9 @@
 //! Simulated drives written as files whose header is then edited, and recorded data.
 
+mod mistakes;
+
 use super::*;
+use crate::experiment::time_offset::contradicted;
 use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::Session;
@@ -11,6 +14,7 @@ use host_core::simulator::session::{SessionConfig, simulate};
 use host_io::recordings::InitialAttitude;
 use host_io::recordings::generic;
 use host_io::recordings::record::TimedFix;
+use nalgebra::Vector3;
 use std::fmt::Write;
 use test_bench::recordings::recorded;
 
@@ -103,9 +107,15 @@ impl Files {
             accel: field("imu.accel.unit", accel),
             axes: ("imu.axes".into(), "'y x -z' for right-forward-up".into()),
             rate: None,
+            fixes: FixFields::default(),
         };
         let assumed = &class(preset);
-        Ok(doubts(&record, &says, Class { assumed, given }))
+        Ok(doubts(
+            &record,
+            &says,
+            Class { assumed, given },
+            &contradicted,
+        ))
     }
 }
 
@@ -249,14 +259,15 @@ fn a_rate_that_its_time_stamps_contradict_is_reported() {
         accel: Field::fixed("--imu"),
         axes: ("--mounting".into(), String::new()),
         rate: Some(("--imu".into(), rate)),
+        fixes: FixFields::default(),
     };
     let assumed = &class("tactical");
     let class = Class {
         assumed,
         given: true,
     };
-    assert_eq!(doubts(&record, &says(100.0), class), []);
-    let found = doubts(&record, &says(125.0), class);
+    assert_eq!(doubts(&record, &says(100.0), class, &contradicted), []);
+    let found = doubts(&record, &says(125.0), class, &contradicted);
     assert_eq!(fields(&found), [("--imu", "give 100")]);
 }
 
@@ -306,12 +317,13 @@ fn recorded_data_raises_no_doubt_and_wrong_headers_for_it_do() {
                 accel: Field::fixed("accel"),
                 axes: ("axes".into(), String::new()),
                 rate: Some(("rate".into(), record.rate_hz as f64)),
+                fixes: FixFields::default(),
             };
             let class = Class {
                 assumed: &assumed,
                 given: true,
             };
-            doubts(&wrong, &says, class)
+            doubts(&wrong, &says, class, &contradicted)
         };
         let same: fn(Vector3<f64>) -> Vector3<f64> = |v| v;
         assert_eq!(warnings(1.0, 1.0, same), [], "{name}");

@@ -1,0 +1,84 @@
+//! Columns that say whether a line holds a fix.
+
+use super::header::Valid;
+
+/// Names of columns whose value 0 means no fix, in small letters: types and qualities of a fix.
+const ZERO: [&str; 10] = [
+    "fix",
+    "fix_type",
+    "fixtype",
+    "fix type",
+    "fix_quality",
+    "gps_fix",
+    "gps_fix_type",
+    "quality",
+    "gps_quality",
+    "gpsqual",
+];
+/// Names of dilutions of precision. Receivers give 99 or more where they have no fix.
+const DILUTION: [&str; 4] = ["hdop", "pdop", "gps_hdop", "gps_pdop"];
+const NO_DILUTION: f64 = 99.0;
+/// Ends of the names of columns whose negative values mean no fix, as in ROS's `NavSatStatus`.
+const NEGATIVE: [&str; 2] = ["status", "fix_status"];
+
+/// A column with the range of values of a fix.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Quality {
+    /// Name of the column.
+    pub(super) column: String,
+    least: f64,
+    /// Below this value; `most` of the header includes it.
+    below: f64,
+    most: f64,
+    /// Whether the header names it.
+    given: bool,
+}
+
+impl Quality {
+    /// By the header.
+    pub(super) fn given(valid: &Valid) -> Self {
+        Self {
+            column: valid.column.clone(),
+            least: valid.least.unwrap_or(f64::MIN),
+            below: f64::INFINITY,
+            most: valid.most.unwrap_or(f64::MAX),
+            given: true,
+        }
+    }
+
+    /// The columns of a file whose names tell what they are.
+    pub(super) fn known(names: &[String]) -> impl Iterator<Item = Self> {
+        names.iter().filter_map(|name| {
+            let small = name.trim().to_ascii_lowercase();
+            let (least, below) = match small.as_str() {
+                name if ZERO.contains(&name) => (f64::MIN_POSITIVE, f64::INFINITY),
+                name if DILUTION.contains(&name) => (f64::MIN, NO_DILUTION),
+                name if NEGATIVE.iter().any(|end| name.ends_with(end)) => (0.0, f64::INFINITY),
+                _ => return None,
+            };
+            Some(Self {
+                column: name.clone(),
+                least,
+                below,
+                most: f64::MAX,
+                given: false,
+            })
+        })
+    }
+
+    /// Why a value means that there is no fix; `None` if it does not.
+    pub(super) fn denies(&self, value: f64) -> Option<String> {
+        let fits = (self.least..=self.most).contains(&value) && value < self.below;
+        // without a value only the header's columns mean that there is none
+        let denied = if value.is_nan() { self.given } else { !fits };
+        denied.then(|| match value.is_nan() {
+            true => format!("'{}' is empty", self.column),
+            false => format!("'{}' is {value}", self.column),
+        })
+    }
+
+    /// Whether the header names the column.
+    pub(super) fn is_given(&self) -> bool {
+        self.given
+    }
+}

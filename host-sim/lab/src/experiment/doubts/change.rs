@@ -1,0 +1,97 @@
+//! What the files of a recording may say wrongly, as a change of their values.
+
+use host_io::recordings::record::TimedFix;
+use nalgebra::{Matrix3, Vector3};
+
+/// For north, east and down: which of the told north, east and down it is, and with which sign.
+pub(super) type Order = [(usize, f64); 3];
+
+/// A change of all values of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Change {
+    /// Times of the fixes: factor, then what is added, s.
+    pub(super) fix_time: [f64; 2],
+    /// Factor of latitude and longitude.
+    pub(super) position: f64,
+    /// Factor of the heights.
+    pub(super) height: f64,
+    pub(super) order: Order,
+    /// Factor of the velocities.
+    pub(super) speed: f64,
+    /// Turns rates and forces of the sensors.
+    pub(super) axes: Matrix3<f64>,
+    /// Factors of gyros and accelerometers.
+    pub(super) gyro: f64,
+    pub(super) accel: f64,
+}
+
+impl Change {
+    /// Nothing changes.
+    pub(super) const NONE: Self = Self {
+        fix_time: [1.0, 0.0],
+        position: 1.0,
+        height: 1.0,
+        order: [(0, 1.0), (1, 1.0), (2, 1.0)],
+        speed: 1.0,
+        axes: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        gyro: 1.0,
+        accel: 1.0,
+    };
+
+    /// This change after another one.
+    pub(super) fn after(&self, first: &Self) -> Self {
+        let [factor, offset] = self.fix_time;
+        Self {
+            fix_time: [
+                factor * first.fix_time[0],
+                factor * first.fix_time[1] + offset,
+            ],
+            position: self.position * first.position,
+            height: self.height * first.height,
+            order: self.order.map(|(of, sign)| {
+                let (of, other) = first.order[of];
+                (of, sign * other)
+            }),
+            speed: self.speed * first.speed,
+            axes: self.axes * first.axes,
+            gyro: self.gyro * first.gyro,
+            accel: self.accel * first.accel,
+        }
+    }
+
+    pub(super) fn time(&self, t: f64) -> f64 {
+        let [factor, offset] = self.fix_time;
+        t * factor + offset
+    }
+
+    pub(super) fn rate(&self, rate: &Vector3<f64>) -> Vector3<f64> {
+        self.axes * rate * self.gyro
+    }
+
+    pub(super) fn force(&self, force: &Vector3<f64>) -> Vector3<f64> {
+        self.axes * force * self.accel
+    }
+
+    pub(super) fn fix(&self, fix: &TimedFix) -> TimedFix {
+        let mut sigmas = fix.sigmas;
+        for (axis, (of, _)) in self.order.iter().enumerate() {
+            sigmas[3 + axis] = fix.sigmas[3 + of];
+        }
+        TimedFix {
+            time: self.time(fix.time),
+            lat_deg: fix.lat_deg * self.position,
+            lon_deg: fix.lon_deg * self.position,
+            height_m: fix.height_m * self.height,
+            velocity: self
+                .order
+                .map(|(of, sign)| fix.velocity[of] * sign * self.speed),
+            sigmas,
+        }
+    }
+
+    /// Whether it changes the fixes and not only their clock, so that another offset of the clocks
+    /// may fit.
+    pub(super) fn moves_fixes(&self) -> bool {
+        self.position != 1.0 || self.speed != 1.0 || self.order != Self::NONE.order
+    }
+}

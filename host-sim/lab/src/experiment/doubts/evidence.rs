@@ -1,0 +1,119 @@
+//! A recording in short, with every change of what its files say applied to it: blocks of a second,
+//! the rotation in steps of a tenth of a second, and the fixes.
+
+use super::change::Change;
+use host_io::recordings::InitialAttitude;
+use host_io::recordings::record::{Record, TimedFix};
+use nalgebra::Vector3;
+
+/// Length of a block, less what the times jitter, s.
+const BLOCK_S: f64 = 0.999;
+/// Step of the rotation, s.
+const STEP_S: f64 = 0.1;
+
+/// The means of about a second.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    /// Its end and its length, s.
+    pub(super) end: f64,
+    pub(super) seconds: f64,
+    /// rad/s, m/s2.
+    pub(super) rate: Vector3<f64>,
+    pub(super) force: Vector3<f64>,
+}
+
+/// A recording in short.
+#[derive(Debug, Clone)]
+pub(super) struct Evidence {
+    pub(super) blocks: Vec<Block>,
+    /// Times, and the rotation up to them, rad.
+    rotation: Vec<(f64, Vector3<f64>)>,
+    pub(super) fixes: Vec<TimedFix>,
+    /// Start and end of the time for which the recording says that it stands, s.
+    pub(super) declared: Option<[f64; 2]>,
+    /// Samples a second by the time stamps.
+    pub(super) rate_hz: f64,
+}
+
+impl Evidence {
+    pub(super) fn of(record: &Record) -> Self {
+        let (blocks, rotation) = motion(record);
+        let begins = record.first_epoch();
+        let declared = match record.initial_attitude {
+            Some(InitialAttitude::Standstill(s)) => Some([begins, begins + s as f64]),
+            _ => None,
+        };
+        let span = record.time.end().zip(record.time.start());
+        let steps = record.time.len().saturating_sub(1) as f64;
+        Self {
+            blocks,
+            rotation,
+            fixes: record.fixes.clone(),
+            declared,
+            rate_hz: span.map_or(f64::NAN, |(last, first)| steps / (last - first)),
+        }
+    }
+
+    /// The recording as it is if `change` is right.
+    pub(super) fn with(&self, change: &Change) -> Self {
+        let mut changed = self.clone();
+        for block in &mut changed.blocks {
+            block.rate = change.rate(&block.rate);
+            block.force = change.force(&block.force);
+        }
+        for (_, angle) in &mut changed.rotation {
+            *angle = change.rate(angle);
+        }
+        for fix in &mut changed.fixes {
+            *fix = change.fix(fix);
+        }
+        changed.declared = self.declared.map(|at| at.map(|t| change.time(t)));
+        changed
+    }
+
+    /// Rotation about the down axis up to `t`, rad; `None` outside the samples.
+    pub(super) fn turned(&self, t: f64) -> Option<f64> {
+        let next = self.rotation.partition_point(|(end, _)| *end < t);
+        let ((t0, a), (t1, b)) = (
+            self.rotation.get(next.checked_sub(1)?)?,
+            self.rotation.get(next)?,
+        );
+        Some(a.z + (b.z - a.z) * (t - t0) / (t1 - t0))
+    }
+}
+
+/// Blocks and rotation of a recording.
+fn motion(record: &Record) -> (Vec<Block>, Vec<(f64, Vector3<f64>)>) {
+    let Some(first) = record.time.start() else {
+        return Default::default();
+    };
+    let ends: Vec<f64> = record.increments().take(2).map(|(end, _)| end).collect();
+    let lead = ends.get(1).zip(ends.first()).map_or(0.0, |(b, a)| b - a);
+    let mut start = match ends.first() == Some(&first) {
+        true => first - lead,
+        false => first,
+    };
+    let mut sum = [Vector3::zeros(); 2];
+    let (mut blocks, mut rotation) = (Vec::new(), vec![(start, Vector3::zeros())]);
+    let (mut angle, mut before) = (Vector3::zeros(), start);
+    for (end, increment) in record.increments() {
+        sum[0] += increment.dtheta;
+        sum[1] += increment.dv;
+        angle += increment.dtheta;
+        if end - before > STEP_S - 1e-6 {
+            rotation.push((end, angle));
+            before = end;
+        }
+        let seconds = end - start;
+        if seconds > BLOCK_S {
+            blocks.push(Block {
+                end,
+                seconds,
+                rate: sum[0] / seconds,
+                force: sum[1] / seconds,
+            });
+            (start, sum) = (end, [Vector3::zeros(); 2]);
+        }
+    }
+    (blocks, rotation)
+}

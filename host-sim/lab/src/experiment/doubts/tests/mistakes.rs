@@ -1,0 +1,317 @@
+//! Every mistake of the table, made with a drive that is right: the mistake itself is told, first
+//! and alone, with the right remedy.
+
+use super::*;
+use host_core::inertial::units::G0;
+
+/// What `replay csv` says of a header with these units and this order.
+fn says() -> Says {
+    let field = |name: &str, named: usize, units: &[(&str, f64)]| Field {
+        name: name.into(),
+        named: Some((units[named].0.into(), units[named].1)),
+        units: units.iter().map(|(n, x)| ((*n).into(), *x)).collect(),
+    };
+    let time = [("s", 1.0), ("ms", 1e-3)];
+    Says {
+        file: "header.toml".into(),
+        gyro: field(
+            "imu.gyro.unit",
+            0,
+            &[("rad/s", 1.0), ("deg/s", DEG), ("deg/h", DEG / 3600.0)],
+        ),
+        accel: field(
+            "imu.accel.unit",
+            0,
+            &[("m/s^2", 1.0), ("g", G0), ("mg", 1e-3 * G0)],
+        ),
+        axes: ("imu.axes".into(), "'y x -z' for right-forward-up".into()),
+        rate: None,
+        fixes: FixFields {
+            time: Field::fixed("gnss.time_offset_s"),
+            time_unit: field("gnss.time.unit", 0, &time),
+            position: field("gnss.latitude.unit", 1, &[("rad", 1.0), ("deg", DEG)]),
+            height: field("gnss.height.unit", 0, &[("m", 1.0), ("ft", 0.3048)]),
+            velocity: field(
+                "gnss.velocity.unit",
+                0,
+                &[
+                    ("m/s", 1.0),
+                    ("km/h", 1.0 / 3.6),
+                    ("knots", 1852.0 / 3600.0),
+                ],
+            ),
+            order: (
+                "gnss.velocity.order".into(),
+                Some([(0, 1.0), (1, 1.0), (2, 1.0)]),
+            ),
+        },
+    }
+}
+
+fn doubts_of(record: &Record) -> Vec<Warning> {
+    let assumed = &class("tactical");
+    let class = Class {
+        assumed,
+        given: true,
+    };
+    doubts(record, &says(), class, &contradicted)
+}
+
+fn each_fix(record: &mut Record, change: impl Fn(&mut TimedFix)) {
+    record.fixes.iter_mut().for_each(change);
+}
+
+fn each_sample(record: &mut Record, change: impl Fn(Increment) -> Increment) {
+    record.samples = record.samples.each().map(change).collect();
+}
+
+/// A mistake in a recording, the field that is told, and a part of the remedy.
+type Made = (&'static str, fn(&mut Record), &'static str, &'static str);
+
+const MADE: [Made; 15] = [
+    (
+        "18 s",
+        |r| r.move_fixes(-18.0),
+        "gnss.time_offset_s",
+        "18 s ahead of UTC since 2017",
+    ),
+    (
+        "-17 s",
+        |r| r.move_fixes(17.0),
+        "gnss.time_offset_s",
+        "17 s ahead of UTC until 2016",
+    ),
+    (
+        "2.9 s",
+        |r| r.move_fixes(-2.9),
+        "gnss.time_offset_s",
+        "give 2.9",
+    ),
+    (
+        "rad as deg",
+        |r| {
+            each_fix(r, |f| {
+                (f.lat_deg, f.lon_deg) = (f.lat_deg * DEG, f.lon_deg * DEG)
+            })
+        },
+        "gnss.latitude.unit",
+        "the unit 'rad' would fit",
+    ),
+    (
+        "km/h as m/s",
+        |r| each_fix(r, |f| f.velocity = f.velocity.map(|v| 3.6 * v)),
+        "gnss.velocity.unit",
+        "the unit 'km/h' would fit",
+    ),
+    (
+        "knots as m/s",
+        |r| each_fix(r, |f| f.velocity = f.velocity.map(|v| v * 3600.0 / 1852.0)),
+        "gnss.velocity.unit",
+        "the unit 'knots' would fit",
+    ),
+    (
+        "mm/s as m/s",
+        |r| each_fix(r, |f| f.velocity = f.velocity.map(|v| v * 1000.0)),
+        "gnss.velocity.unit",
+        "seem to be in mm/s",
+    ),
+    (
+        "enu as ned",
+        |r| {
+            each_fix(r, |f| {
+                f.velocity = [f.velocity[1], f.velocity[0], -f.velocity[2]]
+            })
+        },
+        "gnss.velocity.order",
+        "the order 'enu' would fit",
+    ),
+    (
+        "west for east",
+        |r| each_fix(r, |f| f.velocity[1] *= -1.0),
+        "gnss.velocity.order",
+        "they seem to hold north, west,",
+    ),
+    (
+        "deg/s as rad/s",
+        |r| {
+            each_sample(r, |s| Increment {
+                dtheta: s.dtheta / DEG,
+                ..s
+            })
+        },
+        "imu.gyro.unit",
+        "the unit 'deg/s' would fit",
+    ),
+    (
+        "rad/s as deg/s",
+        |r| {
+            each_sample(r, |s| Increment {
+                dtheta: s.dtheta * DEG,
+                ..s
+            })
+        },
+        "imu.gyro.unit",
+        "seem to be in rad",
+    ),
+    (
+        "g as m/s2",
+        |r| each_sample(r, |s| Increment { dv: s.dv / G0, ..s }),
+        "imu.accel.unit",
+        "the unit 'g' would fit",
+    ),
+    (
+        "forward-left-up as forward-right-down",
+        |r| {
+            each_sample(r, |s| {
+                let turn = |v: Vector3<f64>| Vector3::new(v.x, -v.y, -v.z);
+                Increment {
+                    dtheta: turn(s.dtheta),
+                    dv: turn(s.dv),
+                }
+            });
+        },
+        "imu.axes",
+        "the axis that points down",
+    ),
+    (
+        "gyros with the wrong sign",
+        |r| {
+            each_sample(r, |s| Increment {
+                dtheta: -s.dtheta,
+                ..s
+            })
+        },
+        "imu.axes",
+        "check the signs",
+    ),
+    (
+        "columns of x and z swapped",
+        |r| {
+            each_sample(r, |s| {
+                let turn = |v: Vector3<f64>| Vector3::new(v.z, v.y, v.x);
+                Increment {
+                    dtheta: turn(s.dtheta),
+                    dv: turn(s.dv),
+                }
+            });
+        },
+        "imu.axes",
+        "the axis that points down",
+    ),
+];
+
+#[test]
+fn every_mistake_is_told_by_its_name_and_no_other() {
+    let right = Record::from_session(&drive("tactical", 120));
+    assert_eq!(doubts_of(&right), []);
+    let mut wrong = Vec::new();
+    for (name, make, field, part) in MADE {
+        let mut record = right.clone();
+        make(&mut record);
+        let found = doubts_of(&record);
+        let told: Vec<String> = found.iter().map(ToString::to_string).collect();
+        println!("{name}: {told:#?}");
+        let first = found.first();
+        if found.len() != 1 || first.is_none_or(|w| w.field != field || !w.remedy.contains(part)) {
+            wrong.push((name, told));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Two mistakes are told one after the other.
+#[test]
+fn two_mistakes_are_told_both() {
+    let mut record = Record::from_session(&drive("tactical", 120));
+    record.move_fixes(-18.0);
+    each_sample(&mut record, |s| Increment { dv: s.dv / G0, ..s });
+    let found = doubts_of(&record);
+    let mut names = fields(&found);
+    names.sort_unstable();
+    let names: Vec<&str> = names.iter().map(|(field, _)| *field).collect();
+    assert_eq!(names, ["gnss.time_offset_s", "imu.accel.unit"], "{found:?}");
+}
+
+/// A climb shows heights in feet, and which way is up.
+#[test]
+fn heights_in_feet_and_up_for_down_show_in_a_climb() {
+    let mut right = Record::from_session(&drive("tactical", 120));
+    each_fix(&mut right, |f| {
+        let s = (f.time - 120.0).max(0.0);
+        f.height_m += 0.75 * s;
+        f.velocity[2] -= if s > 0.0 { 0.75 } else { 0.0 };
+    });
+    let told = |change: fn(&mut TimedFix)| {
+        let mut record = right.clone();
+        each_fix(&mut record, change);
+        doubts_of(&record)
+    };
+    assert_eq!(told(|_| ()), []);
+    for (change, field, part) in [
+        (
+            (|f| f.height_m /= 0.3048) as fn(&mut TimedFix),
+            "gnss.height.unit",
+            "'ft'",
+        ),
+        (
+            |f| f.velocity[2] *= -1.0,
+            "gnss.velocity.order",
+            "the order 'neu' would fit",
+        ),
+    ] {
+        let found = told(change);
+        let names = fields(&found);
+        assert!(
+            matches!(names[..], [(f, r)] if f == field && r.contains(part)),
+            "{found:?}"
+        );
+    }
+}
+
+/// Without velocities the place of the fixes shows rad that are taken as degrees.
+#[test]
+fn positions_alone_in_rad_show_by_their_place() {
+    let mut record = Record::from_session(&drive("tactical", 120));
+    each_fix(&mut record, |f| {
+        f.sigmas[3..].fill(f64::INFINITY);
+        (f.lat_deg, f.lon_deg) = (f.lat_deg * DEG, f.lon_deg * DEG);
+    });
+    let found = doubts_of(&record);
+    let names = fields(&found);
+    assert!(
+        matches!(names[..], [("gnss.latitude.unit", r)] if r.contains("'rad'")),
+        "{found:?}"
+    );
+    assert!(found[0].problem.contains("Gulf of Guinea"), "{found:?}");
+}
+
+/// A sensor that is turned in the hand does not rest, and what flies sideways does not turn.
+#[test]
+fn a_sensor_in_the_hand_is_not_at_rest() {
+    let rate = 100.0;
+    let turned = |k: u32| {
+        let angle = 0.35 * (f64::from(k) / rate);
+        Increment {
+            dtheta: Vector3::new(0.35 / rate, 0.0, 0.0),
+            dv: Vector3::new(0.0, angle.sin(), -angle.cos()) * (9.81 / rate),
+        }
+    };
+    for fixes in [1, 120] {
+        let fix = |k: u32| TimedFix {
+            time: f64::from(k),
+            lat_deg: 47.0,
+            lon_deg: 8.0,
+            height_m: 400.0,
+            velocity: [0.0; 3],
+            sigmas: [1.0, 1.0, 1.5, 0.05, 0.05, 0.05],
+        };
+        let record = Record {
+            time: (1..=12_000).map(|k| f64::from(k) / rate).collect(),
+            samples: (1..=12_000).map(turned).collect(),
+            rate_hz: 100,
+            fixes: (0..fixes).map(fix).collect(),
+            ..Record::default()
+        };
+        assert_eq!(doubts_of(&record), [], "{fixes} fixes");
+    }
+}

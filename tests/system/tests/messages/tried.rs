@@ -1,0 +1,89 @@
+//! What was tried with files as people have them, and the table of it in docs/your-data.md: every
+//! row is made here from one drive that is right, and read by the program.
+
+mod edits;
+mod files;
+mod statements;
+
+use super::host_sim;
+use crate::writers::{bag, csv, drive, ulog};
+use edits::Case;
+use host_core::inertial::session::Session;
+use std::fmt::Write;
+use std::path::Path;
+
+const PAGE: &str = include_str!("../../../../docs/your-data.md");
+const HEADING: &str = "| input | what is told | result |\n|---|---|---|\n";
+
+/// Files of one right drive.
+fn prepare(dir: &Path, session: &Session) {
+    csv(dir, session, true);
+    let out = "convert csv --header header.toml --to kf-gins --velocity --out k";
+    host_sim(dir, out).success();
+    std::fs::write(dir.join("drive.mcap"), bag(session)).unwrap();
+    std::fs::write(dir.join("flight.ulg"), ulog(session)).unwrap();
+}
+
+/// What a command tells: notes, warnings and errors, one each; and the result in a word.
+fn tried(dir: &Path, case: &Case) -> (Vec<String>, String) {
+    (case.make)(dir);
+    let out = host_sim(dir, case.args);
+    let output = out.get_output();
+    let code = output.status.code();
+    let [stdout, stderr] =
+        [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    assert!(!stderr.contains("panicked"), "{}: {stderr}", case.input);
+    let notes = stdout.lines().filter_map(|line| line.strip_prefix("- "));
+    let mut told: Vec<String> = notes.map(str::to_owned).collect();
+    let mine = stderr.lines().filter(|line| {
+        let usual = ["no unit is given", "--strict: was given"];
+        !usual.iter().any(|part| line.contains(part))
+    });
+    told.extend(mine.map(|line| line.trim_start_matches("host-sim: ").to_owned()));
+    let result = match code {
+        Some(0) => stdout.lines().last().unwrap_or_default(),
+        _ if stderr.contains("--strict: was given") => "warned",
+        _ => "refused",
+    };
+    (told, result.to_owned())
+}
+
+/// Every case tells what its writer says, and the table of the page is what they tell.
+#[test]
+fn the_page_says_what_was_tried_and_told() {
+    let session = drive();
+    let mut table = HEADING.to_owned();
+    let mut wrong = Vec::new();
+    for case in statements::CASES.iter().chain(files::CASES) {
+        let dir = tempfile::tempdir().unwrap();
+        prepare(dir.path(), &session);
+        let (told, result) = tried(dir.path(), case);
+        let all = told.join("; ");
+        if !case.told.iter().all(|part| all.contains(part)) || !result.contains(case.result) {
+            wrong.push(format!("{}: {all} -> {result}", case.input));
+        }
+        let code = |text: &str| match text {
+            "" => "nothing".to_owned(),
+            text => format!("`{}`", text.replace('|', "\\|")),
+        };
+        let told: Vec<String> = told.iter().map(|text| code(text)).collect();
+        let told = if told.is_empty() {
+            code("")
+        } else {
+            told.join("; ")
+        };
+        writeln!(table, "| {} | {told} | {result} |", case.input).unwrap();
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let (before, rest) = PAGE.split_once(HEADING).expect("the page has the table");
+    let end = rest.find("\n\n").map_or(rest.len(), |at| at + 1);
+    let there = format!("{HEADING}{}", &rest[..end]);
+    if there != table {
+        if std::env::var_os("LRNN_WRITE_TABLES").is_some() {
+            let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/your-data.md");
+            std::fs::write(page, format!("{before}{table}{}", &rest[end..])).unwrap();
+            return;
+        }
+        panic!("the table of docs/your-data.md is to be:\n{table}(LRNN_WRITE_TABLES=1 writes it)");
+    }
+}

@@ -1,0 +1,241 @@
+//! Forms of files, what gets lost in conversions, and what commands refuse.
+
+use super::edits::{CONVERT, Case, fixes, header, lines, read, repeat_a_stamp, rest, text, write};
+
+pub const CASES: &[Case] = &[
+    Case {
+        input: "a table without heights, to CSV",
+        make: |dir| header(dir, "height = { column = 'h', unit = 'm' }\n", ""),
+        args: CONVERT,
+        told: &[],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "the same, to KF-GINS text",
+        make: |dir| header(dir, "height = { column = 'h', unit = 'm' }\n", ""),
+        args: "convert csv --header header.toml --to kf-gins --out o",
+        told: &["361 of 361 fixes lack position, height"],
+        result: "36000 samples, 0 fixes",
+    },
+    Case {
+        input: "10 fixes without velocity, to KF-GINS text with velocities",
+        make: |dir| {
+            lines(dir, "gnss.csv", |k, cells| {
+                if k % 36 == 7 {
+                    cells[4..7].fill(String::new());
+                }
+            });
+        },
+        args: "convert csv --header header.toml --to kf-gins --velocity --out o",
+        told: &["10 of 361 fixes lack position, height or velocity"],
+        result: "36000 samples, 351 fixes",
+    },
+    Case {
+        input: "fixes before the first and after the last sample",
+        make: |dir| fixes(dir, &[0], |t| 1.2 * t - 30.0),
+        args: CONVERT,
+        told: &["61 of 361 fixes are outside the time of the samples"],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "KF-GINS text whose 13 columns have the standard deviations before the velocity",
+        make: |dir| {
+            text(dir, "k/gnss.txt", |old| {
+                let each = old.lines().map(|line| {
+                    let c: Vec<&str> = line.split(' ').collect();
+                    [&c[..4], &c[7..10], &c[4..7], &c[10..]].concat().join(" ") + "\n"
+                });
+                each.collect()
+            });
+        },
+        args: "convert kf-gins k/imu.txt k/gnss.txt --to csv --out o",
+        told: &[
+            "are read as standard deviations of position, velocity",
+            "--gnss-order",
+        ],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "the same in the usual order",
+        make: |_| (),
+        args: "convert kf-gins k/imu.txt k/gnss.txt --to csv --out o",
+        told: &["are read as velocity, then the standard deviations"],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "solutions of RTKLIB (`.pos`) beside the samples",
+        make: |dir| {
+            let names = "%  GPST latitude(deg) longitude(deg) height(m) Q ns sdn(m) sde(m) sdu(m)";
+            let mut out = format!("% program   : RTKPOST\n{names}\n");
+            for line in read(dir, "gnss.csv").lines().skip(1) {
+                let c: Vec<&str> = line.split(',').collect();
+                out += &format!(
+                    "2300 {} {} {} {} 1 12 0.02 0.02 0.04\n",
+                    c[0], c[1], c[2], c[3]
+                );
+            }
+            write(dir, "x.pos", &out);
+        },
+        args: "convert csv --header header.toml --fixes x.pos --to csv --out o",
+        told: &["x.pos: 361 fixes (RTKLIB)"],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "lines of a logger before the names of the columns",
+        make: |dir| {
+            let before = "Logger 2.1, serial 17\n# started 2024-05-05\n\n";
+            text(dir, "imu.csv", |old| format!("{before}{old}"));
+        },
+        args: CONVERT,
+        told: &[],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "a comma at the end of each line, numbers in quotes, carriage returns alone",
+        make: |dir| {
+            lines(dir, "imu.csv", |_, cells| {
+                cells
+                    .iter_mut()
+                    .for_each(|cell| *cell = format!("\"{cell}\""));
+                cells.push(String::new());
+            });
+            text(dir, "imu.csv", |old| old.replace('\n', "\r"));
+        },
+        args: CONVERT,
+        told: &[],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "samples of `nan`",
+        make: |dir| {
+            lines(dir, "imu.csv", |k, cells| {
+                if (20_000..20_004).contains(&k) {
+                    cells[1..].fill("nan".into());
+                }
+            });
+        },
+        args: CONVERT,
+        told: &["4 lines of imu.csv hold no whole sample"],
+        result: "35996 samples, 361 fixes",
+    },
+    Case {
+        input: "a last line that a power cut has cut",
+        make: |dir| text(dir, "imu.csv", |old| old[..old.len() - 60].to_owned()),
+        args: CONVERT,
+        told: &["imu.csv:36001: the file ends within this line"],
+        result: "35999 samples, 361 fixes",
+    },
+    Case {
+        input: "KF-GINS text with a first and a last line that are cut",
+        make: |dir| text(dir, "k/imu.txt", |old| old[40..old.len() - 40].to_owned()),
+        args: "convert kf-gins k/imu.txt k/gnss.txt --to csv --out o",
+        told: &[
+            "k/imu.txt:1: the first line of data is not whole",
+            "k/imu.txt:36000: the file ends within this line",
+        ],
+        result: "35998 samples, 361 fixes",
+    },
+    Case {
+        input: "a pointer of git-lfs in place of the file",
+        make: |dir| {
+            let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 9\n";
+            write(dir, "imu.csv", pointer);
+        },
+        args: CONVERT,
+        told: &["imu.csv: is only a pointer of git-lfs", "git lfs pull"],
+        result: "refused",
+    },
+    Case {
+        input: "a file with one sample",
+        make: |dir| {
+            text(dir, "imu.csv", |old| {
+                old.lines().take(2).map(|l| format!("{l}\n")).collect()
+            })
+        },
+        args: CONVERT,
+        told: &["'imu.file' has 1 whole samples"],
+        result: "refused",
+    },
+    Case {
+        input: "rates under names of increments, to `allan`",
+        make: |dir| {
+            rest(
+                dir,
+                "t_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dv_x_mps,dv_y_mps,dv_z_mps",
+                1.0,
+            )
+        },
+        args: "allan rest.csv",
+        told: &[
+            "rest.csv: has a mean specific force of 98",
+            "hold rates (rad/s, m/s2), not increments",
+        ],
+        result: "refused",
+    },
+    Case {
+        input: "times in ms under the name `t_s`, to `allan`",
+        make: |dir| {
+            rest(
+                dir,
+                "t_s,wx_radps,wy_radps,wz_radps,ax_mps2,ay_mps2,az_mps2",
+                1000.0,
+            )
+        },
+        args: "allan rest.csv",
+        told: &["column 't_s'", "in ms they would be 100 samples a second"],
+        result: "refused",
+    },
+    Case {
+        input: "accelerometers in m/s2 under names of g, to `allan`",
+        make: |dir| rest(dir, "t_s,wx_radps,wy_radps,wz_radps,ax_g,ay_g,az_g", 1.0),
+        args: "allan rest.csv",
+        told: &["the accelerometers are in m/s2, not in g"],
+        result: "refused",
+    },
+    Case {
+        input: "one stamp twice in a bag",
+        make: |dir| {
+            // the stamps of the header of the samples 100 and 101 become the same
+            let mut bytes = std::fs::read(dir.join("drive.mcap")).unwrap();
+            repeat_a_stamp(&mut bytes);
+            std::fs::write(dir.join("drive.mcap"), bytes).unwrap();
+        },
+        args: "convert mcap drive.mcap --to csv --out o",
+        told: &["has the time", "--bag-time"],
+        result: "refused",
+    },
+    Case {
+        input: "a simulation into the folder of a recording",
+        make: |_| (),
+        args: "simulate --out .",
+        told: &["--out: has the file", "--force"],
+        result: "refused",
+    },
+    Case {
+        input: "a recording converted into its own folder",
+        make: |_| (),
+        args: "convert csv --header header.toml --to csv --out .",
+        told: &["--out: has the file", "--force"],
+        result: "refused",
+    },
+    Case {
+        input: "an angle random walk in deg/s/sqrt(Hz), told as deg/sqrt(h)",
+        make: |dir| {
+            let out = crate::host_sim(dir, "unit show stim300").success();
+            let unit = String::from_utf8(out.get_output().stdout.clone()).unwrap();
+            let key = "angle_random_walk_dpsqrth = 0.15";
+            assert!(unit.contains(key), "{unit}");
+            write(
+                dir,
+                "u.toml",
+                &unit.replacen(key, "angle_random_walk_dpsqrth = 0.0025", 1),
+            );
+        },
+        args: "unit check u.toml",
+        told: &[
+            "is 0.0025 deg/sqrt(h), less than gyros of 10.8 deg/h have",
+            "multiply by 60",
+        ],
+        result: "",
+    },
+];

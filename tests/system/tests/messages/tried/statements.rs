@@ -1,0 +1,220 @@
+//! Files that say of themselves what is not so: no fix, units, order, axes, clocks.
+
+use super::edits::{CONVERT, Case, STRICT, fixes, header, lines, text};
+
+pub const CASES: &[Case] = &[
+    Case {
+        input: "latitude, longitude and height 0 for the first 40 s",
+        make: |dir| {
+            lines(dir, "gnss.csv", |k, cells| {
+                if k < 40 {
+                    cells[1..4].fill("0".into());
+                }
+            });
+        },
+        args: CONVERT,
+        told: &["40 lines from 0 to 39 s are no fixes: latitude and longitude are 0"],
+        result: "36000 samples, 321 fixes",
+    },
+    Case {
+        input: "the same for 5 s in mid-drive",
+        make: |dir| {
+            lines(dir, "gnss.csv", |k, cells| {
+                if (200..205).contains(&k) {
+                    cells[1..4].fill("0.0".into());
+                }
+            });
+        },
+        args: CONVERT,
+        told: &["5 lines from 200 to 204 s are no fixes"],
+        result: "36000 samples, 356 fixes",
+    },
+    Case {
+        input: "a column `fix_type` that is 0, and `hdop` that is 99.99, without a fix",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| {
+                old.replacen("vd\n", "vd,fix_type,hdop\n", 1)
+            });
+            lines(dir, "gnss.csv", |k, cells| {
+                let (kind, dilution) = match k {
+                    0..30 => ("0", "99.99"),
+                    30..50 => ("3", "99.99"),
+                    _ => ("3", "0.8"),
+                };
+                cells.extend([kind.to_owned(), dilution.to_owned()]);
+            });
+        },
+        args: CONVERT,
+        told: &[
+            "30 lines from 0 to 29 s are no fixes: 'fix_type' is 0",
+            "20 lines from 30 to 49 s",
+        ],
+        result: "36000 samples, 311 fixes",
+    },
+    Case {
+        input: "a `status` of -1 before the first fix, as in ROS",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| {
+                old.replacen("vd\n", "vd,field.status.status\n", 1)
+            });
+            lines(dir, "gnss.csv", |k, cells| {
+                cells.push(if k < 10 { "-1" } else { "0" }.to_owned());
+            });
+        },
+        args: CONVERT,
+        told: &["10 lines from 0 to 9 s are no fixes: 'field.status.status' is -1"],
+        result: "36000 samples, 351 fixes",
+    },
+    Case {
+        input: "positions in rad, told as deg",
+        make: |dir| fixes(dir, &[1, 2], f64::to_radians),
+        args: STRICT,
+        told: &["'gnss.latitude.unit'", "the unit 'rad' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "positions in deg, told as rad",
+        make: |dir| {
+            text(dir, "header.toml", |old| {
+                old.replace("unit = 'deg'", "unit = 'rad'")
+            })
+        },
+        args: CONVERT,
+        told: &["not on Earth", "the positions are in deg"],
+        result: "refused",
+    },
+    Case {
+        input: "latitude and longitude in each other's column",
+        make: |dir| {
+            lines(dir, "gnss.csv", |_, cells| {
+                cells[2] = "113.5".into();
+                cells.swap(1, 2);
+            });
+        },
+        args: CONVERT,
+        told: &["may have changed places"],
+        result: "refused",
+    },
+    Case {
+        input: "velocities in km/h, told as m/s",
+        make: |dir| fixes(dir, &[4, 5, 6], |v| 3.6 * v),
+        args: STRICT,
+        told: &["'gnss.velocity.unit'", "the unit 'km/h' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "velocities in knots, told as m/s",
+        make: |dir| fixes(dir, &[4, 5, 6], |v| v * 3600.0 / 1852.0),
+        args: STRICT,
+        told: &["'gnss.velocity.unit'", "the unit 'knots' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "velocities east-north-up, told as ned",
+        make: |dir| {
+            fixes(dir, &[6], |v| -v);
+            lines(dir, "gnss.csv", |_, cells| cells.swap(4, 5));
+        },
+        args: STRICT,
+        told: &["'gnss.velocity.order'", "the order 'enu' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "one column named for two axes",
+        make: |dir| header(dir, "'gx', 'gy', 'gz'", "'gx', 'gy', 'gy'"),
+        args: CONVERT,
+        told: &["'imu.gyro' names column 'gy', which 'gyro' names already"],
+        result: "refused",
+    },
+    Case {
+        input: "the columns of x and z swapped",
+        make: |dir| {
+            header(dir, "'gx', 'gy', 'gz'", "'gz', 'gy', 'gx'");
+            header(dir, "'ax', 'ay', 'az'", "'az', 'ay', 'ax'");
+        },
+        args: STRICT,
+        told: &["'imu.axes'", "the axis that points down"],
+        result: "warned",
+    },
+    Case {
+        input: "rates in deg/s, told as rad/s",
+        make: |dir| {
+            lines(dir, "imu.csv", |_, cells| {
+                for cell in &mut cells[1..4] {
+                    *cell = format!("{:?}", cell.parse::<f64>().unwrap().to_degrees());
+                }
+            });
+        },
+        args: STRICT,
+        told: &["'imu.gyro.unit'", "the unit 'deg/s' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "accelerometers in g, told as m/s^2",
+        make: |dir| {
+            lines(dir, "imu.csv", |_, cells| {
+                for cell in &mut cells[4..7] {
+                    *cell = format!("{:?}", cell.parse::<f64>().unwrap() / 9.80665);
+                }
+            });
+        },
+        args: STRICT,
+        told: &["'imu.accel.unit'", "the unit 'g' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "fixes in UTC, samples in GPS time",
+        make: |dir| fixes(dir, &[0], |t| t - 18.0),
+        args: STRICT,
+        told: &[
+            "'gnss.time_offset_s'",
+            "GPS time is 18 s ahead of UTC since 2017",
+        ],
+        result: "warned",
+    },
+    Case {
+        input: "fixes in local time, 8 h ahead",
+        make: |dir| fixes(dir, &[0], |t| t + 28_800.0),
+        args: STRICT,
+        told: &[
+            "'time' has no whole second",
+            "give -28800 s",
+            "8 h is the difference of a time zone",
+        ],
+        result: "refused",
+    },
+    Case {
+        input: "times of the fixes in ms, told as s",
+        make: |dir| fixes(dir, &[0], |t| 1000.0 * (t + 400_000.0)),
+        args: STRICT,
+        told: &["'time' has no whole second"],
+        result: "refused",
+    },
+    Case {
+        input: "times of the samples in ms, told as s",
+        make: |dir| {
+            lines(dir, "imu.csv", |_, cells| {
+                cells[0] = format!("{}", 1000.0 * cells[0].parse::<f64>().unwrap());
+            });
+        },
+        args: CONVERT,
+        told: &["'imu.time' has a median step of 10 s", "'ms' would fit"],
+        result: "refused",
+    },
+    Case {
+        input: "seconds of week over the end of a week",
+        make: |dir| {
+            let week = |t: f64| (t + 604_700.0) % 604_800.0;
+            fixes(dir, &[0], week);
+            lines(dir, "imu.csv", |_, cells| {
+                cells[0] = format!("{:.2}", week(cells[0].parse().unwrap()));
+            });
+        },
+        args: CONVERT,
+        told: &[
+            "seconds of week of the samples begin anew",
+            "seconds of week of the fixes",
+        ],
+        result: "36000 samples, 361 fixes",
+    },
+];
