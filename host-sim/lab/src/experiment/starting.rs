@@ -319,4 +319,6 @@ fn no_attitude(file: &Path, progress: Progress) -> Error {
 }
 
 #[cfg(test)]
+mod sessions;
+#[cfg(test)]
 mod tests;

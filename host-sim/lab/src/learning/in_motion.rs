@@ -2,7 +2,7 @@
 //! where it is not given and the vehicle has not stood.
 //!
 //! The alignment and the detection of a standstill are the firmware's, called as its learner calls
-//! them. Fixes of position alone give velocities by their differences.
+//! them.
 
 use crate::learning::fix_learner::{arrival, firmware_fix, nav_state};
 use crate::learning::teacher::Assumptions;
@@ -12,8 +12,8 @@ use firmware::control::Way;
 use firmware::fix::Heading;
 use firmware::nav::{self, Transition};
 use host_core::inertial::ekf::InitialSigma;
-use host_core::inertial::gnss::{Fix, NOT_MEASURED};
-use host_core::inertial::session::{EPOCH_S, Session, Start};
+use host_core::inertial::gnss::Fix;
+use host_core::inertial::session::{Session, Start};
 use host_core::inertial::sins::Sins;
 use host_unit::around::Kind;
 use std::ops::Range;
@@ -46,6 +46,8 @@ pub struct Aligned {
     pub residual: f64,
     /// Number of earlier alignments that were rejected because their innovations were too large.
     pub refused: u32,
+    /// Estimated biases of the gyros, rad/s.
+    pub bias: [f64; 3],
 }
 
 /// Finds the attitude in `epochs` of a session.
@@ -69,7 +71,7 @@ pub fn align(
     let mut scratch = Transition::ZEROED;
     let n = session.samples_per_epoch();
     let due = |epoch: usize| {
-        let fix = with_velocity(session, epoch)?;
+        let fix = session.fixes.get(epoch).copied().flatten()?;
         Some((arrival(session, epoch, &fix), epoch, fix))
     };
     let mut fixes = (epochs.start + 1..=epochs.end).filter_map(due).peekable();
@@ -86,13 +88,8 @@ pub fn align(
             standing.moves();
         }
         let stationary = standing.still() >= REST_S;
-        let used = if stationary {
-            at_rest(fix, standing.gain_mps())
-        } else {
-            fix
-        };
-        let fix = firmware_fix(&used, epoch);
-        let found = motion.fix(&fix, [0.0; 2], stationary, &mut scratch);
+        let rest = at_rest(&fix, standing.gain_mps()).filter(|_| stationary);
+        let found = motion.fix(&firmware_fix(&fix, epoch), rest, [0.0; 2], &mut scratch);
         if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
             motion.heading(Heading {
                 angle: angle as f32,
@@ -145,6 +142,7 @@ fn aligned(
         way: found.way,
         residual: f64::from(found.residual),
         refused,
+        bias: std::array::from_fn(|axis| found.applied[axis].into()),
     }
 }
 
@@ -178,41 +176,10 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
     }
 }
 
-/// A fix of a vehicle that stands.
-fn at_rest(mut fix: Fix, gain_mps: f32) -> Fix {
+/// Standard deviation of the velocity of a vehicle that stands, if that is better than the fix's.
+fn at_rest(fix: &Fix, gain_mps: f32) -> Option<f32> {
     let sigma = REST_MPS.hypot(10.0 * f64::from(gain_mps));
-    if sigma < fix.sigmas[3] {
-        fix.velocity.fill(0.0);
-        fix.sigmas[3..].fill(sigma);
-    }
-    fix
-}
-
-/// The fix of an epoch with a velocity: its own, or that between the positions before and after it.
-fn with_velocity(session: &Session, epoch: usize) -> Option<Fix> {
-    let mut fix = session.fixes.get(epoch).copied().flatten()?;
-    if fix.has(3..5) {
-        return Some(fix);
-    }
-    let placed = |epoch: usize| {
-        let fix = session.fixes.get(epoch).copied().flatten()?;
-        let time = epoch as f64 * EPOCH_S - fix.age_s;
-        fix.has(0..2).then_some((time, fix))
-    };
-    let around = epoch.checked_sub(1).and_then(placed).zip(placed(epoch + 1));
-    if let Some(((from, a), (to, b))) = around {
-        let passed = to - from;
-        fix.velocity = b.position.ned_from(&a.position) / passed;
-        let level = a.has(2..3) && b.has(2..3);
-        for axis in 0..3 {
-            fix.sigmas[3 + axis] = a.sigmas[axis].hypot(b.sigmas[axis]) / passed;
-        }
-        if !level {
-            fix.velocity.z = 0.0;
-            fix.sigmas[5] = NOT_MEASURED;
-        }
-    }
-    Some(fix)
+    (sigma < fix.sigmas[3]).then_some(sigma as f32)
 }
 
 #[cfg(test)]
