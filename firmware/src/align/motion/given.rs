@@ -104,11 +104,7 @@ fn factor(tt: &OfBiases, unit: &[f32; OUTPUTS]) -> Option<Factor> {
 /// `inverse(P) - inverse(unit^2)`, as independent observations. `tt` is `P`, `of` the estimate.
 /// `None`: `P` is not positive.
 #[inline(never)]
-pub fn shown(
-    tt: &OfBiases,
-    of: &[f32; OUTPUTS],
-    unit: &[f32; OUTPUTS],
-) -> Option<Shown> {
+pub fn shown(tt: &OfBiases, of: &[f32; OUTPUTS], unit: &[f32; OUTPUTS]) -> Option<Shown> {
     let factor = &factor(tt, unit)?;
     let sum = solved(factor, core::array::from_fn(|j| of[j] / unit[j]));
     let inverse: Factor = core::array::from_fn(|j| {

@@ -133,7 +133,11 @@ pub fn errors(
         all: &mut scratch.phi,
     };
     let covariance = filter.kalman().covariance();
-    let joint = (covariance.errors(), covariance.cross(), &of_biases(filter.kalman()));
+    let joint = (
+        covariance.errors(),
+        covariance.cross(),
+        &of_biases(filter.kalman()),
+    );
     if !given_biases(joint, &map, &unit(seen.config), given) {
         return false;
     }

@@ -5,8 +5,8 @@ use super::filter::{ERRORS, Filter, Match};
 use super::level::Levelled;
 use super::start::{self, Shown, Start};
 use super::{
-    BAD_RESIDUAL, Config, FAR_M, FARS, GOOD_RESIDUAL, Given, Matching, LEAST_FIXES, LINEAR,
-    MAX_HEADING, MAX_NORM, MAX_TILT, NORM_FAILS, NORM_FLOOR, PASSES, measured,
+    BAD_RESIDUAL, Config, FAR_M, FARS, GOOD_RESIDUAL, Given, LEAST_FIXES, LINEAR, MAX_HEADING,
+    MAX_NORM, MAX_TILT, Matching, NORM_FAILS, NORM_FLOOR, PASSES, measured,
 };
 use crate::align::standstill::Sensors;
 use crate::control::Way;

@@ -51,7 +51,11 @@ impl Filter {
             all: &mut scratch.phi,
         };
         let covariance = self.kalman.covariance();
-        let joint = (covariance.errors(), covariance.cross(), &of_biases(&self.kalman));
+        let joint = (
+            covariance.errors(),
+            covariance.cross(),
+            &of_biases(&self.kalman),
+        );
         given_biases(joint, &level, &unit, given)
     }
 

@@ -11,9 +11,10 @@ use firmware::align::{Align, Sensors};
 use firmware::control::Way;
 use firmware::fix::Heading;
 use firmware::nav::{self, Transition};
+use host_core::inertial::earth::Geodetic;
 use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::gnss::Fix;
-use host_core::inertial::session::{Session, Start};
+use host_core::inertial::session::{EPOCH_S, Session, Start};
 use host_core::inertial::sins::Sins;
 use host_unit::around::Kind;
 use std::ops::Range;
@@ -68,6 +69,7 @@ pub fn align(
     };
     let mut standing = Align::new(sensors, session.lsb, session.dt);
     let mut heading = known.heading;
+    let mut rested = Rested::default();
     let mut scratch = Transition::ZEROED;
     let n = session.samples_per_epoch();
     let due = |epoch: usize| {
@@ -83,12 +85,17 @@ pub fn align(
         let Some((_, epoch, fix)) = fixes.next_if(|(after, ..)| *after <= k + 1) else {
             continue;
         };
-        let sigma = fix.start_sigmas()[3];
-        if fix.has(3..5) && fix.velocity.norm() > STANDS_MPS.max(5.0 * sigma) {
+        let still = standing.still() >= REST_S;
+        let (moves, stands) = if fix.has(3..5) {
+            let fast = fix.velocity.norm() > STANDS_MPS.max(5.0 * fix.start_sigmas()[3]);
+            (fast, !fast)
+        } else {
+            rested.by(&fix, epoch, still)
+        };
+        if moves {
             standing.moves();
         }
-        let stationary = standing.still() >= REST_S;
-        let rest = at_rest(&fix, standing.gain_mps()).filter(|_| stationary);
+        let rest = at_rest(&fix, standing.gain_mps()).filter(|_| still && stands);
         let found = motion.fix(&firmware_fix(&fix, epoch), rest, [0.0; 2], &mut scratch);
         if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
             motion.heading(Heading {
@@ -170,9 +177,31 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
         walk: [0, 1].map(|k| bias[k] * (in_run[k] * per_root_second) as f32),
         scale: [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32),
         forward: [1.0, 0.0, 0.0],
-        lever_arm_sigma: 0.0,
+        lever_arm_sigma: session.antenna_sigmas[0] as f32,
         rolls: vehicle == Kind::Land,
         stands: vehicle != Kind::Ship,
+    }
+}
+
+/// Epoch and position at which the vehicle came to rest, by a receiver without velocity.
+#[derive(Debug, Default)]
+struct Rested(Option<(usize, Geodetic)>);
+
+impl Rested {
+    /// Whether the positions say that the vehicle moves, and whether they say that it stands: they
+    /// agree for so long that a motion would have shown.
+    fn by(&mut self, fix: &Fix, epoch: usize, still: bool) -> (bool, bool) {
+        let sure = 5.0 * std::f64::consts::SQRT_2 * fix.sigmas[0].max(fix.sigmas[1]);
+        let Some((since, place)) = self.0.filter(|_| still) else {
+            self.0 = still.then_some((epoch, fix.position));
+            return (false, false);
+        };
+        let moved = fix.position.ned_from(&place).xy().norm() > sure;
+        if moved {
+            self.0 = None;
+        }
+        let long = STANDS_MPS * (epoch - since) as f64 * EPOCH_S > sure;
+        (moved, !moved && long)
     }
 }
 

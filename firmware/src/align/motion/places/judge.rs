@@ -1,11 +1,9 @@
 //! Guesses of the attitude, improved in turn, and when the best one is believed.
 
-use super::pass::{ACCEL, CONSTANTS, GYRO, N, Row};
+use super::pass::{ACCEL, CONSTANTS, GYRO, Row};
 use super::window::Node;
 use super::{LEAST, Places, Stage};
-use crate::align::motion::{
-    BAD_RESIDUAL, GOOD_RESIDUAL, MAX_HEADING, MAX_TILT, PASSES, UP,
-};
+use crate::align::motion::{BAD_RESIDUAL, GOOD_RESIDUAL, MAX_HEADING, MAX_TILT, PASSES, UP};
 use crate::nav::vector::{Q, add, dot, from_rotvec, product, renormalised, rotated, scale};
 
 /// Guesses of the heading, all around.
@@ -26,6 +24,12 @@ const SAME: f32 = 0.15;
 const RULED_OUT: f32 = 18.0;
 /// What stays the same may be so many standard deviations from what was assumed.
 const ASSUMED: f32 = 5.0;
+/// How far from the best heading its likelihood is tried, rad, and where: on both sides of it, and
+/// at the best itself.
+const PROBE: f32 = 0.2;
+const PROBES: [f32; 3] = [0.0, PROBE, -PROBE];
+/// Of the observations, those that are spent on what is estimated.
+const SPENT: f32 = 15.0;
 /// Observations that what the receiver says of its noise counts for.
 const TOLD: f32 = 10.0;
 /// The receiver's errors last: they are never believed to be smaller than this share of what it
@@ -110,7 +114,7 @@ impl Places {
             self.guess();
         }
         self.upto = self.window.nodes().len();
-        self.begin_pass(0);
+        self.begin_pass(0, None);
         self.stage = Stage::Guess(0, 0);
     }
 
@@ -143,74 +147,104 @@ impl Places {
         self.guessing = true;
     }
 
+    /// A pass about a guess; or with its heading held, turned by so much.
     #[inline(never)]
-    fn begin_pass(&mut self, guess: usize) {
+    fn begin_pass(&mut self, guess: usize, held: Option<f32>) {
         let Some(guess) = self.guesses.get(guess) else {
             return;
         };
-        let assumed = self.assumed(&guess.constants);
+        let assumed = self.assumed();
+        let turn = held.map_or(0.0, f64::from);
+        let q = product(from_rotvec([0.0, 0.0, turn]), guess.q);
         if let Some(next) = self.window.nodes().first() {
-            let from = (guess.q, &guess.constants);
+            let from = (q, &guess.constants, held.is_some());
             self.pass.begin(from, (self.window.first(), next), &assumed);
         }
     }
 
     /// Advances by one interval.
     pub(super) fn step(&mut self) {
-        let (guess, at) = match self.stage {
-            Stage::Waits | Stage::Good(..) => return,
-            Stage::Guess(guess, at) | Stage::Best(guess, at) => (guess, at),
+        let (Stage::Guess(guess, at) | Stage::Probe(_, guess, at) | Stage::Best(guess, at)) =
+            self.stage
+        else {
+            return;
         };
-        if self.interval(guess, at) {
-            let next = at + 1;
-            self.stage = match self.stage {
-                Stage::Guess(..) => Stage::Guess(guess, next),
-                _ => Stage::Best(guess, next),
-            };
-        } else if let Stage::Guess(..) = self.stage {
-            self.end_guess(guess);
-        } else {
-            self.end_round(guess, at);
-        }
+        let goes_on = self.interval(at);
+        let next = at + 1;
+        self.stage = match self.stage {
+            Stage::Guess(..) if goes_on => Stage::Guess(guess, next),
+            Stage::Probe(which, ..) if goes_on => Stage::Probe(which, guess, next),
+            Stage::Best(..) if goes_on => Stage::Best(guess, next),
+            Stage::Guess(..) => self.end_guess(guess),
+            Stage::Probe(which, ..) => self.end_probe(which, guess),
+            _ => self.end_round(guess, at),
+        };
     }
 
     /// One interval of a pass. False: there is none.
     #[inline(never)]
-    fn interval(&mut self, guess: usize, at: usize) -> bool {
+    fn interval(&mut self, at: usize) -> bool {
         let nodes = self.window.nodes().get(..self.upto).unwrap_or_default();
-        let (Some(node), Some(of)) = (nodes.get(at), self.guesses.get(guess)) else {
+        let Some(node) = nodes.get(at) else {
             return false;
         };
-        let assumed = self.assumed(&of.constants);
+        let assumed = self.assumed();
         self.pass.interval(node, &self.earth, &assumed);
         self.pass.observe(node, &assumed);
         if let Some((heading, _)) = self.given.filter(|(_, given)| *given == at) {
             let variance = heading.sigma * heading.sigma;
-            self.pass.heading(self.config.forward, heading.angle, variance);
+            self.pass
+                .heading(self.config.forward, heading.angle, variance);
         }
         true
     }
 
-    /// A pass is over.
+    /// A pass about a guess is over: what comes next.
     #[inline(never)]
-    fn end_guess(&mut self, index: usize) {
+    fn end_guess(&mut self, index: usize) -> Stage {
         if let Some(guess) = self.guesses.get_mut(index) {
             guess.cost = self.pass.cost;
             guess.moves(&self.pass.x);
             let whole = guess.q.iter().all(|x| x.is_finite()) && guess.cost.is_finite();
             if !whole {
                 self.guessing = false;
-                self.stage = Stage::Waits;
-                return;
+                return Stage::Waits;
             }
         }
-        if index + 1 < GUESSES {
-            self.begin_pass(index + 1);
-            self.stage = Stage::Guess(index + 1, 0);
+        let next = index + 1;
+        if next < GUESSES {
+            self.begin_pass(next, None);
+            return Stage::Guess(next, 0);
+        }
+        let best = self.best();
+        self.begin_pass(best, Some(PROBES[0]));
+        Stage::Probe(0, best, 0)
+    }
+
+    /// A pass with the heading held is over: what comes next.
+    #[inline(never)]
+    fn end_probe(&mut self, which: usize, best: usize) -> Stage {
+        if let Some(cost) = self.probes.get_mut(which) {
+            *cost = self.pass.cost;
+        }
+        let held = PROBES.get(which + 1).copied();
+        self.begin_pass(best, held);
+        if held.is_some() {
+            Stage::Probe(which + 1, best, 0)
         } else {
-            let best = self.best();
-            self.begin_pass(best);
-            self.stage = Stage::Best(best, 0);
+            Stage::Best(best, 0)
+        }
+    }
+
+    /// Standard deviation of the heading by its likelihood beside the best one, rad: the linear
+    /// equations are too sure of it while the tilt is as large as the accelerations.
+    fn by_likelihood(&self) -> f32 {
+        let [best, right, left] = self.probes;
+        let less = right.min(left) - best;
+        if less > 0.0 {
+            PROBE / libm::sqrtf(less)
+        } else {
+            f32::INFINITY
         }
     }
 
@@ -228,27 +262,33 @@ impl Places {
 
     /// The best guess has been gone over once more: judges it.
     #[inline(never)]
-    fn end_round(&mut self, best: usize, next: usize) {
-        self.stage = Stage::Waits;
+    fn end_round(&mut self, best: usize, next: usize) -> Stage {
         let Some(guess) = self.guesses.get_mut(best) else {
-            return;
+            return Stage::Waits;
         };
         let (cost, pass) = (guess.cost, &self.pass);
         guess.moves(&pass.x);
         guess.cost = pass.cost;
-        self.residual = pass.residual();
+        // by what the receiver says
+        self.residual = pass.residual() * self.noise;
         let passes = guess.passes;
-        let squares = self.residual * pass.count() * self.noise;
-        let noise = (TOLD + squares) / (TOLD + pass.count());
+        let squares = self.residual * pass.count();
+        let noise = (TOLD + squares) / (TOLD + (pass.count() - SPENT).max(0.0));
         if passes >= PATIENCE && self.residual > BAD_RESIDUAL {
             self.refuse();
-            return;
+            return Stage::Waits;
         }
         let good = self.is_good(best, cost);
-        self.noise = noise.max(LEAST_NOISE);
-        self.passes = if good { self.passes.saturating_add(1) } else { 0 };
+        self.noise = noise.clamp(LEAST_NOISE, GOOD_RESIDUAL);
+        self.passes = if good {
+            self.passes.saturating_add(1)
+        } else {
+            0
+        };
         if self.passes >= PASSES {
-            self.stage = Stage::Good(best, next);
+            Stage::Good(best, next)
+        } else {
+            Stage::Waits
         }
     }
 
@@ -256,6 +296,9 @@ impl Places {
         let pass = &self.pass;
         let sigma = |i: usize| libm::sqrtf(pass.variance(&pass.attitude_row(i)));
         let (tilt, heading) = (sigma(0).max(sigma(1)), sigma(2));
+        let by_likelihood = self.by_likelihood();
+        self.doubt = (by_likelihood / heading).max(1.0);
+        let heading = heading.max(by_likelihood);
         self.heading_sigma = heading;
         let Some(guess) = self.guesses.get(best) else {
             return false;
@@ -270,16 +313,14 @@ impl Places {
             && heading <= MAX_HEADING
             && tilt <= MAX_TILT
             && self.residual <= GOOD_RESIDUAL
-            && self.fits(&guess.constants)
+            && self.fits(guess)
     }
 
     /// Whether what was found is as large as was assumed. The gyros' biases may be larger.
-    fn fits(&self, constants: &[f32; CONSTANTS]) -> bool {
-        let assumed = self.assumed(constants);
-        let pairs = constants.iter().zip(&assumed.sigma).skip(ACCEL);
-        pairs.fold(true, |all, (x, sigma)| {
-            all & (x.abs() <= ASSUMED * sigma)
-        })
+    fn fits(&self, guess: &Guess) -> bool {
+        let assumed = self.assumed();
+        let pairs = guess.constants.iter().zip(&assumed.sigma).skip(ACCEL);
+        pairs.fold(true, |all, (x, sigma)| all & (x.abs() <= ASSUMED * sigma))
     }
 
     /// Sensors and fixes contradict each other.
@@ -289,5 +330,3 @@ impl Places {
         self.refused = refused;
     }
 }
-
-const _: () = assert!(N > CONSTANTS);

@@ -7,10 +7,11 @@
 //! around, are each improved by passes over all of it ([`pass`]), in which the gyros' biases, a
 //! lever arm and a delay are found too. So no error of a start is left in linear equations. The
 //! guess under which the fixes are the most likely is believed if every other one has come to the
-//! same attitude, or is far less likely ([`judge`]).
+//! same attitude, or is far less likely ([`judge`]). How well its heading is known is asked of the
+//! likelihood itself, beside it.
 //!
-//! A bias has a prior with heavy tails (Student's t): one that is many times the datasheet's is
-//! unlikely, and found nevertheless. What the receiver says of its noise is corrected by what the
+//! The gyros' biases may be ten times as large as the datasheet says: what is not seen of them is
+//! not believed. What the receiver says of its noise is corrected by what the
 //! fixes show.
 //!
 //! A pass is long. So it advances by one interval at a time between the samples: how far it is
@@ -27,10 +28,10 @@ use super::take::Found;
 use super::{Config, FAR_M, Progress};
 use crate::control::Way;
 use crate::fix::{Fix, Heading, Position};
+use crate::nav::State;
 use crate::nav::earth::Local;
 use crate::nav::gather::Gather;
 use crate::nav::vector::{add, from_rotvec, narrow, product, renormalised, rotated, scale};
-use crate::nav::State;
 use crate::sample::Counts;
 use judge::{GUESSES, Guess};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
@@ -45,8 +46,11 @@ const LEAST: usize = 4;
 const LONGEST_S: f32 = 5.0;
 /// Errors of the times of the fixes, s (assumed).
 const TIMING_S: f32 = 0.03;
-/// Degrees of freedom of the gyros' prior.
-const TAILS: f32 = 3.0;
+/// The gyros' biases may be larger than the datasheet's by this: datasheets tell the typical one at
+/// best, and sensors age.
+const WIDE: f32 = 10.0;
+/// But hardly than this, rad/s: 3 deg/s (assumed).
+const WIDEST: f32 = 0.05;
 /// The smallest prior of a lever arm, m, and of what is in proportion, so that nothing is exact.
 const SOME: [f32; 2] = [0.02, 1e-5];
 /// Standard deviation of a height that the receiver does not measure, m.
@@ -59,6 +63,8 @@ enum Stage {
     Waits,
     /// A guess, and the next interval of its pass.
     Guess(usize, usize),
+    /// The best guess with its heading held: the probe, the guess, and the next interval.
+    Probe(usize, usize, usize),
     /// The best guess once more, to be judged.
     Best(usize, usize),
     /// The best guess is good: the next fix starts with it. The next interval of its pass.
@@ -90,6 +96,10 @@ pub struct Places {
     age_sigma: f32,
     /// A heading that was given, and the interval after which.
     given: Option<(Heading, usize)>,
+    /// Costs of the probes.
+    probes: [f32; 3],
+    /// The heading's standard deviation by that of the linear equations, >= 1.
+    doubt: f32,
     heading_sigma: f32,
     residual: f32,
     /// Rounds in a row that passed all tests.
@@ -124,6 +134,8 @@ impl Places {
             noise: 1.0,
             age_sigma: 0.0,
             given: None,
+            probes: [0.0; 3],
+            doubt: 1.0,
             heading_sigma: f32::INFINITY,
             residual: 0.0,
             passes: 0,
@@ -234,8 +246,8 @@ impl Places {
         if let Some(heading) = fix.heading {
             self.heading(heading);
         }
-        if let Stage::Good(guess, next) = self.stage {
-            let found = self.hand_over(fix, age[0], guess, next, scratch);
+        if let Stage::Good(_, next) = self.stage {
+            let found = self.hand_over(fix, age[0], next, scratch);
             self.begin_round();
             return found;
         }
@@ -260,7 +272,11 @@ impl Places {
         let [a, b, c, d, e, f] = self.known;
         gather.set_estimate([[a, b, c], [d, e, f]]);
         self.gather = Some(gather);
-        let height = if fix.has(2..3) { fix.position.height } else { 0.0 };
+        let height = if fix.has(2..3) {
+            fix.position.height
+        } else {
+            0.0
+        };
         let here = Local::at(fix.position.latitude, height);
         let [n, _, d] = here.omega_ie();
         self.earth = Earth {
@@ -279,15 +295,14 @@ impl Places {
         }
     }
 
-    /// What is assumed, with the biases of a guess: a bias beyond the datasheet's widens its prior.
-    fn assumed(&self, constants: &[f32; CONSTANTS]) -> Assumed {
+    /// What is assumed of sensors and receiver.
+    fn assumed(&self) -> Assumed {
         let config = &self.config;
         let noise = &config.navigator.noise;
+        let [gyro, accel] = config.bias;
         let mut sigma = [0.0; CONSTANTS];
         for i in 0..3 {
-            let [gyro, accel] = config.bias;
-            let bias = constants[GYRO + i] / gyro;
-            sigma[GYRO + i] = gyro * libm::sqrtf((TAILS + bias * bias) / (TAILS + 1.0));
+            sigma[GYRO + i] = (WIDE * gyro).min(WIDEST).max(gyro);
             sigma[SPIN + i] = config.scale[0].max(SOME[1]);
             sigma[ACCEL + i] = accel;
             sigma[ARM + i] = config.lever_arm_sigma.max(SOME[0]);
@@ -308,11 +323,10 @@ impl Places {
         &mut self,
         fix: &Fix,
         age: f32,
-        guess: usize,
         next: usize,
         scratch: &mut Transition<9>,
     ) -> Option<Found> {
-        let assumed = self.assumed(&self.guesses.get(guess)?.constants);
+        let assumed = self.assumed();
         let nodes = self.window.nodes();
         for node in nodes.get(next..)? {
             self.pass.interval(node, &self.earth, &assumed);
@@ -322,8 +336,9 @@ impl Places {
         if rest.time > 0.0 {
             self.pass.interval(&rest, &self.earth, &assumed);
         }
+        let rows: [Row; 3] = core::array::from_fn(|i| self.pass.attitude_row(i));
+        self.pass.inflate(&rows[2], self.doubt * self.doubt - 1.0);
         let pass = &self.pass;
-        let rows: [Row; 3] = core::array::from_fn(|i| pass.attitude_row(i));
         let phi = core::array::from_fn(|i| f64::from(inner(&rows[i], &pass.x)));
         let q_bn = renormalised(product(from_rotvec(phi), pass.q));
         let velocity = pass.estimated_velocity().map(f64::from);
@@ -332,7 +347,7 @@ impl Places {
         let position = (fix.position).displaced(add(ahead, rotated(q_bn, arm)));
         let unit = core::array::from_fn(|j| assumed.sigma[constant(j)]);
         let mut estimate: [f32; OUTPUTS] = core::array::from_fn(|j| pass.constant(constant(j)));
-        let [heading_sigma, residual] = [libm::sqrtf(pass.variance(&rows[2])), pass.residual()];
+        let [heading_sigma, residual] = [libm::sqrtf(pass.variance(&rows[2])), self.residual];
         if !errors(pass, &rows, &unit, fix, scratch) {
             return None;
         }
@@ -409,7 +424,11 @@ fn errors(
         return false;
     }
     for (k, sigma) in fix.sigmas.iter().take(3).enumerate() {
-        let sigma = if sigma.is_finite() { *sigma } else { ANY_HEIGHT };
+        let sigma = if sigma.is_finite() {
+            *sigma
+        } else {
+            ANY_HEIGHT
+        };
         scratch.q[6 + k][6 + k] = sigma * sigma;
         scratch.phi[6 + k][6 + k] = sigma * sigma;
     }

@@ -38,6 +38,8 @@ pub const POSITION: usize = 22;
 /// Standard deviation of the attitude about a guess, rad. Each pass forgets the one before, so that
 /// it only bounds the step.
 const ATTITUDE: f32 = 0.5;
+/// The same of a heading that is held, rad.
+const HELD: f32 = 1e-3;
 /// Standard deviation of a velocity before the first interval, m/s: it may have turned.
 const ANY_VELOCITY: f32 = 2.0;
 /// Velocity that vibration adds, m/s in the root of a second (assumed).
@@ -113,10 +115,11 @@ impl Pass {
     };
 
     /// Begins at the first fix of a window with a guess. `next` is the interval that follows.
+    /// `held`: the heading is not improved.
     #[inline(never)]
     pub fn begin(
         &mut self,
-        (q, constants): (Q, &[f32; CONSTANTS]),
+        (q, constants, held): (Q, &[f32; CONSTANTS], bool),
         (first, next): (&Node, &Node),
         assumed: &Assumed,
     ) {
@@ -138,7 +141,9 @@ impl Pass {
             10.0 * level + 2.0 * (arm + dot(assumed.arm, assumed.arm)),
         ];
         for i in 0..N {
-            let sigma = if i < GYRO {
+            let sigma = if held && i == 2 {
+                HELD
+            } else if i < GYRO {
                 free[0]
             } else if i < CONSTANTS {
                 // the mean of the prior is zero
@@ -201,19 +206,20 @@ impl Pass {
             scale(back(&axes, frame), t),
         );
         // a rotation that is wrong by so much turns what was gained on the way
+        let turn = add(node.turn, scale(wrong, -1.0));
+        let [of_gain, of_way] = constant_in(turn, t, accel);
         let gain = add(
             add(node.gain, scale(cross(wrong, node.gain), -0.5)),
-            scale(accel, -t),
+            scale(of_gain, -1.0),
         );
         let way = add(
             add(node.way, scale(cross(wrong, node.way), -1.0 / 3.0)),
-            scale(accel, -0.5 * t * t),
+            scale(of_way, -1.0),
         );
         let (gain, way) = (turned(&axes, gain), turned(&axes, way));
-        let turn = add(node.turn, scale(wrong, -1.0));
         let q = product(self.q, from_rotvec(turn.map(f64::from)));
         let after = matrix32(q.map(|part| part as f32));
-        let rows = self.rows((&axes, &after), (gain, way), [t, spin]);
+        let rows = self.rows((&axes, &after), (gain, way), turn, [t, spin]);
         self.propagate(&rows);
         self.q = q;
         // north, east, down of the reference
@@ -232,6 +238,7 @@ impl Pass {
         &mut self,
         (axes, after): (&[V32; 3], &[V32; 3]),
         (gain, way): (V32, V32),
+        turn: V32,
         [t, spin]: [f32; 2],
     ) -> [Row; 6] {
         let mut rows = [[0.0; N]; 6];
@@ -248,8 +255,7 @@ impl Pass {
         for (j, by) in self.by.iter_mut().enumerate() {
             let (j3, size) = if j < 3 { (j, t) } else { (j - 3, spin) };
             // the mean axis over the interval
-            let grows: V32 =
-                core::array::from_fn(|i| -0.5 * size * (axes[i][j3] + after[i][j3]));
+            let grows: V32 = core::array::from_fn(|i| -0.5 * size * (axes[i][j3] + after[i][j3]));
             let half = add(*by, scale(grows, 0.5));
             let third = add(*by, scale(grows, 1.0 / 3.0));
             put(GYRO + j, cross(half, gain), cross(third, way));
@@ -261,8 +267,8 @@ impl Pass {
             let (of_gain, of_way) = (cross(unit, gain), cross(unit, way));
             put(j, of_gain, of_way);
             put(WALK + j, of_gain, of_way);
-            let axis: V32 = core::array::from_fn(|i| axes[i][j]);
-            put(ACCEL + j, scale(axis, -t), scale(axis, -0.5 * t * t));
+            let [of_gain, of_way] = constant_in(turn, t, unit).map(|v| turned(axes, v));
+            put(ACCEL + j, scale(of_gain, -1.0), scale(of_way, -1.0));
             put(VELOCITY + j, unit, scale(unit, t));
             put(POSITION + j, [0.0; 3], unit);
         }
@@ -343,8 +349,7 @@ impl Pass {
             }
             // phi x arm
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let mut row: Row =
-                core::array::from_fn(|n| rows[j][n] * arm[k] - rows[k][n] * arm[j]);
+            let mut row: Row = core::array::from_fn(|n| rows[j][n] * arm[k] - rows[k][n] * arm[j]);
             row[POSITION + i] = 1.0;
             for n in 0..3 {
                 row[ARM + n] = axes[i][n];
@@ -408,6 +413,18 @@ impl Pass {
         }
     }
 
+    /// Makes the variance of a combination larger by a factor of 1 + `by`, and all that is
+    /// correlated with it accordingly.
+    pub fn inflate(&mut self, row: &Row, by: f32) {
+        let column: Row = core::array::from_fn(|i| product_of(&self.p[i], row));
+        let per = by / product_of(&column, row).max(1e-12);
+        for i in 0..N {
+            for j in 0..N {
+                self.p[i][j] += per * column[i] * column[j];
+            }
+        }
+    }
+
     /// Variance of a combination of the errors.
     pub fn variance(&self, row: &Row) -> f32 {
         self.covariance(row, row).max(0.0)
@@ -418,6 +435,23 @@ impl Pass {
         let pairs = a.iter().zip(&self.p);
         pairs.fold(0.0, |sum, (a, p)| sum + a * product_of(p, b))
     }
+}
+
+/// Velocity and way by a constant acceleration in axes that turn by `turn` in the time `t`, in the
+/// axes at the beginning.
+fn constant_in(turn: V32, t: f32, accel: V32) -> [V32; 2] {
+    let once = cross(turn, accel);
+    let twice = cross(turn, once);
+    let sum = |[a, b, c]: [f32; 3], by: f32| {
+        scale(
+            add(add(scale(accel, a), scale(once, b)), scale(twice, c)),
+            by,
+        )
+    };
+    [
+        sum([1.0, 1.0 / 2.0, 1.0 / 6.0], t),
+        sum([1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0], t * t),
+    ]
 }
 
 /// A vector in the axes of `m`'s rows.

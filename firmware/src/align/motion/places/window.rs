@@ -4,9 +4,9 @@ use crate::nav::gather::Piece;
 use crate::nav::vector::{Q, V, V32, add, from_rotvec, narrow, product, rotated, scale};
 
 /// Intervals between fixes that are kept.
-pub const NODES: usize = 48;
-/// Pieces that wait for a fix: 1.25 s and more.
-const PIECES: usize = 28;
+pub const NODES: usize = 40;
+/// Pieces that wait for a fix: 1.2 s.
+const PIECES: usize = 24;
 /// The shortest interval between two fixes that are used, s.
 const LEAST_S: f32 = 0.3;
 
