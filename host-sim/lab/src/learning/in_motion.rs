@@ -49,6 +49,8 @@ pub struct Aligned {
     pub refused: u32,
     /// Estimated biases of the gyros, rad/s.
     pub bias: [f64; 3],
+    /// The largest of them by the standard deviation of the datasheet.
+    pub beyond: f64,
 }
 
 /// Finds the attitude in `epochs` of a session.
@@ -110,6 +112,7 @@ pub fn align(
                 k + 1,
                 (&found, &scratch),
                 motion.progress().refused,
+                assumptions.prior.gyro_bias,
             );
             if found.epoch <= epochs.end {
                 return Ok(found);
@@ -125,6 +128,7 @@ fn aligned(
     after: usize,
     (found, scratch): (&Found, &Transition),
     refused: u32,
+    datasheet: f64,
 ) -> Aligned {
     let n = session.samples_per_epoch();
     let epoch = after.div_ceil(n);
@@ -133,6 +137,7 @@ fn aligned(
     for increment in session.navigable(rest.iter().copied()) {
         sins.step(&increment, session.step_s());
     }
+    let bias: [f64; 3] = std::array::from_fn(|axis| found.applied[axis].into());
     let sigmas = Found::sigmas(scratch).map(f64::from);
     let largest = |range: Range<usize>| sigmas[range].iter().copied().fold(0.0, f64::max);
     Aligned {
@@ -149,7 +154,8 @@ fn aligned(
         way: found.way,
         residual: f64::from(found.residual),
         refused,
-        bias: std::array::from_fn(|axis| found.applied[axis].into()),
+        bias,
+        beyond: bias.iter().fold(0.0, |most, b| b.abs().max(most)) / datasheet,
     }
 }
 

@@ -24,10 +24,6 @@ const SAME: f32 = 0.15;
 const RULED_OUT: f32 = 18.0;
 /// What stays the same may be so many standard deviations from what was assumed.
 const ASSUMED: f32 = 5.0;
-/// How far from the best heading its likelihood is tried, rad, and where: on both sides of it, and
-/// at the best itself.
-const PROBE: f32 = 0.2;
-const PROBES: [f32; 3] = [0.0, PROBE, -PROBE];
 /// Of the observations, those that are spent on what is estimated.
 const SPENT: f32 = 15.0;
 /// Observations that what the receiver says of its noise counts for.
@@ -114,7 +110,7 @@ impl Places {
             self.guess();
         }
         self.upto = self.window.nodes().len();
-        self.begin_pass(0, None);
+        self.begin_pass(0);
         self.stage = Stage::Guess(0, 0);
     }
 
@@ -147,36 +143,29 @@ impl Places {
         self.guessing = true;
     }
 
-    /// A pass about a guess; or with its heading held, turned by so much.
     #[inline(never)]
-    fn begin_pass(&mut self, guess: usize, held: Option<f32>) {
+    fn begin_pass(&mut self, guess: usize) {
         let Some(guess) = self.guesses.get(guess) else {
             return;
         };
         let assumed = self.assumed();
-        let turn = held.map_or(0.0, f64::from);
-        let q = product(from_rotvec([0.0, 0.0, turn]), guess.q);
         if let Some(next) = self.window.nodes().first() {
-            let from = (q, &guess.constants, held.is_some());
+            let from = (guess.q, &guess.constants);
             self.pass.begin(from, (self.window.first(), next), &assumed);
         }
     }
 
     /// Advances by one interval.
     pub(super) fn step(&mut self) {
-        let (Stage::Guess(guess, at) | Stage::Probe(_, guess, at) | Stage::Best(guess, at)) =
-            self.stage
-        else {
+        let (Stage::Guess(guess, at) | Stage::Best(guess, at)) = self.stage else {
             return;
         };
         let goes_on = self.interval(at);
         let next = at + 1;
         self.stage = match self.stage {
             Stage::Guess(..) if goes_on => Stage::Guess(guess, next),
-            Stage::Probe(which, ..) if goes_on => Stage::Probe(which, guess, next),
             Stage::Best(..) if goes_on => Stage::Best(guess, next),
             Stage::Guess(..) => self.end_guess(guess),
-            Stage::Probe(which, ..) => self.end_probe(which, guess),
             _ => self.end_round(guess, at),
         };
     }
@@ -213,39 +202,12 @@ impl Places {
         }
         let next = index + 1;
         if next < GUESSES {
-            self.begin_pass(next, None);
+            self.begin_pass(next);
             return Stage::Guess(next, 0);
         }
         let best = self.best();
-        self.begin_pass(best, Some(PROBES[0]));
-        Stage::Probe(0, best, 0)
-    }
-
-    /// A pass with the heading held is over: what comes next.
-    #[inline(never)]
-    fn end_probe(&mut self, which: usize, best: usize) -> Stage {
-        if let Some(cost) = self.probes.get_mut(which) {
-            *cost = self.pass.cost;
-        }
-        let held = PROBES.get(which + 1).copied();
-        self.begin_pass(best, held);
-        if held.is_some() {
-            Stage::Probe(which + 1, best, 0)
-        } else {
-            Stage::Best(best, 0)
-        }
-    }
-
-    /// Standard deviation of the heading by its likelihood beside the best one, rad: the linear
-    /// equations are too sure of it while the tilt is as large as the accelerations.
-    fn by_likelihood(&self) -> f32 {
-        let [best, right, left] = self.probes;
-        let less = right.min(left) - best;
-        if less > 0.0 {
-            PROBE / libm::sqrtf(less)
-        } else {
-            f32::INFINITY
-        }
+        self.begin_pass(best);
+        Stage::Best(best, 0)
     }
 
     /// The most likely guess.
@@ -296,9 +258,6 @@ impl Places {
         let pass = &self.pass;
         let sigma = |i: usize| libm::sqrtf(pass.variance(&pass.attitude_row(i)));
         let (tilt, heading) = (sigma(0).max(sigma(1)), sigma(2));
-        let by_likelihood = self.by_likelihood();
-        self.doubt = (by_likelihood / heading).max(1.0);
-        let heading = heading.max(by_likelihood);
         self.heading_sigma = heading;
         let Some(guess) = self.guesses.get(best) else {
             return false;

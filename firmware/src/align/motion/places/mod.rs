@@ -7,8 +7,7 @@
 //! around, are each improved by passes over all of it ([`pass`]), in which the gyros' biases, a
 //! lever arm and a delay are found too. So no error of a start is left in linear equations. The
 //! guess under which the fixes are the most likely is believed if every other one has come to the
-//! same attitude, or is far less likely ([`judge`]). How well its heading is known is asked of the
-//! likelihood itself, beside it.
+//! same attitude, or is far less likely ([`judge`]).
 //!
 //! The gyros' biases may be ten times as large as the datasheet says: what is not seen of them is
 //! not believed. What the receiver says of its noise is corrected by what the
@@ -63,8 +62,6 @@ enum Stage {
     Waits,
     /// A guess, and the next interval of its pass.
     Guess(usize, usize),
-    /// The best guess with its heading held: the probe, the guess, and the next interval.
-    Probe(usize, usize, usize),
     /// The best guess once more, to be judged.
     Best(usize, usize),
     /// The best guess is good: the next fix starts with it. The next interval of its pass.
@@ -96,10 +93,6 @@ pub struct Places {
     age_sigma: f32,
     /// A heading that was given, and the interval after which.
     given: Option<(Heading, usize)>,
-    /// Costs of the probes.
-    probes: [f32; 3],
-    /// The heading's standard deviation by that of the linear equations, >= 1.
-    doubt: f32,
     heading_sigma: f32,
     residual: f32,
     /// Rounds in a row that passed all tests.
@@ -134,8 +127,6 @@ impl Places {
             noise: 1.0,
             age_sigma: 0.0,
             given: None,
-            probes: [0.0; 3],
-            doubt: 1.0,
             heading_sigma: f32::INFINITY,
             residual: 0.0,
             passes: 0,
@@ -337,7 +328,6 @@ impl Places {
             self.pass.interval(&rest, &self.earth, &assumed);
         }
         let rows: [Row; 3] = core::array::from_fn(|i| self.pass.attitude_row(i));
-        self.pass.inflate(&rows[2], self.doubt * self.doubt - 1.0);
         let pass = &self.pass;
         let phi = core::array::from_fn(|i| f64::from(inner(&rows[i], &pass.x)));
         let q_bn = renormalised(product(from_rotvec(phi), pass.q));

@@ -38,14 +38,14 @@ pub const POSITION: usize = 22;
 /// Standard deviation of the attitude about a guess, rad. Each pass forgets the one before, so that
 /// it only bounds the step.
 const ATTITUDE: f32 = 0.5;
-/// The same of a heading that is held, rad.
-const HELD: f32 = 1e-3;
 /// Standard deviation of a velocity before the first interval, m/s: it may have turned.
 const ANY_VELOCITY: f32 = 2.0;
 /// Velocity that vibration adds, m/s in the root of a second (assumed).
 const VIBRATION: f32 = 0.01;
 /// Rotation of a vehicle that stands, by people and wind, rad (assumed).
 const SWAY: f32 = 5e-4;
+/// A vehicle that may move turns about a point that is so far away at least, m (assumed).
+const TURNS_M: f32 = 4.0;
 /// An observation farther from its prediction than this, in squared standard deviations, counts as
 /// if it were so far.
 const GATE: f32 = 25.0;
@@ -115,11 +115,10 @@ impl Pass {
     };
 
     /// Begins at the first fix of a window with a guess. `next` is the interval that follows.
-    /// `held`: the heading is not improved.
     #[inline(never)]
     pub fn begin(
         &mut self,
-        (q, constants, held): (Q, &[f32; CONSTANTS], bool),
+        (q, constants): (Q, &[f32; CONSTANTS]),
         (first, next): (&Node, &Node),
         assumed: &Assumed,
     ) {
@@ -141,9 +140,7 @@ impl Pass {
             10.0 * level + 2.0 * (arm + dot(assumed.arm, assumed.arm)),
         ];
         for i in 0..N {
-            let sigma = if held && i == 2 {
-                HELD
-            } else if i < GYRO {
+            let sigma = if i < GYRO {
                 free[0]
             } else if i < CONSTANTS {
                 // the mean of the prior is zero
@@ -376,7 +373,9 @@ impl Pass {
                 let mut row = [0.0; N];
                 (row[GYRO + i], row[SPIN + i]) = (node.time, spin);
                 let known = self.constants[GYRO + i] * node.time + self.constants[SPIN + i] * spin;
-                self.take(&row, node.turn[i] - known, 2.0 * SWAY * SWAY + noise);
+                let turns = node.rest / TURNS_M * node.time;
+                let variance = 2.0 * SWAY * SWAY + turns * turns + noise;
+                self.take(&row, node.turn[i] - known, variance);
             }
         }
     }
@@ -409,18 +408,6 @@ impl Pass {
             self.x[i] += k * left;
             for j in 0..N {
                 self.p[i][j] -= k * column[j];
-            }
-        }
-    }
-
-    /// Makes the variance of a combination larger by a factor of 1 + `by`, and all that is
-    /// correlated with it accordingly.
-    pub fn inflate(&mut self, row: &Row, by: f32) {
-        let column: Row = core::array::from_fn(|i| product_of(&self.p[i], row));
-        let per = by / product_of(&column, row).max(1e-12);
-        for i in 0..N {
-            for j in 0..N {
-                self.p[i][j] += per * column[i] * column[j];
             }
         }
     }

@@ -10,6 +10,9 @@ const PIECES: usize = 24;
 /// The shortest interval between two fixes that are used, s.
 const LEAST_S: f32 = 0.3;
 
+/// Fixes after which a standstill is believed.
+const LATE: usize = 2;
+
 /// An interval between two fixes, and the fix at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
@@ -120,6 +123,9 @@ pub struct Window {
     /// The fix at its beginning.
     first: Node,
     begun: bool,
+    /// Standstills of the last fixes, newest first: one counts when the vehicle stands at those
+    /// after it too, since a departure shows late.
+    rests: [f32; LATE],
     /// Pieces after the last fix that are older than those of the ring.
     open: Sum,
     ring: [Short; PIECES],
@@ -135,6 +141,7 @@ impl Window {
         count: 0,
         first: Node::EMPTY,
         begun: false,
+        rests: [f32::INFINITY; LATE],
         open: Sum::ZERO,
         ring: [Short {
             turn: [0.0; 3],
@@ -181,7 +188,6 @@ impl Window {
         let late = self.close(place.age);
         let mut node = self.open.node();
         (node.place, node.sigma, node.late) = (place.at, place.sigma, late);
-        node.rest = place.rest;
         if !self.begun {
             self.begun = true;
             self.first = node;
@@ -194,7 +200,19 @@ impl Window {
             return false;
         }
         self.open = Sum::ZERO;
+        self.stands(place.rest);
         true
+    }
+
+    /// The vehicle stands at the last fix, or not.
+    fn stands(&mut self, rest: f32) {
+        let stood = self.rests.iter().all(|rest| rest.is_finite()) && rest.is_finite();
+        let before = (self.count.checked_sub(1 + LATE)).and_then(|at| self.nodes.get_mut(at));
+        if let (true, Some(node)) = (stood, before) {
+            node.rest = self.rests[LATE - 1];
+        }
+        self.rests.copy_within(..LATE - 1, 1);
+        self.rests[0] = rest;
     }
 
     /// The first interval is forgotten, and given back.
