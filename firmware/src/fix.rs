@@ -107,6 +107,16 @@ impl Fix {
         self.has(3..6).then_some((speed, sigma))
     }
 
+    /// The fix of a vehicle that stands: its velocity is zero, with this standard deviation, m/s.
+    #[must_use]
+    pub fn at_rest(&self, sigma: f32) -> Fix {
+        let mut fix = *self;
+        fix.velocity = [0.0; 3];
+        let [.., x, y, z] = &mut fix.sigmas;
+        [*x, *y, *z] = [sigma; 3];
+        fix
+    }
+
     /// Whether all of these values are measured.
     #[must_use]
     pub fn has(&self, values: core::ops::Range<usize>) -> bool {

@@ -54,6 +54,12 @@ struct ReceiverOptions {
     /// The fixes have no vertical velocity, as those of NMEA
     #[arg(long)]
     horizontal_velocity: bool,
+    /// The fixes have no velocity at all
+    #[arg(long)]
+    positions_only: bool,
+    /// Standard deviation of the positions along an axis, m [default: 1, vertically 1.5]
+    #[arg(long, value_name = "M")]
+    position_sigma_m: Option<f64>,
 }
 
 impl ReceiverOptions {
@@ -71,12 +77,21 @@ impl ReceiverOptions {
                 ));
             }
         };
+        let usual = Receiver::default();
+        let mut noise = usual.noise.clone();
+        if let Some(metres) = self.position_sigma_m {
+            let metres = within("--position-sigma-m", metres, [1e-3, 100.0])?;
+            noise.vertical_m *= metres / noise.horizontal_m;
+            noise.horizontal_m = metres;
+        }
         Ok(Receiver {
             rate_hz: self.rate_hz,
             delay_s: delay.transpose()?.map(|ms| 1e-3 * ms),
             lever_arm: arm,
             horizontal_velocity: self.horizontal_velocity,
-            ..Receiver::default()
+            positions_only: self.positions_only,
+            noise,
+            ..usual
         })
     }
 }

@@ -9,6 +9,14 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 
 /// Covariance or map of the errors.
 pub type Matrix = [[f32; ERRORS]; ERRORS];
+/// Covariance of the biases.
+pub type OfBiases = [[f32; OUTPUTS]; OUTPUTS];
+
+/// Covariance of the biases of a filter.
+pub fn of_biases(kalman: &Biased) -> OfBiases {
+    let covariance = kalman.covariance();
+    core::array::from_fn(|i| core::array::from_fn(|j| covariance.parameter(i, j)))
+}
 
 /// Observations of the sensors' errors `e` by the fixes: independent observations of `rows (e -
 /// from)`.
@@ -36,13 +44,17 @@ pub struct Given<'a> {
 }
 
 /// Puts the errors `m x` into `given`: they would be too large to be on the stack twice. `unit`
-/// scales the biases: their standard deviations before. False when the covariance is not positive
-/// or not finite.
+/// scales the biases: their standard deviations before. The covariances are those of the errors,
+/// of the errors with the biases, and of the biases. False when they are not positive or not
+/// finite.
 #[inline(never)]
-pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: Given) -> bool {
+pub fn given_biases(
+    (xx, xt, tt): (&Matrix, &[[f32; OUTPUTS]; ERRORS], &OfBiases),
+    m: &Matrix,
+    unit: &[f32; OUTPUTS],
+    given: Given,
+) -> bool {
     let Given { by, rest, all } = given;
-    let covariance = kalman.covariance();
-    let (xx, xt) = (covariance.errors(), covariance.cross());
     let half = &mut *rest;
     for i in 0..ERRORS {
         for j in 0..ERRORS {
@@ -57,7 +69,7 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: G
     let cross: [[f32; OUTPUTS]; ERRORS] = core::array::from_fn(|i| {
         core::array::from_fn(|j| (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xt[k][j]))
     });
-    let Some(factor) = factor(kalman, unit) else {
+    let Some(factor) = factor(tt, unit) else {
         return false;
     };
     // errors are estimate minus truth, also those of the biases: hence the sign
@@ -82,19 +94,18 @@ pub fn given_biases(kalman: &Biased, m: &Matrix, unit: &[f32; OUTPUTS], given: G
 }
 
 /// Factor of the biases' covariance in these units; `None` when it is not positive.
-fn factor(kalman: &Biased, unit: &[f32; OUTPUTS]) -> Option<Factor> {
-    let covariance = kalman.covariance();
+fn factor(tt: &OfBiases, unit: &[f32; OUTPUTS]) -> Option<Factor> {
     cholesky(&core::array::from_fn(|i| {
-        core::array::from_fn(|j| covariance.parameter(i, j) / (unit[i] * unit[j]))
+        core::array::from_fn(|j| tt[i][j] / (unit[i] * unit[j]))
     }))
 }
 
 /// The information that the filter has beside its own prior, whose covariance is `unit` squared:
-/// `inverse(P) - inverse(unit^2)`, as independent observations. `None`: `P` is not positive.
+/// `inverse(P) - inverse(unit^2)`, as independent observations. `tt` is `P`, `of` the estimate.
+/// `None`: `P` is not positive.
 #[inline(never)]
-pub fn shown(kalman: &Biased, unit: &[f32; OUTPUTS]) -> Option<Shown> {
-    let factor = &factor(kalman, unit)?;
-    let of = kalman.model().estimate();
+pub fn shown(tt: &OfBiases, of: &[f32; OUTPUTS], unit: &[f32; OUTPUTS]) -> Option<Shown> {
+    let factor = &factor(tt, unit)?;
     let sum = solved(factor, core::array::from_fn(|j| of[j] / unit[j]));
     let inverse: Factor = core::array::from_fn(|j| {
         let mut one = [0.0; OUTPUTS];

@@ -131,7 +131,7 @@ impl Level {
 }
 
 /// The shortest rotation that turns a unit vector up.
-fn shortest(v: V) -> Q {
+pub fn shortest(v: V) -> Q {
     if 1.0 + dot(v, UP) < 1e-3 {
         // nearly down: first half a turn about another axis
         let half = [0.0, 1.0, 0.0, 0.0];

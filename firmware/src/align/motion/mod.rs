@@ -1,4 +1,5 @@
-//! Alignment in motion: attitude from samples and a receiver's velocities, whatever the heading.
+//! Alignment in motion: attitude from samples and fixes, whatever the heading. A receiver that
+//! gives positions alone is aligned by [`places`], one with velocities as follows.
 //!
 //! Two stages follow each other. **Levelling** (`level`) finds the direction of gravity in a
 //! frame that the gyros carry on. **Matching** (`filter`) navigates in a levelled frame `w` whose
@@ -20,14 +21,17 @@
 mod begin;
 mod filter;
 mod given;
+mod in_motion;
 mod known;
 mod level;
 mod observe;
+mod places;
 mod start;
 mod take;
 mod transition;
 mod watch;
 
+pub use in_motion::InMotion;
 pub use start::{Shown, Start};
 pub use take::Found;
 
@@ -111,10 +115,13 @@ struct Given {
     age: f32,
 }
 
-/// An alignment in motion.
+/// An alignment by velocities.
 #[derive(Debug, Clone)]
-pub struct InMotion {
+struct Matching {
     config: Config,
+    /// The vehicle moves along its forward axis: as configured. That the axis is where it should
+    /// be may be wrong, so that every other attempt does without.
+    rolls: bool,
     /// `None` before the first fix.
     navigator: Option<Navigator>,
     level: Level,
@@ -134,13 +141,13 @@ pub struct InMotion {
     refused: u32,
 }
 
-impl InMotion {
+impl Matching {
     /// Waits for the first fix. `known`: errors of the sensors that have been learnt before, rad/s
     /// and m/s2.
-    #[must_use]
     pub fn new(config: Config, known: [f32; OUTPUTS]) -> Self {
         Self {
             config,
+            rolls: config.rolls,
             navigator: None,
             level: Level::default(),
             filter: None,
@@ -186,13 +193,11 @@ impl InMotion {
     }
 
     /// Whether the alignment has begun: a given heading then stays in use.
-    #[must_use]
     pub fn has_begun(&self) -> bool {
         self.navigator.is_some()
     }
 
     /// Progress of the alignment.
-    #[must_use]
     pub fn progress(&self) -> Progress {
         let refused = self.refused;
         match &self.filter {
@@ -223,8 +228,10 @@ impl InMotion {
         (self.passes, self.norm_fails) = (0, 0);
     }
 
-    /// The alignment contradicts the fixes: it restarts, with other data.
+    /// The alignment contradicts the fixes: it restarts, with other data, and believes the course
+    /// if it has not done so.
     fn refuse(&mut self, fix: &Fix) {
+        self.config.rolls = self.rolls && !self.config.rolls;
         self.refused = self.refused.saturating_add(1);
         self.begin_level(fix);
     }

@@ -2,7 +2,7 @@
 
 use super::filter::{ERRORS, Filter, Match, unit};
 pub use super::given::Shown;
-use super::given::{Given, Matrix, given_biases, shown};
+use super::given::{Given, Matrix, given_biases, of_biases, shown};
 use super::known::azimuth_row;
 use super::take::Found;
 use crate::control::Way;
@@ -132,7 +132,13 @@ pub fn errors(
         rest: &mut scratch.q,
         all: &mut scratch.phi,
     };
-    if !given_biases(filter.kalman(), &map, &unit(seen.config), given) {
+    let covariance = filter.kalman().covariance();
+    let joint = (
+        covariance.errors(),
+        covariance.cross(),
+        &of_biases(filter.kalman()),
+    );
+    if !given_biases(joint, &map, &unit(seen.config), given) {
         return false;
     }
     for (k, sigma) in seen.fix.sigmas.iter().take(3).enumerate() {
@@ -150,7 +156,9 @@ pub fn errors(
 /// All but the errors. `None`: the covariance of the biases is not positive.
 #[inline(never)]
 pub fn found(filter: &Filter, state: nav::State, seen: &Match<'_>, time_s: f64) -> Option<Found> {
-    let mut shown = shown(filter.kalman(), &unit(seen.config))?;
+    let kalman = filter.kalman();
+    let estimate = kalman.model().estimate();
+    let mut shown = shown(&of_biases(kalman), estimate, &unit(seen.config))?;
     let mut applied = *filter.kalman().model().estimate();
     for (applied, known) in applied.iter_mut().zip(seen.known) {
         *applied += known;

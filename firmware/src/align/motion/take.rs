@@ -5,8 +5,8 @@ use super::filter::{ERRORS, Filter, Match};
 use super::level::Levelled;
 use super::start::{self, Shown, Start};
 use super::{
-    BAD_RESIDUAL, Config, FAR_M, FARS, GOOD_RESIDUAL, Given, InMotion, LEAST_FIXES, LINEAR,
-    MAX_HEADING, MAX_NORM, MAX_TILT, NORM_FAILS, NORM_FLOOR, PASSES, measured,
+    BAD_RESIDUAL, Config, FAR_M, FARS, GOOD_RESIDUAL, Given, LEAST_FIXES, LINEAR, MAX_HEADING,
+    MAX_NORM, MAX_TILT, Matching, NORM_FAILS, NORM_FLOOR, PASSES, measured,
 };
 use crate::align::standstill::Sensors;
 use crate::control::Way;
@@ -42,7 +42,7 @@ impl Found {
         core::array::from_fn(|i| libm::sqrtf(scratch.phi[i][i].max(0.0)))
     }
 
-    /// The whole of it, with the scratch memory of [`InMotion::fix`].
+    /// The whole of it, with the scratch memory of [`Matching::fix`].
     pub fn start(&self, scratch: &Transition<ERRORS>) -> Start {
         Start {
             state: self.state,
@@ -69,7 +69,7 @@ struct Taken {
     still: bool,
 }
 
-impl InMotion {
+impl Matching {
     /// Takes a fix that was valid `age` before the last sample: seconds and their standard
     /// deviation. `still`: the vehicle stands, and the fix says so. A fix without a horizontal
     /// velocity is not used, nor is one without a position before the first with one.

@@ -2,7 +2,7 @@
 
 use super::begin::{anchor, begin, free};
 use super::filter::{ERRORS, Filter, Match, unit};
-use super::given::{Given, Matrix, given_biases};
+use super::given::{Given, Matrix, given_biases, of_biases};
 use crate::fix::Fix;
 use crate::nav::Navigator;
 use crate::nav::vector::narrow;
@@ -50,7 +50,13 @@ impl Filter {
             rest: &mut scratch.q,
             all: &mut scratch.phi,
         };
-        given_biases(&self.kalman, &level, &unit, given)
+        let covariance = self.kalman.covariance();
+        let joint = (
+            covariance.errors(),
+            covariance.cross(),
+            &of_biases(&self.kalman),
+        );
+        given_biases(joint, &level, &unit, given)
     }
 
     /// The azimuth is free again, with the errors in `scratch`. False: the navigator does not take

@@ -65,13 +65,8 @@ pub(super) struct Rest {
 impl Fresh {
     /// The fix; of a vehicle that stands, its velocity is zero.
     pub fn at_rest(&self) -> Fix {
-        let mut fix = self.fix;
-        if let Some(sigma) = self.stands {
-            fix.velocity = [0.0; 3];
-            let [.., x, y, z] = &mut fix.sigmas;
-            [*x, *y, *z] = [sigma; 3];
-        }
-        fix
+        let at_rest = |sigma| self.fix.at_rest(sigma);
+        self.stands.map_or(self.fix, at_rest)
     }
 }
 

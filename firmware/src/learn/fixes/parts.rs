@@ -1,6 +1,5 @@
 //! Parts of a learner from fixes, each with its own reset.
 
-use super::aligning::Seen;
 use super::course::Course;
 use super::gaps::Recent;
 use super::held::Held;
@@ -34,8 +33,6 @@ pub(super) struct Samples {
 pub(super) struct Navigation {
     pub course: Course,
     pub align: Option<Align>,
-    /// The last position, while the receiver gives no velocity and nothing navigates.
-    pub seen: Option<Seen>,
     /// The last start of the navigator.
     pub started: Option<Started>,
     /// Probation of a navigator that was aligned in motion.
@@ -47,7 +44,6 @@ impl Navigation {
         Navigation {
             course: Course::Waits,
             align: None,
-            seen: None,
             started: None,
             probation: Probation::default(),
         }
@@ -57,7 +53,6 @@ impl Navigation {
     pub fn reset(&mut self) {
         self.course = Course::Waits;
         self.align = None;
-        self.seen = None;
         self.started = None;
         self.probation = Probation::default();
     }

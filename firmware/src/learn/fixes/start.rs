@@ -132,7 +132,7 @@ impl FixLearner<'_> {
                 return;
             }
         }
-        self.align_in_motion(&fresh.at_rest(), fresh.age, fresh.stands.is_some());
+        self.align_in_motion(fresh);
     }
 
     /// Starts the navigator at a fix after a standstill if that alignment is good enough.

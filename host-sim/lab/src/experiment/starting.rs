@@ -23,6 +23,9 @@ use std::path::Path;
 /// A part of a recording is aligned again if it is at least this long, s.
 const LEAST_PART: usize = 10;
 
+/// Biases that are larger than the unit file's by this are told.
+const BEYOND: f64 = 4.0;
+
 /// The user's settings of the start.
 #[derive(Debug, Clone, Copy)]
 pub struct Wishes {
@@ -170,10 +173,20 @@ impl Begin {
                     0 => String::new(),
                     n => format!(" {n} attempts before it were given up."),
                 };
+                let beyond = if found.beyond > BEYOND {
+                    let [x, y, z] = found.bias.map(|bias| bias / DEG);
+                    format!(
+                        " The gyros' biases, {x:.2}, {y:.2} and {z:.2} deg/s, are up to {:.0} \
+                         times the unit file's: it, or the sensor, is not what it should be.",
+                        found.beyond
+                    )
+                } else {
+                    String::new()
+                };
                 format!(
                     "Aligned in motion from {} s on: at {} s roll {:.2}, pitch {:.2}, heading {:.2} deg, \
                      heading by {}, standard deviations {:.2} deg of tilt and {:.2} deg of heading, \
-                     residual {:.2} (1 is expected). All schemes start there.{again}",
+                     residual {:.2} (1 is expected). All schemes start there.{again}{beyond}",
                     part.start,
                     found.epoch,
                     roll / DEG,
@@ -318,5 +331,7 @@ fn no_attitude(file: &Path, progress: Progress) -> Error {
     }
 }
 
+#[cfg(test)]
+mod sessions;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 //! where it is not given and the vehicle has not stood.
 //!
 //! The alignment and the detection of a standstill are the firmware's, called as its learner calls
-//! them. Fixes of position alone give velocities by their differences.
+//! them.
 
 use crate::learning::fix_learner::{arrival, firmware_fix, nav_state};
 use crate::learning::teacher::Assumptions;
@@ -11,8 +11,9 @@ use firmware::align::{Align, Sensors};
 use firmware::control::Way;
 use firmware::fix::Heading;
 use firmware::nav::{self, Transition};
+use host_core::inertial::earth::Geodetic;
 use host_core::inertial::ekf::InitialSigma;
-use host_core::inertial::gnss::{Fix, NOT_MEASURED};
+use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{EPOCH_S, Session, Start};
 use host_core::inertial::sins::Sins;
 use host_unit::around::Kind;
@@ -46,6 +47,10 @@ pub struct Aligned {
     pub residual: f64,
     /// Number of earlier alignments that were rejected because their innovations were too large.
     pub refused: u32,
+    /// Estimated biases of the gyros, rad/s.
+    pub bias: [f64; 3],
+    /// The largest of them by the standard deviation of the datasheet.
+    pub beyond: f64,
 }
 
 /// Finds the attitude in `epochs` of a session.
@@ -66,10 +71,11 @@ pub fn align(
     };
     let mut standing = Align::new(sensors, session.lsb, session.dt);
     let mut heading = known.heading;
+    let mut rested = Rested::default();
     let mut scratch = Transition::ZEROED;
     let n = session.samples_per_epoch();
     let due = |epoch: usize| {
-        let fix = with_velocity(session, epoch)?;
+        let fix = session.fixes.get(epoch).copied().flatten()?;
         Some((arrival(session, epoch, &fix), epoch, fix))
     };
     let mut fixes = (epochs.start + 1..=epochs.end).filter_map(due).peekable();
@@ -81,18 +87,18 @@ pub fn align(
         let Some((_, epoch, fix)) = fixes.next_if(|(after, ..)| *after <= k + 1) else {
             continue;
         };
-        let sigma = fix.start_sigmas()[3];
-        if fix.has(3..5) && fix.velocity.norm() > STANDS_MPS.max(5.0 * sigma) {
+        let still = standing.still() >= REST_S;
+        let (moves, stands) = if fix.has(3..5) {
+            let fast = fix.velocity.norm() > STANDS_MPS.max(5.0 * fix.start_sigmas()[3]);
+            (fast, !fast)
+        } else {
+            rested.by(&fix, epoch, still)
+        };
+        if moves {
             standing.moves();
         }
-        let stationary = standing.still() >= REST_S;
-        let used = if stationary {
-            at_rest(fix, standing.gain_mps())
-        } else {
-            fix
-        };
-        let fix = firmware_fix(&used, epoch);
-        let found = motion.fix(&fix, [0.0; 2], stationary, &mut scratch);
+        let rest = at_rest(&fix, standing.gain_mps()).filter(|_| still && stands);
+        let found = motion.fix(&firmware_fix(&fix, epoch), rest, [0.0; 2], &mut scratch);
         if let (true, Some([angle, sigma])) = (motion.has_begun(), heading) {
             motion.heading(Heading {
                 angle: angle as f32,
@@ -106,6 +112,7 @@ pub fn align(
                 k + 1,
                 (&found, &scratch),
                 motion.progress().refused,
+                assumptions.prior.gyro_bias,
             );
             if found.epoch <= epochs.end {
                 return Ok(found);
@@ -121,6 +128,7 @@ fn aligned(
     after: usize,
     (found, scratch): (&Found, &Transition),
     refused: u32,
+    datasheet: f64,
 ) -> Aligned {
     let n = session.samples_per_epoch();
     let epoch = after.div_ceil(n);
@@ -129,6 +137,7 @@ fn aligned(
     for increment in session.navigable(rest.iter().copied()) {
         sins.step(&increment, session.step_s());
     }
+    let bias: [f64; 3] = std::array::from_fn(|axis| found.applied[axis].into());
     let sigmas = Found::sigmas(scratch).map(f64::from);
     let largest = |range: Range<usize>| sigmas[range].iter().copied().fold(0.0, f64::max);
     Aligned {
@@ -145,6 +154,8 @@ fn aligned(
         way: found.way,
         residual: f64::from(found.residual),
         refused,
+        bias,
+        beyond: bias.iter().fold(0.0, |most, b| b.abs().max(most)) / datasheet,
     }
 }
 
@@ -172,47 +183,38 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
         walk: [0, 1].map(|k| bias[k] * (in_run[k] * per_root_second) as f32),
         scale: [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32),
         forward: [1.0, 0.0, 0.0],
-        lever_arm_sigma: 0.0,
+        lever_arm_sigma: session.antenna_sigmas[0] as f32,
         rolls: vehicle == Kind::Land,
         stands: vehicle != Kind::Ship,
     }
 }
 
-/// A fix of a vehicle that stands.
-fn at_rest(mut fix: Fix, gain_mps: f32) -> Fix {
-    let sigma = REST_MPS.hypot(10.0 * f64::from(gain_mps));
-    if sigma < fix.sigmas[3] {
-        fix.velocity.fill(0.0);
-        fix.sigmas[3..].fill(sigma);
+/// Epoch and position at which the vehicle came to rest, by a receiver without velocity.
+#[derive(Debug, Default)]
+struct Rested(Option<(usize, Geodetic)>);
+
+impl Rested {
+    /// Whether the positions say that the vehicle moves, and whether they say that it stands: they
+    /// agree for so long that a motion would have shown.
+    fn by(&mut self, fix: &Fix, epoch: usize, still: bool) -> (bool, bool) {
+        let sure = 5.0 * std::f64::consts::SQRT_2 * fix.sigmas[0].max(fix.sigmas[1]);
+        let Some((since, place)) = self.0.filter(|_| still) else {
+            self.0 = still.then_some((epoch, fix.position));
+            return (false, false);
+        };
+        let moved = fix.position.ned_from(&place).xy().norm() > sure;
+        if moved {
+            self.0 = None;
+        }
+        let long = STANDS_MPS * (epoch - since) as f64 * EPOCH_S > sure;
+        (moved, !moved && long)
     }
-    fix
 }
 
-/// The fix of an epoch with a velocity: its own, or that between the positions before and after it.
-fn with_velocity(session: &Session, epoch: usize) -> Option<Fix> {
-    let mut fix = session.fixes.get(epoch).copied().flatten()?;
-    if fix.has(3..5) {
-        return Some(fix);
-    }
-    let placed = |epoch: usize| {
-        let fix = session.fixes.get(epoch).copied().flatten()?;
-        let time = epoch as f64 * EPOCH_S - fix.age_s;
-        fix.has(0..2).then_some((time, fix))
-    };
-    let around = epoch.checked_sub(1).and_then(placed).zip(placed(epoch + 1));
-    if let Some(((from, a), (to, b))) = around {
-        let passed = to - from;
-        fix.velocity = b.position.ned_from(&a.position) / passed;
-        let level = a.has(2..3) && b.has(2..3);
-        for axis in 0..3 {
-            fix.sigmas[3 + axis] = a.sigmas[axis].hypot(b.sigmas[axis]) / passed;
-        }
-        if !level {
-            fix.velocity.z = 0.0;
-            fix.sigmas[5] = NOT_MEASURED;
-        }
-    }
-    Some(fix)
+/// Standard deviation of the velocity of a vehicle that stands, if that is better than the fix's.
+fn at_rest(fix: &Fix, gain_mps: f32) -> Option<f32> {
+    let sigma = REST_MPS.hypot(10.0 * f64::from(gain_mps));
+    (sigma < fix.sigmas[3]).then_some(sigma as f32)
 }
 
 #[cfg(test)]

@@ -66,7 +66,7 @@ fn what_was_shown_leads_from_the_prior_to_the_filters_opinion() {
     let kalman = taught();
     let mut identity = [[0.0; ERRORS]; ERRORS];
     (0..ERRORS).for_each(|i| identity[i][i] = 1.0);
-    let shown = shown(&kalman, &UNIT).expect("positive");
+    let shown = shown(&of_biases(&kalman), kalman.model().estimate(), &UNIT).expect("positive");
     let mut x = [0.0; OUTPUTS];
     let mut p = [[0.0; OUTPUTS]; OUTPUTS];
     (0..OUTPUTS).for_each(|i| p[i][i] = f64::from(UNIT[i]).powi(2));
@@ -100,6 +100,6 @@ fn nothing_is_shown_before_the_first_fix() {
     let kalman = empty();
     let mut identity = [[0.0; ERRORS]; ERRORS];
     (0..ERRORS).for_each(|i| identity[i][i] = 1.0);
-    let shown = shown(&kalman, &UNIT).expect("positive");
+    let shown = shown(&of_biases(&kalman), kalman.model().estimate(), &UNIT).expect("positive");
     assert_eq!(shown.variance, [f32::INFINITY; OUTPUTS]);
 }

@@ -19,6 +19,8 @@ pub struct Receiver {
     pub lever_arm: Option<[f64; 3]>,
     /// Whether the fixes lack the vertical velocity.
     pub horizontal_velocity: bool,
+    /// Whether the fixes lack all of the velocity.
+    pub positions_only: bool,
     /// Noise.
     pub noise: GnssSpec,
 }
@@ -30,6 +32,7 @@ impl Default for Receiver {
             delay_s: None,
             lever_arm: None,
             horizontal_velocity: false,
+            positions_only: false,
             noise: GnssSpec::default(),
         }
     }
@@ -65,6 +68,10 @@ pub(super) fn fixes(
         let mut velocity: [f64; 3] = measured.velocity.into();
         if receiver.horizontal_velocity {
             (sigmas[5], velocity[2]) = (NOT_MEASURED, 0.0);
+        }
+        if receiver.positions_only {
+            sigmas[3..].fill(NOT_MEASURED);
+            velocity.fill(0.0);
         }
         let sample = epoch * truth.samples_per_epoch + late;
         let time_ms = (epoch as f64 * epoch_ms).round() as u32;

@@ -1,4 +1,5 @@
 use super::*;
+use host_core::inertial::gnss::NOT_MEASURED;
 use host_core::inertial::rotation::to_euler;
 use host_core::inertial::units::DEG;
 use host_unit::Unit;

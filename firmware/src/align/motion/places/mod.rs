@@ -1,0 +1,426 @@
+//! Alignment in motion by positions alone: attitude from samples and a receiver's positions,
+//! whatever the heading and the mounting.
+//!
+//! A velocity from two close positions is as noisy as they are, and its noise is that of its
+//! neighbours with the other sign. So positions are compared as positions. The last fixes and what
+//! the sensors gained between them are kept ([`window`]). Several guesses of the heading, all
+//! around, are each improved by passes over all of it ([`pass`]), in which the gyros' biases, a
+//! lever arm and a delay are found too. So no error of a start is left in linear equations. The
+//! guess under which the fixes are the most likely is believed if every other one has come to the
+//! same attitude, or is far less likely ([`judge`]).
+//!
+//! The gyros' biases may be ten times as large as the datasheet says: what is not seen of them is
+//! not believed. What the receiver says of its noise is corrected by what the
+//! fixes show.
+//!
+//! A pass is long. So it advances by one interval at a time between the samples: how far it is
+//! depends on their number alone.
+
+mod judge;
+mod pass;
+#[cfg(test)]
+mod tests;
+mod window;
+
+use super::given::{Given as Matrices, given_biases, shown};
+use super::take::Found;
+use super::{Config, FAR_M, Progress};
+use crate::control::Way;
+use crate::fix::{Fix, Heading, Position};
+use crate::nav::State;
+use crate::nav::earth::Local;
+use crate::nav::gather::Gather;
+use crate::nav::vector::{add, from_rotvec, narrow, product, renormalised, rotated, scale};
+use crate::sample::Counts;
+use judge::{GUESSES, Guess};
+use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
+use pass::{ACCEL, AGE, ARM, Assumed, CONSTANTS, Earth, GYRO, Pass, Row, SPIN, VELOCITY};
+use window::{Place, Window};
+
+/// A pass advances by an interval in this time, s.
+const STEP_S: f32 = 2e-3;
+/// Intervals before guesses begin.
+const LEAST: usize = 4;
+/// Longest time without a fix, s.
+const LONGEST_S: f32 = 5.0;
+/// Errors of the times of the fixes, s (assumed).
+const TIMING_S: f32 = 0.03;
+/// The gyros' biases may be larger than the datasheet's by this: datasheets tell the typical one at
+/// best, and sensors age.
+const WIDE: f32 = 10.0;
+/// But hardly than this, rad/s: 3 deg/s (assumed).
+const WIDEST: f32 = 0.05;
+/// The smallest prior of a lever arm, m, and of what is in proportion, so that nothing is exact.
+const SOME: [f32; 2] = [0.02, 1e-5];
+/// Standard deviation of a height that the receiver does not measure, m.
+const ANY_HEIGHT: f32 = 100.0;
+
+/// What is being computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Stage {
+    /// Nothing until the next fix.
+    Waits,
+    /// A guess, and the next interval of its pass.
+    Guess(usize, usize),
+    /// The best guess once more, to be judged.
+    Best(usize, usize),
+    /// The best guess is good: the next fix starts with it. The next interval of its pass.
+    Good(usize, usize),
+}
+
+/// An alignment by positions.
+#[derive(Debug, Clone)]
+pub struct Places {
+    config: Config,
+    /// Errors of the sensors that are known already, rad/s and m/s2.
+    known: [f32; OUTPUTS],
+    gather: Option<Gather>,
+    origin: Option<Position>,
+    earth: Earth,
+    window: Window,
+    guesses: [Guess; GUESSES],
+    pass: Pass,
+    stage: Stage,
+    /// Intervals that the guesses are compared over.
+    upto: usize,
+    /// Time that has not been used for steps, s.
+    credit: f32,
+    /// Whether the guesses have begun.
+    guessing: bool,
+    /// The receiver's noise by what it tells, variances.
+    noise: f32,
+    /// Largest standard deviation of the fixes' ages, s.
+    age_sigma: f32,
+    /// A heading that was given, and the interval after which.
+    given: Option<(Heading, usize)>,
+    heading_sigma: f32,
+    residual: f32,
+    /// Rounds in a row that passed all tests.
+    passes: u8,
+    refused: u32,
+    /// Since the beginning, s.
+    time: f64,
+}
+
+impl Places {
+    /// Waits for the first fix. `known`: errors of the sensors that have been learnt before, rad/s
+    /// and m/s2. `refused`: alignments that were refused before.
+    #[must_use]
+    pub fn new(config: Config, known: [f32; OUTPUTS], refused: u32) -> Self {
+        Self {
+            config,
+            known,
+            gather: None,
+            origin: None,
+            earth: Earth {
+                gravity: 0.0,
+                rate: [0.0; 3],
+                bent: [0.0; 2],
+            },
+            window: Window::EMPTY,
+            guesses: [Guess::NONE; GUESSES],
+            pass: Pass::ZEROED,
+            stage: Stage::Waits,
+            upto: 0,
+            credit: 0.0,
+            guessing: false,
+            noise: 1.0,
+            age_sigma: 0.0,
+            given: None,
+            heading_sigma: f32::INFINITY,
+            residual: 0.0,
+            passes: 0,
+            refused,
+            time: 0.0,
+        }
+    }
+
+    /// Takes one uncorrected sample.
+    pub fn sample(&mut self, counts: &Counts) {
+        let Some(gather) = &mut self.gather else {
+            return;
+        };
+        gather.sample(counts);
+        if gather.is_full() {
+            let piece = gather.end();
+            self.window.piece(&piece);
+        }
+        let sample_s = self.config.navigator.sample_s;
+        self.time += sample_s;
+        self.credit += sample_s as f32;
+        while self.credit >= STEP_S {
+            self.credit -= STEP_S;
+            self.step();
+        }
+    }
+
+    /// The samples are interrupted: restarts. The count of refused alignments stays.
+    #[inline(never)]
+    pub fn gap(&mut self) {
+        (self.gather, self.origin, self.given) = (None, None, None);
+        self.window = Window::EMPTY;
+        self.stage = Stage::Waits;
+        self.guessing = false;
+        self.noise = 1.0;
+        self.heading_sigma = f32::INFINITY;
+        (self.residual, self.passes, self.time) = (0.0, 0, 0.0);
+    }
+
+    /// A heading that somebody knows, valid now.
+    pub fn heading(&mut self, heading: Heading) {
+        if self.origin.is_some() {
+            self.given = Some((heading, self.window.nodes().len()));
+        }
+    }
+
+    /// Whether the alignment has begun.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.origin.is_some()
+    }
+
+    /// Progress of the alignment.
+    #[must_use]
+    pub fn progress(&self) -> Progress {
+        let way = match (self.guessing, self.given) {
+            (false, _) => Way::None,
+            (true, Some(_)) => Way::Heading,
+            (true, None) => Way::Velocity,
+        };
+        Progress {
+            way,
+            heading_sigma: self.heading_sigma,
+            residual: self.residual,
+            refused: self.refused,
+        }
+    }
+
+    /// Takes a fix with a position that was valid `age` before the last sample: seconds and their
+    /// standard deviation. `rest`: the standard deviation of the velocity of a vehicle that stands,
+    /// m/s. Gives the attitude when it is known well enough; its matrices are in `scratch` then.
+    #[inline(never)]
+    pub fn fix(
+        &mut self,
+        fix: &Fix,
+        age: [f32; 2],
+        rest: Option<f32>,
+        scratch: &mut Transition<9>,
+    ) -> Option<Found> {
+        self.end_piece();
+        if self.window.open_s() > LONGEST_S {
+            self.gap();
+        }
+        let origin = match self.origin {
+            Some(origin) => origin,
+            None => self.begin(fix)?,
+        };
+        let at = narrow(fix.position.ned_from(&origin));
+        let far = !(libm::hypotf(at[0], at[1]) < FAR_M as f32);
+        if far {
+            self.gap();
+            return None;
+        }
+        self.age_sigma = self.age_sigma.max(age[1]);
+        let [n, e, d, ..] = fix.sigmas;
+        let place = Place {
+            at,
+            sigma: [n.max(e), d],
+            age: age[0],
+            rest: rest.filter(|_| self.config.stands).unwrap_or(f32::INFINITY),
+        };
+        if self.window.is_full() && self.is_free() {
+            self.slide();
+        }
+        if !self.window.fix(&place) {
+            return None;
+        }
+        if let Some(heading) = fix.heading {
+            self.heading(heading);
+        }
+        if let Stage::Good(_, next) = self.stage {
+            let found = self.hand_over(fix, age[0], next, scratch);
+            self.begin_round();
+            return found;
+        }
+        if self.stage == Stage::Waits {
+            self.begin_round();
+        }
+        None
+    }
+
+    /// Whether no pass goes over the window.
+    fn is_free(&self) -> bool {
+        matches!(self.stage, Stage::Waits | Stage::Good(..))
+    }
+
+    /// The first fix.
+    fn begin(&mut self, fix: &Fix) -> Option<Position> {
+        let mut gather = Gather::new(
+            self.config.navigator.lsb,
+            self.config.navigator.sample_s,
+            self.config.navigator.piece_samples,
+        );
+        let [a, b, c, d, e, f] = self.known;
+        gather.set_estimate([[a, b, c], [d, e, f]]);
+        self.gather = Some(gather);
+        let height = if fix.has(2..3) {
+            fix.position.height
+        } else {
+            0.0
+        };
+        let here = Local::at(fix.position.latitude, height);
+        let [n, _, d] = here.omega_ie();
+        self.earth = Earth {
+            gravity: here.g as f32,
+            rate: [n as f32, 0.0, d as f32],
+            bent: [(1.0 / here.n_h) as f32, (here.sin / here.cos) as f32],
+        };
+        self.origin = Some(fix.position);
+        self.origin
+    }
+
+    fn end_piece(&mut self) {
+        if let Some(gather) = self.gather.as_mut().filter(|gather| !gather.is_empty()) {
+            let piece = gather.end();
+            self.window.piece(&piece);
+        }
+    }
+
+    /// What is assumed of sensors and receiver.
+    fn assumed(&self) -> Assumed {
+        let config = &self.config;
+        let noise = &config.navigator.noise;
+        let [gyro, accel] = config.bias;
+        let mut sigma = [0.0; CONSTANTS];
+        for i in 0..3 {
+            sigma[GYRO + i] = (WIDE * gyro).min(WIDEST).max(gyro);
+            sigma[SPIN + i] = config.scale[0].max(SOME[1]);
+            sigma[ACCEL + i] = accel;
+            sigma[ARM + i] = config.lever_arm_sigma.max(SOME[0]);
+        }
+        sigma[AGE] = libm::hypotf(TIMING_S, self.age_sigma);
+        Assumed {
+            sigma,
+            noise: [noise.gyro, noise.accel],
+            ratio: config.scale,
+            arm: config.navigator.lever_arm,
+            scale: self.noise,
+        }
+    }
+
+    /// Hands over the state at the last sample from which the navigator starts.
+    #[inline(never)]
+    fn hand_over(
+        &mut self,
+        fix: &Fix,
+        age: f32,
+        next: usize,
+        scratch: &mut Transition<9>,
+    ) -> Option<Found> {
+        let assumed = self.assumed();
+        let nodes = self.window.nodes();
+        for node in nodes.get(next..)? {
+            self.pass.interval(node, &self.earth, &assumed);
+            self.pass.observe(node, &assumed);
+        }
+        let rest = self.window.rest();
+        if rest.time > 0.0 {
+            self.pass.interval(&rest, &self.earth, &assumed);
+        }
+        let rows: [Row; 3] = core::array::from_fn(|i| self.pass.attitude_row(i));
+        let pass = &self.pass;
+        let phi = core::array::from_fn(|i| f64::from(inner(&rows[i], &pass.x)));
+        let q_bn = renormalised(product(from_rotvec(phi), pass.q));
+        let velocity = pass.estimated_velocity().map(f64::from);
+        let arm = scale(self.config.navigator.lever_arm.map(f64::from), -1.0);
+        let ahead = scale(velocity, f64::from(age.clamp(0.0, 1.0)));
+        let position = (fix.position).displaced(add(ahead, rotated(q_bn, arm)));
+        let unit = core::array::from_fn(|j| assumed.sigma[constant(j)]);
+        let mut estimate: [f32; OUTPUTS] = core::array::from_fn(|j| pass.constant(constant(j)));
+        let [heading_sigma, residual] = [libm::sqrtf(pass.variance(&rows[2])), self.residual];
+        if !errors(pass, &rows, &unit, fix, scratch) {
+            return None;
+        }
+        let mut shown = shown(&of_biases(pass), &estimate, &unit)?;
+        for (estimate, known) in estimate.iter_mut().zip(self.known) {
+            *estimate += known;
+        }
+        shown.from = self.known;
+        Some(Found {
+            state: State {
+                position,
+                velocity,
+                q_bn,
+            },
+            applied: estimate,
+            shown,
+            way: self.progress().way,
+            heading_sigma,
+            residual,
+            time_s: self.time,
+        })
+    }
+}
+
+/// Index of a sensor's bias among the constants.
+fn constant(j: usize) -> usize {
+    if j < 3 { GYRO + j } else { ACCEL + j - 3 }
+}
+
+fn inner(a: &Row, b: &Row) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+/// Covariance of the biases.
+fn of_biases(pass: &Pass) -> [[f32; OUTPUTS]; OUTPUTS] {
+    core::array::from_fn(|i| core::array::from_fn(|j| pass.p[constant(i)][constant(j)]))
+}
+
+/// The errors of attitude and velocity in the firmware's signs, estimate minus truth with `C_est =
+/// (I - phi x) C_true`, and those of the position by the fix, into the scratch memory.
+#[inline(never)]
+fn errors(
+    pass: &Pass,
+    rows: &[Row; 3],
+    unit: &[f32; OUTPUTS],
+    fix: &Fix,
+    scratch: &mut Transition<9>,
+) -> bool {
+    let mut xx = [[0.0; 9]; 9];
+    let mut xt = [[0.0; OUTPUTS]; 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            xx[i][j] = pass.covariance(&rows[i], &rows[j]);
+            // truth minus reference is minus the error of a velocity, but phi itself
+            let across = -inner(&rows[i], &pass.p[VELOCITY + j]);
+            (xx[i][3 + j], xx[3 + j][i]) = (across, across);
+            xx[3 + i][3 + j] = pass.p[VELOCITY + i][VELOCITY + j];
+        }
+        for j in 0..OUTPUTS {
+            xt[i][j] = -inner(&rows[i], &pass.p[constant(j)]);
+            xt[3 + i][j] = pass.p[VELOCITY + i][constant(j)];
+        }
+    }
+    let mut same = [[0.0; 9]; 9];
+    for (i, row) in same.iter_mut().enumerate() {
+        row[i] = 1.0;
+    }
+    let given = Matrices {
+        by: &mut scratch.gamma,
+        rest: &mut scratch.q,
+        all: &mut scratch.phi,
+    };
+    if !given_biases((&xx, &xt, &of_biases(pass)), &same, unit, given) {
+        return false;
+    }
+    for (k, sigma) in fix.sigmas.iter().take(3).enumerate() {
+        let sigma = if sigma.is_finite() {
+            *sigma
+        } else {
+            ANY_HEIGHT
+        };
+        scratch.q[6 + k][6 + k] = sigma * sigma;
+        scratch.phi[6 + k][6 + k] = sigma * sigma;
+    }
+    true
+}

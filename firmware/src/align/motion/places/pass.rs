@@ -1,0 +1,456 @@
+//! One pass over the window: a Kalman filter about a guess.
+//!
+//! The guess is the attitude at the window's beginning and all that stays the same. The attitude
+//! follows from it by the gyros; velocity and position are linear. Their errors are truth minus
+//! reference:
+//!
+//! ```text
+//! 0..3    phi    attitude at the beginning, in north, east, down: C_true = exp(phi x) C
+//! 3..6           bias of the gyros
+//! 6..9           their errors by a rotation of 1 rad about the vertical: scale, misalignment
+//! 9..12          bias of the accelerometers
+//! 12..15         lever arm
+//! 15             age of the fixes
+//! 16..19  w      what the gyros' noise has added to phi since
+//! 19..22         velocity
+//! 22..25         position
+//! ```
+//!
+//! What stays the same is a state from the beginning to the end. So a pass ends with the best phi
+//! *at the beginning* given all fixes, and the next pass goes about that (Gauss-Newton). The
+//! predictions of the fixes give the likelihood of the guess.
+
+use super::window::Node;
+use crate::nav::vector::{Q, V32, add, cross, dot, from_rotvec, matrix32, product, scale};
+
+/// Number of errors, and of those that stay the same.
+pub const N: usize = 25;
+pub const CONSTANTS: usize = 16;
+pub const GYRO: usize = 3;
+pub const SPIN: usize = 6;
+pub const ACCEL: usize = 9;
+pub const ARM: usize = 12;
+pub const AGE: usize = 15;
+pub const WALK: usize = 16;
+pub const VELOCITY: usize = 19;
+pub const POSITION: usize = 22;
+
+/// Standard deviation of the attitude about a guess, rad. Each pass forgets the one before, so that
+/// it only bounds the step.
+const ATTITUDE: f32 = 0.5;
+/// Standard deviation of a velocity before the first interval, m/s: it may have turned.
+const ANY_VELOCITY: f32 = 2.0;
+/// Velocity that vibration adds, m/s in the root of a second (assumed).
+const VIBRATION: f32 = 0.01;
+/// Rotation of a vehicle that stands, by people and wind, rad (assumed).
+const SWAY: f32 = 5e-4;
+/// A vehicle that may move turns about a point that is so far away at least, m (assumed).
+const TURNS_M: f32 = 4.0;
+/// An observation farther from its prediction than this, in squared standard deviations, counts as
+/// if it were so far.
+const GATE: f32 = 25.0;
+
+/// A vector of all errors.
+pub type Row = [f32; N];
+
+/// What is assumed about sensors and receiver.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Assumed {
+    /// Standard deviations of what stays the same.
+    pub sigma: [f32; CONSTANTS],
+    /// White noise of gyros and accelerometers, rad and m/s in the root of a second.
+    pub noise: [f32; 2],
+    /// Errors in proportion to rotation and change of velocity.
+    pub ratio: [f32; 2],
+    /// Lever arm, m.
+    pub arm: V32,
+    /// Variance of the receiver's noise by the one it tells.
+    pub scale: f32,
+}
+
+/// The Earth here.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Earth {
+    /// Gravity, m/s2.
+    pub gravity: f32,
+    /// Its rotation, north, east, down, rad/s.
+    pub rate: V32,
+    /// 1 / radius, 1/m, and the tangent of the latitude.
+    pub bent: [f32; 2],
+}
+
+/// A pass in progress, or its end.
+#[derive(Debug, Clone)]
+pub struct Pass {
+    /// The reference: attitude, velocity, position, and the constants.
+    pub q: Q,
+    pub velocity: V32,
+    pub position: V32,
+    pub constants: [f32; CONSTANTS],
+    /// Effect of the gyros' errors (3..9) on the attitude.
+    by: [V32; 6],
+    /// Estimate and covariance of the errors.
+    pub x: Row,
+    pub p: [Row; N],
+    /// Twice the negative logarithm of the likelihood; sum of the normalised innovations squared,
+    /// and their number.
+    pub cost: f32,
+    nis: f32,
+    count: f32,
+}
+
+impl Pass {
+    /// Nothing.
+    pub const ZEROED: Pass = Pass {
+        q: [1.0, 0.0, 0.0, 0.0],
+        velocity: [0.0; 3],
+        position: [0.0; 3],
+        constants: [0.0; CONSTANTS],
+        by: [[0.0; 3]; 6],
+        x: [0.0; N],
+        p: [[0.0; N]; N],
+        cost: 0.0,
+        nis: 0.0,
+        count: 0.0,
+    };
+
+    /// Begins at the first fix of a window with a guess. `next` is the interval that follows.
+    #[inline(never)]
+    pub fn begin(
+        &mut self,
+        (q, constants): (Q, &[f32; CONSTANTS]),
+        (first, next): (&Node, &Node),
+        assumed: &Assumed,
+    ) {
+        (self.q, self.constants) = (q, *constants);
+        self.by = [[0.0; 3]; 6];
+        (self.cost, self.nis, self.count) = (0.0, 0.0, 0.0);
+        let per = 1.0 / (next.time + next.late - first.late);
+        self.velocity = scale(add(next.place, scale(first.place, -1.0)), per);
+        let level = first.sigma[0];
+        if !(first.sigma[1].is_finite() && next.sigma[1].is_finite()) {
+            self.velocity[2] = 0.0;
+        }
+        self.position = add(first.place, scale(self.velocity, -first.late));
+        (self.x, self.p) = ([0.0; N], [[0.0; N]; N]);
+        let arm = assumed.sigma[ARM];
+        let free = [
+            ATTITUDE,
+            ANY_VELOCITY + 3.0 * level * per,
+            10.0 * level + 2.0 * (arm + dot(assumed.arm, assumed.arm)),
+        ];
+        for i in 0..N {
+            let sigma = if i < GYRO {
+                free[0]
+            } else if i < CONSTANTS {
+                // the mean of the prior is zero
+                self.x[i] = -self.constants[i];
+                assumed.sigma[i]
+            } else if i < VELOCITY {
+                0.0
+            } else if i < POSITION {
+                free[1]
+            } else {
+                free[2]
+            };
+            self.p[i][i] = sigma * sigma;
+        }
+        self.observe(first, assumed);
+    }
+
+    /// Axes of the sensor to north, east, down.
+    fn axes(&self) -> [V32; 3] {
+        matrix32(self.q.map(|part| part as f32))
+    }
+
+    /// The velocity by reference and estimate, m/s.
+    pub fn estimated_velocity(&self) -> V32 {
+        core::array::from_fn(|i| self.velocity[i] + self.x[VELOCITY + i])
+    }
+
+    /// An estimated constant.
+    pub fn constant(&self, i: usize) -> f32 {
+        let of = |row: &[f32]| row.get(i).copied().unwrap_or(0.0);
+        of(&self.constants) + of(&self.x)
+    }
+
+    /// Mean of the normalised innovations squared.
+    pub fn residual(&self) -> f32 {
+        self.nis / self.count.max(1.0)
+    }
+
+    /// Number of observations.
+    pub fn count(&self) -> f32 {
+        self.count
+    }
+
+    /// An interval between fixes, without the fix at its end.
+    #[inline(never)]
+    pub fn interval(&mut self, node: &Node, earth: &Earth, assumed: &Assumed) {
+        let t = node.time;
+        let axes = self.axes();
+        let velocity = self.estimated_velocity();
+        let [[_, _, _, gx, gy, gz, sx, sy, sz, ax, ay, az, ..]] = [self.constants];
+        let (bias, spins, accel) = ([gx, gy, gz], [sx, sy, sz], [ax, ay, az]);
+        let [bent, tangent] = earth.bent;
+        let [vn, ve, _] = velocity;
+        let transport = scale([ve, -vn, -ve * tangent], bent);
+        let frame = add(earth.rate, transport);
+        let down = axes[2];
+        let spin = dot(down, node.turn);
+        let wrong = add(
+            add(scale(bias, t), scale(spins, spin)),
+            scale(back(&axes, frame), t),
+        );
+        // a rotation that is wrong by so much turns what was gained on the way
+        let turn = add(node.turn, scale(wrong, -1.0));
+        let [of_gain, of_way] = constant_in(turn, t, accel);
+        let gain = add(
+            add(node.gain, scale(cross(wrong, node.gain), -0.5)),
+            scale(of_gain, -1.0),
+        );
+        let way = add(
+            add(node.way, scale(cross(wrong, node.way), -1.0 / 3.0)),
+            scale(of_way, -1.0),
+        );
+        let (gain, way) = (turned(&axes, gain), turned(&axes, way));
+        let q = product(self.q, from_rotvec(turn.map(f64::from)));
+        let after = matrix32(q.map(|part| part as f32));
+        let rows = self.rows((&axes, &after), (gain, way), turn, [t, spin]);
+        self.propagate(&rows);
+        self.q = q;
+        // north, east, down of the reference
+        let apparent = cross(add(earth.rate, frame), velocity);
+        let fall = add([0.0, 0.0, earth.gravity], scale(apparent, -1.0));
+        let ahead = add(way, scale(fall, 0.5 * t * t));
+        self.position = add(self.position, add(scale(self.velocity, t), ahead));
+        self.velocity = add(self.velocity, add(gain, scale(fall, t)));
+        let across = add(node.turn, scale(down, -spin));
+        let change = add(gain, scale([0.0, 0.0, earth.gravity], t));
+        self.add_noise([dot(across, across), dot(change, change)], t, assumed);
+    }
+
+    /// Rows of the transition of velocity and position, and the attitude's effects after it.
+    fn rows(
+        &mut self,
+        (axes, after): (&[V32; 3], &[V32; 3]),
+        (gain, way): (V32, V32),
+        turn: V32,
+        [t, spin]: [f32; 2],
+    ) -> [Row; 6] {
+        let mut rows = [[0.0; N]; 6];
+        let mut put = |column: usize, of_gain: V32, of_way: V32| {
+            for i in 0..3 {
+                if let Some(entry) = rows[i].get_mut(column) {
+                    *entry += of_gain[i];
+                }
+                if let Some(entry) = rows[3 + i].get_mut(column) {
+                    *entry += of_way[i];
+                }
+            }
+        };
+        for (j, by) in self.by.iter_mut().enumerate() {
+            let (j3, size) = if j < 3 { (j, t) } else { (j - 3, spin) };
+            // the mean axis over the interval
+            let grows: V32 = core::array::from_fn(|i| -0.5 * size * (axes[i][j3] + after[i][j3]));
+            let half = add(*by, scale(grows, 0.5));
+            let third = add(*by, scale(grows, 1.0 / 3.0));
+            put(GYRO + j, cross(half, gain), cross(third, way));
+            *by = add(*by, grows);
+        }
+        for j in 0..3 {
+            let mut unit = [0.0; 3];
+            unit[j] = 1.0;
+            let (of_gain, of_way) = (cross(unit, gain), cross(unit, way));
+            put(j, of_gain, of_way);
+            put(WALK + j, of_gain, of_way);
+            let [of_gain, of_way] = constant_in(turn, t, unit).map(|v| turned(axes, v));
+            put(ACCEL + j, scale(of_gain, -1.0), scale(of_way, -1.0));
+            put(VELOCITY + j, unit, scale(unit, t));
+            put(POSITION + j, [0.0; 3], unit);
+        }
+        rows
+    }
+
+    fn propagate(&mut self, rows: &[Row; 6]) {
+        let mut moved = [[0.0; N]; 6];
+        for (to, row) in moved.iter_mut().zip(rows) {
+            for (of, p) in row.iter().zip(&self.p) {
+                if *of == 0.0 {
+                    continue;
+                }
+                for (to, p) in to.iter_mut().zip(p) {
+                    *to += of * p;
+                }
+            }
+        }
+        let x: [f32; 6] = core::array::from_fn(|i| product_of(&rows[i], &self.x));
+        for i in 0..6 {
+            self.x[VELOCITY + i] = x[i];
+            for j in 0..VELOCITY {
+                (self.p[VELOCITY + i][j], self.p[j][VELOCITY + i]) = (moved[i][j], moved[i][j]);
+            }
+            for j in 0..6 {
+                if j > i {
+                    continue;
+                }
+                let value = product_of(&moved[i], &rows[j]);
+                self.p[VELOCITY + i][VELOCITY + j] = value;
+                self.p[VELOCITY + j][VELOCITY + i] = value;
+            }
+        }
+    }
+
+    fn add_noise(&mut self, [across, change]: [f32; 2], t: f32, assumed: &Assumed) {
+        let square = |x: f32| x * x;
+        let [gyro, accel] = assumed.noise;
+        let [by_turn, by_change] = assumed.ratio;
+        let angle = square(gyro) * t + square(by_turn) * across;
+        let white = (square(accel) + square(VIBRATION) * assumed.scale) * t;
+        let velocity = white + square(by_change) * change;
+        for i in 0..3 {
+            self.p[WALK + i][WALK + i] += angle;
+            self.p[VELOCITY + i][VELOCITY + i] += velocity;
+            self.p[POSITION + i][POSITION + i] += velocity * t * t / 3.0;
+            self.p[VELOCITY + i][POSITION + i] += velocity * t / 2.0;
+            self.p[POSITION + i][VELOCITY + i] += velocity * t / 2.0;
+        }
+    }
+
+    /// The row of the attitude now about north, east or down.
+    pub fn attitude_row(&self, i: usize) -> Row {
+        let mut row = [0.0; N];
+        for j in 0..3 {
+            let one = if i == j { 1.0 } else { 0.0 };
+            (row[j], row[WALK + j]) = (one, one);
+        }
+        for (j, by) in self.by.iter().enumerate() {
+            row[GYRO + j] = by.get(i).copied().unwrap_or(0.0);
+        }
+        row
+    }
+
+    /// The fix at the end of an interval, and that the vehicle stands.
+    #[inline(never)]
+    pub fn observe(&mut self, node: &Node, assumed: &Assumed) {
+        let axes = self.axes();
+        let arm: V32 = core::array::from_fn(|j| assumed.arm[j] + self.constants[ARM + j]);
+        let arm = turned(&axes, arm);
+        let velocity = self.estimated_velocity();
+        let rows: [Row; 3] = core::array::from_fn(|i| self.attitude_row(i));
+        let [level, down] = node.sigma;
+        for i in 0..3 {
+            let sigma = if i < 2 { level } else { down };
+            if !sigma.is_finite() {
+                continue;
+            }
+            // phi x arm
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let mut row: Row = core::array::from_fn(|n| rows[j][n] * arm[k] - rows[k][n] * arm[j]);
+            row[POSITION + i] = 1.0;
+            for n in 0..3 {
+                row[ARM + n] = axes[i][n];
+            }
+            row[AGE] = -velocity[i];
+            let ahead = velocity[i] * (node.late - self.constants[AGE]);
+            let z = node.place[i] - (self.position[i] + arm[i] + ahead);
+            self.take(&row, z, sigma * sigma * assumed.scale);
+        }
+        if node.rest.is_finite() {
+            self.stands(node, &axes, assumed);
+        }
+    }
+
+    /// A vehicle that stands: no velocity, and what the gyros have turned is their error.
+    fn stands(&mut self, node: &Node, axes: &[V32; 3], assumed: &Assumed) {
+        let spin = dot(axes[2], node.turn);
+        let noise = assumed.noise[0] * assumed.noise[0] * node.time;
+        for i in 0..3 {
+            let mut row = [0.0; N];
+            row[VELOCITY + i] = 1.0;
+            self.take(&row, -self.velocity[i], node.rest * node.rest);
+            if node.time > 0.0 {
+                let mut row = [0.0; N];
+                (row[GYRO + i], row[SPIN + i]) = (node.time, spin);
+                let known = self.constants[GYRO + i] * node.time + self.constants[SPIN + i] * spin;
+                let turns = node.rest / TURNS_M * node.time;
+                let variance = 2.0 * SWAY * SWAY + turns * turns + noise;
+                self.take(&row, node.turn[i] - known, variance);
+            }
+        }
+    }
+
+    /// A heading of a horizontal direction in the sensor's axes: its value and variance.
+    pub fn heading(&mut self, forward: V32, angle: f32, variance: f32) {
+        let [n, e, _] = turned(&self.axes(), forward);
+        if n * n + e * e < 0.25 {
+            return;
+        }
+        let off = angle - libm::atan2f(e, n);
+        let turns = libm::roundf(off / core::f32::consts::TAU);
+        let row = self.attitude_row(2);
+        self.take(&row, off - core::f32::consts::TAU * turns, variance);
+    }
+
+    /// One observation `z = row x`.
+    fn take(&mut self, row: &Row, z: f32, variance: f32) {
+        let column: Row = core::array::from_fn(|i| product_of(&self.p[i], row));
+        let own = product_of(&column, row).max(0.0) + variance;
+        let left = z - product_of(&self.x, row);
+        let ratio = left * left / own;
+        self.cost += ratio.min(GATE) + libm::logf(own);
+        self.nis += ratio.min(GATE);
+        self.count += 1.0;
+        // what is too far counts less, so that one wrong fix moves little
+        let per = 1.0 / (own * (ratio / GATE).max(1.0));
+        for i in 0..N {
+            let k = column[i] * per;
+            self.x[i] += k * left;
+            for j in 0..N {
+                self.p[i][j] -= k * column[j];
+            }
+        }
+    }
+
+    /// Variance of a combination of the errors.
+    pub fn variance(&self, row: &Row) -> f32 {
+        self.covariance(row, row).max(0.0)
+    }
+
+    /// Covariance of two combinations of the errors.
+    pub fn covariance(&self, a: &Row, b: &Row) -> f32 {
+        let pairs = a.iter().zip(&self.p);
+        pairs.fold(0.0, |sum, (a, p)| sum + a * product_of(p, b))
+    }
+}
+
+/// Velocity and way by a constant acceleration in axes that turn by `turn` in the time `t`, in the
+/// axes at the beginning.
+fn constant_in(turn: V32, t: f32, accel: V32) -> [V32; 2] {
+    let once = cross(turn, accel);
+    let twice = cross(turn, once);
+    let sum = |[a, b, c]: [f32; 3], by: f32| {
+        scale(
+            add(add(scale(accel, a), scale(once, b)), scale(twice, c)),
+            by,
+        )
+    };
+    [
+        sum([1.0, 1.0 / 2.0, 1.0 / 6.0], t),
+        sum([1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0], t * t),
+    ]
+}
+
+/// A vector in the axes of `m`'s rows.
+fn turned(m: &[V32; 3], v: V32) -> V32 {
+    m.map(|row| dot(row, v))
+}
+
+/// The same the other way.
+fn back(m: &[V32; 3], v: V32) -> V32 {
+    core::array::from_fn(|i| m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2])
+}
+
+fn product_of(a: &Row, b: &Row) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
