@@ -10,7 +10,7 @@ use host_core::inertial::units::MIN;
 pub struct Row {
     /// Seconds since the start of free-inertial navigation.
     pub t_s: u32,
-    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `rnn-kalman`.
+    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `device`.
     pub scheme: String,
     /// Position error north, m.
     pub d_north_m: f64,

@@ -98,6 +98,7 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
         let split = Split::forward(session.epochs(), 150);
         let settings = Settings {
             assumptions: Assumptions::of(&Unit::default()),
+            device: Device::of_unit(&Unit::default()).unwrap(),
             start_sigma: None,
             network: NetworkSpec::short(),
             promoted_only: false,
@@ -107,7 +108,7 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
         let solved = solutions(&session, &split, &settings, &learnt).unwrap();
         let original = std::fs::read_to_string(dir.path().join("imu.csv")).unwrap();
         for scheme in SCHEMES {
-            let correction = learnt.correction(scheme, &session, &settings.assumptions);
+            let correction = learnt.correction(scheme, &session);
             let taken = correction.taken(&record, begin);
             let bytes = generic::original(&header, &[])
                 .unwrap()
@@ -144,10 +145,9 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
             let increments: Vec<Increment> = session.increments();
             let (from, to) = (split.learn.end, split.judge.end);
             let filter = learnt.filters.iter().find(|(name, _)| *name == scheme);
-            let nav = match (scheme, filter) {
-                ("rnn-kalman", _) if learnt.device.running != ZERO_CORRECTION => learnt.device.nav,
-                (_, Some((_, filter))) => filter.sins.nav,
-                _ => {
+            let nav = match filter {
+                Some((_, filter)) => filter.sins.nav,
+                None => {
                     let plain = ErrorModel::default();
                     let filter = aided(&session, &increments, plain, &settings, from);
                     filter.unwrap().sins.nav
@@ -164,8 +164,7 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
             );
             assert!(off < limit, "{kind:?} {scheme}: {off} m");
             let moved = free.position.last().unwrap() - solved[0].1.position.last().unwrap();
-            let nothing = scheme == "raw"
-                || scheme == "rnn-kalman" && learnt.device.running == ZERO_CORRECTION;
+            let nothing = scheme == "raw" || scheme == "device" && !learnt.device.changed;
             assert!(
                 nothing || moved.norm() > 0.01,
                 "{scheme} corrects something"
