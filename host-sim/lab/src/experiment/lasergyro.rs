@@ -3,7 +3,7 @@
 
 use crate::experiment::outcome::Bench;
 use crate::experiment::protocol::{self, Settings, Split};
-use crate::experiment::results::{Curves, Report, Results};
+use crate::experiment::results::{Curves, Report, Results, SCHEMA};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
 use crate::learning::device::Device;
 use crate::learning::fit::{FittedNetworks, fit};
@@ -211,6 +211,7 @@ fn report(
             "Real laser-gyro recording at rest: learning from the first {learn_s} s, free inertial after that"
         ),
         results: Results {
+            schema: SCHEMA,
             scenario: "lasergyro".into(),
             seed: 0,
             rows: judged.rows(),

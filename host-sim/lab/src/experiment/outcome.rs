@@ -69,6 +69,8 @@ impl Bench {
 /// One case of a replay.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
+    /// [`SCHEMA`](crate::experiment::results::SCHEMA).
+    pub schema: u32,
     /// Recording, for example `fog-mems` or `kitti-0027`.
     pub recording: String,
     /// The learning part and the judged part.
@@ -148,6 +150,7 @@ pub fn table(outcomes: &[Outcome]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::results::SCHEMA;
     use nalgebra::Vector3;
 
     #[test]
@@ -163,6 +166,7 @@ mod tests {
         let got: Vec<(u32, &str)> = rows.iter().map(|r| (r.t_s, r.scheme.as_str())).collect();
         assert_eq!(got, [(10, "raw"), (10, "rnn"), (20, "raw")]);
         let outcome = Outcome {
+            schema: SCHEMA,
             recording: "r".into(),
             case: "c".into(),
             rows,

@@ -33,7 +33,7 @@ pub(in crate::experiment) use device::{Judged, judged};
 
 use crate::experiment::correction::Correction;
 use crate::experiment::outcome::{Bench, Outcome, rows};
-use crate::experiment::results::Curves;
+use crate::experiment::results::{Curves, SCHEMA};
 use crate::experiment::run::{learning_curves, traces};
 use crate::learning::baseline::LinearModel;
 use crate::learning::corrected::corrected_motion;
@@ -203,6 +203,7 @@ fn outcome(
         split.judge.clone(),
     );
     Some(Outcome {
+        schema: SCHEMA,
         recording: recording.to_owned(),
         case: split.case(),
         rows: rows(&solutions, &times_s),

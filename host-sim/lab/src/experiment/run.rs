@@ -4,7 +4,7 @@
 mod device;
 
 use crate::experiment::error_bound::error_bound;
-use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row};
+use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row, SCHEMA};
 use crate::experiment::scenario::{DriveSpec, Scenario};
 use crate::learning::baseline::LinearModel;
 use crate::learning::corrected::estimates;
@@ -157,6 +157,7 @@ pub fn run(
     let mut report = Report {
         title: title(scenario, options),
         results: Results {
+            schema: SCHEMA,
             scenario: scenario.name.clone(),
             seed: options.seed,
             rows: judged.rows(),

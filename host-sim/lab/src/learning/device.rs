@@ -380,3 +380,6 @@ fn counts_of(sample: RawSample) -> Counts {
         RawSample::Floats { .. } => Counts::default(), // it got counts
     }
 }
+
+#[cfg(test)]
+mod tests;

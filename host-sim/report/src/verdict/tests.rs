@@ -20,6 +20,7 @@ fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
         horizontal_m: *metres,
     };
     Outcome {
+        schema: 2,
         recording: "r".into(),
         case: case.into(),
         rows: ends.iter().map(row).collect(),
