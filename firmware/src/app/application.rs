@@ -27,7 +27,7 @@ use crate::configuration::SerialLines;
 use crate::configuration::record;
 use crate::fix::Fix;
 use crate::learn::exchange::{Answer, Background, Exchange, Port};
-use crate::learn::{Learner, Report, Trials};
+use crate::learn::{Learner, Report, Solution, Trials};
 use crate::link::cut::Behind;
 use crate::link::{Clock, Line};
 use crate::model::Nets;
@@ -140,6 +140,11 @@ impl<'m> App<'m> {
     /// The learner's report.
     pub fn learning(&self) -> Report {
         self.flow.learning.report()
+    }
+
+    /// Solution of the learner's navigator; `None` while it does not navigate.
+    pub fn solution(&self) -> Option<Solution> {
+        self.flow.learning.solution()
     }
 
     /// State of the learner's hypotheses; `None` where it has none.

@@ -8,15 +8,15 @@ use crate::long::interruptible;
 use crate::navigator::quaternion;
 use crate::network::Network;
 use crate::unit::{Unit, UnitOrName};
-use firmware::learn::bank::{Gates, NAMES};
+use firmware::learn::bank::{NAMES, ZERO_CORRECTION};
 use firmware::sample::Counts;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{self, EPOCH_S};
 use host_core::inertial::sins::{Increment, NavState};
 use host_io::recordings::generic;
 use host_io::recordings::record::{Record, TimedFix};
+use host_lab::learning::device::{Device, course};
 use host_lab::learning::fit::fit;
-use host_lab::learning::fix_learner::{Stored, learn_on};
 use host_lab::learning::teacher::Assumptions;
 use host_lab::learning::window::compensator;
 use numpy::{PyArray1, PyArray2};
@@ -279,11 +279,11 @@ pub struct Learnt {
     gyro: lrnn_nostd::Net,
     accel: lrnn_nostd::Net,
     assumptions: Assumptions,
-    /// Name of the hypothesis in force.
+    /// Name of the hypothesis that has proved itself.
     #[pyo3(get)]
     running: String,
     evidence: Vec<(String, f64)>,
-    /// The verdict of the test on data that was not learnt from.
+    /// The verdict of the test on data that was not learnt from, or what the device did and waits for.
     #[pyo3(get)]
     note: String,
 }
@@ -319,7 +319,8 @@ impl Learnt {
     }
 }
 
-/// The device's learner (Kalman filters of several hypotheses) on the fixes of a session.
+/// The device, the firmware's own application, on a session and its fixes: from power-on to
+/// power-off. The networks are those that act from the next power-on on.
 #[pyfunction]
 #[pyo3(signature = (session, *, unit=None))]
 pub fn learn_from_fixes(
@@ -330,21 +331,23 @@ pub fn learn_from_fixes(
     let unit = unit.map_or(Ok(session.unit.clone()), UnitOrName::unit)?;
     let own = session.session.clone();
     let assumptions = Assumptions::of(&unit);
-    let learnt = interruptible(py, move || {
-        let (stored, gates) = (Stored::default(), Gates::default());
-        learn_on(&stored, &own, &assumptions, gates, None, own.epochs())
+    let mut device = Device::of_unit(&unit).map_err(raised)?;
+    let before = device.stored().0;
+    let (drive, device) = interruptible(py, move || {
+        let drive = device.drive_session(&own, own.epochs());
+        (drive, device)
     })?;
-    let learnt = learnt.ok_or_else(no_attitude)?;
-    let running = NAMES[learnt.running];
-    let evidence = NAMES.iter().zip(learnt.evidence);
+    let proved = drive.diary.proved().map_or(ZERO_CORRECTION, |of| of.1);
+    let evidence = NAMES.iter().zip(&drive.diary.candidates);
+    let nets = device.stored().0;
     Ok(Learnt {
-        gyro: learnt.nets.gyro,
-        accel: learnt.nets.accel,
+        gyro: nets.gyro,
+        accel: nets.accel,
         assumptions,
-        running: running.into(),
+        running: NAMES[proved].into(),
         evidence: evidence
-            .map(|(name, value)| ((*name).to_owned(), value))
+            .map(|(name, of)| ((*name).to_owned(), of.evidence))
             .collect(),
-        note: format!("the hypothesis in force is \"{running}\""),
+        note: format!("the device {}", course(&drive, &device, &before).says),
     })
 }

@@ -46,7 +46,7 @@ const LS_3X3: Colour = Colour::new("ls-3x3", "#009E73", "#2CC99B");
 /// The network, also in the learning curves and sensor-error panels.
 pub(super) const RNN: Colour = Colour::new("rnn", "#0072B2", "#56B4F2");
 /// The learner from satellite fixes.
-const RNN_KALMAN: Colour = Colour::new("rnn-kalman", "#8B1E3F", "#FF8FAB");
+const DEVICE: Colour = Colour::new("device", "#8B1E3F", "#FF8FAB");
 const EKF6: Colour = Colour::new("ekf6", "#56B4E9", "#8FD0F7");
 const EKF12: Colour = Colour::new("ekf12", "#B58900", "#E6C34D");
 const EKF24: Colour = Colour::new("ekf24", "#6F5BB5", "#AE9DF0");
@@ -55,7 +55,7 @@ const EKF24: Colour = Colour::new("ekf24", "#6F5BB5", "#AE9DF0");
 pub(super) fn all() -> [Colour; 14] {
     [
         PAPER, INK, SOFT, GRID, REFERENCE, TEACHER, RAW, LS_BIAS, LS_3X3, EKF6, EKF12, EKF24, RNN,
-        RNN_KALMAN,
+        DEVICE,
     ]
 }
 
@@ -111,8 +111,8 @@ pub(super) fn scheme(name: &str) -> Look {
         "ekf12" => Look::dashed(EKF12, 1.8, (7.0, 2.0)),
         "ekf24" => Look::dashed(EKF24, 1.8, (2.0, 4.0)),
         "rnn" => Look::solid(RNN, 2.4),
-        // the device; `run` has it twice, and neither `rnn-kalman` nor `ekf12`
-        "rnn-kalman" | "device-4" => Look::dashed(RNN_KALMAN, 2.4, (14.0, 3.0)),
+        // `run` has the device twice, and neither `device` nor `ekf12`
+        "device" | "device-4" => Look::dashed(DEVICE, 2.4, (14.0, 3.0)),
         "device-1" => Look::dashed(EKF12, 2.0, (4.0, 2.0)),
         _ => Look::dashed(SOFT, 1.8, (3.0, 6.0)),
     }
@@ -164,7 +164,7 @@ mod tests {
             "ekf12",
             "ekf24",
             "rnn",
-            "rnn-kalman",
+            "device",
             "reference",
             "another",
         ]

@@ -75,11 +75,13 @@ fn of_name(name: &str) -> Option<&'static str> {
             "two small recurrent neural networks, fitted to the smoothed drive with fixes. They \
              are used only if they prove themselves on fixes that were held back"
         }
-        "rnn-kalman" => {
-            "the device: several candidates, which learn from satellite fixes by Kalman filters: \
-             constant biases, and networks. A candidate corrects only after it has proved itself: \
-             in rehearsals, which are stretches of navigation without fixes, it came closer to the \
-             fixes than no correction did. Until then nothing is corrected"
+        "device" => {
+            "the device: its firmware's own application, with the configuration of the unit. \
+             Several candidates learn from satellite fixes by Kalman filters: constant biases, and \
+             networks. One must prove itself: in rehearsals, which are stretches of navigation \
+             without fixes, it came closer to the fixes than no correction did. What has proved \
+             itself and settled is stored, and corrects from the next power-on on. Until then \
+             nothing is corrected"
         }
         "zupt" => {
             "ekf6 that goes on as a filter without fixes and takes the velocity at the stops of \
@@ -98,21 +100,22 @@ fn of_name(name: &str) -> Option<&'static str> {
     })
 }
 
-/// Explanation of `rnn-kalman` with only some of its candidates, as in `campaign --ablation`.
+/// Explanation of the learner with only some of its candidates, as in `campaign --ablation`.
 fn part_of_the_bank(name: &str) -> Option<String> {
+    const LEARNER: &str = "not the device, but its learner alone, whose result corrects at once,";
     let named = |key: &str| Some(NAMES[KEYS.iter().position(|known| *known == key)?]);
     if name == "no-networks" {
-        return Some("rnn-kalman without its networks".into());
+        return Some(format!("{LEARNER} without its networks"));
     }
     if let Some(key) = name.strip_prefix("only-") {
         let (text, of) = (
             "with one candidate, used whatever speaks for it",
             named(key)?,
         );
-        return Some(format!("rnn-kalman {text}: {of}"));
+        return Some(format!("{LEARNER} {text}: {of}"));
     }
     let key = name.strip_prefix("no-")?;
-    Some(format!("rnn-kalman without one candidate: {}", named(key)?))
+    Some(format!("{LEARNER} without one candidate: {}", named(key)?))
 }
 
 /// Explanations of the terms of a comparison of schemes in free-inertial navigation, and of each

@@ -61,7 +61,7 @@ pub(super) struct Compared {
 }
 
 /// The name of the device among the schemes.
-pub(super) const DEVICE: &str = "rnn-kalman";
+pub(super) const DEVICE: &str = "device";
 /// The schemes that start from an aided filter, as [`NONE`]. They are compared with it if it is
 /// among the rows.
 const AIDED: [&str; 4] = [DEVICE, "ekf6", "ekf12", "ekf24"];
@@ -168,13 +168,11 @@ fn of_device(outcomes: &[Outcome]) -> Option<String> {
             Against::Same => "no different from",
             Against::Better => "better than",
         };
-        return Some(format!(
-            "The device itself ({DEVICE}) ends {how} no correction."
-        ));
+        return Some(format!("The device ends {how} no correction."));
     }
     (!ended.is_empty()).then(|| {
         format!(
-            "The device itself ({DEVICE}) ends worse than no correction in {worse}, better in \
+            "The device ends worse than no correction in {worse}, better in \
              {better} and no different in {same} of {} cases.",
             ended.len()
         )

@@ -35,7 +35,7 @@ pub(super) struct CorrectedOptions {
     #[arg(
         long,
         value_name = "SCHEME",
-        default_value = "rnn-kalman",
+        default_value = "device",
         requires = "corrected",
         value_parser = PossibleValuesParser::new(SCHEMES)
     )]

@@ -221,7 +221,7 @@ impl Lasergyro {
             ));
         }
         progress::stage(REPLAYING);
-        let report = lasergyro::replay(&recording, self.learn_s, &unit);
+        let report = lasergyro::replay(&recording, self.learn_s, &unit)?;
         let mut report = report.ok_or_else(|| no_attitude(&self.file))?;
         let unit = self.unit.unit.as_ref();
         let command = format!(

@@ -13,7 +13,7 @@ use firmware::wire::novatel::ImuType;
 use firmware::wire::ubx::Pvt;
 use firmware::wire::{Checked, ImuFormat};
 use host_core::inertial::session::Session;
-use host_lab::learning::fix_learner::{Device, Stored};
+use host_lab::learning::fix_learner::Device;
 use qemu::drive::{Record, drive_from};
 use qemu::images::REPLAY;
 use qemu::machine::{Clock, NETDUINOPLUS2};
@@ -140,11 +140,8 @@ fn the_desktops_driver_learns_what_the_application_learns() {
     let here = learning_on_desktop(format, &records);
     assert!(here.learnt.fixes > 300, "{:?}", here.learnt);
     let mut memory = Box::new(FixMemory::ZEROED);
-    let stored = Stored {
-        nets: Some(nets()), // what the application begins with
-        memory: Vec::new(),
-    };
-    let mut device = Device::knowing(&stored, &mut memory, Settings::MEDIUM, compensator());
+    let first = nets(); // what the application begins with
+    let mut device = Device::with_nets(&first, &mut memory, Settings::MEDIUM, compensator());
     for record in &records {
         match record.input {
             Input::Sensor => {

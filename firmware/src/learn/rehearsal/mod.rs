@@ -99,6 +99,14 @@ pub struct Standing {
     pub score: f32,
 }
 
+impl Standing {
+    /// Whether the hypothesis has been found harmful at some horizon.
+    #[must_use]
+    pub fn harms(&self) -> bool {
+        self.check < HARMFUL[1]
+    }
+}
+
 /// See the module.
 #[derive(Debug, Clone)]
 pub struct Rehearsal {
@@ -246,7 +254,7 @@ impl Rehearsal {
 
     /// Whether a hypothesis has been found harmful at some horizon.
     pub fn harms(&self, hypothesis: usize) -> bool {
-        self.standing(hypothesis).check < HARMFUL[1]
+        self.standing(hypothesis).harms()
     }
 
     /// Numbers of the hypotheses, and whether each has proved itself.

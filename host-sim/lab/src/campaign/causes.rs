@@ -11,6 +11,7 @@
 
 use super::group::{FixErrors, Group};
 use crate::learning::teacher::Assumptions;
+use firmware::configuration::{Configuration, LIMIT_SIGMAS};
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::Increment;
 use host_core::simulator::gnss::{AntennaPrior, Coloured, Gaps, GnssSpec, Multipath};
@@ -163,6 +164,34 @@ pub(super) fn enlarged(assumptions: &Assumptions, size: &Size) -> Assumptions {
         let walk = (out.in_run[triad] * *prior).hypot(size.walk[triad]);
         *prior = prior.hypot(size.bias[triad]);
         out.in_run[triad] = walk / *prior;
+    }
+    out
+}
+
+/// The device's configuration with a datasheet that is [`enlarged`] so. A limit that follows from the
+/// bias follows the larger one.
+pub(super) fn enlarged_configuration(of: &Configuration, size: &Size) -> Configuration {
+    let mut out = of.clone();
+    if *size == Size::default() {
+        return out;
+    }
+    let correction = &mut out.correction;
+    let (limit, slew) = (&mut correction.limit, &mut correction.slew);
+    let triads = [
+        (&mut out.gyro, &mut limit.gyro, &mut slew.gyro),
+        (&mut out.accel, &mut limit.accel, &mut slew.accel),
+    ];
+    for (k, (triad, limit, slew)) in triads.into_iter().enumerate() {
+        let [bias, walk] = [size.bias[k] as f32, size.walk[k] as f32];
+        let before = triad.bias_turn_on.hypot(triad.bias_in_run);
+        let whole = before.hypot(bias);
+        triad.bias_in_run = triad.bias_in_run.hypot(walk).min(whole);
+        let turn_on = whole * whole - triad.bias_in_run * triad.bias_in_run;
+        triad.bias_turn_on = turn_on.max(0.0).sqrt().max(f32::MIN_POSITIVE);
+        let usual = LIMIT_SIGMAS * before;
+        if (*limit - usual).abs() <= 1e-5 * usual {
+            (*limit, *slew) = (*limit * whole / before, *slew * whole / before);
+        }
     }
     out
 }

@@ -62,7 +62,7 @@ impl Campaign {
             self.earlier(imu, k, number, |model, case| {
                 let at = present.iter().position(|(_, of, _)| *of == model);
                 let at = at.unwrap_or_else(|| {
-                    present.push((0, model, Memory::new(self.scenario.unit())));
+                    present.push((0, model, Memory::default()));
                     present.len() - 1
                 });
                 let (drives, _, memory) = &mut present[at];
@@ -72,7 +72,7 @@ impl Campaign {
                         memory.keep(*index, case).ok_or_else(lost)?;
                     }
                     if stores {
-                        memory.store(case).ok_or_else(lost)?;
+                        memory.store(case);
                     }
                     Ok(())
                 })?;

@@ -3,6 +3,7 @@
 use super::bench::Bench;
 use super::schemes::{Case, Knowledge, Tuned};
 use super::{Campaign, GATHER, Group, Part, STANDSTILL_S, Seeds, causes};
+use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use host_core::error::Error;
 use host_core::inertial::gnss::Fix;
@@ -63,13 +64,18 @@ struct OfGroup {
 }
 
 impl OfGroup {
-    fn case<'a>(&'a self, assumptions: &'a Assumptions, part: &Part) -> Case<'a> {
+    fn case<'a>(
+        &'a self,
+        (assumptions, device): (&'a Assumptions, &'a Device),
+        part: &Part,
+    ) -> Case<'a> {
         Case {
             session: &self.session,
             increments: &self.increments,
             bench: &self.bench,
             knows: Knowledge {
                 assumptions,
+                device,
                 simulated: &self.spec,
                 unit: &self.unit,
                 beyond: &self.beyond,
@@ -93,14 +99,15 @@ impl Campaign {
         prepare: impl Fn(&[(Group, Case<'_>)]) -> Result<(), Error>,
         mut pass: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let assumptions = Assumptions::of(self.scenario.unit());
+        let unit = self.scenario.unit();
+        let known = (&Assumptions::of(unit), &Device::of_unit(unit)?);
         let gnss = self.scenario.receiver();
         let config = self.config(imu, &gnss, part.seeds, part.drive_s);
         let mut measuring = Measuring::of(&self.scenario.vehicle(), &config);
         for groups in groups.chunks(TOGETHER) {
             let of = |group: &Group| self.of_group(imu, part, *group, &mut measuring);
             let all: Vec<OfGroup> = groups.iter().map(of).collect();
-            let each = all.iter().map(|of| (of.group, of.case(&assumptions, part)));
+            let each = all.iter().map(|of| (of.group, of.case(known, part)));
             let cases: Vec<(Group, Case<'_>)> = each.collect();
             prepare(&cases)?;
             cases

@@ -1,21 +1,18 @@
 //! Schemes with a memory: the state that they store over power-off between the drives of a unit.
 //!
 //! The classical filters store mean and covariance of each of their models ([`Belief`]), and the
-//! likelihood of all fixes so far. The device stores the same as its firmware: its estimate of the
-//! unit ([`firmware::learn::unit`]), and the networks that act from the next power-on.
+//! likelihood of all fixes so far. The device is the firmware's own application with its store.
 
 use super::against_none::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
 use super::limit::corrected;
-use super::schemes::{Case, FILTERS};
-use crate::learning::fix_learner::{self, Stored, datasheet};
+use super::schemes::{Case, FILTERS, before_drive};
+use crate::learning::device::Device;
 use crate::learning::teacher::{Assumptions, aligned_knowing};
-use firmware::learn::bank::{ALL, Gates};
 use host_core::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::sins::Increment;
-use host_unit::Unit;
 
 /// Filters with a memory: the names of their schemes, the same filters without it (of [`FILTERS`]),
 /// and their models.
@@ -26,8 +23,8 @@ pub const REMEMBERING: [(&str, usize, Models); 4] = [
     ("ekf-inputs-memory", 6, inputs),
 ];
 
-/// The device's learner: the scheme that stores networks.
-pub const DEVICE: &str = "rnn-kalman";
+/// The device: the scheme with a store.
+pub const DEVICE: &str = "device";
 
 /// End of the name of a filter with a memory that does not learn in the judged drive.
 const FROZEN: &str = "-frozen";
@@ -70,8 +67,8 @@ pub struct StoredModel {
 pub struct Memory {
     /// The models of each of [`REMEMBERING`]; empty before the first drive.
     filters: [Vec<StoredModel>; REMEMBERING.len()],
-    /// The content of the device's store.
-    stored: Stored,
+    /// The device, once it has had a drive.
+    device: Option<Device>,
 }
 
 /// One model at the end of a drive.
@@ -82,30 +79,16 @@ pub(super) struct Passed {
 }
 
 impl Memory {
-    /// The memory before the first drive of a unit. The device knows what a fleet has learnt of its
-    /// type, if the unit's file contains that.
-    #[must_use]
-    pub fn new(unit: &Unit) -> Self {
-        let assumptions = Assumptions::of(unit);
-        let prior = unit.prior.as_ref();
-        Self {
-            stored: prior.map_or_else(Stored::default, |of| {
-                Stored::of_type(of, &datasheet(&assumptions))
-            }),
-            ..Self::default()
-        }
-    }
-
     /// The models of the filter number `index`.
     #[must_use]
     pub fn of(&self, index: usize) -> &[StoredModel] {
         &self.filters[index]
     }
 
-    /// The content of the device's store.
+    /// The device as its last drive has left it; `None` before the first one.
     #[must_use]
-    pub fn stored(&self) -> &Stored {
-        &self.stored
+    pub fn device(&self) -> Option<&Device> {
+        self.device.as_ref()
     }
 
     /// Runs the filter number `index` through a drive and stores its models. `None`: no attitude.
@@ -116,25 +99,12 @@ impl Memory {
         Some(())
     }
 
-    /// Runs the device through a drive. It stores what it has learnt if that is proven.
-    pub(super) fn store(&mut self, case: &Case<'_>) -> Option<()> {
-        let gates = Gates {
-            enabled: ALL,
-            ..Gates::default()
-        };
-        let assumptions = case.knows.assumptions;
-        let learnt = fix_learner::learn_on(
-            &self.stored,
-            case.session,
-            assumptions,
-            gates,
-            None,
-            case.until,
-        )?;
-        if let Some(next) = learnt.next {
-            self.stored = next;
-        }
-        Some(())
+    /// Runs the device through a drive.
+    pub(super) fn store(&mut self, case: &Case<'_>) {
+        let memory = Some(&*self);
+        let mut device = before_drive(&Case { memory, ..*case });
+        device.drive_session(case.session, case.until);
+        self.device = Some(device);
     }
 }
 

@@ -71,24 +71,24 @@ fn a_memory_without_drives_is_the_filter_without_memory() {
 #[test]
 fn without_fixes_only_memory_helps() {
     let frozen = "ekf6-memory-frozen";
-    let names = ["none", "ekf6", "ekf6-memory", frozen, "limit", "rnn-kalman"];
+    let names = ["none", "ekf6", "ekf6-memory", frozen, "limit", "device"];
     let mut campaign = campaign(&[0, 1, 2], false, &names);
     campaign.models = vec![ErrorModelName::Linear.into()];
     let rows = campaign.run(&Tuning::default(), 14).unwrap();
     let end = |scheme: &str, drives| row(&rows, scheme, drives).horizontal_m[4];
-    assert_eq!(end("rnn-kalman", 0), end("none", 0));
+    assert_eq!(end("device", 0), end("none", 0));
     assert_eq!(end("ekf6-memory", 0), end("ekf6", 0));
     assert_eq!(end(frozen, 0), end("none", 0));
     for drives in [1, 2] {
         assert_eq!(end("none", drives), end("none", 0));
         assert_eq!(end("limit", drives), end("limit", 0));
-        for scheme in ["ekf6-memory", frozen, "rnn-kalman"] {
+        for scheme in ["ekf6-memory", frozen, "device"] {
             let (with, without) = (end(scheme, drives), end(scheme, 0));
             assert!(with < 0.5 * without, "{scheme}: {with} of {without} m");
         }
     }
     assert!(end("limit", 0) < 0.5 * end("none", 0));
-    assert_ne!(end("rnn-kalman", 1), end("rnn-kalman", 2));
+    assert_ne!(end("device", 1), end("device", 2));
 }
 
 /// Biases of a unit and of the turn-on, drawn from the filter's prior: after three drives the

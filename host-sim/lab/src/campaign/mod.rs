@@ -32,7 +32,7 @@ pub use against_none::{AgainstNone, Decided, NONE, against_none, missing};
 pub use group::{FixErrors, Group};
 pub use ratios::{Ratio, ratios};
 pub use results::results;
-pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, oracle, rnn_kalman};
+pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, hypotheses, oracle};
 pub use statistics::{FEWEST, Summary, between, median as median_of, summarise};
 pub use store::{Merged, Row, merge};
 pub use studies::{Study, Topic, studies};
@@ -56,8 +56,9 @@ const RATE_HZ: u32 = 100;
 /// rate. At 22 min no median changes by more than 0.5 % between steps of 10 ms and 50 ms, nor by
 /// more than 0.4 % between 50 ms and these 100 ms.
 const GATHER: usize = 10;
-/// Name of the learner of `rnn-kalman`, so that results of different learners are not mixed.
-const LEARNER: &str = "device";
+/// What `device` is, so that its results are not mixed with those of the learner's driver that once
+/// had its place.
+const DEVICE: &str = "the firmware's own application";
 
 /// The settings of a campaign.
 #[derive(Debug, Clone)]
@@ -220,7 +221,7 @@ impl Campaign {
     /// with noise only on the same drive.
     fn one(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Vec<Row>, Error> {
         let known = self.known(imu, tuning, k)?;
-        let new = memory::Memory::new(self.scenario.unit());
+        let new = memory::Memory::default();
         let mut rows = Vec::new();
         let mut floor = FreeInertial::default();
         let prepare = |cases: &[(Group, Case<'_>)]| self.prepare(tuning, cases);
@@ -281,7 +282,7 @@ impl Campaign {
             rows.extend(row);
         }
         for (name, enabled) in self.ablations() {
-            let free = rnn_kalman(case, enabled).ok_or_else(lost)?;
+            let free = hypotheses(case, enabled).ok_or_else(lost)?;
             rows.extend(store::row(of, &name, &free));
         }
         Ok(())
@@ -384,7 +385,7 @@ impl Campaign {
     /// mixed.
     fn fingerprint(&self) -> String {
         format!(
-            "{}|{:?}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{LEARNER}|{:?}|\
+            "{}|{:?}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{DEVICE}|{:?}|\
              {}|{:?}",
             env!("CARGO_PKG_VERSION"),
             self.scenario,

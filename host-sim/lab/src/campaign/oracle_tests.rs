@@ -2,6 +2,7 @@
 
 use super::bench::Bench;
 use super::*;
+use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use host_core::inertial::session::Session;
 use host_core::simulator::imu::Draws;
@@ -90,6 +91,7 @@ fn the_oracle_knows_every_cause() {
                 bench: &Bench::default(),
                 knows: Knowledge {
                     assumptions: &Assumptions::of_simulated(&spec),
+                    device: &Device::of_unit(&host_unit::Unit::default()).unwrap(),
                     simulated: &spec,
                     unit: &imu.unit_errors(),
                     beyond: &[],

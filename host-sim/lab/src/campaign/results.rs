@@ -143,7 +143,7 @@ fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
 fn classical() -> impl Iterator<Item = &'static str> {
     names().into_iter().filter(|name| name.starts_with("ekf"))
 }
-const LEARNER: &str = "rnn-kalman";
+const LEARNER: &str = "device";
 
 /// The learner from fixes divided by the best classical filter, the oracle, no model and the floor.
 fn goals(last: &[&Summary]) -> String {
@@ -317,7 +317,7 @@ mod tests {
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("| hot, all | 200 |"), "{text}");
         assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
-        // rnn-kalman is the nineteenth scheme, ekf6 the second and the best classical one, the
+        // device is the nineteenth scheme, ekf6 the second and the best classical one, the
         // oracle the seventeenth
         assert!(
             text.contains("| all | 9.50 (ekf6) | 9.50 (ekf6) | 1.12 / 1.12 |"),

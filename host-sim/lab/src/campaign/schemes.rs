@@ -2,10 +2,11 @@
 //! from there, on the same samples.
 
 use super::bench::{self, Bench, Task};
-use super::causes::{Size, enlarged};
+use super::causes::{Size, enlarged, enlarged_configuration};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
 use super::zupt::zupt;
+use crate::learning::device::Device;
 use crate::learning::fit::{Use, fit};
 use crate::learning::fix_learner;
 use crate::learning::teacher::{Assumptions, IN_RUN, aligned};
@@ -13,7 +14,6 @@ use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use firmware::learn::bank::{
     ALL, Gates, HYPOTHESES, KEYS, LARGEST, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
-use firmware::model::Nets;
 use host_core::inertial::ekf::{Aided, ErrorModel, Known, Noise, TurnOn};
 use host_core::inertial::free_inertial::{FreeInertial, from_filter};
 use host_core::inertial::session::{Session, Surroundings};
@@ -135,6 +135,8 @@ pub struct Knowledge<'a> {
     /// Assumptions by the unit's datasheet, for all schemes. They do not say which groups of errors
     /// are simulated.
     pub assumptions: &'a Assumptions,
+    /// The device of the unit, as its file configures it, before its first drive.
+    pub device: &'a Device,
     /// The simulated IMU, for the oracle.
     pub simulated: &'a ImuSpec,
     /// The true errors of the unit, for the limit.
@@ -182,12 +184,12 @@ pub const SCHEMES: [(&str, Scheme); 28] = [
     ("rnn-window", |c| {
         none(c, &rnn_increments(c)?, c.tuned.rnn_factor)
     }),
-    ("rnn-kalman", |c| rnn_kalman(c, ALL)),
+    ("device", device),
     ("zupt", zupt),
 ];
 
-/// Parts of the bank, to measure the benefit of each: their names, and the hypotheses that take
-/// part, one bit each. A hypothesis alone is used whatever its evidence.
+/// Parts of the bank, to compare the hypotheses of the learner: their names, and the hypotheses that
+/// take part, one bit each. A hypothesis alone is used whatever its evidence.
 pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let alone = (0..HYPOTHESES)
         .filter(|&index| ![ZERO_CORRECTION, STORED].contains(&index))
@@ -200,38 +202,45 @@ pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     alone.chain(without)
 }
 
-/// The device's learner from fixes ([`fix_learner`]). Hypotheses whose bit in `enabled` is set take
-/// part.
-pub fn rnn_kalman(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
-    if !case.fixes {
-        return stored(case);
-    }
+/// The learner's hypotheses whose bit in `enabled` is set, by the learner's own driver
+/// ([`fix_learner`]): not the device, since what proves itself corrects at once, and nothing limits
+/// or stores it.
+pub fn hypotheses(case: &Case<'_>, enabled: u8) -> Option<FreeInertial> {
     let assumptions = *case.knows.assumptions;
     let gates = Gates {
         enabled,
         ..Gates::default()
     };
     let (session, until) = (case.session, case.until);
-    let known = case.memory.map(Memory::stored).cloned().unwrap_or_default();
-    let learnt = fix_learner::learn_on(&known, session, &assumptions, gates, None, until)?;
+    let learnt = fix_learner::learn(session, &assumptions, gates, None, until)?;
     if learnt.running == ZERO_CORRECTION {
-        // the device corrects nothing
         return none(case, case.increments(), case.tuned.none_factor);
     }
     Some(learnt.free_inertial(session, &assumptions, until))
 }
 
-/// The device in mode frozen: the stored networks act from power-on, nothing is learnt, and the
-/// navigation computer aligns with the corrected samples.
-fn stored(case: &Case<'_>) -> Option<FreeInertial> {
-    let factor = case.tuned.none_factor;
-    let nets = case.memory.and_then(|memory| memory.stored().nets);
-    let Some(Nets { gyro, accel }) = nets else {
+/// The device before the drive, with what it has stored in earlier ones. Where the schemes know the
+/// group's cause, its configuration includes it.
+pub(super) fn before_drive(case: &Case<'_>) -> Device {
+    let new = case.knows.device;
+    let known = case.memory.and_then(Memory::device);
+    let mut device = known.unwrap_or(new).clone();
+    device.configure(&enlarged_configuration(
+        new.configuration(),
+        &case.tuned.cause,
+    ));
+    device
+}
+
+/// The firmware's own application through the drive, from power-on to its end. On its samples the
+/// navigation computer of `none` navigates.
+fn device(case: &Case<'_>) -> Option<FreeInertial> {
+    let (session, factor) = (case.session, case.tuned.none_factor);
+    let drive = before_drive(case).drive_session(session, case.until);
+    if !drive.changed {
         return none(case, case.increments(), factor);
-    };
-    let session = case.session;
-    let compensator = compensator(session, &[gyro, accel], case.knows.assumptions);
-    let corrected = corrected_increments(session, &compensator, 0..session.epochs());
+    }
+    let corrected = session.navigable(drive.corrected.each());
     none(case, &corrected, factor)
 }
 

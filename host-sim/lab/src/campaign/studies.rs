@@ -20,7 +20,7 @@ const SCHEMES: [&str; 11] = [
     "ekf-temp",
     "ekf-inputs",
     "oracle",
-    "rnn-kalman",
+    "device",
     "zupt",
 ];
 /// Schemes of the table of earlier drives.
@@ -31,7 +31,7 @@ const REMEMBERING: [&str; 7] = [
     "ekf-temp-memory",
     "ekf-inputs-memory",
     "limit",
-    "rnn-kalman",
+    "device",
 ];
 /// Numbers of earlier drives.
 const DRIVES: [u32; 5] = [0, 1, 2, 4, 8];
@@ -187,7 +187,7 @@ fn ratio(of: &Errors, to: &Errors) -> f64 {
 }
 
 /// The table of causes: the median error in m, how many times larger the error is than without the
-/// cause, and in how many runs `rnn-kalman` is worse than `none`.
+/// cause, and in how many runs `device` is worse than `none`.
 #[must_use]
 pub fn of_causes(rows: &[Row], sensors: &str) -> String {
     let without: Option<Group> = sensors.parse().ok();
@@ -209,15 +209,13 @@ pub fn of_causes(rows: &[Row], sensors: &str) -> String {
         let mut row = vec![group.to_string()];
         row.extend(cells);
         row.push(worse(
-            &errors(rows, *group, "rnn-kalman", 0),
+            &errors(rows, *group, "device", 0),
             &errors(rows, *group, "none", 0),
         ));
         row
     };
     let lines: Vec<Vec<String>> = groups.iter().filter(here).map(line).collect();
-    let head = SCHEMES
-        .into_iter()
-        .chain(["`rnn-kalman` worse than `none`"]);
+    let head = SCHEMES.into_iter().chain(["`device` worse than `none`"]);
     table(&header("cause", head), &lines)
 }
 
@@ -237,13 +235,11 @@ pub fn of_labelled(first: &str, studies: &[(String, Vec<Row>)]) -> String {
             let of = |scheme: &str| errors(rows, group, scheme, 0);
             let mut line = vec![format!("{label}, {group}")];
             line.extend(SCHEMES.map(|scheme| metres(middle(&of(scheme)))));
-            line.push(worse(&of("rnn-kalman"), &of("none")));
+            line.push(worse(&of("device"), &of("none")));
             lines.push(line);
         }
     }
-    let head = SCHEMES
-        .into_iter()
-        .chain(["`rnn-kalman` worse than `none`"]);
+    let head = SCHEMES.into_iter().chain(["`device` worse than `none`"]);
     table(&header(first, head), &lines)
 }
 
@@ -281,15 +277,10 @@ mod tests {
         for run in 0..4 {
             let m = f64::from(run + 1);
             rows.push(Row::north(ErrorModelName::Linear, run, "none", 100.0 * m));
-            rows.push(Row::north(
-                ErrorModelName::Linear,
-                run,
-                "rnn-kalman",
-                10.0 * m,
-            ));
+            rows.push(Row::north(ErrorModelName::Linear, run, "device", 10.0 * m));
             rows.push(Row::north(late, run, "none", 100.0 * m));
             let error = if run == 0 { 500.0 } else { 20.0 * m };
-            rows.push(Row::north(late, run, "rnn-kalman", error));
+            rows.push(Row::north(late, run, "device", error));
         }
         let text = of_causes(&rows, "linear");
         let line = text

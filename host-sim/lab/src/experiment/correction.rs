@@ -7,11 +7,9 @@
 //! | `ls-bias`, `ls-3x3` | the fitted errors, from the first epoch on |
 //! | `rnn` | the output of the two networks, from the first epoch on |
 //! | `ekf6`, `ekf12`, `ekf24` | nothing while the filter learns, then its last estimate |
-//! | `rnn-kalman` | nothing while the device learns, then the output of its networks |
+//! | `device` | in each second what the device had in force: what it had stored before, and from its power-on at the end of the learning part what it stored there |
 //!
-//! `rnn-kalman` is the output of the device, which learns in mode shadow and corrects in mode
-//! frozen. Before the first epoch nothing is subtracted. After the last one the last correction
-//! stays.
+//! Before the first epoch nothing is subtracted. After the last one the last correction stays.
 
 use crate::learning::baseline::LinearModel;
 use host_core::inertial::ekf::Aided;
@@ -23,14 +21,7 @@ use nalgebra::Vector3;
 
 /// Schemes whose corrections can be written.
 pub const SCHEMES: [&str; 8] = [
-    "raw",
-    "ls-bias",
-    "ls-3x3",
-    "ekf6",
-    "ekf12",
-    "ekf24",
-    "rnn",
-    "rnn-kalman",
+    "raw", "ls-bias", "ls-3x3", "ekf6", "ekf12", "ekf24", "rnn", "device",
 ];
 
 /// The correction by one scheme, which is subtracted.

@@ -1,20 +1,19 @@
 //! The error bound of a session: the largest change of a free-inertial position by corrections
 //! within their limits.
 
-use crate::learning::teacher::Assumptions;
-use crate::learning::window::limit;
+use firmware::compensator::Limit;
 use firmware::error_bound::{ErrorBound, LATITUDE};
 use host_core::inertial::session::Session;
 use host_core::inertial::units::{DEG_PER_H, UG};
 
-/// The worst effect, in this session, of corrections within the limits of
-/// [`crate::learning::window::compensator`], and a sentence that states it.
+/// The worst effect, in this session, of corrections by the device within its limit, and a sentence
+/// that states it.
 #[must_use]
-pub fn error_bound(session: &Session, assumptions: &Assumptions) -> (ErrorBound, String) {
+pub fn error_bound(session: &Session, limit: Limit) -> (ErrorBound, String) {
     let speed = session.reference.iter().map(|s| s.velocity.xy().norm());
     let begins = session.reference.first();
     let bound = ErrorBound {
-        limit: limit(assumptions),
+        limit,
         speed: speed.fold(0.0, f64::max) as f32,
         latitude: begins.map_or(LATITUDE, |state| state.position.lat),
         words: 1.0, // every sample of a recording arrives once
@@ -69,7 +68,8 @@ mod tests {
             drive: 1,
         };
         let session = simulate(&config).0;
-        let (bound, _) = error_bound(&session, &Assumptions::of(scenario.unit()));
+        let limit = scenario.unit().configuration().unwrap().correction.limit;
+        let (bound, _) = error_bound(&session, limit);
         let limit = [bound.limit.gyro, bound.limit.accel].map(f64::from);
         let increments = session.increments();
         let n = session.steps_per_epoch();

@@ -3,6 +3,7 @@
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
+use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
@@ -16,10 +17,13 @@ use host_unit::Unit;
 pub const UNIT: &str = "fog-mems";
 
 /// Settings of the replay with a unit like that of the recording.
-#[must_use]
-pub fn settings(unit: &Unit) -> Settings {
-    Settings {
+///
+/// # Errors
+/// A unit that no device accepts.
+pub fn settings(unit: &Unit) -> Result<Settings, Error> {
+    Ok(Settings {
         assumptions: Assumptions::of(unit),
+        device: Device::of_unit(unit)?,
         start_sigma: Some(InitialSigma {
             tilt: 0.3 * DEG,
             heading: 0.5 * DEG,
@@ -29,7 +33,7 @@ pub fn settings(unit: &Unit) -> Settings {
         promoted_only: false,
         network: NetworkSpec::short(),
         times_s: vec![10, 20, 30, 40],
-    }
+    })
 }
 
 /// All cases: 30, 50 and 70 s of learning, forward and with the roles exchanged.
@@ -37,7 +41,7 @@ pub fn settings(unit: &Unit) -> Settings {
 /// # Errors
 /// As [`judge`].
 pub fn replay(session: &Session, unit: &Unit) -> Result<Vec<Outcome>, Error> {
-    let (settings, n) = (settings(unit), session.epochs());
+    let (settings, n) = (settings(unit)?, session.epochs());
     [30, 50, 70]
         .iter()
         .flat_map(|&t| [Split::forward(n, t), Split::exchanged(n, t)])
@@ -63,17 +67,11 @@ mod tests {
             let last = o.rows.iter().map(|r| r.t_s).max().unwrap();
             let raw = o.horizontal("raw", last).unwrap();
             for scheme in [
-                "ls-bias",
-                "ls-3x3",
-                "ekf6",
-                "ekf12",
-                "ekf24",
-                "rnn",
-                "rnn-kalman",
+                "ls-bias", "ls-3x3", "ekf6", "ekf12", "ekf24", "rnn", "device",
             ] {
                 let left = o.horizontal(scheme, last).unwrap() / raw;
                 // 70 s are too short for rehearsals to prove anything
-                if scheme == "rnn-kalman" {
+                if scheme == "device" {
                     assert!((left - 1.0).abs() < 1e-9, "{}: {left}", o.case);
                     continue;
                 }

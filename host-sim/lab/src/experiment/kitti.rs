@@ -2,6 +2,7 @@
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
+use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
@@ -15,10 +16,13 @@ use host_unit::Unit;
 pub const UNIT: &str = "kitti";
 
 /// Settings of the replay with a unit like that of the drives.
-#[must_use]
-pub fn settings(unit: &Unit) -> Settings {
-    Settings {
+///
+/// # Errors
+/// A unit that no device accepts.
+pub fn settings(unit: &Unit) -> Result<Settings, Error> {
+    Ok(Settings {
         assumptions: Assumptions::of(unit),
+        device: Device::of_unit(unit)?,
         start_sigma: Some(InitialSigma {
             tilt: 0.05 * DEG,
             heading: 0.1 * DEG,
@@ -28,7 +32,7 @@ pub fn settings(unit: &Unit) -> Settings {
         promoted_only: false,
         network: NetworkSpec::short(),
         times_s: vec![10, 20, 30, 40, 50],
-    }
+    })
 }
 
 /// Learns on the first half and judges on the second, also with the halves exchanged.
@@ -36,7 +40,7 @@ pub fn settings(unit: &Unit) -> Settings {
 /// # Errors
 /// As [`judge`].
 pub fn replay(name: &str, session: &Session, unit: &Unit) -> Result<Vec<Outcome>, Error> {
-    let (settings, n) = (settings(unit), session.epochs());
+    let (settings, n) = (settings(unit)?, session.epochs());
     [Split::forward(n, n / 2), Split::exchanged(n, n / 2)]
         .iter()
         .filter(|split| !split.judge.is_empty() && !split.learn.is_empty())

@@ -2,14 +2,15 @@
 //! navigation to the end, raw and compensated.
 
 use crate::experiment::outcome::Bench;
-use crate::experiment::results::{Curves, Report, Results};
+use crate::experiment::protocol::{self, Settings, Split};
+use crate::experiment::results::{Curves, Report, Results, SCHEMA};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
+use crate::learning::device::Device;
 use crate::learning::fit::{FittedNetworks, fit};
-use crate::learning::fix_learner::learn;
 use crate::learning::teacher::{Assumptions, aligned};
 use crate::learning::window::NetworkSpec;
-use firmware::learn::bank::{ALL, Gates, NAMES, ZERO_CORRECTION};
 use firmware::sample::{Counts, Lsb};
+use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::ekf::ErrorModel;
 use host_core::inertial::free_inertial::free_inertial;
@@ -91,57 +92,110 @@ fn network() -> NetworkSpec {
 }
 
 /// The navigators that are aided over the learning part: without a model of the sensors, with six
-/// biases, and the device. Returns the device's results.
-fn aid_all(session: &Session, a: &Assumptions, judged: &mut Judged) -> Option<Bench> {
+/// biases, and without a model on the device's samples. Returns the device's results.
+fn aid_all(
+    session: &Session,
+    settings: &Settings,
+    all: &mut Judged,
+) -> Result<Option<(Bench, String)>, Error> {
+    let a = &settings.assumptions;
+    let (until, end) = (session.standstill, session.epochs());
     let increments = session.increments();
-    let until = session.standstill;
-    let learnt = |enabled| {
-        let gates = Gates {
-            enabled,
-            ..Gates::default()
-        };
-        learn(session, a, gates, None, until)
+    let plain = |increments: &[Increment]| {
+        let aligned = aligned(session, increments)?;
+        let filter = aligned.aided(ErrorModel::default(), a, session, increments, until);
+        Some(free_inertial(
+            session,
+            increments,
+            filter.sins.nav,
+            until,
+            end,
+        ))
     };
-    let none = learnt(1 << ZERO_CORRECTION)?;
-    let product = learnt(ALL)?;
-    let model = ErrorModel::biases(&a.walking(a.datasheet_walk()).prior);
-    let filter = aligned(session, &increments)?.aided(model, a, session, &increments, until);
-    let step = session.step_s();
-    let frozen: Vec<Increment> = increments
-        .iter()
-        .map(|w| filter.corrected(w, step))
-        .collect();
-    let classical = free_inertial(session, &frozen, filter.sins.nav, until, session.epochs());
-    judged.add("none", none.free_inertial(session, a, until));
-    judged.add("ekf6", classical);
-    judged.add("rnn-kalman", product.free_inertial(session, a, until));
-    let end = session.epochs();
-    Some(Bench::of(&product, session, a, 0..until, until..end))
+    let biased = || {
+        let model = ErrorModel::biases(&a.walking(a.datasheet_walk()).prior);
+        let filter = aligned(session, &increments)?.aided(model, a, session, &increments, until);
+        let step = session.step_s();
+        let frozen: Vec<Increment> = increments
+            .iter()
+            .map(|w| filter.corrected(w, step))
+            .collect();
+        Some(free_inertial(session, &frozen, filter.sins.nav, until, end))
+    };
+    let split = Split::forward(end, until);
+    let device = protocol::judged(session, &split, settings)?;
+    let own = match device.changed {
+        true => Some(session.navigable(device.corrected.each())),
+        false => None,
+    };
+    let own = own.as_deref().unwrap_or(&increments);
+    let (Some(none), Some(ekf6), Some(corrected)) = (plain(&increments), biased(), plain(own))
+    else {
+        return Ok(None);
+    };
+    all.add("none", none);
+    all.add("ekf6", ekf6);
+    all.add("device", corrected);
+    let limit = settings.device.configuration().correction.limit;
+    let bench = Bench::of(&device, session, limit, split.learn, split.judge);
+    Ok(Some((bench, device.note)))
 }
 
 /// Learns from the first `learn_s` seconds and judges on the rest. `None` when the recording gives
 /// no attitude.
-#[must_use]
-pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report> {
+///
+/// # Errors
+/// A unit that no device accepts.
+pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Result<Option<Report>, Error> {
     let session = session(recording, learn_s);
-    let assumptions = assumptions(unit);
-    let learnt: FittedNetworks = fit(
+    let settings = Settings {
+        assumptions: assumptions(unit),
+        device: Device::of_unit(unit)?,
+        start_sigma: None,
+        network: network(),
+        promoted_only: true,
+        times_s: Vec::new(),
+    };
+    let learnt = fit(
         &session,
         &session.increments(),
-        assumptions,
-        &network(),
+        settings.assumptions,
+        &settings.network,
         learn_s as usize,
         true,
-    )?;
-    let mut judged = judge(&session, &learnt)?;
-    let bench = aid_all(&session, &assumptions, &mut judged)?;
+    );
+    let judged = learnt.and_then(|learnt| Some((judge(&session, &learnt)?, learnt)));
+    let Some((mut judged, learnt)) = judged else {
+        return Ok(None);
+    };
+    let aided = aid_all(&session, &settings, &mut judged)?;
+    let Some((bench, note)) = aided else {
+        return Ok(None);
+    };
+    Ok(Some(report(
+        recording,
+        (learn_s, &unit.name),
+        &session,
+        &learnt,
+        judged,
+        (bench, note),
+    )))
+}
+
+fn report(
+    recording: &Recording,
+    (learn_s, unit): (u32, &str),
+    session: &Session,
+    learnt: &FittedNetworks,
+    judged: Judged,
+    (bench, note): (Bench, String),
+) -> Report {
     let notes = vec![
         learnt.verdict(),
-        format!(
-            "`none`, `ekf6` and `rnn-kalman` align on the first third of that time and are aided over the rest by the known place and \
-             zero velocity; `rnn-kalman` runs the hypothesis that has proved itself: {}.",
-            NAMES[bench.running]
-        ),
+        "`none`, `ekf6` and `device` align on the first third of that time and are aided over the rest by the known place and \
+         zero velocity; `device` has the navigator of `none` behind it."
+            .into(),
+        note,
         format!(
             "Alignment: in the inertial frame over the first {learn_s} s, by each scheme with its own samples. It finds attitude alone; an \
              aided filter over the same time also estimates velocity and biases and leaves tilts that cancel them, so it goes on \
@@ -152,11 +206,12 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report
             .into(),
         "The vertical channel is damped with the site's height in every scheme; the table is horizontal.".into(),
     ];
-    Some(Report {
+    Report {
         title: format!(
             "Real laser-gyro recording at rest: learning from the first {learn_s} s, free inertial after that"
         ),
         results: Results {
+            schema: SCHEMA,
             scenario: "lasergyro".into(),
             seed: 0,
             rows: judged.rows(),
@@ -170,7 +225,7 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report
                     recording.rate_hz
                 ),
             ),
-            ("unit".into(), unit.name.clone()),
+            ("unit".into(), unit.to_owned()),
             (
                 "learning part".into(),
                 format!("{learn_s} s: alignment, learning and, at its end, a held-back part"),
@@ -183,11 +238,11 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Option<Report
         ],
         notes,
         curves: Curves {
-            track: judged.tracks(&session),
+            track: judged.tracks(session),
             error_over_time: judged.errors(),
-            learning: learning_curves(&learnt),
-            traces: traces(&session, &learnt),
+            learning: learning_curves(learnt),
+            traces: traces(session, learnt),
         },
         bench: Some(Box::new(bench)),
-    })
+    }
 }

@@ -2,9 +2,10 @@
 
 use crate::experiment::doubts::Warning;
 use crate::experiment::error_bound::error_bound;
+use crate::experiment::protocol::Judged;
 use crate::experiment::results::{Curves, Row};
-use crate::learning::fix_learner::{Learnt, diary::Diary};
-use crate::learning::teacher::Assumptions;
+use crate::learning::device::{Course, Diary};
+use firmware::compensator::Limit;
 use firmware::model::Nets;
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::session::Session;
@@ -14,12 +15,12 @@ use std::ops::Range;
 /// The device's results on the learning part, and its error bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bench {
+    /// What it did there.
+    pub course: Course,
     /// The course of its learning.
     pub diary: Diary,
-    /// Networks of the candidate in force, its biases folded in.
+    /// The networks that act from the next power-on.
     pub nets: Nets,
-    /// The candidate in force at the end: its index in `firmware::learn::bank::NAMES`.
-    pub running: usize,
     /// Largest error that corrections within their limits can add 5, 10, 15, 20 and 22 min after an
     /// alignment, m.
     pub bound_m: [u32; 5],
@@ -39,22 +40,22 @@ pub struct Bench {
 impl Bench {
     /// The results of a session that was judged against its fixes.
     #[must_use]
-    pub fn of(
-        learnt: &Learnt,
+    pub(super) fn of(
+        device: &Judged,
         session: &Session,
-        assumptions: &Assumptions,
+        limit: Limit,
         learn: Range<usize>,
         judge: Range<usize>,
     ) -> Self {
-        let (bound, sentence) = error_bound(session, assumptions);
+        let (bound, sentence) = error_bound(session, limit);
         let fixes = session.fixes.get(judge.clone()).unwrap_or_default();
         let sigma = fixes.iter().flatten().filter(|fix| fix.has(0..2));
         let mut sigma: Vec<f64> = sigma.map(|fix| fix.sigmas[0].max(fix.sigmas[1])).collect();
         sigma.sort_by(f64::total_cmp);
         Self {
-            diary: learnt.diary.clone(),
-            nets: learnt.nets,
-            running: learnt.running,
+            course: device.course.clone(),
+            diary: device.diary.clone(),
+            nets: device.nets,
             bound_m: bound.table(),
             bound: sentence,
             begin_s: 0.0,
@@ -68,6 +69,8 @@ impl Bench {
 /// One case of a replay.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
+    /// [`SCHEMA`](crate::experiment::results::SCHEMA).
+    pub schema: u32,
     /// Recording, for example `fog-mems` or `kitti-0027`.
     pub recording: String,
     /// The learning part and the judged part.
@@ -147,6 +150,7 @@ pub fn table(outcomes: &[Outcome]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::experiment::results::SCHEMA;
     use nalgebra::Vector3;
 
     #[test]
@@ -162,6 +166,7 @@ mod tests {
         let got: Vec<(u32, &str)> = rows.iter().map(|r| (r.t_s, r.scheme.as_str())).collect();
         assert_eq!(got, [(10, "raw"), (10, "rnn"), (20, "raw")]);
         let outcome = Outcome {
+            schema: SCHEMA,
             recording: "r".into(),
             case: "c".into(),
             rows,

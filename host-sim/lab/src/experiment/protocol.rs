@@ -12,7 +12,11 @@
 //! Learnt errors belong to the attitude that the teacher found. That attitude differs from the
 //! reference's by the mounting: a tilt of 1 mrad and an accelerometer bias of 1000 ug are the same
 //! to the teacher. So for all schemes that learnt, the first attitude is turned by the mean
-//! difference over the learning part; for the filters and the device, by the difference at its end.
+//! difference over the learning part; for the filters, by the difference at its end.
+//!
+//! The device learns on the learning part with its fixes, is switched off, and is switched on again
+//! with its store for the judged part, where it has no fixes. With a live activation it goes on
+//! without a power-off. Its navigation computer is that of `raw`, on the device's samples.
 //!
 //! | scheme | increments of the judged part |
 //! |---|---|
@@ -20,20 +24,23 @@
 //! | `ls-bias`, `ls-3x3` | less a bias, or bias and 3x3, fitted to the teacher's references |
 //! | `ekf6`, `ekf12`, `ekf24` | less the filter's last estimate (biases; scale factors; 3x3) |
 //! | `rnn` | through the compensator, with two networks taught from the same references |
-//! | `rnn-kalman` | through the compensator, as the device has learnt (`learning::fix_learner`) |
+//! | `device` | as they leave the firmware's own application (`learning::device`) |
 
+mod device;
 mod learnt;
+
+pub(in crate::experiment) use device::{Judged, judged};
 
 use crate::experiment::correction::Correction;
 use crate::experiment::outcome::{Bench, Outcome, rows};
-use crate::experiment::results::Curves;
+use crate::experiment::results::{Curves, SCHEMA};
 use crate::experiment::run::{learning_curves, traces};
 use crate::learning::baseline::LinearModel;
 use crate::learning::corrected::corrected_motion;
+use crate::learning::device::Device;
 use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::teacher::{Assumptions, Nominal};
 use crate::learning::window::{NetworkSpec, compensator};
-use firmware::learn::bank::{NAMES, ZERO_CORRECTION};
 use host_core::error::Error;
 use host_core::inertial::ekf::{ErrorModel, InitialSigma, Smoothed, smooth};
 use host_core::inertial::free_inertial::{FreeInertial, free_inertial};
@@ -75,6 +82,12 @@ impl Split {
         }
     }
 
+    /// Whether the judged part follows the learning part.
+    #[must_use]
+    pub fn follows(&self) -> bool {
+        self.learn.end == self.judge.start
+    }
+
     /// A description of the two parts.
     #[must_use]
     pub fn case(&self) -> String {
@@ -86,11 +99,13 @@ impl Split {
     }
 }
 
-/// Assumptions about the sensors, and settings of the networks' training.
+/// What is known of the unit, and settings of the networks' training.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Assumptions about the sensors.
     pub assumptions: Assumptions,
+    /// The device of the same unit, before the learning part.
+    pub device: Device,
     /// Errors of the reference as the state of this IMU, mounting included. `None`: those of a
     /// self-alignment.
     pub start_sigma: Option<InitialSigma>,
@@ -134,7 +149,7 @@ pub fn judge_and_correct(
     };
     let records = learnt.nominal.records.clone();
     let correction = corrected_by.map_or(Correction::Nothing, |scheme| {
-        learnt.correction(scheme, session, &settings.assumptions)
+        learnt.correction(scheme, session)
     });
     let outcome = outcome(recording, session, split, settings, learnt);
     session.counts.check()?;
@@ -165,7 +180,7 @@ fn outcome(
     let judged = |t: &usize| session.judges(split.judge.start + t);
     let mut times_s = settings.times_s.clone();
     times_s.retain(|t| judged(&(*t as usize)));
-    let mut notes = vec![note, in_force(device.running, device.diary.since())];
+    let mut notes = vec![note, device.note.clone()];
     let left = settings.times_s.len() - times_s.len();
     if left > 0 {
         notes.push(format!(
@@ -179,14 +194,16 @@ fn outcome(
         .map(|s| s.position.ned_from(&origin))
         .map(|p| [p.x, p.y])
         .collect();
+    let limit = settings.device.configuration().correction.limit;
     let bench = Bench::of(
         &device,
         session,
-        &settings.assumptions,
+        limit,
         split.learn.clone(),
         split.judge.clone(),
     );
     Some(Outcome {
+        schema: SCHEMA,
         recording: recording.to_owned(),
         case: split.case(),
         rows: rows(&solutions, &times_s),
@@ -208,8 +225,7 @@ fn solutions(
     settings: &Settings,
     learnt: &Learnt,
 ) -> Option<Vec<(&'static str, FreeInertial)>> {
-    let a = &settings.assumptions;
-    let follows = split.learn.end == split.judge.start;
+    let follows = split.follows();
     let (range, from) = match follows {
         true => (split.learn.start..split.judge.end, learnt.lesson.epochs()),
         false => (split.judge.clone(), 0),
@@ -247,18 +263,25 @@ fn solutions(
         };
         out.insert(3 + k, (name, free_inertial(&run, &frozen, nav, from, to)));
     }
-    let device = match follows {
-        // it corrects nothing
-        _ if learnt.device.running == ZERO_CORRECTION => out.first()?.1.clone(),
-        true => learnt.device.free_inertial(&run, a, from),
-        false => {
-            let nets = [learnt.device.nets.gyro, learnt.device.nets.accel];
-            let increments = corrected_motion(&run, compensator(&run, &nets, a));
-            let nav = as_left(&learnt.device.nav);
+    let device = match learnt.device.changed {
+        false => out.first()?.1.clone(),
+        true => {
+            let own = Session {
+                counts: learnt.device.corrected.clone(),
+                ..run.clone()
+            };
+            let increments = own.motion();
+            let nav = match follows {
+                true => {
+                    let plain = ErrorModel::default();
+                    aided(&run, &increments, plain, settings, from)?.sins.nav
+                }
+                false => turned,
+            };
             free_inertial(&run, &increments, nav, from, to)
         }
     };
-    out.push(("rnn-kalman", device));
+    out.push(("device", device));
     Some(out)
 }
 
@@ -285,23 +308,6 @@ fn corrected<'a>(
         ("ls-3x3", linear(&fitted.linear)),
         ("rnn", corrected_motion(run, nets)),
     ]
-}
-
-/// Describes the device's row. `since`: when that candidate came into force, s after power-on.
-fn in_force(running: usize, since: Option<usize>) -> String {
-    if running == ZERO_CORRECTION {
-        return "The row `rnn-kalman` is the device. By the end of the learning part nothing had \
-                proved itself, so it corrects nothing."
-            .to_owned();
-    }
-    let since = since.map_or(String::new(), |s| {
-        format!(", since {s} s after the beginning of that part")
-    });
-    format!(
-        "The row `rnn-kalman` is the device. At the end of the learning part its candidate \"{}\" \
-         had proved itself and was in force{since}.",
-        NAMES[running]
-    )
 }
 
 /// The verdict of the device's test on networks that learnt from the same part, with its end held

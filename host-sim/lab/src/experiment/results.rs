@@ -5,12 +5,16 @@ use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::session::EPOCH_S;
 use host_core::inertial::units::MIN;
 
+/// Version of the JSON of `run` and `replay`. 1 had no version, and the row `rnn-kalman` in place of
+/// `device`.
+pub const SCHEMA: u32 = 2;
+
 /// Errors of one scheme at one time, compared with the reference.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Row {
     /// Seconds since the start of free-inertial navigation.
     pub t_s: u32,
-    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `rnn-kalman`.
+    /// `raw`, `ls-bias`, `ls-3x3`, `ekf6`, `ekf12`, `ekf24`, `rnn`, `device`.
     pub scheme: String,
     /// Position error north, m.
     pub d_north_m: f64,
@@ -45,6 +49,8 @@ impl Row {
 /// The result table; its serialised form is the `--json` format and stays stable.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Results {
+    /// [`SCHEMA`].
+    pub schema: u32,
     /// Scenario name, or `lasergyro` and so on for a replay.
     pub scenario: String,
     /// Seed of the run.

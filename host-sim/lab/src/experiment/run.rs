@@ -4,10 +4,11 @@
 mod device;
 
 use crate::experiment::error_bound::error_bound;
-use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row};
+use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row, SCHEMA};
 use crate::experiment::scenario::{DriveSpec, Scenario};
 use crate::learning::baseline::LinearModel;
 use crate::learning::corrected::estimates;
+use crate::learning::device::Device;
 use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::{compensate, compensator};
@@ -142,7 +143,7 @@ pub fn run(
     let mut in_force = vec![];
     if test.is_some() {
         progress("the device on earlier drives");
-        for after in device::after_drives(&sessions, &learn, judged_on, &assumptions) {
+        for after in device::after_drives(&sessions, &learn, judged_on)? {
             judged.add(after.scheme, after.free);
             in_force.push(after.in_force);
         }
@@ -150,13 +151,13 @@ pub fn run(
     let test = judged_on;
 
     let mut set_up = set_up(scenario, imu, options);
-    set_up.push((
-        "error bound".into(),
-        error_bound(test, &learnt.assumptions).1,
-    ));
+    let device = Device::of_unit(scenario.unit())?;
+    let limit = device.configuration().correction.limit;
+    set_up.push(("error bound".into(), error_bound(test, limit).1));
     let mut report = Report {
         title: title(scenario, options),
         results: Results {
+            schema: SCHEMA,
             scenario: scenario.name.clone(),
             seed: options.seed,
             rows: judged.rows(),

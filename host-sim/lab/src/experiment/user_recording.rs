@@ -11,6 +11,7 @@ use crate::experiment::doubts::{Class, Says, Warning, doubts};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge_and_correct};
 use crate::experiment::time_offset::{contradicted, settle};
+use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
@@ -28,10 +29,12 @@ const SETTLE_S: usize = 60;
 const MOST_TIMES: usize = 7;
 
 /// The user's choices.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Plan {
     /// Sensors.
     pub assumptions: Assumptions,
+    /// The device of the same unit.
+    pub device: Device,
     /// Epochs to learn from, standstill included. By default the standstill and half of the rest.
     pub learn: Option<usize>,
 }
@@ -112,6 +115,7 @@ impl Plan {
         };
         Settings {
             assumptions: self.assumptions,
+            device: self.device.clone(),
             start_sigma: None,
             network: NetworkSpec {
                 held_back: 0.33,

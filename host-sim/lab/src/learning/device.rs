@@ -5,6 +5,14 @@
 //! without their bytes ([`App::sample`], [`App::fix_of`]); `tests/device` shows that it decides
 //! alike on bytes.
 
+mod course;
+mod diary;
+mod of_session;
+
+pub use course::{Course, course, since};
+pub use diary::{Candidate, Diary, EVERY_S, Entry};
+pub use of_session::{arrived, configured};
+
 use firmware::app::{App, Hardware, Lines};
 use firmware::configuration::Configuration;
 use firmware::configuration::record::{decode, encode};
@@ -18,6 +26,8 @@ use firmware::store::{Content, Memory, Notes, Progress, Step, Store, unit};
 use firmware::wire::command::{MAX_PACKET, Request, encode as packet};
 use firmware::wire::sequence::{Rule, Sequence};
 use firmware::wire::{Reading, Stream};
+use host_core::error::Error;
+use host_core::list::{IN_MEMORY, List};
 use host_device::hil::{MemoryFlash, MemoryLine, SetClock};
 use std::ops::Range;
 
@@ -35,7 +45,7 @@ pub struct Device {
 #[derive(Debug)]
 pub struct Input<'a> {
     /// Samples, and what a count is worth.
-    pub samples: &'a [Counts],
+    pub samples: &'a List<Counts>,
     /// See [`Input::samples`].
     pub lsb: Lsb,
     /// Time between samples, s.
@@ -53,27 +63,25 @@ pub struct Input<'a> {
 /// What a device did from power-on to power-off.
 #[derive(Debug, Clone)]
 pub struct Drive {
-    /// Its samples; those that were missing are zero.
-    pub corrected: Vec<Counts>,
-    /// The correction in force at the end of each second: rad/s, m/s2.
+    /// Its samples; those that were missing are zero. [`List::check`] says whether all of them are
+    /// there.
+    pub corrected: List<Counts>,
+    /// Whether any of them is not as it came.
+    pub changed: bool,
+    /// The correction in force in each second, from its first sample on: rad/s, m/s2.
     pub correction: Vec<[[f32; 3]; 2]>,
     /// The learner's report at the end.
     pub report: Report,
     /// Its hypotheses at the end, if it has navigated.
     pub trials: Option<Trials>,
+    /// What had proved itself at the end has settled, so that it may be stored.
+    pub settled: bool,
+    /// The course of its learning.
+    pub diary: Diary,
+    /// Number of fixes that it was given.
+    pub given: usize,
     /// When records were stored, s after power-on.
     pub stored_s: Vec<f64>,
-}
-
-impl Drive {
-    /// The second from which on a correction was in force to the end, if one was.
-    #[must_use]
-    pub fn in_force_since(&self) -> Option<usize> {
-        let zero = |of: &[[f32; 3]; 2]| *of == [[0.0; 3]; 2];
-        let off = self.correction.iter().rposition(zero);
-        let since = off.map_or(0, |last| last + 1);
-        (since < self.correction.len()).then_some(since)
-    }
 }
 
 impl Device {
@@ -86,6 +94,30 @@ impl Device {
         };
         device.store_nets(&Nets::NONE);
         device
+    }
+
+    /// The device of a unit, as its file configures it, before its first drive. If the file has a
+    /// prior from a fleet, its networks are stored as by `device weights put`.
+    ///
+    /// # Errors
+    /// A value of the file that no device accepts.
+    pub fn of_unit(unit: &host_unit::Unit) -> Result<Self, Error> {
+        let configuration = unit.configuration().map_err(|wrong| Error::Option {
+            option: format!("unit '{}': {}", unit.name, wrong.key),
+            problem: wrong.problem,
+            remedy: wrong.remedy,
+        })?;
+        let mut device = Self::new(&configuration);
+        if let Some(prior) = &unit.prior {
+            device.store_nets(&prior.nets());
+        }
+        Ok(device)
+    }
+
+    /// Its configuration.
+    #[must_use]
+    pub fn configuration(&self) -> &Configuration {
+        &self.configuration
     }
 
     /// Stores networks with the configuration, as the command link does.
@@ -185,27 +217,30 @@ impl Device {
             lines: Lines::default(),
             clock: SetClock(0),
             store,
-            drive: Drive {
-                corrected: Vec::with_capacity(input.samples.len()),
-                correction: Vec::new(),
-                report: Report::default(),
-                trials: None,
-                stored_s: Vec::new(),
-            },
+            course: OnTheWay::default(),
         };
-        run.all(input);
+        let corrected = run.all(input);
         let Run {
-            app,
-            store,
-            mut drive,
-            ..
+            app, store, course, ..
         } = run;
-        drive.report = app.learning();
-        drive.trials = app.trials();
         if let Some(store) = store {
             self.flash = store.into_inner();
         }
-        drive
+        let (report, trials) = (app.learning(), app.trials());
+        Drive {
+            corrected,
+            changed: course.changed,
+            correction: course.correction,
+            given: input.fixes.len(),
+            stored_s: course.stored_s,
+            settled: app
+                .answer()
+                .and_then(|answer| answer.next.as_ref())
+                .is_some_and(|next| next.settled),
+            diary: course.diary.closed(&report, trials.as_ref()),
+            report,
+            trials,
+        }
     }
 }
 
@@ -227,30 +262,44 @@ struct Run<'m> {
     lines: OfSamples,
     clock: SetClock,
     store: Option<Store<MemoryFlash>>,
-    drive: Drive,
+    course: OnTheWay,
+}
+
+/// What is noted of a drive on the way.
+#[derive(Default)]
+struct OnTheWay {
+    changed: bool,
+    correction: Vec<[[f32; 3]; 2]>,
+    stored_s: Vec<f64>,
+    diary: Diary,
 }
 
 impl Run<'_> {
-    fn all(&mut self, input: &Input<'_>) {
+    /// All samples, corrected.
+    fn all(&mut self, input: &Input<'_>) -> List<Counts> {
         let stream = stream(input);
         let second = (1.0 / input.dt).round().max(1.0) as usize;
         let mut fixes = input.fixes.iter().peekable();
         let mut alignment = input.alignment.iter().peekable();
         let mut missing = input.missing.iter().peekable();
-        for (k, counts) in input.samples.iter().enumerate() {
+        let each = input.samples.each().enumerate().map(|(k, counts)| {
             while let Some((_, alignment)) = alignment.next_if(|(after, _)| *after <= k) {
                 self.ask(&Request::Alignment(*alignment));
             }
             let now_us = ((k + 1) as f64 * input.dt * 1e6).round() as u64;
             self.wait(now_us);
             missing.next_if(|gap| gap.end <= k);
-            if missing.peek().is_some_and(|gap| gap.contains(&k)) {
-                self.drive.corrected.push(Counts::default());
+            let corrected = if missing.peek().is_some_and(|gap| gap.contains(&k)) {
+                Counts::default()
             } else {
                 let celsius = input.celsius.get(k / second).copied();
-                let reading = reading(counts, k, celsius);
-                let corrected = self.app.sample(&reading, &stream, &self.clock);
-                self.drive.corrected.push(counts_of(corrected));
+                let reading = reading(&counts, k, celsius);
+                let corrected = counts_of(self.app.sample(&reading, &stream, &self.clock));
+                self.course.changed |= corrected != counts;
+                corrected
+            };
+            if k.is_multiple_of(second) {
+                self.course.correction.push(self.app.correction());
             }
             self.settle();
             while let Some((_, fix)) = fixes.next_if(|(after, _)| *after <= k + 1) {
@@ -258,9 +307,11 @@ impl Run<'_> {
                 self.settle();
             }
             if (k + 1).is_multiple_of(second) {
-                self.drive.correction.push(self.app.correction());
+                self.course.diary.second((k + 1) / second, &self.app);
             }
-        }
+            corrected
+        });
+        List::collected(each, IN_MEMORY)
     }
 
     /// Advances the clock, with a pass of the application from time to time.
@@ -285,7 +336,7 @@ impl Run<'_> {
                 last
             });
             if last == Progress::Done {
-                self.drive.stored_s.push(self.clock.0 as f64 * 1e-6);
+                self.course.stored_s.push(self.clock.0 as f64 * 1e-6);
             }
         }
         self.app.to_open();

@@ -391,7 +391,7 @@ class Learnt:
         """The accelerometer network: specific forces in m/s2 to their errors."""
     @property
     def running(self) -> str:
-        """Name of the hypothesis in force."""
+        """Name of the hypothesis that has proved itself."""
     def compensator(self, session: Session) -> Compensator:
         """The firmware's compensator with these networks, for the stream of a session."""
     @property
@@ -399,7 +399,7 @@ class Learnt:
         """Log-likelihood of each hypothesis, relative to that of the zero correction."""
     @property
     def note(self) -> str:
-        """The verdict of the test on data that was not learnt from."""
+        """The verdict of the test on data that was not learnt from, or what the device did and waits for."""
 
 @final
 class Experiment:
@@ -728,7 +728,8 @@ def run_experiment(
     """
 
 def learn_from_fixes(session: Session, *, unit: Unit | _Path | None = None) -> Learnt:
-    """The device's learner (Kalman filters of several hypotheses) on the fixes of a session."""
+    """The device, the firmware's own application, on a session and its fixes: from power-on to
+    power-off. The networks are those that act from the next power-on on."""
 
 def read(path: _Path, second: _Path | None = None, **options: Any) -> Recording:
     """Reads a recording of any form that `host-sim replay` takes, and recognises the form as

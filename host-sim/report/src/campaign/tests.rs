@@ -56,8 +56,8 @@ fn rows(drives: u32) -> Vec<Row> {
             let noise = group == ErrorModelName::Noise;
             for (scheme, _) in SCHEMES {
                 let m = match (scheme, noise) {
-                    ("none", _) | ("rnn-kalman", true) => 100.0,
-                    ("rnn-kalman", false) if run == 3 => 250.0,
+                    ("none", _) | ("device", true) => 100.0,
+                    ("device", false) if run == 3 => 250.0,
                     ("oracle" | "limit", _) => 10.0,
                     (_, true) => 300.0,
                     (_, false) => 50.0,
@@ -75,7 +75,7 @@ fn the_verdict_comes_first_and_counts_the_harm() {
     let verdict = document.verdict();
     assert_eq!(
         verdict[0],
-        "Verdict: the device (rnn-kalman) helps in 1 of 2 groups of errors, and in none is it \
+        "Verdict: the device helps in 1 of 2 groups of errors, and in none is it \
          shown to do harm in most runs. But it is worse than no correction (none) in 1 of 18 comparisons."
     );
     assert_eq!(
@@ -113,7 +113,7 @@ fn small_quotients_keep_two_figures() {
 fn a_device_that_does_harm_is_named_in_the_first_words() {
     let mut rows = rows(0);
     for row in &mut rows {
-        let harmed = row.scheme == "rnn-kalman" && row.error_model == ErrorModelName::Noise.into();
+        let harmed = row.scheme == "device" && row.error_model == ErrorModelName::Noise.into();
         if harmed {
             row.horizontal_m = [120.0; TIMES_MIN.len()];
         }
@@ -174,7 +174,7 @@ fn without_none_there_is_no_page() {
 fn the_harm_of_a_study_is_in_the_verdict_and_in_its_part() {
     let harmful = |row: &Row| {
         let mut row = row.clone();
-        if row.scheme == "rnn-kalman" && row.error_model == ErrorModelName::Noise.into() {
+        if row.scheme == "device" && row.error_model == ErrorModelName::Noise.into() {
             row.horizontal_m = row.horizontal_m.map(|m| 3.0 * m);
         }
         row

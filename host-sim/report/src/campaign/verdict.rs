@@ -65,28 +65,28 @@ fn of_the_device(groups: &[&AgainstNone]) -> String {
     };
     match (harmed.is_empty(), helped.is_empty(), worse) {
         (false, ..) => format!(
-            "Verdict: harm. In {} of {n} groups of errors the device ({DEVICE}) makes it worse \
+            "Verdict: harm. In {} of {n} groups of errors the device makes it worse \
              than no correction (none): {}.",
             harmed.len(),
             list(&harmed)
         ),
         (_, false, 0) => format!(
-            "Verdict: the device ({DEVICE}) helps in {} of {n} groups of errors and does harm in \
+            "Verdict: the device helps in {} of {n} groups of errors and does harm in \
              none of {compared} comparisons with no correction (none).",
             helped.len()
         ),
         (_, false, _) => format!(
-            "Verdict: the device ({DEVICE}) helps in {} of {n} groups of errors, and in none is it \
+            "Verdict: the device helps in {} of {n} groups of errors, and in none is it \
              shown to do harm in most runs. But it is worse than no correction (none) in {worse} \
              of {compared} comparisons.",
             helped.len()
         ),
         (_, true, 0) => format!(
-            "Verdict: it is not shown that the device ({DEVICE}) helps. It is worse than no \
+            "Verdict: it is not shown that the device helps. It is worse than no \
              correction (none) in none of {compared} comparisons."
         ),
         _ => format!(
-            "Verdict: it is not shown that the device ({DEVICE}) helps, and it is worse than no \
+            "Verdict: it is not shown that the device helps, and it is worse than no \
              correction (none) in {worse} of {compared} comparisons."
         ),
     }

@@ -20,6 +20,7 @@ fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
         horizontal_m: *metres,
     };
     Outcome {
+        schema: 2,
         recording: "r".into(),
         case: case.into(),
         rows: ends.iter().map(row).collect(),
@@ -32,8 +33,8 @@ fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
 
 #[test]
 fn of_several_cases_harm_in_one_is_harm_and_the_device_is_separate() {
-    let good = outcome("a", &[("raw", 90.0), ("rnn", 20.0), ("rnn-kalman", 90.0)]);
-    let bad = outcome("b", &[("raw", 9.0), ("rnn", 50.0), ("rnn-kalman", 9.0)]);
+    let good = outcome("a", &[("raw", 90.0), ("rnn", 20.0), ("device", 90.0)]);
+    let bad = outcome("b", &[("raw", 9.0), ("rnn", 50.0), ("device", 9.0)]);
     let both = of_outcomes(&[good.clone(), bad.clone()]);
     let headline = "Verdict: harm. At the end some corrections make it worse in 1 of 2 cases, \
                     though some help in 1.";
@@ -66,7 +67,7 @@ fn harm_stands_first_with_the_worst_scheme_before_the_others() {
             (50, "raw", 4.4),
             (50, "ls-bias", 26.0),
             (50, "ekf24", 30.0),
-            (50, "rnn-kalman", 4.4),
+            (50, "device", 4.4),
         ]),
         "s",
     );
@@ -80,7 +81,7 @@ fn harm_stands_first_with_the_worst_scheme_before_the_others() {
     );
     let worse = "Worse than that: ekf24 30.0 m (6.8 times), ls-bias 26.0 m (5.9 times).";
     assert_eq!(got[2], worse);
-    assert!(got[3].ends_with("rnn-kalman 4.40 m."), "{got:?}");
+    assert!(got[3].ends_with("device 4.40 m."), "{got:?}");
     assert_eq!(got.len(), 4);
 }
 
@@ -111,7 +112,7 @@ fn what_an_aided_start_changes_is_no_merit_of_a_correction() {
         ("raw", 233.0),
         ("ls-bias", 133.0),
         ("none", 222.0),
-        ("rnn-kalman", 222.0),
+        ("device", 222.0),
         ("ekf6", 240.0),
     ];
     let one = of_outcomes(&[outcome("a", &ends)]);
@@ -122,10 +123,10 @@ fn what_an_aided_start_changes_is_no_merit_of_a_correction() {
     );
     let said = one.others.join(" ");
     for part in [
-        "(none) they end 222 m off: rnn-kalman and ekf6, which start so",
+        "(none) they end 222 m off: device and ekf6, which start so",
         "Worse than that: ekf6 240 m (+8 %).",
         "Better than that: ls-bias 133 m (-43 %).",
-        "no worse (within 1 m or 2 %): rnn-kalman 222 m.",
+        "no worse (within 1 m or 2 %): device 222 m.",
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }

@@ -247,6 +247,7 @@ fn outcome(report: Report) -> Outcome {
         )
     });
     Outcome {
+        schema: report.results.schema,
         recording: report.results.scenario,
         case,
         rows: report.results.rows,

@@ -103,7 +103,7 @@ impl Recording {
     }
 }
 
-/// Result of a replay: errors of raw, ekf6 and rnn-kalman after 240 s, m, and the notes.
+/// Result of a replay: errors of raw, ekf6 and device after 240 s, m, and the notes.
 struct Said {
     errors: [f64; 3],
     notes: String,
@@ -118,7 +118,7 @@ fn replay(recording: &Recording, options: &str) -> Said {
     let bytes = std::fs::read(dir.path().join("r.json")).unwrap();
     let outcomes: Value = serde_json::from_slice(&bytes).unwrap();
     let rows = outcomes[0]["rows"].as_array().unwrap();
-    let errors = ["raw", "ekf6", "rnn-kalman"].map(|scheme| {
+    let errors = ["raw", "ekf6", "device"].map(|scheme| {
         let of = |row: &&Value| row["scheme"] == scheme && row["t_s"] == 240;
         let row = rows.iter().find(of).unwrap();
         row["horizontal_m"].as_f64().unwrap()

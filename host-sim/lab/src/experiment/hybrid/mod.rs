@@ -25,6 +25,7 @@
 use crate::experiment::lasergyro::{self, session as at_rest};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Settings, Split, judge};
+use crate::learning::device::Device;
 use crate::learning::teacher::{Assumptions, Start, navigate_from};
 use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
@@ -222,6 +223,7 @@ pub fn replay(
     let [stand, fixes, free] = PARTS_S;
     let settings = Settings {
         assumptions: lasergyro::assumptions(unit),
+        device: Device::of_unit(unit)?,
         start_sigma: None,
         network: NetworkSpec {
             held_back: 0.33,

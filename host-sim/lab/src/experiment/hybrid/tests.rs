@@ -139,11 +139,10 @@ fn drives_of_22_minutes_are_judged() {
         let on = |o: &Outcome| o.horizontal(scheme, 1320).unwrap();
         all.iter().map(on).sum()
     };
-    let [learner, raw] = ["rnn-kalman", "raw"].map(total);
+    let [learner, raw] = ["device", "raw"].map(total);
     assert!(learner < 1.02 * raw, "{learner} {raw}");
     for o in &all {
-        let [learner, raw] =
-            ["rnn-kalman", "raw"].map(|scheme| o.horizontal(scheme, 1320).unwrap());
+        let [learner, raw] = ["device", "raw"].map(|scheme| o.horizontal(scheme, 1320).unwrap());
         assert!(learner < 1.02 * raw, "{learner} {raw}");
     }
 }

@@ -1,13 +1,11 @@
 //! Learning from one part of a recording, for every scheme.
 
-use super::{Settings, Split};
+use super::{Judged, Settings, Split, judged};
 use crate::experiment::correction::Correction;
 use crate::learning::corrected::estimates;
 use crate::learning::fit::{FittedNetworks, fit_from};
-use crate::learning::fix_learner::{self, learn};
 use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
 use crate::learning::window::compensator;
-use firmware::learn::bank::Gates;
 use host_core::error::Error;
 use host_core::inertial::align;
 use host_core::inertial::ekf::{Aided, ErrorModel};
@@ -31,7 +29,7 @@ pub(super) struct Learnt {
     pub(super) nominal: Nominal,
     pub(super) fitted: FittedNetworks,
     pub(super) filters: Vec<(&'static str, Aided)>,
-    pub(super) device: fix_learner::Learnt,
+    pub(super) device: Judged,
 }
 
 impl Learnt {
@@ -64,9 +62,9 @@ impl Learnt {
             .into_iter()
             .map(|(name, model)| Some((name, aided(&lesson, &increments, model, settings, until)?)))
             .collect::<Option<_>>();
-        let device = device(&lesson, &increments, settings, until);
         drop(increments);
-        let learnt = filters.zip(device).map(|(filters, device)| Self {
+        let device = judged(session, split, settings)?;
+        let learnt = filters.map(|filters| Self {
             filters,
             device,
             lesson,
@@ -77,12 +75,7 @@ impl Learnt {
     }
 
     /// The correction by a scheme for the samples of the whole session.
-    pub(super) fn correction(
-        &self,
-        scheme: &str,
-        session: &Session,
-        a: &Assumptions,
-    ) -> Correction {
+    pub(super) fn correction(&self, scheme: &str, session: &Session) -> Correction {
         let filter = self.filters.iter().find(|(name, _)| *name == scheme);
         match (scheme, filter) {
             (_, Some((_, filter))) => {
@@ -96,30 +89,10 @@ impl Learnt {
                 errors.extend(estimates(session, &compensator));
                 Correction::Epochs(errors)
             }
-            ("rnn-kalman", _) => {
-                let until = self.lesson.epochs();
-                let mut errors = vec![[[0.0; 3]; 2]; until];
-                errors.extend(self.device.estimates(session, a, until));
-                Correction::Epochs(errors)
-            }
+            ("device", _) => Correction::Epochs(self.device.correction.clone()),
             _ => Correction::Nothing,
         }
     }
-}
-
-/// The device's learner from fixes at the end of the learning part.
-fn device(
-    session: &Session,
-    increments: &(impl Motion + ?Sized),
-    settings: &Settings,
-    until: usize,
-) -> Option<fix_learner::Learnt> {
-    let start = match session.standstill {
-        0 => Some(begin(session, increments, settings)?.1),
-        _ => None,
-    };
-    let a = &settings.assumptions;
-    learn(session, a, Gates::default(), start.as_ref(), until)
 }
 
 /// First epoch after alignment and the state there. Without a standstill it is the session's own

@@ -1,12 +1,9 @@
-//! The device in the paper's experiment: networks that were proven in earlier drives of the same
-//! unit with fixes correct a drive without fixes.
+//! The device in the paper's experiment: what it has proven and stored in earlier drives of the same
+//! unit with fixes corrects a drive without fixes.
 
 use super::Sessions;
-use crate::learning::fix_learner::{Learnt, Stored, learn_on};
-use crate::learning::teacher::Assumptions;
-use crate::learning::window::{compensator, corrected_increments};
-use firmware::learn::bank::{Gates, NAMES, ZERO_CORRECTION};
-use firmware::model::Nets;
+use crate::learning::device::{Device, course, since};
+use host_core::error::Error;
 use host_core::inertial::free_inertial::{FreeInertial, aligned_free_inertial};
 use host_core::inertial::session::Session;
 use rayon::prelude::*;
@@ -28,78 +25,57 @@ pub(super) struct After {
     pub scheme: &'static str,
     /// Its navigation of the judged drive.
     pub free: FreeInertial,
-    /// Which candidate corrects, and since when it was in force.
+    /// What corrects and since when, or what it waits for.
     pub in_force: String,
 }
 
-/// The device after each number of [`DRIVES`] of earlier drives, of which `first` is the first.
-/// Without learnt networks, because a standstill gives no attitude or nothing is proven, it
-/// corrects nothing.
+/// The device after each number of [`DRIVES`] of earlier drives, of which `first` is the first. In
+/// each the navigation computer reports its alignment over the standstill; the judged drive has no
+/// fixes. None where the standstill of the judged drive gives no attitude.
+///
+/// # Errors
+/// A unit that no device accepts; a long drive needs a temporary file, which cannot be written.
 pub(super) fn after_drives(
     sessions: &Sessions<'_>,
     first: &Session,
     judged: &Session,
-    assumptions: &Assumptions,
-) -> Vec<After> {
+) -> Result<Vec<After>, Error> {
     let spec = &sessions.scenario.learn;
     let more: Vec<Session> = (sessions.more.par_iter())
         .map(|seeds| sessions.drive(spec, *seeds).0)
         .collect();
-    let (mut stored, mut by, mut out) = (Stored::default(), None, Vec::new());
+    let mut device = Device::of_unit(sessions.scenario.unit())?;
+    let mut out = Vec::new();
     for (number, drive) in (1..).zip(iter::once(first).chain(&more)) {
-        let (gates, until) = (Gates::default(), drive.epochs());
-        let learnt = learn_on(&stored, drive, assumptions, gates, None, until);
-        if let Some((next, origin)) =
-            learnt.and_then(|of| Some((of.next.clone()?, origin(&of, number))))
-        {
-            (stored, by) = (next, Some(origin));
-        }
-        let named = DRIVES.iter().find(|(drives, _)| *drives == number);
-        let Nets { gyro, accel } = stored.nets.unwrap_or(Nets::NONE);
-        if let Some((_, scheme)) = named {
-            let compensator = compensator(judged, &[gyro, accel], assumptions);
-            let corrected = corrected_increments(judged, &compensator, 0..judged.epochs());
-            out.extend(aligned_free_inertial(judged, &corrected).map(|free| After {
-                scheme,
-                free,
-                in_force: in_force(scheme, number, by.as_deref()),
-            }));
-        }
+        let before = device.stored().0;
+        let learnt = device.drive_session(drive, drive.epochs());
+        let course = course(&learnt, &device, &before);
+        let Some((_, scheme)) = DRIVES.iter().find(|(drives, _)| *drives == number) else {
+            continue;
+        };
+        let coast = device.clone().drive_session(judged, 0);
+        coast.corrected.check()?;
+        let corrected = judged.navigable(coast.corrected.each());
+        out.extend(aligned_free_inertial(judged, &corrected).map(|free| After {
+            scheme,
+            free,
+            in_force: in_force(scheme, number, &course.says, &since(&coast)),
+        }));
     }
-    out
+    Ok(out)
 }
 
-/// Describes the networks that a drive has stored for the next power-on.
-fn origin(learnt: &Learnt, drive: u32) -> String {
-    let since = learnt
-        .diary
-        .since()
-        .filter(|_| learnt.running != ZERO_CORRECTION);
-    match since {
-        Some(since) => format!(
-            "what drive {drive} stored; there the candidate \"{}\" had proved itself and was in \
-             force from {since} s after power-on",
-            NAMES[learnt.running]
-        ),
-        None => format!("what drive {drive} stored"),
-    }
-}
-
-fn in_force(scheme: &str, drives: u32, by: Option<&str>) -> String {
+/// Describes a row: what the last earlier drive ended with, and what is in force in the judged one.
+fn in_force(scheme: &str, drives: u32, learnt: &str, now: &str) -> String {
     let earlier = if drives == 1 {
-        "1 earlier drive"
+        "1 earlier drive. In it the device".to_owned()
     } else {
-        &format!("{drives} earlier drives")
+        format!("{drives} earlier drives. In the last of them the device")
     };
-    match by {
-        None => format!(
-            "The row `{scheme}` is the device after {earlier}. Nothing had proved itself there, so \
-             it corrects nothing."
-        ),
-        Some(by) => format!(
-            "The row `{scheme}` is the device after {earlier}. From power-on it corrects with {by}."
-        ),
-    }
+    format!(
+        "The row `{scheme}` is the device, the firmware's own application, after {earlier} \
+         {learnt}. In the judged drive it {now}."
+    )
 }
 
 #[cfg(test)]
@@ -107,13 +83,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_candidate_in_force_is_named_or_that_there_is_none() {
+    fn what_was_learnt_and_what_is_in_force_is_told() {
+        let text = in_force("device-1", 1, "has proved nothing", "corrects nothing");
+        assert!(text.contains("after 1 earlier drive. In it the device has proved nothing."));
+        assert!(text.ends_with("In the judged drive it corrects nothing."));
+        let text = in_force("device-4", 4, "has stored it", "corrects from power-on on");
         assert!(
-            in_force("device-1", 1, None).contains("after 1 earlier drive. Nothing had proved")
-        );
-        let text = in_force("device-4", 4, Some("what drive 3 stored"));
-        assert!(
-            text.contains("after 4 earlier drives. From power-on it corrects with what drive 3")
+            text.contains("In the last of them the device has stored it."),
+            "{text}"
         );
     }
 

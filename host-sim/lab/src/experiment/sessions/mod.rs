@@ -22,11 +22,11 @@ mod reference;
 mod rivals;
 mod timeline;
 
-pub use device::Course;
+pub use crate::learning::device::Course;
 pub use paper::{PaperRow, paper};
 pub use timeline::Timeline;
 
-use crate::learning::device::Device;
+use crate::learning::device::{Device, configured, course};
 use crate::learning::teacher::Assumptions;
 use coasts::{Coasts, Scheme, Starts};
 use firmware::configuration::Configuration;
@@ -179,7 +179,7 @@ impl Unit {
         if self.plan.no_fixes {
             timeline.fixes.clear();
         }
-        let configuration = device::configuration(&self.plan.configuration, &timeline);
+        let configuration = configured(&self.plan.configuration, &timeline.session);
         self.device.configure(&configuration);
         let before = self.device.clone();
         let ends = self.ends(&timeline, &reference);
@@ -192,7 +192,7 @@ impl Unit {
             || self.device_drives(&timeline, &ends),
             || self.passes(&timeline, &reference, &times),
         );
-        let course = device::course(&whole.1, &whole.0, &before.stored().0);
+        let course = course(&whole.1, &whole.0, &before.stored().0);
         let session = Session {
             number: self.session,
             coasts: Coasts {

@@ -11,7 +11,7 @@ use super::reference::{Reference, reference};
 use super::rivals::{self, FILTERS};
 use super::timeline::Timeline;
 use super::{Assumed, Plan, contradiction, device};
-use crate::learning::device::Device;
+use crate::learning::device::{Device, configured};
 use crate::learning::fit::fit_from;
 use crate::learning::teacher::{Start, navigate_from};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
@@ -129,7 +129,7 @@ impl Case<'_> {
             let passes = rivals::passes(k, at, assumed, &mut None, &[self.learn_s]);
             all.push((filter, rivals::corrected(judged, &passes.alone.at[0])));
         }
-        let configuration = device::configuration(&plan.configuration, &self.learnt.timeline);
+        let configuration = configured(&plan.configuration, &self.learnt.timeline.session);
         let mut device = Device::new(&configuration);
         device::drive(&mut device, &self.learnt.timeline, self.learn_s);
         let drive = device::drive(&mut device, judged, 0.0);

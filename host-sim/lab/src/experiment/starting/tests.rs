@@ -5,6 +5,7 @@ use super::*;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::time_offset::{contradicted, settle};
 use crate::experiment::user_recording::Plan;
+use crate::learning::device::Device;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::EPOCH_S;
 use host_io::recordings::record::Record;
@@ -19,7 +20,7 @@ const DRIVE_S: [f64; 2] = [20.0, 700.0];
 /// When the figures are compared, s after the fixes end.
 const AT_S: u32 = 300;
 /// Schemes that are compared.
-const SCHEMES: [&str; 3] = ["raw", "ekf6", "rnn-kalman"];
+const SCHEMES: [&str; 3] = ["raw", "ekf6", "device"];
 /// Drives whose root mean squares are compared.
 const SEEDS: [u64; 3] = [1, 2, 3];
 
@@ -54,6 +55,7 @@ fn replayed(record: &Record) -> Outcome {
     let started = started(record);
     let plan = Plan {
         assumptions: assumptions(),
+        device: Device::of_unit(&Unit::default()).unwrap(),
         learn: None,
     };
     let split = plan.split(&started.session).unwrap();

@@ -6,6 +6,7 @@ use crate::experiment::correction::Correction;
 use crate::experiment::doubts::{Says, Warning};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::starting::{Started, Wishes, start};
+use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
@@ -74,6 +75,7 @@ pub fn replay(
     let unit = wanted.unit.as_ref();
     let plan = Plan {
         assumptions: Assumptions::of(unit.unwrap_or(&medium)),
+        device: Device::of_unit(unit.unwrap_or(&medium))?,
         learn: wanted.learn_s,
     };
     let estimates = wanted.estimate_time_offset;

@@ -1,155 +1,164 @@
+mod bytes;
+
 use super::*;
-use firmware::wire::framer::Kind;
-use firmware::wire::{Framer, ImuFormat};
-use host_device::hil::{self, drive_configured, networks};
-use host_unit::Unit as OfUnit;
-use host_unit::sensor::FormatName;
+use crate::learning::teacher::Assumptions;
+use crate::learning::window::{normalisation, start};
+use firmware::configuration::VehicleKind;
+use firmware::control::Mode;
+use host_core::inertial::earth::Geodetic;
+use host_core::inertial::session::Session;
+use host_core::inertial::units::DEG;
+use host_core::simulator::gnss::GnssSpec;
+use host_core::simulator::imu::{ErrorModelName, ImuSpec};
+use host_core::simulator::session::{SessionConfig, simulate};
+use lrnn_nostd::Net;
+use nalgebra::Vector3;
 
-/// Bytes in and out, with the same board, store and learner as [`Device::drive`].
-struct Bytes {
-    raw: Vec<Counts>,
-    corrected: Vec<Counts>,
-    fixes: Vec<(usize, Fix)>,
-    stored_s: Vec<f64>,
-    report: Report,
-}
-
-fn frames(framer: &mut Framer<ImuFormat>, bytes: &[u8], into: &mut Vec<Counts>) {
-    for piece in bytes.chunks(64) {
-        framer.push(piece);
-        while let Some(event) = framer.next_event() {
-            assert_eq!(event.kind(), Kind::Frame);
-            let reading = event.frame().and_then(|frame| frame.read().ok());
-            into.push(counts_of(reading.expect("a sample").sample));
-        }
-    }
-}
-
-fn by_bytes(configuration: &Configuration, flash: &mut MemoryFlash, of: &hil::Drive) -> Bytes {
-    let mut memory = Box::new(FixMemory::ZEROED);
-    let mut learner = FixLearner::new(&mut memory, Settings::of(configuration));
-    let mut store = Store::new(core::mem::take(flash)).ok();
-    let app = App::start_up(Hardware::DESKTOP, &mut store, true, Some(&mut learner));
-    let mut app = Box::new(app);
-    let mut lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine> = Lines::default();
-    let mut clock = SetClock(0);
-    let mut framers = [Framer::new(of.format), Framer::new(of.format)];
-    let mut out = Bytes {
-        raw: Vec::new(),
-        corrected: Vec::new(),
-        fixes: Vec::new(),
-        stored_s: Vec::new(),
-        report: Report::default(),
+/// A standstill of 150 s, then a drive of the same unit on another day for each `day`.
+fn session(drive_s: f64, day: u64) -> Session {
+    let mut imu = ImuSpec::preset("medium").unwrap();
+    imu.rate_hz = 50;
+    let config = SessionConfig {
+        imu: &imu.error_model(ErrorModelName::Linear),
+        gnss: &GnssSpec::default(),
+        start: Geodetic {
+            lat: 28.2 * DEG,
+            lon: 112.9 * DEG,
+            h: 60.0,
+        },
+        heading: 1.0,
+        standstill_s: 150.0,
+        drive_s,
+        segments: None,
+        vibration: 1.0,
+        unit: 5,
+        turn_on: day,
+        drive: day,
     };
-    for record in &of.records {
-        while clock.0 + TICK_US < u64::from(record.at_us) {
-            clock.0 += TICK_US;
-            while app.poll(&mut lines, &clock) {}
-        }
-        clock.0 = record.at_us.into();
-        let known = app.counters().good_fixes;
-        match record.input {
-            hil::Input::Sensor => {
-                frames(&mut framers[0], &record.bytes, &mut out.raw);
-                lines.sensor.received.extend(&record.bytes);
-            }
-            hil::Input::Gnss => lines.gnss.received.extend(&record.bytes),
-        }
-        while app.poll(&mut lines, &clock) {}
-        if app.counters().good_fixes != known {
-            out.fixes.push((out.raw.len(), *app.fix().expect("a fix")));
-        }
-        while app.wants_to_store() {
-            let mut done = false;
-            app.store(|step, content| {
-                let progress = store.as_mut().expect("room").carry_out(step, content);
-                done = progress == Progress::Done;
-                progress
-            });
-            if done {
-                out.stored_s.push(clock.0 as f64 * 1e-6);
-            }
-        }
-        frames(&mut framers[1], &lines.navigation.sent, &mut out.corrected);
-        lines.navigation.sent.clear();
-        lines.sensor.sent.clear();
-    }
-    out.report = app.learning();
-    *flash = store.expect("room").into_inner();
-    out
+    simulate(&config).0
 }
 
-/// A unit whose stored networks correct wrongly, over three power-ons with fixes: the application
-/// decides alike on bytes and on samples, to the last bit of every sample and of what it stores. In
-/// the first drive it finds that the networks do harm, and stores that nothing corrects from the
-/// next power-on on.
-#[test]
-fn bytes_and_samples_are_corrected_alike_over_power_ons() {
-    let mut unit = OfUnit::preset("medium").unwrap();
-    unit.sensor.format = FormatName::Novatel;
-    let mut configuration = unit.configuration().unwrap();
-    configuration.correction.mode = Mode::Learn;
-    let mut device = Device::new(&configuration);
-    device.store_nets(&networks());
-    let mut flash = device.flash().clone();
-    let mut corrected = Vec::new();
-    for seconds in [[700, 60], [200, 10], [500, 30]] {
-        let of = drive_configured(
-            &configuration,
-            ImuFormat::Novatel,
-            &unit.simulated(),
-            seconds,
-        )
-        .unwrap();
-        let bytes = by_bytes(&configuration, &mut flash, &of);
-        let drive = device.drive(&Input {
-            samples: &bytes.raw,
-            lsb: of.session.lsb,
-            dt: of.session.dt,
-            celsius: &[],
-            missing: &[],
-            fixes: &bytes.fixes,
-            alignment: &[],
-        });
-        assert!(bytes.fixes.len() > 150, "{}", bytes.fixes.len());
-        assert_eq!(drive.corrected.len(), bytes.corrected.len());
-        let differs = drive
-            .corrected
-            .iter()
-            .zip(&bytes.corrected)
-            .position(|(a, b)| a != b);
-        assert_eq!(differs, None, "{seconds:?}");
-        assert_eq!(drive.report, bytes.report);
-        assert_eq!(drive.stored_s.len(), bytes.stored_s.len());
-        assert_eq!(device.flash(), &flash, "{seconds:?}");
-        let corrects = drive.corrected.iter().zip(&bytes.raw).any(|(a, b)| a != b);
-        corrected.push((corrects, drive.in_force_since()));
-    }
-    assert_eq!(corrected, [(true, Some(0)), (false, None), (false, None)]);
-    let (_, remembered) = device.stored();
-    assert!(remembered.is_some_and(|(notes, _)| notes.drives >= 2));
+fn of_medium() -> Device {
+    Device::of_unit(&host_unit::Unit::default()).unwrap()
 }
 
-/// What is wrong with a memory is said, and a good one is read back.
+/// Networks with this constant output, in units of the datasheet's bias.
+fn constant(output: f32) -> Nets {
+    let assumptions = Assumptions::of(&host_unit::Unit::default());
+    let [gyro, accel] = normalisation(&assumptions).map(|normalisation| {
+        let mut net = Net::new(start(0, 1.0).weights, normalisation);
+        net.weights.layers[2].b = [output; 3];
+        net
+    });
+    Nets { gyro, accel }
+}
+
+/// In the drive in which it learns the device changes no sample, and says since when and what. What
+/// it has stored corrects from the next power-on on, toward the sensor's true error.
 #[test]
-fn a_memory_of_another_unit_is_refused_by_name() {
-    let mut unit = OfUnit::preset("medium").unwrap();
-    unit.serial = "A1".into();
-    let own = unit.configuration().unwrap();
-    let mut device = Device::new(&own);
-    device.store_nets(&networks());
-    let flash = device.flash().clone();
-    let read = Device::of_flash(&own, flash.clone()).unwrap();
-    assert_eq!(read.stored().0, networks());
-    unit.serial = "B2".into();
-    let other = unit.configuration().unwrap();
-    let (problem, _) = Device::of_flash(&other, flash.clone()).unwrap_err();
+fn what_is_learnt_acts_from_the_next_power_on() {
+    let mut device = of_medium();
+    let first = session(2250.0, 5);
+    let learnt = device.drive_session(&first, first.epochs());
+    assert!(!learnt.changed && learnt.in_force_since().is_none());
+    assert!(*learnt.corrected == *first.counts);
+    let course_of_first = course(&learnt, &device, &Nets::NONE);
+    let says = &course_of_first.says;
+    println!("{says}; stored at {:?} s", learnt.stored_s);
+    assert!(says.starts_with("corrects nothing; has proved"), "{says}");
+    assert!(says.ends_with("stored it for the next power-on"), "{says}");
+    let (since, _) = learnt.diary.proved().unwrap();
+    assert!(learnt.stored_s.iter().any(|stored| *stored > since as f64));
+
+    let before = device.stored().0;
+    let second = session(60.0, 6);
+    let coast = device.clone().drive_session(&second, 0);
+    assert!(coast.changed);
+    assert_eq!(coast.given, 0);
+    let since = coast.in_force_since().unwrap();
+    assert!(since <= 2, "{since}");
+    let truth = second.systematic.as_ref().unwrap();
+    let [_, accel] = coast.correction.last().unwrap();
+    let error = truth.last().unwrap().dv;
+    let corrected = Vector3::from(accel.map(f64::from));
     assert!(
-        problem.contains("'A1'") && problem.contains("'B2'"),
-        "{problem}"
+        (error - corrected).norm() < 0.5 * error.norm(),
+        "{error} {corrected}"
     );
-    let (problem, _) = Device::of_flash(&own, MemoryFlash::default()).unwrap_err();
-    assert!(problem.contains("no good record"), "{problem}");
-    let (problem, _) = Device::of_flash(&own, MemoryFlash(vec![0; 100])).unwrap_err();
-    assert!(problem.contains("too short"), "{problem}");
+    let says = course(&coast, &device, &before).says;
+    assert!(says.ends_with("has had no fix to learn from"), "{says}");
+}
+
+/// A correction reaches three biases of the datasheet and no more.
+#[test]
+fn the_devices_own_limit_holds() {
+    let mut device = of_medium();
+    device.store_nets(&constant(8.0));
+    let session = session(10.0, 1);
+    let drive = device.drive_session(&session, session.epochs());
+    let limit = device.configuration().correction.limit;
+    let prior = Assumptions::of(&host_unit::Unit::default()).prior;
+    let three = [prior.gyro_bias, prior.accel_bias].map(|bias| 3.0 * bias as f32);
+    let near = |a: f32, b: f32| (a / b - 1.0).abs() < 1e-5;
+    assert!(
+        near(limit.gyro, three[0]) && near(limit.accel, three[1]),
+        "{limit:?}"
+    );
+    let [gyro, accel] = drive.correction.last().unwrap();
+    assert!(gyro.iter().all(|rate| near(*rate, limit.gyro)), "{gyro:?}");
+    assert!(
+        accel.iter().all(|force| near(*force, limit.accel)),
+        "{accel:?}"
+    );
+}
+
+/// The unit's vehicle, activation and limits stay; what the samples of a session already have does
+/// not: mounting and lever arm. A new unit file is in mode bypass, and the device is judged in learn.
+#[test]
+fn the_configuration_is_the_units() {
+    let mut unit = host_unit::Unit::default();
+    unit.vehicle.kind = host_unit::around::Kind::Ship;
+    unit.receiver.heading_offset_deg = 90.0;
+    let of = unit.configuration().unwrap();
+    let mut session = session(10.0, 1);
+    session.lever_arm = Vector3::new(1.0, -2.0, 0.5);
+    session.antenna_sigmas = [0.25, 0.0];
+    let found = configured(&of, &session);
+    assert_eq!(found.vehicle.kind, VehicleKind::Ship);
+    assert_eq!(found.correction.limit, of.correction.limit);
+    assert_eq!(found.receiver.lever_arm, [1.0, -2.0, 0.5]);
+    assert_eq!(found.receiver.lever_arm_sigma, 0.25);
+    assert_eq!(found.receiver.heading_offset, 0.0);
+    assert_eq!(
+        (of.correction.mode, found.correction.mode),
+        (Mode::Bypass, Mode::Learn)
+    );
+    let mut frozen = of.clone();
+    frozen.correction.mode = Mode::Frozen;
+    assert_eq!(configured(&frozen, &session).correction.mode, Mode::Frozen);
+}
+
+/// A device that knows its attitude by nothing says that it waits for it, and one that has just begun
+/// how far its proof is.
+#[test]
+fn a_device_says_what_it_waits_for() {
+    let mut standing = session(120.0, 3);
+    standing
+        .fixes
+        .iter_mut()
+        .skip(2)
+        .for_each(|fix| *fix = None);
+    standing.standstill = 0;
+    let mut device = of_medium();
+    let drive = device.drive_session(&standing, standing.epochs());
+    let says = course(&drive, &device, &Nets::NONE).says;
+    assert!(says.contains("waits for its alignment"), "{says}");
+    let short = session(120.0, 3);
+    let drive = device.drive_session(&short, short.epochs());
+    let says = course(&drive, &device, &Nets::NONE).says;
+    assert!(says.contains("has proved nothing: \""), "{says}");
+    assert!(
+        says.contains("of the 150 stakes of a proof after "),
+        "{says}"
+    );
 }

@@ -1,7 +1,5 @@
-//! What the device knows at the end of the fixes.
+//! What the learner knows at the end of the fixes.
 
-use super::Stored;
-use super::diary::Diary;
 use crate::learning::corrected::compensated_motion;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::{compensator, increments_from, read_temperature};
@@ -28,10 +26,6 @@ pub struct Learnt {
     pub running: usize,
     /// Log-likelihoods of the hypotheses, relative to that of the zero correction.
     pub evidence: [f64; HYPOTHESES],
-    /// The content to store for the next power-on. `None`: nothing new.
-    pub next: Option<Stored>,
-    /// The course of the drive.
-    pub diary: Diary,
 }
 
 impl Learnt {
@@ -57,28 +51,6 @@ impl Learnt {
         });
         let increments = increments_from(session, until, corrected);
         free_inertial(session, &increments, self.nav, until, session.epochs())
-    }
-
-    /// The errors that are subtracted in each epoch after `until`, and one more for the time after
-    /// the session: rad/s and m/s2. The arguments are those of [`Learnt::free_inertial`].
-    #[must_use]
-    pub fn estimates(
-        &self,
-        session: &Session,
-        assumptions: &Assumptions,
-        until: usize,
-    ) -> Vec<[[f32; 3]; 2]> {
-        let (compensator, mut state) = self.compensator(session, assumptions);
-        let n = session.samples_per_epoch();
-        let mut out = vec![state.estimate()];
-        for k in until..session.epochs() {
-            read_temperature(session, k * n, &mut state);
-            for counts in session.counts.block(k * n..(k + 1) * n).iter() {
-                let _ = compensator.process(&mut state, *counts);
-            }
-            out.push(state.estimate());
-        }
-        out
     }
 
     /// The compensator with the learnt networks.

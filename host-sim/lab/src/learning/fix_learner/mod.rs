@@ -1,17 +1,17 @@
-//! The device's learner from fixes, on a session of the desktop (LEARNING sections 3 and 4).
+//! The device's learner from fixes alone, on a session of the desktop (LEARNING sections 3 and 4),
+//! for studies of its parts: with chosen hypotheses, from a chosen state. It is not the device,
+//! which is [`crate::learning::device`]: nothing limits, delays or stores what it learns.
 //!
 //! [`Device`] uses the path of the firmware: a session's integer counts go at full rate through the
 //! compensator's blocks, and samples, blocks and fixes reach [`FixLearner`] by the same calls in
 //! the same order as in the application. Navigation, alignment, the hypotheses and the choice among
 //! them are the firmware's.
 //!
-//! [`learn`] processes a session up to the end of its fixes and returns the device's knowledge
-//! ([`Learnt`]). [`Learnt::free_inertial`] continues from there like the device in mode frozen: the
-//! networks correct the counts and do not learn.
+//! [`learn`] processes a session up to the end of its fixes and returns the learner's knowledge
+//! ([`Learnt`]). [`Learnt::free_inertial`] continues from there: the networks in force correct the
+//! counts and do not learn.
 
-pub mod diary;
 mod learnt;
-mod stored;
 
 use crate::learning::teacher::{ALIGN_SHARE, Assumptions, Start};
 use crate::learning::window::{compensator, temperature_at};
@@ -20,7 +20,7 @@ use firmware::compensator::{self, Compensator};
 use firmware::configuration::VehicleKind;
 use firmware::control::Alignment;
 use firmware::fix::{Fix, Position};
-use firmware::learn::bank::{Gates, HYPOTHESES};
+use firmware::learn::bank::Gates;
 use firmware::learn::prior::{Datasheet, NAV};
 use firmware::learn::{FixLearner, FixMemory, Learner, Report, Settings};
 use firmware::model::Nets;
@@ -33,15 +33,10 @@ use host_core::inertial::session::{EPOCH_S, Session};
 use host_core::inertial::sins::NavState;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use diary::{Candidate, Diary};
 pub use learnt::Learnt;
-pub use stored::Stored;
 
 /// Milliseconds in a GPS week: times of fixes wrap there.
 const WEEK_MS: u64 = 604_800_000;
-/// Settled networks are stored once in this many epochs. (The device does so at most every ten
-/// minutes, while the vehicle stands or when they have been settled for five.)
-const KEEP_S: usize = 60;
 /// Milliseconds between fixes.
 const EPOCH_MS: u64 = 1000;
 
@@ -53,37 +48,30 @@ pub struct Device<'m> {
     state: compensator::State,
     /// Number of the last sample, modulo 2^32; the first is 0.
     number: u32,
-    /// The content stored in this drive for the next power-on.
-    next: Option<Stored>,
-    diary: Diary,
 }
 
 impl<'m> Device<'m> {
     /// Starts to learn. The compensator contains the scale and the rate of the stream.
     #[must_use]
     pub fn new(memory: &'m mut FixMemory, settings: Settings, compensator: Compensator) -> Self {
-        Self::knowing(&Stored::default(), memory, settings, compensator)
+        Self::with_nets(&Nets::NONE, memory, settings, compensator)
     }
 
-    /// The same as [`Self::new`], after earlier drives of the unit.
+    /// The same as [`Self::new`] with networks to begin with.
     #[must_use]
-    pub fn knowing(
-        stored: &Stored,
+    pub fn with_nets(
+        nets: &Nets,
         memory: &'m mut FixMemory,
         settings: Settings,
         compensator: Compensator,
     ) -> Self {
         let mut learner = FixLearner::new(memory, settings);
-        learner.recall(&stored.memory);
-        let nets = stored.nets.unwrap_or(Nets::NONE);
-        learner.begin(&nets, compensator.scale());
+        learner.begin(nets, compensator.scale());
         Self {
             learner,
             state: compensator.power_on(true),
             compensator,
             number: u32::MAX,
-            next: None,
-            diary: Diary::default(),
         }
     }
 
@@ -138,46 +126,7 @@ impl<'m> Device<'m> {
             nav,
             running: self.learner.running(),
             evidence: std::array::from_fn(|index| bank.evidence(index)),
-            next: self.next.clone(),
-            diary: self.closed_diary(),
         })
-    }
-
-    /// The diary, with the present state of the candidates.
-    fn closed_diary(&self) -> Diary {
-        let (bank, rehearsal) = (self.learner.bank(), self.learner.rehearsal());
-        let candidate = |h| Candidate {
-            proved: rehearsal.has_proved(h),
-            harms: rehearsal.harms(h),
-            evidence: bank.evidence(h),
-        };
-        let Report {
-            fixes,
-            refused,
-            late,
-            ..
-        } = self.learner.report();
-        Diary {
-            candidates: (0..HYPOTHESES).map(candidate).collect(),
-            rehearsals: rehearsal.counts().to_vec(),
-            fixes: [fixes, refused],
-            late,
-            ..self.diary.clone()
-        }
-    }
-
-    /// Stores settled networks for the next power-on, if there are any.
-    fn keep(&mut self) {
-        let winner = self.learner.for_next_power_on();
-        let Some(winner) = winner.filter(|winner| winner.settled) else {
-            return;
-        };
-        let mut memory = vec![0; self.learner.remember()];
-        self.learner.write_memory(0, &mut memory);
-        self.next = Some(Stored {
-            nets: Some(winner.nets),
-            memory,
-        });
     }
 }
 
@@ -234,35 +183,14 @@ pub fn learn(
     start: Option<&Start>,
     until: usize,
 ) -> Option<Learnt> {
-    learn_on(
-        &Stored::default(),
-        session,
-        assumptions,
-        gates,
-        start,
-        until,
-    )
-}
-
-/// As [`learn`], after earlier drives of the unit.
-#[must_use]
-pub fn learn_on(
-    stored: &Stored,
-    session: &Session,
-    assumptions: &Assumptions,
-    gates: Gates,
-    start: Option<&Start>,
-    until: usize,
-) -> Option<Learnt> {
     let mut memory = Box::new(FixMemory::ZEROED);
-    let mut device = device(&mut memory, stored, session, assumptions, gates);
+    let mut device = device(&mut memory, session, assumptions, gates);
     taught(&mut device, session, assumptions, start, until)
 }
 
-/// A device for a session's stream, with blocks of one epoch.
+/// A learner for a session's stream, with blocks of one epoch.
 fn device<'m>(
     memory: &'m mut FixMemory,
-    stored: &Stored,
     session: &Session,
     assumptions: &Assumptions,
     gates: Gates,
@@ -270,11 +198,8 @@ fn device<'m>(
     let nets = [Nets::NONE.gyro, Nets::NONE.accel];
     let compensator = compensator(session, &nets, assumptions);
     let settings = settings(session, assumptions, gates);
-    let stored = Stored {
-        nets: stored.nets.or(assumptions.shape),
-        ..stored.clone()
-    };
-    Device::knowing(&stored, memory, settings, compensator)
+    let shape = assumptions.shape.unwrap_or(Nets::NONE);
+    Device::with_nets(&shape, memory, settings, compensator)
 }
 
 /// Processes the session up to epoch `until`, and returns the result of learning.
@@ -316,12 +241,6 @@ fn taught(
         }
         while let Some((_, fix)) = fixes.next_if(|(after, _)| *after <= k + 1) {
             device.fix(&fix);
-        }
-        if (k + 1).is_multiple_of(n) && device.report().navigates {
-            device.diary.second((k + 1) / n, &device.learner);
-        }
-        if (k + 1).is_multiple_of(KEEP_S * n) {
-            device.keep();
         }
     }
     device.learner.end();

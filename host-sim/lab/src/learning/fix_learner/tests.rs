@@ -54,13 +54,7 @@ fn driven(gnss: &GnssSpec, model: ErrorModelName, seed: u64, drive_s: f64) -> (S
 /// Calls `act` with a device that has learnt from the first 300 fixes.
 fn with_device(session: &Session, assumptions: &Assumptions, act: impl FnOnce(&mut Device<'_>)) {
     let mut memory = Box::new(FixMemory::ZEROED);
-    let mut device = device(
-        &mut memory,
-        &Stored::default(),
-        session,
-        assumptions,
-        Gates::default(),
-    );
+    let mut device = device(&mut memory, session, assumptions, Gates::default());
     assert!(taught(&mut device, session, assumptions, None, 300).is_some());
     act(&mut device);
 }

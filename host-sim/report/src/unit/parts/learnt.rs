@@ -10,7 +10,7 @@ use crate::sensor_errors::sensor_errors;
 use firmware::learn::bank::NAMES;
 use host_core::inertial::units::{DEG_PER_H, UG};
 use host_lab::experiment::outcome::Bench;
-use host_lab::learning::fix_learner::diary::{EVERY_S, Entry};
+use host_lab::learning::device::{EVERY_S, Entry};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Learnt errors";
@@ -105,6 +105,8 @@ fn entries_as_data(case: &str, entries: &[Entry]) -> Value {
 }
 
 fn table(case: &str, bench: &Bench, last: &Entry) -> Table {
+    let proved = bench.diary.proved();
+    let proved = proved.map_or("nothing".into(), |(_, of)| format!("\"{}\"", NAMES[of]));
     let row = |axis: usize| {
         let [error, sigma] = value(last, axis);
         let half = BAND_95 * sigma;
@@ -117,8 +119,8 @@ fn table(case: &str, bench: &Bench, last: &Entry) -> Table {
     };
     Table {
         caption: Some(format!(
-            "{case}: believed after {} s by \"{}\". In force: \"{}\"",
-            last.t_s, NAMES[last.candidate], NAMES[bench.running]
+            "{case}: believed after {} s by \"{}\". Proved: {}",
+            last.t_s, NAMES[last.candidate], proved
         )),
         head: ["axis", "unit", "error", "95 % interval of the bias"]
             .map(String::from)

@@ -9,7 +9,7 @@ use crate::palette::{INK, Look, numbered};
 use firmware::learn::bank::{HYPOTHESES, NAMES, STORED, ZERO_CORRECTION};
 use firmware::learn::rehearsal::{self, HORIZONS_S};
 use host_lab::experiment::outcome::Bench;
-use host_lab::learning::fix_learner::diary::{Candidate, Diary};
+use host_lab::learning::device::{Candidate, Diary};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Rehearsals and gates";
@@ -25,8 +25,9 @@ pub(super) fn part(contents: &Contents) -> Part {
     part.sentences.push(format!(
         "In a rehearsal the device navigates for some time as if it had no fixes, with each \
          candidate's correction and without any, and compares both with the next fix. A candidate \
-         that wins bets on itself {PROVED} times its stake has proved itself and comes into force. \
-         One that loses them does harm and does not."
+         that wins bets on itself {PROVED} times its stake has proved itself. The device stores it \
+         once it has settled, and by default it corrects from the next power-on on. One that loses \
+         them does harm and is not stored."
     ));
     let mut all = vec![];
     for (outcome, bench) in benches {
@@ -53,26 +54,17 @@ pub(super) fn part(contents: &Contents) -> Part {
     part
 }
 
-/// The candidate in force, and the time since when.
+/// What is in force and what has proved itself, each since when, or what the device waits for.
 pub(in super::super) fn in_force(bench: &Bench) -> String {
     let changes = &bench.diary.changes;
     let given_up = changes
         .iter()
         .filter(|(_, to)| *to == ZERO_CORRECTION)
         .count();
-    let mut text = match (bench.running, bench.diary.since()) {
-        (ZERO_CORRECTION, None) => {
-            "no candidate has ever been in force: the device corrects nothing.".to_owned()
-        }
-        (ZERO_CORRECTION, Some(since)) => {
-            format!("no candidate is in force since {since} s: the device corrects nothing.")
-        }
-        (running, since) => format!(
-            "\"{}\" is in force since {} s.",
-            NAMES[running],
-            since.unwrap_or(0)
-        ),
-    };
+    let mut text = format!("in the learning part the device {}.", bench.course.says);
+    if let Some((since, candidate)) = bench.diary.proved() {
+        text += &format!(" \"{}\" is proved since {since} s.", NAMES[candidate]);
+    }
     if given_up > 0 {
         text += &format!(" A candidate was given up again {given_up} time(s).");
     }
@@ -193,8 +185,8 @@ fn diary_as_data(case: &str, bench: &Bench) -> Value {
     });
     json!({
         "case": case,
-        "running": NAMES[bench.running],
-        "since_s": diary.since(),
+        "device": bench.course,
+        "proved_since_s": diary.proved().map(|(since, _)| since),
         "changes": diary.changes.iter().map(|(t, h)| json!([t, NAMES[*h]])).collect::<Vec<_>>(),
         "candidates": candidates.collect::<Vec<_>>(),
         "rehearsals": HORIZONS_S.iter().zip(&diary.rehearsals).collect::<Vec<_>>(),

@@ -1,0 +1,142 @@
+//! What a device did in a drive, in words: what is in force and since when, or what it waits for.
+
+use super::{Device, Drive};
+use firmware::control::Way;
+use firmware::learn::bank::NAMES;
+use firmware::learn::rehearsal::PROVED;
+use firmware::learn::{SETTLED_AFTER_S, SETTLED_S};
+use firmware::model::Nets;
+use serde::Serialize;
+
+/// What a device did in a drive, for the reader.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Course {
+    /// The correction at the beginning and at the end: gyros, deg/s, then accelerometers, m/s2.
+    pub correction: [[f64; 6]; 2],
+    /// The second from which on a correction was in force to the end.
+    pub in_force_since_s: Option<usize>,
+    /// Its navigator was aligned and used fixes at the end.
+    pub navigates: bool,
+    /// Fixes used, and of these with a value that was refused.
+    pub fixes: [u32; 2],
+    /// Hypotheses that had proved themselves at the end.
+    pub proved: Vec<&'static str>,
+    /// When it stored a record, s after power-on.
+    pub stored_s: Vec<f64>,
+    /// What it does, or what it waits for.
+    pub says: String,
+}
+
+impl Drive {
+    /// The second from which on a correction was in force to the end, if one was.
+    #[must_use]
+    pub fn in_force_since(&self) -> Option<usize> {
+        let zero = |of: &[[f32; 3]; 2]| *of == [[0.0; 3]; 2];
+        let off = self.correction.iter().rposition(zero);
+        let since = off.map_or(0, |last| last + 1);
+        (since < self.correction.len()).then_some(since)
+    }
+
+    /// Hypotheses that had proved themselves at the end.
+    fn proved(&self) -> Vec<&'static str> {
+        let each = self.trials.iter().flat_map(|trials| &trials.each);
+        let proved = each.zip(NAMES).skip(1).filter(|(trial, _)| trial.proved);
+        proved.map(|(_, name)| name).collect()
+    }
+
+    /// The hypothesis that is nearest to its proof, and its stakes.
+    fn nearest(&self) -> Option<(&'static str, f32)> {
+        let each = self.trials.iter().flat_map(|trials| &trials.each);
+        let tried = each.zip(NAMES).skip(1).filter(|(trial, _)| trial.enabled);
+        let tried = tried.map(|(trial, name)| (name, trial.standing.proof));
+        tried.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Coasts that have ended, at the horizon with most of them.
+    fn coasts(&self) -> u16 {
+        let most = self
+            .trials
+            .and_then(|trials| trials.ended.into_iter().max());
+        most.unwrap_or(0)
+    }
+}
+
+/// What is in force at the end of a drive, and since when.
+#[must_use]
+pub fn since(drive: &Drive) -> String {
+    match drive.in_force_since() {
+        None => "corrects nothing".to_owned(),
+        Some(0) => "corrects from power-on on".to_owned(),
+        Some(since) => format!("corrects from {since} s after power-on on"),
+    }
+}
+
+/// Describes a drive with fixes. `device`: as the drive has left it; `before`: the networks that
+/// were in use from power-on on.
+#[must_use]
+pub fn course(drive: &Drive, device: &Device, before: &Nets) -> Course {
+    let at = |of: Option<&[[f32; 3]; 2]>| {
+        let [gyro, accel] = of.copied().unwrap_or_default();
+        let [a, b, c] = gyro.map(|x| f64::from(x).to_degrees());
+        let [d, e, f] = accel.map(f64::from);
+        [a, b, c, d, e, f]
+    };
+    let report = &drive.report;
+    Course {
+        correction: [at(drive.correction.first()), at(drive.correction.last())],
+        in_force_since_s: drive.in_force_since(),
+        navigates: report.navigates,
+        fixes: [report.fixes, report.refused],
+        proved: drive.proved(),
+        stored_s: drive.stored_s.clone(),
+        says: format!("{}; {}", since(drive), learns(drive, device, before)),
+    }
+}
+
+/// What the learner has come to, or what it waits for.
+fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
+    let (report, proved) = (&drive.report, drive.proved().join(", "));
+    let next = device.stored().0;
+    match () {
+        () if drive.given == 0 => "has had no fix to learn from".to_owned(),
+        () if !report.navigates && report.refused_alignments > 0 => format!(
+            "waits for its alignment in motion: samples and fixes contradicted each other {} \
+             times, residual {:.1}",
+            report.refused_alignments, report.residual
+        ),
+        () if !report.navigates => format!(
+            "waits for its alignment: its heading is known by {}",
+            match report.way {
+                Way::None => "nothing",
+                _ => "too little",
+            }
+        ),
+        () if report.stored_harms && next.same_images(&Nets::NONE) => {
+            "has found that what it had stored does harm, and has taken it back for the next \
+             power-on"
+                .to_owned()
+        }
+        () if !next.same_images(before) && !proved.is_empty() => {
+            format!("has proved \"{proved}\" and stored it for the next power-on")
+        }
+        () if !next.same_images(before) => "has stored other networks for the next power-on".into(),
+        () if proved.is_empty() => match drive.nearest() {
+            Some((name, stakes)) => format!(
+                "has proved nothing: \"{name}\" is the nearest, with {:.0} of the {PROVED} stakes \
+                 of a proof after {} coasts",
+                stakes.max(0.0).floor(),
+                drive.coasts()
+            ),
+            None => "has proved nothing".to_owned(),
+        },
+        () if !drive.settled => format!(
+            "has proved \"{proved}\" and waits for it to settle before it stores it: that takes \
+             {SETTLED_S} s unmoved, and no less than {SETTLED_AFTER_S} s of navigation"
+        ),
+        () if drive.stored_s.is_empty() => format!(
+            "has proved \"{proved}\", which has settled, and waits for a standstill or five \
+             minutes to store it"
+        ),
+        () => format!("has proved \"{proved}\" and stored nothing new"),
+    }
+}
