@@ -1,9 +1,9 @@
 //! The device on the sessions of the desktop: its configuration for samples that are in body axes
 //! already, and the fixes of the epochs.
 
-use super::{Device, Drive, Input};
+use super::{Device, Drive, Input, at_work};
 use firmware::configuration::Configuration;
-use firmware::control::{Alignment, Mode};
+use firmware::control::Alignment;
 use firmware::fix::{self, Position, WEEK_MS};
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{EPOCH_S, Session};
@@ -25,10 +25,7 @@ pub fn configured(of: &Configuration, session: &Session) -> Configuration {
         // the ages of the fixes are configured ones, and no more is known of them
         (of.receiver.fix_delay, of.receiver.fix_delay_sigma) = (0.0, age_sigma);
     }
-    if of.correction.mode == Mode::Bypass {
-        of.correction.mode = Mode::Learn;
-    }
-    of
+    at_work(&of)
 }
 
 impl Device {
