@@ -1,5 +1,5 @@
-//! BESTPOS, BESTVEL and HEADING2, in binary and in text ([`ascii`]): what a `NovAtel` receiver knows of its position,
-//! velocity and heading.
+//! BESTPOS, BESTVEL and HEADING2, in binary and in text: what a `NovAtel` receiver knows of its
+//! position, velocity and heading.
 //!
 //! Source: docs.novatel.com, OEM7 (pages of the logs, tables of solution status and position
 //! type). `novatel_edie` 2.10.11 made the golden logs. After the long header of

@@ -24,8 +24,8 @@
 //! ```
 //!
 //! Positions and velocities are taken where NAV-PVT has none; a precise position always. They have
-//! no flag of their own: NAV-STATUS and NAV-SOL have, and a position that is worse than
-//! [`WORST_M`] is none.
+//! no flag of their own: NAV-STATUS and NAV-SOL have, and a position that is worse than 1 km is
+//! none.
 
 use super::{LEAST_SIGMA, PVT_HEADER};
 use crate::fix::{Heading, NOT_MEASURED, Position};
