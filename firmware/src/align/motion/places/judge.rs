@@ -128,7 +128,7 @@ impl Places {
             }
         }
         let size = libm::sqrt(dot(sum, sum));
-        if !(size > 1.0) {
+        if size <= 1.0 || size.is_nan() {
             return;
         }
         let level = super::super::level::shortest(scale(sum, 1.0 / size));
@@ -145,6 +145,7 @@ impl Places {
 
     #[inline(never)]
     fn begin_pass(&mut self, guess: usize) {
+        self.wild = None;
         let Some(guess) = self.guesses.get(guess) else {
             return;
         };
@@ -180,6 +181,9 @@ impl Places {
         let assumed = self.assumed();
         self.pass.interval(node, &self.earth, &assumed);
         self.pass.observe(node, &assumed);
+        if self.pass.is_wild() {
+            self.wild = Some(at);
+        }
         if let Some((heading, _)) = self.given.filter(|(_, given)| *given == at) {
             let variance = heading.sigma * heading.sigma;
             self.pass
@@ -240,7 +244,16 @@ impl Places {
             self.refuse();
             return Stage::Waits;
         }
-        let good = self.is_good(best, cost);
+        let settled = passes >= LEAST_PASSES && guess.step < STANDS;
+        if let (true, Some(at)) = (settled, self.wild) {
+            // the fixes have jumped: what was before is of no use
+            self.passes = 0;
+            for _ in 0..=at {
+                self.slide();
+            }
+            return Stage::Waits;
+        }
+        let good = self.wild.is_none() && self.is_good(best, cost);
         self.noise = noise.clamp(LEAST_NOISE, GOOD_RESIDUAL);
         self.passes = if good {
             self.passes.saturating_add(1)

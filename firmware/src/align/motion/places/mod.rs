@@ -13,6 +13,8 @@
 //! not believed. What the receiver says of its noise is corrected by what the
 //! fixes show.
 //!
+//! When the fixes jump, those before it are forgotten.
+//!
 //! A pass is long. So it advances by one interval at a time between the samples: how far it is
 //! depends on their number alone.
 
@@ -81,6 +83,8 @@ pub struct Places {
     guesses: [Guess; GUESSES],
     pass: Pass,
     stage: Stage,
+    /// The last interval at whose end the fix was too far from the best guess.
+    wild: Option<usize>,
     /// Intervals that the guesses are compared over.
     upto: usize,
     /// Time that has not been used for steps, s.
@@ -121,6 +125,7 @@ impl Places {
             guesses: [Guess::NONE; GUESSES],
             pass: Pass::ZEROED,
             stage: Stage::Waits,
+            wild: None,
             upto: 0,
             credit: 0.0,
             guessing: false,
@@ -215,8 +220,8 @@ impl Places {
             None => self.begin(fix)?,
         };
         let at = narrow(fix.position.ned_from(&origin));
-        let far = !(libm::hypotf(at[0], at[1]) < FAR_M as f32);
-        if far {
+        let near = libm::hypotf(at[0], at[1]) < FAR_M;
+        if !near {
             self.gap();
             return None;
         }
@@ -396,10 +401,8 @@ fn errors(
             (xx[i][3 + j], xx[3 + j][i]) = (across, across);
             xx[3 + i][3 + j] = pass.p[VELOCITY + i][VELOCITY + j];
         }
-        for j in 0..OUTPUTS {
-            xt[i][j] = -inner(&rows[i], &pass.p[constant(j)]);
-            xt[3 + i][j] = pass.p[VELOCITY + i][constant(j)];
-        }
+        xt[i] = core::array::from_fn(|j| -inner(&rows[i], &pass.p[constant(j)]));
+        xt[3 + i] = core::array::from_fn(|j| pass.p[VELOCITY + i][constant(j)]);
     }
     let mut same = [[0.0; 9]; 9];
     for (i, row) in same.iter_mut().enumerate() {

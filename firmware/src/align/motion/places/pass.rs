@@ -97,6 +97,8 @@ pub struct Pass {
     pub cost: f32,
     nis: f32,
     count: f32,
+    /// The last fix was too far from where it should be.
+    wild: bool,
 }
 
 impl Pass {
@@ -112,6 +114,7 @@ impl Pass {
         cost: 0.0,
         nis: 0.0,
         count: 0.0,
+        wild: false,
     };
 
     /// Begins at the first fix of a window with a guess. `next` is the interval that follows.
@@ -177,6 +180,11 @@ impl Pass {
     /// Mean of the normalised innovations squared.
     pub fn residual(&self) -> f32 {
         self.nis / self.count.max(1.0)
+    }
+
+    /// Whether the last fix was too far from where it should be.
+    pub fn is_wild(&self) -> bool {
+        self.wild
     }
 
     /// Number of observations.
@@ -285,16 +293,13 @@ impl Pass {
             }
         }
         let x: [f32; 6] = core::array::from_fn(|i| product_of(&rows[i], &self.x));
-        for i in 0..6 {
-            self.x[VELOCITY + i] = x[i];
-            for j in 0..VELOCITY {
-                (self.p[VELOCITY + i][j], self.p[j][VELOCITY + i]) = (moved[i][j], moved[i][j]);
+        for (i, (moved, x)) in moved.iter().zip(x).enumerate() {
+            self.x[VELOCITY + i] = x;
+            for (j, value) in moved.iter().enumerate().take(VELOCITY) {
+                (self.p[VELOCITY + i][j], self.p[j][VELOCITY + i]) = (*value, *value);
             }
-            for j in 0..6 {
-                if j > i {
-                    continue;
-                }
-                let value = product_of(&moved[i], &rows[j]);
+            for (j, row) in rows.iter().enumerate().take(i + 1) {
+                let value = product_of(moved, row);
                 self.p[VELOCITY + i][VELOCITY + j] = value;
                 self.p[VELOCITY + j][VELOCITY + i] = value;
             }
@@ -339,6 +344,7 @@ impl Pass {
         let velocity = self.estimated_velocity();
         let rows: [Row; 3] = core::array::from_fn(|i| self.attitude_row(i));
         let [level, down] = node.sigma;
+        self.wild = false;
         for i in 0..3 {
             let sigma = if i < 2 { level } else { down };
             if !sigma.is_finite() {
@@ -348,13 +354,11 @@ impl Pass {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
             let mut row: Row = core::array::from_fn(|n| rows[j][n] * arm[k] - rows[k][n] * arm[j]);
             row[POSITION + i] = 1.0;
-            for n in 0..3 {
-                row[ARM + n] = axes[i][n];
-            }
+            row[ARM..ARM + 3].copy_from_slice(&axes[i]);
             row[AGE] = -velocity[i];
             let ahead = velocity[i] * (node.late - self.constants[AGE]);
             let z = node.place[i] - (self.position[i] + arm[i] + ahead);
-            self.take(&row, z, sigma * sigma * assumed.scale);
+            self.wild |= self.take(&row, z, sigma * sigma * assumed.scale) > GATE;
         }
         if node.rest.is_finite() {
             self.stands(node, &axes, assumed);
@@ -392,8 +396,8 @@ impl Pass {
         self.take(&row, off - core::f32::consts::TAU * turns, variance);
     }
 
-    /// One observation `z = row x`.
-    fn take(&mut self, row: &Row, z: f32, variance: f32) {
+    /// One observation `z = row x`; its normalised innovation squared.
+    fn take(&mut self, row: &Row, z: f32, variance: f32) -> f32 {
         let column: Row = core::array::from_fn(|i| product_of(&self.p[i], row));
         let own = product_of(&column, row).max(0.0) + variance;
         let left = z - product_of(&self.x, row);
@@ -403,13 +407,14 @@ impl Pass {
         self.count += 1.0;
         // what is too far counts less, so that one wrong fix moves little
         let per = 1.0 / (own * (ratio / GATE).max(1.0));
-        for i in 0..N {
-            let k = column[i] * per;
-            self.x[i] += k * left;
-            for j in 0..N {
-                self.p[i][j] -= k * column[j];
+        for ((x, p), k) in self.x.iter_mut().zip(&mut self.p).zip(column) {
+            let k = k * per;
+            *x += k * left;
+            for (p, of) in p.iter_mut().zip(column) {
+                *p -= k * of;
             }
         }
+        ratio
     }
 
     /// Variance of a combination of the errors.
