@@ -33,7 +33,10 @@ fn tried(dir: &Path, case: &Case) -> (Vec<String>, String) {
     let [stdout, stderr] =
         [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
     assert!(!stderr.contains("panicked"), "{}: {stderr}", case.input);
-    let notes = stdout.lines().filter_map(|line| line.strip_prefix("- "));
+    let notes = stdout.lines().filter_map(|line| {
+        let note = line.strip_prefix("- ");
+        note.or_else(|| line.strip_prefix("doubtful: "))
+    });
     let mut told: Vec<String> = notes.map(str::to_owned).collect();
     let mine = stderr.lines().filter(|line| {
         let usual = ["no unit is given", "--strict: was given"];

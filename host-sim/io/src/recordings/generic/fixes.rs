@@ -152,18 +152,19 @@ impl<'n> Names<'n> {
             of_fix,
         };
         let mut left_out = LeftOut::default();
-        let mut found = collect(&table, &si, &quality, &mut left_out)?;
+        let (mut found, mut week) = collect(&table, &si, &quality, &mut left_out)?;
         let guessed = quality.iter().all(|q| !q.is_given());
         if found.len() < 2 && left_out.all() > 0 && guessed && !quality.is_empty() {
             // the columns mean something else than their names say
             left_out = LeftOut::default();
-            found = collect(&table, &si, &[], &mut left_out)?;
+            (found, week) = collect(&table, &si, &[], &mut left_out)?;
         }
         if found.is_empty() && left_out.all() > 0 {
             let problem = format!("holds no fix: {}", left_out.reasons());
             let remedy = "give a recording in which the receiver has a fix";
             return Err(read.bad(self.table, problem, remedy));
         }
+        notes.extend(week.note("fixes"));
         notes.extend(left_out.notes(&file.source.file.display().to_string()));
         Ok(found)
     }
@@ -193,13 +194,14 @@ impl<'n> Names<'n> {
     }
 }
 
-/// The fixes of a table. Lines without a fix are skipped, and counted where they say so.
+/// The fixes of a table, and their times as they went on. Lines without a fix are skipped, and
+/// counted where they say so.
 fn collect(
     table: &Table,
     si: &Si,
     quality: &[Quality],
     left_out: &mut LeftOut,
-) -> Result<Vec<TimedFix>, Error> {
+) -> Result<(Vec<TimedFix>, Unwrapped), Error> {
     let mut fixes: Vec<TimedFix> = Vec::new();
     let mut week = Unwrapped::default();
     for (k, r) in table.rows().enumerate() {
@@ -244,7 +246,7 @@ fn collect(
         }
         fixes.push(now);
     }
-    Ok(fixes)
+    Ok((fixes, week))
 }
 
 /// The likeliest cause of a position that is not on Earth.

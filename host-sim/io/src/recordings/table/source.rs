@@ -283,6 +283,8 @@ pub(super) struct Lines<'a, R> {
     runs: bool,
     /// Whether the present line is an empty one at the end.
     trails: bool,
+    /// Number of the line that was read behind empty ones and is not given yet.
+    waiting: Option<usize>,
 }
 
 impl<'a, R: Bytes> Lines<'a, R> {
@@ -307,6 +309,7 @@ impl<'a, R: Bytes> Lines<'a, R> {
             next: 1,
             runs: !matches!(separator, Separator::Char(_)),
             trails: false,
+            waiting: None,
         }
     }
 
@@ -322,6 +325,10 @@ impl<'a, R: Bytes> Lines<'a, R> {
 
     /// Reads the next line and gives its number. An empty line has no values.
     pub(super) fn next(&mut self) -> Result<Option<usize>, Error> {
+        if let Some(line) = self.waiting.take() {
+            self.split();
+            return Ok(Some(line));
+        }
         let more = self.reader.read_byte_record(&mut self.record);
         let more = more.map_err(|error| {
             let fault = match error.into_kind() {
@@ -338,6 +345,17 @@ impl<'a, R: Bytes> Lines<'a, R> {
             return Ok(None);
         }
         self.trails = !more;
+        if skipped {
+            self.waiting = more.then_some(self.next as usize - 1);
+            self.spans.clear();
+        } else {
+            self.split();
+        }
+        Ok(Some(line as usize))
+    }
+
+    /// Finds the values of the record that was read.
+    fn split(&mut self) {
         self.spans.clear();
         let bytes = self.record.as_slice();
         let cells = (0..self.record.len()).filter_map(|i| self.record.range(i));
@@ -350,11 +368,9 @@ impl<'a, R: Bytes> Lines<'a, R> {
         let runs = self.runs;
         self.spans
             .extend(trimmed.filter(|cell| !(runs && cell.is_empty())));
-        let only_blank = matches!(&self.spans[..], [alone] if alone.is_empty());
-        if skipped || only_blank {
+        if matches!(&self.spans[..], [alone] if alone.is_empty()) {
             self.spans.clear();
         }
-        Ok(Some(line as usize))
     }
 
     /// The values of the present line.
