@@ -40,12 +40,12 @@ impl Clock for SetClock {
     }
 }
 
-/// Flash in memory, of two slots of a store.
+/// Flash in memory, of two slots of a store: the two sectors of an STM32F405's.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MemoryFlash(pub Vec<u8>);
 
 /// Bytes of a [`MemoryFlash`].
-const FLASH_LEN: usize = 4 * MemoryFlash::ERASE_SIZE;
+const FLASH_LEN: usize = 2 * MemoryFlash::ERASE_SIZE;
 
 impl Default for MemoryFlash {
     /// Erased.
@@ -85,7 +85,7 @@ impl ReadNorFlash for MemoryFlash {
 
 impl NorFlash for MemoryFlash {
     const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 8192;
+    const ERASE_SIZE: usize = 128 << 10;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Outside> {
         let held = self.0.get_mut(from as usize..to as usize).ok_or(Outside)?;
