@@ -8,9 +8,9 @@
 //! B5 62 | class | id | payload length u16 | payload | Fletcher-8 a, b over class to payload
 //! ```
 //!
-//! Crates for UBX exist. It is written here because only eleven messages of fixed length are needed,
-//! the framer does the framing, and the receiver simulator needs a message that can be written. All
-//! other messages are ignored.
+//! Crates for UBX exist. It is written here because only eleven messages of fixed length are
+//! needed, the framer does the framing, and the receiver simulator needs a message that can be
+//! written. All other messages are ignored.
 
 pub mod more;
 

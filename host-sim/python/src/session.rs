@@ -283,7 +283,8 @@ pub struct Learnt {
     #[pyo3(get)]
     running: String,
     evidence: Vec<(String, f64)>,
-    /// The verdict of the test on data that was not learnt from, or what the device did and waits for.
+    /// The verdict of the test on data that was not learnt from, or what the device did and waits
+    /// for.
     #[pyo3(get)]
     note: String,
 }

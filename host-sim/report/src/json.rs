@@ -5,8 +5,8 @@ use host_lab::experiment::results::Results;
 
 /// The results as JSON text with a final line break.
 ///
-/// Its form is `{"schema","scenario","seed","rows":[..]}`, each row `{"t_s","scheme","d_north_m","d_east_m",
-/// "d_vn_mps","d_ve_mps","horizontal_m"}`.
+/// Its form is `{"schema","scenario","seed","rows":[..]}`, each row
+/// `{"t_s","scheme","d_north_m","d_east_m", "d_vn_mps","d_ve_mps","horizontal_m"}`.
 ///
 /// # Errors
 /// [`Error::BadResult`] naming row and field of a number that JSON cannot hold (NaN, infinity).

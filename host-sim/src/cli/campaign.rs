@@ -77,8 +77,8 @@ pub struct Args {
     /// errors, with and without +told, every kind of start, every vehicle, and earlier drives
     #[arg(long, value_name = "UNITS", value_parser = clap::value_parser!(u32).range(1..))]
     studies: Option<u32>,
-    /// Also judge the learner's hypotheses: each alone, and the learner without some of them. These rows
-    /// are not the device: what proves itself corrects at once
+    /// Also judge the learner's hypotheses: each alone, and the learner without some of them. These
+    /// rows are not the device: what proves itself corrects at once
     #[arg(long)]
     ablation: bool,
     #[command(flatten)]

@@ -22,8 +22,8 @@ const SCHEMA: u32 = 1;
 /// to the next.
 #[derive(Debug, ClapArgs)]
 pub(super) struct Sessions {
-    /// The unit file (or a preset), or a table of sessions: a TOML file with `unit = "FILE.toml"` and
-    /// for each session `[[session]]` with `file`, and perhaps `name`, `serial` and `date`
+    /// The unit file (or a preset), or a table of sessions: a TOML file with `unit = "FILE.toml"`
+    /// and for each session `[[session]]` with `file`, and perhaps `name`, `serial` and `date`
     #[arg(value_name = "UNIT.toml|TABLE.toml")]
     unit: String,
     /// The sessions in the order of time: headers of CSV files, or recordings of another form
@@ -46,8 +46,8 @@ pub(super) struct Sessions {
     memory: Option<PathBuf>,
     #[command(flatten)]
     json: JsonOption,
-    /// Also make the paper's vehicle test on these drives, so long without fixes: learnt on a drive,
-    /// judged on it, on its second half, and on the next drive
+    /// Also make the paper's vehicle test on these drives, so long without fixes: learnt on a
+    /// drive, judged on it, on its second half, and on the next drive
     #[arg(long, value_name = "SECONDS")]
     paper: Option<f64>,
     /// Write a page (HTML): the error of each session, and what is remembered

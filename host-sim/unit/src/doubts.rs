@@ -10,8 +10,8 @@ const OPTICAL_DPH: f64 = 5.0;
 /// Most angle random walk of an optical gyro, and of any gyro, deg/sqrt(h).
 const OPTICAL_ARW: f64 = 0.5;
 const MOST_ARW: f64 = 5.0;
-/// Least angle random walk, deg/sqrt(h), of gyros with a bias of 1 deg/h, whose square root it grows
-/// with, and the largest that is asked for: between all presets and those with a wrong unit.
+/// Least angle random walk, deg/sqrt(h), of gyros with a bias of 1 deg/h, whose square root it
+/// grows with, and the largest that is asked for: between all presets and those with a wrong unit.
 const LEAST_ARW: f64 = 0.004;
 const LEAST_ARW_COARSE: f64 = 0.05;
 

@@ -4,8 +4,8 @@ use super::ReceiverFormat;
 use super::epoch::{Arrival, Head, Time, Values};
 use crate::wire::framer::{Finder, Kind};
 
-/// After so many epochs of the others, a protocol that has sent nothing since has left the line: 3 s
-/// beside one of 10 Hz.
+/// After so many epochs of the others, a protocol that has sent nothing since has left the line: 3
+/// s beside one of 10 Hz.
 const GONE: u8 = 30;
 
 /// Finds the messages of one protocol, and knows what they gave.

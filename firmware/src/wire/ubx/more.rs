@@ -1,14 +1,14 @@
 //! What goes with a NAV-PVT of the same time, and what older receivers send instead.
 //!
-//! Source: the u-blox interface descriptions (6 to F9) as `pyubx2` 1.4.0 implements them, which made
-//! the golden messages. Payloads; `time` is the time of week u32, ms:
+//! Source: the u-blox interface descriptions (6 to F9) as `pyubx2` 1.4.0 implements them, which
+//! made the golden messages. Payloads; `time` is the time of week u32, ms:
 //!
 //! ```text
 //! NAV-COV 01 36, 64        time | version 0 | position valid u8 @5 | velocity valid u8 | ...
 //!   | position NN NE ND EE ED DD f32 @16, m^2 | velocity the same @40, m^2/s^2
 //! NAV-RELPOSNED 01 3C, 64  version 1 | ... | time @4 | ... | heading i32 @24, 1e-5 degree | ...
 //!   | its accuracy u32 @52 | ... | flags u32 @60
-//! NAV-POSLLH 01 02, 28     time | longitude i32 @4 | latitude i32, 1e-7 degree | height i32 @12, mm
+//! NAV-POSLLH 01 02, 28     time | longitude i32 @4 | latitude i32, 1e-7 degree | height @12, mm
 //!   | above the sea i32 | horizontal u32 @20 and vertical accuracy u32 @24, mm
 //! NAV-POSECEF 01 01, 20    time | x, y, z i32 @4, cm | accuracy u32 @16, cm
 //! NAV-VELNED 01 12, 36     time | north, east, down i32 @4, cm/s | ... | accuracy u32 @28, cm/s

@@ -168,8 +168,8 @@ pub(super) fn enlarged(assumptions: &Assumptions, size: &Size) -> Assumptions {
     out
 }
 
-/// The device's configuration with a datasheet that is [`enlarged`] so. A limit that follows from the
-/// bias follows the larger one.
+/// The device's configuration with a datasheet that is [`enlarged`] so. A limit that follows from
+/// the bias follows the larger one.
 pub(super) fn enlarged_configuration(of: &Configuration, size: &Size) -> Configuration {
     let mut out = of.clone();
     if *size == Size::default() {

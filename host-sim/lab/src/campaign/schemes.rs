@@ -188,8 +188,8 @@ pub const SCHEMES: [(&str, Scheme); 28] = [
     ("zupt", zupt),
 ];
 
-/// Parts of the bank, to compare the hypotheses of the learner: their names, and the hypotheses that
-/// take part, one bit each. A hypothesis alone is used whatever its evidence.
+/// Parts of the bank, to compare the hypotheses of the learner: their names, and the hypotheses
+/// that take part, one bit each. A hypothesis alone is used whatever its evidence.
 pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let alone = (0..HYPOTHESES)
         .filter(|&index| ![ZERO_CORRECTION, STORED].contains(&index))

@@ -7,7 +7,7 @@
 //! | `ls-bias`, `ls-3x3` | the fitted errors, from the first epoch on |
 //! | `rnn` | the output of the two networks, from the first epoch on |
 //! | `ekf6`, `ekf12`, `ekf24` | nothing while the filter learns, then its last estimate |
-//! | `device` | in each second what the device had in force: what it had stored before, and from its power-on at the end of the learning part what it stored there |
+//! | `device` | what it had in force in each second, and after the split what it had stored |
 //!
 //! Before the first epoch nothing is subtracted. After the last one the last correction stays.
 

@@ -5,8 +5,8 @@ use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::session::EPOCH_S;
 use host_core::inertial::units::MIN;
 
-/// Version of the JSON of `run` and `replay`. 1 had no version, and the row `rnn-kalman` in place of
-/// `device`.
+/// Version of the JSON of `run` and `replay`. 1 had no version, and the row `rnn-kalman` in place
+/// of `device`.
 pub const SCHEMA: u32 = 2;
 
 /// Errors of one scheme at one time, compared with the reference.

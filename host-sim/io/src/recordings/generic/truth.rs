@@ -11,7 +11,8 @@ use host_core::error::Error;
 use std::path::PathBuf;
 
 /// The true states that the user or the header names, if one of them does. `offset_s` is the time
-/// offset of the fixes, s. What is left out is added to `notes`. The caller still adds it to the times of the states.
+/// offset of the fixes, s. What is left out is added to `notes`. The caller still adds it to the
+/// times of the states.
 pub(super) fn named(
     read: &Read,
     offset_s: Option<f64>,

@@ -16,8 +16,8 @@
 //! those of them that the 7 contain. Positions are those of the antenna. KF-GINS keeps the lever
 //! arm of the antenna in its own configuration, which is not read here, so the user must correct
 //! for a long one beforehand. Written numbers are the shortest that read back to the same bits.
-//! Seconds of week do not exceed 604 800 in KF-GINS, so a recording across the end of a week is read
-//! and not written.
+//! Seconds of week do not exceed 604 800 in KF-GINS, so a recording across the end of a week is
+//! read and not written.
 
 mod fixes;
 

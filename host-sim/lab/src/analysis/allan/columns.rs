@@ -54,8 +54,8 @@ struct Sensor {
     pulses: bool,
 }
 
-/// Reads the sensors of `file`. Only the times stay in memory while a long file is read. What is left
-/// out is added to `notes`.
+/// Reads the sensors of `file`. Only the times stay in memory while a long file is read. What is
+/// left out is added to `notes`.
 ///
 /// # Errors
 /// Any fault of the file, with line and column; a column that does not exist; an unknown sample

@@ -41,7 +41,8 @@ const TABLE: [Mistake; 9] = [
 ];
 
 /// The contradictions of a recording, each with the mistake that explains it if there is one.
-/// `clock`: the offset of the clocks that the data contradict; `again` finds it anew after a change.
+/// `clock`: the offset of the clocks that the data contradict; `again` finds it anew after a
+/// change.
 pub(super) fn doubts(
     evidence: &Evidence,
     expected: &Expected,

@@ -85,7 +85,8 @@ fn started(record: &Record) -> Started {
     .unwrap()
 }
 
-/// Networks that a device has stored before the recording: half a bias of the datasheet on all axes.
+/// Networks that a device has stored before the recording: half a bias of the datasheet on all
+/// axes.
 fn stored() -> Nets {
     let of = normalisation(&Assumptions::of(&Unit::default()));
     let [gyro, accel] = of.map(|normalisation| {

@@ -1,5 +1,5 @@
-//! The device in the paper's experiment: what it has proven and stored in earlier drives of the same
-//! unit with fixes corrects a drive without fixes.
+//! The device in the paper's experiment: what it has proven and stored in earlier drives of the
+//! same unit with fixes corrects a drive without fixes.
 
 use super::Sessions;
 use crate::learning::device::{Device, course, since};

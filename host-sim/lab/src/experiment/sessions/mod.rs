@@ -10,7 +10,7 @@
 //! | `uncorrected` | nothing |
 //! | `rest` | the gyros' mean over the first standstill |
 //! | `last` | the biases that `ekf6` had at the end of the last session |
-//! | `ekf6`, `ekf12`, `ekf24` | the filter's estimates when the fixes end: biases, with scale factors, with 3x3 matrices |
+//! | `ekf6`, `ekf12`, `ekf24` | a filter's last estimates: biases; scale factors; matrices |
 //! | the same with `-memory` | the same, after what the filter remembers of the unit |
 //! | `zupt` | `rest`'s mean, and zero velocity wherever the vehicle stands |
 //! | `device` | what the firmware's own application takes off |
@@ -231,8 +231,8 @@ impl Unit {
         ends.filter(|end| *end > 0.0).collect()
     }
 
-    /// The device's drives with the fixes of each phase, and the one with all fixes, which its store
-    /// is taken over from.
+    /// The device's drives with the fixes of each phase, and the one with all fixes, which its
+    /// store is taken over from.
     fn device_drives(
         &self,
         timeline: &Timeline,

@@ -2,9 +2,9 @@
 //! judged without fixes on the same drive (the paper's protocol), on its second half, and on the
 //! next drive.
 //!
-//! Every judged part starts from a state of the reference. The networks `rnn` are the paper's, taught
-//! and used without any proof, and so are the least-squares fits beside them. The device learns on
-//! the learning part, is switched off and on again, and has no fixes then.
+//! Every judged part starts from a state of the reference. The networks `rnn` are the paper's,
+//! taught and used without any proof, and so are the least-squares fits beside them. The device
+//! learns on the learning part, is switched off and on again, and has no fixes then.
 
 use super::coasts::{Coasts, Scheme, Starts};
 use super::reference::{Reference, reference};

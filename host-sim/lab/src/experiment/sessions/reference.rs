@@ -1,10 +1,10 @@
 //! The states that every scheme's coasts start from, and that judge them.
 //!
 //! They are smoothed from all samples and all fixes of the session with a model of its own: biases
-//! with three times the datasheet's sigmas, 3x3 matrices with a third of them. (Where motion does not
-//! tell matrices, accelerometer biases and tilts apart, wide matrices spoil the tilts: with the whole
-//! sigmas the remembered biases of ten RC-car sessions navigate twice as badly.) No judged scheme's
-//! parameters shape them.
+//! with three times the datasheet's sigmas, 3x3 matrices with a third of them. (Where motion does
+//! not tell matrices, accelerometer biases and tilts apart, wide matrices spoil the tilts: with the
+//! whole sigmas the remembered biases of ten RC-car sessions navigate twice as badly.) No judged
+//! scheme's parameters shape them.
 //! Where the recording gives no attitude, the filter begins level, by the mean specific force, with
 //! the heading of a row under which the fixes are most likely; the smoothed start then replaces it,
 //! twice. Time offset of the fixes and lever arm of the antenna are those under which fixes and
@@ -32,8 +32,8 @@ const FIXES_HZ: f64 = 5.0;
 /// Factors of the datasheet's sigmas: of biases, and of scale factors and misalignments.
 const WIDE: f64 = 3.0;
 const MAP: f64 = 0.3;
-/// The search between samples and fixes: which value (time offset, s, then arm forward and right, m),
-/// how many steps on each side, and their size.
+/// The search between samples and fixes: which value (time offset, s, then arm forward and right,
+/// m), how many steps on each side, and their size.
 const SEARCH: [(usize, i32, f64); 7] = [
     (0, 8, 0.1),
     (1, 3, 0.2),

@@ -41,7 +41,8 @@ fn found(header: &Path, vehicle: Kind, gyro_dps: f64) -> (f64, Result<Aligned, P
 }
 
 /// The gyros' biases of each set's sensor, deg/s, by long fits elsewhere: about the first two axes.
-/// It is the tilt that shows them; about the vertical they are known to half a degree a second only.
+/// It is the tilt that shows them; about the vertical they are known to half a degree a second
+/// only.
 const SETS: [(&str, [f64; 2]); 2] = [("morpinet-1", [0.72, -0.39]), ("wid", [-0.99, 0.83])];
 /// How far they differ from session to session, deg/s.
 const SCATTER: f64 = 0.2;

@@ -113,7 +113,8 @@ fn the_devices_own_limit_holds() {
 }
 
 /// The unit's vehicle, activation and limits stay; what the samples of a session already have does
-/// not: mounting and lever arm. A new unit file is in mode bypass, and the device is judged in learn.
+/// not: mounting and lever arm. A new unit file is in mode bypass, and the device is judged in
+/// learn.
 #[test]
 fn the_configuration_is_the_units() {
     let mut unit = host_unit::Unit::default();
@@ -138,8 +139,8 @@ fn the_configuration_is_the_units() {
     assert_eq!(configured(&frozen, &session).correction.mode, Mode::Frozen);
 }
 
-/// A device that knows its attitude by nothing says that it waits for it, and one that has just begun
-/// how far its proof is.
+/// A device that knows its attitude by nothing says that it waits for it, and one that has just
+/// begun how far its proof is.
 #[test]
 fn a_device_says_what_it_waits_for() {
     let mut standing = session(120.0, 3);
