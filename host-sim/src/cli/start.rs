@@ -77,8 +77,7 @@ impl ReceiverOptions {
                 ));
             }
         };
-        let usual = Receiver::default();
-        let mut noise = usual.noise.clone();
+        let mut noise = Receiver::default().noise;
         if let Some(metres) = self.position_sigma_m {
             let metres = within("--position-sigma-m", metres, [1e-3, 100.0])?;
             noise.vertical_m *= metres / noise.horizontal_m;
@@ -91,7 +90,6 @@ impl ReceiverOptions {
             horizontal_velocity: self.horizontal_velocity,
             positions_only: self.positions_only,
             noise,
-            ..usual
         })
     }
 }

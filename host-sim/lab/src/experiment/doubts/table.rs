@@ -77,7 +77,12 @@ pub(super) fn doubts(
         else {
             break;
         };
-        if candidate.change.fix_time != Change::NONE.fix_time {
+        if Change::NONE
+            .fix_time
+            .iter()
+            .zip(&candidate.change.fix_time)
+            .any(|(a, b)| (a - b).abs() > 0.0)
+        {
             clock = None;
         } else if candidate.change.moves_fixes() {
             clock = again(&next);
