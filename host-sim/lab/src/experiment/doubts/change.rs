@@ -88,10 +88,4 @@ impl Change {
             sigmas,
         }
     }
-
-    /// Whether it changes the fixes and not only their clock, so that another offset of the clocks
-    /// may fit.
-    pub(super) fn moves_fixes(&self) -> bool {
-        self.position != 1.0 || self.speed != 1.0 || self.order != Self::NONE.order
-    }
 }

@@ -78,7 +78,7 @@ pub(super) fn doubts(
         };
         if candidate.change.fix_time != Change::NONE.fix_time {
             clock = None;
-        } else if candidate.change.moves_fixes() {
+        } else {
             clock = again(&next);
             after = measured(evidence, expected, &next, clock.as_ref());
         }
