@@ -41,7 +41,7 @@ pub fn named(offset_s: f64) -> Option<String> {
             (count > 0.0 && (left < NEAR_S || leap(left).is_some())).then_some(count)
         };
         let past = (size - GPS_START_S).rem_euclid(WEEK_S);
-        let is_epoch = past < 20.0 || past > WEEK_S - 20.0;
+        let is_epoch = !(20.0..=WEEK_S - 20.0).contains(&past);
         match (whole(DAY_S), whole(WEEK_S)) {
             (_, Some(weeks)) if weeks < 10.0 => Some(format!("{weeks} weeks lie between them")),
             (Some(days), _) if days < 7.0 => Some(format!(

@@ -150,7 +150,7 @@ impl Columns {
             line.first().is_some_and(|first| first.starts_with('%'))
                 && (text.contains("latitude(") || text.contains("x-ecef("))
         };
-        let line = head.iter().filter(named).next_back()?.join(" ");
+        let line = head.iter().rfind(named)?.join(" ");
         let line = line.trim_start_matches('%').trim();
         let mut words = line.split(' ');
         let clock = match words.next()? {

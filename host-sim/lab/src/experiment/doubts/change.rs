@@ -59,6 +59,12 @@ impl Change {
         }
     }
 
+    /// Whether it is one of the clock of the fixes.
+    pub(super) fn is_of_clock(&self) -> bool {
+        let [factor, offset] = self.fix_time;
+        factor != 1.0 || offset != 0.0
+    }
+
     pub(super) fn time(&self, t: f64) -> f64 {
         let [factor, offset] = self.fix_time;
         t * factor + offset

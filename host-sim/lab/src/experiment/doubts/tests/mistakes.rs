@@ -91,8 +91,8 @@ const MADE: [Made; 15] = [
         "rad as deg",
         |r| {
             each_fix(r, |f| {
-                (f.lat_deg, f.lon_deg) = (f.lat_deg * DEG, f.lon_deg * DEG)
-            })
+                (f.lat_deg, f.lon_deg) = (f.lat_deg * DEG, f.lon_deg * DEG);
+            });
         },
         "gnss.latitude.unit",
         "the unit 'rad' would fit",
@@ -119,8 +119,8 @@ const MADE: [Made; 15] = [
         "enu as ned",
         |r| {
             each_fix(r, |f| {
-                f.velocity = [f.velocity[1], f.velocity[0], -f.velocity[2]]
-            })
+                f.velocity = [f.velocity[1], f.velocity[0], -f.velocity[2]];
+            });
         },
         "gnss.velocity.order",
         "the order 'enu' would fit",
@@ -137,7 +137,7 @@ const MADE: [Made; 15] = [
             each_sample(r, |s| Increment {
                 dtheta: s.dtheta / DEG,
                 ..s
-            })
+            });
         },
         "imu.gyro.unit",
         "the unit 'deg/s' would fit",
@@ -148,7 +148,7 @@ const MADE: [Made; 15] = [
             each_sample(r, |s| Increment {
                 dtheta: s.dtheta * DEG,
                 ..s
-            })
+            });
         },
         "imu.gyro.unit",
         "seem to be in rad",
@@ -179,7 +179,7 @@ const MADE: [Made; 15] = [
             each_sample(r, |s| Increment {
                 dtheta: -s.dtheta,
                 ..s
-            })
+            });
         },
         "imu.axes",
         "check the signs",
