@@ -66,15 +66,14 @@ pub fn apart(samples: [f64; 2], fixes: [f64; 2]) -> String {
         common > 0.5 * (last - first).min(long(samples))
     };
     for (factor, name) in [(1e-3, "ms"), (1e-6, "us"), (1e-9, "ns")] {
-        let ratio = long(fixes) * factor / long(samples);
-        if overlaps(fixes.map(|t| t * factor)) && (0.2..5.0).contains(&ratio) {
+        // a recording and its fixes are about as long
+        let alike = |ratio: f64| (0.5..2.0).contains(&ratio);
+        if alike(long(fixes) * factor / long(samples)) {
             return format!(
                 "the times of the fixes seem to be in {name}, those of the samples in s"
             );
         }
-        let ratio = long(fixes) / (long(samples) * factor);
-        let scaled = samples.map(|t| t * factor);
-        if fixes[0] < scaled[1] && fixes[1] > scaled[0] && (0.2..5.0).contains(&ratio) {
+        if alike(long(samples) * factor / long(fixes)) {
             return format!(
                 "the times of the samples seem to be in {name}, those of the fixes in s"
             );
@@ -92,8 +91,8 @@ pub fn apart(samples: [f64; 2], fixes: [f64; 2]) -> String {
         });
     let mut known = zones.chain(weeks).chain(days).chain(epoch);
     let shift = known.find(|by| overlaps(fixes.map(|t| t + by)));
-    let (by, why) = match shift {
-        Some(by) => (by, named(by).unwrap_or_default()),
+    let (by, why) = match shift.and_then(|by| Some((by, named(by)?))) {
+        Some(known) => known,
         None => {
             let why = "they would begin together then, as where one file counts from its start";
             (samples[0] - fixes[0], why.to_owned())

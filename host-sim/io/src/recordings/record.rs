@@ -351,14 +351,14 @@ impl Record {
         }
     }
 
-    /// Number of fixes outside the time of the samples.
+    /// Number of fixes more than two samples outside the time of the samples.
     #[must_use]
     pub fn fixes_outside(&self) -> usize {
         let (Some(start), Some(end)) = (self.time.start(), self.time.end()) else {
             return self.fixes.len();
         };
-        let step = median_step(&self.time).max(SAME_S);
-        let inside = |fix: &&TimedFix| (start - step..=end + step).contains(&fix.time);
+        let near = 2.5 * median_step(&self.time).max(SAME_S);
+        let inside = |fix: &&TimedFix| (start - near..=end + near).contains(&fix.time);
         match self.fixes.len() {
             1 => 0, // the site of a vehicle at rest
             all => all - self.fixes.iter().filter(inside).count(),

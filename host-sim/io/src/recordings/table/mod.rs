@@ -149,7 +149,8 @@ impl<T: Cell> Table<T> {
         // a comma at the end of a line separates nothing
         let trailing = count == layout.names.len() + 1 && lines.cell(count - 1).is_empty();
         let unnamed = layout.names.last().is_some_and(String::is_empty);
-        if !(trailing || unnamed && count + 1 == layout.names.len()) {
+        let lacks_unnamed = unnamed && count + 1 == layout.names.len();
+        if !(trailing || lacks_unnamed) {
             self.check_count(line, count, layout)?;
         }
         row.clear();

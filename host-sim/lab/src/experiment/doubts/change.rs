@@ -59,6 +59,12 @@ impl Change {
         }
     }
 
+    /// Whether it is one of the clock of the fixes.
+    pub(super) fn is_of_clock(&self) -> bool {
+        let [factor, offset] = self.fix_time;
+        factor != 1.0 || offset != 0.0
+    }
+
     pub(super) fn time(&self, t: f64) -> f64 {
         let [factor, offset] = self.fix_time;
         t * factor + offset
@@ -87,11 +93,5 @@ impl Change {
                 .map(|(of, sign)| fix.velocity[of] * sign * self.speed),
             sigmas,
         }
-    }
-
-    /// Whether it changes the fixes and not only their clock, so that another offset of the clocks
-    /// may fit.
-    pub(super) fn moves_fixes(&self) -> bool {
-        self.position != 1.0 || self.speed != 1.0 || self.order != Self::NONE.order
     }
 }

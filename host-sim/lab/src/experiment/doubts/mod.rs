@@ -21,6 +21,7 @@ use change::Change;
 use evidence::Evidence;
 use firmware::configuration::{Triad, VehicleKind};
 use firmware::plausibility::Expected;
+use host_core::inertial::sins::Increment;
 use host_core::inertial::units::{DEG_PER_H, DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
 use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
@@ -191,6 +192,11 @@ pub fn doubts(
         let mut changed = record.clone();
         let fixes = record.fixes.iter();
         changed.fixes = fixes.map(|fix| change.fix(fix)).collect();
+        let sample = |s: Increment| Increment {
+            dtheta: change.rate(&s.dtheta),
+            dv: change.force(&s.dv),
+        };
+        changed.samples = record.samples.each().map(sample).collect();
         clock(&changed)
     };
     let rests = Rests::of(&evidence, &expected);

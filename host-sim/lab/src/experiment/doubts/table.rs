@@ -77,14 +77,9 @@ pub(super) fn doubts(
         else {
             break;
         };
-        if Change::NONE
-            .fix_time
-            .iter()
-            .zip(&candidate.change.fix_time)
-            .any(|(a, b)| (a - b).abs() > 0.0)
-        {
+        if candidate.change.is_of_clock() {
             clock = None;
-        } else if candidate.change.moves_fixes() {
+        } else {
             clock = again(&next);
             after = measured(evidence, expected, &next, clock.as_ref());
         }
@@ -153,9 +148,18 @@ fn of(kind: Kind, all: &[Measure]) -> Option<&Measure> {
 
 /// A mistake with what it explains, and how the recording is without it.
 fn told(candidate: Candidate, before: &[Measure], after: &[Measure]) -> Doubt {
-    let Candidate { field, remedy, .. } = candidate;
+    let Candidate {
+        field,
+        remedy,
+        change,
+    } = candidate;
+    let is_clock = change.is_of_clock();
     let explained = before.iter().filter(|m| is_explained(m, after));
-    let problems: Vec<&str> = explained.clone().map(|m| m.problem.as_str()).collect();
+    // what the clocks seemed to be is only of interest where they are the mistake
+    let told = explained
+        .clone()
+        .filter(|m| m.kind != Kind::Time || is_clock);
+    let problems: Vec<&str> = told.map(|m| m.problem.as_str()).collect();
     let states = explained.filter_map(|m| {
         let now = of(m.kind, after)?;
         (!now.state.is_empty()).then_some(now.state.as_str())

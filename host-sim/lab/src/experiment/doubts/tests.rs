@@ -7,7 +7,6 @@ use crate::experiment::time_offset::contradicted;
 use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::Session;
-use host_core::inertial::sins::Increment;
 use host_core::inertial::units::DEG;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::session::{SessionConfig, simulate};

@@ -34,7 +34,7 @@ pub const CASES: &[Case] = &[
         input: "fixes before the first and after the last sample",
         make: |dir| fixes(dir, &[0], |t| 1.2 * t - 30.0),
         args: CONVERT,
-        told: &["61 of 361 fixes are outside the time of the samples"],
+        told: &["60 of 361 fixes are outside the time of the samples"],
         result: "36000 samples, 361 fixes",
     },
     Case {

@@ -187,7 +187,10 @@ pub const CASES: &[Case] = &[
         input: "times of the fixes in ms, told as s",
         make: |dir| fixes(dir, &[0], |t| 1000.0 * (t + 400_000.0)),
         args: STRICT,
-        told: &["'time' has no whole second"],
+        told: &[
+            "'time' has no whole second",
+            "the times of the fixes seem to be in ms",
+        ],
         result: "refused",
     },
     Case {
