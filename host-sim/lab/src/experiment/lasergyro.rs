@@ -177,7 +177,7 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Result<Option
         (learn_s, &unit.name),
         &session,
         &learnt,
-        judged,
+        &judged,
         (bench, note),
     )))
 }
@@ -187,7 +187,7 @@ fn report(
     (learn_s, unit): (u32, &str),
     session: &Session,
     learnt: &FittedNetworks,
-    judged: Judged,
+    judged: &Judged,
     (bench, note): (Bench, String),
 ) -> Report {
     let notes = vec![
