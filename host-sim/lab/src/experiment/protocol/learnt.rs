@@ -4,8 +4,10 @@ use super::{Judged, Settings, Split, judged};
 use crate::experiment::correction::Correction;
 use crate::learning::corrected::estimates;
 use crate::learning::fit::{FittedNetworks, fit_from};
+use crate::learning::fix_learner::learn;
 use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
 use crate::learning::window::compensator;
+use firmware::learn::bank::Gates;
 use host_core::error::Error;
 use host_core::inertial::align;
 use host_core::inertial::ekf::{Aided, ErrorModel};
@@ -33,7 +35,8 @@ pub(super) struct Learnt {
 }
 
 impl Learnt {
-    /// Learns. `None` when a standstill does not give an attitude.
+    /// Learns. `None` when a standstill does not give an attitude, or samples and fixes contradict
+    /// each other.
     ///
     /// # Errors
     /// A long part needs a temporary file, and it cannot be written.
@@ -64,6 +67,13 @@ impl Learnt {
             .collect::<Option<_>>();
         drop(increments);
         let device = judged(session, split, settings)?;
+        // A device that does not navigate may only wait for its alignment. Where a navigator gives up
+        // that begins at the known state, samples and fixes contradict each other.
+        let known = (lesson.standstill == 0).then_some(&start);
+        let gives_up = || learn(&lesson, a, Gates::default(), known, until).is_none();
+        if !device.course.navigates && gives_up() {
+            return Ok(None);
+        }
         let learnt = filters.map(|filters| Self {
             filters,
             device,
