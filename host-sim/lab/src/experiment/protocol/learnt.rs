@@ -67,11 +67,10 @@ impl Learnt {
             .collect::<Option<_>>();
         drop(increments);
         let device = judged(session, split, settings)?;
-        // A device that does not navigate may only wait for its alignment. Where a navigator gives up
-        // that begins at the known state, samples and fixes contradict each other.
-        let known = (lesson.standstill == 0).then_some(&start);
-        let gives_up = || learn(&lesson, a, Gates::default(), known, until).is_none();
-        if !device.course.navigates && gives_up() {
+        // Where a navigator gives up that begins at the known state, samples and fixes contradict
+        // each other. The device does not begin there: it aligns itself.
+        let gives_up = || learn(&lesson, a, Gates::default(), Some(&start), until).is_none();
+        if lesson.standstill == 0 && gives_up() {
             return Ok(None);
         }
         let learnt = filters.map(|filters| Self {
