@@ -96,10 +96,17 @@ fn the_first_page_shows_the_first_replay() {
     for line in block.lines() {
         assert!(printed.contains(line), "{line} is not in:\n{printed}");
     }
-    assert!(printed.contains("its candidate \"output weights, by time\" had proved itself"));
+    assert!(
+        printed.contains("and waits for it to settle before it stores it"),
+        "{printed}"
+    );
+    assert!(printed.contains("Switched on again for the judged part, it corrects nothing."));
     run("unit new --from stim300 --output my.toml");
     let printed = run("replay csv --header data/header.toml --learn-s 1600 --unit my.toml");
-    assert!(printed.contains("nothing had proved itself, so it corrects nothing"));
+    assert!(
+        printed.contains("corrects nothing; has proved nothing: "),
+        "{printed}"
+    );
     assert!(printed.contains("(raw) end 417 m off"), "{printed}");
 }
 

@@ -56,7 +56,7 @@ pub(in crate::experiment) fn judged(
     let nets = device.stored().0;
     let judged = device.drive_session(&session.cut(&split.judge), 0);
     let note = format!(
-        "In the learning part it {}. Switched on again for the judged part, it {} there.",
+        "In the learning part it {}. Switched on again for the judged part, it {}.",
         course.says,
         since(&judged)
     );

@@ -4,8 +4,10 @@ use super::{Judged, Settings, Split, judged};
 use crate::experiment::correction::Correction;
 use crate::learning::corrected::estimates;
 use crate::learning::fit::{FittedNetworks, fit_from};
+use crate::learning::fix_learner::learn;
 use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
 use crate::learning::window::compensator;
+use firmware::learn::bank::Gates;
 use host_core::error::Error;
 use host_core::inertial::align;
 use host_core::inertial::ekf::{Aided, ErrorModel};
@@ -33,7 +35,8 @@ pub(super) struct Learnt {
 }
 
 impl Learnt {
-    /// Learns. `None` when a standstill does not give an attitude.
+    /// Learns. `None` when a standstill does not give an attitude, or samples and fixes contradict
+    /// each other.
     ///
     /// # Errors
     /// A long part needs a temporary file, and it cannot be written.
@@ -64,6 +67,12 @@ impl Learnt {
             .collect::<Option<_>>();
         drop(increments);
         let device = judged(session, split, settings)?;
+        // Where a navigator gives up that begins at the known state, samples and fixes contradict
+        // each other. The device does not begin there: it aligns itself.
+        let gives_up = || learn(&lesson, a, Gates::default(), Some(&start), until).is_none();
+        if lesson.standstill == 0 && gives_up() {
+            return Ok(None);
+        }
         let learnt = filters.map(|filters| Self {
             filters,
             device,

@@ -87,7 +87,7 @@ mod tests {
         let text = in_force("device-1", 1, "has proved nothing", "corrects nothing");
         assert!(text.contains("after 1 earlier drive. In it the device has proved nothing."));
         assert!(text.ends_with("In the judged drive it corrects nothing."));
-        let text = in_force("device-4", 4, "has stored it", "corrects from power-on on");
+        let text = in_force("device-4", 4, "has stored it", "corrects from power-on");
         assert!(
             text.contains("In the last of them the device has stored it."),
             "{text}"

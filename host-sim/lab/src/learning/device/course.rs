@@ -66,8 +66,8 @@ impl Drive {
 pub fn since(drive: &Drive) -> String {
     match drive.in_force_since() {
         None => "corrects nothing".to_owned(),
-        Some(0) => "corrects from power-on on".to_owned(),
-        Some(since) => format!("corrects from {since} s after power-on on"),
+        Some(0) => "corrects from power-on".to_owned(),
+        Some(since) => format!("corrects from {since} s after power-on"),
     }
 }
 
@@ -133,10 +133,13 @@ fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
             "has proved \"{proved}\" and waits for it to settle before it stores it: that takes \
              {SETTLED_S} s unmoved, and no less than {SETTLED_AFTER_S} s of navigation"
         ),
-        () if drive.stored_s.is_empty() => format!(
+        () if before.same_images(&Nets::NONE) => format!(
             "has proved \"{proved}\", which has settled, and waits for a standstill or five \
              minutes to store it"
         ),
-        () => format!("has proved \"{proved}\" and stored nothing new"),
+        () => format!(
+            "has proved \"{proved}\", and the networks that it had stored say the same within their \
+             standard deviations"
+        ),
     }
 }
