@@ -46,12 +46,12 @@ fn found(header: &Path, vehicle: Kind, gyro_dps: f64) -> (f64, Result<Aligned, P
 const SETS: [(&str, [f64; 2]); 2] = [("morpinet-1", [0.72, -0.39]), ("wid", [-0.99, 0.83])];
 /// How far they differ from session to session, deg/s.
 const SCATTER: f64 = 0.2;
-/// The cars of a set were equipped alike: course less heading of the sensor, deg, and how far it may
-/// be off by the slip, the fixes, and four standard deviations of a heading.
+/// The cars of a set were equipped alike: course less heading of the sensor, deg, and how far it
+/// may be off by the slip, the fixes, and four standard deviations of a heading.
 const MOUNTED: [(&str, f64); 1] = [("wid", -96.0)];
 const OFF: f64 = 25.0;
-/// Seconds from the first motion within which more than half of the sessions start, and all that are
-/// long enough.
+/// Seconds from the first motion within which more than half of the sessions start, and all that
+/// are long enough.
 const MOST_S: [f64; 2] = [31.0, 80.0];
 
 /// First motion by the fixes of a header's recording, s.

@@ -150,7 +150,7 @@ pub const CASES: &[Case] = &[
         make: |dir| {
             text(dir, "imu.csv", |old| {
                 old.lines().take(2).map(|l| format!("{l}\n")).collect()
-            })
+            });
         },
         args: CONVERT,
         told: &["'imu.file' has 1 whole samples"],
@@ -163,7 +163,7 @@ pub const CASES: &[Case] = &[
                 dir,
                 "t_s,dtheta_x_rad,dtheta_y_rad,dtheta_z_rad,dv_x_mps,dv_y_mps,dv_z_mps",
                 1.0,
-            )
+            );
         },
         args: "allan rest.csv",
         told: &[
@@ -179,7 +179,7 @@ pub const CASES: &[Case] = &[
                 dir,
                 "t_s,wx_radps,wy_radps,wz_radps,ax_mps2,ay_mps2,az_mps2",
                 1000.0,
-            )
+            );
         },
         args: "allan rest.csv",
         told: &["column 't_s'", "in ms they would be 100 samples a second"],

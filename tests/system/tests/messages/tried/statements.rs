@@ -77,7 +77,7 @@ pub const CASES: &[Case] = &[
         make: |dir| {
             text(dir, "header.toml", |old| {
                 old.replace("unit = 'deg'", "unit = 'rad'")
-            })
+            });
         },
         args: CONVERT,
         told: &["not on Earth", "the positions are in deg"],

@@ -1,0 +1,188 @@
+use super::*;
+use std::io::Write;
+use test_bench::recordings::{file, message};
+
+fn complaint(bytes: &[u8]) -> String {
+    let (_dir, path) = file("in.csv", bytes);
+    message(&Table::<f64>::with_header(&path, "t,x").unwrap_err())
+}
+
+#[test]
+fn plain_gzip_and_windows_files_read_alike() {
+    let plain = b"t,x\n0.5,-1e-3\n1, 2\n".to_vec();
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    gzip.write_all(&plain).unwrap();
+    let windows = String::from_utf8(plain.clone())
+        .unwrap()
+        .replace('\n', "\r\n");
+    for bytes in [
+        plain.clone(),
+        gzip.finish().unwrap(),
+        windows.into_bytes(),
+        [b"\xef\xbb\xbf".as_slice(), &plain].concat(),
+    ] {
+        let (_dir, path) = file("in.csv", &bytes);
+        let table = Table::<f64>::with_header(&path, "t,x").unwrap();
+        let rows: Vec<&[f64]> = table.rows().collect();
+        assert_eq!(rows, [[0.5, -1e-3], [1.0, 2.0]]);
+        table.check_rising(0).unwrap();
+    }
+}
+
+#[test]
+fn every_fault_names_its_location() {
+    for (bytes, start) in [
+        (b"".as_slice(), "in.csv: is empty"),
+        (b"t,x\n", "in.csv: has a header and no data"),
+        (b"\x7fELF\x02,x\n1,2\n", "in.csv: is no text"),
+        (b"t,y\n1,2\n", "in.csv:1: header is 't,y'"),
+        (b"t,x\n1,2\n3\n", "in.csv:3: 1 columns instead of 2"),
+        (b"t,x\n1,2\n\n3,4\n", "in.csv:3: 0 columns"),
+        (b"t,x\n1,2,3\n", "in.csv:2: 3 columns"),
+        (b"t,x\n1,a\n", "in.csv:2: column 'x': 'a' is not a number"),
+        (b"t,x\n1,\n", "in.csv:2: column 'x': '' is missing"),
+        (b"t,x\nNaN,1\n", "in.csv:2: column 't': 'NaN' is not finite"),
+        (
+            b"t,x\n1,\xff\n",
+            "in.csv:2: column 'x': '\u{fffd}' is not a number",
+        ),
+        (b"\x1f\x8b\x08", "in.csv:0: the gzip stream is cut short"),
+    ] {
+        let got = complaint(bytes);
+        assert!(got.starts_with(start), "{got}");
+    }
+    let missing = Table::<f64>::with_header(Path::new("no/such.csv"), "t,x").unwrap_err();
+    assert!(matches!(missing, Error::Missing { .. }));
+}
+
+/// A table with the columns t and x whose first and last line may be cut.
+fn cut_table(path: &Path) -> Table {
+    let source = Source::open(path, Separator::COMMA).unwrap();
+    let layout = Layout {
+        skip: 1,
+        names: &["t", "x"].map(String::from),
+        wanted: &[0, 1],
+        gap: None,
+        loose: usize::MAX,
+        cut: true,
+    };
+    Table::read(&source, &layout).unwrap()
+}
+
+/// The rows of a file with the columns t and x, and the notes on it.
+fn rows(bytes: &[u8]) -> (Vec<[f64; 2]>, Vec<String>) {
+    let (_dir, path) = file("in.csv", bytes);
+    let table = cut_table(&path);
+    let rows = table.rows().map(|row| [row[0], row[1]]).collect();
+    let name = path.display().to_string();
+    let notes = table.notes.iter();
+    (
+        rows,
+        notes.map(|note| note.replace(&name, "in.csv")).collect(),
+    )
+}
+
+#[test]
+fn loggers_habits_do_not_matter() {
+    for bytes in [
+        &b"t,x\r1,2\r3,4\r"[..],                  // carriage returns alone
+        b"t,x\r1,2\r3,4",                         // the last one is missing
+        b"t,x\r\r\n1,2\r\r\n3,4\r\r\n",           // two of them before each line feed
+        b"t,x\n1,2,\n3,4,\n",                     // a separator at the end
+        b"\"t\",\"x\"\n\"1\",\"2\"\n\" 3 \",4\n", // quotes
+        b"t,x\n1,2\n3,4\n\n\n",                   // empty lines at the end
+    ] {
+        assert_eq!(
+            rows(bytes),
+            (vec![[1.0, 2.0], [3.0, 4.0]], vec![]),
+            "{bytes:?}"
+        );
+    }
+    // a carriage return at the end of a piece of the file
+    for length in 4090..4100 {
+        let first = format!("t,x\r{:>length$},2\r", 1);
+        let bytes = [first.as_bytes(), b"3,4\r"].concat();
+        assert_eq!(rows(&bytes).0, [[1.0, 2.0], [3.0, 4.0]], "{length}");
+    }
+}
+
+#[test]
+fn a_first_or_last_line_that_is_cut_is_left_out_with_a_note() {
+    let two = vec![[1.0, 2.0], [3.0, 4.0]];
+    let last = "in.csv:4: the file ends within this line and is read up to it (was the power \
+                cut?)";
+    for end in [&b"5"[..], b"5,", b"5,-", b"5,6e-", b"\0\0\0\0"] {
+        let bytes = [b"t,x\n1,2\n3,4\n", end].concat();
+        assert_eq!(
+            rows(&bytes),
+            (two.clone(), vec![last.to_owned()]),
+            "{end:?}"
+        );
+    }
+    let first = "in.csv:2: the first line of data is not whole and is left out";
+    for line in ["9", "s,m", "7e,9"] {
+        let bytes = format!("t,x\n{line}\n1,2\n3,4\n");
+        assert_eq!(
+            rows(bytes.as_bytes()),
+            (two.clone(), vec![first.to_owned()])
+        );
+    }
+    // the line after it is the third, also in errors
+    let (_dir, path) = file("in.csv", b"t,x\n9\n1,2\n1,4\n");
+    let table = cut_table(&path);
+    let back = message(&table.check_rising(0).unwrap_err());
+    assert!(back.starts_with("in.csv:4:"), "{back}");
+    // whole lines with a fault are no cut ones
+    let why = complaint(b"t,x\n1,2\n3,4\n5\n");
+    assert!(why.starts_with("in.csv:4: 1 columns"), "{why}");
+    let why = complaint(b"t,x\n9\n8\n1,2\n");
+    assert!(why.starts_with("in.csv:2: 1 columns"), "{why}");
+    // files of a known length are read whole or not at all
+    let why = complaint(b"t,x\n1,2\n3");
+    assert!(why.starts_with("in.csv:3: 1 columns"), "{why}");
+}
+
+#[test]
+fn a_long_file_is_read_in_pieces_and_keeps_only_what_is_wanted() {
+    let mut text = String::from("t,x,y\n");
+    for i in 0..20_000 {
+        text += &format!("{i},{},7\n", 2 * i);
+    }
+    let (_dir, path) = file("in.csv", text.trim_end().as_bytes());
+    let source = Source::open(&path, Separator::COMMA).unwrap();
+    let layout = Layout {
+        skip: 1,
+        names: &["t", "x", "y"].map(String::from),
+        wanted: &[0, 1],
+        gap: None,
+        loose: usize::MAX,
+        cut: false,
+    };
+    for _ in 0..2 {
+        let mut rest = Vec::new();
+        let table = Table::<f64>::read_first(&source, &layout, 1, |row| {
+            rest.extend_from_slice(row);
+            Ok(())
+        });
+        let times: Vec<f64> = (0..20_000).map(f64::from).collect();
+        assert_eq!(table.unwrap().values(), times);
+        assert!(rest.iter().zip(&times).all(|(x, t)| *x == 2.0 * t));
+        assert_eq!(rest.len(), 20_000);
+    }
+}
+
+#[test]
+fn time_must_rise_and_values_stay_in_range() {
+    let (_dir, path) = file("in.csv", b"t,x\n1,2\n2,-9\n2,3\n");
+    let table = Table::<f64>::with_header(&path, "t,x").unwrap();
+    let back = message(&table.check_rising(0).unwrap_err());
+    assert!(
+        back.starts_with("in.csv:4: column 't': time 2 follows 2"),
+        "{back}"
+    );
+    let wide = message(&table.check_within(1..2, 5.0, "give m").unwrap_err());
+    assert_eq!(
+        wide,
+        "in.csv:3: column 'x': '-9' is out of range; remedy: give m"
+    );
+}
