@@ -1,5 +1,5 @@
 //! Alignment in motion: attitude from samples and fixes, whatever the heading. A receiver that
-//! gives positions alone is aligned by [`places`], one with velocities as follows.
+//! gives positions alone is aligned by `places`, one with velocities as follows.
 //!
 //! Two stages follow each other. **Levelling** (`level`) finds the direction of gravity in a
 //! frame that the gyros carry on. **Matching** (`filter`) navigates in a levelled frame `w` whose

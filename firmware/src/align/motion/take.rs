@@ -42,7 +42,7 @@ impl Found {
         core::array::from_fn(|i| libm::sqrtf(scratch.phi[i][i].max(0.0)))
     }
 
-    /// The whole of it, with the scratch memory of [`Matching::fix`].
+    /// The whole of it, with the scratch memory of [`InMotion::fix`](super::InMotion::fix).
     pub fn start(&self, scratch: &Transition<ERRORS>) -> Start {
         Start {
             state: self.state,

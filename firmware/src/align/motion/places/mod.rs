@@ -36,7 +36,9 @@ use crate::nav::vector::{add, from_rotvec, narrow, product, renormalised, rotate
 use crate::sample::Counts;
 use judge::{GUESSES, Guess};
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
-use pass::{ACCEL, AGE, ARM, Assumed, CONSTANTS, Earth, GYRO, Pass, Row, SPIN, VELOCITY};
+use pass::{
+    ACCEL, AGE, ARM, Assumed, CONSTANTS, Earth, GYRO, Pass, Row, SPIN, VELOCITY, product_of,
+};
 use window::{Place, Window};
 
 /// A pass advances by an interval in this time, s.
@@ -292,6 +294,7 @@ impl Places {
     }
 
     /// What is assumed of sensors and receiver.
+    #[inline(never)]
     fn assumed(&self) -> Assumed {
         let config = &self.config;
         let noise = &config.navigator.noise;
@@ -334,7 +337,7 @@ impl Places {
         }
         let rows: [Row; 3] = core::array::from_fn(|i| self.pass.attitude_row(i));
         let pass = &self.pass;
-        let phi = core::array::from_fn(|i| f64::from(inner(&rows[i], &pass.x)));
+        let phi = core::array::from_fn(|i| f64::from(product_of(&rows[i], &pass.x)));
         let q_bn = renormalised(product(from_rotvec(phi), pass.q));
         let velocity = pass.estimated_velocity().map(f64::from);
         let arm = scale(self.config.navigator.lever_arm.map(f64::from), -1.0);
@@ -372,11 +375,8 @@ fn constant(j: usize) -> usize {
     if j < 3 { GYRO + j } else { ACCEL + j - 3 }
 }
 
-fn inner(a: &Row, b: &Row) -> f32 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
-}
-
 /// Covariance of the biases.
+#[inline(never)]
 fn of_biases(pass: &Pass) -> [[f32; OUTPUTS]; OUTPUTS] {
     core::array::from_fn(|i| core::array::from_fn(|j| pass.p[constant(i)][constant(j)]))
 }
@@ -397,11 +397,11 @@ fn errors(
         for j in 0..3 {
             xx[i][j] = pass.covariance(&rows[i], &rows[j]);
             // truth minus reference is minus the error of a velocity, but phi itself
-            let across = -inner(&rows[i], &pass.p[VELOCITY + j]);
+            let across = -product_of(&rows[i], &pass.p[VELOCITY + j]);
             (xx[i][3 + j], xx[3 + j][i]) = (across, across);
             xx[3 + i][3 + j] = pass.p[VELOCITY + i][VELOCITY + j];
         }
-        xt[i] = core::array::from_fn(|j| -inner(&rows[i], &pass.p[constant(j)]));
+        xt[i] = core::array::from_fn(|j| -product_of(&rows[i], &pass.p[constant(j)]));
         xt[3 + i] = core::array::from_fn(|j| pass.p[VELOCITY + i][constant(j)]);
     }
     let mut same = [[0.0; 9]; 9];

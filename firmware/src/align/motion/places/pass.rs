@@ -239,6 +239,7 @@ impl Pass {
     }
 
     /// Rows of the transition of velocity and position, and the attitude's effects after it.
+    #[inline(never)]
     fn rows(
         &mut self,
         (axes, after): (&[V32; 3], &[V32; 3]),
@@ -280,32 +281,43 @@ impl Pass {
         rows
     }
 
-    fn propagate(&mut self, rows: &[Row; 6]) {
+    /// Velocity and position move by `rows`, which are six; a slice, so that it is not unrolled.
+    #[inline(never)]
+    fn propagate(&mut self, rows: &[Row]) {
         let mut moved = [[0.0; N]; 6];
-        for (to, row) in moved.iter_mut().zip(rows) {
+        let mut x = [0.0; 6];
+        for ((to, x), row) in moved.iter_mut().zip(&mut x).zip(rows) {
             for (of, p) in row.iter().zip(&self.p) {
-                if *of == 0.0 {
-                    continue;
-                }
-                for (to, p) in to.iter_mut().zip(p) {
-                    *to += of * p;
-                }
+                add_times(to, *of, p);
             }
+            *x = product_of(row, &self.x);
         }
-        let x: [f32; 6] = core::array::from_fn(|i| product_of(&rows[i], &self.x));
+        let moved = moved.as_slice();
         for (i, (moved, x)) in moved.iter().zip(x).enumerate() {
-            self.x[VELOCITY + i] = x;
+            let dynamic = VELOCITY + i;
+            if let Some(of) = self.x.get_mut(dynamic) {
+                *of = x;
+            }
             for (j, value) in moved.iter().enumerate().take(VELOCITY) {
-                (self.p[VELOCITY + i][j], self.p[j][VELOCITY + i]) = (*value, *value);
+                self.set(dynamic, j, *value);
             }
             for (j, row) in rows.iter().enumerate().take(i + 1) {
-                let value = product_of(moved, row);
-                self.p[VELOCITY + i][VELOCITY + j] = value;
-                self.p[VELOCITY + j][VELOCITY + i] = value;
+                self.set(dynamic, VELOCITY + j, product_of(moved, row));
             }
         }
     }
 
+    /// Sets two entries of the covariance.
+    #[inline(never)]
+    fn set(&mut self, i: usize, j: usize, value: f32) {
+        for (i, j) in [(i, j), (j, i)] {
+            if let Some(entry) = self.p.get_mut(i).and_then(|row| row.get_mut(j)) {
+                *entry = value;
+            }
+        }
+    }
+
+    #[inline(never)]
     fn add_noise(&mut self, [across, change]: [f32; 2], t: f32, assumed: &Assumed) {
         let square = |x: f32| x * x;
         let [gyro, accel] = assumed.noise;
@@ -323,6 +335,7 @@ impl Pass {
     }
 
     /// The row of the attitude now about north, east or down.
+    #[inline(never)]
     pub fn attitude_row(&self, i: usize) -> Row {
         let mut row = [0.0; N];
         for j in 0..3 {
@@ -366,6 +379,7 @@ impl Pass {
     }
 
     /// A vehicle that stands: no velocity, and what the gyros have turned is their error.
+    #[inline(never)]
     fn stands(&mut self, node: &Node, axes: &[V32; 3], assumed: &Assumed) {
         let spin = dot(axes[2], node.turn);
         let noise = assumed.noise[0] * assumed.noise[0] * node.time;
@@ -397,6 +411,7 @@ impl Pass {
     }
 
     /// One observation `z = row x`; its normalised innovation squared.
+    #[inline(never)]
     fn take(&mut self, row: &Row, z: f32, variance: f32) -> f32 {
         let column: Row = core::array::from_fn(|i| product_of(&self.p[i], row));
         let own = product_of(&column, row).max(0.0) + variance;
@@ -410,9 +425,7 @@ impl Pass {
         for ((x, p), k) in self.x.iter_mut().zip(&mut self.p).zip(column) {
             let k = k * per;
             *x += k * left;
-            for (p, of) in p.iter_mut().zip(column) {
-                *p -= k * of;
-            }
+            add_times(p, -k, &column);
         }
         ratio
     }
@@ -423,14 +436,24 @@ impl Pass {
     }
 
     /// Covariance of two combinations of the errors.
+    #[inline(never)]
     pub fn covariance(&self, a: &Row, b: &Row) -> f32 {
         let pairs = a.iter().zip(&self.p);
         pairs.fold(0.0, |sum, (a, p)| sum + a * product_of(p, b))
     }
 }
 
+/// `to += by of`.
+#[inline(never)]
+fn add_times(to: &mut [f32], by: f32, of: &[f32]) {
+    for (to, of) in to.iter_mut().zip(of) {
+        *to += by * of;
+    }
+}
+
 /// Velocity and way by a constant acceleration in axes that turn by `turn` in the time `t`, in the
 /// axes at the beginning.
+#[inline(never)]
 fn constant_in(turn: V32, t: f32, accel: V32) -> [V32; 2] {
     let once = cross(turn, accel);
     let twice = cross(turn, once);
@@ -456,6 +479,8 @@ fn back(m: &[V32; 3], v: V32) -> V32 {
     core::array::from_fn(|i| m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2])
 }
 
-fn product_of(a: &Row, b: &Row) -> f32 {
+/// Not inlined, and of slices: unrolled it would be in flash dozens of times.
+#[inline(never)]
+pub fn product_of(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }

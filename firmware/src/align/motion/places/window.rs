@@ -78,6 +78,7 @@ impl Sum {
         time: 0.0,
     };
 
+    #[inline(never)]
     fn add(&mut self, piece: &Short) {
         let wide = |v: V32| v.map(f64::from);
         let (turn, time) = (wide(piece.turn), f64::from(piece.time));
@@ -89,6 +90,7 @@ impl Sum {
         self.time += piece.time;
     }
 
+    #[inline(never)]
     fn node(&self) -> Node {
         let [w, x, y, z] = self.turn;
         let size = libm::sqrt(x * x + y * y + z * z);
@@ -168,6 +170,7 @@ impl Window {
     }
 
     /// Takes a piece.
+    #[inline(never)]
     pub fn piece(&mut self, piece: &Piece) {
         if self.waiting == PIECES {
             self.release();
@@ -230,6 +233,7 @@ impl Window {
     }
 
     /// The interval from the last fix to the last sample.
+    #[inline(never)]
     pub fn rest(&self) -> Node {
         let mut sum = self.open;
         for k in 0..self.waiting {
@@ -242,6 +246,7 @@ impl Window {
 
     /// The pieces that are older than `age` s become part of the interval. Gives by how much later
     /// than its end that was.
+    #[inline(never)]
     fn close(&mut self, age: f32) -> f32 {
         while let Some(oldest) = self.ring.get(self.oldest).filter(|_| self.waiting > 0) {
             if self.waiting_s() - 0.5 * oldest.time <= age {
