@@ -1,7 +1,7 @@
 //! Several sessions of one unit, each from power-on to power-off, with what every scheme remembers
 //! from one to the next.
 //!
-//! Every coast of every scheme starts from a state of the [`reference`], which no judged scheme's
+//! Every coast of every scheme starts from a state of the `reference`, which no judged scheme's
 //! parameters shape, and is judged by it. Fixes are given to all schemes alike: none (`power-on`),
 //! those of the first seconds (`fixes-5`, ...), or all until the last coast (`end`).
 //!
