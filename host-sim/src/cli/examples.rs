@@ -55,6 +55,13 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &["replay hybrid rlg-rest.csv.gz --roads 1,2,3"],
     ),
     (
+        "replay sessions",
+        &[
+            "replay sessions unit.toml monday/header.toml tuesday/header.toml --page unit.html",
+            "replay sessions sessions.toml --memory unit.flash --json unit.json",
+        ],
+    ),
+    (
         "replay csv",
         &[
             "replay csv --header header.toml imu.csv --fixes gnss.csv --truth truth.csv",
