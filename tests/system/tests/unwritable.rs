@@ -132,6 +132,7 @@ const OTHERS: &[(&str, &str)] = &[
     ("replay lasergyro", "needs recorded data"),
     ("replay fog-mems", "needs recorded data"),
     ("replay kitti", "needs recorded data"),
+    ("replay sessions", "needs recorded data"),
     ("replay hybrid", "needs recorded data"),
     ("replay novatel", "needs recorded data"),
     (
