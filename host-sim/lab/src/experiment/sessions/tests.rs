@@ -10,7 +10,11 @@ fn recorded(turn_on: u64) -> (Record, host_core::inertial::session::Session) {
     let unit = OfUnit::preset("icm-42688").unwrap();
     let config = SessionConfig {
         imu: &unit.simulated(),
-        gnss: &GnssSpec::default(),
+        gnss: &GnssSpec {
+            horizontal_m: 0.1,
+            vertical_m: 0.2,
+            ..GnssSpec::default()
+        },
         start: Geodetic {
             lat: 0.8,
             lon: 0.2,
