@@ -93,6 +93,8 @@ impl Sessions {
         let unit = Unit::load(&unit_name)?;
         in_order(&entries, &unit)?;
         let horizons = self.horizons()?;
+        let paper_s = self.paper.map(|horizon_s| positive("--paper", horizon_s));
+        let paper_s = paper_s.transpose()?;
         let configuration = unit.configuration().map_err(|wrong| Error::Option {
             option: format!("{unit_name}: {}", wrong.key),
             problem: wrong.problem,
@@ -119,7 +121,7 @@ impl Sessions {
             let opened = recording::open(std::slice::from_ref(&entry.file), &options)?;
             let timeline = Timeline::of(&entry.name(), &opened.record)?;
             drop(opened);
-            if self.paper.is_some() {
+            if paper_s.is_some() {
                 drives.push(timeline.clone());
             }
             all.push(of_unit.next(timeline)?);
@@ -127,14 +129,14 @@ impl Sessions {
             Ok(())
         });
         bar.finish_and_clear();
+        if all.is_empty() {
+            return judged;
+        }
         // what is done stays, whatever comes then
         if let Some(file) = &self.memory {
             write_atomic(file, &of_unit.device().flash().0)?;
         }
-        let paper = self.paper.map(|horizon_s| {
-            let horizon_s = positive("--paper", horizon_s)?;
-            sessions::paper(drives, &plan, horizon_s)
-        });
+        let paper = paper_s.map(|horizon_s| sessions::paper(drives, &plan, horizon_s));
         let paper = paper.transpose()?;
         let rows = all.iter().flat_map(|of| &of.rows).collect();
         let results = Results {

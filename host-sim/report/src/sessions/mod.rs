@@ -5,7 +5,7 @@ mod page;
 pub use page::document;
 
 use comfy_table::{CellAlignment, Table, presets};
-use host_lab::experiment::sessions::{Judged, PHASES, PaperRow, Row};
+use host_lab::experiment::sessions::{self, Judged, PHASES, PaperRow, Row};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -148,13 +148,7 @@ fn median(rows: &[&Row], phase: &str, scheme: &str, horizon: f64) -> Option<f64>
     let own = rows
         .iter()
         .filter(|row| row.phase == phase && row.scheme == scheme && row.horizon_s == horizon);
-    let mut all: Vec<f64> = own.map(|row| row.median_m).collect();
-    all.sort_by(f64::total_cmp);
-    match all.len() {
-        0 => None,
-        n if n % 2 == 1 => Some(all[n / 2]),
-        n => Some(f64::midpoint(all[n / 2 - 1], all[n / 2])),
-    }
+    Some(sessions::median(own.map(|row| row.median_m))).filter(|median| median.is_finite())
 }
 
 fn figure(metres: f64) -> String {

@@ -177,7 +177,8 @@ fn error(nav: &NavState, truth: &NavState) -> [f64; 2] {
     [position.xy().norm(), nav.q_bn.angle_to(&truth.q_bn)]
 }
 
-fn median(numbers: impl Iterator<Item = f64>) -> f64 {
+/// The median, the mean of the middle two of an even number; NaN of none.
+pub fn median(numbers: impl Iterator<Item = f64>) -> f64 {
     let mut numbers: Vec<f64> = numbers.collect();
     numbers.sort_by(f64::total_cmp);
     match numbers.len() {

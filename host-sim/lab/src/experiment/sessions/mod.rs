@@ -23,6 +23,7 @@ mod rivals;
 mod timeline;
 
 pub use crate::learning::device::Course;
+pub use coasts::median;
 pub use paper::{PaperRow, paper};
 pub use timeline::Timeline;
 
