@@ -399,7 +399,8 @@ class Learnt:
         """Log-likelihood of each hypothesis, relative to that of the zero correction."""
     @property
     def note(self) -> str:
-        """The verdict of the test on data that was not learnt from, or what the device did and waits for."""
+        """The verdict of the test on data that was not learnt from, or what the device did and waits
+        for."""
 
 @final
 class Experiment:
