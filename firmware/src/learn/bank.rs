@@ -20,7 +20,7 @@ pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use table::{
     ALL, CURVED, DRIVEN, HYPOTHESES, KEYS, LARGEST, NAMES, REMEMBERED, REMEMBERING, SIX_BIASES,
-    STORED, WITH_NETWORKS, ZERO_CORRECTION,
+    STEP, STEPPED, STEPS, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
 pub use update::Scratch;
 
@@ -132,6 +132,7 @@ impl<T: Real> Bank<T> {
         let all = (sheet, shapes, block_s);
         self.hypotheses
             .begin(which, all, error_sigma, error_floor());
+        self.some(which & 1 << STEPPED, |h| h.believe(libm::log(STEPS)));
     }
 
     /// Whether this is [`STORED`], and takes part: [`Bank::begin_stored`] has begun it.
@@ -158,10 +159,22 @@ impl<T: Real> Bank<T> {
 
     /// Gives what [`REMEMBERING`] know of the unit: [`REMEMBERED`] values each.
     pub fn remember(&mut self, put: &mut dyn FnMut(T)) {
-        self.hypotheses.each_of(
-            REMEMBERING.iter().fold(0, |bits, index| bits | 1 << index),
-            |h| h.remember(put),
-        );
+        let remembering = self.remembering().iter().fold(0, |bits, of| bits | 1 << of);
+        self.hypotheses.each_of(remembering, |h| h.remember(put));
+    }
+
+    /// [`REMEMBERING`], with the likelier of both kinds of biases.
+    pub fn remembering(&self) -> [usize; 3] {
+        [self.biases(), DRIVEN, CURVED]
+    }
+
+    /// The likelier of [`SIX_BIASES`] and [`STEPPED`], which remember the same.
+    pub fn biases(&self) -> usize {
+        if self.score(STEPPED) > self.score(SIX_BIASES) {
+            STEPPED
+        } else {
+            SIX_BIASES
+        }
     }
 
     /// Second moments of the biases of this turn-on about zero, of [`REMEMBERING`].
@@ -293,13 +306,13 @@ impl<T: Real> Bank<T> {
 
     /// The hypothesis that the device's own navigator follows: the leading one. As long as that is
     /// the zero correction, and the alignment has estimated the sensors' errors, it is
-    /// [`SIX_BIASES`]: an alignment in motion with sensors of 0.5 deg/s holds for a second only
+    /// [`Self::biases`]: an alignment in motion with sensors of 0.5 deg/s holds for a second only
     /// without them. The output still has no correction then.
     fn navigating(&self) -> usize {
-        let usable = self.takes_part(SIX_BIASES) && self.is_healthy(SIX_BIASES);
-        let biases = self.believed && usable;
-        if self.leading == ZERO_CORRECTION && biases {
-            SIX_BIASES
+        let biases = self.biases();
+        let usable = self.takes_part(biases) && self.is_healthy(biases);
+        if self.leading == ZERO_CORRECTION && self.believed && usable {
+            biases
         } else {
             self.leading
         }
@@ -409,19 +422,7 @@ impl<T: Real> Bank<T> {
     /// Standard deviations of the six biases, as the hypothesis that has nothing else knows them.
     #[must_use]
     pub fn bias_sigma(&self) -> [T; OUTPUTS] {
-        self.bias_sigma_of(SIX_BIASES)
-    }
-
-    /// [`Self::bias_sigma`] of any hypothesis.
-    #[must_use]
-    pub fn bias_sigma_of(&self, index: usize) -> [T; OUTPUTS] {
-        self.get(index).bias_sigma()
-    }
-
-    /// The part of a hypothesis' estimate that does not follow the inputs: its biases.
-    #[must_use]
-    pub fn constant_of(&self, index: usize) -> [T; OUTPUTS] {
-        self.get(index).constant()
+        self.get(self.biases()).bias_sigma()
     }
 
     /// The networks of a hypothesis that belong to the unit, without the biases of this turn-on.

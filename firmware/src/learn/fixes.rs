@@ -28,7 +28,6 @@ mod learner;
 mod observe;
 mod parts;
 mod proportional;
-mod settled;
 mod shown;
 mod start;
 mod take;
@@ -71,9 +70,6 @@ impl Memory {
     };
 }
 
-/// An estimate may move by this share of the datasheet's bias and count as settled (assumed).
-const SETTLES: f32 = 0.1;
-
 /// Standard deviations of the navigator's errors until the alignment.
 const UNALIGNED: [f32; NAV] = [1.0; NAV];
 
@@ -94,6 +90,7 @@ struct Tally {
     alignments: u32,
 }
 
+pub use chosen::REFUSED;
 pub use start::Started;
 
 use course::Course;
@@ -187,8 +184,11 @@ impl<'m> FixLearner<'m> {
     fn begin_known(&mut self) {
         let bank = &mut self.memory.bank;
         // what a new unit has taken down in this drive is not known before it
-        let knows =
-            self.remembered.base.count > 0.0 && self.remembered.unit.recall(bank, &self.shapes);
+        let unit = &self.remembered.unit;
+        let knows = self.remembered.base.count > 0.0 && unit.recall(bank, &self.shapes);
+        if knows {
+            unit.carry(&mut self.memory.rehearsal);
+        }
         if !knows {
             self.remembered.base = Head::NEW;
         }
@@ -226,14 +226,14 @@ impl<'m> FixLearner<'m> {
     /// All that the samples and fixes so far have led to.
     fn forget_stream(&mut self) {
         self.memory.antenna.clear();
-        self.choice.unsettle();
         self.navigation.reset();
         self.motion = Motion::default();
         self.samples.last = None;
         self.fix_times = FixTimes::default();
     }
 
-    /// Drops the navigator. An alignment in motion begins with the next fix.
+    /// Drops the navigator, without a doubt of what it has shown. An alignment in motion begins with
+    /// the next fix.
     fn lose(&mut self) {
         match &mut self.navigation.course {
             Course::Aligns(motion) => motion.gap(),
@@ -244,7 +244,12 @@ impl<'m> FixLearner<'m> {
         }
         self.memory.rehearsal.interrupted();
         self.fix_times.held.take();
-        self.choice.unsettle();
+    }
+
+    /// Drops a navigator that was aligned wrongly: what it has shown is in doubt.
+    fn distrust(&mut self) {
+        self.lose();
+        self.memory.rehearsal.doubt();
         self.put_in_force(ZERO_CORRECTION);
     }
 
@@ -271,8 +276,12 @@ impl<'m> FixLearner<'m> {
         let fails = self.navigation.probation.fails();
         let lost =
             (self.navigation.course.navigator()).is_some_and(|navigator| navigator.faults().lost);
-        if fails || lost {
-            self.tally.alignments = self.tally.alignments.saturating_add(u32::from(fails));
+        if fails {
+            self.tally.alignments = self.tally.alignments.saturating_add(1);
+            self.distrust();
+            return false;
+        }
+        if lost {
             self.lose();
             return false;
         }
@@ -317,7 +326,6 @@ impl<'m> FixLearner<'m> {
         self.memory.bank.propagate_mean(block, &applied);
         self.memory.antenna.interval(block, &applied);
         self.memory.rehearsal.interval(block, &applied);
-        self.choice.passes(block.time);
     }
 
     /// The hypothesis in force.
@@ -332,8 +340,6 @@ impl<'m> FixLearner<'m> {
             nets: Nets { gyro, accel },
             states: bank.states_of(running),
             estimate: split(bank.estimate_of(running)),
-            sigma: split(&self.at_least(bank.bias_sigma())),
-            settled: self.choice.settled.is_settled(),
         })
     }
 

@@ -22,7 +22,7 @@ mod window;
 
 pub use antenna::{Antenna, Known};
 pub use combined::CombinedLearner;
-pub use fixes::{FixLearner, Memory as FixMemory, ROOM, Started};
+pub use fixes::{FixLearner, Memory as FixMemory, REFUSED, ROOM, Started};
 pub use settings::Settings;
 pub use window::{BLOCKS, GATE, WindowLearner};
 
@@ -82,13 +82,6 @@ pub struct Report {
     pub stored_harms: bool,
 }
 
-/// A correction has settled when it has not moved by more than its own standard deviation for so
-/// long, s: longer than coloured errors of a receiver last, which move it to and fro.
-pub const SETTLED_S: f32 = 180.0;
-/// No correction has settled before the learner has navigated for so long, s. What is found in the
-/// first seconds is revised later.
-pub const SETTLED_AFTER_S: f32 = 300.0;
-
 /// The promoted hypothesis: networks that may correct the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Winner {
@@ -98,11 +91,6 @@ pub struct Winner {
     pub states: [State; 2],
     /// Output of the networks for the present block: rad/s, m/s2.
     pub estimate: [[f32; 3]; 2],
-    /// Standard deviation of that output, rad/s, m/s2; 0 where the learner does not know it.
-    pub sigma: [[f32; 3]; 2],
-    /// The output has settled: see [`SETTLED_S`] and [`SETTLED_AFTER_S`]. Before that it neither
-    /// comes into force nor is stored.
-    pub settled: bool,
 }
 
 /// State of the learner's navigator, for reports.

@@ -30,9 +30,9 @@ pub struct Datasheet<T = f32> {
     pub turn_on: [T; 2],
 }
 
-/// [`Datasheet::turn_on`] where the datasheet does not state it (assumed: calibrated sensors of all
-/// grades repeat to some tenth of their bias).
-pub const TURN_ON: [f32; 2] = [0.1; 2];
+/// [`Datasheet::turn_on`] where the datasheet does not state it. Consumer units repeat to 0.01 to
+/// 0.1 of their bias from session to session, mostly to 0.02, apart from steps.
+pub const TURN_ON: [f32; 2] = [0.04, 0.1];
 
 impl Datasheet<f32> {
     /// Sensors of these biases (rad/s, m/s^2) in a land vehicle.

@@ -9,7 +9,7 @@
 //!
 //! | offset | length | content |
 //! |---|---|---|
-//! | 0 | 2 | version of this layout, 2 |
+//! | 0 | 2 | version of this layout, 3 |
 //! | 2 | 2 | drives that have taught something |
 //! | 4 | 4 | seconds of navigation beside fixes in them, f32 |
 //! | 8 | 8 | lowest and highest temperature of these seconds, degrees C, two f32 |
@@ -18,51 +18,44 @@
 //! | 28 | 8 | evidence of the hypotheses `driven` and `curved` against `biases`, two f32 |
 //! | 36 | 4 | CRC-32 of the networks' hidden layers and scales, to which the values belong |
 //! | 40 | 12 | how wrong memory of `biases`, `driven` and `curved` was at power-on, three f32 |
-//! | 52 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
-//! | 160 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
-//! | 1456 | 1296 | `curved`: the same |
+//! | 52 | 36 | what `biases`, `driven` and `curved` have won in bets so far ([`Carried`]), u8 |
+//! | 88 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
+//! | 196 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
+//! | 1492 | 1296 | `curved`: the same |
 //!
-//! A sum of moments is in squares of the datasheet's bias.
+//! A sum of moments is in squares of the datasheet's bias. Version 2 has no bets: its values follow
+//! at 52.
 
 use super::MEMORY_LEN;
-use super::bank::{Bank, REMEMBERED, REMEMBERING, SIX_BIASES};
+use super::bank::{Bank, REMEMBERED, REMEMBERING, SIX_BIASES, STEP, STEPPED};
 use super::prior::{Datasheet, Shapes};
+use super::rehearsal::{Carried, Rehearsal, UNTRIED};
 use crate::wire::checksum::Zlib;
 use crate::wire::field::take;
 
 /// Version of this layout.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;
+/// The version before, which is read as well.
+const OLDER: u16 = 2;
+/// Bytes before the bets, and of them.
 const HEAD: usize = 52;
+const BETS: usize = 3 * size_of::<Carried>();
 const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2];
 /// Length of the bytes.
-pub const LEN: usize = HEAD + 4 * VALUES;
+pub const LEN: usize = HEAD + BETS + 4 * VALUES;
 const _: () = assert!(LEN <= MEMORY_LEN);
 
-/// Weight of the datasheet's scatter of the turn-on, in moments: two drives.
-const DATASHEET_MOMENTS: f32 = 6.0;
+/// Weight of the datasheet's scatter of the turn-on, in moments: one drive.
+const DATASHEET_MOMENTS: f32 = 3.0;
 /// Scatter of the turn-on at least and at most, as a share of the bias.
 const SCATTER: [f32; 2] = [0.01, 0.9];
-/// Weight of a fleet's scatter of the turn-on, in moments: ten drives.
-const MOMENTS: f32 = 30.0;
 /// Growth of each variance from drive to drive, as a share of its prior: sensors age, and a unit
-/// whose variances never grew would never be learnt again. (Assumed: a hundredth of the bias in a
-/// drive.)
-const AGES: f32 = 1e-4;
+/// whose variances never grew would never be learnt again. A fiftieth of the bias in a drive
+/// predicts best over the sessions of five consumer units.
+const AGES: f32 = 4e-4;
 /// Largest lead of the best hypothesis over another one in the next drive, by the evidence of
 /// earlier ones.
 const EVIDENCE: f32 = 20.0;
-
-/// Differences between the units of a type, and between the turn-ons of each, in units of the
-/// networks' output scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
-    /// Standard deviation over units of the output layer's three columns, > 0.
-    pub columns: [f32; 3],
-    /// Spread of its biases, > 0.
-    pub bias: f32,
-    /// Standard deviation of a bias that is new at each turn-on, > 0.
-    pub turn_on: f32,
-}
 
 /// Memory of a unit, without the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +73,8 @@ pub struct Head {
     /// How wrong what was known of each of [`REMEMBERING`] was at the power-ons before, in squares
     /// of the datasheet's bias; zeros: not known. The last drives count most.
     pub judged: [f32; 3],
+    /// What each of [`REMEMBERING`] has won in bets.
+    carried: [Carried; 3],
 }
 
 impl Head {
@@ -93,6 +88,7 @@ impl Head {
         evidence: [0.0; 2],
         shape: 0,
         judged: [0.0; 3],
+        carried: [UNTRIED; 3],
     };
 
     /// Scatter of the turn-on, as a share of the datasheet's bias: gyros, accelerometers.
@@ -128,8 +124,18 @@ impl Unit {
         self.head = Head::NEW;
         let number = |at: usize| f32::from_le_bytes(take(bytes, at));
         let version = u16::from_le_bytes(take(bytes, 0));
-        if bytes.len() < LEN || version != VERSION {
+        let bets = match version {
+            VERSION => BETS,
+            OLDER => 0,
+            _ => return,
+        };
+        if bytes.len() < HEAD + bets + 4 * VALUES {
             return;
+        }
+        let mut carried = [UNTRIED; 3];
+        let places = carried.as_flattened_mut().as_flattened_mut();
+        for (place, byte) in places.iter_mut().zip(take::<BETS>(bytes, HEAD)).take(bets) {
+            *place = byte;
         }
         let head = Head {
             drives: u16::from_le_bytes(take(bytes, 2)),
@@ -140,9 +146,10 @@ impl Unit {
             evidence: [number(28), number(32)],
             shape: u32::from_le_bytes(take(bytes, 36)),
             judged: [number(40), number(44), number(48)],
+            carried,
         };
         for (i, value) in self.values.iter_mut().enumerate() {
-            *value = number(HEAD + 4 * i);
+            *value = number(HEAD + bets + 4 * i);
         }
         let not_negative = |x: f32| x >= 0.0 && x.is_finite();
         let [gyro, accel] = head.moments;
@@ -190,9 +197,13 @@ impl Unit {
             10 => head.judged[0],
             11 => head.judged[1],
             12 => head.judged[2],
+            _ if index < (HEAD + BETS) / 4 => {
+                let bets = head.carried.as_flattened().as_flattened();
+                return take(bets, 4 * index - HEAD);
+            }
             _ => self
                 .values
-                .get(index - HEAD / 4)
+                .get(index - (HEAD + BETS) / 4)
                 .copied()
                 .unwrap_or_default(),
         };
@@ -206,37 +217,13 @@ impl Unit {
         known && bank.recall(&self.values, AGES, evidence)
     }
 
-    /// Memory of a unit that has not driven yet, from a fleet: its networks have this shape, and
-    /// their output layers and biases this spread.
-    pub fn of_type(shapes: &Shapes, sheet: &Datasheet, spread: &[Spread; 2]) -> Unit {
-        let mut unit = Unit::NEW;
-        let bias = [sheet.gyro_bias, sheet.accel_bias];
-        let share = |k: usize| {
-            let scale = shapes.driven[k].normalisation.output_scale[0];
-            (scale / bias[k], spread[k].turn_on * scale / bias[k])
-        };
-        let [(of_gyro, gyro), (of_accel, accel)] = [share(0), share(1)];
-        let count = MOMENTS;
-        unit.head = Head {
-            moments: [count * gyro * gyro, count * accel * accel],
-            count,
-            shape: digest(shapes),
-            ..Head::NEW
-        };
-        // without the networks, the biases are the datasheet's
-        let alone = [1.0 / of_gyro, 1.0 / of_accel];
-        let biases = (0..2).flat_map(|k| [alone[k]; 3]);
-        let layers = (0..2).flat_map(|k| {
-            let [a, b, c] = spread[k].columns;
-            let bias = spread[k].bias;
-            [a, b, c, a, b, c, a, b, c, bias, bias, bias]
-        });
-        let (of_biases, of_layers) = unit.values.split_at_mut(REMEMBERED[0]);
-        spread_over(of_biases, 6, biases);
-        for of_layer in of_layers.chunks_mut(REMEMBERED[1]) {
-            spread_over(of_layer, 24, layers.clone());
+    /// Gives rehearsals that have begun what was won in earlier drives.
+    pub fn carry(&self, rehearsal: &mut Rehearsal) {
+        let [biases, driven, curved] = &self.head.carried;
+        let of = REMEMBERING.into_iter().zip([biases, driven, curved]);
+        for (hypothesis, carried) in of.chain([(STEPPED, biases)]) {
+            rehearsal.carry(hypothesis, carried);
         }
-        unit
     }
 
     /// Takes down what a bank knows at the end of a drive, before which `base` was known. Deferred
@@ -244,17 +231,18 @@ impl Unit {
     pub fn remember(
         &mut self,
         base: &Head,
-        bank: &mut Bank,
+        (bank, rehearsal): (&mut Bank, &Rehearsal),
         sheet: &Datasheet,
         shapes: &Shapes,
         (seconds, degc): (f32, [f32; 2]),
         judged: [f32; 3],
     ) {
-        let scores = REMEMBERING.map(|of| bank.score(of));
+        let remembering = bank.remembering();
+        let scores = remembering.map(|of| bank.score(of));
         let best = (scores.iter()).fold(f64::NEG_INFINITY, |best, score| best.max(*score));
         let behind = scores.map(|score| within(score - best));
         let [biases, driven, curved] = behind;
-        let of = REMEMBERING.into_iter().zip(behind);
+        let of = remembering.into_iter().zip(behind);
         let (of, _) = of.fold((SIX_BIASES, biases), |best, other| {
             if other.1 > best.1 { other } else { best }
         });
@@ -271,6 +259,7 @@ impl Unit {
             evidence: [driven - biases, curved - biases],
             shape: digest(shapes),
             judged,
+            carried: remembering.map(|of| rehearsal.carried(of)),
         };
         let mut places = self.values.iter_mut();
         bank.remember(&mut |value| {
@@ -278,17 +267,22 @@ impl Unit {
                 *place = value;
             }
         });
+        if bank.biases() == STEPPED {
+            self.loosen();
+        }
     }
-}
 
-/// Means of zero, and independent errors of these standard deviations: in the order of
-/// [`Unit::values`].
-fn spread_over(values: &mut [f32], count: usize, sigmas: impl Iterator<Item = f32>) {
-    values.fill(0.0);
-    let covariance = values.get_mut(count..).unwrap_or_default();
-    for (i, sigma) in sigmas.enumerate() {
-        if let Some(own) = covariance.get_mut(i * (i + 1) / 2 + i) {
-            *own = sigma * sigma;
+    /// The biases have stepped. The networks' hypotheses did not expect it: in the next drive their
+    /// biases are open again.
+    fn loosen(&mut self) {
+        let (_, layers) = self.values.split_at_mut(REMEMBERED[0]);
+        for layer in layers.chunks_mut(REMEMBERED[1]) {
+            let covariance = layer.get_mut(24..).unwrap_or_default();
+            for i in [9, 10, 11, 21, 22, 23] {
+                if let Some(own) = covariance.get_mut(i * (i + 1) / 2 + i) {
+                    *own += (STEP * STEP) as f32;
+                }
+            }
         }
     }
 }

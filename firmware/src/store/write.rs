@@ -219,7 +219,7 @@ impl<F: NorFlash> Store<F> {
         generation
     }
 
-    /// Sees to it that there is room for [`Store::begin`], for a quarter of the records that a slot
+    /// Sees to it that there is room for [`Store::begin`], for half of the records that a slot
     /// can hold, since the next drive may be a long one, and that the newest record is of this
     /// version: if not, the newest record is saved once more, which erases.
     ///
@@ -234,7 +234,7 @@ impl<F: NorFlash> Store<F> {
             return Ok(());
         };
         let behind = at + header.padded() as u32;
-        let spare = (self.places() as usize / 4).max(1) * PADDED_LEN;
+        let spare = (self.places() as usize / 2).max(1) * PADDED_LEN;
         let full = self.room(at, behind, spare).is_none() && self.places() > 1;
         // an older firmware looks for records of its own length, and so finds the first of a slot
         if full || header.version < VERSION {
@@ -248,6 +248,16 @@ impl<F: NorFlash> Store<F> {
             })?;
         }
         Ok(())
+    }
+
+    /// Records of the greatest length that [`Store::begin`] still has room for, after
+    /// [`Store::load`]; fewer if power failed while one was written.
+    pub fn left(&self) -> u32 {
+        let Some((at, header)) = self.newest else {
+            return 0;
+        };
+        let end = self.start(usize::from(at >= self.slot_len)) + self.slot_len;
+        end.saturating_sub(at + header.padded() as u32) / PADDED_LEN as u32
     }
 
     /// Address of the slot that the next record erases.

@@ -57,8 +57,6 @@ impl Learner for Knows {
             nets: nets([0.0; 3], [BIAS, 0.0, 0.0]),
             states: [NetState::new(); 2],
             estimate: [[0.0; 3], [BIAS, 0.0, 0.0]],
-            sigma: [[0.0; 3]; 2],
-            settled: true,
         })
     }
     fn learnt(&mut self) -> (Nets, [NetState; 2]) {

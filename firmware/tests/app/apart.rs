@@ -67,8 +67,6 @@ impl Learner for Orders {
             nets: nets([0.0; 3], [self.error(), 0.0, 0.0]),
             states: [State::new(); 2],
             estimate: [[0.0; 3], [self.error(), 0.0, 0.0]],
-            sigma: [[0.0; 3]; 2],
-            settled: true,
         })
     }
     fn learnt(&mut self) -> (Nets, [State; 2]) {

@@ -16,6 +16,9 @@ use lrnn_nostd::image;
 
 const STIM: Kind = Kind::STIM;
 
+/// Bytes of a slot: room for some fifteen records.
+const SLOT: usize = 8 * 8192;
+
 /// Flash of two slots in memory.
 #[derive(Debug, Clone)]
 pub struct Flash(Vec<u8>);
@@ -23,7 +26,7 @@ pub struct Flash(Vec<u8>);
 impl Flash {
     /// Empty flash.
     pub fn new() -> Flash {
-        Flash(vec![0xFF; 4 * 8192])
+        Flash(vec![0xFF; 2 * SLOT])
     }
 
     /// The content of the flash.
@@ -51,7 +54,7 @@ impl ReadNorFlash for Flash {
 
 impl NorFlash for Flash {
     const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = 2 * 8192;
+    const ERASE_SIZE: usize = SLOT;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
         self.0[from as usize..to as usize].fill(0xFF);

@@ -17,9 +17,6 @@ use std::sync::Arc;
 pub struct Says {
     /// Error of the accelerometer x that it has proved, m/s2.
     pub winner: Shared<Option<f32>>,
-    /// Its standard deviation.
-    pub sigma: Shared<f32>,
-    pub unsettled: Shared<bool>,
     pub stored_harms: Shared<bool>,
     pub still_s: Shared<u32>,
     /// Memory of the unit that it has learnt.
@@ -80,8 +77,6 @@ impl Learner for Taught {
             nets: with(error),
             states: [State::new(); 2],
             estimate: [[0.0; 3], [error, 0.0, 0.0]],
-            sigma: [[self.0.sigma.get(); 3]; 2],
-            settled: !self.0.unsettled.get(),
         })
     }
     fn learnt(&mut self) -> (Nets, [State; 2]) {

@@ -115,10 +115,6 @@ impl Event {
             }
             Event::Proves => bench.says.winner.set(Some(UPLOADED)),
             Event::GivesUp => bench.says.winner.set(None),
-            Event::Unsettles => {
-                bench.says.unsettled.set(true);
-                bench.says.winner.set(Some(UPLOADED));
-            }
             Event::Harms => bench.says.stored_harms.set(true),
             Event::Gap => bench.n += 20,
             Event::Silence => bench.silence(0.3),
@@ -143,7 +139,6 @@ impl Event {
             Event::SameMode | Event::SameAlignment | Event::Gap | Event::Silence => Rule::Holds,
             Event::Damage | Event::Noise | Event::Service => Rule::Holds,
             Event::Harms | Event::Configuration => Rule::Holds,
-            Event::Unsettles => Rule::Holds,
             Event::Alignment(Alignment::Started) if started => Rule::Holds,
             Event::Alignment(Alignment::Started) => Rule::Jumps,
             Event::Alignment(Alignment::Finished) => Rule::Slow,
@@ -270,8 +265,6 @@ fn where_it_goes() {
         (Event::GivesUp, State::Stored, STORED),
         (Event::Proves, State::Live, UPLOADED),
         (Event::Proves, State::Stored, STORED),
-        (Event::Unsettles, State::Live, PROVED),
-        (Event::Unsettles, State::Nothing, 0.0),
         (Event::Harms, State::Stored, STORED),
         (Event::Silence, State::Live, PROVED),
         (Event::Restart, State::Stored, STORED),

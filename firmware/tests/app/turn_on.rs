@@ -49,8 +49,6 @@ impl Learner for Knows {
             nets: nets([1e-3, 0.0, 0.0], [0.0; 3]),
             states: [State::new(); 2],
             estimate: [[1e-3, 0.0, 0.0], [0.0; 3]],
-            sigma: [[0.0; 3]; 2],
-            settled: true,
         })
     }
     fn learnt(&mut self) -> (Nets, [State; 2]) {

@@ -121,19 +121,6 @@ pub(super) fn other_inputs(unit: &Unit) -> Option<Finding> {
 }
 
 impl Triad {
-    /// Spread over the units. The mean over units counts as a part of it.
-    #[must_use]
-    pub fn spread(&self) -> learn::unit::Spread {
-        let square = |values: [f64; 3]| values.map(|x| x * x).iter().sum::<f64>() / 3.0;
-        let column = |q: usize| square([0, 1, 2].map(|p| self.mean_w[p][q])).sqrt();
-        let at_least = |x: f64| x.max(LEAST_SIGMA) as f32;
-        learn::unit::Spread {
-            columns: [0, 1, 2].map(|q| at_least(self.sigma_w[q].hypot(column(q)))),
-            bias: at_least(self.sigma_b.hypot(square(self.mean_b).sqrt())),
-            turn_on: at_least(self.sigma_turn_on),
-        }
-    }
-
     /// Calls `each` with every number that was learnt.
     pub fn numbers(&mut self, each: impl FnMut(&mut f64)) {
         let layers = [&mut self.first, &mut self.second];

@@ -64,4 +64,5 @@ fn recall<F: NorFlash>(app: &mut App, store: &mut Store<F>) {
     let mut memory = [0; MEMORY_MAX];
     let len = store.memory(&mut memory);
     app.recall(memory.get(..len).unwrap_or_default());
+    app.flow.pending.memo.left = store.left();
 }

@@ -1,10 +1,10 @@
 //! Networks that are stored for the next power-on of the sensor (activation `NextPowerOn`).
 //!
 //! In mode learn the networks in use correct all samples of a drive and stay as they are. Networks
-//! that the learner has proved meanwhile are stored beside them and come into use when the sensor
-//! is powered on again, with the board or by itself. A learner that has proved nothing leaves the
-//! store as it is. When the rehearsals of this drive show that the networks in use do harm, zero
-//! networks are stored. The learner's memory of the unit is stored beside them ([`super::memory`]).
+//! that the learner has proved meanwhile are stored beside them, with its memory of the unit
+//! ([`super::memory`]), and come into use when the sensor is powered on again, with the board or by
+//! itself. Where nothing has been proved the networks in use stay for the next drive. When the
+//! rehearsals of this drive show that they do harm, others or zero networks are stored at once.
 
 use super::Flow;
 use super::memory::Memo;
@@ -14,11 +14,6 @@ use crate::store::Step;
 
 /// Interval between two checks for content to store, s.
 pub(super) const LOOK_S: f32 = 10.0;
-/// Settled networks are stored while the vehicle stands, since then the least is lost if a frame
-/// leaves late; or at the latest after this time, s.
-const LATEST_S: f32 = 300.0;
-/// Least time between two records, s: flash wears, and drives last for hours.
-const PAUSE_S: f32 = 600.0;
 
 /// Content of the store for the next power-on, stored or to be stored.
 #[derive(Debug, Default)]
@@ -40,13 +35,8 @@ pub(in crate::app) struct Keep {
     next: Option<Nets>,
     /// Whether they are to be stored.
     waits: bool,
-    /// Output of the networks when they were taken, rad/s and m/s2.
-    output: [[f32; 3]; 2],
-    /// Until the next look, and until something may be stored again, s.
+    /// Until the next look, s.
     look_s: f32,
-    pause_s: f32,
-    /// Time for which the correction that the learner has found has been settled, s.
-    settled_s: f32,
 }
 
 impl Keep {
@@ -102,12 +92,11 @@ impl Keep {
         }
     }
 
-    /// The sensor is powered on: what the store holds comes into use.
+    /// The sensor is powered on: the networks for it come into use. If they wait to be stored, they
+    /// still do.
     pub fn take_next(&mut self) -> Option<Nets> {
-        let held = !core::mem::take(&mut self.waits);
         self.drop_begun();
-        (self.settled_s, self.pause_s) = (0.0, 0.0);
-        self.next.take().filter(|_| held)
+        self.next.take()
     }
 
     /// Another configuration has come into use, which is not stored.
@@ -130,9 +119,8 @@ impl Keep {
         self.edition = self.edition.wrapping_add(1);
     }
 
-    fn offer(&mut self, nets: Nets, output: [[f32; 3]; 2]) {
-        (self.next, self.output) = (Some(nets), output);
-        (self.waits, self.pause_s) = (true, PAUSE_S);
+    fn offer(&mut self, nets: Nets) {
+        (self.next, self.waits) = (Some(nets), true);
     }
 }
 
@@ -140,51 +128,38 @@ impl Flow<'_> {
     /// Called at the end of a block: whether something is to be stored.
     pub(super) fn retain(&mut self, block: &Block, block_s: f32) {
         let keep = &mut self.pending;
-        keep.pause_s = (keep.pause_s - block_s).max(0.0);
         keep.look_s -= block_s;
         let able = keep.beside && self.config.store && self.config.found.newer.is_none();
-        if keep.look_s <= 0.0 && able && !keep.waits() {
-            keep.look_s = LOOK_S;
-            self.count_learnt(block, LOOK_S);
-            // with a live activation only what is remembered is stored
-            let nets = self.session.acts_from_power_on(self.config.activation)
-                && self.look_for_winner(block);
-            let stands = self.learning.still_s() >= super::learning::STANDS_S;
-            self.take_down(stands, nets);
+        if keep.look_s > 0.0 || !able || keep.waits() {
+            return;
+        }
+        keep.look_s = LOOK_S;
+        self.count_learnt(block, LOOK_S);
+        let due = self.pending.memo.is_due();
+        // with a live activation only what is remembered is stored
+        let acts = self.session.acts_from_power_on(self.config.activation);
+        let nets = acts && self.look_for_nets(due);
+        if due || nets {
+            self.ask_to_remember();
         }
     }
 
-    /// Whether networks are to be stored.
+    /// Whether networks are to be stored: those that the learner has proved if a record is `due`, at
+    /// once the first ones, and at once others than those in use where these do harm.
     #[inline(never)]
-    fn look_for_winner(&mut self, block: &Block) -> bool {
+    fn look_for_nets(&mut self, due: bool) -> bool {
         let Some(answer) = self.learning.port.answer() else {
             return false;
         };
         let keep = &mut self.pending;
-        let harms = answer.stored_harms;
-        if harms && keep.next.is_none() && !self.config.nets.same_images(&Nets::NONE) {
-            keep.offer(Nets::NONE, [[0.0; 3]; 2]);
-            return true;
+        let in_use = &self.config.nets;
+        let first = keep.next.is_none() && in_use.same_images(&Nets::NONE);
+        let harms = answer.stored_harms && keep.next.is_none() && !first;
+        match answer.next {
+            Some(next) if due || first || harms => keep.offer(next.nets),
+            None if harms => keep.offer(Nets::NONE),
+            _ => return false,
         }
-        let Some(winner) = answer.next.filter(|winner| winner.settled) else {
-            keep.settled_s = 0.0;
-            return false;
-        };
-        keep.settled_s += LOOK_S;
-        let stands = answer.still_s >= super::learning::STANDS_S;
-        // of what is in use it is known what its networks say now
-        let held = match keep.next {
-            Some(_) => keep.output,
-            None => block.network_output,
-        };
-        let moved = (winner.estimate.as_flattened().iter())
-            .zip(held.as_flattened())
-            .zip(winner.sigma.as_flattened())
-            .any(|((now, held), sigma)| (now - held).abs() > *sigma);
-        let due = moved && keep.pause_s <= 0.0 && (stands || keep.settled_s >= LATEST_S);
-        if due {
-            keep.offer(winner.nets, winner.estimate);
-        }
-        due
+        true
     }
 }

@@ -72,11 +72,6 @@ impl<'m> Learning<'m> {
         self.port.answer().filter(|_| self.follows())
     }
 
-    /// Time for which the vehicle has been stationary, as the learner measures it, s.
-    pub fn still_s(&self) -> u32 {
-        self.port.answer().map_or(0, |answer| answer.still_s)
-    }
-
     /// The learner's report.
     pub fn report(&self) -> Report {
         self.port.view().map(|view| view.report).unwrap_or_default()
@@ -155,8 +150,7 @@ impl Flow<'_> {
     }
 
     /// Takes the networks of the promoted hypothesis instead of those in use, or the zero
-    /// correction when there is none; at once, or no faster than the slew limit. What has not
-    /// settled does not come into force, and what is in force stays then.
+    /// correction when there is none; at once, or no faster than the slew limit.
     pub(super) fn activate(&mut self, at_once: bool) {
         let answer = self
             .learning
@@ -169,7 +163,7 @@ impl Flow<'_> {
             return; // where the learner has not answered yet, what is in force stays
         };
         match answer.winner {
-            Some(winner) if winner.settled => {
+            Some(winner) => {
                 (self.session.promoted, self.session.learner_nets) = (true, true);
                 state.off = false;
                 compensator.exchange(state, winner.nets, winner.states);
@@ -182,8 +176,7 @@ impl Flow<'_> {
                     compensator.force(state, &output);
                 }
             }
-            Some(_) if self.session.promoted => {}
-            _ => {
+            None => {
                 self.session.promoted = false;
                 state.off = true;
                 if at_once {

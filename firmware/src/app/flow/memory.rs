@@ -1,7 +1,8 @@
 //! The memory of the unit over power-off: when the learner records it, and when it gets it back.
 //!
-//! A memory is stored behind the newest record while samples are corrected, so it waits for a
-//! standstill, as the networks do ([`super::keep`]). It comes back at the next power-on of the
+//! A memory is stored behind the newest record while samples are corrected. Nobody announces the end
+//! of a drive, so records come early, and the rarer the longer it lasts: whenever the power goes,
+//! at least half of what was learnt is stored. It comes back at the next power-on of the
 //! board or of the sensor, before the learner begins.
 
 use super::{Flow, configure};
@@ -15,16 +16,16 @@ use crate::learn::exchange::{Anew, Order, Port};
 use crate::store::{Notes, unit};
 use crate::wire::command::Remembered;
 
-/// Learning time since the last record after which another one is worth storing, s.
-const LEAST_S: f32 = 60.0;
-/// While the vehicle moves, so much, s.
-const LATEST_S: f32 = 300.0;
-/// Least time between two records of a drive, s. It grows by half with each of them up to the most.
-const PAUSE_S: f32 = 600.0;
-const LONGEST_PAUSE_S: f32 = 3600.0;
+/// Learning time after which another record is due: as much as before the last one, and no less and
+/// no more than this, s.
+const PAUSE_S: [f32; 2] = [10.0, 3600.0];
+/// Where the store has room for so few records, they come later: after three times as much, and no
+/// less than this, s.
+const FEW: u32 = 2;
+const FEW_S: f32 = 120.0;
 
 /// Memory of the unit in the store.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(in crate::app) struct Memo {
     /// Notes of the stored memory; `None`: the store has none of this unit.
     pub held: Option<Notes>,
@@ -37,12 +38,31 @@ pub(in crate::app) struct Memo {
     /// Of this drive: learning time in all and since the last record, s; temperatures.
     learnt_s: f32,
     new_s: f32,
+    /// Learning time at the last record, stored or not, s.
+    last_s: f32,
     seen: Notes,
-    /// Until the next record, s, and how long the last wait was.
-    pause_s: f32,
-    pause: f32,
     /// Notes of the store when the drive began.
     before: Notes,
+    /// Records that the store still has room for.
+    pub left: u32,
+}
+
+impl Default for Memo {
+    /// Of a store with room.
+    fn default() -> Memo {
+        Memo {
+            held: None,
+            of_another: false,
+            asked: None,
+            waits: None,
+            learnt_s: 0.0,
+            new_s: 0.0,
+            last_s: 0.0,
+            seen: Notes::default(),
+            before: Notes::default(),
+            left: u32::MAX,
+        }
+    }
 }
 
 impl Memo {
@@ -61,14 +81,27 @@ impl Memo {
         self.asked.is_some()
     }
 
-    /// The recorded memory has been stored, or could not be.
+    /// A record has been stored, with the recorded memory if there is one, or could not be.
     pub fn stored(&mut self, done: bool) {
+        self.last_s = self.learnt_s;
+        self.left = self.left.saturating_sub(1);
         if let Some((notes, _)) = self.waits.take()
             && done
         {
             (self.held, self.of_another) = (Some(notes), false);
             self.new_s = 0.0;
         }
+    }
+
+    /// So much was learnt since the last record that another one is worth storing.
+    pub fn is_due(&self) -> bool {
+        let [least, most] = PAUSE_S;
+        let (grows, least) = if self.left <= FEW {
+            (3.0, FEW_S)
+        } else {
+            (1.0, least)
+        };
+        self.learnt_s - self.last_s >= (grows * self.last_s).clamp(least, most)
     }
 
     /// Gives up the pending memory. It is recorded again later.
@@ -79,12 +112,14 @@ impl Memo {
     /// The learner restarts within a drive: results that it has not recorded are lost.
     pub fn drop_new(&mut self) {
         self.learnt_s -= core::mem::take(&mut self.new_s);
+        self.last_s = self.last_s.min(self.learnt_s);
     }
 
     /// Another unit is configured, of which the store has nothing.
     pub fn exchange_unit(&mut self) {
         *self = Memo {
             of_another: self.of_another || self.held.is_some(),
+            left: self.left,
             ..Memo::default()
         };
     }
@@ -95,6 +130,7 @@ impl Memo {
             held: self.held,
             of_another: self.of_another,
             before: self.held.unwrap_or_default(),
+            left: self.left,
             ..Memo::default()
         };
     }
@@ -145,7 +181,6 @@ impl Flow<'_> {
     /// Every [`super::keep::LOOK_S`] in mode learn: what was learnt meanwhile counts.
     pub(super) fn count_learnt(&mut self, block: &Block, seconds: f32) {
         let memo = &mut self.pending.memo;
-        memo.pause_s = (memo.pause_s - seconds).max(0.0);
         if self
             .learning
             .port
@@ -163,16 +198,6 @@ impl Flow<'_> {
         }
     }
 
-    /// Makes the learner record its memory, if that is due. `with_nets`: networks are stored
-    /// anyway.
-    pub(super) fn take_down(&mut self, stands: bool, with_nets: bool) {
-        let memo = &self.pending.memo;
-        let enough = if stands { LEAST_S } else { LATEST_S };
-        if memo.pause_s <= 0.0 && memo.new_s >= enough || with_nets {
-            self.ask_to_remember();
-        }
-    }
-
     /// Records new results at once, by command.
     pub fn take_down_now(&mut self) {
         if self.pending.memo.new_s > 0.0 {
@@ -180,7 +205,8 @@ impl Flow<'_> {
         }
     }
 
-    fn ask_to_remember(&mut self) {
+    /// Makes the learner record its memory.
+    pub(super) fn ask_to_remember(&mut self) {
         if let Some(configuration) = self
             .config
             .configuration
@@ -201,10 +227,6 @@ impl Flow<'_> {
         memo.waits = notes
             .map(|notes| (notes, len.min(MEMORY_LEN)))
             .filter(|_| len > 0);
-        if memo.waits.is_some() && !self.pending.commanded {
-            memo.pause = (1.5 * memo.pause).clamp(PAUSE_S, LONGEST_PAUSE_S);
-            memo.pause_s = memo.pause;
-        }
     }
 
     /// The memory that goes with what is stored now.
@@ -247,4 +269,38 @@ pub(in crate::app) fn through_configuration(learner: &mut Port, same: bool, conf
         learner.hand_over(&Order::ForgetUnit);
     }
     configure(learner, config);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Learning times of the records of a drive of this length, with room for so many of them.
+    fn records(seconds: u32, left: u32) -> Vec<f32> {
+        let mut memo = Memo {
+            left,
+            ..Memo::default()
+        };
+        let mut at = Vec::new();
+        for _ in 0..seconds / 10 {
+            memo.learn(10.0, None);
+            if memo.is_due() {
+                let full = memo.left == 0;
+                memo.stored(!full);
+                at.push(memo.learnt_s);
+            }
+        }
+        at
+    }
+
+    #[test]
+    fn records_get_rarer_and_the_last_ones_wait() {
+        assert_eq!(records(330, 99), [10.0, 20.0, 40.0, 80.0, 160.0, 320.0]);
+        assert_eq!(records(2000, 2), [120.0, 480.0, 1920.0]);
+        assert_eq!(records(800, 4), [10.0, 20.0, 140.0, 560.0]);
+        let long = records(36_000, 99);
+        let last = long.windows(2).map(|two| two[1] - two[0]).last();
+        assert_eq!(last, Some(3600.0));
+    }
 }

@@ -39,7 +39,6 @@ pub trait Hypothesis<T: Real> {
     fn settle(&mut self, inputs: [[T; 3]; TRIADS]);
     fn unit_nets(&self) -> [LearnerNet<T>; TRIADS];
     fn unit_estimate(&self) -> [T; OUTPUTS];
-    fn constant(&self) -> [T; OUTPUTS];
     fn remember(&mut self, put: &mut dyn FnMut(T));
     fn turn_on_moments(&self) -> [T; OUTPUTS];
     fn believe(&mut self, evidence: f64);
@@ -130,9 +129,6 @@ where
             *estimate -= bias;
         }
         estimate
-    }
-    fn constant(&self) -> [T; OUTPUTS] {
-        self.model().constant()
     }
     fn remember(&mut self, put: &mut dyn FnMut(T)) {
         Kalman::remember(self, put);

@@ -1,13 +1,20 @@
 //! Which hypothesis is in force, and which of them knows the unit best.
 
 use super::judged::{BETTER, DRIVES};
-use super::{FixLearner, SETTLES};
+use super::{FixLearner, Tally};
 use crate::learn::Winner;
-use crate::learn::bank::{REMEMBERING, ZERO_CORRECTION};
+use crate::learn::bank::ZERO_CORRECTION;
 use crate::learn::quantise::split;
 use crate::learn::unit;
 use crate::model::Nets;
-use lrnn_nostd::learn::kalman::OUTPUTS;
+
+/// A drive teaches something for the next ones from so much navigation beside so many fixes on,
+/// s (assumed).
+const LEAST_S: f32 = 10.0;
+const LEAST_FIXES: u32 = 10;
+/// A drive teaches nothing for the next ones when more than one fix in so many was refused: one
+/// with a wrong fix in six that were believed doubles their error.
+pub const REFUSED: u32 = 8;
 
 impl FixLearner<'_> {
     /// Selects the hypothesis in force after a fix.
@@ -19,18 +26,8 @@ impl FixLearner<'_> {
             bank.leading()
         };
         self.put_in_force(chosen);
-        let bank = &self.memory.bank;
-        let sigma = self.at_least(bank.bias_sigma());
-        self.choice.settled.looks(bank.estimate_of(chosen), &sigma);
-        match self.best_of_unit() {
-            Some(best) => {
-                self.choice.knows_best = best;
-                let sigma = self.at_least(bank.bias_sigma_of(best));
-                self.choice
-                    .unit_settled
-                    .looks(&bank.constant_of(best), &sigma);
-            }
-            None => self.choice.unit_settled.moves(),
+        if let Some(best) = self.best_of_unit() {
+            self.choice.knows_best = best;
         }
     }
 
@@ -38,7 +35,10 @@ impl FixLearner<'_> {
     /// proved themselves.
     fn best_of_unit(&self) -> Option<usize> {
         let bank = &self.memory.bank;
-        let each = REMEMBERING.into_iter().zip(self.remembered.judged.so_far());
+        let each = bank
+            .remembering()
+            .into_iter()
+            .zip(self.remembered.judged.so_far());
         let proved = each.filter(|&(h, _)| self.memory.rehearsal.has_proved(h));
         let candidates = proved.map(|(hypothesis, wrong)| Candidate {
             hypothesis,
@@ -54,21 +54,7 @@ impl FixLearner<'_> {
         )
     }
 
-    /// Standard deviations of what is learnt: those of the biases, and no less than a share of the
-    /// datasheet's, because networks move more than biases do.
-    pub(super) fn at_least(&self, mut sigma: [f32; OUTPUTS]) -> [f32; OUTPUTS] {
-        let sheet = &self.settings.sheet;
-        let [g, a] = [sheet.gyro_bias, sheet.accel_bias];
-        for (sigma, sheet) in sigma.iter_mut().zip([g, g, g, a, a, a]) {
-            *sigma = sigma.max(SETTLES * sheet);
-        }
-        sigma
-    }
-
     pub(super) fn put_in_force(&mut self, chosen: usize) {
-        if chosen == ZERO_CORRECTION {
-            self.choice.settled.moves();
-        }
         if core::mem::replace(&mut self.choice.running, chosen) != chosen {
             let of = if chosen == ZERO_CORRECTION {
                 &mut self.tally.rollbacks
@@ -83,22 +69,28 @@ impl FixLearner<'_> {
     /// [`crate::learn::Learner::for_next_power_on`].
     #[inline(never)]
     pub(super) fn of_unit(&self) -> Option<Winner> {
-        let best = self.best_of_unit()?;
+        let best = self.best_of_unit().filter(|_| self.teaches())?;
         let bank = &self.memory.bank;
         let [gyro, accel] = bank.unit_nets_of(best);
         Some(Winner {
             nets: Nets { gyro, accel },
             states: bank.states_of(best),
             estimate: split(&bank.unit_estimate_of(best)),
-            sigma: split(&self.at_least(bank.bias_sigma_of(best))),
-            settled: self.choice.unit_settled.is_settled_again(),
         })
     }
 
-    /// Takes down what is known of the unit, if one of the hypotheses that remember it has proved
-    /// itself. Gives the number of bytes.
+    /// Whether the drive may teach something for the next ones: it has shown something, and the
+    /// fixes do not contradict it.
+    fn teaches(&self) -> bool {
+        let (seconds, _) = self.remembered.covered;
+        let Tally { used, refused, .. } = self.tally;
+        seconds >= LEAST_S && used >= LEAST_FIXES && refused <= used / REFUSED
+    }
+
+    /// Takes down what is known of the unit, if the drive teaches anything. Gives the number of
+    /// bytes.
     pub(super) fn take_down(&mut self) -> usize {
-        if self.best_of_unit().is_none() {
+        if !self.teaches() {
             return 0;
         }
         let bank = &mut self.memory.bank;
@@ -109,7 +101,7 @@ impl FixLearner<'_> {
         );
         self.remembered.unit.remember(
             &self.remembered.base,
-            bank,
+            (bank, &self.memory.rehearsal),
             sheet,
             shapes,
             self.remembered.covered,

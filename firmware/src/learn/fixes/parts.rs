@@ -6,7 +6,6 @@ use super::held::Held;
 use super::judged::Judged;
 use super::observe::{Mean, Rest};
 use super::proportional::Proportional;
-use super::settled::Settled;
 use super::start::{Probation, Started};
 use super::{NOWHERE, ZERO_CORRECTION};
 use crate::align::Align;
@@ -88,33 +87,15 @@ pub(super) struct FixTimes {
 pub(super) struct Choice {
     /// The hypothesis in force after the last fix.
     pub running: usize,
-    /// Whether its estimate has settled.
-    pub settled: Settled,
     pub knows_best: usize,
-    /// Whether what that one knows has settled.
-    pub unit_settled: Settled,
 }
 
 impl Choice {
     pub fn new() -> Choice {
         Choice {
             running: ZERO_CORRECTION,
-            settled: Settled::default(),
             knows_best: ZERO_CORRECTION,
-            unit_settled: Settled::default(),
         }
-    }
-
-    /// No correction has settled; the choice stays.
-    pub fn unsettle(&mut self) {
-        self.settled = Settled::default();
-        self.unit_settled = Settled::default();
-    }
-
-    /// Lets this time pass, s.
-    pub fn passes(&mut self, time: f32) {
-        self.settled.passes(time);
-        self.unit_settled.passes(time);
     }
 }
 

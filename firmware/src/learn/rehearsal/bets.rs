@@ -22,7 +22,7 @@
 //! error becomes 4.5 times smaller, which lasting errors do not imitate for long.
 //! `tests/lasting.rs` measures what is proved falsely while errors last up to 100 s.
 
-use super::EARLY;
+use super::{CARRIED, EARLY};
 use crate::learn::bank::HYPOTHESES;
 
 /// One of the two bets.
@@ -189,7 +189,28 @@ impl Bets {
         let capitals = self.wealth.iter_mut().flat_map(|of| &mut of.capital);
         capitals.for_each(|capital| *capital = capital.min(proof));
     }
+
+    /// The capitals of a hypothesis as [`super::Carried`], rounded down.
+    pub(super) fn carried(&self, hypothesis: usize) -> [u8; 2] {
+        let capital = self
+            .wealth
+            .get(hypothesis)
+            .map_or([1.0; 2], |of| of.capital);
+        capital.map(|capital| (libm::logf(capital / PROOF[0]) / STEP) as u8) // `as` saturates
+    }
+
+    /// A hypothesis begins with these capitals.
+    pub(super) fn carry(&mut self, hypothesis: usize, carried: [u8; 2]) {
+        if let Some(wealth) = self.wealth.get_mut(hypothesis) {
+            wealth.capital = carried.map(|step| PROOF[0] * libm::expf(f32::from(step) * STEP));
+        }
+    }
 }
+
+/// Logarithm of the ratio of one step of [`super::Carried`]: 255 steps from the least capital to
+/// [`CARRIED`].
+const STEP: f32 = 0.020_777_715;
+const _: () = assert!(CARRIED / PROOF[0] == 200.0); // ln 200 = 255 STEP
 
 /// The capital between two limits; the least one if it is not finite.
 fn kept(capital: f32, [least, most]: [f32; 2]) -> f32 {

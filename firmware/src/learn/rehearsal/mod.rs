@@ -52,7 +52,9 @@ const ALIKE: f32 = 0.2;
 /// so much later: a share of it, and s.
 const EARLY: f32 = 0.3;
 const LATE: [f32; 2] = [0.5, 2.0];
-/// After a restart of the navigator, earlier proofs count no more than this.
+/// Capital of earlier drives, and of a navigator that was aligned wrongly, counts no more than this:
+/// what was good once must show it again. (Of nine harmful memories held in the hand, carried in
+/// full, seven passed; at most ten stakes, one.)
 const CARRIED: f32 = 10.0;
 /// A proof that was not renewed for this time is none any more, s (assumed).
 const TRUST_S: f32 = 3600.0;
@@ -85,6 +87,13 @@ impl Horizon {
         }
     }
 }
+
+/// Capital of a hypothesis that goes from drive to drive, for each horizon and each of its bets, on
+/// a logarithmic scale of 0 (0.05 stakes) to 255 (10 stakes).
+pub type Carried = [[u8; 2]; HORIZONS];
+
+/// [`Carried`] of a hypothesis without history: one stake.
+pub const UNTRIED: Carried = [[144; 2]; HORIZONS];
 
 /// State of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -140,14 +149,34 @@ impl Rehearsal {
         self.coasts().for_each(|coast| coast.runs = false);
     }
 
-    /// The navigator was lost, or restarts: the coasts in progress end without a result, and what
-    /// has been proved must be proved again, from a smaller capital.
+    /// The navigator was lost, or restarts: the coasts in progress end without a result. What was
+    /// won up to there stays.
     pub fn interrupted(&mut self) {
+        self.drop_coasts();
+    }
+
+    /// What the navigator has shown is in doubt: what has been proved must be proved again, from a
+    /// smaller capital.
+    pub fn doubt(&mut self) {
         self.drop_coasts();
         for horizon in &mut self.horizons {
             horizon.bets.limit(CARRIED);
         }
         self.proved = [false; HYPOTHESES];
+    }
+
+    /// The capital of a hypothesis for the next drive.
+    pub fn carried(&self, hypothesis: usize) -> Carried {
+        self.horizons
+            .each_ref()
+            .map(|horizon| horizon.bets.carried(hypothesis))
+    }
+
+    /// After [`Rehearsal::begin`]: a hypothesis begins with the capital of earlier drives.
+    pub fn carry(&mut self, hypothesis: usize, carried: &Carried) {
+        for (horizon, carried) in self.horizons.iter_mut().zip(carried) {
+            horizon.bets.carry(hypothesis, *carried);
+        }
     }
 
     /// The navigator has passed an interval with the estimate `applied` subtracted.
@@ -255,6 +284,15 @@ impl Rehearsal {
     /// Whether a hypothesis has been found harmful at some horizon.
     pub fn harms(&self, hypothesis: usize) -> bool {
         self.standing(hypothesis).harms()
+    }
+
+    /// A coast of each horizon has ended with these scores, a horizon after the last one.
+    #[cfg(test)]
+    pub fn bet(&mut self, scores: &[f32; HYPOTHESES]) {
+        for (horizon, length) in self.horizons.iter_mut().zip(HORIZONS_S) {
+            horizon.bets.passes(length);
+            horizon.bets.takes(scores, length);
+        }
     }
 
     /// Numbers of the hypotheses, and whether each has proved itself.

@@ -42,7 +42,6 @@ pub enum Event {
     Configuration,
     Proves,
     GivesUp,
-    Unsettles,
     Harms,
     Gap,
     Silence,
@@ -56,7 +55,7 @@ pub enum Event {
     Service,
 }
 
-pub const EVENTS: [Event; 23] = [
+pub const EVENTS: [Event; 22] = [
     Event::Mode(Mode::Bypass),
     Event::Mode(Mode::Frozen),
     Event::Mode(Mode::Shadow),
@@ -71,7 +70,6 @@ pub const EVENTS: [Event; 23] = [
     Event::Configuration,
     Event::Proves,
     Event::GivesUp,
-    Event::Unsettles,
     Event::Harms,
     Event::Gap,
     Event::Silence,

@@ -55,8 +55,6 @@ impl Learner for Broken {
             nets: networks(),
             states: [State::new(); 2],
             estimate: [[1e-6; 3], [1e-3; 3]],
-            sigma: [[1e-9; 3], [1e-6; 3]],
-            settled: true,
         })
     }
     fn learnt(&mut self) -> (Nets, [State; 2]) {

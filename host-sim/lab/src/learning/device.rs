@@ -74,8 +74,6 @@ pub struct Drive {
     pub report: Report,
     /// Its hypotheses at the end, if it has navigated.
     pub trials: Option<Trials>,
-    /// What had proved itself at the end has settled, so that it may be stored.
-    pub settled: bool,
     /// The course of its learning.
     pub diary: Diary,
     /// Number of fixes that it was given.
@@ -233,10 +231,6 @@ impl Device {
             correction: course.correction,
             given: input.fixes.len(),
             stored_s: course.stored_s,
-            settled: app
-                .answer()
-                .and_then(|answer| answer.next.as_ref())
-                .is_some_and(|next| next.settled),
             diary: course.diary.closed(&report, trials.as_ref()),
             report,
             trials,

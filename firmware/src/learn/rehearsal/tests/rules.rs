@@ -132,13 +132,17 @@ fn a_proof_is_kept_for_a_while() {
     }
 }
 
-/// After a restart of the navigator a proof is none, and earlier capital counts ten stakes.
+/// A navigator that was lost takes nothing back; after one that was aligned wrongly a proof is none,
+/// and earlier capital counts ten stakes.
 #[test]
-fn past_capital_is_limited_after_a_restart() {
+fn past_capital_is_limited_after_a_wrong_alignment() {
     let mut rehearsal = good();
     every(&mut rehearsal, |of| of.capital = [1e4, 5.0]);
     assert_eq!(chosen(&mut rehearsal), H);
     rehearsal.interrupted();
+    assert_eq!(chosen(&mut rehearsal), H);
+    assert_eq!(rehearsal.standing(H).proof, 5002.5);
+    rehearsal.doubt();
     assert!(!rehearsal.has_proved(H));
     assert_eq!(rehearsal.standing(H).proof, 7.5);
     assert_eq!(chosen(&mut rehearsal), ZERO_CORRECTION);

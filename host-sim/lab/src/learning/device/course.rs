@@ -4,7 +4,6 @@ use super::{Device, Drive};
 use firmware::control::Way;
 use firmware::learn::bank::NAMES;
 use firmware::learn::rehearsal::PROVED;
-use firmware::learn::{SETTLED_AFTER_S, SETTLED_S};
 use firmware::model::Nets;
 use serde::Serialize;
 
@@ -42,6 +41,11 @@ impl Drive {
         let each = self.trials.iter().flat_map(|trials| &trials.each);
         let proved = each.zip(NAMES).skip(1).filter(|(trial, _)| trial.proved);
         proved.map(|(_, name)| name).collect()
+    }
+
+    /// So many fixes were refused that it teaches nothing for the next ones.
+    fn is_contradicted(&self) -> bool {
+        self.report.refused > self.report.fixes / firmware::learn::REFUSED
     }
 
     /// The hypothesis that is nearest to its proof, and its stakes.
@@ -129,17 +133,9 @@ fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
             ),
             None => "has proved nothing".to_owned(),
         },
-        () if !drive.settled => format!(
-            "has proved \"{proved}\" and waits for it to settle before it stores it: that takes \
-             {SETTLED_S} s unmoved, and no less than {SETTLED_AFTER_S} s of navigation"
+        () if drive.is_contradicted() => format!(
+            "has proved \"{proved}\" and stores nothing: more than one fix in eight was refused"
         ),
-        () if before.same_images(&Nets::NONE) => format!(
-            "has proved \"{proved}\", which has settled, and waits for a standstill or five \
-             minutes to store it"
-        ),
-        () => format!(
-            "has proved \"{proved}\", and the networks that it had stored say the same within their \
-             standard deviations"
-        ),
+        () => format!("has proved \"{proved}\" since the last record that was due"),
     }
 }
