@@ -212,7 +212,7 @@ pub enum Activation {
     /// Live: also when the vehicle has come to a standstill, as samples and receiver agree: for a
     /// navigation computer that then aligns itself without a report.
     Standstill,
-    /// Live: as soon as it has settled, and from then on with all that is learnt, no faster than
+    /// Live: as soon as it is proved, and from then on with all that is learnt, no faster than
     /// the slew limit: for an aided navigation computer, whose own filter follows.
     Faded,
     /// From the next power-on of the sensor on. What has proved itself in this drive is stored.

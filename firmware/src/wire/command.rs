@@ -211,8 +211,7 @@ pub struct Health {
     /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
     /// 15, 20 and 22 min after the alignment (`crate::error_bound`).
     pub error_bound_m: [u32; 5],
-    /// The promoted hypothesis: 0 zero correction, 1 biases, 2 to 4 output weights with narrow to
-    /// wide priors, 5 all weights.
+    /// The promoted hypothesis: its number in [`crate::learn::bank::NAMES`], 0 for none.
     pub winner: u8,
     /// The learner is aligned and compares itself with fixes.
     pub navigates: bool,

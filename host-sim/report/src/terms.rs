@@ -80,7 +80,7 @@ fn of_name(name: &str) -> Option<&'static str> {
              Several candidates learn from satellite fixes by Kalman filters: constant biases, and \
              networks. One must prove itself: in rehearsals, which are stretches of navigation \
              without fixes, it came closer to the fixes than no correction did. What has proved \
-             itself and settled is stored, and corrects from the next power-on on. Until then \
+             itself is stored, and corrects from the next power-on on. Until then \
              nothing is corrected"
         }
         "zupt" => {

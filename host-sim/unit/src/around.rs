@@ -162,7 +162,7 @@ pub enum Activation {
     Commanded,
     /// Live: also when the vehicle has come to a standstill, as samples and receiver agree.
     Standstill,
-    /// Live: as soon as the estimate has settled, no faster than the slew limit.
+    /// Live: as soon as it is proved, no faster than the slew limit.
     Faded,
     /// The correction is stored, and applied to all samples from the next power-on.
     #[default]

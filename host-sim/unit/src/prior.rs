@@ -8,15 +8,11 @@
 use super::Unit;
 use super::finding::Finding;
 use super::networks::{Input, Networks};
-use firmware::learn;
 use firmware::model::Nets;
 use host_core::inertial::units::{DEG_PER_H, UG};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Least standard deviation, in units of the output: a fleet does not justify a smaller one.
-const LEAST_SIGMA: f64 = 1e-3;
 
 /// Prior from a fleet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

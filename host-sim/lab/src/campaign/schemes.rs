@@ -414,7 +414,7 @@ mod tests {
         let want = [
             ("only-biases", 0b00_0010),
             ("only-output", 0b00_0100),
-            ("only-output-wide", 0b00_1000),
+            ("only-stepped", 0b00_1000),
             ("only-driven", 0b01_0000),
             ("only-curved", 0b10_0000),
             ("only-all-weights", 0b1000_0000),

@@ -143,23 +143,6 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         &self.bias
     }
 
-    /// The part of the estimate that does not depend on the networks' inputs and states: the biases
-    /// of this turn-on, and those of the output layers.
-    pub fn constant(&self) -> [T; OUTPUTS] {
-        let mut all = [T::ZERO; OUTPUTS];
-        for ((own, bias), net) in all
-            .chunks_exact_mut(NEURONS)
-            .zip(&self.bias)
-            .zip(&self.nets)
-        {
-            let first = net.initial_output();
-            for ((own, &bias), first) in own.iter_mut().zip(bias).zip(first) {
-                *own = bias + first;
-            }
-        }
-        all
-    }
-
     /// Output scale of one of the six outputs.
     pub(super) fn output_scale(&self, output: usize) -> T {
         let net = self.nets.get(output / NEURONS);

@@ -25,8 +25,8 @@ pub(super) fn part(contents: &Contents) -> Part {
     part.sentences.push(format!(
         "In a rehearsal the device navigates for some time as if it had no fixes, with each \
          candidate's correction and without any, and compares both with the next fix. A candidate \
-         that wins bets on itself {PROVED} times its stake has proved itself. The device stores it \
-         once it has settled, and by default it corrects from the next power-on on. One that loses \
+         that wins bets on itself {PROVED} times its stake has proved itself. The device stores it, \
+         and by default it corrects from the next power-on on. One that loses \
          them does harm and is not stored."
     ));
     let mut all = vec![];
