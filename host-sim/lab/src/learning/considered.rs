@@ -23,10 +23,13 @@ const BIASES: usize = 6;
 /// Covariance of the biases: rad/s, then m/s2.
 pub type Covariance = SMatrix<f64, BIASES, BIASES>;
 
-/// Correlation time of a bias's part that changes in run, s: where instabilities have their floor.
-const IN_RUN_S: f64 = 600.0;
-/// Floor of the Allan deviation of a flicker noise, which datasheets give, as a share of the noise's
-/// own coefficient (IEEE Std 952-1997, C.1.1).
+/// A bias changes in run by a flicker noise. Two processes of these correlation times, s, stand for
+/// it, each with the variance of a decade and a half of its spectrum `B^2 / (2 pi f)`, in shares of
+/// `B`: `sqrt(1.5 ln 10 / (2 pi))`.
+const IN_RUN_S: [f64; 2] = [20.0, 600.0];
+const OF_FLICKER: f64 = 0.741;
+/// Floor of the Allan deviation of a flicker noise, which datasheets give, in shares of `B` (IEEE Std
+/// 952-1997, C.1.1).
 const FLOOR: f64 = 0.664;
 
 /// Everything that the datasheet says: the walking biases, 3x3 matrices of both triads, the gyros'
@@ -35,19 +38,24 @@ fn all(assumptions: &Assumptions) -> ErrorModel {
     let mut model = ErrorModel::with_matrices(&assumptions.prior);
     let sigma = assumptions.g_sensitivity;
     let changes = [assumptions.prior.gyro_bias, assumptions.prior.accel_bias];
-    let in_run = |axis, triad: Triad| {
-        let sigma = assumptions.in_run[triad.index()] * changes[triad.index()] / FLOOR;
-        vec![Parameter {
-            walk: sigma * (2.0 / IN_RUN_S).sqrt(),
-            time_s: IN_RUN_S,
-            ..Parameter::constant(triad, axis, Regressor::One, sigma)
-        }]
+    let in_run = |time_s: f64| {
+        move |axis, triad: Triad| {
+            let floor = assumptions.in_run[triad.index()] * changes[triad.index()];
+            let sigma = floor * OF_FLICKER / FLOOR;
+            vec![Parameter {
+                walk: sigma * (2.0 / time_s).sqrt(),
+                time_s,
+                ..Parameter::constant(triad, axis, Regressor::One, sigma)
+            }]
+        }
     };
     let by_force =
         |axis| move |j| Parameter::constant(Triad::Gyro, axis, Regressor::Force(j), sigma);
     let each = (0..3).flat_map(|axis| (0..3).map(by_force(axis)));
     model.parameters.extend(each);
-    model.extend(in_run);
+    IN_RUN_S
+        .iter()
+        .for_each(|time_s| model.extend(in_run(*time_s)));
     model
 }
 
@@ -83,9 +91,11 @@ pub fn considered(
 
 /// The covariance of the biases with their parts that change in run.
 fn of_sums(p: &DMatrix<f64>) -> Covariance {
-    let last = p.nrows() - BIASES;
-    let of = |i, j| p.fixed_view::<BIASES, BIASES>(i, j).into_owned();
-    of(NAV, NAV) + of(NAV, last) + of(last, NAV) + of(last, last)
+    let parts = (1..=IN_RUN_S.len()).map(|k| p.nrows() - k * BIASES);
+    let parts: Vec<usize> = parts.chain([NAV]).collect();
+    let of = |i: &usize, j: &usize| p.fixed_view::<BIASES, BIASES>(*i, *j).into_owned();
+    let pairs = parts.iter().flat_map(|i| parts.iter().map(move |j| (i, j)));
+    pairs.map(|(i, j)| of(i, j)).sum()
 }
 
 /// A fix with the gains of the filter whose covariance before it is `own`.
