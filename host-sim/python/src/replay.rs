@@ -127,11 +127,12 @@ impl Replay {
 ///
 /// unit: by default the one that the recording names, else "medium". learn_s: seconds to
 /// learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and
-/// heading; default (0.1, 0.5).
+/// heading; default (0.1, 0.5). own_start: navigation without fixes starts from each scheme's own
+/// aided state, and not from one state for all.
 #[pyfunction]
 #[pyo3(signature = (
     recording, unit=None, *, learn_s=None, estimate_time_offset=false,
-    attitude_sigma_deg=(0.1, 0.5)
+    attitude_sigma_deg=(0.1, 0.5), own_start=false
 ))]
 pub fn replay(
     py: Python<'_>,
@@ -140,6 +141,7 @@ pub fn replay(
     learn_s: Option<usize>,
     estimate_time_offset: bool,
     attitude_sigma_deg: (f64, f64),
+    own_start: bool,
 ) -> PyResult<Replay> {
     let given = unit.map(UnitOrName::unit).transpose()?;
     let attitude_sigma = [attitude_sigma_deg.0, attitude_sigma_deg.1];
@@ -155,6 +157,7 @@ pub fn replay(
         estimate_time_offset,
         attitude_sigma: attitude_sigma.map(|s| s * DEG),
         part: None,
+        own_start,
         corrected_by: None,
         option: |name| name.replace('-', "_"),
     };

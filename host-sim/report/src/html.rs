@@ -241,7 +241,7 @@ mod tests {
         assert!(at("<b>Verdict: mixed.") < at("strapdown navigator adds up"));
         assert!(text.contains("Worse than that: ls-3x3") && text.contains("Better than that: rnn"));
         let nothing = Results {
-            schema: 2,
+            schema: 3,
             scenario: "x".into(),
             seed: 0,
             rows: vec![],

@@ -61,7 +61,7 @@ mod tests {
             horizontal_m: 949.273,
         };
         Results {
-            schema: 2,
+            schema: 3,
             scenario: "paper".into(),
             seed: 7,
             rows: vec![row],
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn the_format_stays_as_it_is() {
-        let expected = r#"{"schema":2,"scenario":"paper","seed":7,"rows":[{"t_s":300,"scheme":"raw","d_north_m":181.25,"d_east_m":-931.81,"d_vn_mps":-5.0,"d_ve_mps":-2.31,"horizontal_m":949.273}]}"#;
+        let expected = r#"{"schema":3,"scenario":"paper","seed":7,"rows":[{"t_s":300,"scheme":"raw","d_north_m":181.25,"d_east_m":-931.81,"d_vn_mps":-5.0,"d_ve_mps":-2.31,"horizontal_m":949.273}]}"#;
         let text = json(&results()).unwrap();
         assert_eq!(text.split_whitespace().collect::<String>(), expected);
         assert!(text.ends_with("}\n"));

@@ -76,6 +76,7 @@ fn case(k: usize, outcome: &Outcome, figures: &[Drawn]) -> Markup {
         h2 { (outcome.recording) ": " (outcome.case) }
         (verdict(&of_outcome(outcome)))
         aside { ul { @for note in &outcome.notes { li { (note) } } } }
+        p { (outcome.start) }
         (table(outcome))
         p.legend {
             "Errors are positive north and east. The seconds are those since the start of "

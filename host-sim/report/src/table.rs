@@ -116,7 +116,7 @@ mod tests {
 
     fn results(rows: Vec<Row>) -> Results {
         Results {
-            schema: 2,
+            schema: 3,
             scenario: "test".into(),
             seed: 1,
             rows,

@@ -23,6 +23,11 @@ pub(super) fn scheme(name: &str) -> Option<Cow<'static, str>> {
         let text = "that remembers over power-off what earlier drives of the unit have taught it";
         return Some(format!("{filter} {text}").into());
     }
+    if let Some(filter) = name.strip_suffix("-tight") {
+        let text = "that remembers a unit as real ones are: from one power-on to the next it hardly \
+                    moves, unless the fixes show that it has stepped";
+        return Some(format!("{filter} {text}").into());
+    }
     part_of_the_bank(name)
         .or_else(|| after_drives(name))
         .map(Cow::from)
@@ -83,6 +88,8 @@ fn of_name(name: &str) -> Option<&'static str> {
              itself is stored, and corrects from the next power-on on. Until then \
              nothing is corrected"
         }
+        "rest" => "the mean rate of the gyros over the standstill, less the Earth's, taken off",
+        "last" => "the biases that ekf6 had at the end of the drive before, taken off",
         "zupt" => {
             "ekf6 that goes on as a filter without fixes and takes the velocity at the stops of \
              the drive as zero"

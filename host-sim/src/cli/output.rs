@@ -139,7 +139,13 @@ impl Output {
                 println!("  {sentence}");
             }
         }
-        println!("\nhorizontal error in m, by seconds of free-inertial navigation\n\n{table}");
+        println!("\nhorizontal error in m, by seconds of free-inertial navigation");
+        let mut starts: Vec<&str> = outcomes.iter().map(|of| of.start.as_str()).collect();
+        starts.dedup();
+        for start in starts {
+            println!("{start}");
+        }
+        println!("\n{table}");
         for outcome in outcomes {
             for note in &outcome.notes {
                 println!("- {}, {}: {note}", outcome.recording, outcome.case);

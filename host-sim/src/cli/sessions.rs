@@ -4,9 +4,11 @@ use super::options::{positive, refused};
 use super::output::JsonOption;
 use super::progress;
 use super::recording;
+use super::user_recording::StartFrom;
 use clap::Args as ClapArgs;
+use firmware::app::blackbox::read::events;
 use host_core::error::Error;
-use host_device::hil::MemoryFlash;
+use host_device::hil::{MemoryFlash, blackbox};
 use host_io::output::write_atomic;
 use host_lab::experiment::sessions::{self, Judged, PaperRow, Plan, Row, Timeline};
 use host_lab::learning::device::Device;
@@ -15,8 +17,10 @@ use host_unit::Unit;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Version of the JSON.
-const SCHEMA: u32 = 1;
+/// Version of the JSON. 1 did not say where coasts `start`.
+const SCHEMA: u32 = 2;
+/// The text of a black box is shorter, bytes.
+const MOST_OF_A_BLACK_BOX: u64 = 100_000;
 
 /// Several sessions of one unit, each from power-on to power-off; the device's store goes from one
 /// to the next.
@@ -40,6 +44,9 @@ pub(super) struct Sessions {
     /// No scheme has fixes
     #[arg(long)]
     no_fixes: bool,
+    /// State from which coasts start
+    #[arg(long, value_enum, default_value_t = StartFrom::Common, value_name = "WHICH")]
+    start: StartFrom,
     /// Begin with the content of this device's flash, and write it back; a file that does not exist
     /// is a device that knows nothing yet
     #[arg(long, value_name = "FILE")]
@@ -81,6 +88,7 @@ struct Entry {
 struct Results<'a> {
     schema: u32,
     unit: &'a str,
+    start: &'static str,
     sessions: &'a [Judged],
     rows: Vec<&'a Row>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -109,6 +117,7 @@ impl Sessions {
             configuration,
             horizons,
             no_fixes: self.no_fixes,
+            own_start: self.start == StartFrom::Own,
         };
         let (mut of_unit, mut drives) = (sessions::Unit::new(plan.clone(), device), Vec::new());
         let bar = progress::bar(
@@ -118,6 +127,7 @@ impl Sessions {
         let mut all: Vec<Judged> = Vec::new();
         let judged = entries.iter().try_for_each(|entry| {
             let options = ["--unit".to_owned(), unit_name.clone()];
+            no_black_box(&entry.file)?;
             let opened = recording::open(std::slice::from_ref(&entry.file), &options)?;
             let timeline = Timeline::of(&entry.name(), &opened.record)?;
             drop(opened);
@@ -142,16 +152,17 @@ impl Sessions {
         let results = Results {
             schema: SCHEMA,
             unit: &unit.name,
+            start: plan.start(),
             sessions: &all,
             rows,
             paper,
         };
         self.json.write(&results)?;
         if let Some(file) = &self.page {
-            let page = host_report::sessions::document(&unit.name, &all).page()?;
+            let page = host_report::sessions::document(&unit.name, &all, plan.start()).page()?;
             write_atomic(file, page.as_bytes())?;
         }
-        print!("{}", host_report::sessions::text(&all));
+        print!("{}", host_report::sessions::text(&all, plan.start()));
         if let Some(rows) = &results.paper {
             print!("{}", host_report::sessions::paper(rows));
         }
@@ -265,6 +276,27 @@ fn in_order(entries: &[Entry], unit: &Unit) -> Result<(), Error> {
             ))
         }
     }
+}
+
+/// Refuses the file of a black box, which holds far less than a session.
+fn no_black_box(file: &Path) -> Result<(), Error> {
+    let small = file
+        .metadata()
+        .is_ok_and(|of| of.is_file() && of.len() < MOST_OF_A_BLACK_BOX);
+    let Some((configuration, memory)) = small.then(|| blackbox::read(file).ok()).flatten() else {
+        return Ok(());
+    };
+    let pages = blackbox::play(configuration.as_ref(), &memory);
+    let bytes: usize = pages.iter().map(|page| page.bytes).sum();
+    let seen = events(&memory).count();
+    let problem = format!(
+        "is a black box: {bytes} bytes of the sensor's line in {} pages and {seen} events, and no \
+         fixes; a session needs the samples and fixes of a whole drive",
+        pages.len()
+    );
+    let remedy = "record both lines of the drive for a session; `host-sim replay blackbox FILE` plays \
+                  what this file holds";
+    Err(refused(file.display().to_string(), problem, remedy))
 }
 
 /// The device whose flash is in a file.

@@ -32,6 +32,15 @@ pub(super) const STAGES: [(&str, f64); 4] = [
     (WRITING, 0.6),
 ];
 
+/// Where navigation without fixes starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub(super) enum StartFrom {
+    /// All rows from one state, which no row's corrections shape
+    Common,
+    /// Each row from the state of its own aided navigator
+    Own,
+}
+
 /// Assumptions on the sensors, and the part to learn from.
 #[derive(Debug, ClapArgs)]
 pub(super) struct Options {
@@ -60,6 +69,9 @@ pub(super) struct Options {
     /// each aligned by itself]
     #[arg(long, value_name = "NUMBER")]
     part: Option<usize>,
+    /// State from which navigation without fixes starts
+    #[arg(long, value_enum, default_value_t = StartFrom::Common, value_name = "WHICH")]
+    start: StartFrom,
     #[command(flatten)]
     corrected: CorrectedOptions,
     #[command(flatten)]
@@ -270,6 +282,7 @@ impl Options {
             estimate_time_offset: self.recording.estimate_time_offset,
             attitude_sigma: self.attitude_sigma()?,
             part: self.part,
+            own_start: self.start == StartFrom::Own,
             corrected_by: corrected
                 .as_ref()
                 .and(self.corrected.scheme())
@@ -303,6 +316,7 @@ impl Options {
             ("--learn-s", self.learn_s.is_some()),
             ("--strict", self.strict),
             ("--part", self.part.is_some()),
+            ("--start", self.start != StartFrom::Common),
             ("--attitude-sigma", self.attitude_sigma != [0.1, 0.5]),
             (
                 "--estimate-time-offset",

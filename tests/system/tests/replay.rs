@@ -152,3 +152,28 @@ fn other_recordings_run_and_wrong_files_are_named() {
     );
     run(&["novatel", &file("novatel-ins2.gps"), "--inventory"]).success();
 }
+
+/// A black box holds a fraction of a second of the sensor's line and no fixes: it is refused as a
+/// session by what it holds.
+#[test]
+fn a_black_box_is_no_session() {
+    let dir = tempfile::tempdir().unwrap();
+    let head = "4c524242010001020000000000000000000000000000000000000000858baa4f";
+    let memory = head.to_owned() + &"0".repeat(2 * (3072 - 32));
+    let content = serde_json::json!({
+        "blackbox": 1, "firmware": [0, 1, 0], "holds_because": "it was asked to",
+        "configuration": "", "memory": memory,
+    });
+    std::fs::write(dir.path().join("box.json"), content.to_string()).unwrap();
+    let done = Command::new(system::host_sim_binary())
+        .current_dir(dir.path())
+        .args(["replay", "sessions", "medium", "box.json"])
+        .assert()
+        .failure();
+    let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    assert!(
+        said.contains("box.json: is a black box: 0 bytes of the sensor's line"),
+        "{said}"
+    );
+    assert!(said.contains("replay blackbox"), "{said}");
+}

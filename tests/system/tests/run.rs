@@ -107,7 +107,7 @@ fn the_first_page_shows_the_first_replay() {
         printed.contains("corrects nothing; has proved nothing: "),
         "{printed}"
     );
-    assert!(printed.contains("(raw) end 417 m off"), "{printed}");
+    assert!(printed.contains("(raw) end 186 m off"), "{printed}");
 }
 
 #[test]

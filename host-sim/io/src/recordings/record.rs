@@ -391,7 +391,7 @@ pub(super) fn track(fixes: &[TimedFix]) -> Track {
         }
     };
     let states = placed().map(&mut state).collect();
-    let mut track = Track::new(placed().map(|f| f.time).collect(), states);
+    let mut track = Track::new(placed().map(|f| f.time).collect(), states).without_attitude();
     let measured: Vec<[bool; 3]> = placed()
         .map(|f| [3, 4, 5].map(|i| f.has(i..i + 1)))
         .collect();

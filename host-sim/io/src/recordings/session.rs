@@ -95,8 +95,9 @@ pub(super) fn referenced(
     Session::new(dt, samples, reference, fixes)
 }
 
-/// The recording from the first fix within the motion on, in whole seconds. The attitude of its
-/// reference states is the initial attitude, which is only right at the first epoch.
+/// The recording from the first fix within the motion on, in whole seconds. The first reference
+/// state has the initial attitude. So have all others of a reference without attitudes, where it is
+/// not right.
 pub(super) fn build(parts: &Parts<'_>) -> Result<Prepared, Error> {
     let complain = |problem, remedy: &str| complain(&parts.file, "time", problem, remedy);
     let (begin, end) = span(parts);
@@ -136,9 +137,9 @@ pub(super) fn build(parts: &Parts<'_>) -> Result<Prepared, Error> {
     rounded(increments, &FINE_LSB).try_for_each(|count| counts.push(count.map_err(too_large)?))?;
     let counts = counts.finish()?;
     let time = |k: usize| begin + k as f64 * EPOCH_S;
-    let state = |k: usize| NavState {
-        q_bn,
-        ..parts.reference.at(time(k))
+    let state = |k: usize| match parts.reference.at(time(k)) {
+        state if k > 0 && parts.reference.has_attitude() => state,
+        state => NavState { q_bn, ..state },
     };
     let reference: Vec<NavState> = (0..=epochs).map(state).collect();
     let fixes = match parts.fixes {

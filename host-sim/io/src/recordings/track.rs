@@ -8,6 +8,8 @@ use host_core::inertial::sins::NavState;
 pub struct Track {
     time: Vec<f64>,
     states: Vec<NavState>,
+    /// The states lack the attitude.
+    flat: bool,
 }
 
 impl Track {
@@ -15,7 +17,23 @@ impl Track {
     #[must_use]
     pub fn new(time: Vec<f64>, states: Vec<NavState>) -> Self {
         debug_assert!(time.len() == states.len() && time.is_sorted());
-        Self { time, states }
+        Self {
+            time,
+            states,
+            flat: false,
+        }
+    }
+
+    /// The same track, whose attitudes mean nothing.
+    #[must_use]
+    pub fn without_attitude(self) -> Self {
+        Self { flat: true, ..self }
+    }
+
+    /// Whether its states have an attitude.
+    #[must_use]
+    pub fn has_attitude(&self) -> bool {
+        !self.flat
     }
 
     /// The same states `seconds` later.

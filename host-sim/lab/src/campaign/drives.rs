@@ -2,6 +2,7 @@
 //! own start where starts are mixed.
 
 use super::memory::{DEVICE, Memory, REMEMBERING, uses};
+use super::rivals;
 use super::{AIDED_S, Campaign, Case, Group, Part, STANDSTILL_S, Seeds, Tuning};
 use host_core::error::Error;
 use host_core::simulator::imu::ImuSpec;
@@ -53,7 +54,12 @@ impl Campaign {
         let stores = self.schemes().any(|(scheme, _)| *scheme == DEVICE);
         let last = self.drives.iter().copied().max().unwrap_or(0);
         let mut known = Known::new();
-        if filters.is_empty() && !stores {
+        let rivals: Vec<&str> = self
+            .schemes()
+            .map(|(scheme, _)| *scheme)
+            .filter(|scheme| rivals::remembers(scheme))
+            .collect();
+        if filters.is_empty() && !stores && rivals.is_empty() {
             return Ok(known);
         }
         let mut present = Known::new();
@@ -70,6 +76,9 @@ impl Campaign {
                 case.tuned(tuning.of(model), |case| {
                     for index in &filters {
                         memory.keep(*index, case).ok_or_else(lost)?;
+                    }
+                    for scheme in &rivals {
+                        memory.recall(scheme, case).ok_or_else(lost)?;
                     }
                     if stores {
                         memory.store(case);

@@ -6,6 +6,7 @@
 use super::against_none::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
 use super::limit::corrected;
+use super::rivals::{self, Known};
 use super::schemes::{Case, FILTERS, before_drive};
 use crate::learning::device::Device;
 use crate::learning::teacher::{Assumptions, aligned_knowing};
@@ -44,7 +45,7 @@ pub fn without_memory(scheme: &str) -> Option<&'static str> {
 /// Whether a scheme uses its memory of earlier drives.
 #[must_use]
 pub fn remembers(scheme: &str) -> bool {
-    without_memory(scheme).is_some() || scheme == DEVICE
+    without_memory(scheme).is_some() || scheme == DEVICE || rivals::remembers(scheme)
 }
 
 /// Whether a scheme uses the memory of the filter number `index`.
@@ -69,6 +70,8 @@ pub struct Memory {
     filters: [Vec<StoredModel>; REMEMBERING.len()],
     /// The device, once it has had a drive.
     device: Option<Device>,
+    /// What the rivals remember.
+    rivals: Known,
 }
 
 /// One model at the end of a drive.
@@ -97,6 +100,16 @@ impl Memory {
         let passed = pass(index, case, turn_on, &self.filters[index])?;
         self.filters[index] = stored_models(index, case, turn_on, &self.filters[index], &passed);
         Some(())
+    }
+
+    /// What the rivals remember.
+    pub(super) fn rivals(&self) -> &Known {
+        &self.rivals
+    }
+
+    /// Runs one of the rivals with a memory through a drive. `None`: no attitude.
+    pub(super) fn recall(&mut self, scheme: &str, case: &Case<'_>) -> Option<()> {
+        self.rivals.keep(scheme, case)
     }
 
     /// Runs the device through a drive.

@@ -193,3 +193,32 @@ fn the_search_finds_what_stays() {
     campaign.drives = vec![0];
     assert_eq!(campaign.tuning_rounds(), 1);
 }
+
+/// The rivals of `replay sessions` take part where they are named. What remembers this unit's
+/// constant biases has a much smaller error than before its first drive, and `last` is `none` before
+/// that.
+#[test]
+fn rivals_take_part_where_they_are_named() {
+    let tight = ["ekf6-tight", "ekf12-tight", "ekf24-tight"];
+    let names = [&["none", "rest", "last"][..], &tight].concat();
+    let mut named = campaign(&[0, 2], false, &names);
+    named.models = vec![ErrorModelName::Linear.into()];
+    let rows = named.run(&Tuning::default(), 14).unwrap();
+    let end = |scheme: &str, drives| row(&rows, scheme, drives).horizontal_m[4];
+    assert!((end("last", 0) / end("none", 0) - 1.0).abs() < 1e-6);
+    assert_eq!(end("rest", 0), end("rest", 2));
+    assert_ne!(end("rest", 0), end("none", 0));
+    for scheme in ["last"].into_iter().chain(tight) {
+        let (with, without) = (end(scheme, 2), end(scheme, 0));
+        println!("{scheme}: {with} of {without} m");
+        assert!(with < 0.5 * without, "{scheme}: {with} of {without} m");
+    }
+    let all = campaign(&[0], true, &[]).names();
+    assert!(all.iter().any(|name| name == "ekf6-memory"));
+    assert!(
+        !names[1..]
+            .iter()
+            .any(|name| all.iter().any(|of| of == name)),
+        "{all:?}"
+    );
+}

@@ -17,6 +17,7 @@ mod measuring;
 mod memory;
 mod ratios;
 mod results;
+mod rivals;
 pub mod runs;
 mod schemes;
 pub mod start;
@@ -75,7 +76,7 @@ pub struct Campaign {
     pub out: PathBuf,
     /// Whether to keep finished runs of an earlier start.
     pub resume: bool,
-    /// Only these schemes; empty: all.
+    /// Only these schemes; empty: all but the rivals of `replay sessions`.
     pub schemes: Vec<String>,
     /// Also the parts of the bank: [`ablations`].
     pub ablation: bool,
@@ -199,7 +200,10 @@ impl Campaign {
 
     /// Whether a scheme takes part.
     fn wants(&self, name: &str) -> bool {
-        self.schemes.is_empty() || self.schemes.iter().any(|s| s == name)
+        match self.schemes.is_empty() {
+            true => !rivals::is_rival(name),
+            false => self.schemes.iter().any(|s| s == name),
+        }
     }
 
     /// Whether a classical filter takes part with a walk that is searched for.

@@ -5,6 +5,7 @@ use super::bench::{self, Bench, Task};
 use super::causes::{Size, enlarged, enlarged_configuration};
 use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
+use super::rivals;
 use super::zupt::zupt;
 use crate::learning::device::Device;
 use crate::learning::fit::{Use, fit};
@@ -151,7 +152,8 @@ pub struct Knowledge<'a> {
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
 /// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-pub const SCHEMES: [(&str, Scheme); 28] = [
+/// Those of `rivals` take part only where they are named.
+pub const SCHEMES: [(&str, Scheme); 33] = [
     ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
     ("ekf6", |c| by_datasheet::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
@@ -186,6 +188,11 @@ pub const SCHEMES: [(&str, Scheme); 28] = [
     }),
     ("device", device),
     ("zupt", zupt),
+    ("rest", rivals::rest),
+    ("last", rivals::last),
+    ("ekf6-tight", |c| rivals::tight::<0>(c)),
+    ("ekf12-tight", |c| rivals::tight::<1>(c)),
+    ("ekf24-tight", |c| rivals::tight::<2>(c)),
 ];
 
 /// Parts of the bank, to compare the hypotheses of the learner: their names, and the hypotheses

@@ -1,7 +1,7 @@
 //! The road drives of KITTI: each half is used once for learning and once for judging.
 
 use crate::experiment::outcome::Outcome;
-use crate::experiment::protocol::{Settings, Split, judge};
+use crate::experiment::protocol::{Begins, Settings, Split, judge};
 use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use crate::learning::window::NetworkSpec;
@@ -29,6 +29,7 @@ pub fn settings(unit: &Unit) -> Result<Settings, Error> {
             velocity: SIGMAS[3],
             position: SIGMAS[0],
         }),
+        begins: Begins::Reference,
         promoted_only: false,
         network: NetworkSpec::short(),
         times_s: vec![10, 20, 30, 40, 50],

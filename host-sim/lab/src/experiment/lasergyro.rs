@@ -2,7 +2,7 @@
 //! navigation to the end, raw and compensated.
 
 use crate::experiment::outcome::Bench;
-use crate::experiment::protocol::{self, Settings, Split};
+use crate::experiment::protocol::{self, Begins, Settings, Split};
 use crate::experiment::results::{Curves, Report, Results, SCHEMA};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
 use crate::learning::device::Device;
@@ -153,6 +153,7 @@ pub fn replay(recording: &Recording, learn_s: u32, unit: &Unit) -> Result<Option
         device: Device::of_unit(unit)?,
         start_sigma: None,
         network: network(),
+        begins: Begins::Own,
         promoted_only: true,
         times_s: Vec::new(),
     };

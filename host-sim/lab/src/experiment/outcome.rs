@@ -4,7 +4,7 @@ use crate::experiment::doubts::Warning;
 use crate::experiment::error_bound::error_bound;
 use crate::experiment::protocol::Judged;
 use crate::experiment::results::{Curves, Row};
-use crate::learning::device::{Course, Diary};
+use crate::learning::device::{Course, Diary, Entry};
 use firmware::compensator::Limit;
 use firmware::model::Nets;
 use host_core::inertial::free_inertial::FreeInertial;
@@ -19,6 +19,10 @@ pub struct Bench {
     pub course: Course,
     /// The course of its learning.
     pub diary: Diary,
+    /// Standard deviations of six biases after each second of the learning part, rad/s, then m/s2:
+    /// what a filter can know of them that does not estimate scale factors, misalignments and
+    /// g-sensitivity, by the unit file's sigmas of these.
+    pub considered: Vec<[f64; 6]>,
     /// The networks that act from the next power-on.
     pub nets: Nets,
     /// Largest error that corrections within their limits can add 5, 10, 15, 20 and 22 min after an
@@ -38,6 +42,17 @@ pub struct Bench {
 }
 
 impl Bench {
+    /// Standard deviation of a bias that the device believed in an entry of its diary: the larger of
+    /// what it claims and of [`Self::considered`].
+    #[must_use]
+    pub fn sigma(&self, entry: &Entry, axis: usize) -> f64 {
+        let then = entry
+            .t_s
+            .checked_sub(1)
+            .and_then(|k| self.considered.get(k));
+        f64::from(entry.sigma[axis]).max(then.map_or(0.0, |of| of[axis]))
+    }
+
     /// The results of a session that was judged against its fixes.
     #[must_use]
     pub(super) fn of(
@@ -55,6 +70,7 @@ impl Bench {
         Self {
             course: device.course.clone(),
             diary: device.diary.clone(),
+            considered: device.considered.clone(),
             nets: device.nets,
             bound_m: bound.table(),
             bound: sentence,
@@ -75,6 +91,8 @@ pub struct Outcome {
     pub recording: String,
     /// The learning part and the judged part.
     pub case: String,
+    /// Where the navigators begin the judged part, in a sentence.
+    pub start: String,
     /// Rows, times ascending, schemes in display order within a time.
     pub rows: Vec<Row>,
     /// Notes for the reader, in sentences.
@@ -169,6 +187,7 @@ mod tests {
             schema: SCHEMA,
             recording: "r".into(),
             case: "c".into(),
+            start: String::new(),
             rows,
             notes: Vec::new(),
             warnings: Vec::new(),

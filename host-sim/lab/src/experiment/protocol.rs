@@ -4,15 +4,9 @@
 //! Without a standstill, the first attitude is the reference's. Over the learning part the schemes
 //! learn from fixes of the reference. Then navigation is free inertial.
 //!
-//! When the judged part follows the learning part, each scheme's own aided navigator carries its
-//! state over. It has no sensor errors in its state, except in the filters. When the judged part
-//! precedes the learning part, free-inertial navigation begins at the reference's state, and the
-//! compensator starts there with its networks' state at power-on.
-//!
-//! Learnt errors belong to the attitude that the teacher found. That attitude differs from the
-//! reference's by the mounting: a tilt of 1 mrad and an accelerometer bias of 1000 ug are the same
-//! to the teacher. So for all schemes that learnt, the first attitude is turned by the mean
-//! difference over the learning part; for the filters, by the difference at its end.
+//! All navigators begin the judged part at one state, which no scheme's parameters shape
+//! ([`Begins`]). If each began at the state of its own aided navigator, a good correction would pay
+//! for a start without it: the tilt and the biases of an aided navigator hide each other.
 //!
 //! The device learns on the learning part with its fixes, is switched off, and is switched on again
 //! with its store for the judged part, where it has no fixes. With a live activation it goes on
@@ -26,9 +20,11 @@
 //! | `rnn` | through the compensator, with two networks taught from the same references |
 //! | `device` | as they leave the firmware's own application (`learning::device`) |
 
+mod begins;
 mod device;
 mod learnt;
 
+pub use begins::Begins;
 pub(in crate::experiment) use device::{Judged, judged};
 
 use crate::experiment::correction::Correction;
@@ -42,14 +38,12 @@ use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::teacher::{Assumptions, Nominal};
 use crate::learning::window::{NetworkSpec, compensator};
 use host_core::error::Error;
-use host_core::inertial::ekf::{ErrorModel, InitialSigma, Smoothed, smooth};
+use host_core::inertial::ekf::{ErrorModel, InitialSigma};
 use host_core::inertial::free_inertial::{FreeInertial, free_inertial};
 use host_core::inertial::motion::Increments;
-use host_core::inertial::rotation::from_rotvec;
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::NavState;
 use learnt::{Learnt, aided};
-use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
 /// The learning part and the judged part, in epochs of the session.
@@ -109,6 +103,8 @@ pub struct Settings {
     /// Errors of the reference as the state of this IMU, mounting included. `None`: those of a
     /// self-alignment.
     pub start_sigma: Option<InitialSigma>,
+    /// Where the navigators begin the judged part.
+    pub begins: Begins,
     /// Settings of the training.
     pub network: NetworkSpec,
     /// Whether `rnn` uses only networks that are proven on a held-back part, as on the device.
@@ -165,7 +161,8 @@ fn outcome(
     settings: &Settings,
     learnt: Learnt,
 ) -> Option<Outcome> {
-    let solutions = solutions(session, split, settings, &learnt)?;
+    let (begin, start) = begins::begin(session, split, settings, &learnt)?;
+    let solutions = solutions(session, split, settings, &learnt, begin)?;
     let Learnt {
         lesson,
         nominal,
@@ -206,6 +203,7 @@ fn outcome(
         schema: SCHEMA,
         recording: recording.to_owned(),
         case: split.case(),
+        start,
         rows: rows(&solutions, &times_s),
         notes,
         warnings: Vec::new(),
@@ -218,81 +216,50 @@ fn outcome(
     })
 }
 
-/// Free inertial navigation of every scheme over the part that is judged.
+/// Free inertial navigation of every scheme over the part that is judged: from `begin`, or each
+/// from its own aided state.
 fn solutions(
     session: &Session,
     split: &Split,
     settings: &Settings,
     learnt: &Learnt,
+    begin: Option<NavState>,
 ) -> Option<Vec<(&'static str, FreeInertial)>> {
-    let follows = split.follows();
-    let (range, from) = match follows {
+    let (range, from) = match split.follows() {
         true => (split.learn.start..split.judge.end, learnt.lesson.epochs()),
         false => (split.judge.clone(), 0),
     };
     let run = session.cut(&range);
     let to = run.epochs();
-    let mut turned = run.referenced(0);
-    if !follows {
-        turned.q_bn *= mounting(&learnt.lesson, &learnt.nominal);
-    }
+    let own = |increments: &Increments<'_>| {
+        let plain = || aided(&run, increments, ErrorModel::default(), settings, from);
+        begin.or_else(|| Some(plain()?.sins.nav))
+    };
     let mut out: Vec<(&str, FreeInertial)> = Vec::new();
     for (scheme, increments) in corrected(&run, &learnt.fitted) {
-        let nav = match (follows, scheme) {
-            (true, _) => {
-                let filter = aided(&run, &increments, ErrorModel::default(), settings, from)?;
-                filter.sins.nav
-            }
-            (false, "raw") => run.referenced(0),
-            (false, _) => turned,
-        };
+        let nav = own(&increments)?;
         out.push((scheme, free_inertial(&run, &increments, nav, from, to)));
     }
-    let end = &learnt.lesson.reference[learnt.lesson.epochs()];
-    let as_left = |nav: &NavState| NavState {
-        q_bn: run.reference[0].q_bn * (end.q_bn.inverse() * nav.q_bn),
-        ..run.referenced(0)
-    };
     for (k, (name, filter)) in learnt.filters.iter().enumerate() {
         let step = run.step_s();
         let frozen = run.motion().map(move |w| filter.corrected(w, step));
-        let nav = if follows {
-            filter.sins.nav
-        } else {
-            as_left(&filter.sins.nav)
-        };
+        let nav = begin.unwrap_or(filter.sins.nav);
         out.insert(3 + k, (name, free_inertial(&run, &frozen, nav, from, to)));
     }
     let device = match learnt.device.changed {
         false => out.first()?.1.clone(),
         true => {
-            let own = Session {
+            let own_samples = Session {
                 counts: learnt.device.corrected.clone(),
                 ..run.clone()
             };
-            let increments = own.motion();
-            let nav = match follows {
-                true => {
-                    let plain = ErrorModel::default();
-                    aided(&run, &increments, plain, settings, from)?.sins.nav
-                }
-                false => turned,
-            };
+            let increments = own_samples.motion();
+            let nav = own(&increments)?;
             free_inertial(&run, &increments, nav, from, to)
         }
     };
     out.push(("device", device));
     Some(out)
-}
-
-/// Mean rotation from the reference's body axes to those the teacher found.
-fn mounting(lesson: &Session, nominal: &Nominal) -> UnitQuaternion<f64> {
-    let smoothed = smooth(&nominal.records);
-    let turn = |k: usize, s: &Smoothed| {
-        (lesson.reference[nominal.first + k].q_bn.inverse() * s.nav.q_bn).scaled_axis()
-    };
-    let sum: Vector3<f64> = smoothed.iter().enumerate().map(|(k, s)| turn(k, s)).sum();
-    from_rotvec(&(sum / smoothed.len().max(1) as f64))
 }
 
 /// Increments of the schemes that need no filter of their own.

@@ -6,8 +6,9 @@ use host_core::inertial::session::EPOCH_S;
 use host_core::inertial::units::MIN;
 
 /// Version of the JSON of `run` and `replay`. 1 had no version, and the row `rnn-kalman` in place
-/// of `device`.
-pub const SCHEMA: u32 = 2;
+/// of `device`; in 2 the navigators of a replay began at states of their own, and `start` is not
+/// there.
+pub const SCHEMA: u32 = 3;
 
 /// Errors of one scheme at one time, compared with the reference.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]

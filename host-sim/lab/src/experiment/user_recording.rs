@@ -9,7 +9,7 @@ pub use replay::{Replayed, Step, Wanted, no_attitude, replay};
 use crate::experiment::correction::Correction;
 use crate::experiment::doubts::{Class, Says, Warning, doubts};
 use crate::experiment::outcome::Outcome;
-use crate::experiment::protocol::{Settings, Split, judge_and_correct};
+use crate::experiment::protocol::{Begins, Settings, Split, judge_and_correct};
 use crate::experiment::time_offset::{contradicted, settle};
 use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
@@ -37,6 +37,8 @@ pub struct Plan {
     pub device: Device,
     /// Epochs to learn from, standstill included. By default the standstill and half of the rest.
     pub learn: Option<usize>,
+    /// Where the navigators begin the judged part.
+    pub begins: Begins,
 }
 
 impl Plan {
@@ -117,6 +119,7 @@ impl Plan {
             assumptions: self.assumptions,
             device: self.device.clone(),
             start_sigma: None,
+            begins: self.begins,
             network: NetworkSpec {
                 held_back: 0.33,
                 ..network

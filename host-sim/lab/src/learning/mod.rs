@@ -3,11 +3,13 @@
 
 pub mod aiding;
 pub mod baseline;
+pub mod considered;
 pub mod corrected;
 pub mod device;
 pub mod fit;
 pub mod fix_learner;
 pub mod in_motion;
 pub mod promotion;
+pub mod recall;
 pub mod teacher;
 pub mod window;

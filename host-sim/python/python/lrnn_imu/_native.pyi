@@ -760,6 +760,7 @@ def replay(
     learn_s: int | None = None,
     estimate_time_offset: bool = False,
     attitude_sigma_deg: tuple[float, float] = ...,
+    own_start: bool = ...,
 ) -> Replay:
     """Learns from the first part of a recording and judges all schemes on the rest.
 

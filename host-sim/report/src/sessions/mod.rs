@@ -9,13 +9,9 @@ use host_lab::experiment::sessions::{self, Judged, PHASES, PaperRow, Row};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Where coasts start.
-const HEAD: &str = "Every coast starts from one state, smoothed from all fixes, that no row's \
-                    parameters shaped.";
-
-/// The tables and sentences on the terminal.
+/// The tables and sentences on the terminal. `start`: where coasts start.
 #[must_use]
-pub fn text(sessions: &[Judged]) -> String {
+pub fn text(sessions: &[Judged], start: &str) -> String {
     let mut out = String::new();
     for of in sessions {
         let _ = writeln!(
@@ -30,7 +26,7 @@ pub fn text(sessions: &[Judged]) -> String {
     let rows: Vec<&Row> = sessions.iter().flat_map(|of| &of.rows).collect();
     let _ = writeln!(
         out,
-        "\nMedian over the sessions of the median horizontal error, m.\n{HEAD}"
+        "\nMedian over the sessions of the median horizontal error, m.\n{start}"
     );
     for phase in PHASES {
         if let Some(table) = table(&rows, phase) {

@@ -1,6 +1,6 @@
 //! The page of several sessions of one unit.
 
-use super::{HEAD, figure, median, of_phase, schemes};
+use super::{figure, median, of_phase, schemes};
 use crate::axis::{Axis, extent, widened};
 use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::document::{Document, Figure, Part, Table};
@@ -27,12 +27,12 @@ const AXES: [(&str, &str); 6] = [
 ];
 const BAND_95: f64 = 1.96;
 
-/// The page. `unit`: its name.
+/// The page. `unit`: its name; `start`: where coasts start.
 #[must_use]
-pub fn document(unit: &str, sessions: &[Judged]) -> Document {
+pub fn document(unit: &str, sessions: &[Judged], start: &str) -> Document {
     let rows: Vec<&Row> = sessions.iter().flat_map(|of| &of.rows).collect();
     let mut parts = vec![course(sessions)];
-    parts.extend(PHASES.iter().filter_map(|phase| part(&rows, phase)));
+    parts.extend(PHASES.iter().filter_map(|phase| part(&rows, phase, start)));
     parts.push(remembered(sessions));
     Document {
         title: format!("{unit}: {} sessions, each from power-on", sessions.len()),
@@ -109,7 +109,7 @@ fn course(sessions: &[Judged]) -> Part {
 }
 
 /// A phase: medians over the sessions, and each session.
-fn part(rows: &[&Row], phase: &str) -> Option<Part> {
+fn part(rows: &[&Row], phase: &str, start: &str) -> Option<Part> {
     let of: Vec<&Row> = of_phase(rows, phase);
     let longest = of.iter().map(|row| row.horizon_s).reduce(f64::max)?;
     let horizons = super::horizons(&of);
@@ -132,7 +132,7 @@ fn part(rows: &[&Row], phase: &str) -> Option<Part> {
         ),
     };
     Some(Part {
-        sentences: vec![means, HEAD.to_owned()],
+        sentences: vec![means, start.to_owned()],
         figures: vec![Figure {
             name: "sessions",
             title: format!("Error after {longest} s without fixes, {phase}"),
@@ -262,7 +262,8 @@ fn remembered(sessions: &[Judged]) -> Part {
             name: "remembered",
             title: "Biases of the unit after each session".into(),
             caption: "Mean and 95 % interval of the unit's own part of each bias, as ekf6-memory \
-                      knows it. What is new at every power-on is not in it."
+                      knows it, as wide as scale factors, misalignments and g-sensitivity of the \
+                      unit file make it. What is new at every power-on is not in it."
                 .into(),
             picture: Picture {
                 size,

@@ -20,9 +20,10 @@ fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
         horizontal_m: *metres,
     };
     Outcome {
-        schema: 2,
+        schema: 3,
         recording: "r".into(),
         case: case.into(),
+        start: String::new(),
         rows: ends.iter().map(row).collect(),
         notes: vec![],
         warnings: vec![],

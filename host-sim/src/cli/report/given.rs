@@ -250,6 +250,7 @@ fn outcome(report: Report) -> Outcome {
         schema: report.results.schema,
         recording: report.results.scenario,
         case,
+        start: String::new(),
         rows: report.results.rows,
         notes: report.notes,
         warnings: vec![],

@@ -24,7 +24,7 @@
 
 use crate::experiment::lasergyro::{self, session as at_rest};
 use crate::experiment::outcome::Outcome;
-use crate::experiment::protocol::{Settings, Split, judge};
+use crate::experiment::protocol::{Begins, Settings, Split, judge};
 use crate::learning::device::Device;
 use crate::learning::teacher::{Assumptions, Start, navigate_from};
 use crate::learning::window::NetworkSpec;
@@ -229,6 +229,7 @@ pub fn replay(
             held_back: 0.33,
             ..NetworkSpec::default()
         },
+        begins: Begins::Reference,
         promoted_only: true,
         times_s: vec![300, 600, 900, 1200, 1320],
     };

@@ -1,7 +1,7 @@
 //! The device in a replay: it learns on the learning part, and goes through the judged part without
 //! fixes.
 
-use super::{Settings, Split};
+use super::{Settings, Split, learnt};
 use crate::learning::device::{Course, Diary, Drive, course, since};
 use firmware::configuration::Activation;
 use firmware::model::Nets;
@@ -23,6 +23,8 @@ pub(in crate::experiment) struct Judged {
     pub course: Course,
     /// The course of its learning.
     pub diary: Diary,
+    /// As [`Bench::considered`](crate::experiment::outcome::Bench::considered).
+    pub considered: Vec<[f64; 6]>,
     /// The networks that act from the next power-on.
     pub nets: Nets,
     /// Describes its row.
@@ -40,6 +42,8 @@ pub(in crate::experiment) fn judged(
     let mut device = settings.device.clone();
     let before = device.stored().0;
     let activation = device.configuration().correction.activation;
+    let lesson = session.cut(&split.learn);
+    let considered = learnt::considered(&lesson, settings);
     let follows = split.follows();
     if follows && activation != Activation::NextPowerOn {
         let run = session.cut(&(split.learn.start..split.judge.end));
@@ -49,9 +53,14 @@ pub(in crate::experiment) fn judged(
             "Without a power-off before the judged part it {}.",
             course.says
         );
-        return of_drives(&[&drive], &drive, (course, device.stored().0, note));
+        return of_drives(
+            &[&drive],
+            &drive,
+            (course, device.stored().0, note),
+            considered,
+        );
     }
-    let learnt = device.drive_session(&session.cut(&split.learn), split.learn.len());
+    let learnt = device.drive_session(&lesson, split.learn.len());
     let course = course(&learnt, &device, &before);
     let nets = device.stored().0;
     let judged = device.drive_session(&session.cut(&split.judge), 0);
@@ -62,13 +71,14 @@ pub(in crate::experiment) fn judged(
     );
     let both = [&learnt, &judged];
     let drives = if follows { &both[..] } else { &both[1..] };
-    of_drives(drives, &learnt, (course, nets, note))
+    of_drives(drives, &learnt, (course, nets, note), considered)
 }
 
 fn of_drives(
     drives: &[&Drive],
     learnt: &Drive,
     (course, nets, note): (Course, Nets, String),
+    considered: Vec<[f64; 6]>,
 ) -> Result<Judged, Error> {
     drives.iter().try_for_each(|of| of.corrected.check())?;
     let corrected = drives.iter().flat_map(|of| of.corrected.each());
@@ -79,6 +89,7 @@ fn of_drives(
         changed: drives.iter().any(|of| of.changed),
         correction: drives.iter().flat_map(|of| of.correction.clone()).collect(),
         diary: learnt.diary.clone(),
+        considered,
         course,
         nets,
         note: format!("The row `device` is the firmware's own application. {note}"),

@@ -2,6 +2,7 @@
 
 use super::{Judged, Settings, Split, judged};
 use crate::experiment::correction::Correction;
+use crate::learning::considered::considered as of_biases;
 use crate::learning::corrected::estimates;
 use crate::learning::fit::{FittedNetworks, fit_from};
 use crate::learning::fix_learner::learn;
@@ -134,8 +135,31 @@ fn begin(
     Some((first, Start { nav, sigma }))
 }
 
-/// A filter with fixes up to epoch `until`: from an alignment at standstill, else from the
-/// reference's first state.
+/// The beginning of a filter: from an alignment at standstill, else from the reference's first state;
+/// and the epoch at which it begins.
+fn begun(
+    session: &Session,
+    increments: &(impl Motion + ?Sized),
+    settings: &Settings,
+) -> Option<(usize, impl Fn(ErrorModel) -> Aided)> {
+    let a = settings.assumptions;
+    let aligned = match session.standstill {
+        0 => None,
+        _ => Some(aligned(session, increments)?),
+    };
+    let (first, start) = match &aligned {
+        Some(aligned) => (aligned.first, aligned.start(&a)),
+        None => begin(session, increments, settings)?,
+    };
+    let samples = session.samples();
+    let filter = move |model| match &aligned {
+        Some(aligned) => aligned.filter(model, &a),
+        None => Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(samples),
+    };
+    Some((first, filter))
+}
+
+/// A filter with fixes up to epoch `until`.
 pub(super) fn aided(
     session: &Session,
     increments: &(impl Motion + ?Sized),
@@ -143,15 +167,26 @@ pub(super) fn aided(
     settings: &Settings,
     until: usize,
 ) -> Option<Aided> {
-    let a = &settings.assumptions;
-    if session.standstill > 0 {
-        return Some(aligned(session, increments)?.aided(model, a, session, increments, until));
-    }
-    let (first, start) = begin(session, increments, settings)?;
-    let mut filter =
-        Aided::new(start.nav, &start.sigma, model, a.noise).with_samples(session.samples());
+    let (first, filter) = begun(session, increments, settings)?;
+    let mut filter = filter(model);
     for k in first..until {
         aid(&mut filter, session, increments, k);
     }
     Some(filter)
+}
+
+/// Standard deviations of six biases that are learnt from a session, after each second, infinite
+/// before the first: see [`learning::considered`](crate::learning::considered).
+pub(super) fn considered(session: &Session, settings: &Settings) -> Vec<[f64; 6]> {
+    let increments = session.motion();
+    let Some((first, filter)) = begun(session, &increments, settings) else {
+        return Vec::new();
+    };
+    let epochs = first..session.epochs();
+    let all = of_biases(session, &increments, &settings.assumptions, filter, epochs);
+    let sigmas = all
+        .iter()
+        .map(|p| std::array::from_fn(|k| p[(k, k)].sqrt()));
+    let before = std::iter::repeat_n([f64::INFINITY; 6], first);
+    before.chain(sigmas).collect()
 }

@@ -117,12 +117,13 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
             assumptions: Assumptions::of(&Unit::default()),
             device: device.clone(),
             start_sigma: None,
+            begins: Begins::Own,
             network: NetworkSpec::short(),
             promoted_only: false,
             times_s: vec![100],
         };
         let learnt = Learnt::from(&session, &split, &settings).unwrap().unwrap();
-        let solved = solutions(&session, &split, &settings, &learnt).unwrap();
+        let solved = solutions(&session, &split, &settings, &learnt, None).unwrap();
         let original = std::fs::read_to_string(dir.path().join("imu.csv")).unwrap();
         for scheme in SCHEMES {
             let correction = learnt.correction(scheme, &session);
@@ -186,5 +187,53 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
                 "{scheme} corrects something"
             );
         }
+    }
+}
+
+/// All rows begin at one state. It is near the truth, and does not depend on the unit file, although
+/// a device that has stored corrections is among the rows.
+#[test]
+fn all_rows_begin_at_one_state_whatever_the_unit_file_says() {
+    let mut session = simulated(20.0, 480.0, 5);
+    session.standstill = 0;
+    let split = Split::forward(session.epochs(), 300);
+    let mut device = Device::of_unit(&Unit::default()).unwrap();
+    device.store_nets(&stored());
+    let begins = ["medium", "stim300", "icm-42688"].map(|name| {
+        let settings = Settings {
+            assumptions: Assumptions::of(&Unit::preset(name).unwrap()),
+            device: device.clone(),
+            start_sigma: None,
+            begins: Begins::Smoothed,
+            network: NetworkSpec::short(),
+            promoted_only: false,
+            times_s: vec![100],
+        };
+        let learnt = Learnt::from(&session, &split, &settings).unwrap().unwrap();
+        assert!(learnt.device.changed);
+        let (nav, _) = begins::begin(&session, &split, &settings, &learnt).unwrap();
+        let solved = solutions(&session, &split, &settings, &learnt, nav).unwrap();
+        assert_eq!(solved.len(), 8);
+        for (scheme, free) in &solved {
+            let first = (free.position[0], free.velocity[0]);
+            assert_eq!(
+                first,
+                (solved[0].1.position[0], solved[0].1.velocity[0]),
+                "{scheme}"
+            );
+        }
+        (nav.unwrap(), solved[0].1.position[150].xy().norm())
+    });
+    let truth = &session.reference[split.judge.start];
+    for (nav, raw) in &begins {
+        let tilted = nav.q_bn.inverse() * nalgebra::Vector3::z();
+        let tilt = tilted.angle(&(truth.q_bn.inverse() * nalgebra::Vector3::z())) / DEG;
+        let turned = nav.q_bn.angle_to(&truth.q_bn) / DEG;
+        let moved = nav.position.ned_from(&truth.position).norm();
+        assert!(
+            tilt < 0.1 && turned < 0.3 && moved < 1.0,
+            "{tilt} {turned} deg, {moved} m"
+        );
+        assert!((raw / begins[0].1 - 1.0).abs() < 0.03, "{begins:?}");
     }
 }

@@ -33,6 +33,8 @@ pub enum Starts {
     End,
     /// One, at this time, s.
     At(f64),
+    /// One, after this number of steps, from this state.
+    Own(usize, NavState),
 }
 
 /// Errors of the coasts of one horizon: horizontal position, m, and attitude, rad.
@@ -70,15 +72,14 @@ impl Coasts<'_> {
                 })
                 .collect(),
             Starts::From(time) => self.along(scheme, time),
-            Starts::At(time) => {
-                let at = self.reference.near(self.timeline.step_at(time));
-                let errors = self.coast(scheme, at, self.horizons);
-                errors
-                    .into_iter()
-                    .map(|error| error.into_iter().collect())
-                    .collect()
-            }
+            Starts::At(time) => self.one(scheme, self.reference.near(self.timeline.step_at(time))),
+            Starts::Own(step, nav) => self.one(scheme, &(step, nav)),
         }
+    }
+
+    fn one(&self, scheme: &Scheme<'_>, at: &(usize, NavState)) -> Vec<Errors> {
+        let errors = self.coast(scheme, at, self.horizons).into_iter();
+        errors.map(|error| error.into_iter().collect()).collect()
     }
 
     fn along(&self, scheme: &Scheme<'_>, from_s: f64) -> Vec<Errors> {

@@ -25,19 +25,21 @@ mod timeline;
 pub use crate::learning::device::Course;
 pub use coasts::median;
 pub use paper::{PaperRow, paper};
+pub(in crate::experiment) use reference::{CONTRADICTS, state_at};
 pub use timeline::Timeline;
 
 use crate::learning::device::{Device, configured, course};
+use crate::learning::recall::{FILTERS, biases, less};
 use crate::learning::teacher::Assumptions;
 use coasts::{Coasts, Scheme, Starts};
 use firmware::configuration::Configuration;
 use host_core::error::Error;
 use host_core::inertial::ekf::{Aided, Noise, Prior};
-use host_core::inertial::sins::Increment;
+use host_core::inertial::sins::{Increment, NavState};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use reference::{Reference, reference};
-use rivals::{FILTERS, Memory, Pass, Passes};
+use rivals::{Memory, Pass, Passes};
 use serde::Serialize;
 
 /// Times for which fixes are given before the coasts, s.
@@ -50,7 +52,6 @@ pub const PHASES: [&str; 6] = [
 /// What all schemes assume of the sensors: the datasheet.
 #[derive(Debug, Clone, Copy)]
 pub struct Assumed {
-    prior: Prior,
     /// With the biases' walk by the datasheet.
     walking: Prior,
     noise: Noise,
@@ -59,7 +60,6 @@ pub struct Assumed {
 impl Assumed {
     fn of(assumptions: &Assumptions) -> Self {
         Self {
-            prior: assumptions.prior,
             walking: assumptions.walking(assumptions.datasheet_walk()).prior,
             noise: assumptions.noise,
         }
@@ -94,7 +94,9 @@ pub struct Row {
 pub struct Remembered {
     /// Mean of the six biases of the unit: gyros, deg/s, then accelerometers, m/s2.
     pub mean: [f64; 6],
-    /// Their standard deviations.
+    /// Their standard deviations: the larger of what the filter claims and of what it can know that
+    /// does not estimate scale factors, misalignments and g-sensitivity
+    /// ([`considered`](crate::learning::considered)), by the best session so far.
     pub sigma: [f64; 6],
 }
 
@@ -131,6 +133,25 @@ pub struct Plan {
     pub horizons: Vec<f64>,
     /// No scheme has fixes.
     pub no_fixes: bool,
+    /// Coasts start when the fixes end, each scheme's from the state of its own aided navigator.
+    pub own_start: bool,
+}
+
+impl Plan {
+    /// Where coasts start, in a sentence.
+    #[must_use]
+    pub fn start(&self) -> &'static str {
+        match self.own_start {
+            false => {
+                "Every coast starts from one state, smoothed from all fixes, that no row's \
+                 parameters shaped."
+            }
+            true => {
+                "Every coast starts when the fixes end, from the state of the row's own aided \
+                 navigator, without sensor errors in its state except in the filters."
+            }
+        }
+    }
 }
 
 /// A unit over its sessions.
@@ -140,6 +161,8 @@ pub struct Unit {
     assumed: Assumed,
     device: Device,
     memory: Memory,
+    /// Least standard deviations of the biases that a session allows, rad/s, m/s2.
+    considered: [f64; 6],
     session: usize,
 }
 
@@ -151,6 +174,7 @@ impl Unit {
             assumed: Assumed::of(&plan.assumptions),
             device: device.unwrap_or_else(|| Device::new(&plan.configuration)),
             memory: Memory::default(),
+            considered: [f64::INFINITY; 6],
             session: 0,
             plan,
         }
@@ -168,8 +192,8 @@ impl Unit {
     /// Samples and fixes contradict each other.
     pub fn next(&mut self, mut timeline: Timeline) -> Result<Judged, Error> {
         self.session += 1;
-        let reference = reference(&mut timeline, &self.assumed)
-            .map_err(|residual| contradiction(&timeline, residual))?;
+        let reference =
+            reference(&mut timeline).map_err(|residual| contradiction(&timeline, residual))?;
         let [offset, x, y] = reference.between;
         if offset != 0.0 {
             timeline.notes.push(format!(
@@ -205,11 +229,19 @@ impl Unit {
             passes: &passes.0,
             before: &self.memory,
             drives: &drives,
+            own_start: self.plan.own_start,
+            times: &times,
         };
         let rows = session.rows(self.plan.no_fixes);
         let alone = passes.0[0].alone.at.last();
         let remembers = alone.filter(|_| !self.plan.no_fixes);
-        let last = remembers.map(rivals::biases).or(self.memory.last);
+        if remembers.is_some() {
+            let of = rivals::considered(&timeline, &reference, &self.plan.assumptions);
+            for (least, sigma) in self.considered.iter_mut().zip(of) {
+                *least = least.min(sigma);
+            }
+        }
+        let last = remembers.map(biases).or(self.memory.last);
         self.memory = Memory { last, ..passes.1 };
         self.device = whole.0;
         Ok(Judged {
@@ -276,7 +308,7 @@ impl Unit {
                 let mut belief = self.memory.beliefs[filter].clone();
                 let at = (timeline, reference);
                 let passes = rivals::passes(filter, at, &self.assumed, &mut belief, times);
-                (passes, belief)
+                (passes.expect("a filter runs"), belief)
             })
             .collect();
         let (passes, beliefs): (Vec<_>, Vec<_>) = each.into_iter().unzip();
@@ -296,7 +328,9 @@ impl Unit {
         let shown = |k: usize, value: f64| if k < 3 { value.to_degrees() } else { value };
         Some(Remembered {
             mean: std::array::from_fn(|k| shown(k, belief.mean[k])),
-            sigma: std::array::from_fn(|k| shown(k, belief.p[(k, k)].sqrt())),
+            sigma: std::array::from_fn(|k| {
+                shown(k, belief.p[(k, k)].sqrt().max(self.considered[k]))
+            }),
         })
     }
 }
@@ -310,6 +344,9 @@ struct Session<'a> {
     /// The device's samples in each phase: without fixes, with those of the first seconds, and
     /// before each last coast.
     drives: &'a [Vec<Increment>],
+    own_start: bool,
+    /// Times of the passes' states, s.
+    times: &'a [f64],
 }
 
 impl Session<'_> {
@@ -366,52 +403,66 @@ impl Session<'_> {
     ) -> Vec<Row> {
         let (coasts, number) = (&self.coasts, self.number);
         let timeline = coasts.timeline;
+        if self.own_start && at.is_none() {
+            return Vec::new(); // no scheme has a state of its own without fixes
+        }
+        let from = &coasts.reference.states[0].1;
+        let begin = |own: &dyn Fn() -> Option<(usize, NavState)>| match self.own_start {
+            true => own().map(|(step, nav)| Starts::Own(step, nav)),
+            false => Some(starts),
+        };
+        // of a navigator without sensor errors in its state
+        let plain = |increments: &[Increment]| {
+            begin(&|| rivals::aided(timeline, from, coasts.assumed, increments, self.times[at?]))
+        };
         let with = |scheme: &str, increments: &[Increment]| {
             let of = (number, scheme, phase);
-            coasts.rows(of, &Scheme::Increments(increments), starts)
+            let rows = |starts| coasts.rows(of, &Scheme::Increments(increments), starts);
+            plain(increments).map(rows).unwrap_or_default()
         };
         let mut rows = with("uncorrected", &timeline.increments);
         let rests = rivals::rests(timeline, coasts.reference);
         let rest = rivals::rest_mean(timeline, &rests);
         if let Some((mean, end)) = rest {
             let biases = [mean, Vector3::zeros()];
-            rows.extend(with("rest", &rivals::less(timeline, &biases, end)));
+            let increments = less(&timeline.increments, timeline.step_s, &biases, end);
+            rows.extend(with("rest", &increments));
             let rests = Scheme::Rests(biases, &rests);
-            rows.extend(coasts.rows((number, "zupt", phase), &rests, starts));
+            let zupt = |starts| coasts.rows((number, "zupt", phase), &rests, starts);
+            rows.extend(plain(&increments).map(zupt).unwrap_or_default());
         }
         if let Some(last) = &self.before.last {
-            rows.extend(with("last", &rivals::less(timeline, last, 0)));
+            rows.extend(with(
+                "last",
+                &less(&timeline.increments, timeline.step_s, last, 0),
+            ));
         }
-        let start = &coasts.reference.states[0].1;
         for (k, name) in FILTERS.iter().enumerate() {
             let passes = &self.passes[k];
-            let alone = self.filtered(at, Some(&passes.alone), || None);
-            rows.extend(with(name, alone.as_deref().unwrap_or(&timeline.increments)));
-            let known = self.before.beliefs[k].as_ref();
-            let knowing = || {
-                let belief = known?;
-                Some(rivals::at_power_on(k, coasts.assumed, belief, start))
+            let mut filtered = |name: &str, pass: Option<&Pass>, power_on: Option<Aided>| {
+                let filter = match at {
+                    Some(at) => pass.map(|pass| &pass.at[at]),
+                    None => power_on.as_ref(),
+                };
+                let increments = match filter {
+                    Some(filter) => rivals::corrected(timeline, filter),
+                    None if name == FILTERS[k] => timeline.increments.clone(),
+                    None => return,
+                };
+                let own = || Some((timeline.last_fix(self.times[at?])?, filter?.sins.nav));
+                if let Some(starts) = begin(&own) {
+                    let scheme = Scheme::Increments(&increments);
+                    rows.extend(coasts.rows((number, name, phase), &scheme, starts));
+                }
             };
-            if let Some(increments) = self.filtered(at, passes.remembering.as_ref(), knowing) {
-                rows.extend(with(&format!("{name}-memory"), &increments));
-            }
+            filtered(name, Some(&passes.alone), None);
+            let known = self.before.beliefs[k].as_ref();
+            let knowing = known.map(|belief| rivals::at_power_on(k, coasts.assumed, belief, from));
+            let memory = format!("{name}-memory");
+            filtered(&memory, passes.remembering.as_ref(), knowing);
         }
         rows.extend(with("device", device));
         rows
-    }
-
-    /// The increments corrected by a pass at one of its times, or at power-on.
-    fn filtered(
-        &self,
-        at: Option<usize>,
-        pass: Option<&Pass>,
-        power_on: impl FnOnce() -> Option<Aided>,
-    ) -> Option<Vec<Increment>> {
-        let timeline = self.coasts.timeline;
-        match at {
-            Some(at) => Some(rivals::corrected(timeline, &pass?.at[at])),
-            None => Some(rivals::corrected(timeline, &power_on()?)),
-        }
     }
 }
 

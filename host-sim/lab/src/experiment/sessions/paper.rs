@@ -8,11 +8,12 @@
 
 use super::coasts::{Coasts, Scheme, Starts};
 use super::reference::{Reference, reference};
-use super::rivals::{self, FILTERS};
+use super::rivals;
 use super::timeline::Timeline;
 use super::{Assumed, Plan, contradiction, device};
 use crate::learning::device::{Device, configured};
 use crate::learning::fit::fit_from;
+use crate::learning::recall::FILTERS;
 use crate::learning::teacher::{Start, navigate_from};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use host_core::error::Error;
@@ -56,8 +57,8 @@ pub fn paper(
     let drives: Vec<Drive> = timelines
         .into_iter()
         .map(|mut timeline| {
-            let reference = reference(&mut timeline, &assumed)
-                .map_err(|residual| contradiction(&timeline, residual))?;
+            let reference =
+                reference(&mut timeline).map_err(|residual| contradiction(&timeline, residual))?;
             Ok(Drive {
                 timeline,
                 reference,
@@ -127,7 +128,9 @@ impl Case<'_> {
         for (k, filter) in FILTERS.iter().enumerate() {
             let at = (&self.learnt.timeline, &self.learnt.reference);
             let passes = rivals::passes(k, at, assumed, &mut None, &[self.learn_s]);
-            all.push((filter, rivals::corrected(judged, &passes.alone.at[0])));
+            all.extend(
+                passes.map(|passes| (*filter, rivals::corrected(judged, &passes.alone.at[0]))),
+            );
         }
         let configuration = configured(&plan.configuration, &self.learnt.timeline.session);
         let mut device = Device::new(&configuration);

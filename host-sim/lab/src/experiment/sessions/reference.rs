@@ -1,22 +1,24 @@
 //! The states that every scheme's coasts start from, and that judge them.
 //!
-//! They are smoothed from all samples and all fixes of the session with a model of its own: biases
-//! with three times the datasheet's sigmas, 3x3 matrices with a third of them. (Where motion does
-//! not tell matrices, accelerometer biases and tilts apart, wide matrices spoil the tilts: with the
-//! whole sigmas the remembered biases of ten RC-car sessions navigate twice as badly.) No judged
-//! scheme's parameters shape them.
+//! They are smoothed from all samples and all fixes of the session with a model of its own: of some
+//! classes of sensors the one under which the fixes are likeliest, whatever the unit file says, with
+//! biases of three times its sigmas and 3x3 matrices of a third of them. (Where motion does not tell
+//! matrices, accelerometer biases and tilts apart, wide matrices spoil the tilts: with the whole
+//! sigmas the remembered biases of ten RC-car sessions navigate twice as badly.) No judged scheme's
+//! parameters shape them.
 //! Where the recording gives no attitude, the filter begins level, by the mean specific force, with
 //! the heading of a row under which the fixes are most likely; the smoothed start then replaces it,
 //! twice. Time offset of the fixes and lever arm of the antenna are those under which fixes and
 //! samples contradict each other least.
 
-use super::Assumed;
 use super::timeline::Timeline;
-use host_core::inertial::ekf::{Aided, ErrorModel, InitialSigma, Prior, Record, smooth};
+use host_core::inertial::ekf::{Aided, ErrorModel, InitialSigma, Noise, Prior, Record, smooth};
+use host_core::inertial::gnss::{Fix, NOT_MEASURED};
 use host_core::inertial::rotation::from_euler;
 use host_core::inertial::sins::NavState;
-use host_core::inertial::units::DEG;
+use host_core::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
 use host_core::list::{IN_MEMORY, List};
+use host_unit::triads::MRAD;
 use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 
@@ -29,9 +31,22 @@ const THEN_S: f64 = 40.0;
 const LEVEL_S: f64 = 2.0;
 /// More fixes a second than these are not needed.
 const FIXES_HZ: f64 = 5.0;
-/// Factors of the datasheet's sigmas: of biases, and of scale factors and misalignments.
+/// Classes of sensors, from navigation grade to consumer MEMS as in the presets, and coarser: bias of
+/// the gyros, deg/h, and angle random walk, deg/sqrt(h); bias of the accelerometers, ug, and velocity
+/// random walk, ug/sqrt(Hz); scale factors, ppm, and misalignments, mrad, of both.
+const CLASSES: [[f64; 6]; 6] = [
+    [0.01, 0.002, 30.0, 5.0, 50.0, 0.03],
+    [0.4, 0.005, 400.0, 20.0, 100.0, 0.1],
+    [1.2, 0.12, 1_000.0, 35.0, 200.0, 0.3],
+    [11.0, 0.15, 2_200.0, 40.0, 500.0, 1.0],
+    [1_800.0, 0.17, 20_000.0, 70.0, 5_000.0, 10.0],
+    [7_200.0, 0.5, 20_000.0, 120.0, 10_000.0, 10.0],
+];
+/// Factors of a class's sigmas: of biases, and of scale factors and misalignments.
 const WIDE: f64 = 3.0;
 const MAP: f64 = 0.3;
+/// Random walk of a bias in an hour, as a share of its sigma.
+const WALK_PER_HOUR: f64 = 0.5;
 /// The search between samples and fixes: which value (time offset, s, then arm forward and right,
 /// m), how many steps on each side, and their size.
 const SEARCH: [(usize, i32, f64); 7] = [
@@ -48,7 +63,7 @@ const COMPARED_S: f64 = 150.0;
 /// It is used if it reduces the residual to this.
 const MATTERS: f64 = 0.9;
 /// Mean normalised innovation squared above which samples and fixes contradict each other.
-const CONTRADICTS: f64 = 20.0;
+pub const CONTRADICTS: f64 = 20.0;
 
 /// States of the IMU at the times of fixes, each with the number of steps before it.
 #[derive(Debug, Clone)]
@@ -77,55 +92,134 @@ impl Reference {
     }
 }
 
+/// What the reference assumes of the sensors.
+#[derive(Debug, Clone, Copy)]
+struct Model {
+    prior: Prior,
+    noise: Noise,
+}
+
+impl Model {
+    fn of([gyro, walk, accel, accel_walk, scale, misalignment]: [f64; 6]) -> Self {
+        Self {
+            prior: Prior {
+                gyro_bias: WIDE * gyro * DEG_PER_H,
+                accel_bias: WIDE * accel * UG,
+                walk_per_hour: WALK_PER_HOUR,
+                scale: [MAP * scale * PPM; 2],
+                misalignment: [MAP * misalignment * MRAD; 2],
+            },
+            noise: Noise {
+                gyro: walk * DEG_PER_SQRT_H,
+                accel: accel_walk * UG_PER_SQRT_HZ,
+            },
+        }
+    }
+
+    /// A filter with biases alone.
+    fn filter(&self, timeline: &Timeline, nav: &NavState, tilt_deg: f64) -> Aided {
+        let sigma = start_sigma(tilt_deg, 10.0);
+        Aided::new(*nav, &sigma, ErrorModel::biases(&self.prior), self.noise)
+            .with_samples(timeline.session.samples())
+    }
+
+    /// The class under which these fixes are likeliest, and the state where it begins.
+    fn likeliest(
+        timeline: &Timeline,
+        fixes: &Fixes,
+        begin: impl Fn(&Self) -> NavState + Sync,
+    ) -> Option<(Self, NavState)> {
+        let tried = CLASSES.par_iter().map(|class| {
+            let model = Self::of(*class);
+            let nav = begin(&model);
+            let score = likelihood(timeline, model.filter(timeline, &nav, 10.0), fixes);
+            (score, (model, nav))
+        });
+        let tried: Vec<_> = tried.filter(|(score, _)| score.is_finite()).collect();
+        let best = tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, of)| of)
+    }
+}
+
 /// The reference of a session, whose fixes are moved to the clock of the samples.
 ///
 /// # Errors
 /// Samples and fixes contradict each other: the residual, where 1 is expected.
-pub fn reference(timeline: &mut Timeline, assumed: &Assumed) -> Result<Reference, f64> {
-    let prior = wide(&assumed.prior);
-    let mut start = begin(timeline, &thinned(timeline), assumed, &prior);
-    let between = between(timeline, assumed, &prior, &start);
+pub fn reference(timeline: &mut Timeline) -> Result<Reference, f64> {
+    let fixes = thinned(timeline);
+    let coarse = Model::of(CLASSES[CLASSES.len() - 1]);
+    let between = between(timeline, &coarse, &begin(timeline, &fixes, &coarse));
     timeline.between(&between);
     let fixes = thinned(timeline);
-    let mut found = None;
-    for (model, tilt_deg, heading_deg) in [
-        (ErrorModel::biases(&prior), 10.0, 10.0),
-        (ErrorModel::with_matrices(&prior), 5.0, 8.0),
-        (ErrorModel::with_matrices(&prior), 3.0, 5.0),
-    ] {
-        let sigma = start_sigma(tilt_deg, heading_deg);
-        let filter = Aided::new(start, &sigma, model, assumed.noise)
-            .with_samples(timeline.session.samples());
-        let (states, residual) = smoothed(timeline, filter, &fixes);
-        if let Some((_, first)) = states.first() {
-            start = *first;
-        }
-        found = Some(Reference {
+    let begin = |model: &Model| begin(timeline, &fixes, model);
+    let (model, start) = Model::likeliest(timeline, &fixes, begin).ok_or(f64::NAN)?;
+    let (states, residual) = solved(timeline, &model, start, &fixes);
+    if residual < CONTRADICTS && states.len() > 1 {
+        Ok(Reference {
             states,
             residual,
             between,
-        });
+        })
+    } else {
+        Err(residual)
     }
-    match found {
-        Some(found) if found.residual < CONTRADICTS && found.states.len() > 1 => Ok(found),
-        Some(found) => Err(found.residual),
-        None => Err(f64::NAN),
+}
+
+/// The state of the IMU at a time of a session, s, and the residual. The filter begins near `start`
+/// and has the fixes as they are.
+pub fn state_at(timeline: &Timeline, start: NavState, time_s: f64) -> Option<(NavState, f64)> {
+    let (at, end) = (timeline.step_at(time_s), timeline.increments.len());
+    let mut fixes = thinned(timeline);
+    let nothing = Fix::new(start.position, start.velocity, [NOT_MEASURED; 6]);
+    // a state for each of these steps, and no measured value
+    for step in [at, end] {
+        let place = fixes.partition_point(|(of, _)| *of < step);
+        if step > 0 && fixes.get(place).is_none_or(|(of, _)| *of != step) {
+            fixes.insert(place, (step, nothing));
+        }
     }
+    let (model, start) = Model::likeliest(timeline, &fixes, |_| start)?;
+    let (states, residual) = solved(timeline, &model, start, &fixes);
+    let of = states.into_iter().find(|(step, _)| *step == at)?;
+    Some((of.1, residual)).filter(|_| residual.is_finite())
+}
+
+/// The states at the beginning and at all fixes but the last, smoothed by the model of the
+/// reference, and the residual.
+fn solved(
+    timeline: &Timeline,
+    Model { prior, noise }: &Model,
+    mut start: NavState,
+    fixes: &Fixes,
+) -> (Vec<(usize, NavState)>, f64) {
+    let mut found = (Vec::new(), f64::NAN);
+    for (model, tilt_deg, heading_deg) in [
+        (ErrorModel::biases(prior), 10.0, 10.0),
+        (ErrorModel::with_matrices(prior), 5.0, 8.0),
+        (ErrorModel::with_matrices(prior), 3.0, 5.0),
+    ] {
+        let sigma = start_sigma(tilt_deg, heading_deg);
+        let filter =
+            Aided::new(start, &sigma, model, *noise).with_samples(timeline.session.samples());
+        found = smoothed(timeline, filter, fixes);
+        if let Some((_, first)) = found.0.first() {
+            start = *first;
+        }
+    }
+    found
 }
 
 /// What lies between samples and fixes: the time offset of the fixes, s, and the lever arm of the
 /// antenna, forward and right, m, under which they contradict the samples least. No offset, and the
 /// arm of the recording, where that hardly matters.
-fn between(timeline: &Timeline, assumed: &Assumed, prior: &Prior, start: &NavState) -> [f64; 3] {
+fn between(timeline: &Timeline, model: &Model, start: &NavState) -> [f64; 3] {
     let score = |[offset, x, y]: &[f64; 3]| {
         let mut moved = timeline.clone();
         moved.between(&[*offset, *x, *y]);
         let mut fixes = thinned(&moved);
         let until = moved.step_at(COMPARED_S);
         fixes.truncate(fixes.partition_point(|(step, _)| *step <= until).max(2));
-        let sigma = start_sigma(10.0, 10.0);
-        let filter = Aided::new(*start, &sigma, ErrorModel::biases(prior), assumed.noise)
-            .with_samples(moved.session.samples());
+        let filter = model.filter(&moved, start, 10.0);
         passed(&moved, filter, &fixes).1
     };
     let given = [
@@ -151,16 +245,6 @@ fn between(timeline: &Timeline, assumed: &Assumed, prior: &Prior, start: &NavSta
     }
 }
 
-fn wide(prior: &Prior) -> Prior {
-    Prior {
-        gyro_bias: WIDE * prior.gyro_bias,
-        accel_bias: WIDE * prior.accel_bias,
-        scale: prior.scale.map(|sigma| MAP * sigma),
-        misalignment: prior.misalignment.map(|sigma| MAP * sigma),
-        ..*prior
-    }
-}
-
 fn start_sigma(tilt_deg: f64, heading_deg: f64) -> InitialSigma {
     InitialSigma {
         tilt: tilt_deg * DEG,
@@ -170,7 +254,7 @@ fn start_sigma(tilt_deg: f64, heading_deg: f64) -> InitialSigma {
     }
 }
 
-type Fixes = Vec<(usize, host_core::inertial::gnss::Fix)>;
+type Fixes = Vec<(usize, Fix)>;
 
 /// Fixes after the beginning, at most [`FIXES_HZ`].
 fn thinned(timeline: &Timeline) -> Fixes {
@@ -187,7 +271,7 @@ fn thinned(timeline: &Timeline) -> Fixes {
 }
 
 /// The state at the beginning.
-fn begin(timeline: &Timeline, fixes: &Fixes, assumed: &Assumed, prior: &Prior) -> NavState {
+fn begin(timeline: &Timeline, fixes: &Fixes, model: &Model) -> NavState {
     let site = timeline.session.nearest_fix(0);
     let state = |q_bn: UnitQuaternion<f64>| NavState {
         position: timeline.session.imu_position(&site.position, &q_bn),
@@ -204,15 +288,11 @@ fn begin(timeline: &Timeline, fixes: &Fixes, assumed: &Assumed, prior: &Prior) -
     let compared = compared(timeline, fixes);
     let score = |heading: f64| {
         let nav = state(from_euler(roll, pitch, heading));
-        let model = ErrorModel::biases(prior);
-        let sigma = start_sigma(8.0, 10.0);
-        let mut filter =
-            Aided::new(nav, &sigma, model, assumed.noise).with_samples(timeline.session.samples());
-        let mut sum = 0.0;
-        aid(timeline, &mut filter, &fixes[..compared], |filter, fix| {
-            sum += filter.take(Some(&fix));
-        });
-        sum
+        likelihood(
+            timeline,
+            model.filter(timeline, &nav, 8.0),
+            &fixes[..compared],
+        )
     };
     let turn = std::f64::consts::TAU / f64::from(HEADINGS);
     let scored: Vec<(f64, f64)> = (0..HEADINGS)
@@ -224,6 +304,15 @@ fn begin(timeline: &Timeline, fixes: &Fixes, assumed: &Assumed, prior: &Prior) -
     let finite = scored.into_iter().filter(|(score, _)| score.is_finite());
     let heading = finite.max_by(likelier).map_or(0.0, |(_, heading)| heading);
     state(from_euler(roll, pitch, heading))
+}
+
+/// Logarithm of the likelihood of fixes.
+fn likelihood(timeline: &Timeline, mut filter: Aided, fixes: &[(usize, Fix)]) -> f64 {
+    let mut sum = 0.0;
+    aid(timeline, &mut filter, fixes, |filter, fix| {
+        sum += filter.take(Some(&fix));
+    });
+    sum
 }
 
 /// Velocity between the first fixes.
@@ -239,9 +328,8 @@ fn compared(timeline: &Timeline, fixes: &Fixes) -> usize {
     let Some((_, first)) = fixes.first() else {
         return 0;
     };
-    let far = |(_, fix): &(usize, host_core::inertial::gnss::Fix)| {
-        fix.position.ned_from(&first.position).xy().norm() > MOVED_M
-    };
+    let far =
+        |(_, fix): &(usize, Fix)| fix.position.ned_from(&first.position).xy().norm() > MOVED_M;
     let Some(moved) = fixes.iter().position(far) else {
         return fixes.len();
     };
@@ -254,8 +342,8 @@ fn compared(timeline: &Timeline, fixes: &Fixes) -> usize {
 pub(super) fn aid(
     timeline: &Timeline,
     filter: &mut Aided,
-    fixes: &[(usize, host_core::inertial::gnss::Fix)],
-    mut take: impl FnMut(&mut Aided, host_core::inertial::gnss::Fix),
+    fixes: &[(usize, Fix)],
+    mut take: impl FnMut(&mut Aided, Fix),
 ) {
     let mut from = 0;
     for (step, fix) in fixes {
@@ -263,7 +351,7 @@ pub(super) fn aid(
             filter.step(increment, timeline.step_s);
         }
         from = *step;
-        let fix = timeline.at_imu(fix, &filter.sins.nav);
+        let fix = timeline.at_imu(*step, fix, &filter.sins.nav);
         take(filter, fix);
     }
 }

@@ -1,28 +1,18 @@
 //! The schemes that the device is compared with, on the same samples and fixes from the same start.
 //!
-//! The filters estimate with every fix and freeze when the fixes end. With a memory they begin with
-//! what they have found of the unit in earlier sessions: its part of each parameter has a mean and
-//! a covariance, which widens a little from one power-on to the next. Once in a while a unit has
-//! stepped: a second filter begins with a belief that a step has opened, and the fixes of the
-//! session tell which of the two is used.
+//! The filters estimate with every fix and freeze when the fixes end. Their memory is that of
+//! [`recall`](crate::learning::recall).
 
 use super::Assumed;
 use super::reference::Reference;
 use super::timeline::Timeline;
-use host_core::inertial::ekf::{Aided, Belief, ErrorModel, InitialSigma, NAV, TurnOn};
+use crate::learning::considered::considered as of_biases;
+use crate::learning::recall::{self, Passed, mean_rate, model};
+use crate::learning::teacher::Assumptions;
+use host_core::inertial::ekf::{Aided, Belief, ErrorModel, InitialSigma, NAV};
 use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::DEG;
 use nalgebra::Vector3;
-
-/// The classical filters: biases, with scale factors, with 3x3 matrices.
-pub const FILTERS: [&str; 3] = ["ekf6", "ekf12", "ekf24"];
-
-/// Share of a parameter's prior variance that is new at a power-on, and by which the unit's own
-/// part has moved since the last: 0.02 of its sigma each, as measured on real units.
-const TIGHT: f64 = 0.02 * 0.02;
-/// The same by which a step of the unit opens it: 0.2 of its sigma, with this probability.
-const STEP: f64 = 0.2 * 0.2;
-const STEPS: f64 = 0.1;
 
 /// Errors of the start that the filters assume: tilt, heading, deg; m/s; m.
 const START: [f64; 4] = [0.5, 1.0, 0.1, 0.1];
@@ -35,16 +25,6 @@ pub fn start_sigma() -> InitialSigma {
         heading: heading * DEG,
         velocity,
         position,
-    }
-}
-
-/// The error model of one of [`FILTERS`].
-fn model(filter: usize, assumed: &Assumed) -> ErrorModel {
-    let prior = &assumed.walking;
-    match filter {
-        0 => ErrorModel::biases(prior),
-        1 => ErrorModel::with_scale(prior),
-        _ => ErrorModel::with_matrices(prior),
     }
 }
 
@@ -69,7 +49,7 @@ pub struct Pass {
 /// Runs a filter through a session. It has the fixes up to each of `times`, s, rising. `prior`:
 /// belief on the parameters at power-on; `None`: the datasheet's.
 fn pass(
-    (timeline, start): (&Timeline, &NavState),
+    (timeline, increments, start): (&Timeline, &[Increment], &NavState),
     model: ErrorModel,
     assumed: &Assumed,
     prior: Option<&Belief>,
@@ -96,11 +76,11 @@ fn pass(
             out.at.push(filter.clone());
             out.score.push(sum);
         }
-        for increment in &timeline.increments[from..*step] {
+        for increment in &increments[from..*step] {
             filter.step(increment, timeline.step_s);
         }
         from = *step;
-        let fix = timeline.at_imu(fix, &filter.sins.nav);
+        let fix = timeline.at_imu(*step, fix, &filter.sins.nav);
         sum += filter.take(Some(&fix));
     }
     for _ in 0..=times.count() {
@@ -108,6 +88,20 @@ fn pass(
         out.score.push(sum);
     }
     out
+}
+
+/// The state at the last fix until a time, s, of an aided navigator without sensor errors in its
+/// state, and its step.
+pub fn aided(
+    timeline: &Timeline,
+    start: &NavState,
+    assumed: &Assumed,
+    increments: &[Increment],
+    until: f64,
+) -> Option<(usize, NavState)> {
+    let at = (timeline, increments, start);
+    let pass = pass(at, ErrorModel::default(), assumed, None, &[until]);
+    Some((timeline.last_fix(until)?, pass.at.first()?.sins.nav))
 }
 
 /// The passes of one filter through a session: without memory, and with it.
@@ -126,44 +120,35 @@ pub fn passes(
     assumed: &Assumed,
     belief: &mut Option<Belief>,
     times: &[f64],
-) -> Passes {
-    let turn_on = TurnOn::of_all(TIGHT);
-    let of = || model(filter, assumed);
-    let at = (timeline, &reference.states[0].1);
-    let unit = Belief::of_unit(&of(), turn_on);
-    let first = unit.turned_on(&of(), turn_on);
-    let alone = pass(at, of(), assumed, Some(&first), times);
+) -> Option<Passes> {
+    let model = model(filter, &assumed.walking);
+    let at = (timeline, &timeline.increments[..], &reference.states[0].1);
+    let run = |prior: &Belief| Some(pass(at, model.clone(), assumed, Some(prior), times));
+    let alone = recall::new(&model, run)?;
     let duration = timeline.duration_s();
-    let after = |pass: &Pass, before: &Belief| {
-        let end = pass.at.last().map(Belief::of_filter);
-        end.map(|end| before.powered_off(&of(), turn_on, &end, duration))
+    let after = |of: &Passed<Pass>| {
+        let end = of.pass.at.last();
+        end.map(|end| recall::after(&model, &of.before, end, duration))
     };
     let Some(known) = belief.as_ref() else {
-        *belief = after(&alone, &unit);
-        return Passes {
-            alone,
+        *belief = after(&alone);
+        return Some(Passes {
+            alone: alone.pass,
             remembering: None,
-        };
+        });
     };
-    let opened = |share: f64| known.turned_on(&of(), TurnOn::of_all(share));
-    let beliefs = [opened(TIGHT), opened(STEP)];
-    let each = beliefs.each_ref().map(|belief| {
-        let prior = belief.turned_on(&of(), turn_on);
-        pass(at, of(), assumed, Some(&prior), times)
-    });
-    let odds = (STEPS / (1.0 - STEPS)).ln();
-    let steps = |k: usize| usize::from(each[1].score[k] + odds > each[0].score[k]);
-    let count = each[0].at.len();
+    let each = recall::knowing(&model, known, run)?;
+    let of = |k: usize| &each[recall::stepped([0, 1].map(|i| each[i].pass.score[k]))];
+    let count = each[0].pass.at.len();
     let remembering = Pass {
-        at: (0..count).map(|k| each[steps(k)].at[k].clone()).collect(),
-        score: (0..count).map(|k| each[steps(k)].score[k]).collect(),
+        at: (0..count).map(|k| of(k).pass.at[k].clone()).collect(),
+        score: (0..count).map(|k| of(k).pass.score[k]).collect(),
     };
-    let stepped = steps(count - 1);
-    *belief = after(&each[stepped], &beliefs[stepped]);
-    Passes {
-        alone,
+    *belief = after(of(count - 1));
+    Some(Passes {
+        alone: alone.pass,
         remembering: Some(remembering),
-    }
+    })
 }
 
 /// A filter at power-on that knows the unit's part of its parameters.
@@ -174,15 +159,33 @@ pub fn at_power_on(filter: usize, assumed: &Assumed, belief: &Belief, start: &Na
         velocity: 0.0,
         position: 0.0,
     };
-    let mut aided = Aided::new(*start, &sigma, model(filter, assumed), assumed.noise);
+    let mut aided = Aided::new(
+        *start,
+        &sigma,
+        model(filter, &assumed.walking),
+        assumed.noise,
+    );
     aided.theta = belief.mean.clone();
     aided
 }
 
-/// The six biases of a filter: rad/s, m/s2.
-pub fn biases(filter: &Aided) -> [Vector3<f64>; 2] {
-    let of = |from: usize| Vector3::from_iterator(filter.theta.rows(from, 3).iter().copied());
-    [of(0), of(3)]
+/// Standard deviations of the biases of [`FILTERS`]' first after a session, rad/s, m/s2, where scale
+/// factors, misalignments and g-sensitivity err by the datasheet.
+pub fn considered(
+    timeline: &Timeline,
+    reference: &Reference,
+    assumptions: &Assumptions,
+) -> [f64; 6] {
+    let session = &timeline.session;
+    let sigma = start_sigma();
+    let start = reference.states[0].1;
+    let filter =
+        |model| Aided::new(start, &sigma, model, assumptions.noise).with_samples(session.samples());
+    let epochs = 0..session.epochs();
+    let of = of_biases(session, &session.motion(), assumptions, filter, epochs);
+    of.last().map_or([f64::INFINITY; 6], |p| {
+        std::array::from_fn(|k| p[(k, k)].sqrt())
+    })
 }
 
 /// Least time of a standstill, s, and the speed below which the vehicle stands, m/s.
@@ -218,8 +221,7 @@ pub fn rest_mean(
 ) -> Option<(Vector3<f64>, usize)> {
     let rest = rests.first()?;
     let all = timeline.increments.get(rest.clone())?;
-    let turned: Vector3<f64> = all.iter().map(|w| w.dtheta).sum();
-    Some((turned / (rest.len() as f64 * timeline.step_s), rest.end))
+    Some((mean_rate(all, timeline.step_s), rest.end))
 }
 
 /// Standard deviation of the velocity of a vehicle that stands, m/s, and the time between two of
@@ -239,7 +241,7 @@ pub fn with_rests(
 ) {
     use host_core::inertial::gnss::{Fix, NOT_MEASURED};
     let sigma = start_sigma();
-    let mut filter = Aided::new(*nav, &sigma, model(0, assumed), assumed.noise)
+    let mut filter = Aided::new(*nav, &sigma, model(0, &assumed.walking), assumed.noise)
         .with_samples(timeline.session.samples());
     for (k, bias) in biases.iter().flat_map(|of| of.iter()).enumerate() {
         filter.theta[k] = *bias;
@@ -256,20 +258,6 @@ pub fn with_rests(
         }
         note(at, &filter.sins.nav);
     }
-}
-
-/// The increments of a session less a bias, from a step on.
-pub fn less(timeline: &Timeline, [gyro, accel]: &[Vector3<f64>; 2], from: usize) -> Vec<Increment> {
-    let dt = timeline.step_s;
-    let each = timeline.increments.iter().enumerate();
-    each.map(|(k, w)| {
-        let on = f64::from(u8::from(k >= from));
-        Increment {
-            dtheta: w.dtheta - gyro * (dt * on),
-            dv: w.dv - accel * (dt * on),
-        }
-    })
-    .collect()
 }
 
 /// The increments of a session less the errors that a filter has found.

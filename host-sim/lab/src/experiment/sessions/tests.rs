@@ -45,6 +45,7 @@ fn plan() -> Plan {
         configuration: unit.configuration().unwrap(),
         horizons: vec![10.0, 30.0],
         no_fixes: false,
+        own_start: false,
     }
 }
 
@@ -56,7 +57,7 @@ fn the_reference_finds_attitude_and_time_offset() {
     record.move_fixes(0.3);
     let mut timeline = Timeline::of("s", &record).unwrap();
     let begin = timeline.begin_s;
-    let found = reference(&mut timeline, &Assumed::of(&plan().assumptions)).unwrap();
+    let found = reference(&mut timeline).unwrap();
     let [offset, x, y] = found.between;
     assert!((offset + 0.3).abs() < 0.06, "{offset}");
     assert!(x.abs() < 1.0 && y.abs() < 1.0, "{x} {y}");
@@ -142,4 +143,65 @@ fn without_fixes_nothing_is_learnt() {
             median_m(&with, "power-on", "uncorrected", 10.0)
         );
     }
+}
+
+/// The start of coasts does not depend on the unit file: neither do the errors of what nothing
+/// corrects, although biases and noise of the file are wrong by a factor of 30.
+#[test]
+fn what_nothing_corrects_does_not_depend_on_the_unit_file() {
+    let (record, _) = recorded(2);
+    let errors = [0.03, 1.0, 30.0].map(|factor| {
+        let mut plan = plan();
+        let Assumptions { prior, noise, .. } = &mut plan.assumptions;
+        for sigma in [&mut prior.gyro_bias, &mut prior.accel_bias] {
+            *sigma *= factor;
+        }
+        for sigma in [&mut noise.gyro, &mut noise.accel] {
+            *sigma *= factor;
+        }
+        let mut unit = Unit::new(plan, None);
+        let judged = unit.next(Timeline::of("s", &record).unwrap()).unwrap();
+        let of = |horizon| median_m(&judged, "power-on", "uncorrected", horizon).unwrap();
+        [10.0, 30.0].map(of)
+    });
+    for other in [errors[0], errors[2]] {
+        for (a, b) in errors[1].iter().zip(other) {
+            assert!((b / a - 1.0).abs() < 0.02, "{errors:?}");
+        }
+    }
+}
+
+/// From its own aided state a row has one coast in each phase with fixes, and none at power-on. A
+/// navigator without sensor errors in its state starts worse than the smoothed state.
+#[test]
+fn each_may_start_from_its_own_state() {
+    let (record, _) = recorded(1);
+    let timeline = || Timeline::of("s", &record).unwrap();
+    let own_start = true;
+    let judged = Unit::new(
+        Plan {
+            own_start,
+            ..plan()
+        },
+        None,
+    )
+    .next(timeline())
+    .unwrap();
+    let common = Unit::new(plan(), None).next(timeline()).unwrap();
+    assert!(
+        judged
+            .rows
+            .iter()
+            .all(|row| row.phase != "power-on" && row.coasts == 1)
+    );
+    for phase in &PHASES[1..] {
+        for scheme in ["uncorrected", "ekf6", "device"] {
+            assert!(
+                median_m(&judged, phase, scheme, 10.0).is_some(),
+                "{phase} {scheme}"
+            );
+        }
+    }
+    let errors = [&judged, &common].map(|of| median_m(of, "end", "uncorrected", 10.0).unwrap());
+    assert!((errors[0] / errors[1] - 1.0).abs() > 0.02, "{errors:?}");
 }

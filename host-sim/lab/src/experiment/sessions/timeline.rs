@@ -6,7 +6,7 @@ use host_core::inertial::session::{EPOCH_S, Session};
 use host_core::inertial::sins::{Increment, NavState};
 use host_io::recordings::record::{Record, TimedFix};
 use host_io::recordings::{InitialAttitude, Prepared};
-use nalgebra::UnitQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::ops::Range;
 
 /// Fewest steps of a navigator in a second. Coning and sculling are computed at every sample.
@@ -75,30 +75,52 @@ impl Timeline {
                 remedy: "give a longer session".into(),
             });
         }
+        let measured = record.fixes.iter();
+        let measured = measured.filter(|fix| fix.has_position() || fix.has(3..5));
+        let timed = measured.map(|fix| (fix.time - begin, untimed(fix)));
+        Ok(Self {
+            name: name.to_owned(),
+            attitude: given,
+            begin_s: begin,
+            notes,
+            ..Self::new(session, timed.collect())
+        })
+    }
+
+    /// Some seconds of a session without an outage, with the fixes of its epochs.
+    #[must_use]
+    pub fn of_part(session: &Session, part: &Range<usize>) -> Self {
+        let session = session.cut(part);
+        let fix = |(k, fix): (usize, &Option<Fix>)| {
+            let fix = (*fix)?;
+            let now = Fix { age_s: 0.0, ..fix };
+            Some((k as f64 * EPOCH_S - fix.age_s, now))
+        };
+        let timed = session.fixes.iter().enumerate().filter_map(fix).collect();
+        Self::new(session, timed)
+    }
+
+    /// With fixes at their times of validity, s after the beginning.
+    fn new(mut session: Session, timed: Vec<(f64, Fix)>) -> Self {
         let n = session.samples_per_epoch();
         let divisors = (1..=(n / STEPS_HZ).max(1)).rev();
         session.gather = divisors
             .into_iter()
             .find(|g| n.is_multiple_of(*g))
             .unwrap_or(1);
-        let step_s = session.step_s();
-        let increments = session.increments();
-        let measured = record.fixes.iter();
-        let measured = measured.filter(|fix| fix.has_position() || fix.has(3..5));
-        let timed = measured.map(|fix| (fix.time - begin, untimed(fix)));
         let mut timeline = Self {
-            name: name.to_owned(),
-            increments,
-            step_s,
+            name: String::new(),
+            increments: session.increments(),
+            step_s: session.step_s(),
             fixes: Vec::new(),
-            timed: timed.collect(),
-            attitude: given,
-            begin_s: begin,
-            notes,
+            timed,
+            attitude: None,
+            begin_s: 0.0,
+            notes: Vec::new(),
             session,
         };
         timeline.move_fixes(0.0);
-        Ok(timeline)
+        timeline
     }
 
     /// Adds a time offset, s, to the times of the fixes, and sets the lever arm of the antenna,
@@ -134,12 +156,26 @@ impl Timeline {
         ((time_s / self.step_s).round().max(0.0) as usize).min(self.increments.len())
     }
 
-    /// A fix as a receiver at the IMU would have given it now, where the navigator is at `nav`.
+    /// The step of the last fix until a time, s.
     #[must_use]
-    pub fn at_imu(&self, fix: &Fix, nav: &NavState) -> Fix {
-        let moved = nav.velocity * fix.age_s - nav.q_bn * self.session.lever_arm;
+    pub fn last_fix(&self, time_s: f64) -> Option<usize> {
+        let until = self.step_at(time_s);
+        let before = self.fixes.iter().map(|(step, _)| *step);
+        before.filter(|step| (1..=until).contains(step)).max()
+    }
+
+    /// A fix as a receiver at the IMU would have given it now, after `step` steps, where the
+    /// navigator is at `nav`.
+    #[must_use]
+    pub fn at_imu(&self, step: usize, fix: &Fix, nav: &NavState) -> Fix {
+        let arm = &self.session.lever_arm;
+        let near = step.saturating_sub(1)..(step + 1).min(self.increments.len());
+        let time = near.len() as f64 * self.step_s;
+        let turned: Vector3<f64> = self.increments[near].iter().map(|w| w.dtheta).sum();
+        let moved = nav.velocity * fix.age_s - nav.q_bn * arm;
         Fix {
             position: fix.position.displaced(&moved),
+            velocity: fix.velocity - nav.q_bn * (turned / time).cross(arm),
             age_s: 0.0,
             ..*fix
         }

@@ -5,12 +5,14 @@ use super::{LEAST_S, Plan};
 use crate::experiment::correction::Correction;
 use crate::experiment::doubts::{Says, Warning};
 use crate::experiment::outcome::Outcome;
+use crate::experiment::protocol::Begins;
 use crate::experiment::starting::{Started, Wishes, start};
 use crate::learning::device::Device;
 use crate::learning::teacher::Assumptions;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
 use host_io::recordings::record::Record;
+use host_io::recordings::track::Track;
 use host_unit::Unit;
 
 /// The user's choices.
@@ -28,6 +30,9 @@ pub struct Wanted {
     pub attitude_sigma: [f64; 2],
     /// Number of the part, counted from 1, that is used alone.
     pub part: Option<usize>,
+    /// Each navigator begins the judged part at the state of its own aided navigator, and not all
+    /// at one.
+    pub own_start: bool,
     /// Name of the scheme whose corrections are wanted.
     pub corrected_by: Option<String>,
     /// How the user writes an option, for errors: `--learn-s`, or `learn_s`.
@@ -73,7 +78,13 @@ pub fn replay(
 ) -> Result<Replayed, Error> {
     let medium = Unit::default();
     let unit = wanted.unit.as_ref();
+    let true_attitude = record.truth.as_ref().is_some_and(Track::has_attitude);
     let plan = Plan {
+        begins: match (wanted.own_start, true_attitude) {
+            (true, _) => Begins::Own,
+            (false, true) => Begins::Reference,
+            (false, false) => Begins::Smoothed,
+        },
         assumptions: Assumptions::of(unit.unwrap_or(&medium)),
         device: Device::of_unit(unit.unwrap_or(&medium))?,
         learn: wanted.learn_s,

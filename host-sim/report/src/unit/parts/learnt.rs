@@ -20,6 +20,9 @@ const AXES: [&str; 6] = [
 const BELIEF: Look = Look::solid(RNN, 2.2);
 const BAND: Look = Look::dashed(SOFT, 1.0, (4.0, 3.0));
 const BAND_95: f64 = 1.96;
+const WIDER: &str = "Intervals of biases are wider than the device claims: tilts and rates from scale \
+                     factors, misalignments and g-sensitivity of the unit file pass for biases, \
+                     and its filter does not consider them.";
 /// Largest time between an entry and the reading of its temperature, s.
 const NEAR_S: f64 = 60.0;
 
@@ -32,9 +35,9 @@ fn unit(axis: usize) -> (&'static str, f64) {
     }
 }
 
-fn value(entry: &Entry, axis: usize) -> [f64; 2] {
-    let si = unit(axis).1;
-    [entry.estimate[axis], entry.sigma[axis]].map(|x| f64::from(x) / si)
+fn value(bench: &Bench, entry: &Entry, axis: usize) -> [f64; 2] {
+    let estimate = f64::from(entry.estimate[axis]);
+    [estimate, bench.sigma(entry, axis)].map(|x| x / unit(axis).1)
 }
 
 pub(super) fn part(contents: &Contents) -> Part {
@@ -43,7 +46,7 @@ pub(super) fn part(contents: &Contents) -> Part {
         Err(why) => return Part::without("learnt", TITLE, why),
     };
     let mut part = Part::new("learnt", TITLE);
-    let mut all = vec![];
+    let (mut all, mut wider) = (vec![], false);
     for (outcome, bench) in benches {
         let entries = &bench.diary.entries;
         let Some(last) = entries.last() else {
@@ -52,6 +55,9 @@ pub(super) fn part(contents: &Contents) -> Part {
             continue;
         };
         part.tables.push(table(&case(outcome), bench, last));
+        if (0..6).any(|axis| bench.sigma(last, axis) > f64::from(last.sigma[axis])) {
+            wider = true;
+        }
         part.figures.push(Figure {
             name: "learnt-time",
             title: format!("Learnt errors against time: {}", case(outcome)),
@@ -59,7 +65,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                 "What the device's likeliest candidate that corrects anything believes, each \
                  {EVERY_S} s, with the 95 % interval of its biases. Each panel has its own scale."
             ),
-            picture: over_time(entries),
+            picture: over_time(bench),
         });
         match temperatures(contents, bench) {
             Ok(celsius) => part.figures.push(Figure {
@@ -85,15 +91,18 @@ pub(super) fn part(contents: &Contents) -> Part {
                 picture: sensor_errors(&outcome.curves.traces),
             });
         }
-        all.push(entries_as_data(outcome.case.as_str(), entries));
+        all.push(entries_as_data(outcome.case.as_str(), bench));
+    }
+    if wider {
+        part.sentences.push(WIDER.to_owned());
     }
     part.data = Value::Array(all);
     part
 }
 
-fn entries_as_data(case: &str, entries: &[Entry]) -> Value {
-    let rows = entries.iter().map(|entry| {
-        let values: Vec<[f64; 2]> = (0..6).map(|axis| value(entry, axis)).collect();
+fn entries_as_data(case: &str, bench: &Bench) -> Value {
+    let rows = bench.diary.entries.iter().map(|entry| {
+        let values: Vec<[f64; 2]> = (0..6).map(|axis| value(bench, entry, axis)).collect();
         json!({ "t_s": entry.t_s, "error_and_sigma": values })
     });
     json!({
@@ -108,7 +117,7 @@ fn table(case: &str, bench: &Bench, last: &Entry) -> Table {
     let proved = bench.diary.proved();
     let proved = proved.map_or("nothing".into(), |(_, of)| format!("\"{}\"", NAMES[of]));
     let row = |axis: usize| {
-        let [error, sigma] = value(last, axis);
+        let [error, sigma] = value(bench, last, axis);
         let half = BAND_95 * sigma;
         vec![
             AXES[axis].to_owned(),
@@ -153,14 +162,15 @@ fn panels(panel: impl Fn(usize, (f64, f64), (f64, f64)) -> Panel) -> Picture {
     }
 }
 
-fn over_time(entries: &[Entry]) -> Picture {
+fn over_time(bench: &Bench) -> Picture {
+    let entries = &bench.diary.entries;
     let t: Vec<f64> = entries.iter().map(|e| e.t_s as f64 / 60.0).collect();
     let time = widened(extent(t.iter().copied()).unwrap_or_default(), 0.0);
     panels(|i, at, size| {
         let side = |sign: f64| {
             let y = entries
                 .iter()
-                .map(|e| value(e, i))
+                .map(|e| value(bench, e, i))
                 .map(|[x, s]| x + sign * BAND_95 * s);
             y.collect::<Vec<f64>>()
         };
@@ -204,7 +214,10 @@ fn over_temperature(celsius: &[(f64, &Entry)]) -> Picture {
     let range = extent(celsius.iter().map(|(t, _)| *t)).unwrap_or_default();
     let range = widened(range, 0.03);
     let mut picture = panels(|i, at, size| {
-        let dots: Vec<(f64, f64)> = celsius.iter().map(|(t, e)| (*t, value(e, i)[0])).collect();
+        let dots: Vec<(f64, f64)> = celsius
+            .iter()
+            .map(|(t, e)| (*t, f64::from(e.estimate[i]) / unit(i).1))
+            .collect();
         let ys = extent(dots.iter().map(|(_, y)| *y)).unwrap_or_default();
         Panel {
             at,

@@ -52,6 +52,10 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
             });
         }
     }
+    let mut starts: Vec<&String> = outcomes.iter().map(|of| &of.start).collect();
+    starts.dedup();
+    let starts = starts.into_iter().filter(|start| !start.is_empty());
+    part.sentences.extend(starts.cloned());
     part.sentences.push(interval(outcomes));
     let names = outcomes
         .iter()
