@@ -11,11 +11,13 @@
 //! Evidence believes the noise model. So it ranks the hypotheses, but no correction comes into
 //! force by it: that takes [rehearsals](super::rehearsal).
 
+mod considered;
 mod gates;
 mod hypothesis;
 mod table;
 mod update;
 
+pub(super) use considered::Sizes;
 pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use table::{
@@ -28,6 +30,7 @@ use super::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes};
 use crate::fix::OBSERVATIONS;
 use crate::inputs::settles;
 use crate::inputs::{Inputs, OWN};
+use considered::Considered;
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State, Weights};
@@ -37,6 +40,7 @@ use table::Hypotheses;
 #[derive(Clone, Debug)]
 pub struct Bank<T: Real = f32> {
     hypotheses: Hypotheses<T>,
+    considered: Considered<T>,
     gates: Gates<T>,
     /// Standard deviation of a sensor error, for which [`ZERO_CORRECTION`] has no parameter.
     unmodelled: [T; OUTPUTS],
@@ -70,6 +74,7 @@ impl<T: Real> Bank<T> {
     /// flash.
     pub const ZEROED: Self = Self {
         hypotheses: Hypotheses::ZEROED,
+        considered: Considered::ZEROED,
         gates: Gates {
             squared_ratio: T::ZERO,
             escape: 0,
@@ -346,7 +351,8 @@ impl<T: Real> Bank<T> {
 
     /// As [`Self::error_sigma`], but no smaller than what any hypothesis says that has not yet
     /// fallen behind by the last finished fix: its own standard deviation and its difference to the
-    /// one that is followed. So it holds too while the choice among them is open.
+    /// one that is followed. So it holds too while the choice among them is open. Errors that none
+    /// of them estimates are in it (`considered`).
     #[must_use]
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
@@ -361,7 +367,13 @@ impl<T: Real> Bank<T> {
             let sigma = (variance + off * off).sqrt();
             doubt = if sigma > doubt { sigma } else { doubt };
         }
-        doubt
+        (doubt * doubt + self.considered.variance(index)).sqrt()
+    }
+
+    /// The errors in proportion to what the sensors feel.
+    #[cfg(test)]
+    pub(super) fn considered(&self) -> &Considered<T> {
+        &self.considered
     }
 
     /// Gives [`Bank::error_state`]. The caller subtracts it from the navigator.

@@ -211,6 +211,7 @@ impl<'m> FixLearner<'m> {
         } = &self.settings;
         self.remembered.base = self.remembered.before;
         self.memory.bank.begins((sheet, inputs), *gates);
+        self.memory.bank.considers(&self.settings.considered());
         self.remembered.covered = NOWHERE;
         self.tally = Tally::default();
         self.forget_stream();
@@ -299,6 +300,8 @@ impl<'m> FixLearner<'m> {
         if block.time <= 0.0 {
             return false;
         }
+        self.memory.bank.feels(&block, navigator.felt());
+        navigator.feels_anew();
         let ratios = Ratios {
             scale: self.settings.scale,
             misalignment: self.settings.misalignment[1],

@@ -1,6 +1,6 @@
 //! Settings of the learner from fixes.
 
-use super::bank::Gates;
+use super::bank::{Gates, Sizes};
 use super::prior::{Datasheet, TURN_ON};
 use crate::align::Sensors;
 use crate::configuration::{Configuration, Triad, VehicleKind};
@@ -133,6 +133,15 @@ impl Settings {
     pub fn in_proportion(&self) -> [f32; 2] {
         let (scale, misalignment) = (self.scale, self.misalignment);
         [0, 1].map(|k| libm::hypotf(scale[k], misalignment[k]))
+    }
+
+    /// Errors that no hypothesis estimates.
+    pub(super) fn considered(&self) -> Sizes {
+        Sizes {
+            scale: self.scale,
+            misalignment: self.misalignment,
+            g_sensitivity: self.g_sensitivity,
+        }
     }
 
     /// Datasheet for the alignment and the standstill detector.

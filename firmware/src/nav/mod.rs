@@ -31,6 +31,7 @@
 
 mod config;
 pub(crate) mod earth;
+pub(crate) mod felt;
 mod fixed;
 pub(crate) mod gather;
 mod past;
@@ -47,12 +48,13 @@ pub use transition::{ERRORS, Noise, Transition};
 use crate::fix::{Fix, Position};
 use crate::sample::Counts;
 use earth::wrapped;
+use felt::Felt;
 use fixed::{ANGLE, TIME, VELOCITY, to_f32, to_f64};
 use gather::{Gather, Piece};
 use past::Past;
 use solution::Solution;
 use transition::{Interval, Motion};
-use vector::{Q, V, add, cross, finite, narrow, product, renormalised, rotated, scale, widen};
+use vector::{Q, V, V32, add, cross, finite, narrow, product, renormalised, rotated, scale, widen};
 
 /// Greatest latitude: beyond it north and east are not defined well enough. 89.99 deg, in rad.
 const MAX_LATITUDE: f64 = 1.570_621_793_869_697;
@@ -118,6 +120,7 @@ pub struct Navigator {
     solution: Solution,
     gather: Gather,
     interval: Interval,
+    felt: Felt,
     // the last piece, and what it has changed of the velocity over ground
     last: Piece,
     change: [i64; 3],
@@ -165,6 +168,7 @@ impl Navigator {
             solution: solution.clone(),
             gather: Gather::new(config.lsb, config.sample_s, config.piece_samples),
             interval: Interval::new(),
+            felt: Felt::new(at_rest(solution)),
             last: Piece::default(),
             change: [0; 3],
             past: Past::new(),
@@ -184,6 +188,7 @@ impl Navigator {
         } = self.config;
         self.gather = Gather::new(lsb, sample_s, piece_samples);
         self.interval = Interval::new();
+        self.felt = Felt::new(at_rest(&self.solution));
         self.last = Piece::default();
         self.change = [0; 3];
         self.past = Past::new();
@@ -262,8 +267,26 @@ impl Navigator {
     /// Ends the piece in progress, gives how errors moved since the last call, and restarts.
     pub fn take_transition(&mut self) -> Transition {
         self.end_piece();
+        self.feel();
         self.interval
             .take(self.solution.place().coarse(), self.config.noise)
+    }
+
+    fn feel(&mut self) {
+        if let Some(step) = self.interval.due() {
+            self.felt.step(&step);
+        }
+    }
+
+    /// Effect of errors in proportion to what the sensors feel, since the last
+    /// [`Self::feels_anew`]. To be called after [`Self::take_transition`].
+    pub(crate) fn felt(&self) -> &Felt {
+        &self.felt
+    }
+
+    /// Such effects are those of a new interval.
+    pub(crate) fn feels_anew(&mut self) {
+        self.felt.clear();
     }
 
     /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece. The
@@ -359,12 +382,21 @@ impl Navigator {
             time,
         };
         self.interval.piece(&motion);
+        self.felt.turns(piece.phi.map(|x| to_f32(x, ANGLE)));
         // two long computations in one pass of the frame path are put off for some pieces at most
         if self.interval.is_due(step.recomputed) {
+            self.feel();
             let here = self.solution.place().coarse();
             self.interval.step(here, self.config.noise);
         }
     }
+}
+
+/// The specific force at rest, in the sensor's axes, m/s2.
+fn at_rest(solution: &Solution) -> V32 {
+    let [w, x, y, z] = solution.state().q_bn;
+    let gravity = f64::from(solution.place().coarse().g);
+    narrow(rotated([w, -x, -y, -z], [0.0, 0.0, -gravity]))
 }
 
 /// Length of a velocity, m/s.

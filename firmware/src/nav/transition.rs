@@ -276,6 +276,24 @@ impl Interval {
         self.pieces.time >= if late { LATEST_S } else { STEP_S }
     }
 
+    /// The pieces of the step that comes next, as one; `None`: there are none.
+    pub fn due(&self) -> Option<Motion> {
+        let Pieces {
+            time,
+            c,
+            force,
+            velocity,
+            ..
+        } = self.pieces;
+        let per = 1.0 / time;
+        (time > 0.0).then(|| Motion {
+            c: c.map(|row| scale(row, per)),
+            force,
+            velocity: scale(velocity, per),
+            time,
+        })
+    }
+
     /// A step over the pieces since the last one.
     #[inline(never)]
     pub fn step(&mut self, here: &Coarse, noise: Noise) {

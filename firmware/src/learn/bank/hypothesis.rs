@@ -1,6 +1,7 @@
 //! What a bank needs of any hypothesis, whatever it learns.
 
 use super::super::prior::{LearnerNet, NAV};
+use super::considered::Gains;
 use lrnn_nostd::learn::kalman::{
     Innovation, Kalman, OUTPUTS, ParameterSet, TRIADS, Transition, Workspace,
 };
@@ -20,6 +21,7 @@ pub trait Hypothesis<T: Real> {
     fn states(&self) -> &[State<T>; TRIADS];
     fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T>;
     fn score(&mut self, innovation: Innovation<T>, cap: T);
+    fn gains(&self, i: usize, variance: T) -> Gains<T>;
     fn update(&mut self, i: usize, innovation: Innovation<T>);
     fn finish_update(&mut self);
     fn feedback(&mut self, e: &[T; NAV]);
@@ -77,6 +79,9 @@ where
     }
     fn score(&mut self, innovation: Innovation<T>, cap: T) {
         Kalman::score(self, innovation, cap);
+    }
+    fn gains(&self, i: usize, variance: T) -> Gains<T> {
+        Kalman::gains(self, i, variance)
     }
     fn update(&mut self, i: usize, innovation: Innovation<T>) {
         Kalman::update(self, i, innovation);

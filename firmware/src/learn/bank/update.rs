@@ -1,9 +1,11 @@
 //! The time update over an interval, a fix at its end, and the start of a new navigator, of all
 //! hypotheses.
 
+use super::considered::Sizes;
 use super::{Bank, HYPOTHESES, NAV, OUTPUTS, STORED, TRIADS, ZERO_CORRECTION, index};
 use crate::align::motion::Shown;
 use crate::fix::OBSERVATIONS;
+use crate::nav::felt::Felt;
 use lrnn_nostd::Real;
 use lrnn_nostd::learn::kalman::{Transition, Workspace};
 
@@ -112,9 +114,21 @@ impl<T: Real> Bank<T> {
         self.each(|h| h.step(inputs));
     }
 
+    /// Errors in proportion to what the sensors feel are considered, of this size.
+    pub fn considers(&mut self, of: &Sizes) {
+        self.considered.begin(of);
+    }
+
+    /// Their effect over the interval in `scratch`.
+    pub fn feels(&mut self, block: &Transition<NAV, T>, felt: &Felt) {
+        self.considered.interval(block, felt);
+    }
+
     /// All hypotheses learn from observation `k`.
     fn learn(&mut self, k: usize, z: T, variance: T) {
         let i = index(k);
+        let gains = self.get(self.navigating()).gains(i, variance);
+        self.considered.fix(i, &gains);
         self.each(|h| h.update(i, h.innovation(i, z, variance)));
     }
 
@@ -145,6 +159,7 @@ impl<T: Real> Bank<T> {
             };
             self.some(1 << which, |h| h.align_covariance(by, &rest, workspace));
         }
+        self.considered.clear();
     }
 }
 

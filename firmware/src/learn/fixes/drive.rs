@@ -188,6 +188,9 @@ pub struct Drive<'m> {
     /// Standard deviation of white noise, rad/sqrt(s) and m/s/sqrt(s), and constant errors, rad/s
     /// and m/s2.
     sensors: [(f64, V); 2],
+    /// Errors in proportion, row by row: of the gyros by rotation and by force, of the
+    /// accelerometers by force. Force counts less that of a vehicle at rest in the beginning.
+    pub ratios: [[V; 3]; 3],
     /// Biases by the datasheet.
     sheet: [f64; 2],
     due: [V; 2],
@@ -252,6 +255,7 @@ impl<'m> Drive<'m> {
                 (f64::from(settings.noise.gyro), biases[0]),
                 (f64::from(settings.noise.accel), biases[1]),
             ],
+            ratios: [[[0.0; 3]; 3]; 3],
             sheet: [settings.sheet.gyro_bias, settings.sheet.accel_bias].map(f64::from),
             due: [[0.0; 3]; 2],
             number: 0,
@@ -326,6 +330,13 @@ impl<'m> Drive<'m> {
         // Simpson's rule
         let ends = add(force(t), force(t + DT));
         let velocity = times(add(ends, times(force(t + 0.5 * DT), 4.0)), DT / 6.0);
+        let at_rest = turned(inverse(self.road.attitude(0.0)), [0.0, 0.0, -gravity * DT]);
+        let felt = add(velocity, times(at_rest, -1.0));
+        let [turn, force, push] = self.ratios;
+        let dot = |a: V, b: V| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let by_turn = turn.map(|row| dot(row, angle));
+        let angle = add(add(angle, by_turn), force.map(|row| dot(row, felt)));
+        let velocity = add(velocity, push.map(|row| dot(row, felt)));
         self.position.latitude += middle[0] * DT / north;
         self.position.longitude += middle[1] * DT / (east * libm::cos(latitude));
         let mut whole = |k: usize, value: V, lsb: f64| {

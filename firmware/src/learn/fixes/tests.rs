@@ -343,3 +343,62 @@ fn what_a_gap_hides_is_not_known() {
         assert!(long > least * short, "{i}: {short} {long}");
     }
 }
+
+/// The same drive with a sensor that has an error in proportion, and without: the navigator's errors
+/// differ by that error times what the bank says of it, for each kind of such errors.
+#[test]
+fn errors_in_proportion_do_what_the_bank_considers() {
+    use super::drive::{Drive, Receiver, Road};
+    use crate::learn::bank::{SIX_BIASES, ZERO_CORRECTION};
+    /// Of each kind, so small that no fix is refused.
+    const SIZES: [f64; 3] = [1e-4, 1e-6, 1e-4];
+    for followed in [ZERO_CORRECTION, SIX_BIASES] {
+        let mut settings = Settings::MEDIUM;
+        settings.gates.enabled = 1 << followed;
+        let road = Road {
+            sway: 0.3,
+            ..Road::TOWN
+        };
+        let run = |constant: Option<[usize; 3]>| {
+            let mut memory = memory();
+            let mut drive = Drive::new(&mut memory, settings, road, Receiver::GOOD, NO_BIAS, 7);
+            if let Some([kind, i, j]) = constant {
+                drive.ratios[kind][i][j] = SIZES[kind];
+            }
+            drive.seconds(100);
+            let considered = drive.learner.memory.bank.considered().clone();
+            (drive.learner.nav().unwrap(), considered)
+        };
+        let (without, considered) = run(None);
+        for (kind, size) in SIZES.into_iter().enumerate() {
+            let compared = [(0, 0), (1, 0), (2, 1), (0, 2), (2, 2)].map(|(i, j)| {
+                let (with, _) = run(Some([kind, i, j]));
+                let [w, x, y, z] = without.q_bn;
+                let [_, a, b, c] =
+                    nav::vector::product(with.q_bn, [w, -x, -y, -z]).map(|part| -2.0 * part);
+                let [d, e, f] = core::array::from_fn(|i| with.velocity[i] - without.velocity[i]);
+                let says = considered.errors_by(kind, 3 * i + j);
+                let says = core::array::from_fn(|i| -f64::from(says[i]) * size);
+                ([a, b, c, d, e, f], says)
+            });
+            // of turns and of velocities, by the largest
+            for of in [0..3, 3..6] {
+                let length = |v: &[f64; 6], from: &[f64; 6]| {
+                    let squares = of.clone().map(|i| (v[i] - from[i]).powi(2));
+                    squares.sum::<f64>().sqrt()
+                };
+                let most = (compared.iter())
+                    .fold(0.0_f64, |most, (is, _)| most.max(length(is, &[0.0; 6])));
+                for (is, says) in &compared {
+                    let off = length(is, says) / most;
+                    assert!(
+                        off < 0.03,
+                        "{followed} {kind} {of:?}: {off} {is:?} {says:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+const NO_BIAS: [[f64; 3]; 2] = [[0.0; 3]; 2];

@@ -233,6 +233,22 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         }
     }
 
+    /// Gains of an observation of the navigator's error `i`: of the navigator's errors, and of the
+    /// estimate of the sensors', which takes its own off.
+    pub fn gains(&self, i: usize, variance: T) -> ([T; X], [T; OUTPUTS]) {
+        let (errors, cross) = (self.covariance.errors(), self.covariance.cross());
+        let (Some(of_x), Some(of_theta)) = (errors.get(i), cross.get(i)) else {
+            return ([T::ZERO; X], [T::ZERO; OUTPUTS]);
+        };
+        let per = T::ONE / (self.covariance.variance(i) + variance);
+        let [gyro, accel] = self.model.jacobian().map(|rows| rows.times(of_theta));
+        let mut of_e = [T::ZERO; OUTPUTS];
+        for (of_e, value) in of_e.iter_mut().zip(gyro.into_iter().chain(accel)) {
+            *of_e = per * value;
+        }
+        (of_x.map(|value| per * value), of_e)
+    }
+
     /// Measurement update with an observation of the navigator's error `i`. The change of the
     /// parameters' own covariance is deferred until [`MAX_DEFERRED`] observations have been
     /// collected and the next one arrives, or until the covariance is needed.

@@ -129,4 +129,40 @@ mod tests {
             (0, 0)
         );
     }
+
+    /// A hand swings the sensor: scale factors, misalignments and g-sensitivity do again and again
+    /// what they did before. The device knows its heading no better than it claims, with a
+    /// receiver's velocities and without.
+    #[test]
+    fn a_sensor_that_is_swung_is_not_silently_wrong() {
+        const SEEDS: u32 = 8;
+        let mut exact = Receiver {
+            positions_only: true,
+            ..Receiver::default()
+        };
+        (exact.noise.horizontal_m, exact.noise.vertical_m) = (0.1, 0.15);
+        for receiver in [Receiver::default(), exact] {
+            let study = Study {
+                classes: chosen(&["hand-held".into()]).unwrap(),
+                seeds: SEEDS,
+                unit: None,
+                receiver,
+            };
+            let tried = study.execute(&AtomicBool::new(false), &|| ()).unwrap();
+            let Summary {
+                started,
+                silently_wrong,
+                normalised_square: [_, later @ ..],
+                ..
+            } = &tried[0].summary;
+            println!("{:?}", tried[0].summary);
+            assert_eq!((started.k, *silently_wrong), (SEEDS as usize, 0));
+            // one degree of freedom each, and four standard deviations
+            let most = 1.0 + 4.0 * (2.0 / f64::from(SEEDS)).sqrt();
+            assert!(
+                later.iter().flatten().all(|square| *square < most),
+                "{later:?}"
+            );
+        }
+    }
 }
