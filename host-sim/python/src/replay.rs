@@ -127,8 +127,8 @@ impl Replay {
 ///
 /// unit: by default the one that the recording names, else "medium". learn_s: seconds to
 /// learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and
-/// heading; default (0.1, 0.5). own_start: navigation without fixes starts from each scheme's own
-/// aided state, and not from one state for all.
+/// heading; default (0.1, 0.5). own_start: navigation starts from each scheme's own aided
+/// state, and not from one state for all.
 #[pyfunction]
 #[pyo3(signature = (
     recording, unit=None, *, learn_s=None, estimate_time_offset=false,

@@ -57,7 +57,7 @@ impl Campaign {
         let rivals: Vec<&str> = self
             .schemes()
             .map(|(scheme, _)| *scheme)
-            .filter(|scheme| rivals::remembers(scheme))
+            .filter(|scheme| rivals::without_memory(scheme).is_some())
             .collect();
         if filters.is_empty() && !stores && rivals.is_empty() {
             return Ok(known);

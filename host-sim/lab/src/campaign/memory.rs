@@ -33,6 +33,9 @@ const FROZEN: &str = "-frozen";
 /// The scheme without memory that equals a filter with a memory before its first drive.
 #[must_use]
 pub fn without_memory(scheme: &str) -> Option<&'static str> {
+    if let Some(rival) = rivals::without_memory(scheme) {
+        return Some(rival);
+    }
     let index = (0..REMEMBERING.len()).find(|&index| uses(scheme, index))?;
     let (_, filter, _) = REMEMBERING[index];
     Some(if scheme.ends_with(FROZEN) {
@@ -45,7 +48,7 @@ pub fn without_memory(scheme: &str) -> Option<&'static str> {
 /// Whether a scheme uses its memory of earlier drives.
 #[must_use]
 pub fn remembers(scheme: &str) -> bool {
-    without_memory(scheme).is_some() || scheme == DEVICE || rivals::remembers(scheme)
+    without_memory(scheme).is_some() || scheme == DEVICE
 }
 
 /// Whether a scheme uses the memory of the filter number `index`.

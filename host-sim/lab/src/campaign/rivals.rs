@@ -1,5 +1,6 @@
 //! The rivals of `replay sessions` in campaigns. They take part where they are named.
 
+use super::against_none::NONE;
 use super::schemes::{Case, none};
 use crate::learning::recall::{self, FILTERS, Passed, biases, less, mean_rate};
 use crate::learning::teacher::{aligned, aligned_knowing};
@@ -25,13 +26,17 @@ pub(super) struct Known {
 /// Whether a scheme is one of these, which a campaign leaves out unless they are named.
 #[must_use]
 pub(super) fn is_rival(scheme: &str) -> bool {
-    scheme == REST || remembers(scheme)
+    scheme == REST || without_memory(scheme).is_some()
 }
 
-/// Whether it is one with a memory.
+/// Of one with a memory, the scheme without memory that equals it before its first drive.
 #[must_use]
-pub(super) fn remembers(scheme: &str) -> bool {
-    scheme == LAST || TIGHT.contains(&scheme)
+pub(super) fn without_memory(scheme: &str) -> Option<&'static str> {
+    if scheme == LAST {
+        return Some(NONE);
+    }
+    let tight = TIGHT.iter().position(|name| *name == scheme);
+    tight.map(|filter| FILTERS[filter])
 }
 
 /// The mean rate over the standstill is taken off, less that of the Earth in the attitude of the

@@ -766,7 +766,8 @@ def replay(
 
     unit: by default the one that the recording names, else "medium". learn_s: seconds to
     learn from, standstill included. attitude_sigma_deg: of a given attitude, tilt and
-    heading; default (0.1, 0.5).
+    heading; default (0.1, 0.5). own_start: navigation starts from each scheme's own aided
+    state, and not from one state for all.
     """
 
 def allan(increments: _F64, rate_hz: float, *, kind: str, name: str = "axis") -> Allan:

@@ -82,9 +82,9 @@ fn the_verdict_comes_first_and_counts_the_harm() {
         verdict[1],
         "The device is worse than none in: all 1 of 9 runs (at worst 2.5 times none)."
     );
-    // 28 schemes less none, the device, two that cannot be built and eight with a memory
+    // 33 schemes less none, the device, two that cannot be built and twelve with a memory
     assert!(
-        verdict[3].contains("noise: 16 of 16, most of all "),
+        verdict[3].contains("noise: 17 of 17, most of all "),
         "{verdict:?}"
     );
     let page = document.page().unwrap();

@@ -2,9 +2,11 @@
 
 use super::*;
 use crate::experiment::scenario::Scenario;
-use crate::learning::teacher::aid;
+use crate::learning::device::Device;
+use crate::learning::teacher::{aid, aligned};
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::ekf::{InitialSigma, displaced};
+use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::{DEG, DEG_PER_H, G0};
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::{Group, ImuSpec};
@@ -38,7 +40,25 @@ struct Held {
     squares: f64,
 }
 
-fn config<'a>(imu: &'a ImuSpec, gnss: &'a GnssSpec, unit: u64) -> SessionConfig<'a> {
+/// Whose biases and claims are looked at.
+#[derive(Clone, Copy, PartialEq)]
+enum By {
+    /// The desktop's filter with six biases.
+    Filter,
+    /// The device after a standstill, as a page prints it.
+    Device,
+}
+
+impl By {
+    fn standstill_s(self) -> f64 {
+        match self {
+            By::Filter => 10.0,
+            By::Device => 120.0,
+        }
+    }
+}
+
+fn config<'a>(imu: &'a ImuSpec, gnss: &'a GnssSpec, by: By, unit: u64) -> SessionConfig<'a> {
     SessionConfig {
         imu,
         gnss,
@@ -48,7 +68,7 @@ fn config<'a>(imu: &'a ImuSpec, gnss: &'a GnssSpec, unit: u64) -> SessionConfig<
             h: 100.0,
         },
         heading: 1.0,
-        standstill_s: 10.0,
+        standstill_s: by.standstill_s(),
         drive_s: DRIVE_S,
         segments: None,
         vibration: 1.0,
@@ -58,9 +78,9 @@ fn config<'a>(imu: &'a ImuSpec, gnss: &'a GnssSpec, unit: u64) -> SessionConfig<
     }
 }
 
-fn held(preset: &str, vehicle: VehicleName, units: u64) -> Held {
-    let unit = Unit::preset(preset).unwrap();
-    let (simulated, mut a) = (unit.simulated(), Assumptions::of(&unit));
+fn held(by: By, preset: &str, vehicle: VehicleName, units: u64) -> Held {
+    let of_preset = Unit::preset(preset).unwrap();
+    let (simulated, mut a) = (of_preset.simulated(), Assumptions::of(&of_preset));
     let g = simulated.gyro.g_sensitivity_dphpg;
     let g = g.max(0.01 * simulated.expected_bias()[0]);
     a.g_sensitivity = a.g_sensitivity.max(g * DEG_PER_H / G0);
@@ -76,11 +96,13 @@ fn held(preset: &str, vehicle: VehicleName, units: u64) -> Held {
     let gnss = GnssSpec::default();
     let mut scenario = Scenario::default();
     scenario.vehicle_name = vehicle;
-    let drive = Drive::of(&scenario.vehicle(), &config(&spec, &gnss, 0));
+    let drive = Drive::of(&scenario.vehicle(), &config(&spec, &gnss, by, 0));
     let measured = |imu: &ImuSpec, unit, rng: &mut ChaCha8Rng| {
         let fixes = gnss.fixes(&drive.truth.epochs, 1.0, rng);
-        let mut session = measure(&config(imu, &gnss, unit), imu, &drive.truth, &fixes);
-        session.standstill = 0;
+        let mut session = measure(&config(imu, &gnss, by, unit), imu, &drive.truth, &fixes);
+        if by == By::Filter {
+            session.standstill = 0;
+        }
         session
     };
     let each = (0..units).into_par_iter().map(|unit| {
@@ -88,32 +110,18 @@ fn held(preset: &str, vehicle: VehicleName, units: u64) -> Held {
         let session = measured(&spec, unit, &mut rng);
         let truth = measured(&biases, unit, &mut rng).systematic.unwrap();
         let truth = truth.last().unwrap();
-        let sigmas = [START.tilt, START.tilt, START.heading];
-        let sigmas = [sigmas, [START.velocity; 3], [START.position; 3]].concat();
-        let error = sigmas.iter().map(|sigma| {
-            let z: f64 = StandardNormal.sample(&mut rng);
-            sigma * z
-        });
-        let nav = displaced(&drive.truth.epochs[0], &DVector::from_iterator(NAV, error));
-        let begun = |model| Aided::new(nav, &START, model, a.noise);
         let increments = session.increments();
-        let prior = a.walking(a.datasheet_walk()).prior;
-        let mut filter = begun(ErrorModel::biases(&prior));
-        let epochs = 0..session.epochs();
-        epochs.clone().for_each(|k| {
-            aid(&mut filter, &session, &increments, k);
-        });
-        let covariance = *considered(&session, &increments, &a, begun, epochs)
-            .last()
-            .unwrap();
+        let (estimate, claimed, covariance) = match by {
+            By::Filter => by_filter(&session, &increments, &a, &drive.truth.epochs[0], &mut rng),
+            By::Device => by_device(&session, &increments, &a, &of_preset),
+        };
         let of = truth.dtheta.iter().chain(&truth.dv).copied();
         let truth = SVector::<f64, BIASES>::from_iterator(of);
-        let error = SVector::<f64, BIASES>::from_fn(|k, _| filter.theta[k] - truth[k]);
+        let error = SVector::<f64, BIASES>::from_fn(|k, _| estimate[k] - truth[k]);
         let squares = error.dot(&(covariance.try_inverse().unwrap() * error));
         let holds = |sigma: f64, k: usize| u64::from(error[k].abs() < Z_95 * sigma);
-        let claimed = |k: usize| filter.p[(NAV + k, NAV + k)].sqrt();
-        let printed = |k: usize| claimed(k).max(covariance[(k, k)].sqrt());
-        let own: [u64; BIASES] = std::array::from_fn(|k| holds(claimed(k), k));
+        let printed = |k: usize| claimed[k].max(covariance[(k, k)].sqrt());
+        let own: [u64; BIASES] = std::array::from_fn(|k| holds(claimed[k], k));
         (own, std::array::from_fn(|k| holds(printed(k), k)), squares)
     });
     let add = |a: [u64; BIASES], b: [u64; BIASES]| std::array::from_fn(|k| a[k] + b[k]);
@@ -128,8 +136,56 @@ fn held(preset: &str, vehicle: VehicleName, units: u64) -> Held {
     }
 }
 
+/// Estimated biases, their claimed standard deviations, and the considered covariance.
+type Found = ([f64; BIASES], [f64; BIASES], Covariance);
+
+fn by_filter(
+    session: &Session,
+    increments: &[Increment],
+    a: &Assumptions,
+    truth: &NavState,
+    rng: &mut ChaCha8Rng,
+) -> Found {
+    let sigmas = [START.tilt, START.tilt, START.heading];
+    let sigmas = [sigmas, [START.velocity; 3], [START.position; 3]].concat();
+    let error = sigmas.iter().map(|sigma| {
+        let z: f64 = StandardNormal.sample(rng);
+        sigma * z
+    });
+    let nav = displaced(truth, &DVector::from_iterator(NAV, error));
+    let begun = |model| Aided::new(nav, &START, model, a.noise);
+    let prior = a.walking(a.datasheet_walk()).prior;
+    let mut filter = begun(ErrorModel::biases(&prior));
+    let epochs = 0..session.epochs();
+    epochs.clone().for_each(|k| {
+        aid(&mut filter, session, increments, k);
+    });
+    let all = considered(session, increments, a, begun, epochs);
+    (
+        std::array::from_fn(|k| filter.theta[k]),
+        std::array::from_fn(|k| filter.p[(NAV + k, NAV + k)].sqrt()),
+        *all.last().unwrap(),
+    )
+}
+
+fn by_device(session: &Session, increments: &[Increment], a: &Assumptions, unit: &Unit) -> Found {
+    let aligned = aligned(session, increments).unwrap();
+    let filter = |model| aligned.filter(model, a);
+    let epochs = aligned.first..session.epochs();
+    let all = considered(session, increments, a, filter, epochs);
+    let drive = Device::of_unit(unit)
+        .unwrap()
+        .drive_session(session, session.epochs());
+    let last = drive.diary.entries.last().unwrap();
+    (
+        last.estimate.map(f64::from),
+        last.sigma.map(f64::from),
+        *all.last().unwrap(),
+    )
+}
+
 /// The intervals of all pairs of a preset and a vehicle. The claims alone fail this test.
-fn all_hold(presets: &[&str], vehicles: &[(&str, VehicleName)], units: u64) {
+fn all_hold(by: By, presets: &[&str], vehicles: &[(&str, VehicleName)], units: u64) {
     let of_units = Binomial::new(0.95, units).unwrap();
     let least = of_units.inverse_cdf(TAIL);
     let chi = ChiSquared::new((BIASES as u64 * units) as f64).unwrap();
@@ -137,7 +193,7 @@ fn all_hold(presets: &[&str], vehicles: &[(&str, VehicleName)], units: u64) {
     let (mut wrong, mut missed) = (Vec::new(), 0);
     for preset in presets {
         for (name, vehicle) in vehicles {
-            let held = held(preset, *vehicle, units);
+            let held = held(by, preset, *vehicle, units);
             let per = held.squares / (BIASES as u64 * units) as f64;
             println!(
                 "{preset}, {name}: of {units} at least {least}: claimed {:?}, printed {:?}, NEES {per:.2}",
@@ -162,7 +218,19 @@ fn printed_intervals_hold_the_biases() {
         ("road", VehicleName::Road),
         ("hand-held", VehicleName::HandHeld),
     ];
-    all_hold(&["medium", "mems"], &vehicles, 60);
+    all_hold(By::Filter, &["medium", "mems"], &vehicles, 60);
+}
+
+/// The device's own estimates, of its likeliest candidate.
+#[test]
+#[ignore = "a minute: cargo test --release -p host-lab -- --ignored intervals_of_the_device"]
+fn printed_intervals_of_the_device_hold() {
+    all_hold(
+        By::Device,
+        &["medium", "mems"],
+        &[("road", VehicleName::Road)],
+        200,
+    );
 }
 
 /// All presets that the simulator draws units of, and all vehicles.
@@ -170,5 +238,5 @@ fn printed_intervals_hold_the_biases() {
 #[ignore = "minutes: cargo test --release -p host-lab -- --ignored printed_intervals"]
 fn printed_intervals_hold_the_biases_of_all_presets_and_vehicles() {
     let presets = ["mems", "fog", "medium", "tactical", "nav"];
-    all_hold(&presets, &VehicleName::NAMES, 200);
+    all_hold(By::Filter, &presets, &VehicleName::NAMES, 200);
 }
