@@ -1,5 +1,5 @@
 // The page: events of the server in, plots, tables and track out.
-import { errors, samples, wealth } from "./plots.js";
+import { errors, proofs, samples } from "./plots.js";
 import { alignment, axes, bound, counters, faults, now, trials, what } from "./tables.js";
 import { Track } from "./track.js";
 import { buttons } from "./orders.js";
@@ -12,9 +12,9 @@ const rates = samples(at("plot-rates"), 0);
 const forces = samples(at("plot-forces"), 3);
 const gyro = errors(at("plot-gyro"), 0);
 const accel = errors(at("plot-accel"), 3);
-const riches = wealth(at("plot-wealth"));
+const proven = proofs(at("plot-proof"));
 const track = new Track(at("track"), at("track-scale"));
-const pictures = [rates, forces, gyro, accel, riches, track];
+const pictures = [rates, forces, gyro, accel, proven, track];
 const orders = buttons();
 
 let drawn = 0;
@@ -43,7 +43,7 @@ function device(state, problem) {
 function point(p) {
   gyro.add(p.t, p.estimate, p.sigma, p.in_force);
   accel.add(p.t, p.estimate, p.sigma, p.in_force);
-  if (p.wealth) riches.add(p.t, p.wealth);
+  if (p.proof) proven.add(p.t, p.proof);
   if (p.place) track.add(p.place, p.heading);
   else track.gap();
 }
@@ -78,7 +78,7 @@ const on = {
     now(s);
     point({
       t: s.t, estimate: s.solution?.estimate, sigma: s.solution?.sigma, in_force: s.in_force,
-      wealth: s.trials?.each.map((each) => each.wealth), place: s.solution?.place_deg,
+      proof: s.trials?.each.map((each) => each.proof), place: s.solution?.place_deg,
       heading: s.solution?.attitude_deg[2],
     });
   },

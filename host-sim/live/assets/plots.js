@@ -53,12 +53,11 @@ class Plot {
       scales: { x: { time: false, range: this.options.x }, y: this.options.y ?? {} },
       axes: [
         { ...axis, values: (_, ticks) => ticks.map(clock) },
-        { ...axis, size: 62, values: this.options.ticks },
+        { ...axis, size: 62 },
       ],
       legend: { show: false }, cursor: { drag: { x: true, y: false } },
     };
     this.plot = new uPlot(options, this.data, this.container);
-    if (this.options.hooks) this.plot.hooks.draw = [this.options.hooks];
   }
 
   clear() {
@@ -131,37 +130,20 @@ export function errors(container, first) {
   });
 }
 
-/** Capital that proves, in stakes: `firmware::learn::rehearsal::PROVED`. */
-const PROVED = 150;
-
-/** Wealth of the candidates; the line at PROVED is the proof. */
-export function wealth(container) {
+/** How near the proof of each candidate is, of 100. */
+export function proofs(container) {
   const names = Array.from({ length: 8 }, (_, k) => k);
-  const proved = (u) => {
-    const y = u.valToPos(PROVED, "y", true);
-    if (y < u.bbox.top || y > u.bbox.top + u.bbox.height) return;
-    u.ctx.save();
-    u.ctx.strokeStyle = colour("ink");
-    u.ctx.setLineDash([2, 4]);
-    u.ctx.beginPath();
-    u.ctx.moveTo(u.bbox.left, y);
-    u.ctx.lineTo(u.bbox.left + u.bbox.width, y);
-    u.ctx.stroke();
-    u.ctx.restore();
-  };
   const plot = new Plot(container, () => ({
     series: names.map((k) => ({
       stroke: colour(`c${k}`), width: k === 0 ? 0.8 : 1.6, points: { show: false },
     })),
     bands: [],
   }), {
-    y: { distr: 3, log: 10, range: (_, low, high) => [Math.min(low ?? 0.05, 0.05), Math.max(high ?? 200, 200)] },
-    ticks: (_, ticks) => ticks.map((tick) => (tick == null || Math.log10(tick) % 1 !== 0 ? "" : String(tick))),
-    hooks: proved,
+    y: { range: [0, 102] },
   });
   return Object.assign(plot, {
     add(t, of) {
-      this.push([t, ...names.map((k) => (of[k] > 0 ? of[k] : null))]);
+      this.push([t, ...names.map((k) => of[k] ?? null)]);
       halved(this);
     },
   });

@@ -123,7 +123,7 @@ export function trials(s) {
     if (trial.enabled && k > 0 && trial.check < 0.5) state.push("harm found");
     row.className = `c${k}${trial.proved ? " proved" : ""}`;
     const numbers = trial.enabled && k > 0
-      ? [trial.wealth >= 100 ? fixed(trial.wealth, 0) : fixed(trial.wealth, 2), fixed(trial.check, 2), fixed(trial.evidence, 1)]
+      ? [`${trial.proof} of 100`, fixed(trial.check, 2), fixed(trial.evidence, 1)]
       : ["–", "–", "–"];
     numbers.forEach((text, column) => { row.cells[column + 1].textContent = text; });
     row.cells[4].textContent = state.join(", ");

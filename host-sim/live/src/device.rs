@@ -187,13 +187,13 @@ impl Device {
             solution: link.solution()?,
             trials: link.trials()?,
         };
-        let wealth = |trials: &Trials| trials.each.iter().map(|trial| trial.wealth).collect();
+        let proof = |trials: &Trials| trials.each.iter().map(|trial| trial.proof).collect();
         around.hub.keep(Point {
             t: now.t,
             estimate: now.solution.as_ref().map(|of| of.estimate),
             sigma: now.solution.as_ref().map(|of| of.sigma),
             in_force: now.in_force,
-            wealth: now.trials.as_ref().map(wealth),
+            proof: now.trials.as_ref().map(proof),
             place: now.solution.as_ref().map(|of| of.place_deg),
         });
         around.record.now(&now);

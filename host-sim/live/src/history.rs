@@ -62,8 +62,8 @@ pub struct Point {
     pub sigma: Option<[f64; 6]>,
     /// Correction in force, deg/h and mg.
     pub in_force: [f64; 6],
-    /// Wealth of each hypothesis.
-    pub wealth: Option<Vec<f32>>,
+    /// How near the proof of each hypothesis is, of 100.
+    pub proof: Option<Vec<u8>>,
     /// Latitude and longitude, deg.
     pub place: Option<[f64; 2]>,
 }

@@ -245,23 +245,3 @@ async fn order(
         ),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use host_device::device::PROVED;
-
-    /// The page's threshold of proof is the firmware's.
-    #[test]
-    fn the_page_knows_what_proves() {
-        for words in [
-            format!("From {PROVED} on it has proved itself"),
-            format!("is the proof, {PROVED} stakes"),
-        ] {
-            assert!(PAGE.contains(&words), "{words}");
-        }
-        let plots = FILES.iter().find(|(path, ..)| *path == "/plots.js");
-        let line = format!("const PROVED = {PROVED};");
-        assert!(plots.is_some_and(|(.., text)| text.contains(&line)));
-    }
-}

@@ -95,6 +95,19 @@ pub type Carried = [[u8; 2]; HORIZONS];
 /// [`Carried`] of a hypothesis without history: one stake.
 pub const UNTRIED: Carried = [[144; 2]; HORIZONS];
 
+/// How near a proof is, 0 to 100: the logarithm of the `capital` in stakes as a share of that of
+/// [`PROVED`], rounded down. 100 is only what has `proved` itself.
+#[must_use]
+pub fn of_100(capital: f32, proved: bool) -> u8 {
+    let share = 100.0 * libm::logf(capital.max(1.0)) / libm::logf(PROVED);
+    match (proved, share) {
+        (true, _) => 100,
+        // a capital that is no number is none
+        (false, share) if share > 0.0 => share.min(99.0) as u8,
+        _ => 0,
+    }
+}
+
 /// State of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {

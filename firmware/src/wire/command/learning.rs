@@ -34,8 +34,8 @@ pub struct Trials {
     pub ended: [u16; 6],
     /// Log-likelihood relative to the zero correction's.
     pub evidence: [f32; 8],
-    /// Greatest capital of the bets that it is worth its use, in stakes; from 100 on it has proved
-    /// itself.
+    /// Greatest capital of the bets that it is worth its use, in stakes:
+    /// `crate::learn::rehearsal::of_100` makes of it how near the proof is.
     pub proof: [f32; 8],
     /// Least capital of the bets that it does no harm, in stakes.
     pub check: [f32; 8],

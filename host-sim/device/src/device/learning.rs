@@ -7,7 +7,8 @@ use firmware::wire::command::{Request, Response};
 use host_core::error::Error;
 use serde::Serialize;
 
-pub use firmware::learn::rehearsal::{HORIZONS_S, PROVED};
+pub use firmware::learn::rehearsal::HORIZONS_S;
+use firmware::learn::rehearsal::of_100;
 
 /// Navigation solution of the learner.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -41,8 +42,8 @@ pub struct Trial {
     pub proved: bool,
     /// Log-likelihood relative to the zero correction's.
     pub evidence: f32,
-    /// Wealth of the bets on its benefit, in stakes; proved at [`PROVED`].
-    pub wealth: f32,
+    /// How near its proof is, of 100.
+    pub proof: u8,
     /// Wealth of the bets that it does no harm, in stakes.
     pub check: f32,
 }
@@ -109,7 +110,7 @@ impl Link {
                 leads: usize::from(trials.leading) == index,
                 proved: bit(trials.proved, index),
                 evidence: trials.evidence[index],
-                wealth: trials.proof[index],
+                proof: of_100(trials.proof[index], bit(trials.proved, index)),
                 check: trials.check[index],
             };
             Some(Trials {

@@ -23,7 +23,7 @@ pub use blackbox::{Fetched, fetch, recording};
 pub use configure::{configuration, configure, record, send};
 pub use info::{Info, Kept, LineInfo, Memory, Protected, info};
 pub use key::{make_key, read_key};
-pub use learning::{HORIZONS_S, PROVED, Solution, Trial, Trials, usual};
+pub use learning::{HORIZONS_S, Solution, Trial, Trials, usual};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
 pub use provision::{open_by_choice, provision};

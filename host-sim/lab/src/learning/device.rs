@@ -276,6 +276,7 @@ impl Run<'_> {
         let mut fixes = input.fixes.iter().peekable();
         let mut alignment = input.alignment.iter().peekable();
         let mut missing = input.missing.iter().peekable();
+        let mut gap = None;
         let each = input.samples.each().enumerate().map(|(k, counts)| {
             while let Some((_, alignment)) = alignment.next_if(|(after, _)| *after <= k) {
                 self.ask(&Request::Alignment(*alignment));
@@ -283,7 +284,8 @@ impl Run<'_> {
             let now_us = ((k + 1) as f64 * input.dt * 1e6).round() as u64;
             self.wait(now_us);
             missing.next_if(|gap| gap.end <= k);
-            let corrected = if missing.peek().is_some_and(|gap| gap.contains(&k)) {
+            let corrected = if let Some(now) = missing.peek().filter(|gap| gap.contains(&k)) {
+                gap = Some(now.start as f64 * input.dt..now.end as f64 * input.dt);
                 Counts::default()
             } else {
                 let celsius = input.celsius.get(k / second).copied();
@@ -301,7 +303,8 @@ impl Run<'_> {
                 self.settle();
             }
             if (k + 1).is_multiple_of(second) {
-                self.course.diary.second((k + 1) / second, &self.app);
+                let second = (k + 1) / second;
+                self.course.diary.second(second, &self.app, gap.clone());
             }
             corrected
         });

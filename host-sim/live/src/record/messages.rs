@@ -105,8 +105,8 @@ impl Health {
 pub(super) struct Standing {
     /// Log-likelihood relative to the zero correction's.
     evidence: f32,
-    /// Wealth of the bets on its benefit, in stakes.
-    wealth: f32,
+    /// How near its proof is, of 100.
+    proof: u8,
     /// Wealth of the bets that it does no harm, in stakes.
     check: f32,
     proved: bool,
@@ -126,7 +126,7 @@ impl Rehearsals {
         let standing = part.map(|of| {
             let standing = Standing {
                 evidence: of.evidence,
-                wealth: of.wealth,
+                proof: of.proof,
                 check: of.check,
                 proved: of.proved,
             };

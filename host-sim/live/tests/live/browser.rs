@@ -286,9 +286,10 @@ fn a_simulated_device_is_shown_at_any_width() {
         sigma.contains(" \u{b1} ") && sigma.ends_with("deg/h"),
         "{sigma}"
     );
-    // a few rehearsals have ended, and the wealth of a candidate has moved
+    // a few rehearsals have ended, and the harm check of a candidate has moved
     page.waits_for(
-        "Number(document.querySelector('[data-candidate=biases] td')?.textContent) !== 1",
+        "(([proof, check]) => proof?.textContent.endsWith(' of 100') && check.textContent !== '1.00')\
+         (document.querySelectorAll('[data-candidate=biases] td'))",
     );
     assert_eq!(
         page.value("document.querySelectorAll('#trials tbody tr').length"),

@@ -241,11 +241,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
             return ([T::ZERO; X], [T::ZERO; OUTPUTS]);
         };
         let per = T::ONE / (self.covariance.variance(i) + variance);
-        let [gyro, accel] = self.model.jacobian().map(|rows| rows.times(of_theta));
-        let mut of_e = [T::ZERO; OUTPUTS];
-        for (of_e, value) in of_e.iter_mut().zip(gyro.into_iter().chain(accel)) {
-            *of_e = per * value;
-        }
+        let of_e = row::of_outputs(&self.model.jacobian(), of_theta, per);
         (of_x.map(|value| per * value), of_e)
     }
 

@@ -69,6 +69,13 @@ impl<T: Real> Rows<'_, T> {
     }
 }
 
+/// The products of a vector with the rows of two triads, times a factor: once for all filters.
+#[inline(never)]
+pub(super) fn of_outputs<T: Real>(rows: &[Rows<'_, T>; 2], vector: &[T], factor: T) -> [T; 6] {
+    let [[a, b, c], [d, e, f]] = rows.each_ref().map(|rows| rows.times(vector));
+    [a, b, c, d, e, f].map(|value| factor * value)
+}
+
 /// a . b over the shorter of the two.
 #[inline(always)]
 pub(super) fn dot<T: Real>(a: &[T], b: &[T]) -> T {

@@ -231,3 +231,26 @@ fn without_evidence_nothing_is_proved() {
     assert_eq!(rehearsal.choose(unhealthy), OTHER);
     assert!(!rehearsal.has_proved(H) && !rehearsal.has_proved(ZERO_CORRECTION));
 }
+
+/// A proof of which half of the logarithm is there is at 50, and 100 is only what has proved
+/// itself.
+#[test]
+fn a_proof_is_a_number_of_100() {
+    for (capital, expected) in [
+        (0.0, 0),
+        (0.05, 0),
+        (1.0, 0),
+        (libm::sqrtf(PROVED) + 0.01, 50),
+        (149.0, 99),
+        (PROVED, 99),
+        (1e4, 99),
+        (f32::INFINITY, 99),
+        (f32::NAN, 0),
+    ] {
+        assert_eq!(of_100(capital, false), expected, "{capital}");
+        assert_eq!(of_100(capital, true), 100, "{capital}");
+    }
+    // each further stake counts no less
+    let all: Vec<u8> = (0..200).map(|k| of_100(k as f32, false)).collect();
+    assert!(all.is_sorted(), "{all:?}");
+}

@@ -6,7 +6,8 @@ use crate::learning::window::{normalisation, start};
 use firmware::configuration::VehicleKind;
 use firmware::control::Mode;
 use host_core::inertial::earth::Geodetic;
-use host_core::inertial::session::Session;
+use host_core::inertial::ekf::InitialSigma;
+use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
@@ -159,7 +160,43 @@ fn a_device_says_what_it_waits_for() {
     let says = course(&drive, &device, &Nets::NONE).says;
     assert!(says.contains("has proved nothing: \""), "{says}");
     assert!(
-        says.contains("of the 150 stakes of a proof after "),
+        says.contains("is the nearest, proof ") && says.contains(" of 100 after "),
         "{says}"
     );
+}
+
+/// Missing samples that end the navigation are named with their time and what they have cost, and
+/// a drive without any names none.
+#[test]
+fn a_device_says_what_an_interruption_cost() {
+    let mut session = session(420.0, 3);
+    let mut device = of_medium();
+    let whole = device.clone().drive_session(&session, session.epochs());
+    assert_eq!(whole.diary.interruptions, []);
+    session.outages = vec![Outage {
+        epochs: 400..412,
+        resume: Start {
+            nav: session.reference[412],
+            sigma: InitialSigma {
+                tilt: 1e-3,
+                heading: 1e-3,
+                velocity: 0.1,
+                position: 1.0,
+            },
+        },
+    }];
+    let drive = device.drive_session(&session, session.epochs());
+    let [of] = &drive.diary.interruptions[..] else {
+        panic!("{:?}", drive.diary.interruptions);
+    };
+    assert_eq!(of.gap_s, Some([400.0, 12.0]));
+    assert!((400..=413).contains(&of.t_s), "{of:?}");
+    let course = course(&drive, &device, &Nets::NONE);
+    assert!(
+        course.says.contains("a gap of 12.00 s at 400.0 s"),
+        "{course:?}"
+    );
+    if let Some((again, proof)) = of.again {
+        assert!(again > of.t_s && proof <= of.proof.max(45), "{of:?}");
+    }
 }

@@ -5,16 +5,14 @@ use super::{benches, case};
 use crate::allan::figures;
 use crate::axis::Axis;
 use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
-use crate::palette::{INK, Look, numbered};
+use crate::palette::{Look, numbered};
 use firmware::learn::bank::{HYPOTHESES, NAMES, STORED, ZERO_CORRECTION};
-use firmware::learn::rehearsal::{self, HORIZONS_S};
+use firmware::learn::rehearsal::{HORIZONS_S, of_100};
 use host_lab::experiment::outcome::Bench;
 use host_lab::learning::device::{Candidate, Diary};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Rehearsals and gates";
-const PROVED: f64 = rehearsal::PROVED as f64;
-const PROOF: Look = Look::dashed(INK, 1.4, (2.0, 3.0));
 
 pub(super) fn part(contents: &Contents) -> Part {
     let benches = match benches(contents) {
@@ -22,13 +20,14 @@ pub(super) fn part(contents: &Contents) -> Part {
         Err(why) => return Part::without("rehearsals", TITLE, why),
     };
     let mut part = Part::new("rehearsals", TITLE);
-    part.sentences.push(format!(
+    part.sentences.push(
         "In a rehearsal the device navigates for some time as if it had no fixes, with each \
          candidate's correction and without any, and compares both with the next fix. A candidate \
-         that wins bets on itself {PROVED} times its stake has proved itself. The device stores it, \
-         and by default it corrects from the next power-on on. One that loses \
+         that wins so often that luck is no explanation has proved itself. The device stores it, and by \
+         default it corrects from the next power-on on. One that loses \
          them does harm and is not stored."
-    ));
+            .into(),
+    );
     let mut all = vec![];
     for (outcome, bench) in benches {
         let diary = &bench.diary;
@@ -40,10 +39,8 @@ pub(super) fn part(contents: &Contents) -> Part {
         if !diary.entries.is_empty() {
             part.figures.push(Figure {
                 name: "rehearsals",
-                title: format!("Capital of each candidate: {}", case(outcome)),
-                caption: "What the bets on each candidate have won, in stakes. At the dotted line \
-                          it has proved itself."
-                    .into(),
+                title: format!("Proof of each candidate: {}", case(outcome)),
+                caption: "How near the proof of each candidate is, of 100.".into(),
                 picture: picture(diary),
             });
         }
@@ -101,7 +98,9 @@ fn candidates(case: &str, diary: &Diary) -> Table {
         vec![
             NAMES[h].to_owned(),
             state.to_owned(),
-            capital(last.map(|l| l.proof[h])),
+            last.map_or("-".into(), |l| {
+                format!("{} of 100", of_100(l.proof[h], of.proved))
+            }),
             capital(last.map(|l| l.check[h])),
             match of.evidence.is_finite() {
                 true => format!("{:+.1}", of.evidence),
@@ -112,7 +111,7 @@ fn candidates(case: &str, diary: &Diary) -> Table {
     let head = [
         "candidate",
         "at the end",
-        "won by proof, stakes",
+        "proof",
         "left of the check, stakes",
         "log-likelihood against none",
     ];
@@ -136,19 +135,12 @@ fn picture(diary: &Diary) -> Picture {
         .map(|(h, _)| h)
         .filter(|h| *h < HYPOTHESES)
         .collect();
-    let least = (0.03, 300.0);
     let line = |h: &usize| {
         let points = diary.entries.iter().enumerate();
-        let points = points.map(|(k, e)| (t(k), f64::from(e.proof[*h]).clamp(least.0, 1.2e4)));
+        let points = points.map(|(k, e)| (t(k), f64::from(of_100(e.proof[*h], false))));
         Mark::Line(points.collect(), look(*h))
     };
-    let most = diary
-        .entries
-        .iter()
-        .flat_map(|e| e.proof)
-        .fold(0.0, f32::max);
     let (from, to) = (t(0), t(diary.entries.len() - 1).max(t(0) + 0.5));
-    let proof = Mark::Line(vec![(from, PROVED), (to, PROVED)], PROOF);
     Picture {
         size,
         legends: vec![Legend {
@@ -157,7 +149,6 @@ fn picture(diary: &Diary) -> Picture {
             entries: drawn
                 .iter()
                 .map(|h| (NAMES[*h].to_owned(), look(*h)))
-                .chain([("proved".to_owned(), PROOF)])
                 .collect(),
         }],
         panels: vec![Panel {
@@ -165,11 +156,8 @@ fn picture(diary: &Diary) -> Picture {
             size: (size.0 - 100.0, size.1 - 118.0),
             title: Default::default(),
             x: Axis::linear("time, min", (from, to), 10),
-            y: Axis::log(
-                "capital, stakes",
-                (least.0, (1.5 * f64::from(most)).clamp(least.1, 1.5e4)),
-            ),
-            marks: drawn.iter().map(line).chain([proof]).collect(),
+            y: Axis::linear("proof, of 100", (0.0, 100.0), 10),
+            marks: drawn.iter().map(line).collect(),
         }],
         notes: vec![],
     }
