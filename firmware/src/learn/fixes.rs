@@ -233,8 +233,8 @@ impl<'m> FixLearner<'m> {
         self.fix_times = FixTimes::default();
     }
 
-    /// Drops the navigator, without a doubt of what it has shown. An alignment in motion begins with
-    /// the next fix.
+    /// Drops the navigator, without a doubt of what it has shown. An alignment in motion begins
+    /// with the next fix.
     fn lose(&mut self) {
         match &mut self.navigation.course {
             Course::Aligns(motion) => motion.gap(),

@@ -122,8 +122,8 @@ fn a_restart_of_the_sensor_brings_what_was_stored_into_force() {
     assert!(bench.take().iter().all(|c| near(*c, NEW, &bench)));
 }
 
-/// Whenever the power goes, at least half of what was learnt is stored, apart from the first seconds.
-/// A drive of two hours writes no more than a dozen records.
+/// Whenever the power goes, at least half of what was learnt is stored, apart from the first
+/// seconds. A drive of two hours writes no more than a dozen records.
 #[test]
 fn records_come_early_and_flash_is_spared() {
     let mut bench = powered(&flash(&with(OLD), &unit()));

@@ -144,8 +144,8 @@ impl Flow<'_> {
         }
     }
 
-    /// Whether networks are to be stored: those that the learner has proved if a record is `due`, at
-    /// once the first ones, and at once others than those in use where these do harm.
+    /// Whether networks are to be stored: those that the learner has proved if a record is `due`,
+    /// at once the first ones, and at once others than those in use where these do harm.
     #[inline(never)]
     fn look_for_nets(&mut self, due: bool) -> bool {
         let Some(answer) = self.learning.port.answer() else {

@@ -1,8 +1,8 @@
 //! The memory of the unit over power-off: when the learner records it, and when it gets it back.
 //!
-//! A memory is stored behind the newest record while samples are corrected. Nobody announces the end
-//! of a drive, so records come early, and the rarer the longer it lasts: whenever the power goes,
-//! at least half of what was learnt is stored. It comes back at the next power-on of the
+//! A memory is stored behind the newest record while samples are corrected. Nobody announces the
+//! end of a drive, so records come early, and the rarer the longer it lasts: whenever the power
+//! goes, at least half of what was learnt is stored. It comes back at the next power-on of the
 //! board or of the sensor, before the learner begins.
 
 use super::{Flow, configure};
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(records(2000, 2), [120.0, 480.0, 1920.0]);
         assert_eq!(records(800, 4), [10.0, 20.0, 140.0, 560.0]);
         let long = records(36_000, 99);
-        let last = long.windows(2).map(|two| two[1] - two[0]).last();
+        let last = long.windows(2).map(|two| two[1] - two[0]).next_back();
         assert_eq!(last, Some(3600.0));
     }
 }

@@ -344,8 +344,8 @@ fn what_a_gap_hides_is_not_known() {
     }
 }
 
-/// The same drive with a sensor that has an error in proportion, and without: the navigator's errors
-/// differ by that error times what the bank says of it, for each kind of such errors.
+/// The same drive with a sensor that has an error in proportion, and without: the navigator's
+/// errors differ by that error times what the bank says of it, for each kind of such errors.
 #[test]
 fn errors_in_proportion_do_what_the_bank_considers() {
     use super::drive::{Drive, Receiver, Road};

@@ -52,9 +52,9 @@ const ALIKE: f32 = 0.2;
 /// so much later: a share of it, and s.
 const EARLY: f32 = 0.3;
 const LATE: [f32; 2] = [0.5, 2.0];
-/// Capital of earlier drives, and of a navigator that was aligned wrongly, counts no more than this:
-/// what was good once must show it again. (Of nine harmful memories held in the hand, carried in
-/// full, seven passed; at most ten stakes, one.)
+/// Capital of earlier drives, and of a navigator that was aligned wrongly, counts no more than
+/// this: what was good once must show it again. (Of nine harmful memories held in the hand, carried
+/// in full, seven passed; at most ten stakes, one.)
 const CARRIED: f32 = 10.0;
 /// A proof that was not renewed for this time is none any more, s (assumed).
 const TRUST_S: f32 = 3600.0;

@@ -47,8 +47,8 @@ fn a_slot_is_used_to_its_end() {
     assert_eq!(store.load().unwrap().unwrap().record.len(), MAX_LEN);
 }
 
-/// Room is made when less than half of the places is left, and at least one. Nothing of the record is
-/// lost, and each slot counts its own erasures.
+/// Room is made when less than half of the places is left, and at least one. Nothing of the record
+/// is lost, and each slot counts its own erasures.
 #[test]
 fn room_is_made_for_half() {
     fn made<const PLACES: usize>(records: usize) -> bool {

@@ -195,8 +195,8 @@ fn the_search_finds_what_stays() {
 }
 
 /// The rivals of `replay sessions` take part where they are named. What remembers this unit's
-/// constant biases has a much smaller error than before its first drive, and `last` is `none` before
-/// that.
+/// constant biases has a much smaller error than before its first drive, and `last` is `none`
+/// before that.
 #[test]
 fn rivals_take_part_where_they_are_named() {
     let tight = ["ekf6-tight", "ekf12-tight", "ekf24-tight"];

@@ -42,8 +42,8 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Standard deviation of a bias that the device believed in an entry of its diary: the larger of
-    /// what it claims and of [`Self::considered`].
+    /// Standard deviation of a bias that the device believed in an entry of its diary: the larger
+    /// of what it claims and of [`Self::considered`].
     #[must_use]
     pub fn sigma(&self, entry: &Entry, axis: usize) -> f64 {
         let then = entry

@@ -28,8 +28,8 @@ pub type Covariance = SMatrix<f64, BIASES, BIASES>;
 /// `B`: `sqrt(1.5 ln 10 / (2 pi))`.
 const IN_RUN_S: [f64; 2] = [20.0, 600.0];
 const OF_FLICKER: f64 = 0.741;
-/// Floor of the Allan deviation of a flicker noise, which datasheets give, in shares of `B` (IEEE Std
-/// 952-1997, C.1.1).
+/// Floor of the Allan deviation of a flicker noise, which datasheets give, in shares of `B` (IEEE
+/// Std 952-1997, C.1.1).
 const FLOOR: f64 = 0.664;
 
 /// Everything that the datasheet says: the walking biases, 3x3 matrices of both triads, the gyros'

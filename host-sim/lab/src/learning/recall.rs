@@ -2,8 +2,8 @@
 //!
 //! A filter with a memory begins with what it has found of the unit in earlier sessions: the unit's
 //! part of each parameter has a mean and a covariance, which widens a little from one power-on to
-//! the next. Once in a while a unit has stepped: a second filter begins with a belief that a step has
-//! opened, and the fixes of the session decide which of the two is used.
+//! the next. Once in a while a unit has stepped: a second filter begins with a belief that a step
+//! has opened, and the fixes of the session decide which of the two is used.
 
 use host_core::inertial::ekf::{Aided, Belief, ErrorModel, Prior, TurnOn};
 use host_core::inertial::sins::Increment;

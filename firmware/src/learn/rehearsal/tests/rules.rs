@@ -132,8 +132,8 @@ fn a_proof_is_kept_for_a_while() {
     }
 }
 
-/// A navigator that was lost takes nothing back; after one that was aligned wrongly a proof is none,
-/// and earlier capital counts ten stakes.
+/// A navigator that was lost takes nothing back; after one that was aligned wrongly a proof is
+/// none, and earlier capital counts ten stakes.
 #[test]
 fn past_capital_is_limited_after_a_wrong_alignment() {
     let mut rehearsal = good();

@@ -135,8 +135,8 @@ fn begin(
     Some((first, Start { nav, sigma }))
 }
 
-/// The beginning of a filter: from an alignment at standstill, else from the reference's first state;
-/// and the epoch at which it begins.
+/// The beginning of a filter: from an alignment at standstill, else from the reference's first
+/// state; and the epoch at which it begins.
 fn begun(
     session: &Session,
     increments: &(impl Motion + ?Sized),

@@ -190,8 +190,8 @@ fn the_corrected_file_navigates_as_the_scheme_did() {
     }
 }
 
-/// All rows begin at one state. It is near the truth, and does not depend on the unit file, although
-/// a device that has stored corrections is among the rows.
+/// All rows begin at one state. It is near the truth, and does not depend on the unit file,
+/// although a device that has stored corrections is among the rows.
 #[test]
 fn all_rows_begin_at_one_state_whatever_the_unit_file_says() {
     let mut session = simulated(20.0, 480.0, 5);

@@ -1,11 +1,11 @@
 //! The states that every scheme's coasts start from, and that judge them.
 //!
 //! They are smoothed from all samples and all fixes of the session with a model of its own: of some
-//! classes of sensors the one under which the fixes are likeliest, whatever the unit file says, with
-//! biases of three times its sigmas and 3x3 matrices of a third of them. (Where motion does not tell
-//! matrices, accelerometer biases and tilts apart, wide matrices spoil the tilts: with the whole
-//! sigmas the remembered biases of ten RC-car sessions navigate twice as badly.) No judged scheme's
-//! parameters shape them.
+//! classes of sensors the one under which the fixes are likeliest, whatever the unit file says,
+//! with biases of three times its sigmas and 3x3 matrices of a third of them. (Where motion does
+//! not tell matrices, accelerometer biases and tilts apart, wide matrices spoil the tilts: with the
+//! whole sigmas the remembered biases of ten RC-car sessions navigate twice as badly.) No judged
+//! scheme's parameters shape them.
 //! Where the recording gives no attitude, the filter begins level, by the mean specific force, with
 //! the heading of a row under which the fixes are most likely; the smoothed start then replaces it,
 //! twice. Time offset of the fixes and lever arm of the antenna are those under which fixes and
@@ -31,9 +31,9 @@ const THEN_S: f64 = 40.0;
 const LEVEL_S: f64 = 2.0;
 /// More fixes a second than these are not needed.
 const FIXES_HZ: f64 = 5.0;
-/// Classes of sensors, from navigation grade to consumer MEMS as in the presets, and coarser: bias of
-/// the gyros, deg/h, and angle random walk, deg/sqrt(h); bias of the accelerometers, ug, and velocity
-/// random walk, ug/sqrt(Hz); scale factors, ppm, and misalignments, mrad, of both.
+/// Classes of sensors, from navigation grade to consumer MEMS as in the presets, and coarser: bias
+/// of the gyros, deg/h, and angle random walk, deg/sqrt(h); bias of the accelerometers, ug, and
+/// velocity random walk, ug/sqrt(Hz); scale factors, ppm, and misalignments, mrad, of both.
 const CLASSES: [[f64; 6]; 6] = [
     [0.01, 0.002, 30.0, 5.0, 50.0, 0.03],
     [0.4, 0.005, 400.0, 20.0, 100.0, 0.1],

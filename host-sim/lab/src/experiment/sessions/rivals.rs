@@ -169,8 +169,8 @@ pub fn at_power_on(filter: usize, assumed: &Assumed, belief: &Belief, start: &Na
     aided
 }
 
-/// Standard deviations of the biases of [`FILTERS`]' first after a session, rad/s, m/s2, where scale
-/// factors, misalignments and g-sensitivity err by the datasheet.
+/// Standard deviations of the biases of [`FILTERS`]' first after a session, rad/s, m/s2, where
+/// scale factors, misalignments and g-sensitivity err by the datasheet.
 pub fn considered(
     timeline: &Timeline,
     reference: &Reference,

@@ -32,8 +32,8 @@ const START: InitialSigma = InitialSigma {
 };
 
 /// Units whose 95 % interval holds the true bias, axis by axis: by the filter's own covariance, and
-/// by the larger of that and the considered one; and the sum of the normalised squares of the errors
-/// by the considered one.
+/// by the larger of that and the considered one; and the sum of the normalised squares of the
+/// errors by the considered one.
 struct Held {
     claimed: [u64; BIASES],
     printed: [u64; BIASES],

@@ -139,8 +139,8 @@ impl Diary {
         }
     }
 
-    /// How much longer the proof of a candidate takes at its pace of the last five minutes, or since
-    /// the last interruption, s. `None`: it does not come nearer.
+    /// How much longer the proof of a candidate takes at its pace of the last five minutes, or
+    /// since the last interruption, s. `None`: it does not come nearer.
     #[must_use]
     pub fn takes_s(&self, candidate: usize) -> Option<f64> {
         let last = self.entries.last()?;
