@@ -34,7 +34,7 @@ mod take;
 
 use super::Winner;
 use super::antenna::Antenna;
-use super::bank::{Bank, HYPOTHESES, Scratch, ZERO_CORRECTION};
+use super::bank::{Bank, HYPOTHESES, STORED, Scratch, ZERO_CORRECTION};
 use super::prior::{NAV, Shapes};
 use super::quantise::{flat, split};
 use super::rehearsal::Rehearsal;
@@ -188,6 +188,11 @@ impl<'m> FixLearner<'m> {
         let knows = self.remembered.base.count > 0.0 && unit.recall(bank, &self.shapes);
         if knows {
             unit.carry(&mut self.memory.rehearsal);
+            if self.remembered.base.refuted && !bank.takes_part(STORED) {
+                // what is remembered does not act, but is on trial
+                let sheet = &self.settings.sheet;
+                bank.begin_stored(&self.shapes.constant(&unit.biases()), sheet, UNALIGNED);
+            }
         }
         if !knows {
             self.remembered.base = Head::NEW;

@@ -19,12 +19,13 @@
 //! | 36 | 4 | CRC-32 of the networks' hidden layers and scales, to which the values belong |
 //! | 40 | 12 | how wrong memory of `biases`, `driven` and `curved` was at power-on, three f32 |
 //! | 52 | 36 | what `biases`, `driven` and `curved` have won in bets so far ([`Carried`]), u8 |
-//! | 88 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
-//! | 196 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
-//! | 1492 | 1296 | `curved`: the same |
+//! | 88 | 4 | 1 where this memory has been found harmful at a power-on, else 0 |
+//! | 92 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
+//! | 200 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
+//! | 1496 | 1296 | `curved`: the same |
 //!
-//! A sum of moments is in squares of the datasheet's bias. Version 2 has no bets: its values follow
-//! at 52.
+//! A sum of moments is in squares of the datasheet's bias. Version 2 has neither bets nor what
+//! follows them: its values are at 52.
 
 use super::MEMORY_LEN;
 use super::bank::{Bank, REMEMBERED, REMEMBERING, SIX_BIASES, STEP, STEPPED};
@@ -39,7 +40,7 @@ pub const VERSION: u16 = 3;
 const OLDER: u16 = 2;
 /// Bytes before the bets, and of them.
 const HEAD: usize = 52;
-const BETS: usize = 3 * size_of::<Carried>();
+const BETS: usize = 3 * size_of::<Carried>() + 4;
 const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2];
 /// Length of the bytes.
 pub const LEN: usize = HEAD + BETS + 4 * VALUES;
@@ -75,6 +76,9 @@ pub struct Head {
     pub judged: [f32; 3],
     /// What each of [`REMEMBERING`] has won in bets.
     carried: [Carried; 3],
+    /// What was remembered did harm at a power-on: it does not act again before a drive has shown
+    /// that it is better than nothing.
+    pub refuted: bool,
 }
 
 impl Head {
@@ -89,6 +93,7 @@ impl Head {
         shape: 0,
         judged: [0.0; 3],
         carried: [UNTRIED; 3],
+        refuted: false,
     };
 
     /// Scatter of the turn-on, as a share of the datasheet's bias: gyros, accelerometers.
@@ -137,6 +142,7 @@ impl Unit {
         for (place, byte) in places.iter_mut().zip(take::<BETS>(bytes, HEAD)).take(bets) {
             *place = byte;
         }
+        let refuted = bets > 0 && u32::from_le_bytes(take(bytes, HEAD + BETS - 4)) != 0;
         let head = Head {
             drives: u16::from_le_bytes(take(bytes, 2)),
             seconds: number(4),
@@ -147,6 +153,7 @@ impl Unit {
             shape: u32::from_le_bytes(take(bytes, 36)),
             judged: [number(40), number(44), number(48)],
             carried,
+            refuted,
         };
         for (i, value) in self.values.iter_mut().enumerate() {
             *value = number(HEAD + bets + 4 * i);
@@ -197,6 +204,7 @@ impl Unit {
             10 => head.judged[0],
             11 => head.judged[1],
             12 => head.judged[2],
+            _ if index == (HEAD + BETS) / 4 - 1 => return u32::from(head.refuted).to_le_bytes(),
             _ if index < (HEAD + BETS) / 4 => {
                 let bets = head.carried.as_flattened().as_flattened();
                 return take(bets, 4 * index - HEAD);
@@ -215,6 +223,12 @@ impl Unit {
         let known = self.head.count > 0.0 && self.head.shape == digest(shapes);
         let evidence = self.head.evidence.map(|e| within(e.into()).into());
         known && bank.recall(&self.values, AGES, evidence)
+    }
+
+    /// The biases of the unit, in units of the networks' output scale: gyros, accelerometers.
+    pub fn biases(&self) -> [[f32; 3]; 2] {
+        let [a, b, c, d, e, f, ..] = self.values;
+        [[a, b, c], [d, e, f]]
     }
 
     /// Gives rehearsals that have begun what was won in earlier drives.
@@ -260,6 +274,7 @@ impl Unit {
             shape: digest(shapes),
             judged,
             carried: remembering.map(|of| rehearsal.carried(of)),
+            refuted: rehearsal.refutes(base.refuted),
         };
         let mut places = self.values.iter_mut();
         bank.remember(&mut |value| {

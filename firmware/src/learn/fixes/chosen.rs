@@ -69,7 +69,8 @@ impl FixLearner<'_> {
     /// [`crate::learn::Learner::for_next_power_on`].
     #[inline(never)]
     pub(super) fn of_unit(&self) -> Option<Winner> {
-        let best = self.best_of_unit().filter(|_| self.teaches())?;
+        let refuted = self.memory.rehearsal.refutes(self.remembered.base.refuted);
+        let best = self.best_of_unit().filter(|_| self.teaches() && !refuted)?;
         let bank = &self.memory.bank;
         let [gyro, accel] = bank.unit_nets_of(best);
         Some(Winner {

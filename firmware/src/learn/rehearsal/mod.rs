@@ -22,7 +22,7 @@ mod coast;
 pub use bets::Bets;
 pub use coast::{Coast, Seen};
 
-use super::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
+use super::bank::{Bank, HYPOTHESES, STORED, ZERO_CORRECTION};
 use super::prior::NAV;
 use crate::fix::OBSERVATIONS;
 use crate::nav::Transition;
@@ -292,6 +292,12 @@ impl Rehearsal {
     /// Whether a hypothesis has proved itself, by the last choice.
     pub fn has_proved(&self, hypothesis: usize) -> bool {
         self.proved.get(hypothesis).copied().unwrap_or(false)
+    }
+
+    /// Whether what acted from power-on, or is on trial as [`STORED`], is refuted: it is when it
+    /// does harm, and stays so, if it `was` before, until it has proved itself.
+    pub fn refutes(&self, was: bool) -> bool {
+        self.harms(STORED) || was && !self.has_proved(STORED)
     }
 
     /// Whether a hypothesis has been found harmful at some horizon.

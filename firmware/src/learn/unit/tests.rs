@@ -1,6 +1,6 @@
 use super::*;
 use crate::inputs::{Inputs, OWN, Source};
-use crate::learn::bank::{CURVED, DRIVEN, Gates, LARGEST};
+use crate::learn::bank::{CURVED, DRIVEN, Gates, HYPOTHESES, LARGEST, STORED};
 use crate::learn::settings::Settings;
 use crate::model::Nets;
 use std::boxed::Box;
@@ -89,7 +89,7 @@ fn bytes_of_something_else_are_no_memory() {
         assert_eq!(unit.head, Head::NEW);
     }
     // a value that cannot be is found when it is to be used
-    for (at, value) in [(88, f32::NAN), (88 + 24, -1.0), (LEN - 4, 1e30)] {
+    for (at, value) in [(92, f32::NAN), (92 + 24, -1.0), (LEN - 4, 1e30)] {
         let mut unit = Unit::NEW;
         unit.read(&with(at, value));
         assert!(!unit.recall(&mut bank(&THERMAL), &networks(&THERMAL)));
@@ -164,6 +164,34 @@ fn capital_is_carried_to_the_next_drive() {
         is[3] <= none && is[3] > 0.97 * none && is[4] == 1.0,
         "{is:?}"
     );
+}
+
+/// A memory that did harm says so to the next drive, until it has proved itself.
+#[test]
+fn a_refuted_memory_is_on_trial() {
+    let harmful = |of: f32| {
+        let mut rehearsal = Rehearsal::ZEROED;
+        rehearsal.begin();
+        let mut scores = [0.0; HYPOTHESES];
+        scores[STORED] = of;
+        (0..100).for_each(|_| rehearsal.bet(&scores));
+        rehearsal.choose(|_| 0.0);
+        rehearsal
+    };
+    let (good, nothing, bad) = (harmful(2.0), harmful(0.0), harmful(-2.0));
+    assert!(bad.refutes(false) && bad.refutes(true));
+    assert!(!nothing.refutes(false) && nothing.refutes(true));
+    assert!(!good.refutes(false) && !good.refutes(true));
+    let (mut unit, mut bank) = (Unit::NEW, bank(&THERMAL));
+    let (nets, sheet) = (networks(&THERMAL), &Settings::MEDIUM.sheet);
+    let drive = (600.0, [18.0, 41.0]);
+    for (rehearsal, refuted) in [(bad, true), (nothing, true), (good, false)] {
+        let base = unit.head;
+        unit.remember(&base, (&mut bank, &rehearsal), sheet, &nets, drive, JUDGED);
+        let mut read = Unit::NEW;
+        read.read(&bytes(&unit));
+        assert_eq!(read.head.refuted, refuted);
+    }
 }
 
 /// A memory of the version before has no bets: its hypotheses begin with a stake.
