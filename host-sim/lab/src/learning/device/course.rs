@@ -145,7 +145,7 @@ pub fn course(drive: &Drive, device: &Device, before: &Nets) -> Course {
 
 /// What the learner has come to, or what it waits for.
 fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
-    let (report, proved) = (&drive.report, drive.proved().join(", "));
+    let (report, proved) = (&drive.report, drive.proved().join("; "));
     let next = device.stored().0;
     match () {
         () if drive.given == 0 => "has had no fix to learn from".to_owned(),
