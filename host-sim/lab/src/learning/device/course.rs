@@ -161,6 +161,10 @@ fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
                 _ => "too little",
             }
         ),
+        () if report.stored_harms && before.same_images(&Nets::NONE) => {
+            "finds that what it remembers of earlier sessions would do harm, and does not use it"
+                .to_owned()
+        }
         () if report.stored_harms && next.same_images(&Nets::NONE) => {
             "has found that what it had stored does harm, and has taken it back for the next \
              power-on"
