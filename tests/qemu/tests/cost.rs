@@ -30,11 +30,12 @@ fn both_counters_agree() {
     let (_, fine) = count::run(NETDUINOPLUS2, &image).expect("the image runs");
     let (_, coarse) = count::run(MPS2_AN386, &image).expect("the image runs");
     for (name, count) in fine {
-        // In 1000 repetitions two ticks of 40 instructions are 0.08.
+        // In 1000 repetitions two ticks of 40 instructions are 0.08. Work of many instructions is
+        // done in down to a fortieth of the repetitions: there they are 3.2.
         let off = (count - coarse[&name]).abs();
-        // For work that is done in a fortieth of the repetitions they are 3.2.
+        let limit = if count > 10_000.0 { 3.2 } else { 0.2 };
         assert!(
-            off < 0.2 || off < 1e-5 * count,
+            off < limit,
             "{name}: {count} and {}",
             coarse[&name]
         );

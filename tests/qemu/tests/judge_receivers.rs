@@ -46,7 +46,8 @@ fn read(values: &Values, time: Time, key: &str) -> (f64, f64) {
         // the judges round to 1e-10 degree
         "lat" => (degrees(values.position.latitude), 2e-10),
         "lon" => (degrees(values.position.longitude), 2e-10),
-        "h" => (values.position.height, 1e-6),
+        // NovAtel's decoder has the geoid as an f32, also from text
+        "h" => (values.position.height, 5e-6),
         "n" => (north, 1e-6),
         "e" => (east, 1e-6),
         "d" => (down, 1e-6),
