@@ -34,11 +34,7 @@ fn both_counters_agree() {
         // done in down to a fortieth of the repetitions: there they are 3.2.
         let off = (count - coarse[&name]).abs();
         let limit = if count > 10_000.0 { 3.2 } else { 0.2 };
-        assert!(
-            off < limit,
-            "{name}: {count} and {}",
-            coarse[&name]
-        );
+        assert!(off < limit, "{name}: {count} and {}", coarse[&name]);
     }
 }
 
