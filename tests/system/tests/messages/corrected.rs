@@ -31,7 +31,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     apart.fold(0.0, f64::max)
 }
 
-/// `ls-bias`, `ls-3x3` and `rnn` start as `raw` does, with their own samples. So `raw` on the
+/// With `--start own`, `ls-bias`, `ls-3x3` and `rnn` start as `raw` does, with their own samples. So `raw` on the
 /// corrected file is that scheme.
 #[test]
 fn the_corrected_file_replays_raw_as_the_scheme_did() {
@@ -42,16 +42,16 @@ fn the_corrected_file_replays_raw_as_the_scheme_did() {
     std::fs::write(dir.join("in.mcap"), bag(&session)).unwrap();
     let run = |args: &str| drop(host_sim(dir, args).success());
     run("convert csv --header header.toml --to kf-gins --velocity --out k");
-    let kf = "k/gnss.txt --standstill-s 120";
+    let kf = "k/gnss.txt --standstill-s 120 --start own";
     for scheme in ["ls-bias", "ls-3x3", "rnn"] {
-        let write = format!("--corrected out/c.csv --force --corrected-by {scheme}");
+        let write = format!("--start own --corrected out/c.csv --force --corrected-by {scheme}");
         let outcome = replay(dir, &format!("csv --header header.toml {write}"));
         let notes = outcome["notes"].to_string();
         let note = format!("out/c.csv holds the samples as {scheme} has corrected them: 36000 of");
         assert!(notes.contains(&note), "{notes}");
         let meant = errors(&outcome, scheme);
         let raw = errors(&outcome, "raw");
-        let again = replay(dir, "csv --header header.toml out/c.csv");
+        let again = replay(dir, "csv --header header.toml out/c.csv --start own");
         let off = apart(&errors(&again, "raw"), &meant);
         assert!(off < 1e-3, "{scheme}: {off} m");
         assert!(apart(&raw, &meant) > 1.0, "{scheme} corrects something");
@@ -65,11 +65,14 @@ fn the_corrected_file_replays_raw_as_the_scheme_did() {
     // a format that is not written, as text of KF-GINS
     let write = "--corrected c.txt --force --corrected-by rnn --corrected-format kf-gins \
                  --corrected-shift 100";
-    let source = "mcap in.mcap --velocity-topic /vel --standstill-s 120";
+    let source = "mcap in.mcap --velocity-topic /vel --standstill-s 120 --start own";
     let outcome = replay(dir, &format!("{source} {write}"));
     let meant = errors(&outcome, "rnn");
     run("convert mcap in.mcap --velocity-topic /vel --to kf-gins --shift 100 --velocity --out m");
-    let again = replay(dir, "kf-gins c.txt m/gnss.txt --standstill-s 120");
+    let again = replay(
+        dir,
+        "kf-gins c.txt m/gnss.txt --standstill-s 120 --start own",
+    );
     let off = apart(&errors(&again, "raw"), &meant);
     assert!(off < 1e-2, "mcap: {off} m");
 }

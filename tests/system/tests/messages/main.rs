@@ -89,11 +89,11 @@ fn one_drive_gives_the_same_in_every_format() {
     let start = &session.reference[0];
     let (roll, pitch, heading) = to_euler(&start.q_bn);
     let origin = format!("{},{},{}", ORIGIN.lat / DEG, ORIGIN.lon / DEG, ORIGIN.h);
-    let known = replay(dir, &format!("euroc . --origin {origin}"));
+    let known = replay(dir, &format!("euroc . --origin {origin} --start own"));
     let angles = [roll, pitch, heading]
         .map(|angle| (angle / DEG).to_string())
         .join(",");
-    let arguments = format!("mcap in.mcap --velocity-topic /vel --attitude {angles}");
+    let arguments = format!("mcap in.mcap --velocity-topic /vel --attitude {angles} --start own");
     let bag = replay(dir, &arguments);
     assert!(
         (known[0] - bag[0]).abs() < 0.1 * bag[0],
