@@ -97,10 +97,10 @@ fn the_first_page_shows_the_first_replay() {
         assert!(printed.contains(line), "{line} is not in:\n{printed}");
     }
     assert!(
-        printed.contains("and waits for it to settle before it stores it"),
+        printed.contains("and stored it for the next power-on"),
         "{printed}"
     );
-    assert!(printed.contains("Switched on again for the judged part, it corrects nothing."));
+    assert!(printed.contains("Switched on again for the judged part, it corrects from power-on."));
     run("unit new --from stim300 --output my.toml");
     let printed = run("replay csv --header data/header.toml --learn-s 1600 --unit my.toml");
     assert!(
