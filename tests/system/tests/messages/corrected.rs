@@ -31,8 +31,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     apart.fold(0.0, f64::max)
 }
 
-/// With `--start own`, `ls-bias`, `ls-3x3` and `rnn` start as `raw` does, with their own samples. So `raw` on the
-/// corrected file is that scheme.
+/// With `--start own`, `ls-bias`, `ls-3x3` and `rnn` start as `raw` does, with their own samples.
+/// So `raw` on the corrected file is that scheme.
 #[test]
 fn the_corrected_file_replays_raw_as_the_scheme_did() {
     let dir = tempfile::tempdir().unwrap();
