@@ -193,8 +193,7 @@ impl<'m> FixLearner<'m> {
                 let sheet = &self.settings.sheet;
                 bank.begin_stored(&self.shapes.constant(&unit.biases()), sheet, UNALIGNED);
             }
-        }
-        if !knows {
+        } else {
             self.remembered.base = Head::NEW;
         }
         let known =
