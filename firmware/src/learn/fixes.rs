@@ -95,7 +95,6 @@ pub use start::Started;
 
 use course::Course;
 use parts::{Choice, FixTimes, Motion, Navigation, Remembered, Samples};
-use proportional::Ratios;
 
 /// Learns both networks from the receiver's fixes.
 #[derive(Debug)]
@@ -306,13 +305,9 @@ impl<'m> FixLearner<'m> {
         }
         self.memory.bank.feels(&block, navigator.felt());
         navigator.feels_anew();
-        let ratios = Ratios {
-            scale: self.settings.scale,
-            misalignment: self.settings.misalignment[1],
-            g_sensitivity: self.settings.g_sensitivity,
-        };
+        let sizes = self.settings.considered();
         let state = navigator.state();
-        let grown = self.motion.proportional.moves(&state, block.time, &ratios);
+        let grown = self.motion.proportional.moves(&state, block.time, &sizes);
         for (i, variance) in grown.as_flattened().iter().enumerate() {
             block.q[i][i] += variance;
         }

@@ -23,22 +23,12 @@
 //! of the accelerometers, and the heading is what the sensors show, which is not the vehicle's.
 //! Misalignments of the accelerometers show a gain of velocity across the real one.
 
+use crate::learn::bank::Sizes;
 use crate::nav::State;
 use crate::nav::vector::{Q, V, V32, add, narrow, product, scale};
 
 /// The times `T`, s (assumed): in which fixes correct an attitude, and of the longest turns.
 const MEMORIES_S: [f32; 2] = [15.0, 150.0];
-
-/// Errors of the sensors in proportion to the motion: standard deviations.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ratios {
-    /// Scale factors of gyros and accelerometers, as ratios.
-    pub scale: [f32; 2],
-    /// Misalignment of the accelerometers, rad.
-    pub misalignment: f32,
-    /// Gyros: rad/s per m/s2.
-    pub g_sensitivity: f32,
-}
 
 /// One kind of motion: an angle or a velocity, about or along north, east, down.
 #[derive(Debug, Clone, Copy, Default)]
@@ -84,7 +74,7 @@ impl Proportional {
 
     /// The navigator has moved to this state in `time` seconds. The result is what the variances of
     /// attitude (rad2) and velocity (m2/s2) grow by, about and along north, east, down.
-    pub fn moves(&mut self, state: &State, time: f32, of: &Ratios) -> [V32; 2] {
+    pub fn moves(&mut self, state: &State, time: f32, of: &Sizes) -> [V32; 2] {
         let before = self.from.replace((state.q_bn, state.velocity));
         let Some((q, velocity)) = before else {
             return [[0.0; 3]; 2];
@@ -100,7 +90,8 @@ impl Proportional {
         // a force along any axis is felt by all gyros
         let all: f32 = gain.iter().sum();
         let by_force = of.g_sensitivity * of.g_sensitivity * all;
-        let across = of.misalignment * of.misalignment;
+        let [_, misalignment] = of.misalignment;
+        let across = misalignment * misalignment;
         [
             turn.map(|turn| gyro * turn + by_force),
             gain.map(|gain| accel * gain + across * (all - gain)),

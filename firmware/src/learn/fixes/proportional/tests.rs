@@ -2,9 +2,9 @@ use super::*;
 use crate::fix::Position;
 use crate::nav::vector::from_rotvec;
 
-const RATIOS: Ratios = Ratios {
+const RATIOS: Sizes = Sizes {
     scale: [0.01, 0.002],
-    misalignment: 0.0,
+    misalignment: [0.0; 2],
     g_sensitivity: 0.0,
 };
 
@@ -21,7 +21,7 @@ fn state(angle: f64, velocity: V) -> State {
 }
 
 /// The variances that a motion adds: `at` gives angle and velocity at each step of 0.1 s.
-fn added(ratios: &Ratios, steps: u32, at: impl Fn(f64) -> (f64, V)) -> [V32; 2] {
+fn added(ratios: &Sizes, steps: u32, at: impl Fn(f64) -> (f64, V)) -> [V32; 2] {
     let mut of = Proportional::default();
     let mut sum = [[0.0; 3]; 2];
     for k in 0..=steps {
@@ -48,7 +48,7 @@ fn a_corner_counts_as_a_whole() {
 /// Braking from 20 m/s in 5 s: 0.2 % of it, and what the gyros' g-sensitivity turns meanwhile.
 #[test]
 fn braking_counts_as_a_whole() {
-    let ratios = Ratios {
+    let ratios = Sizes {
         g_sensitivity: 1e-4,
         ..RATIOS
     };
@@ -63,8 +63,8 @@ fn braking_counts_as_a_whole() {
 /// As before, with accelerometers that are misaligned by 5 mrad.
 #[test]
 fn misaligned_accelerometers_show_braking_across_too() {
-    let ratios = Ratios {
-        misalignment: 5e-3,
+    let ratios = Sizes {
+        misalignment: [0.0, 5e-3],
         ..RATIOS
     };
     let [_, gain] = added(&ratios, 50, |t| (0.0, [20.0 - 4.0 * t, 0.0, 0.0]));
