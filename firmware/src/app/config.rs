@@ -3,9 +3,12 @@
 use super::hardware::Hardware;
 use crate::compensator::Limit;
 pub use crate::configuration::Activation;
-use crate::configuration::{Configuration, ReceiverProtocol, Sensor, SerialLines};
+use crate::configuration::{
+    Configuration, ReceiverProtocol, Sensor, SerialLines, VehicleKind,
+};
 use crate::control::Mode;
 use crate::error_bound::{ErrorBound, LATITUDE};
+use crate::learn::usual;
 use crate::model::Nets;
 use crate::units::{DEGREE, G};
 use crate::wire::{ImuFormat, ReceiverFormat, Settings};
@@ -24,8 +27,11 @@ pub struct Config {
     pub nets: Nets,
     /// Time between network steps, s, > 0; rounded to whole samples.
     pub block: f64,
-    /// Largest correction.
+    /// Largest correction beside that of the maps.
     pub limit: Limit,
+    /// Largest element of a map of gyros and accelerometers; 0: samples are not corrected in
+    /// proportion.
+    pub map_limit: [f32; 2],
     /// Fastest change of a correction after the alignment: rad/s per s, m/s2 per s.
     pub slew: Limit,
     /// Largest speed of the vehicle over ground, m/s; only for the error bound
@@ -49,6 +55,17 @@ pub struct Config {
     /// The board.
     pub hardware: Hardware,
 }
+
+/// Largest element of the maps: three standard deviations by the datasheet, as a bias.
+fn map_limit(configuration: &Configuration) -> [f32; 2] {
+    [&configuration.gyro, &configuration.accel]
+        .map(|triad| MAP_LIMIT * triad.scale.max(triad.misalignment))
+}
+
+/// Standard deviations that an element of a map may have.
+const MAP_LIMIT: f32 = 3.0;
+/// A row of a map adds at most its largest element times this and the length of what is felt.
+const SQRT_3: f32 = 1.732_051;
 
 /// Faults of the store's content.
 #[derive(Debug, Clone, Copy, Default)]
@@ -79,6 +96,7 @@ impl Config {
             nets: Nets::NONE,
             block: f64::from(correction.block),
             limit: correction.limit,
+            map_limit: map_limit(configuration),
             slew: correction.slew,
             speed: configuration.vehicle.speed,
             activation: correction.activation,
@@ -157,6 +175,18 @@ impl Config {
         configuration.map_or(0.0, |configuration| configuration.receiver.heading_offset)
     }
 
+    /// The largest correction of an axis, the maps' part included, in a vehicle that turns and gains
+    /// velocity no more on average than is usual ([`usual`]).
+    fn with_maps(&self) -> Limit {
+        let kind = self.configuration.as_ref().map(|of| of.vehicle.kind);
+        let [rate, force] = usual(kind.unwrap_or(VehicleKind::Land));
+        let [gyro, accel] = self.map_limit.map(|most| most * SQRT_3);
+        Limit {
+            gyro: self.limit.gyro + gyro * rate,
+            accel: self.limit.accel + accel * (G as f32 + force),
+        }
+    }
+
     /// The effect of the corrections at worst, after an alignment at this latitude (rad), where
     /// samples come `words` times as often as configured. Without a configuration nothing is
     /// corrected.
@@ -166,7 +196,11 @@ impl Config {
             accel: 0.0,
         };
         ErrorBound {
-            limit: if self.configured { self.limit } else { none },
+            limit: if self.configured {
+                self.with_maps()
+            } else {
+                none
+            },
             speed: self.speed,
             latitude: latitude.unwrap_or(LATITUDE),
             words,
@@ -189,6 +223,7 @@ impl Default for Config {
             nets: Nets::NONE,
             block: 1.0,
             limit,
+            map_limit: [0.0; 2],
             slew: Limit {
                 gyro: limit.gyro * 1e-3,
                 accel: limit.accel * 1e-3,

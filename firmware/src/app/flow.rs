@@ -151,6 +151,11 @@ impl<'m> Flow<'m> {
             _ => {}
         }
         let sent = out.send(frame.bytes()).is_ok();
+        if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut()
+            && correct
+        {
+            compensator.anticipate(state, self.corrector.channels.current(), &reading.sample);
+        }
         self.blackbox.left(frame.bytes());
         // the frame has left: no work is urgent until the next one is complete
         let configuration = self.health.has(fault::OUTPUT_FULL | fault::SATURATED);

@@ -37,7 +37,7 @@ pub(super) fn renew(
         .renew(
             (&config.nets, nets_sum),
             timing,
-            config.limit,
+            (config.limit, config.map_limit),
             (inputs, slew),
         )
         .ok()

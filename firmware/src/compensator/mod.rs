@@ -2,20 +2,24 @@
 //!
 //! The networks step once a block of `block_samples` samples, because the noise of one sample hides
 //! a laser gyro's bias by two orders of magnitude (see LEARNING). The estimate of a block stays in
-//! force over the next one. So the correction of a sample is known before the sample arrives, and
-//! the latency is the same on all axes. With a correction of zero the output is the input, bit for
-//! bit.
+//! force over the next one. Errors in proportion to the samples, by the maps, are taken off the
+//! next sample: over any time their sum is right but for the first and last one. So the correction
+//! of a sample is known before the sample arrives, and the latency is the same on all axes. With a
+//! correction of zero the output is the input, bit for bit.
 
 mod driven;
 mod limit;
 mod outlet;
+mod proportional;
 mod sound;
 
 use crate::inputs::{Inputs, OWN, Sources, Thermometer, Vibration};
 use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
+use lrnn_nostd::learn::kalman::Maps;
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
 use outlet::{Outlet, per_error, positive};
+use proportional::Proportional;
 
 pub use limit::{ConfigError, Limit};
 pub use outlet::OUTLETS;
@@ -29,6 +33,8 @@ pub struct Compensator {
     gyro: Net,
     /// Accelerometer network: its inputs in, the specific force's error in m/s2 out.
     accel: Net,
+    /// Errors in proportion to each sample, as [`Nets::maps`].
+    maps: Maps<f32>,
     slew: Option<Limit>,
     inputs: Inputs,
     /// An input asks for the vibration.
@@ -36,6 +42,8 @@ pub struct Compensator {
     scale: StreamScale,
     block_s: f32,
     limit: Limit,
+    /// Largest element of a map of gyros and accelerometers.
+    map_limit: [f32; 2],
     // mean input of a block per summed count, SI
     input_per_count: [f32; 2],
     // counts per sample for an error of one SI unit, for each output stream
@@ -58,7 +66,10 @@ pub struct State {
     thermometer: Thermometer,
     vibration: Vibration,
     estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
+    maps: Maps<f32>,         // in force
+    /// Check of the two above.
     estimate_sum: u32,
+    proportional: Proportional,
     outlets: [Outlet; OUTLETS],
     /// The correction goes to zero, as fast as `slew` lets it, whatever the networks' output.
     pub off: bool,
@@ -86,9 +97,19 @@ impl State {
         *self = State::default();
     }
 
-    /// Correction in force: rad/s and m/s2.
+    /// Constant part of the correction in force: rad/s and m/s2.
     pub fn estimate(&self) -> [[f32; 3]; 2] {
         self.estimate
+    }
+
+    /// Maps in force.
+    pub fn maps(&self) -> &Maps<f32> {
+        &self.maps
+    }
+
+    /// Samples pass as they are.
+    pub fn is_zero(&self) -> bool {
+        self.estimate == [[0.0; 3]; 2] && self.maps == Nets::NONE.maps
     }
 
     /// A reading of the sensor's thermometer, degrees C, in the block in progress.
@@ -169,6 +190,7 @@ impl Compensator {
     pub(crate) const BLANK: Compensator = Compensator {
         gyro: Nets::NONE.gyro,
         accel: Nets::NONE.accel,
+        maps: Nets::NONE.maps,
         slew: None,
         inputs: OWN,
         vibrates: false,
@@ -182,6 +204,7 @@ impl Compensator {
             gyro: 0.0,
             accel: 0.0,
         },
+        map_limit: [0.0; 2],
         input_per_count: [0.0; 2],
         counts_per_error: [[0.0; 2]; OUTLETS],
         outlets: 1,
@@ -198,11 +221,12 @@ impl Compensator {
         &mut self,
         (nets, nets_sum): (&Nets, u32),
         (lsb, sample_period_s, block_samples): (Lsb, f64, u16),
-        limit: Limit,
+        (limit, map_limit): (Limit, [f32; 2]),
         (inputs, slew): (Option<Inputs>, Option<Limit>),
     ) -> Result<(), ConfigError> {
         self.set_up(lsb, sample_period_s, block_samples, limit)?;
-        (self.gyro, self.accel) = (nets.gyro, nets.accel);
+        (self.gyro, self.accel, self.maps) = (nets.gyro, nets.accel, nets.maps);
+        self.map_limit = map_limit;
         (self.slew, self.outlets) = (slew, 1);
         self.take_inputs(inputs.unwrap_or(OWN));
         self.seal_with(nets_sum);
@@ -259,6 +283,7 @@ impl Compensator {
         Nets {
             gyro: self.gyro,
             accel: self.accel,
+            maps: self.maps,
         }
     }
 
@@ -275,7 +300,7 @@ impl Compensator {
             ..State::default()
         };
         if !off {
-            self.put_in_force(&mut state, &self.initial_output());
+            self.put_in_force(&mut state, &self.initial_output(), &self.maps_within_limit());
         }
         state
     }
@@ -292,6 +317,17 @@ impl Compensator {
         ]
     }
 
+    /// The maps, each element within the limit.
+    fn maps_within_limit(&self) -> Maps<f32> {
+        let mut maps = self.maps;
+        for (map, limit) in maps.iter_mut().zip(self.map_limit) {
+            for element in map.as_flattened_mut() {
+                *element = clip(*element, limit);
+            }
+        }
+        maps
+    }
+
     /// One sample in, one sample out. At the end of a block also the networks' output, which takes
     /// effect with the next sample.
     pub fn process(&self, state: &mut State, sample: Counts) -> (Counts, Option<Block>) {
@@ -300,6 +336,7 @@ impl Compensator {
             accel: sample.dv,
         };
         let (corrected, _) = self.corrected(state, 0, &before, false);
+        self.anticipate(state, 0, &before);
         let out = match corrected {
             RawSample::Counts { gyro, accel } => Counts {
                 dtheta: gyro,
@@ -360,7 +397,7 @@ impl Compensator {
 
     /// Other networks with their states. The estimate in force stays until they step.
     pub fn exchange(&mut self, state: &mut State, nets: Nets, states: [NetState; 2]) {
-        (self.gyro, self.accel) = (nets.gyro, nets.accel);
+        (self.gyro, self.accel, self.maps) = (nets.gyro, nets.accel, nets.maps);
         self.seal();
         state.set_nets(states);
     }
@@ -372,10 +409,26 @@ impl Compensator {
         [g.error, a.error]
     }
 
-    /// Brings an estimate into force at once, within the limit.
+    /// Brings an estimate into force at once, within the limit, with the networks' maps.
     pub fn force(&self, state: &mut State, estimate: &[[f32; 3]; 2]) {
-        state.estimate = self.within_limit(*estimate);
-        state.estimate_sum = sound::floats(state.estimate.as_flattened());
+        self.force_with(state, estimate, &self.maps_within_limit());
+    }
+
+    /// Brings an estimate and maps that were in force before into force at once.
+    pub fn force_with(&self, state: &mut State, estimate: &[[f32; 3]; 2], maps: &Maps<f32>) {
+        (state.estimate, state.maps) = (self.within_limit(*estimate), *maps);
+        self.is_in_force(state);
+    }
+
+    /// The correction is zero at once.
+    pub fn force_zero(&self, state: &mut State) {
+        self.force_with(state, &[[0.0; 3]; 2], &Nets::NONE.maps);
+    }
+
+    /// Estimate and maps have changed.
+    fn is_in_force(&self, state: &mut State) {
+        state.estimate_sum = state.estimate_sum();
+        state.proportional = Proportional::of(&state.maps);
         self.make_due(state);
     }
 
@@ -399,9 +452,13 @@ impl Compensator {
         state.faults = state.faults.saturating_add(u32::from(fault.is_some()));
         let clipped = output != [g.error, a.error];
         state.clipped = state.clipped.saturating_add(u32::from(clipped));
-        let target = if state.off { [[0.0; 3]; 2] } else { output };
+        let (target, maps) = if state.off {
+            ([[0.0; 3]; 2], Nets::NONE.maps)
+        } else {
+            (output, self.maps_within_limit())
+        };
         if !state.hold {
-            self.put_in_force(state, &target);
+            self.put_in_force(state, &target, &maps);
         }
         let [rate_error, force_error] = state.estimate;
         Block {
@@ -415,8 +472,9 @@ impl Compensator {
         }
     }
 
-    /// Moves the estimate to its target, within the slew limit, and computes it per sample.
-    fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2]) {
+    /// Moves estimate and maps to their targets, within the slew limit, and computes them per
+    /// sample. An element of a map moves by the same share of its limit as the estimate.
+    fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2], maps: &Maps<f32>) {
         if !state.is_estimate_sound() {
             self.mend_estimate(state);
         }
@@ -424,8 +482,17 @@ impl Compensator {
             .slew
             .map(|slew| [slew.gyro, slew.accel].map(|s| s * self.block_s));
         match slew {
-            None => state.estimate = *target,
+            None => (state.estimate, state.maps) = (*target, *maps),
             Some(slew) => {
+                let limits = [self.limit.gyro, self.limit.accel];
+                let of_maps = state.maps.iter_mut().zip(maps).zip(slew.iter().zip(limits));
+                for (((now, to), (slew, limit)), most) in of_maps.zip(self.map_limit) {
+                    let share = if limit > 0.0 { slew / limit } else { 1.0 };
+                    let now = now.as_flattened_mut().iter_mut();
+                    for (now, to) in now.zip(to.as_flattened()) {
+                        *now += clip(to - *now, share * most);
+                    }
+                }
                 for ((estimate, target), slew) in state.estimate.iter_mut().zip(target).zip(slew) {
                     for (e, t) in estimate.iter_mut().zip(target) {
                         *e += clip(t - *e, slew);
@@ -433,8 +500,7 @@ impl Compensator {
                 }
             }
         }
-        state.estimate_sum = sound::floats(state.estimate.as_flattened());
-        self.make_due(state);
+        self.is_in_force(state);
     }
 }
 

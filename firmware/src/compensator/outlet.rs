@@ -4,6 +4,7 @@
 //! reads one of them, so each must be right to its last remainder.
 
 use super::{Compensator, ConfigError, State};
+use crate::model::Nets;
 use crate::remainder::{COUNT, HALF, LARGEST, Owed, add_float, add_float_early, subtract};
 use crate::sample::{Axes, Lsb, RawSample};
 
@@ -13,8 +14,15 @@ pub const OUTLETS: usize = 4;
 /// Corrections owed to one output stream.
 #[derive(Debug, Clone)]
 pub(super) struct Outlet {
-    pub(super) due: [[i64; 3]; 2], // the estimate in steps of 2^-32 counts per sample
+    /// Correction of the next sample: of counts in steps of 2^-32, and of floats with its sign
+    /// turned.
+    pub(super) due: [[i64; 3]; 2],
     pub(super) due_float: [[f32; 3]; 2],
+    /// The estimate's part of it.
+    pub(super) constant: [[i64; 3]; 2],
+    pub(super) constant_float: [[f32; 3]; 2],
+    /// Check of that part.
+    pub(super) constant_sum: u32,
     left: [[u32; 3]; 2], // steps of 2^-32 counts carried over, and `HALF` more
     pub(super) remainder_float: [[f32; 3]; 2],
     /// Checks of the corrections of integer and of float samples: see [`super::sound`].
@@ -27,11 +35,40 @@ impl Default for Outlet {
         Outlet {
             due: [[0; 3]; 2],
             due_float: [[0.0; 3]; 2],
+            constant: [[0; 3]; 2],
+            constant_float: [[0.0; 3]; 2],
+            constant_sum: 0,
             left: [[HALF; 3]; 2],
             remainder_float: [[0.0; 3]; 2],
             counts_sum: 0,
             floats_sum: 0,
         }
+    }
+}
+
+impl Outlet {
+    /// The constant part was this before. `maps`: the last sample has added to it.
+    fn moves(&mut self, before: ([[i64; 3]; 2], [[f32; 3]; 2]), maps: bool) {
+        if !maps {
+            (self.due, self.due_float) = (self.constant, self.constant_float);
+            return;
+        }
+        let (counts, floats) = before;
+        let counts = counts.as_flattened().iter().zip(self.constant.as_flattened());
+        for (due, (before, now)) in self.due.as_flattened_mut().iter_mut().zip(counts) {
+            let felt = due.saturating_sub(*before);
+            *due = felt.saturating_add(*now).clamp(-LARGEST, LARGEST);
+        }
+        let floats = floats.as_flattened().iter().zip(self.constant_float.as_flattened());
+        for (due, (before, now)) in self.due_float.as_flattened_mut().iter_mut().zip(floats) {
+            *due = (*due - before) + now;
+        }
+    }
+
+    /// To be called after every change of the correction.
+    pub(super) fn seal(&mut self) {
+        self.counts_sum = self.counts_sum();
+        self.floats_sum = self.floats_sum();
     }
 }
 
@@ -188,35 +225,36 @@ impl Compensator {
     /// place. Returns the axes that saturated.
     pub fn correct(&self, state: &mut State, outlet: usize, sample: &mut RawSample) -> Axes {
         let (corrected, over) = self.corrected(state, outlet, sample, false);
+        self.anticipate(state, outlet, sample);
         *sample = corrected;
         over
     }
 
-    /// Computes the estimate in counts per sample, for the streams in use. Floats are owed nothing
+    /// Computes the estimate in counts per sample, for the streams in use; what the last sample has
+    /// added in proportion stays. Floats are owed nothing
     /// any more where the correction is zero: a remainder would change a value with a finer last
     /// digit.
     pub(super) fn make_due(&self, state: &mut State) {
         state.changes = state.changes.wrapping_add(1);
+        let zero = state.is_zero();
+        let maps = state.maps != Nets::NONE.maps;
         let outlets = state.outlets.iter_mut().zip(self.counts_per_error);
         for (outlet, per_error) in outlets.take(self.outlets) {
-            let Outlet {
-                due,
-                due_float,
-                remainder_float,
-                ..
-            } = &mut *outlet;
-            let due = due.iter_mut().zip(due_float).zip(remainder_float);
+            let before = (outlet.constant, outlet.constant_float);
             let per_sample = state.estimate.iter().zip(per_error);
-            for (((due, due_float), left), (estimate, per_error)) in due.zip(per_sample) {
+            let constant = outlet.constant.iter_mut().zip(&mut outlet.constant_float);
+            let constant = constant.zip(&mut outlet.remainder_float);
+            for (((due, due_float), left), (estimate, per_error)) in constant.zip(per_sample) {
                 let counts = estimate.map(|e| e * per_error);
                 *due = counts.map(|c| ((c * COUNT) as i64).clamp(-LARGEST, LARGEST));
                 *due_float = counts.map(|c| -c);
-                if counts == [0.0; 3] {
+                if counts == [0.0; 3] && !maps || zero {
                     *left = [0.0; 3];
                 }
             }
-            outlet.counts_sum = outlet.counts_sum();
-            outlet.floats_sum = outlet.floats_sum();
+            outlet.moves(before, maps);
+            outlet.constant_sum = outlet.constant_sum();
+            outlet.seal();
         }
     }
 }

@@ -6,9 +6,11 @@
 //! before it is used.
 
 use super::outlet::Outlet;
+use super::proportional::Proportional;
 use super::{Compensator, State};
 use crate::model::Nets;
 use lrnn_nostd::Net;
+use lrnn_nostd::learn::kalman::Maps;
 
 /// Exclusive or of the words of floats.
 pub(super) fn floats(values: &[f32]) -> u32 {
@@ -33,7 +35,11 @@ fn of_net(net: &Net) -> u32 {
 /// A check of both networks. The second one's is turned, so that equal networks do not cancel.
 #[inline(never)]
 pub fn of_nets(nets: &Nets) -> u32 {
-    of_net(&nets.gyro) ^ of_net(&nets.accel).rotate_left(1)
+    of_net(&nets.gyro) ^ of_net(&nets.accel).rotate_left(1) ^ of_maps(&nets.maps).rotate_left(3)
+}
+
+fn of_maps(maps: &Maps<f32>) -> u32 {
+    floats(maps.as_flattened().as_flattened())
 }
 
 impl Outlet {
@@ -48,12 +54,32 @@ impl Outlet {
     pub(super) fn floats_sum(&self) -> u32 {
         floats(self.due_float.as_flattened()) ^ floats(self.remainder_float.as_flattened())
     }
+
+    /// Check of the constant part of the corrections.
+    pub(super) fn constant_sum(&self) -> u32 {
+        let counts = wide(self.constant.as_flattened().iter().map(|due| *due as u64));
+        counts ^ floats(self.constant_float.as_flattened())
+    }
+}
+
+impl Proportional {
+    /// Check of the elements.
+    #[inline(always)]
+    pub(super) fn elements_sum(&self) -> u32 {
+        let elements = self.elements.as_flattened().as_flattened().iter();
+        elements.fold(0, |sum, element| sum ^ *element as u32)
+    }
 }
 
 impl State {
     /// The estimate is as it was put in force.
     pub(super) fn is_estimate_sound(&self) -> bool {
-        floats(self.estimate.as_flattened()) == self.estimate_sum
+        self.estimate_sum() == self.estimate_sum
+    }
+
+    /// Check of estimate and maps in force.
+    pub(super) fn estimate_sum(&self) -> u32 {
+        floats(self.estimate.as_flattened()) ^ of_maps(&self.maps).rotate_left(3)
     }
 }
 
@@ -80,7 +106,10 @@ impl Compensator {
     }
 
     fn constants_sum(&self) -> u32 {
-        of_net(&self.gyro) ^ of_net(&self.accel).rotate_left(1) ^ self.others_sum()
+        of_net(&self.gyro)
+            ^ of_net(&self.accel).rotate_left(1)
+            ^ of_maps(&self.maps).rotate_left(3)
+            ^ self.others_sum()
     }
 
     /// [`Compensator::seal`] where the check of the networks is known ([`of_nets`]).
@@ -94,12 +123,14 @@ impl Compensator {
         let Self {
             gyro: _,
             accel: _,
+            maps: _,
             slew,
             inputs,
             vibrates,
             scale,
             block_s,
             limit,
+            map_limit,
             input_per_count,
             counts_per_error,
             outlets,
@@ -119,22 +150,29 @@ impl Compensator {
             ^ timing
             ^ small
             ^ floats(&[*block_s, limit.gyro, limit.accel])
+            ^ floats(map_limit).rotate_left(7)
             ^ floats(input_per_count)
             ^ floats(counts_per_error.as_flattened())
     }
 
-    /// The estimate in force is corrupted. It is restored from what the first output stream
-    /// subtracts. The caller moves it and takes its sum.
+    /// Estimate or maps in force are corrupted. The estimate is restored from what the first output
+    /// stream subtracts, the maps are those of the networks. The caller moves them and takes their
+    /// sum.
     #[cold]
     #[inline(never)]
     pub(super) fn mend_estimate(&self, state: &mut State) {
         let [first, ..] = &state.outlets;
         let [per_error, ..] = self.counts_per_error;
-        let axes = state.estimate.iter_mut().zip(&first.due_float);
+        let axes = state.estimate.iter_mut().zip(&first.constant_float);
         for ((estimate, due), per_error) in axes.zip(per_error) {
             *estimate = due.map(|counts| -counts / per_error);
         }
         state.estimate = self.within_limit(state.estimate);
+        state.maps = if state.off {
+            Nets::NONE.maps
+        } else {
+            self.maps_within_limit()
+        };
         state.mended = state.mended.saturating_add(1);
     }
 
@@ -147,11 +185,10 @@ impl Compensator {
         }
         if !state.is_estimate_sound() || !self.is_sound() {
             // a second upset at the same time: no correction rather than a wrong one
-            state.estimate = [[0.0; 3]; 2];
-            state.estimate_sum = 0;
+            (state.estimate, state.maps) = ([[0.0; 3]; 2], Nets::NONE.maps);
         }
         state.mended = state.mended.saturating_add(1);
-        self.make_due(state);
+        self.is_in_force(state);
     }
 }
 

@@ -35,7 +35,7 @@ use crate::fix::OBSERVATIONS;
 use crate::nav::{ANTENNA, Seen};
 use lrnn_nostd::Rational;
 use lrnn_nostd::Weights;
-use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Workspace};
+use lrnn_nostd::learn::kalman::{Biases, Correction, Kalman, OUTPUTS, Prior, Transition, Workspace};
 
 /// Navigation errors as the antenna sees them, lever arm, age.
 const STATES: usize = NAV + ANTENNA;
@@ -254,12 +254,16 @@ impl Antenna {
         }
     }
 
-    /// The navigator has passed an interval with the estimate `applied` subtracted. The covariance
-    /// follows in [`Antenna::update`], which gets the same interval.
-    pub fn interval(&mut self, block: &Transition<NAV>, applied: &[f32; OUTPUTS]) {
+    /// The navigator has passed an interval with the correction `applied`, whose maps are taken for
+    /// right. The covariance follows in [`Antenna::update`], which gets the same interval.
+    pub fn interval(&mut self, block: &Transition<NAV>, applied: &Correction) {
         if self.estimates() {
+            let applied = Correction {
+                estimate: applied.estimate,
+                ..Correction::NONE
+            };
             self.filter
-                .propagate_mean(&self.moves(Some(block)), applied);
+                .propagate_mean(&self.moves(Some(block)), &applied);
             self.moved = true;
         }
     }

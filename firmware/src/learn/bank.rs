@@ -21,8 +21,8 @@ pub(super) use considered::Sizes;
 pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use table::{
-    ALL, CURVED, DRIVEN, HYPOTHESES, KEYS, LARGEST, NAMES, REMEMBERED, REMEMBERING, SIX_BIASES,
-    STEP, STEPPED, STEPS, STORED, WITH_NETWORKS, ZERO_CORRECTION,
+    ALL, CURVED, DRIVEN, EXTENDS, HYPOTHESES, KEYS, MAP, NAMES, REMEMBERED, REMEMBERING,
+    SIX_BIASES, STEP, STEPPED, STEPS, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
 pub use update::Scratch;
 
@@ -32,7 +32,7 @@ use crate::inputs::settles;
 use crate::inputs::{Inputs, OWN};
 use considered::Considered;
 use hypothesis::Hypothesis;
-use lrnn_nostd::learn::kalman::{FixedWeights, OUTPUTS, TRIADS};
+use lrnn_nostd::learn::kalman::{Correction, FixedWeights, Maps, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State, Weights};
 use table::Hypotheses;
 
@@ -147,13 +147,20 @@ impl<T: Real> Bank<T> {
 
     /// After [`Bank::begin`]: what was known of the unit when the last drive ended, by
     /// [`Bank::remember`]. `ages`: by how much each variance has grown since, as a share of its
-    /// prior. `evidence`: of the others of [`REMEMBERING`] against [`SIX_BIASES`] so far. False:
-    /// a value cannot be, and the hypothesis that it belongs to stays as it was.
+    /// prior. `evidence`: of the others of [`REMEMBERING`] against [`SIX_BIASES`] so far.
+    /// `has_map`: values of [`MAP`] are among them, else zeros are in their place. False: a value
+    /// cannot be, and the hypothesis that it belongs to stays as it was.
     #[inline(never)]
-    pub fn recall(&mut self, values: &[T], ages: T, evidence: [f64; 2]) -> bool {
-        let taken = self.hypotheses.recall(values, ages);
+    pub fn recall(
+        &mut self,
+        values: &[T],
+        ages: T,
+        evidence: [f64; 3],
+        has_map: bool,
+    ) -> bool {
+        let taken = self.hypotheses.recall(values, ages, has_map);
         if taken {
-            for (index, evidence) in [DRIVEN, CURVED].into_iter().zip(evidence) {
+            for (index, evidence) in REMEMBERING.into_iter().skip(1).zip(evidence) {
                 self.some(1 << index, |h| h.believe(evidence));
             }
             let scores = self.scores();
@@ -169,8 +176,8 @@ impl<T: Real> Bank<T> {
     }
 
     /// [`REMEMBERING`], with the likelier of both kinds of biases.
-    pub fn remembering(&self) -> [usize; 3] {
-        [self.biases(), DRIVEN, CURVED]
+    pub fn remembering(&self) -> [usize; 4] {
+        [self.biases(), MAP, DRIVEN, CURVED]
     }
 
     /// The likelier of [`SIX_BIASES`] and [`STEPPED`], which remember the same.
@@ -187,15 +194,15 @@ impl<T: Real> Bank<T> {
         self.get(index).turn_on_moments()
     }
 
-    /// After [`Bank::begin`]: the hypothesis [`STORED`] takes part, with these networks.
+    /// After [`Bank::begin`]: the hypothesis [`STORED`] takes part, with these networks and maps.
     #[inline(never)]
     pub fn begin_stored(
         &mut self,
-        nets: &[LearnerNet<T>; TRIADS],
+        (nets, maps): (&[LearnerNet<T>; TRIADS], &Maps<T>),
         sheet: &Datasheet<T>,
         error_sigma: [T; NAV],
     ) {
-        self.hypotheses.begin_stored(nets, || {
+        self.hypotheses.begin_stored(nets, maps, || {
             sheet.prior::<FixedWeights, 0>(
                 Layers::Time(&Weights::zero()),
                 0.0,
@@ -323,6 +330,34 @@ impl<T: Real> Bank<T> {
         }
     }
 
+    /// What any hypothesis subtracts: its estimate for the next block, and its maps.
+    #[must_use]
+    pub fn correction_of(&self, index: usize) -> Correction<T> {
+        let of = self.get(index);
+        Correction {
+            estimate: *of.estimate(),
+            maps: *of.maps(),
+        }
+    }
+
+    /// The estimate of any hypothesis without its maps' part: its networks' output.
+    #[must_use]
+    pub fn output_of(&self, index: usize) -> [T; OUTPUTS] {
+        self.get(index).output()
+    }
+
+    /// The maps of a hypothesis.
+    #[must_use]
+    pub fn maps_of(&self, index: usize) -> Maps<T> {
+        *self.get(index).maps()
+    }
+
+    /// Correction that the device's own navigator is to subtract.
+    #[must_use]
+    pub fn navigating_correction(&self) -> Correction<T> {
+        self.correction_of(self.navigating())
+    }
+
     /// Estimate that the device's own navigator is to subtract, rad/s and m/s^2.
     #[must_use]
     pub fn navigating_estimate(&self) -> &[T; OUTPUTS] {
@@ -443,7 +478,7 @@ impl<T: Real> Bank<T> {
         self.get(index).unit_nets()
     }
 
-    /// Estimate of the present output: [`Bank::estimate_of`] without the biases of this turn-on.
+    /// Estimate of the present output: [`Bank::output_of`] without the biases of this turn-on.
     #[must_use]
     pub fn unit_estimate_of(&self, index: usize) -> [T; OUTPUTS] {
         self.get(index).unit_estimate()

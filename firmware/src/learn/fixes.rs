@@ -36,7 +36,7 @@ use super::Winner;
 use super::antenna::Antenna;
 use super::bank::{Bank, HYPOTHESES, STORED, Scratch, ZERO_CORRECTION};
 use super::prior::{NAV, Shapes};
-use super::quantise::{flat, split};
+use super::quantise::split;
 use super::rehearsal::Rehearsal;
 use super::settings::Settings;
 use super::unit::Head;
@@ -45,7 +45,7 @@ use crate::inputs::Sources;
 use crate::model::Nets;
 use crate::nav;
 use crate::sample::{Counts, StreamScale};
-use lrnn_nostd::learn::kalman::OUTPUTS;
+use lrnn_nostd::learn::kalman::Correction;
 
 /// The large part of a learner, to be static; at most [`ROOM`] bytes.
 #[derive(Debug)]
@@ -152,10 +152,10 @@ impl<'m> FixLearner<'m> {
     /// The hypothesis that believes the networks that correct this drive, if they do anything.
     #[inline(never)]
     fn begin_stored(&mut self) {
-        let driven = &self.shapes.driven;
-        if *driven != [Nets::NONE.gyro, Nets::NONE.accel] {
+        let (driven, maps) = (&self.shapes.driven, &self.choice.stored_maps);
+        if *driven != [Nets::NONE.gyro, Nets::NONE.accel] || *maps != Nets::NONE.maps {
             let bank = &mut self.memory.bank;
-            bank.begin_stored(driven, &self.settings.sheet, UNALIGNED);
+            bank.begin_stored((driven, maps), &self.settings.sheet, UNALIGNED);
         }
     }
 
@@ -190,7 +190,8 @@ impl<'m> FixLearner<'m> {
             if self.remembered.base.refuted && !bank.takes_part(STORED) {
                 // what is remembered does not act, but is on trial
                 let sheet = &self.settings.sheet;
-                bank.begin_stored(&self.shapes.constant(&unit.biases()), sheet, UNALIGNED);
+                let nets = self.shapes.constant(&unit.biases());
+                bank.begin_stored((&nets, &Nets::NONE.maps), sheet, UNALIGNED);
             }
         } else {
             self.remembered.base = Head::NEW;
@@ -303,22 +304,26 @@ impl<'m> FixLearner<'m> {
         if block.time <= 0.0 {
             return false;
         }
+        block.proportional = navigator.felt().proportional(block.time);
         self.memory.bank.feels(&block, navigator.felt());
         navigator.feels_anew();
         let sizes = self.settings.considered();
         let state = navigator.state();
         let grown = self.motion.proportional.moves(&state, block.time, &sizes);
-        for (i, variance) in grown.as_flattened().iter().enumerate() {
-            block.q[i][i] += variance;
+        for i in 0..3 {
+            block.q[i][i] += grown.by_force;
         }
+        let [a, b, c] = grown.turn;
+        let [d, e, f] = grown.gain;
+        self.scratch.in_proportion = [a, b, c, d, e, f, 0.0, 0.0, 0.0];
         self.scratch.block = block;
         true
     }
 
-    /// The estimate that was subtracted in the interval.
-    fn applied(&self) -> [f32; OUTPUTS] {
+    /// The correction that was subtracted in the interval.
+    fn applied(&self) -> Correction {
         let navigator = self.navigation.course.navigator();
-        navigator.map_or([0.0; OUTPUTS], |navigator| flat(navigator.estimate()))
+        navigator.map_or(Correction::NONE, |navigator| *navigator.correction())
     }
 
     /// All means move with the navigator, and so do the shadows of the rehearsals.
@@ -327,6 +332,7 @@ impl<'m> FixLearner<'m> {
         let block = &self.scratch.block;
         self.memory.bank.propagate_mean(block, &applied);
         self.memory.antenna.interval(block, &applied);
+        self.memory.antenna.inflate(&self.scratch.in_proportion);
         self.memory.rehearsal.interval(block, &applied);
     }
 
@@ -338,10 +344,11 @@ impl<'m> FixLearner<'m> {
         }
         let (bank, running) = (&self.memory.bank, self.choice.running);
         let [gyro, accel] = bank.nets_of(running);
+        let maps = bank.maps_of(running);
         Some(Winner {
-            nets: Nets { gyro, accel },
+            nets: Nets { gyro, accel, maps },
             states: bank.states_of(running),
-            estimate: split(bank.estimate_of(running)),
+            estimate: split(&bank.output_of(running)),
         })
     }
 
@@ -349,9 +356,9 @@ impl<'m> FixLearner<'m> {
     fn correct(&mut self) -> Option<[f32; NAV]> {
         let navigator = self.navigation.course.navigator_mut()?;
         let bank = &mut self.memory.bank;
-        let [gyro, accel] = split(bank.navigating_estimate());
+        let correction = bank.navigating_correction();
         let error = bank.feed_back();
-        if !navigator.feed_back(&error) || !navigator.set_estimate(gyro, accel) {
+        if !navigator.feed_back(&error) || !navigator.set_correction(&correction) {
             self.lose();
             return None;
         }

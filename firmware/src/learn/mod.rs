@@ -24,6 +24,7 @@ pub use antenna::{Antenna, Known};
 pub use combined::CombinedLearner;
 pub use fixes::{FixLearner, Memory as FixMemory, REFUSED, ROOM, Started};
 pub use settings::Settings;
+pub(crate) use settings::usual;
 pub use window::{BLOCKS, GATE, WindowLearner};
 
 use crate::compensator::Block;
@@ -129,7 +130,7 @@ pub struct Trial {
 }
 
 /// Bytes of what a learner remembers over power-off, at most.
-pub const MEMORY_LEN: usize = 2816;
+pub const MEMORY_LEN: usize = 4112;
 
 /// A way to learn. Results depend on the order of the calls alone, so that the same input gives the
 /// same bits on every machine. A call may take as long as it needs.

@@ -1,7 +1,7 @@
 //! Prior knowledge of the sensors: from the datasheet, the same for every unit.
 
 use crate::inputs::{Inputs, REFERENCE_DEGC, Source};
-use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, ParameterSet, Prior};
+use lrnn_nostd::learn::kalman::{AllWeights, ErrorModel, Maps, ParameterSet, Prior};
 use lrnn_nostd::{Activation, Identity, Net, Normalisation, Rational, Real, State, Weights};
 
 /// Navigation errors: attitude (rad), velocity (m/s), position (m), each north, east, down.
@@ -28,6 +28,10 @@ pub struct Datasheet<T = f32> {
     /// bias; gyros, accelerometers; above 0, below 1. It is where the learner begins: it learns the
     /// scatter of its own unit.
     pub turn_on: [T; 2],
+    /// Scale factor errors of gyros and accelerometers, as ratios, >= 0.
+    pub scale: [T; 2],
+    /// Misalignments of gyros and accelerometers, rad, >= 0.
+    pub misalignment: [T; 2],
 }
 
 /// [`Datasheet::turn_on`] where the datasheet does not state it. Consumer units repeat to 0.01 to
@@ -45,6 +49,8 @@ impl Datasheet<f32> {
             gravity: [0.0, 0.0, -9.8],
             range: [0.2, 2.0],
             turn_on: TURN_ON,
+            scale: [0.0; 2],
+            misalignment: [0.0; 2],
         }
     }
 
@@ -59,6 +65,8 @@ impl Datasheet<f32> {
             gravity: self.gravity.map(to),
             range: self.range.map(to),
             turn_on: self.turn_on.map(to),
+            scale: self.scale.map(to),
+            misalignment: self.misalignment.map(to),
         }
     }
 }
@@ -468,15 +476,33 @@ impl<T: Real> Datasheet<T> {
                 *sigma = spread(&nets[k], &reach[k], output, of_unit);
             }
         }
+        let bias = bias.map(|bias| [bias; 3]);
         Prior {
             error_sigma,
-            parameter_sigma: ErrorModel::<L, N, Rational, T>::sigmas(bias.map(|b| [b; 3]), &sigma),
+            parameter_sigma: ErrorModel::<L, N, Rational, T>::sigmas(bias, &self.maps(), &sigma),
             walk: [g, g, g, a, a, a],
             error_floor,
             parameter_floor: T::from_f64(FLOOR),
         }
     }
 }
+
+impl<T: Real> Datasheet<T> {
+    /// Standard deviations of the elements of both maps.
+    fn maps(&self) -> Maps<T> {
+        let least = T::from_f64(LEAST_MAP);
+        let at_least = |sigma: T| if sigma > least { sigma } else { least };
+        core::array::from_fn(|k| {
+            let (scale, misalignment) = (at_least(self.scale[k]), at_least(self.misalignment[k]));
+            core::array::from_fn(|i| {
+                core::array::from_fn(|j| if i == j { scale } else { misalignment })
+            })
+        })
+    }
+}
+
+/// Standard deviation of an element of a map at least: far below what any sensor has.
+const LEAST_MAP: f64 = 1e-8;
 
 /// Deviation from [`REFERENCE_DEGC`], K, rate, K/s, and vibration, (m/s2)^2, that are 1 in network
 /// units: a unit in a vehicle (assumed).

@@ -71,12 +71,7 @@ pub fn divisor(whole: u16, most: u16) -> u16 {
     (1..=most).rev().find(fits).unwrap_or(1)
 }
 
-/// Two triads in a row.
-pub fn flat([[a, b, c], [d, e, f]]: [[f32; 3]; 2]) -> [f32; OUTPUTS] {
-    [a, b, c, d, e, f]
-}
-
-/// The inverse of [`flat`].
+/// The gyros' three of six values, and the accelerometers'.
 pub fn split([a, b, c, d, e, f]: &[f32; OUTPUTS]) -> [[f32; 3]; 2] {
     [[*a, *b, *c], [*d, *e, *f]]
 }

@@ -25,10 +25,6 @@ pub struct Settings {
     pub fix_age_s: f32,
     /// Standard deviation of that least age, s, >= 0. 0: it is known exactly.
     pub fix_age_sigma: f32,
-    /// Scale factor errors of gyros and accelerometers, as ratios.
-    pub scale: [f32; 2],
-    /// Misalignments of gyros and accelerometers, rad.
-    pub misalignment: [f32; 2],
     /// Bias of the gyros by specific force, rad/s per m/s2.
     pub g_sensitivity: f32,
     /// Kind of the vehicle, and its forward axis in the sensor's axes (unit vector).
@@ -46,7 +42,7 @@ pub struct Settings {
 
 /// Rate (rad/s) and change of specific force (m/s2) that are usual in a vehicle: the networks'
 /// inputs are near 1 there (assumed).
-const fn usual(kind: VehicleKind) -> [f32; 2] {
+pub(crate) const fn usual(kind: VehicleKind) -> [f32; 2] {
     match kind {
         VehicleKind::Land => [0.2, 2.0],
         VehicleKind::Ship => [0.1, 1.0],
@@ -63,15 +59,17 @@ impl Settings {
     /// baud.
     pub const MEDIUM: Settings = Settings {
         inputs: OWN,
-        sheet: Datasheet::land_vehicle(1.63e-6, 4e-3),
+        sheet: Datasheet {
+            scale: [20e-6, 100e-6],
+            misalignment: [5e-5; 2],
+            ..Datasheet::land_vehicle(1.63e-6, 4e-3)
+        },
         noise: Noise {
             gyro: 1.46e-6,
             accel: 1.96e-4,
         },
         gates: Gates::USUAL,
         align_s: 100.0,
-        scale: [20e-6, 100e-6],
-        misalignment: [5e-5; 2],
         g_sensitivity: 0.0,
         vehicle: VehicleKind::Land,
         forward: [1.0, 0.0, 0.0],
@@ -104,6 +102,11 @@ impl Settings {
                     force.min(configuration.accel.range),
                 ],
                 turn_on: TURN_ON,
+                scale: [configuration.gyro.scale, configuration.accel.scale],
+                misalignment: [
+                    configuration.gyro.misalignment,
+                    configuration.accel.misalignment,
+                ],
             },
             noise: Noise {
                 gyro: configuration.gyro.white_noise,
@@ -111,11 +114,6 @@ impl Settings {
             },
             gates: Gates::USUAL,
             align_s: f64::from(configuration.correction.align),
-            scale: [configuration.gyro.scale, configuration.accel.scale],
-            misalignment: [
-                configuration.gyro.misalignment,
-                configuration.accel.misalignment,
-            ],
             g_sensitivity: configuration.gyro.g_sensitivity,
             vehicle: configuration.vehicle.kind,
             forward: configuration.in_sensor_axes([1.0, 0.0, 0.0]),
@@ -131,15 +129,19 @@ impl Settings {
     /// misalignment together.
     #[must_use]
     pub fn in_proportion(&self) -> [f32; 2] {
-        let (scale, misalignment) = (self.scale, self.misalignment);
+        let Datasheet {
+            scale,
+            misalignment,
+            ..
+        } = self.sheet;
         [0, 1].map(|k| libm::hypotf(scale[k], misalignment[k]))
     }
 
-    /// Errors that no hypothesis estimates.
+    /// Errors in proportion to what the sensors feel, which most hypotheses do not estimate.
     pub(super) fn considered(&self) -> Sizes {
         Sizes {
-            scale: self.scale,
-            misalignment: self.misalignment,
+            scale: self.sheet.scale,
+            misalignment: self.sheet.misalignment,
             g_sensitivity: self.g_sensitivity,
         }
     }
@@ -176,6 +178,7 @@ mod tests {
                 gravity: [x, y, z],
                 range: [rate, force],
                 turn_on: [new, fresh],
+                ..
             } = settings.sheet;
             let sheet = [
                 gyro_bias, accel_bias, gyro, accel, x, y, z, rate, force, new, fresh,

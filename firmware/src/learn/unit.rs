@@ -9,7 +9,7 @@
 //!
 //! | offset | length | content |
 //! |---|---|---|
-//! | 0 | 2 | version of this layout, 3 |
+//! | 0 | 2 | version of this layout, 4 |
 //! | 2 | 2 | drives that have taught something |
 //! | 4 | 4 | seconds of navigation beside fixes in them, f32 |
 //! | 8 | 8 | lowest and highest temperature of these seconds, degrees C, two f32 |
@@ -18,32 +18,35 @@
 //! | 28 | 8 | evidence of the hypotheses `driven` and `curved` against `biases`, two f32 |
 //! | 36 | 4 | CRC-32 of the networks' hidden layers and scales, to which the values belong |
 //! | 40 | 12 | how wrong memory of `biases`, `driven` and `curved` was at power-on, three f32 |
-//! | 52 | 36 | what `biases`, `driven` and `curved` have won in bets so far ([`Carried`]), u8 |
-//! | 88 | 4 | 1 where this memory has been found harmful at a power-on, else 0 |
-//! | 92 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
-//! | 200 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
-//! | 1496 | 1296 | `curved`: the same |
+//! | 52 | 48 | what `biases`, `map`, `driven` and `curved` have won in bets ([`Carried`]), u8 |
+//! | 100 | 4 | 1 where this memory has been found harmful at a power-on, else 0 |
+//! | 104 | 4 | evidence of the hypothesis `map` against `biases`, f32 |
+//! | 108 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
+//! | 216 | 1296 | `map`: 24 means, lower triangle of their covariance, f32 |
+//! | 1512 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
+//! | 2808 | 1296 | `curved`: the same |
 //!
-//! A sum of moments is in squares of the datasheet's bias. Version 2 has neither bets nor what
-//! follows them: its values are at 52.
+//! The means of `map` are those of each triad in turn: nine elements, row by row, then three
+//! biases. A sum of moments is in squares of the datasheet's bias.
 
 use super::MEMORY_LEN;
-use super::bank::{Bank, REMEMBERED, REMEMBERING, SIX_BIASES, STEP, STEPPED};
+use super::bank::{Bank, MAP, REMEMBERED, REMEMBERING, SIX_BIASES, STEP, STEPPED};
 use super::prior::{Datasheet, Shapes};
 use super::rehearsal::{Carried, Rehearsal, UNTRIED};
 use crate::wire::checksum::Zlib;
 use crate::wire::field::take;
 
 /// Version of this layout.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 /// The version before, which is read as well.
-const OLDER: u16 = 2;
-/// Bytes before the bets, and of them.
-const HEAD: usize = 52;
-const BETS: usize = 3 * size_of::<Carried>() + 4;
-const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2];
+const OLDER: u16 = 3;
+/// Bytes before the bets, of the bets, and of all before the values.
+const START: usize = 52;
+const BETS: usize = 4 * size_of::<Carried>();
+const HEAD: usize = START + BETS + 8;
+const VALUES: usize = REMEMBERED[0] + REMEMBERED[1] + REMEMBERED[2] + REMEMBERED[3];
 /// Length of the bytes.
-pub const LEN: usize = HEAD + BETS + 4 * VALUES;
+pub const LEN: usize = HEAD + 4 * VALUES;
 const _: () = assert!(LEN <= MEMORY_LEN);
 
 /// Weight of the datasheet's scatter of the turn-on, in moments: one drive.
@@ -69,13 +72,14 @@ pub struct Head {
     pub degc: [f32; 2],
     moments: [f32; 2],
     pub(super) count: f32,
-    evidence: [f32; 2],
+    /// Evidence of `map`, `driven` and `curved` against `biases`.
+    evidence: [f32; 3],
     shape: u32,
-    /// How wrong what was known of each of [`REMEMBERING`] was at the power-ons before, in squares
-    /// of the datasheet's bias; zeros: not known. The last drives count most.
+    /// How wrong what was known of biases, `driven` and `curved` was at the power-ons before, in
+    /// squares of the datasheet's bias; zeros: not known. The last drives count most.
     pub judged: [f32; 3],
     /// What each of [`REMEMBERING`] has won in bets.
-    carried: [Carried; 3],
+    carried: [Carried; 4],
     /// What was remembered did harm at a power-on: it does not act again before a drive has shown
     /// that it is better than nothing.
     pub refuted: bool,
@@ -89,10 +93,10 @@ impl Head {
         degc: [f32::INFINITY, f32::NEG_INFINITY],
         moments: [0.0; 2],
         count: 0.0,
-        evidence: [0.0; 2],
+        evidence: [0.0; 3],
         shape: 0,
         judged: [0.0; 3],
-        carried: [UNTRIED; 3],
+        carried: [UNTRIED; 4],
         refuted: false,
     };
 
@@ -113,6 +117,8 @@ impl Head {
 pub struct Unit {
     /// Counters and scatter.
     pub head: Head,
+    /// The values have those of `map`.
+    has_map: bool,
     values: [f32; VALUES],
 }
 
@@ -120,6 +126,7 @@ impl Unit {
     /// An empty memory.
     pub const NEW: Unit = Unit {
         head: Head::NEW,
+        has_map: false,
         values: [0.0; VALUES],
     };
 
@@ -128,35 +135,46 @@ impl Unit {
     pub fn read(&mut self, bytes: &[u8]) {
         self.head = Head::NEW;
         let number = |at: usize| f32::from_le_bytes(take(bytes, at));
-        let version = u16::from_le_bytes(take(bytes, 0));
-        let bets = match version {
-            VERSION => BETS,
-            OLDER => 0,
+        let layout = match u16::from_le_bytes(take(bytes, 0)) {
+            VERSION => Layout::NOW,
+            OLDER => Layout::OLDER,
             _ => return,
         };
-        if bytes.len() < HEAD + bets + 4 * VALUES {
+        if bytes.len() < layout.values + 4 * (VALUES - layout.lacks()) {
             return;
         }
-        let mut carried = [UNTRIED; 3];
-        let places = carried.as_flattened_mut().as_flattened_mut();
-        for (place, byte) in places.iter_mut().zip(take::<BETS>(bytes, HEAD)).take(bets) {
-            *place = byte;
+        let mut carried = [UNTRIED; 4];
+        let won = take::<BETS>(bytes, START);
+        let mut won = won.chunks_exact(size_of::<Carried>());
+        for (which, of) in carried.iter_mut().enumerate() {
+            if which != OF_MAP || layout.has_map {
+                let places = of.as_flattened_mut().iter_mut();
+                let bytes = won.next().unwrap_or_default();
+                places.zip(bytes).for_each(|(place, byte)| *place = *byte);
+            }
         }
-        let refuted = bets > 0 && u32::from_le_bytes(take(bytes, HEAD + BETS - 4)) != 0;
+        let of_map = if layout.has_map { number(HEAD - 4) } else { 0.0 };
         let head = Head {
             drives: u16::from_le_bytes(take(bytes, 2)),
             seconds: number(4),
             degc: [number(8), number(12)],
             moments: [number(16), number(20)],
             count: number(24),
-            evidence: [number(28), number(32)],
+            evidence: [of_map, number(28), number(32)],
             shape: u32::from_le_bytes(take(bytes, 36)),
             judged: [number(40), number(44), number(48)],
             carried,
-            refuted,
+            refuted: u32::from_le_bytes(take(bytes, layout.refuted)) != 0,
         };
+        self.has_map = layout.has_map;
+        let lacking = REMEMBERED[0]..REMEMBERED[0] + layout.lacks();
+        let mut at = layout.values;
         for (i, value) in self.values.iter_mut().enumerate() {
-            *value = number(HEAD + bets + 4 * i);
+            *value = 0.0;
+            if !lacking.contains(&i) {
+                *value = number(at);
+                at += 4;
+            }
         }
         let not_negative = |x: f32| x >= 0.0 && x.is_finite();
         let [gyro, accel] = head.moments;
@@ -198,20 +216,21 @@ impl Unit {
             4 => head.moments[0],
             5 => head.moments[1],
             6 => head.count,
-            7 => head.evidence[0],
-            8 => head.evidence[1],
+            7 => head.evidence[1],
+            8 => head.evidence[2],
             9 => return head.shape.to_le_bytes(),
             10 => head.judged[0],
             11 => head.judged[1],
             12 => head.judged[2],
-            _ if index == (HEAD + BETS) / 4 - 1 => return u32::from(head.refuted).to_le_bytes(),
-            _ if index < (HEAD + BETS) / 4 => {
+            _ if index < (START + BETS) / 4 => {
                 let bets = head.carried.as_flattened().as_flattened();
-                return take(bets, 4 * index - HEAD);
+                return take(bets, 4 * index - START);
             }
+            _ if index == HEAD / 4 - 2 => return u32::from(head.refuted).to_le_bytes(),
+            _ if index == HEAD / 4 - 1 => head.evidence[0],
             _ => self
                 .values
-                .get(index - (HEAD + BETS) / 4)
+                .get(index - HEAD / 4)
                 .copied()
                 .unwrap_or_default(),
         };
@@ -222,7 +241,7 @@ impl Unit {
     pub fn recall(&self, bank: &mut Bank, shapes: &Shapes) -> bool {
         let known = self.head.count > 0.0 && self.head.shape == digest(shapes);
         let evidence = self.head.evidence.map(|e| within(e.into()).into());
-        known && bank.recall(&self.values, AGES, evidence)
+        known && bank.recall(&self.values, AGES, evidence, self.has_map)
     }
 
     /// The biases of the unit, in units of the networks' output scale: gyros, accelerometers.
@@ -233,8 +252,8 @@ impl Unit {
 
     /// Gives rehearsals that have begun what was won in earlier drives.
     pub fn carry(&self, rehearsal: &mut Rehearsal) {
-        let [biases, driven, curved] = &self.head.carried;
-        let of = REMEMBERING.into_iter().zip([biases, driven, curved]);
+        let [biases, ..] = &self.head.carried;
+        let of = REMEMBERING.into_iter().zip(&self.head.carried);
         for (hypothesis, carried) in of.chain([(STEPPED, biases)]) {
             rehearsal.carry(hypothesis, carried);
         }
@@ -255,7 +274,7 @@ impl Unit {
         let scores = remembering.map(|of| bank.score(of));
         let best = (scores.iter()).fold(f64::NEG_INFINITY, |best, score| best.max(*score));
         let behind = scores.map(|score| within(score - best));
-        let [biases, driven, curved] = behind;
+        let [biases, map, driven, curved] = behind;
         let of = remembering.into_iter().zip(behind);
         let (of, _) = of.fold((SIX_BIASES, biases), |best, other| {
             if other.1 > best.1 { other } else { best }
@@ -270,12 +289,13 @@ impl Unit {
             degc: [base.degc[0].min(degc[0]), base.degc[1].max(degc[1])],
             moments: [base.moments[0] + gyro, base.moments[1] + accel],
             count: base.count + 3.0,
-            evidence: [driven - biases, curved - biases],
+            evidence: [map - biases, driven - biases, curved - biases],
             shape: digest(shapes),
             judged,
             carried: remembering.map(|of| rehearsal.carried(of)),
             refuted: rehearsal.refutes(base.refuted),
         };
+        self.has_map = true;
         let mut places = self.values.iter_mut();
         bank.remember(&mut |value| {
             if let Some(place) = places.next() {
@@ -293,12 +313,43 @@ impl Unit {
         let (_, layers) = self.values.split_at_mut(REMEMBERED[0]);
         for layer in layers.chunks_mut(REMEMBERED[1]) {
             let covariance = layer.get_mut(24..).unwrap_or_default();
+            // of each triad: nine weights or elements, three biases
             for i in [9, 10, 11, 21, 22, 23] {
                 if let Some(own) = covariance.get_mut(i * (i + 1) / 2 + i) {
                     *own += (STEP * STEP) as f32;
                 }
             }
         }
+    }
+}
+
+/// Place of `map` in [`REMEMBERING`].
+const OF_MAP: usize = 1;
+const _: () = assert!(REMEMBERING[OF_MAP] == MAP);
+
+/// Where the parts of a layout begin.
+struct Layout {
+    has_map: bool,
+    refuted: usize,
+    values: usize,
+}
+
+impl Layout {
+    const NOW: Layout = Layout {
+        has_map: true,
+        refuted: HEAD - 8,
+        values: HEAD,
+    };
+    /// Version 3.
+    const OLDER: Layout = Layout {
+        has_map: false,
+        refuted: START + 3 * size_of::<Carried>(),
+        values: START + 3 * size_of::<Carried>() + 4,
+    };
+
+    /// Values that it lacks.
+    const fn lacks(&self) -> usize {
+        if self.has_map { 0 } else { REMEMBERED[OF_MAP] }
     }
 }
 

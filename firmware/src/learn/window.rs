@@ -322,6 +322,7 @@ impl Learner for WindowLearner {
     fn learnt(&mut self) -> (Nets, [State; 2]) {
         let [gyro, accel] = &self.sides;
         let nets = Nets {
+            maps: Nets::NONE.maps,
             gyro: gyro.best(),
             accel: accel.best(),
         };

@@ -13,8 +13,9 @@
 //! The force at rest when the navigator began is no cause: what it adds to a sensor's error then
 //! passes for a bias.
 
-use super::transition::Motion;
+use super::transition::{ERRORS, Motion};
 use super::vector::{V32, add, cross, dot, scale};
+use lrnn_nostd::learn::kalman::PROPORTIONAL;
 
 /// Pairs of an axis with an error and an axis that causes it.
 pub const PAIRS: usize = 9;
@@ -74,6 +75,33 @@ impl Felt {
                 }
             }
         }
+    }
+
+    /// What the sensors feel at rest: rad/s, m/s2. All above is by what they feel beyond it.
+    pub fn at_rest(&self) -> [V32; 2] {
+        [[0.0; 3], self.rest]
+    }
+
+    /// Effects of both maps on the navigator's errors, as
+    /// [`lrnn_nostd::learn::kalman::Transition::proportional`], over an interval of `time` s: of the
+    /// gyros by rotation, of the accelerometers by force.
+    pub fn proportional(&self, time: f32) -> [[f32; PROPORTIONAL]; ERRORS] {
+        let mut rows = [[0.0; PROPORTIONAL]; ERRORS];
+        for pair in 0..PAIRS {
+            let (Some(turn), Some(force)) = (self.by_turn.get(pair), self.by_force.get(pair))
+            else {
+                continue;
+            };
+            let gained = scale(force.phi, -1.0);
+            for i in 0..3 {
+                rows[i][pair] = turn.phi[i];
+                rows[3 + i][pair] = turn.velocity[i];
+                rows[6 + i][pair] = 0.5 * time * turn.velocity[i];
+                rows[3 + i][PAIRS + pair] = gained[i];
+                rows[6 + i][PAIRS + pair] = 0.5 * time * gained[i];
+            }
+        }
+        rows
     }
 
     /// A new interval begins.

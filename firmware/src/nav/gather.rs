@@ -21,6 +21,7 @@ use super::fixed::{ANGLE, Scale, TIME, VELOCITY, add as sum_of, from_f32, from_f
 use super::solution::LONGEST_S;
 use super::vector::{V, V32, add, cross, dot, scale, widen};
 use crate::sample::{Counts, Lsb};
+use lrnn_nostd::learn::kalman::Maps;
 
 /// A piece ends early when it has turned by this, rad: the series above stay short.
 const TURN: f32 = 0.25;
@@ -78,10 +79,11 @@ pub struct Gather {
     // most samples of a piece that repeats one
     longest: u16,
     lsb32: [f32; 2],
-    // estimated errors of the sensors, rad/s and m/s2, and the same per sample
-    estimate: [V32; 2],
+    // estimated errors of the sensors per sample, rad and m/s
     in_sample: [V32; 2],
     exact: [[i64; 3]; 2],
+    // errors in proportion, axis by cause
+    maps: Maps<f32>,
     sum: [[i64; 3]; 2],
     samples: u16,
     phi: V32,
@@ -104,9 +106,9 @@ impl Gather {
             piece_samples: piece_samples.min(longest),
             longest,
             lsb32: [lsb.rad as f32, lsb.mps as f32],
-            estimate: [[0.0; 3]; 2],
             in_sample: [[0.0; 3]; 2],
             exact: [[0; 3]; 2],
+            maps: [[[0.0; 3]; 3]; 2],
             sum: [[0; 3]; 2],
             samples: 0,
             phi: [0.0; 3],
@@ -117,20 +119,22 @@ impl Gather {
         }
     }
 
+    /// [`Self::set_estimate`], and errors in proportion to the samples. These are taken off the
+    /// sums of a piece: coning and sculling are small enough without.
+    pub fn set_correction(&mut self, estimate: [V32; 2], maps: Maps<f32>) {
+        self.set_estimate(estimate);
+        self.maps = maps;
+    }
+
     /// Errors of the sensors from the next piece on, rad/s and m/s2. The caller ends the piece in
     /// progress first.
     pub fn set_estimate(&mut self, estimate: [V32; 2]) {
-        self.estimate = estimate;
         self.in_sample = estimate.map(|e| scale(e, self.sample_s as f32));
         let [gyro, accel] = estimate.map(|e| widen(e).map(|x| x * self.sample_s));
         self.exact = [
             gyro.map(|x| from_f64(x, ANGLE)),
             accel.map(|x| from_f64(x, VELOCITY)),
         ];
-    }
-
-    pub fn estimate(&self) -> [V32; 2] {
-        self.estimate
     }
 
     /// Whether no sample has come since the last piece ended.
@@ -246,6 +250,20 @@ impl Gather {
             let less = errors.map(|error| -error * samples);
             sum_of(sums.map(|sum| of.of(sum)), sum_of(less, beyond))
         };
+        let [of_angles, of_velocities] = &self.maps;
+        let proportional = |map: &[V32; 3], sums: [i64; 3], lsb: f32| {
+            let felt = sums.map(|sum| sum as f32 * lsb);
+            map.map(|row| -dot(row, felt))
+        };
+        if self.maps != [[[0.0; 3]; 3]; 2] {
+            let [of_angle, of_velocity] = self.lsb32;
+            let (turn, gain) = (
+                proportional(of_angles, angle, of_angle),
+                proportional(of_velocities, velocity, of_velocity),
+            );
+            self.beyond_angle = add(self.beyond_angle, turn);
+            self.beyond_velocity = add(self.beyond_velocity, gain);
+        }
         let beyond = self.beyond_angle.map(|x| from_f32(x, ANGLE));
         let phi = corrected(angle, of_angle, gyro, beyond);
         let beyond = self.beyond_velocity.map(|x| from_f32(x, VELOCITY));

@@ -54,7 +54,10 @@ use gather::{Gather, Piece};
 use past::Past;
 use solution::Solution;
 use transition::{Interval, Motion};
-use vector::{Q, V, V32, add, cross, finite, narrow, product, renormalised, rotated, scale, widen};
+use lrnn_nostd::learn::kalman::Correction;
+use vector::{
+    Q, V, V32, add, cross, dot, finite, narrow, product, renormalised, rotated, scale, widen,
+};
 
 /// Greatest latitude: beyond it north and east are not defined well enough. 89.99 deg, in rad.
 const MAX_LATITUDE: f64 = 1.570_621_793_869_697;
@@ -64,6 +67,8 @@ const MAX_HEIGHT: f64 = 1e5;
 const MAX_VELOCITY: f64 = 1e4;
 /// Greatest estimate of a sensor's error, rad/s and m/s2.
 const MAX_ESTIMATE: [f32; 2] = [0.1, 10.0];
+/// Greatest element of a map.
+const MAX_MAP: f32 = 0.2;
 /// Greatest correction of attitude (rad), velocity (m/s) and position (m).
 const MAX_FEEDBACK: [f32; 3] = [1.0, 1e3, 1e5];
 
@@ -121,6 +126,7 @@ pub struct Navigator {
     gather: Gather,
     interval: Interval,
     felt: Felt,
+    correction: Correction,
     // the last piece, and what it has changed of the velocity over ground
     last: Piece,
     change: [i64; 3],
@@ -169,6 +175,7 @@ impl Navigator {
             gather: Gather::new(config.lsb, config.sample_s, config.piece_samples),
             interval: Interval::new(),
             felt: Felt::new(at_rest(solution)),
+            correction: Correction::NONE,
             last: Piece::default(),
             change: [0; 3],
             past: Past::new(),
@@ -189,6 +196,7 @@ impl Navigator {
         self.gather = Gather::new(lsb, sample_s, piece_samples);
         self.interval = Interval::new();
         self.felt = Felt::new(at_rest(&self.solution));
+        self.correction = Correction::NONE;
         self.last = Piece::default();
         self.change = [0; 3];
         self.past = Past::new();
@@ -246,22 +254,53 @@ impl Navigator {
     /// Estimated errors of gyros (rad/s) and accelerometers (m/s2), to be subtracted from the next
     /// sample on. False: refused, the old estimate stays.
     pub fn set_estimate(&mut self, gyro: [f32; 3], accel: [f32; 3]) -> bool {
+        let [a, b, c] = gyro;
+        let [d, e, f] = accel;
+        self.set_correction(&Correction {
+            estimate: [a, b, c, d, e, f],
+            ..Correction::NONE
+        })
+    }
+
+    /// [`Self::set_estimate`], with maps beside it: the estimate is of the errors at rest.
+    pub fn set_correction(&mut self, correction: &Correction) -> bool {
+        let Correction { estimate, maps } = correction;
+        let [gyro, accel] = estimate.as_chunks::<3>().0 else {
+            return false;
+        };
         // a comparison with NaN is false
-        let within = |v: &[f32; 3], limit: f32| v.iter().all(|x| x.abs() <= limit);
-        let good = within(&gyro, MAX_ESTIMATE[0]) && within(&accel, MAX_ESTIMATE[1]);
+        let within = |v: &[f32], limit: f32| v.iter().all(|x| x.abs() <= limit);
+        let good = within(gyro, MAX_ESTIMATE[0])
+            && within(accel, MAX_ESTIMATE[1])
+            && within(maps.as_flattened().as_flattened(), MAX_MAP);
         if good {
             self.end_piece();
-            self.gather.set_estimate([gyro, accel]);
+            let rest = self.felt.at_rest();
+            let [of_gyro, of_accel] =
+                core::array::from_fn(|k| maps[k].map(|row| dot(row, rest[k])));
+            let constant = [
+                add(*gyro, scale(of_gyro, -1.0)),
+                add(*accel, scale(of_accel, -1.0)),
+            ];
+            self.gather.set_correction(constant, *maps);
+            self.correction = *correction;
         } else {
             self.refused();
         }
         good
     }
 
-    /// The estimate in use, rad/s and m/s2.
+    /// The correction in use.
+    #[must_use]
+    pub fn correction(&self) -> &Correction {
+        &self.correction
+    }
+
+    /// The estimate in use, of the errors at rest, rad/s and m/s2.
     #[must_use]
     pub fn estimate(&self) -> [[f32; 3]; 2] {
-        self.gather.estimate()
+        let [a, b, c, d, e, f] = self.correction.estimate;
+        [[a, b, c], [d, e, f]]
     }
 
     /// Ends the piece in progress, gives how errors moved since the last call, and restarts.
@@ -282,6 +321,11 @@ impl Navigator {
     /// [`Self::feels_anew`]. To be called after [`Self::take_transition`].
     pub(crate) fn felt(&self) -> &Felt {
         &self.felt
+    }
+
+    /// What the sensors feel at rest, rad/s and m/s2.
+    pub(crate) fn at_rest(&self) -> [V32; 2] {
+        self.felt.at_rest()
     }
 
     /// Such effects are those of a new interval.
@@ -403,7 +447,7 @@ fn at_rest(solution: &Solution) -> V32 {
 #[must_use]
 pub fn speed(velocity: &[f64; 3]) -> f32 {
     let v = narrow(*velocity);
-    libm::sqrtf(vector::dot(v, v))
+    libm::sqrtf(dot(v, v))
 }
 
 /// A state to start from, with an attitude of unit length.

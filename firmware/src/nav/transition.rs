@@ -23,6 +23,7 @@
 use super::earth::OMEGA_IE;
 use super::place::Coarse;
 use super::vector::{V32, add, cross, scale};
+use lrnn_nostd::learn::kalman::PROPORTIONAL;
 
 /// Number of navigation errors: attitude (rad), velocity (m/s), position (m), each north, east,
 /// down.
@@ -348,6 +349,7 @@ impl Interval {
         }
         // written where it will be: it is too large to be on the stack twice
         let mut taken = Transition {
+            proportional: [[0.0; PROPORTIONAL]; ERRORS],
             phi: [[0.0; 9]; 9],
             gamma: [[0.0; 6]; 9],
             q: self.q,

@@ -3,10 +3,10 @@
 use super::content::{COUNT_LEN, FIXED_LEN, KEY_AT, UNIT_LEN};
 use super::{
     CRC_LEN, HEAD_LEN, HEADER_LEN, LIFE_LEN, Life, MAGIC, MEMORY_MAX, Newer, OLDEST, PIECE, Store,
-    Stored, VERSION, WITH_LIFE, WITH_MEMORY,
+    Stored, VERSION, WITH_LIFE, WITH_MAPS, WITH_MEMORY,
 };
 use crate::configuration::record::{MAX_LEN, Record};
-use crate::model::{IMAGES_LEN, Nets};
+use crate::model::{IMAGES_LEN, NETS_LEN, Nets};
 use crate::wire::checksum::Zlib;
 use crate::wire::command::key::{KEY_LEN, Key};
 use crate::wire::field::{head, put, take};
@@ -40,6 +40,16 @@ impl Header {
             WITH_MEMORY..WITH_LIFE => COUNT_LEN,
             _ => FIXED_LEN,
         }
+    }
+
+    /// Whether the images are as long as those of its version.
+    fn has_images(&self) -> bool {
+        let length = if self.version < WITH_MAPS {
+            NETS_LEN
+        } else {
+            IMAGES_LEN
+        };
+        self.parts[0] == length
     }
 
     /// Address of the checksum.
@@ -106,7 +116,7 @@ impl<F: NorFlash> Store<F> {
     pub(super) fn memory_place(&mut self) -> Option<(u32, usize)> {
         let (at, header) = self.newest?;
         let [images, rest] = header.parts;
-        if header.version < WITH_MEMORY || images != IMAGES_LEN {
+        if header.version < WITH_MEMORY || !header.has_images() {
             return None;
         }
         let mut count = [0; COUNT_LEN];
@@ -172,9 +182,10 @@ impl<F: NorFlash> Store<F> {
     fn key(&mut self, at: u32, frame: &Header) -> Option<Key> {
         match frame.version {
             ..WITH_LIFE => Some(Key::Unprovisioned),
-            VERSION if self.fits(at, frame) => {
+            WITH_LIFE..=VERSION if self.fits(at, frame) => {
                 let mut key = [0; KEY_LEN];
-                self.read_bytes(at + (HEADER_LEN + IMAGES_LEN + KEY_AT) as u32, &mut key)?;
+                let [images, _] = frame.parts;
+                self.read_bytes(at + (HEADER_LEN + images + KEY_AT) as u32, &mut key)?;
                 Key::from_bytes(&key)
             }
             _ => None,
@@ -251,14 +262,14 @@ impl<F: NorFlash> Store<F> {
     fn contents(&mut self, at: u32, header: &Header) -> Option<Stored> {
         let [images, rest] = header.parts;
         let fixed = header.fixed();
-        if images != IMAGES_LEN || rest < fixed {
+        if !header.has_images() || rest < fixed {
             return None;
         }
         let mut bytes = [0; HEAD_LEN];
         let read = bytes.get_mut(..header.padded().min(HEAD_LEN))?;
         self.flash.read(at, read).ok()?;
-        let images = bytes.get(HEADER_LEN..HEADER_LEN + IMAGES_LEN)?;
-        let configuration = bytes.get(HEADER_LEN + IMAGES_LEN..)?;
+        let configuration = bytes.get(HEADER_LEN + images..)?;
+        let images = bytes.get(HEADER_LEN..HEADER_LEN + images)?;
         let record = if fixed == 0 {
             rest
         } else {

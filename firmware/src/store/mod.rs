@@ -68,11 +68,13 @@ pub const RECORD_LEN: usize = HEADER_LEN + IMAGES_LEN + FIXED_LEN + MAX_LEN + ME
 
 const MAGIC: [u8; 4] = *b"LRNS";
 /// Version of this format.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 /// The rest of older ones is the configuration record alone.
 const WITH_MEMORY: u32 = 3;
 /// Older ones have neither unit nor life.
 const WITH_LIFE: u32 = 4;
+/// The images of older ones have no maps.
+const WITH_MAPS: u32 = 5;
 /// Versions that are read.
 const OLDEST: u32 = 1;
 const HEADER_LEN: usize = 16;

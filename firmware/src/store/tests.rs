@@ -147,6 +147,7 @@ fn nets(n: u8) -> Nets {
     Nets {
         gyro: net,
         accel: Net::new(Weights::zero(), net.normalisation),
+        ..Nets::NONE
     }
 }
 

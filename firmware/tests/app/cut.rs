@@ -64,6 +64,7 @@ fn config(format: ImuFormat, sensor: &Simulated, cut_through: bool) -> Config {
         nets: Nets {
             gyro: constant([3e-5, -2e-5, 1e-4]),
             accel: constant([2e-3, -1e-3, 5e-3]),
+            ..Nets::NONE
         },
         ..Config::of(&configuration)
     }

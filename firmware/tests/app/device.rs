@@ -201,6 +201,7 @@ pub fn nets(gyro: [f32; 3], accel: [f32; 3]) -> Nets {
     Nets {
         gyro: constant(gyro),
         accel: constant(accel),
+        ..Nets::NONE
     }
 }
 

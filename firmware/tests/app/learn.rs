@@ -50,6 +50,7 @@ fn start() -> Nets {
     Nets {
         gyro: net([0.0; 3], 5.0, 1e-3),
         accel: net([0.0, 0.0, 9.8], 0.5, 1e-2),
+        ..Nets::NONE
     }
 }
 

@@ -102,6 +102,7 @@ impl Prior {
         Nets {
             gyro: self.gyro.net(DEG_PER_H),
             accel: self.accel.net(UG),
+            ..Nets::NONE
         }
     }
 }

@@ -180,7 +180,7 @@ fn compensator() -> Compensator {
         gyro: 0.0,
         accel: 0.0,
     };
-    let Nets { gyro, accel } = Nets::NONE;
+    let Nets { gyro, accel, .. } = Nets::NONE;
     Compensator::new(gyro, accel, lsb, period, rate, limit).expect("in range")
 }
 

@@ -32,7 +32,7 @@ use crate::fix::{Fix, Heading};
 use crate::nav::earth::{Local, OMEGA_IE};
 use crate::nav::vector::{Q, V, add, dot, narrow, rotated, scale};
 use crate::nav::{self, Innovation, Navigator};
-use lrnn_nostd::learn::kalman::{Biases, Kalman, OUTPUTS, Prior, Transition, Workspace};
+use lrnn_nostd::learn::kalman::{Biases, Correction, Kalman, OUTPUTS, Prior, Transition, Workspace};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 /// Number of errors.
@@ -219,6 +219,10 @@ impl Filter {
         for (applied, known) in applied.iter_mut().zip(seen.known) {
             *applied -= known;
         }
+        let applied = Correction {
+            estimate: applied,
+            ..Correction::NONE
+        };
         self.kalman.propagate_mean(&block, &applied);
         self.kalman.feedback(&shift);
         *passed = block;

@@ -1,10 +1,12 @@
 //! State on which the output depends, besides the input bytes.
 
 use crate::control::Mode;
+use crate::model::Nets;
 use crate::wire::field::{put, take};
+use lrnn_nostd::learn::kalman::Maps;
 
 /// Bytes of a key.
-pub const KEY_LEN: usize = 80;
+pub const KEY_LEN: usize = 144;
 
 /// The state of the application ([`crate::app::Phase`]) without its mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,14 +49,16 @@ pub struct Key {
     pub plays: bool,
     /// The correction in force, rad/s and m/s2.
     pub estimate: [[f32; 3]; 2],
+    /// The maps in force.
+    pub maps: Maps<f32>,
     /// Bits of what the correction carries over to the next sample.
     pub carried: [[u32; 3]; 2],
 }
 
 impl Key {
     /// Little-endian: time u64, faults u32, sample u32, hash u32, mode u8, stage u8, format u8, 1
-    /// for floats + 2 for a correction + 4 for one that plays u8, estimate 6 f32, carried 6 u32, 8
-    /// bytes that are 0.
+    /// for floats + 2 for a correction + 4 for one that plays u8, estimate 6 f32, carried 6 u32,
+    /// maps 18 f32.
     #[must_use]
     pub fn bytes(&self) -> [u8; KEY_LEN] {
         let mut bytes = [0; KEY_LEN];
@@ -70,7 +74,17 @@ impl Key {
         for (at, bits) in (48..).step_by(4).zip(self.carried.as_flattened()) {
             put(&mut bytes, at, bits.to_le_bytes());
         }
+        let maps = self.maps.as_flattened().as_flattened();
+        for (at, element) in (72..).step_by(4).zip(maps) {
+            put(&mut bytes, at, element.to_le_bytes());
+        }
         bytes
+    }
+
+    /// Samples pass as they are.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.estimate == [[0.0; 3]; 2] && self.maps == Nets::NONE.maps
     }
 
     /// Decodes a key; `None` where a number has no meaning.
@@ -91,6 +105,11 @@ impl Key {
         for (at, bits) in (48..).step_by(4).zip(carried.as_flattened_mut()) {
             *bits = word(at);
         }
+        let mut maps = Nets::NONE.maps;
+        let elements = maps.as_flattened_mut().as_flattened_mut();
+        for (at, element) in (72..).step_by(4).zip(elements) {
+            *element = f32::from_le_bytes(take(bytes, at));
+        }
         Some(Key {
             at_us: u64::from_le_bytes(take(bytes, 0)),
             faults: word(8),
@@ -103,6 +122,7 @@ impl Key {
             corrects: flags & 2 != 0,
             plays: flags & 4 != 0,
             estimate: estimate_of(&take(bytes, 24)),
+            maps,
             carried,
         })
     }

@@ -65,6 +65,7 @@ impl Flow<'_> {
             corrects: self.corrector.correction.is_some(),
             plays: stage == Stage::Run && self.corrector.channels.is_one(),
             estimate: self.corrector.estimate(),
+            maps: self.corrector.maps(),
             carried: carried.unwrap_or_default(),
         }
     }
@@ -77,11 +78,11 @@ impl Flow<'_> {
         if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
             compensator.set_slew(None);
             state.hold = true;
-            compensator.force(state, &key.estimate);
+            compensator.force_with(state, &key.estimate, &key.maps);
             state.carry(key.floats, key.carried);
         }
         self.health.impose(key.faults, !0);
-        self.corrector.correction.is_some() == key.corrects || key.estimate == [[0.0; 3]; 2]
+        self.corrector.correction.is_some() == key.corrects || key.is_zero()
     }
 
     /// The correction is this.

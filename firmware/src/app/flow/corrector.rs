@@ -7,8 +7,10 @@ use crate::app::counts::{Count, Counts};
 use crate::app::phase::FAILURES;
 use crate::app::setup::renew;
 use crate::compensator::{Block, Compensator, Limit, State};
+use crate::model::Nets;
 use crate::sample::Axes;
 use crate::wire::Stream;
+use lrnn_nostd::learn::kalman::Maps;
 
 /// The correction of a stream's frames.
 #[derive(Debug)]
@@ -99,7 +101,13 @@ impl Corrector {
 
     /// A correction other than zero is in force.
     pub fn in_force(&self) -> bool {
-        self.estimate() != [[0.0; 3]; 2]
+        self.correction.get().is_some_and(|c| !c.state.is_zero())
+    }
+
+    /// The maps in force.
+    pub fn maps(&self) -> Maps<f32> {
+        let correction = self.correction.get();
+        correction.map_or(Nets::NONE.maps, |c| *c.state.maps())
     }
 
     /// Output of the networks for the last block: rad/s, m/s2.
@@ -108,10 +116,11 @@ impl Corrector {
             .map_or([[0.0; 3]; 2], |block| block.network_output)
     }
 
-    /// The correction is this from now on.
+    /// The correction is this from now on, beside the maps in force.
     pub fn force(&mut self, estimate: &[[f32; 3]; 2]) {
         if let Some(Correction { compensator, state }) = self.correction.get_mut() {
-            compensator.force(state, estimate);
+            let maps = *state.maps();
+            compensator.force_with(state, estimate, &maps);
         }
     }
 
@@ -157,7 +166,7 @@ impl Corrector {
     /// Whether the networks have failed for too long, and the correction has gone.
     pub fn has_failed(&self) -> bool {
         let gone =
-            |c: &Correction| c.compensator.slew().is_none() || c.state.estimate() == [[0.0; 3]; 2];
+            |c: &Correction| c.compensator.slew().is_none() || c.state.is_zero();
         self.fails() && self.correction.get().is_none_or(gone)
     }
 

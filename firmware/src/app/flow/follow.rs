@@ -93,7 +93,8 @@ impl Flow<'_> {
         let failed = block.fault.is_some();
         self.health.flag(fault::NETWORK, failed);
         self.corrector.count_failure(failed, self.is_off());
-        let zero = block.rate_error == [0.0; 3] && block.force_error == [0.0; 3];
+        let correction = self.corrector.correction.get();
+        let zero = correction.is_some_and(|c| c.state.is_zero());
         self.corrector.block = Some(*block);
         self.learning.port.end_block();
         self.health

@@ -180,7 +180,7 @@ impl Flow<'_> {
                 self.session.promoted = false;
                 state.off = true;
                 if at_once {
-                    compensator.force(state, &[[0.0; 3]; 2]);
+                    compensator.force_zero(state);
                 }
             }
         }

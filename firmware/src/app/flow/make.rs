@@ -156,7 +156,8 @@ impl Flow<'_> {
     fn begin_correction(&mut self, stream: Option<Stream>) {
         let slew = self.session.is_slow().then_some(self.config.slew);
         let off = self.observes_only();
-        let in_force = self.corrector.correction.get().map(|c| c.state.estimate());
+        let in_force = self.corrector.correction.get();
+        let in_force = in_force.map(|c| (c.state.estimate(), *c.state.maps()));
         let fresh = self.continuity.fresh;
         let Some(stream) = stream else {
             return self.corrector.correction.clear();
@@ -175,7 +176,7 @@ impl Flow<'_> {
         let held = slew.is_some() && !fresh;
         state.off = off;
         match in_force {
-            Some(in_force) if held => compensator.force(state, &in_force),
+            Some((estimate, maps)) if held => compensator.force_with(state, &estimate, &maps),
             _ if off || held => {}
             _ => compensator.force(state, &compensator.initial_output()),
         }
@@ -218,7 +219,7 @@ impl Flow<'_> {
         self.session.mode = mode;
         self.session.promoted = false;
         let off = self.is_off();
-        let zero = |state: &State| mode == Mode::Bypass && state.estimate() == [[0.0; 3]; 2];
+        let zero = |state: &State| mode == Mode::Bypass && state.is_zero();
         match self.corrector.correction.get_mut() {
             Some(Correction { compensator, state }) if fade && !zero(state) => {
                 state.off = off;
@@ -271,12 +272,11 @@ impl Flow<'_> {
             return self.activate(true);
         }
         if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
-            let output = match &self.corrector.block {
-                _ if state.off => [[0.0; 3]; 2],
-                Some(block) => block.network_output,
-                None => compensator.initial_output(),
-            };
-            compensator.force(state, &output);
+            match &self.corrector.block {
+                _ if state.off => compensator.force_zero(state),
+                Some(block) => compensator.force(state, &block.network_output),
+                None => compensator.force(state, &compensator.initial_output()),
+            }
         }
     }
 

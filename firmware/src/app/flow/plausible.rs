@@ -95,7 +95,7 @@ impl Flow<'_> {
             compensator.give_up_block(state);
             state.off = off;
             if aside && compensator.slew().is_none() {
-                compensator.force(state, &[[0.0; 3]; 2]);
+                compensator.force_zero(state);
             }
         }
         self.learning.port.begin_anew(Anew::Stream);

@@ -114,6 +114,7 @@ mod tests {
             nets: Nets {
                 gyro: net,
                 accel: net,
+                ..Nets::NONE
             },
             mode: Mode::Frozen,
             block: 0.01,

@@ -88,14 +88,19 @@ impl<T: Real> Considered<T> {
         for (kind, columns) in self.columns.iter_mut().enumerate() {
             for (pair, column) in columns.iter_mut().enumerate() {
                 column.moves(block);
-                let (of_turn, of_force) = (felt.by_turn.get(pair), felt.by_force.get(pair));
-                let Effect { phi, velocity } = match (kind, of_turn, of_force) {
-                    (0, Some(effect), _) | (1, _, Some(effect)) => *effect,
-                    (_, _, Some(effect)) => Effect {
-                        phi: [0.0; 3],
-                        velocity: effect.phi.map(|x| -x),
-                    },
-                    _ => return,
+                let of_map = match kind {
+                    0 => Some(pair),
+                    1 => None,
+                    _ => Some(PAIRS + pair),
+                };
+                if let Some(of_map) = of_map {
+                    for (x, row) in column.x.iter_mut().zip(&block.proportional) {
+                        *x += row.get(of_map).copied().unwrap_or(T::ZERO);
+                    }
+                    continue;
+                }
+                let Some(Effect { phi, velocity }) = felt.by_force.get(pair) else {
+                    return;
                 };
                 let [phi, velocity] = [phi, velocity].map(|v| v.map(|x| T::from_f64(x.into())));
                 for i in 0..3 {

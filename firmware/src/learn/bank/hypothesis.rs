@@ -3,20 +3,22 @@
 use super::super::prior::{LearnerNet, NAV};
 use super::considered::Gains;
 use lrnn_nostd::learn::kalman::{
-    Innovation, Kalman, OUTPUTS, ParameterSet, TRIADS, Transition, Workspace,
+    Correction, Innovation, Kalman, Maps, OUTPUTS, ParameterSet, TRIADS, Transition, Workspace,
 };
 use lrnn_nostd::{Rational, Real, State};
 
 /// Interface of a hypothesis for the bank.
 pub trait Hypothesis<T: Real> {
     fn step(&mut self, inputs: [[T; 3]; TRIADS]);
-    fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]);
+    fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &Correction<T>);
     fn propagate_covariance(
         &mut self,
         block: &Transition<NAV, T>,
         workspace: &mut Workspace<NAV, OUTPUTS, T>,
     );
     fn inflate(&mut self, variance: &[T; NAV]);
+    fn set_rest(&mut self, rest: [[T; 3]; TRIADS]);
+    fn maps(&self) -> &Maps<T>;
     fn reset_networks(&mut self);
     fn states(&self) -> &[State<T>; TRIADS];
     fn innovation(&self, i: usize, z: T, variance: T) -> Innovation<T>;
@@ -34,6 +36,7 @@ pub trait Hypothesis<T: Real> {
     );
     fn error_state(&self) -> &[T; NAV];
     fn estimate(&self) -> &[T; OUTPUTS];
+    fn output(&self) -> [T; OUTPUTS];
     fn nets(&self) -> [LearnerNet<T>; TRIADS];
     fn log_likelihood(&self) -> f64;
     fn is_healthy(&self) -> bool;
@@ -55,7 +58,7 @@ where
     fn step(&mut self, inputs: [[T; 3]; TRIADS]) {
         Kalman::step(self, inputs);
     }
-    fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
+    fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &Correction<T>) {
         Kalman::propagate_mean(self, block, applied);
     }
     fn propagate_covariance(
@@ -67,6 +70,12 @@ where
     }
     fn inflate(&mut self, variance: &[T; NAV]) {
         Kalman::inflate(self, variance);
+    }
+    fn set_rest(&mut self, rest: [[T; 3]; TRIADS]) {
+        Kalman::set_rest(self, rest);
+    }
+    fn maps(&self) -> &Maps<T> {
+        self.model().maps()
     }
     fn reset_networks(&mut self) {
         Kalman::reset_networks(self);
@@ -109,6 +118,9 @@ where
     fn estimate(&self) -> &[T; OUTPUTS] {
         self.model().estimate()
     }
+    fn output(&self) -> [T; OUTPUTS] {
+        self.model().output()
+    }
     fn nets(&self) -> [LearnerNet<T>; TRIADS] {
         self.model().nets()
     }
@@ -128,7 +140,7 @@ where
         self.model().unit_nets()
     }
     fn unit_estimate(&self) -> [T; OUTPUTS] {
-        let mut estimate = *self.model().estimate();
+        let mut estimate = self.model().output();
         let biases = self.model().biases().as_flattened();
         for (estimate, &bias) in estimate.iter_mut().zip(biases) {
             *estimate -= bias;

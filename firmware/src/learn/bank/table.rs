@@ -4,8 +4,8 @@
 use super::hypothesis::Hypothesis;
 use crate::learn::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes, weights};
 use lrnn_nostd::learn::kalman::{
-    DiagonalWeights, FixedWeights, Kalman, NoParameters, OutputWeights, ParameterSet, Prior,
-    TRIADS, UnitBiases, UnitOutput,
+    FixedWeights, Kalman, Maps, NoParameters, ParameterSet, Prior, TRIADS, UnitBiases, UnitMap,
+    UnitOutput,
 };
 use lrnn_nostd::{Net, Rational, Real};
 
@@ -80,9 +80,12 @@ macro_rules! hypotheses {
 
             /// Gives [`REMEMBERING`] what is known of the unit. False: a value cannot be, and those
             /// that it belongs to stay as they were.
-            pub fn recall(&mut self, values: &[T], ages: T) -> bool {
-                let [of_biases, of_driven, _] = REMEMBERED;
+            pub fn recall(&mut self, values: &[T], ages: T, has_map: bool) -> bool {
+                let [of_biases, of_map, of_driven, _] = REMEMBERED;
                 let Some((biases, rest)) = values.split_at_checked(of_biases) else {
+                    return false;
+                };
+                let Some((map, rest)) = rest.split_at_checked(of_map) else {
                     return false;
                 };
                 let Some((driven, curved)) = rest.split_at_checked(of_driven) else {
@@ -91,17 +94,20 @@ macro_rules! hypotheses {
                 let stepped = ages + T::from_f64(STEP * STEP);
                 self.driven.recall(driven.iter().copied(), ages)
                     && self.curved.recall(curved.iter().copied(), ages)
+                    && (!has_map || self.map.recall(map.iter().copied(), ages))
                     && self.biases.recall(biases.iter().copied(), ages)
                     && self.stepped.recall(biases.iter().copied(), stepped)
             }
 
-            /// Begins the one that believes these networks.
+            /// Begins the one that believes these networks and maps.
             pub fn begin_stored(
                 &mut self,
                 nets: &[LearnerNet<T>; TRIADS],
+                maps: &Maps<T>,
                 prior: impl FnOnce() -> Prior<NAV, 0, T>,
             ) {
                 self.stored.init(nets, &prior());
+                self.stored.set_maps(maps);
             }
 
             /// One of them; the zero correction for a number that is none.
@@ -125,22 +131,26 @@ macro_rules! hypotheses {
 
 // Slot; what is learnt, and the number of its parameters (biases and weights); what the hidden
 // layers are; greatest contribution of the networks, in units of the bias; key; name. The first
-// believes the sensors; the last is the largest.
+// believes the sensors; the last believes what was stored.
 hypotheses! {
     zero_correction: NoParameters, 0, Time 0.0, "zero-correction", "zero correction";
     biases: UnitBiases, 12, Driven 0.0, "biases", "biases";
-    output: OutputWeights, 24, Time 0.3, "output", "output weights, by time";
     stepped: UnitBiases, 12, Driven 0.0, "stepped", "biases, stepped since the last drive";
+    map: UnitMap, 30, Driven 0.0, "map", "biases and a map";
     driven: UnitOutput, 30, Driven 0.5, "driven", "output layer, by the inputs";
     curved: UnitOutput, 30, Curved 5.0, "curved", "output layer, by a curve of temperature";
     stored: FixedWeights, 0, Time 0.0, "stored", "stored networks";
-    all_weights: DiagonalWeights, 96, Driven 0.1, "all-weights", "all weights, own feedback";
 }
 
 /// Values that each of [`REMEMBERING`] remembers over power-off.
-pub const REMEMBERED: [usize; 3] = {
+pub const REMEMBERED: [usize; 4] = {
     let layer = Filter::<UnitOutput, 30, 465, f32>::REMEMBERED;
-    [Filter::<UnitBiases, 12, 78, f32>::REMEMBERED, layer, layer]
+    [
+        Filter::<UnitBiases, 12, 78, f32>::REMEMBERED,
+        Filter::<UnitMap, 30, 465, f32>::REMEMBERED,
+        layer,
+        layer,
+    ]
 };
 
 /// Begins one of them. By itself, so that the stack holds one prior at a time.
@@ -174,7 +184,7 @@ pub const SIX_BIASES: usize = 1;
 
 /// The same, for a unit whose biases have stepped since the last drive, by [`STEP`] of the
 /// datasheet's. Before the first fix it has the odds [`STEPS`].
-pub const STEPPED: usize = 3;
+pub const STEPPED: usize = 2;
 
 /// Standard deviation of a step of a bias between two drives, as a share of the datasheet's. (Of
 /// five units of one type, four stepped at once, by 0.12 to 0.2 of it, on different axes.)
@@ -182,6 +192,9 @@ pub const STEP: f64 = 0.2;
 
 /// Odds that the biases have stepped between two drives: one to nine (assumed).
 pub const STEPS: f64 = 1.0 / 9.0;
+
+/// The hypothesis that knows the biases and the maps of both triads.
+pub const MAP: usize = 3;
 
 /// The hypothesis whose networks are driven by their inputs: the output layer belongs to the unit,
 /// and six biases to this turn-on.
@@ -192,17 +205,22 @@ pub const DRIVEN: usize = 4;
 pub const CURVED: usize = 5;
 
 /// Hypotheses that remember the unit over power-off. What the others know is of this turn-on.
-pub const REMEMBERING: [usize; 3] = [SIX_BIASES, DRIVEN, CURVED];
+pub const REMEMBERING: [usize; 4] = [SIX_BIASES, MAP, DRIVEN, CURVED];
+
+/// The hypotheses that each of them extends, one bit each: it proves itself against the best of
+/// these.
+pub const EXTENDS: [u8; HYPOTHESES] = {
+    let nothing = 1 << ZERO_CORRECTION;
+    let biases = nothing | 1 << SIX_BIASES | 1 << STEPPED;
+    [nothing, nothing, nothing, biases, biases, biases, nothing]
+};
 
 /// Hypotheses whose networks begin in the steady state of their inputs, one bit each.
-pub const SETTLING: u8 = 1 << DRIVEN | 1 << CURVED | 1 << STORED | 1 << LARGEST;
+pub const SETTLING: u8 = 1 << DRIVEN | 1 << CURVED | 1 << STORED;
 
 /// The hypothesis that believes the networks that were stored: they correct this drive, and learn
 /// nothing. It takes part when there are any.
-pub const STORED: usize = LARGEST - 1;
+pub const STORED: usize = HYPOTHESES - 1;
 
 /// All hypotheses, one bit each.
 pub const ALL: u8 = u8::MAX >> (u8::BITS as usize - HYPOTHESES);
-
-/// The hypothesis with the most parameters.
-pub const LARGEST: usize = HYPOTHESES - 1;

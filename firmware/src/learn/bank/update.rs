@@ -2,12 +2,12 @@
 //! hypotheses.
 
 use super::considered::Sizes;
-use super::{Bank, HYPOTHESES, NAV, OUTPUTS, STORED, TRIADS, ZERO_CORRECTION, index};
+use super::{Bank, HYPOTHESES, MAP, NAV, OUTPUTS, STORED, TRIADS, ZERO_CORRECTION, index};
 use crate::align::motion::Shown;
 use crate::fix::OBSERVATIONS;
 use crate::nav::felt::Felt;
 use lrnn_nostd::Real;
-use lrnn_nostd::learn::kalman::{Transition, Workspace};
+use lrnn_nostd::learn::kalman::{Correction, Transition, Workspace};
 
 /// Memory of the updates, too large for the stack.
 #[derive(Clone, Debug)]
@@ -16,6 +16,9 @@ pub struct Scratch<T: Real = f32> {
     /// `q` is the covariance of its others, and `phi` that of both if the alignment has estimated
     /// the sensors' errors.
     pub block: Transition<NAV, T>,
+    /// What errors in proportion to the motion add to the variances of attitude and velocity in the
+    /// interval, beyond `q`, for hypotheses that do not estimate them.
+    pub in_proportion: [T; NAV],
     /// Memory for the update of one covariance after the other.
     pub workspace: Workspace<NAV, OUTPUTS, T>,
 }
@@ -24,6 +27,7 @@ impl<T: Real> Scratch<T> {
     /// All zeros, so that a static one takes no room in flash.
     pub const ZEROED: Self = Self {
         block: Transition::ZEROED,
+        in_proportion: [T::ZERO; NAV],
         workspace: Workspace::ZEROED,
     };
 }
@@ -38,16 +42,27 @@ enum Estimated {
 const _: () = assert!(OBSERVATIONS == OUTPUTS);
 
 impl<T: Real> Bank<T> {
-    /// The navigator has passed an interval with the estimate `applied` (rad/s, m/s^2) subtracted:
-    /// propagates the means. [`Bank::propagate_covariance`] must follow.
-    pub fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &[T; OUTPUTS]) {
+    /// The navigator has passed an interval with the correction `applied`: propagates the means.
+    /// [`Bank::propagate_covariance`] must follow.
+    pub fn propagate_mean(&mut self, block: &Transition<NAV, T>, applied: &Correction<T>) {
         self.each(|h| h.propagate_mean(block, applied));
     }
 
     /// Propagates the covariances over the interval in `scratch`.
     pub fn propagate_covariance(&mut self, scratch: &mut Scratch<T>) {
-        let Scratch { block, workspace } = scratch;
+        let Scratch {
+            block,
+            in_proportion,
+            workspace,
+        } = scratch;
         self.each(|h| h.propagate_covariance(block, workspace));
+        self.some(!(1 << MAP), |h| h.inflate(in_proportion));
+    }
+
+    /// What the sensors feel at rest from now on, rad/s and m/s^2.
+    pub fn set_rest(&mut self, rest: [[f32; 3]; TRIADS]) {
+        let rest = rest.map(|of| of.map(|x| T::from_f64(f64::from(x))));
+        self.each(|h| h.set_rest(rest));
     }
 
     /// A fix at the end of the interval: estimate minus fix and its variances, m and m/s. An
@@ -149,7 +164,9 @@ impl<T: Real> Bank<T> {
     }
 
     fn align_covariances(&mut self, scratch: &mut Scratch<T>, estimated: Estimated) {
-        let Scratch { block, workspace } = scratch;
+        let Scratch {
+            block, workspace, ..
+        } = scratch;
         let (by, rest) = (&block.gamma, &block.q);
         for which in 0..HYPOTHESES {
             let rest = match (which, estimated) {

@@ -35,10 +35,9 @@ impl FixLearner<'_> {
     /// proved themselves.
     fn best_of_unit(&self) -> Option<usize> {
         let bank = &self.memory.bank;
-        let each = bank
-            .remembering()
-            .into_iter()
-            .zip(self.remembered.judged.so_far());
+        let [biases, driven, curved] = self.remembered.judged.so_far();
+        let wrong = [biases, biases, driven, curved];
+        let each = bank.remembering().into_iter().zip(wrong);
         let proved = each.filter(|&(h, _)| self.memory.rehearsal.has_proved(h));
         let candidates = proved.map(|(hypothesis, wrong)| Candidate {
             hypothesis,
@@ -73,8 +72,9 @@ impl FixLearner<'_> {
         let best = self.best_of_unit().filter(|_| self.teaches() && !refuted)?;
         let bank = &self.memory.bank;
         let [gyro, accel] = bank.unit_nets_of(best);
+        let maps = bank.maps_of(best);
         Some(Winner {
-            nets: Nets { gyro, accel },
+            nets: Nets { gyro, accel, maps },
             states: bank.states_of(best),
             estimate: split(&bank.unit_estimate_of(best)),
         })

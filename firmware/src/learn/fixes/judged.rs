@@ -3,11 +3,12 @@
 //! What is remembered of a unit acts from power-on, before any fix. Evidence does not show which
 //! hypothesis is best at that: it is earned while each of them learns from the same drive, and
 //! there a law that is fitted again in every drive wins over a constant, even if it never repeats.
-//! So in each drive the learner compares what each of [`REMEMBERING`] knew at power-on with what
-//! the best of all hypotheses knows now. The mean square of the difference, in units of the
-//! datasheet's bias, is stored for the next drives.
+//! So in each drive the learner compares what biases and networks ([`JUDGED`]) knew at power-on
+//! with what the best of all hypotheses knows now. The mean square of the difference, in units of
+//! the datasheet's bias, is stored for the next drives. A map counts as the biases: it is a
+//! constant as well.
 
-use crate::learn::bank::{Bank, DRIVEN, REMEMBERED, REMEMBERING, SIX_BIASES, ZERO_CORRECTION};
+use crate::learn::bank::{Bank, CURVED, DRIVEN, REMEMBERED, SIX_BIASES, ZERO_CORRECTION};
 use crate::learn::prior::{Datasheet, Shapes};
 
 /// The first blocks do not count, in which the best hypothesis knows little more than at power-on:
@@ -24,6 +25,9 @@ pub(super) const BETTER: f32 = 0.85;
 /// Number of drives before the present one that it takes: memory before the second was of one drive
 /// only.
 pub(super) const DRIVES: u16 = 2;
+
+/// The hypotheses whose memory is judged.
+const JUDGED: [usize; 3] = [SIX_BIASES, DRIVEN, CURVED];
 
 /// Means of the output layers of the hypotheses that remember.
 const MEANS: usize = 6 + 2 * OF_LAYER;
@@ -51,7 +55,8 @@ impl Judged {
     /// A drive begins before which `values` were known, in the order of
     /// [`Bank::remember`].
     pub fn begin(&mut self, before: [f32; 3], values: Option<&[f32]>) {
-        let [of_biases, of_driven, _] = REMEMBERED;
+        let [of_biases, of_map, of_driven, _] = REMEMBERED;
+        let driven = of_biases + of_map;
         *self = Judged {
             before,
             ..Self::NONE
@@ -60,8 +65,8 @@ impl Judged {
         let mut known = [0.0; MEANS];
         let starts = [
             (0, 6),
-            (of_biases, OF_LAYER),
-            (of_biases + of_driven, OF_LAYER),
+            (driven, OF_LAYER),
+            (driven + of_driven, OF_LAYER),
         ];
         let all = starts
             .into_iter()
@@ -92,7 +97,7 @@ impl Judged {
         for (((known, nets), index), sum) in of
             .into_iter()
             .zip(nets)
-            .zip(REMEMBERING)
+            .zip(JUDGED)
             .zip(&mut self.squares)
         {
             let states = bank.states_of(index);
@@ -133,5 +138,3 @@ impl Judged {
         })
     }
 }
-
-const _: () = assert!(REMEMBERING[0] == SIX_BIASES && REMEMBERING[1] == DRIVEN);

@@ -30,6 +30,7 @@ impl Learner for FixLearner<'_> {
     /// networks that are driven by inputs.
     fn begin(&mut self, nets: &Nets, stream: StreamScale) {
         self.shapes.driven = [nets.gyro, nets.accel];
+        self.choice.stored_maps = nets.maps;
         self.samples.stream = Some(stream);
         self.choice.running = ZERO_CORRECTION;
         self.samples.scale = None;
@@ -135,7 +136,8 @@ impl Learner for FixLearner<'_> {
     fn learnt(&mut self) -> (Nets, [State; 2]) {
         let (bank, running) = (&self.memory.bank, self.choice.running);
         let [gyro, accel] = bank.nets_of(running);
-        (Nets { gyro, accel }, bank.states_of(running))
+        let maps = bank.maps_of(running);
+        (Nets { gyro, accel, maps }, bank.states_of(running))
     }
 
     fn solution(&self) -> Option<Solution> {

@@ -12,7 +12,9 @@ use crate::align::Align;
 use crate::learn::age::FixAge;
 use crate::learn::quantise::Scale;
 use crate::learn::unit::{Head, Unit};
+use crate::model::Nets;
 use crate::sample::{Counts, StreamScale};
+use lrnn_nostd::learn::kalman::Maps;
 
 /// The stream of samples.
 #[derive(Debug, Default)]
@@ -82,12 +84,15 @@ pub(super) struct FixTimes {
     pub held: Held,
 }
 
-/// Indices of the hypothesis in force and of the one that knows the unit best.
+/// Indices of the hypothesis in force and of the one that knows the unit best, and what corrects
+/// this drive.
 #[derive(Debug)]
 pub(super) struct Choice {
     /// The hypothesis in force after the last fix.
     pub running: usize,
     pub knows_best: usize,
+    /// Maps that correct this drive.
+    pub stored_maps: Maps<f32>,
 }
 
 impl Choice {
@@ -95,6 +100,7 @@ impl Choice {
         Choice {
             running: ZERO_CORRECTION,
             knows_best: ZERO_CORRECTION,
+            stored_maps: Nets::NONE.maps,
         }
     }
 }

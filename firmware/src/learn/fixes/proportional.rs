@@ -57,6 +57,18 @@ impl Sum {
     }
 }
 
+/// What the variances of attitude (rad2) and velocity (m2/s2) grow by, about and along north, east,
+/// down.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Growth {
+    /// Of the attitude about each, by g-sensitivity.
+    pub by_force: f32,
+    /// Of the attitude, by scale factors.
+    pub turn: V32,
+    /// Of the velocity, by scale factors and misalignments.
+    pub gain: V32,
+}
+
 /// The motion of the navigator, as far as such errors follow from it.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Proportional {
@@ -74,10 +86,10 @@ impl Proportional {
 
     /// The navigator has moved to this state in `time` seconds. The result is what the variances of
     /// attitude (rad2) and velocity (m2/s2) grow by, about and along north, east, down.
-    pub fn moves(&mut self, state: &State, time: f32, of: &Sizes) -> [V32; 2] {
+    pub fn moves(&mut self, state: &State, time: f32, of: &Sizes) -> Growth {
         let before = self.from.replace((state.q_bn, state.velocity));
         let Some((q, velocity)) = before else {
-            return [[0.0; 3]; 2];
+            return Growth::default();
         };
         let [w, x, y, z] = q;
         let [c, turn @ ..] = product(state.q_bn, [w, -x, -y, -z]);
@@ -92,10 +104,11 @@ impl Proportional {
         let by_force = of.g_sensitivity * of.g_sensitivity * all;
         let [_, misalignment] = of.misalignment;
         let across = misalignment * misalignment;
-        [
-            turn.map(|turn| gyro * turn + by_force),
-            gain.map(|gain| accel * gain + across * (all - gain)),
-        ]
+        Growth {
+            by_force,
+            turn: turn.map(|turn| gyro * turn),
+            gain: gain.map(|gain| accel * gain + across * (all - gain)),
+        }
     }
 }
 

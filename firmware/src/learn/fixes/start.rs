@@ -239,7 +239,7 @@ impl FixLearner<'_> {
     /// Standard deviation of the vehicle's heading, from that of the sensors' axes as their motion
     /// shows it: misalignments are between the two, and no motion shows them. rad.
     fn of_the_vehicle(&self, sigma: f32) -> f32 {
-        let [gyro, accel] = self.settings.misalignment;
+        let [gyro, accel] = self.settings.sheet.misalignment;
         libm::hypotf(sigma, libm::hypotf(gyro, accel))
     }
 
@@ -278,6 +278,7 @@ impl FixLearner<'_> {
         let seen = (starting.at.as_ref())
             .filter(|_| antenna.estimates())
             .map(|(fix, age)| navigator.seen(fix, *age, antenna.age_sigma()));
+        self.memory.bank.set_rest(navigator.at_rest());
         self.start_antenna(starting, seen.as_ref());
         self.start_hypotheses(starting);
         self.motion.proportional = Proportional::default();

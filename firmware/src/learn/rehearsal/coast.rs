@@ -3,10 +3,10 @@
 use super::bets::MOST;
 use super::{EARLY, LATE};
 use crate::fix::OBSERVATIONS;
-use crate::learn::bank::{Bank, HYPOTHESES, ZERO_CORRECTION};
+use crate::learn::bank::{Bank, EXTENDS, HYPOTHESES};
 use crate::learn::prior::NAV;
 use crate::nav::Transition;
-use lrnn_nostd::learn::kalman::OUTPUTS;
+use lrnn_nostd::learn::kalman::Correction;
 
 /// A navigator without fixes, as its difference to the device's own: shadow minus navigator, in the
 /// order of [`NAV`]. That is enough, because differences move by the linear equations of the
@@ -14,30 +14,15 @@ use lrnn_nostd::learn::kalman::OUTPUTS;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shadow {
     pub off: [f32; NAV],
-    /// Correction that it subtracts from the samples, rad/s and m/s2. It does not change.
-    pub correction: [f32; OUTPUTS],
+    /// Correction that it subtracts from the samples. It does not change.
+    pub correction: Correction,
 }
 
 impl Shadow {
     const NONE: Shadow = Shadow {
         off: [0.0; NAV],
-        correction: [0.0; OUTPUTS],
+        correction: Correction::NONE,
     };
-
-    fn moves(&mut self, block: &Transition, applied: &[f32; OUTPUTS]) {
-        let mut excess = self.correction;
-        for (excess, applied) in excess.iter_mut().zip(applied) {
-            *excess -= applied;
-        }
-        let last = self.off;
-        for ((off, phi), gamma) in self.off.iter_mut().zip(&block.phi).zip(&block.gamma) {
-            *off = dot(phi, &last) + dot(gamma, &excess);
-        }
-    }
-}
-
-fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 /// Errors of the navigator by a fix: estimate minus fix of two horizontal components, and the
@@ -96,16 +81,16 @@ impl Coast {
     pub fn start(&mut self, bank: &Bank) {
         for (index, shadow) in self.shadows.iter_mut().enumerate() {
             shadow.off = bank.error_state_of(index).map(|error| -error);
-            shadow.correction = *bank.estimate_of(index);
+            shadow.correction = bank.correction_of(index);
         }
         (self.time, self.runs) = (0.0, true);
     }
 
-    /// The navigator has passed an interval with the estimate `applied` subtracted.
-    pub fn moves(&mut self, block: &Transition, applied: &[f32; OUTPUTS]) {
+    /// The navigator has passed an interval with the correction `applied`.
+    pub fn moves(&mut self, block: &Transition, applied: &Correction) {
         self.time += block.time;
         for shadow in &mut self.shadows {
-            shadow.moves(block, applied);
+            block.moves(&mut shadow.off, &shadow.correction, applied);
         }
     }
 
@@ -129,17 +114,22 @@ impl Coast {
     }
 
     /// The score of each hypothesis at this fix: how much smaller its horizontal error is than that
-    /// without correction, as the natural logarithm of the ratio, from -[`MOST`] to [`MOST`]. An
-    /// error below the fix's standard deviation counts as that one. What is not finite is the
-    /// worst.
+    /// of the best hypothesis that it extends ([`EXTENDS`]), as the natural logarithm of the ratio,
+    /// from -[`MOST`] to [`MOST`]. An error below the fix's standard deviation counts as that one.
+    /// What is not finite is the worst.
     pub(super) fn scores(&self, seen: &Seen) -> [f32; HYPOTHESES] {
         let floor = seen.sigma * seen.sigma;
         let squares = self.shadows.each_ref().map(|shadow| {
             let off = shadow.off.iter().skip(seen.first).zip(seen.off);
             off.fold(floor, |sum, (off, seen)| sum + (off + seen) * (off + seen))
         });
-        let without = squares.get(ZERO_CORRECTION).copied().unwrap_or(f32::NAN);
-        squares.map(|with| score(without, with))
+        core::array::from_fn(|h| {
+            let extends = EXTENDS.get(h).copied().unwrap_or_default();
+            let simpler = squares.iter().enumerate();
+            let simpler = simpler.filter(|(index, _)| extends >> index & 1 == 1);
+            let without = simpler.fold(f32::INFINITY, |least, (_, &of)| least.min(of));
+            score(without, squares.get(h).copied().unwrap_or(f32::NAN))
+        })
     }
 }
 

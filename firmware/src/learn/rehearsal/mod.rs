@@ -22,11 +22,11 @@ mod coast;
 pub use bets::Bets;
 pub use coast::{Coast, Seen};
 
-use super::bank::{Bank, HYPOTHESES, STORED, ZERO_CORRECTION};
+use super::bank::{Bank, EXTENDS, HYPOTHESES, STORED, ZERO_CORRECTION};
 use super::prior::NAV;
 use crate::fix::OBSERVATIONS;
 use crate::nav::Transition;
-use lrnn_nostd::learn::kalman::OUTPUTS;
+use lrnn_nostd::learn::kalman::Correction;
 
 /// Lengths of the coasts, s.
 pub const HORIZONS_S: [f32; HORIZONS] = [5.0, 10.0, 30.0, 60.0, 120.0, 300.0];
@@ -192,8 +192,8 @@ impl Rehearsal {
         }
     }
 
-    /// The navigator has passed an interval with the estimate `applied` subtracted.
-    pub fn interval(&mut self, block: &Transition, applied: &[f32; OUTPUTS]) {
+    /// The navigator has passed an interval with the correction `applied`.
+    pub fn interval(&mut self, block: &Transition, applied: &Correction) {
         self.since_s += block.time;
         for horizon in &mut self.horizons {
             horizon.bets.passes(block.time);
@@ -255,11 +255,13 @@ impl Rehearsal {
     }
 
     /// The hypothesis that may correct: of those that have proved themselves and are about as good
-    /// as the best of them, the one with the greatest evidence. `evidence` is minus infinity for
-    /// those that may not.
+    /// as the best of them, the one with the greatest evidence. One that has proved itself against
+    /// those that it extends comes before these. `evidence` is minus infinity for those that may
+    /// not.
     pub fn choose(&mut self, evidence: impl Fn(usize) -> f64) -> usize {
         let stale = self.since_s > TRUST_S;
-        let mut best = f32::NEG_INFINITY;
+        let mut extended = false;
+        let mut best = [f32::NEG_INFINITY; 2];
         for (hypothesis, proved) in self.standings() {
             let Standing {
                 proof,
@@ -274,15 +276,19 @@ impl Rehearsal {
             if let Some(proved) = self.proved.get_mut(hypothesis) {
                 *proved = may;
             }
-            if may && score > best {
-                best = score;
+            if may {
+                extended |= extends(hypothesis);
+                let best = &mut best[usize::from(extends(hypothesis))];
+                *best = score.max(*best);
             }
         }
         let mut chosen = (ZERO_CORRECTION, f64::NEG_INFINITY);
         for (hypothesis, proved) in self.standings() {
+            let best = best[usize::from(extends(hypothesis))];
             let good = self.standing(hypothesis).score >= best - ALIKE;
+            let comes = proved && good && extends(hypothesis) == extended;
             let evidence = evidence(hypothesis);
-            if proved && good && evidence > chosen.1 {
+            if comes && evidence > chosen.1 {
                 chosen = (hypothesis, evidence);
             }
         }
@@ -323,6 +329,11 @@ impl Rehearsal {
     pub fn counts(&self) -> [u16; HORIZONS] {
         self.horizons.each_ref().map(|horizon| horizon.bets.count)
     }
+}
+
+/// Whether a hypothesis extends others than [`ZERO_CORRECTION`].
+fn extends(hypothesis: usize) -> bool {
+    EXTENDS.get(hypothesis).is_some_and(|of| of & !(1 << ZERO_CORRECTION) != 0)
 }
 
 #[cfg(test)]

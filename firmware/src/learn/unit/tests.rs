@@ -14,7 +14,7 @@ const THERMAL: Inputs = [[
 ]; 2];
 
 fn networks(inputs: &Inputs) -> Shapes {
-    let Nets { gyro, accel } = Nets::NONE;
+    let Nets { gyro, accel, .. } = Nets::NONE;
     Shapes::new(&[gyro, accel], &Settings::MEDIUM.sheet, inputs).complete()
 }
 

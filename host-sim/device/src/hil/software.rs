@@ -72,5 +72,6 @@ pub fn nets() -> Nets {
     Nets {
         gyro: net(2.0, 5e-6),
         accel: net(0.1, 1e-3),
+        ..Nets::NONE
     }
 }

@@ -13,7 +13,7 @@ use crate::learning::fix_learner;
 use crate::learning::teacher::{Assumptions, IN_RUN, aligned};
 use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use firmware::learn::bank::{
-    ALL, Gates, HYPOTHESES, KEYS, LARGEST, STORED, WITH_NETWORKS, ZERO_CORRECTION,
+    ALL, Gates, HYPOTHESES, KEYS, MAP, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
 use host_core::inertial::ekf::{Aided, ErrorModel, Known, Noise, TurnOn};
 use host_core::inertial::free_inertial::{FreeInertial, from_filter};
@@ -204,7 +204,7 @@ pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let all = ALL & !(1 << STORED);
     let without = [
         ("no-networks".to_owned(), all & !WITH_NETWORKS),
-        (format!("no-{}", KEYS[LARGEST]), all & !(1 << LARGEST)),
+        (format!("no-{}", KEYS[MAP]), all & !(1 << MAP)),
     ];
     alone.chain(without)
 }

@@ -36,10 +36,10 @@ mod row;
 
 pub use covariance::{Covariance, Innovation, Workspace};
 pub use deferred::MAX_DEFERRED;
-pub use model::ErrorModel;
+pub use model::{ErrorModel, Maps};
 pub use parameters::{
     AllWeights, Biases, DiagonalWeights, FixedWeights, NoParameters, OutputWeights, ParameterSet,
-    UnitBiases, UnitOutput, Zeroed,
+    UnitBiases, UnitMap, UnitOutput, Zeroed,
 };
 pub use row::Rows;
 
@@ -52,6 +52,10 @@ use crate::shape::{Full, NEURONS};
 pub const TRIADS: usize = 2;
 /// Outputs of the two networks together.
 pub const OUTPUTS: usize = TRIADS * NEURONS;
+/// Elements of the two maps together.
+pub const PROPORTIONAL: usize = TRIADS * NEURONS * NEURONS;
+/// Outputs and elements of the maps.
+const CAUSES: usize = OUTPUTS + PROPORTIONAL;
 /// The navigation equations over one block of time, linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition<const X: usize, T = f32> {
@@ -60,6 +64,10 @@ pub struct Transition<const X: usize, T = f32> {
     /// dx(end)/de for sensor errors e (rad/s, m/s^2) that remain in the *estimate* of the
     /// increments. The sign is + where too much was subtracted.
     pub gamma: [[T; OUTPUTS]; X],
+    /// dx(end)/dm for an error m in proportion that remains in the estimate: of axis `i` of triad
+    /// `k` by what the triad feels along axis `j` beyond its input at rest
+    /// ([`ErrorModel::set_rest`]), at `9 k + 3 i + j`, per 1. Signs as in `gamma`.
+    pub proportional: [[T; PROPORTIONAL]; X],
     /// Covariance that the sensors' white noise adds over the block.
     pub q: [[T; X]; X],
     /// Length of the block, s.
@@ -71,6 +79,7 @@ impl<const X: usize, T: Real> Transition<X, T> {
     pub const ZEROED: Self = Self {
         phi: [[T::ZERO; X]; X],
         gamma: [[T::ZERO; OUTPUTS]; X],
+        proportional: [[T::ZERO; PROPORTIONAL]; X],
         q: [[T::ZERO; X]; X],
         time: T::ZERO,
     };
@@ -91,6 +100,70 @@ pub struct Prior<const X: usize, const N: usize, T = f32> {
     pub error_floor: [T; X],
     /// Smallest standard deviation of a parameter, as a fraction of its prior.
     pub parameter_floor: T,
+}
+
+/// What is subtracted from the sensors: an estimate of their errors, rad/s and m/s^2, which holds
+/// for what they feel at rest, and maps for what they feel beyond that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction<T = f32> {
+    /// Errors at rest, rad/s and m/s^2.
+    pub estimate: [T; OUTPUTS],
+    /// Errors in proportion, as ratios.
+    pub maps: Maps<T>,
+}
+
+impl<T: Real> Correction<T> {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        estimate: [T::ZERO; OUTPUTS],
+        maps: [[[T::ZERO; NEURONS]; NEURONS]; TRIADS],
+    };
+}
+
+impl<const X: usize, T: Real> Transition<X, T> {
+    /// Moves the navigator's error `x`, or the difference between two navigators, over the block,
+    /// in which the first has subtracted `first` and the second `second`.
+    pub fn moves(&self, x: &mut [T; X], first: &Correction<T>, second: &Correction<T>) {
+        let mut excess = first.estimate;
+        for (excess, &own) in excess.iter_mut().zip(&second.estimate) {
+            *excess -= own;
+        }
+        let last = *x;
+        for i in 0..X {
+            x[i] = row::dot(&self.phi[i], &last) + row::dot(&self.gamma[i], &excess);
+        }
+        if first.maps == second.maps {
+            return;
+        }
+        let own = second.maps.as_flattened().as_flattened();
+        for (x, by) in x.iter_mut().zip(&self.proportional) {
+            let excess = first.maps.as_flattened().as_flattened().iter().zip(own);
+            for ((&first, &second), &by) in excess.zip(by) {
+                *x += by * (first - second);
+            }
+        }
+    }
+
+    /// Effects of the outputs and of the elements of the maps.
+    fn of_causes(&self) -> [[T; CAUSES]; X] {
+        let mut all = [[T::ZERO; CAUSES]; X];
+        for ((all, gamma), proportional) in all.iter_mut().zip(&self.gamma).zip(&self.proportional)
+        {
+            for (place, &value) in all.iter_mut().zip(gamma.iter().chain(proportional)) {
+                *place = value;
+            }
+        }
+        all
+    }
+}
+
+/// The unit matrix.
+fn unit<T: Real>() -> [[T; NEURONS]; NEURONS] {
+    let mut unit = [[T::ZERO; NEURONS]; NEURONS];
+    for (i, row) in unit.iter_mut().enumerate() {
+        row[i] = T::ONE;
+    }
+    unit
 }
 
 fn square<T: Real>(value: T) -> T {
@@ -186,23 +259,20 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         self.model.step(inputs);
     }
 
-    /// Time update over one block, during which the navigator subtracted `applied` (rad/s, m/s^2).
-    pub fn propagate(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
+    /// Time update over one block, during which the navigator subtracted `applied`.
+    pub fn propagate(&mut self, block: &Transition<X, T>, applied: &Correction<T>) {
         self.propagate_mean(block, applied);
         let mut workspace = Workspace::ZEROED;
         self.propagate_covariance(block, &mut workspace);
     }
 
     /// The mean only of [`Self::propagate`]; the covariance must follow.
-    pub fn propagate_mean(&mut self, block: &Transition<X, T>, applied: &[T; OUTPUTS]) {
-        let mut excess = *applied;
-        for (excess, &own) in excess.iter_mut().zip(self.model.estimate()) {
-            *excess -= own;
-        }
-        let last = self.x;
-        for i in 0..X {
-            self.x[i] = row::dot(&block.phi[i], &last) + row::dot(&block.gamma[i], &excess);
-        }
+    pub fn propagate_mean(&mut self, block: &Transition<X, T>, applied: &Correction<T>) {
+        let own = Correction {
+            estimate: *self.model.estimate(),
+            maps: *self.model.maps(),
+        };
+        block.moves(&mut self.x, applied, &own);
     }
 
     /// The covariance only of [`Self::propagate`].
@@ -221,7 +291,25 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         }
         let jacobian = &self.model.jacobian();
         let Transition { phi, gamma, q, .. } = block;
-        (self.covariance).propagate(jacobian, phi, gamma, q, &walk, workspace);
+        if L::MAP == 0 {
+            (self.covariance).propagate(jacobian, phi, gamma, q, &walk, workspace);
+        } else {
+            self.propagate_causes(block, &walk);
+        }
+    }
+
+    /// [`Self::propagate_covariance`] of a set that learns maps. By itself: its memory is on the
+    /// stack.
+    #[inline(never)]
+    fn propagate_causes(&mut self, block: &Transition<X, T>, walk: &[T; N]) {
+        let [gyros, accels] = self.model.jacobian();
+        let unit = unit();
+        let [a, b, c, d, e, f] = ErrorModel::<L, N, H, T>::of_maps(&unit);
+        let jacobian = [gyros, accels, a, b, c, d, e, f];
+        let mut workspace = Workspace::<X, CAUSES, T>::ZEROED;
+        let Transition { phi, q, .. } = block;
+        let gamma = block.of_causes();
+        (self.covariance).propagate(&jacobian, phi, &gamma, q, walk, &mut workspace);
     }
 
     /// The innovation of an observation `z` of the navigator's error `i`.
@@ -295,6 +383,16 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         for (x, &e) in self.x.iter_mut().zip(e) {
             *x -= e;
         }
+    }
+
+    /// What the triads feel at rest: see [`ErrorModel::set_rest`].
+    pub fn set_rest(&mut self, rest: [[T; NEURONS]; TRIADS]) {
+        self.model.set_rest(rest);
+    }
+
+    /// Maps that are as they are: see [`ErrorModel::set_maps`].
+    pub fn set_maps(&mut self, maps: &Maps<T>) {
+        self.model.set_maps(maps);
     }
 
     /// The networks begin in the steady state of these inputs: see [`ErrorModel::settle`].

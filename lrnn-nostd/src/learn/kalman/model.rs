@@ -1,31 +1,59 @@
-//! Parameters that a filter estimates: biases, and the learnt weights of two networks.
+//! Parameters that a filter estimates: biases, the learnt weights of two networks, and two maps.
 
 use super::parameters::{ParameterSet, Zeroed};
 use crate::activation::{Activation, Identity, Rational};
 use crate::infer::{Fault, Net};
-use crate::learn::kalman::{OUTPUTS, Rows, TRIADS};
+use crate::learn::kalman::{OUTPUTS, PROPORTIONAL, Rows, TRIADS};
 use crate::normalisation::Normalisation;
 use crate::real::Real;
 use crate::shape::{Full, NEURONS, PARAMS_PER_LAYER};
 use crate::state::State;
 use crate::weights::Weights;
 
-/// Biases b and networks y of two triads. The parameters of a triad are stored together: three
-/// biases, then its learnt weights.
+/// Matrix of each triad, axis by cause: scale factors on the diagonal, misalignments beside it.
+pub type Maps<T> = [[[T; NEURONS]; NEURONS]; TRIADS];
+
+/// Biases b, networks y and maps M of two triads. The parameters of a triad are stored together:
+/// three biases, then its learnt weights: the map's, row by row, then the network's.
 ///
 /// ```text
-/// e = b + y(input; weights),   J = de / d(b, weights)
+/// e = b + y(input; weights) + M u,   J = de / d(b, weights)
 /// ```
+///
+/// `u` is what the triad feels at rest ([`ErrorModel::set_rest`]). What it feels beyond that is not
+/// constant over a block: see [`super::Transition::proportional`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorModel<L: ParameterSet, const N: usize, H = Rational, T: Real = f32> {
     nets: [Net<H, Identity, Full, T>; TRIADS],
     states: [State<T>; TRIADS],
     memories: [L::Memory<T>; TRIADS],
     bias: [[T; NEURONS]; TRIADS],
+    maps: Maps<T>,
+    rest: [[T; NEURONS]; TRIADS],
     estimate: [T; OUTPUTS],
     /// J without its zeros: only the derivatives by the triad's own parameters.
     jacobian: [L::Own<T>; TRIADS],
     healthy: bool,
+}
+
+/// Rows of both maps.
+pub(super) const GROUPS: usize = PROPORTIONAL / NEURONS;
+
+/// M u.
+fn mapped<T: Real>(map: &[[T; NEURONS]; NEURONS], u: &[T; NEURONS]) -> [T; NEURONS] {
+    map.map(|row| {
+        let products = row.into_iter().zip(u);
+        products.fold(T::ZERO, |sum, (m, &u)| sum + m * u)
+    })
+}
+
+/// Derivatives of M u by the elements of M, row by row.
+fn at_rest<T: Real>(u: &[T; NEURONS]) -> [[T; NEURONS]; NEURONS * NEURONS] {
+    core::array::from_fn(|element| {
+        let mut outputs = [T::ZERO; NEURONS];
+        outputs[element / NEURONS] = u[element % NEURONS];
+        outputs
+    })
 }
 
 impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H, T> {
@@ -47,6 +75,8 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             states: [State::new(); TRIADS],
             memories: [const { L::Memory::<T>::ZEROED }; TRIADS],
             bias: [[T::ZERO; NEURONS]; TRIADS],
+            maps: [[[T::ZERO; NEURONS]; NEURONS]; TRIADS],
+            rest: [[T::ZERO; NEURONS]; TRIADS],
             estimate: [T::ZERO; OUTPUTS],
             jacobian: [const { L::Own::<T>::ZEROED }; TRIADS],
             healthy: false,
@@ -68,6 +98,7 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             L::prepare(&mut net.weights);
         }
         self.bias = [[T::ZERO; NEURONS]; TRIADS];
+        self.maps = [[[T::ZERO; NEURONS]; NEURONS]; TRIADS];
         self.healthy = true;
         self.reset();
     }
@@ -80,9 +111,13 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         for (k, (own, net)) in self.jacobian.iter_mut().zip(&self.nets).enumerate() {
             let scale = net.normalisation.output_scale;
             let first = net.initial_output();
+            let felt = mapped(&self.maps[k], &self.rest[k]);
+            if let Some(by_map) = own.as_mut().get_mut(NEURONS..NEURONS + L::MAP) {
+                by_map.copy_from_slice(&at_rest(&self.rest[k])[..L::MAP]);
+            }
             for j in 0..NEURONS {
                 let estimate = &mut self.estimate[NEURONS * k + j];
-                *estimate = self.bias[k][j];
+                *estimate = self.bias[k][j] + felt[j];
                 if L::BIASES
                     && let Some(by_bias) = own.as_mut().get_mut(j)
                 {
@@ -98,6 +133,44 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         }
     }
 
+    /// What the triads feel at rest, rad/s and m/s^2: estimate and J are those of this constant
+    /// input of the maps.
+    pub fn set_rest(&mut self, rest: [[T; NEURONS]; TRIADS]) {
+        for k in 0..TRIADS {
+            let [before, after] = [&self.rest[k], &rest[k]].map(|u| mapped(&self.maps[k], u));
+            for j in 0..NEURONS {
+                self.estimate[NEURONS * k + j] += after[j] - before[j];
+            }
+            if let Some(by_map) = self.jacobian[k].as_mut().get_mut(NEURONS..NEURONS + L::MAP) {
+                by_map.copy_from_slice(&at_rest(&rest[k])[..L::MAP]);
+            }
+        }
+        self.rest = rest;
+    }
+
+    /// The estimate without the maps' part.
+    pub fn output(&self) -> [T; OUTPUTS] {
+        let mut output = self.estimate;
+        for k in 0..TRIADS {
+            let felt = mapped(&self.maps[k], &self.rest[k]);
+            for j in 0..NEURONS {
+                output[NEURONS * k + j] -= felt[j];
+            }
+        }
+        output
+    }
+
+    /// The maps of both triads.
+    pub fn maps(&self) -> &Maps<T> {
+        &self.maps
+    }
+
+    /// Maps that are as they are, of a set that learns none.
+    pub fn set_maps(&mut self, maps: &Maps<T>) {
+        self.maps = *maps;
+        self.reset();
+    }
+
     /// The networks begin in the steady state of these inputs ([`Net::settle`]), before the first
     /// step.
     pub fn settle(&mut self, inputs: [[T; NEURONS]; TRIADS]) {
@@ -111,18 +184,21 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
 
     /// The learnt weights of both networks, in parameter order.
     pub fn weights(&self) -> impl Iterator<Item = T> + '_ {
-        self.nets.iter().flat_map(|net| {
+        self.maps.iter().zip(&self.nets).flat_map(|(map, net)| {
+            let of_map = map.as_flattened().iter().take(L::MAP).copied();
             let all = net.weights.iter().enumerate();
-            all.filter(|(i, _)| L::is_learnt(*i))
-                .map(|(_, weight)| weight)
+            let learnt = all.filter(|(i, _)| L::is_learnt(*i));
+            of_map.chain(learnt.map(|(_, weight)| weight))
         })
     }
 
     /// Sets the learnt weights of both networks, in parameter order, until there is no value left.
     pub fn set_weights(&mut self, values: &mut impl Iterator<Item = T>) {
-        for net in &mut self.nets {
+        for (map, net) in self.maps.iter_mut().zip(&mut self.nets) {
+            let of_map = map.as_flattened_mut().iter_mut().take(L::MAP);
             let all = net.weights.iter_mut().enumerate();
-            for (_, weight) in all.filter(|(i, _)| L::is_learnt(*i)) {
+            let learnt = all.filter(|(i, _)| L::is_learnt(*i));
+            for weight in of_map.chain(learnt.map(|(_, weight)| weight)) {
                 if let Some(value) = values.next() {
                     *weight = value;
                 }
@@ -155,17 +231,23 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         self.nets
     }
 
-    /// Standard deviations in parameter order, from those of the biases and those of the weights
-    /// of both networks.
-    pub fn sigmas(bias: [[T; NEURONS]; TRIADS], weights: &[Weights<T>; TRIADS]) -> [T; N] {
+    /// Standard deviations in parameter order, from those of the biases, of the maps and of the
+    /// weights of both networks.
+    pub fn sigmas(
+        bias: [[T; NEURONS]; TRIADS],
+        maps: &Maps<T>,
+        weights: &[Weights<T>; TRIADS],
+    ) -> [T; N] {
         let mut all = [T::ZERO; N];
         if Self::PER_TRIAD == 0 {
             return all;
         }
         let triads = all.chunks_exact_mut(Self::PER_TRIAD);
-        for ((own, bias), weights) in triads.zip(bias).zip(weights) {
+        for (((own, bias), map), weights) in triads.zip(bias).zip(maps).zip(weights) {
+            let of_map = map.as_flattened().iter().take(L::MAP).copied();
             let learnt = weights.iter().enumerate().filter(|(i, _)| L::is_learnt(*i));
-            let values = bias.into_iter().chain(learnt.map(|(_, sigma)| sigma));
+            let values = bias.into_iter().chain(of_map);
+            let values = values.chain(learnt.map(|(_, sigma)| sigma));
             for (entry, value) in own.iter_mut().zip(values) {
                 *entry = value;
             }
@@ -181,11 +263,12 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             let (state, memory) = (&mut self.states[k], &mut self.memories[k]);
             let step = L::step(net, state, memory, inputs[k]);
             self.healthy &= matches!(step.fault, None | Some(Fault::NonFiniteInput));
-            if let Some(own) = self.jacobian[k].as_mut().get_mut(NEURONS..) {
+            if let Some(own) = self.jacobian[k].as_mut().get_mut(NEURONS + L::MAP..) {
                 L::derivatives(state, memory, &net.normalisation.output_scale, own);
             }
+            let felt = mapped(&self.maps[k], &self.rest[k]);
             for j in 0..NEURONS {
-                self.estimate[NEURONS * k + j] = self.bias[k][j] + step.error[j];
+                self.estimate[NEURONS * k + j] = self.bias[k][j] + step.error[j] + felt[j];
             }
         }
         self.estimate
@@ -224,7 +307,11 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
             for (bias, &value) in self.bias[k].iter_mut().zip(own) {
                 *bias -= value;
             }
-            let mut at = NEURONS;
+            let of_map = self.maps[k].as_flattened_mut().iter_mut().take(L::MAP);
+            for (element, &value) in of_map.zip(own.iter().skip(NEURONS)) {
+                *element -= value;
+            }
+            let mut at = NEURONS + L::MAP;
             for (l, layer) in self.nets[k].weights.layers.iter_mut().enumerate() {
                 let mut index = l * PARAMS_PER_LAYER;
                 let (w, r) = (layer.w.as_flattened_mut(), layer.r.as_flattened_mut());
@@ -241,6 +328,18 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
                 }
             }
         }
+    }
+
+    /// J of the elements of the maps, three at a time: the outputs that each adds are the elements
+    /// themselves, in the order of [`super::Transition::proportional`].
+    pub(super) fn of_maps<'a>(unit: &'a [[T; NEURONS]; NEURONS]) -> [Rows<'a, T>; GROUPS] {
+        core::array::from_fn(|group| {
+            let (k, row) = (group / NEURONS, group % NEURONS);
+            Rows {
+                start: k * Self::PER_TRIAD + NEURONS * (1 + row),
+                values: unit,
+            }
+        })
     }
 
     /// The networks with the biases folded into their output layers, as a compensator runs them.

@@ -32,8 +32,10 @@ impl<T: Real, const M: usize> Zeroed for [[T; NEURONS]; M] {
 pub trait ParameterSet: Copy + Debug + Default + PartialEq + 'static {
     /// Whether each axis has a bias beside the network.
     const BIASES: bool;
-    /// Number of learnt weights of each network.
+    /// Number of learnt weights of each network, with its map.
     const WEIGHTS: usize;
+    /// Number of elements of each triad's map that are learnt, the first of its weights: 9 or 0.
+    const MAP: usize = 0;
     /// Index of the first bias of the output layer among the learnt weights of a network, if they
     /// are learnt: it belongs to the unit, beside the explicit biases of this turn-on.
     const OUTPUT_BIAS: Option<usize> = None;
@@ -96,6 +98,11 @@ pub struct OutputWeights;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UnitBiases;
 
+/// Biases of this turn-on, and of the unit its biases and its map: scale factors and misalignments
+/// of both triads ([`super::Transition::proportional`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UnitMap;
+
 /// Biases of this turn-on, and the output layer of a network that belongs to the unit: its weights
 /// W and its biases (12 of each network). As [`OutputWeights`] it is exactly linear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -150,15 +157,20 @@ impl ParameterSet for FixedWeights {
 }
 
 /// Parameter sets of which the networks' output is a linear function: y_3,j = sum_q W_jq y_2,q +
-/// b_j. `$weights`: of W, `$biases`: of b, 9 and 3 or none.
+/// b_j. `$weights`: of W, `$biases`: of b, 9 and 3 or none. `$map`: of the map, 9 or none.
 macro_rules! of_output_layer {
-    ($name:ty, $weights:expr, $biases:expr) => {
+    ($name:ty, $map:expr, $weights:expr, $biases:expr) => {
         impl ParameterSet for $name {
             const BIASES: bool = true;
-            const WEIGHTS: usize = $weights + $biases;
-            const OUTPUT_BIAS: Option<usize> = if $biases > 0 { Some($weights) } else { None };
+            const WEIGHTS: usize = $map + $weights + $biases;
+            const MAP: usize = $map;
+            const OUTPUT_BIAS: Option<usize> = if $biases > 0 {
+                Some($map + $weights)
+            } else {
+                None
+            };
             type Memory<T: Real> = ();
-            type Own<T: Real> = [[T; NEURONS]; NEURONS + $weights + $biases];
+            type Own<T: Real> = [[T; NEURONS]; NEURONS + $map + $weights + $biases];
 
             // a call for each weight costs a desktop more
             #[cfg_attr(not(target_os = "none"), inline)]
@@ -196,9 +208,10 @@ macro_rules! of_output_layer {
         }
     };
 }
-of_output_layer!(OutputWeights, NEURONS * NEURONS, 0);
-of_output_layer!(UnitBiases, 0, NEURONS);
-of_output_layer!(UnitOutput, NEURONS * NEURONS, NEURONS);
+of_output_layer!(OutputWeights, 0, NEURONS * NEURONS, 0);
+of_output_layer!(UnitBiases, 0, 0, NEURONS);
+of_output_layer!(UnitMap, NEURONS * NEURONS, 0, NEURONS);
+of_output_layer!(UnitOutput, 0, NEURONS * NEURONS, NEURONS);
 
 /// Parameter sets with all weights that exist for the given feedback.
 macro_rules! with_sensitivities {

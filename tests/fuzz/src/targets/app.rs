@@ -169,6 +169,7 @@ pub fn run(input: &[u8]) -> bool {
         nets: Nets {
             gyro: net(*weight),
             accel: net(weight.rotate_left(3)),
+            ..Nets::NONE
         },
         block: f64::from(setting >> 4) / 1000.0,
         ..Config::default()

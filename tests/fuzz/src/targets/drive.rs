@@ -77,6 +77,7 @@ fn stored() -> Nets {
     Nets {
         gyro: net(1e-6),
         accel: net(1e-3),
+        ..Nets::NONE
     }
 }
 

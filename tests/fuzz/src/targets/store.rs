@@ -128,6 +128,7 @@ fn nets(n: u8) -> Nets {
     Nets {
         gyro: net,
         accel: net,
+        ..Nets::NONE
     }
 }
 

@@ -201,7 +201,7 @@ impl Prepared {
     fn compensator(&self) -> Compensator {
         let dt = 1.0 / f64::from(self.spec.rate_hz);
         let block = (f64::from(self.configuration.correction.block) / dt).round() as u16;
-        let Nets { gyro, accel } = Nets::NONE;
+        let Nets { gyro, accel, .. } = Nets::NONE;
         let limit = self.configuration.correction.limit;
         let made = Compensator::new(gyro, accel, Imu::lsb(&self.spec), dt, block, limit);
         let mut compensator = made.expect("a configuration that was checked");

@@ -140,6 +140,8 @@ pub fn datasheet(assumptions: &Assumptions) -> Datasheet {
     } = assumptions.prior;
     Datasheet {
         walk_per_hour: assumptions.in_run.map(|share| share as f32),
+        scale: assumptions.prior.scale.map(|ratio| ratio as f32),
+        misalignment: assumptions.prior.misalignment.map(|angle| angle as f32),
         ..Datasheet::land_vehicle(gyro_bias as f32, accel_bias as f32)
     }
 }
@@ -159,8 +161,6 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         },
         gates,
         align_s: share.max(LEAST_S),
-        scale: assumptions.prior.scale.map(|ratio| ratio as f32),
-        misalignment: assumptions.prior.misalignment.map(|angle| angle as f32),
         g_sensitivity: assumptions.g_sensitivity as f32,
         vehicle: VehicleKind::Land,
         forward: [1.0, 0.0, 0.0],
