@@ -21,7 +21,7 @@ pub(super) use considered::Sizes;
 pub use gates::Gates;
 pub(super) use gates::Refusals;
 pub use table::{
-    ALL, CURVED, DRIVEN, EXTENDS, HYPOTHESES, KEYS, MAP, NAMES, REMEMBERED, REMEMBERING,
+    ALL, CURVED, DRIVEN, EXTENDING, HYPOTHESES, KEYS, MAP, NAMES, REMEMBERED, REMEMBERING,
     SIX_BIASES, STEP, STEPPED, STEPS, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
 pub use update::Scratch;

@@ -22,6 +22,7 @@
 //! error becomes 4.5 times smaller, which lasting errors do not imitate for long.
 //! `tests/lasting.rs` measures what is proved falsely while errors last up to 100 s.
 
+use super::coast::Scores;
 use super::{CARRIED, EARLY};
 use crate::learn::bank::HYPOTHESES;
 
@@ -68,7 +69,7 @@ pub(super) struct Wealth {
     pub(super) capital: [f32; 2],
     /// Sums of the scores of their blocks.
     pub(super) sums: [f32; 2],
-    /// Capital of bets that it does no harm.
+    /// Capital of bets that it does no harm beside those that it extends.
     pub check: f32,
     /// Mean of the last scores, each in -1 ..= 1.
     pub mean: f32,
@@ -101,13 +102,14 @@ impl Wealth {
         slight
     }
 
-    /// One more score; `count` of them before.
-    fn takes(&mut self, score: f32, count: u16) {
+    /// One more score against nothing, and against what is extended; `count` of them before.
+    fn takes(&mut self, score: f32, extending: f32, count: u16) {
         for (sum, bet) in self.sums.iter_mut().zip(&BETS) {
             *sum += score.clamp(-bet.clip, bet.clip);
         }
         let score = score.clamp(-1.0, 1.0);
-        self.check = kept(self.check * (1.0 + CHECK_BET * score), CHECK);
+        let checked = 1.0 + CHECK_BET * extending.clamp(-1.0, 1.0);
+        self.check = kept(self.check * checked, CHECK);
         self.mean += (score - self.mean) / (f32::from(count) + 1.0).min(MEMORY);
     }
 
@@ -167,10 +169,11 @@ impl Bets {
         }
     }
 
-    /// A coast of `horizon` s has ended with these scores of the hypotheses, each from -4 to 4.
-    pub fn takes(&mut self, scores: &[f32; HYPOTHESES], horizon: f32) {
-        for (wealth, score) in self.wealth.iter_mut().zip(scores) {
-            wealth.takes(*score, self.count);
+    /// A coast of `horizon` s has ended with these scores of the hypotheses.
+    pub fn takes(&mut self, scores: &Scores, horizon: f32) {
+        let each = scores.gains.iter().zip(&scores.extending);
+        for (wealth, (gain, extending)) in self.wealth.iter_mut().zip(each) {
+            wealth.takes(*gain, *extending, self.count);
         }
         self.count = self.count.saturating_add(1);
         for (which, (block, bet)) in self.blocks.iter_mut().zip(&BETS).enumerate() {

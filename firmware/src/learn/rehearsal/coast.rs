@@ -3,7 +3,7 @@
 use super::bets::MOST;
 use super::{EARLY, LATE};
 use crate::fix::OBSERVATIONS;
-use crate::learn::bank::{Bank, EXTENDS, HYPOTHESES};
+use crate::learn::bank::{Bank, EXTENDING, HYPOTHESES, ZERO_CORRECTION};
 use crate::learn::prior::NAV;
 use crate::nav::Transition;
 use lrnn_nostd::learn::kalman::Correction;
@@ -66,6 +66,8 @@ pub struct Coast {
     /// Time since its start, s.
     pub(super) time: f32,
     pub(super) runs: bool,
+    /// The likelier of both kinds of biases at its start.
+    biases: usize,
 }
 
 impl Coast {
@@ -74,6 +76,7 @@ impl Coast {
         shadows: [Shadow::NONE; HYPOTHESES],
         time: 0.0,
         runs: false,
+        biases: ZERO_CORRECTION,
     };
 
     /// Every shadow starts where its hypothesis believes the vehicle to be, with what it believes
@@ -83,7 +86,7 @@ impl Coast {
             shadow.off = bank.error_state_of(index).map(|error| -error);
             shadow.correction = bank.correction_of(index);
         }
-        (self.time, self.runs) = (0.0, true);
+        (self.time, self.runs, self.biases) = (0.0, true, bank.biases());
     }
 
     /// The navigator has passed an interval with the correction `applied`.
@@ -94,9 +97,9 @@ impl Coast {
         }
     }
 
-    /// A fix ends a coast of `length` s. Gives the score of each hypothesis when it has ended in
+    /// A fix ends a coast of `length` s. Gives the scores of each hypothesis when it has ended in
     /// time.
-    pub fn ends(&mut self, seen: &Seen, length: f32) -> Option<[f32; HYPOTHESES]> {
+    pub fn ends(&mut self, seen: &Seen, length: f32) -> Option<Scores> {
         if !self.runs || self.time < length - EARLY {
             return None;
         }
@@ -113,24 +116,35 @@ impl Coast {
         }
     }
 
-    /// The score of each hypothesis at this fix: how much smaller its horizontal error is than that
-    /// of the best hypothesis that it extends ([`EXTENDS`]), as the natural logarithm of the ratio,
-    /// from -[`MOST`] to [`MOST`]. An error below the fix's standard deviation counts as that one.
-    /// What is not finite is the worst.
-    pub(super) fn scores(&self, seen: &Seen) -> [f32; HYPOTHESES] {
+    /// The scores of each hypothesis at this fix.
+    pub(super) fn scores(&self, seen: &Seen) -> Scores {
         let floor = seen.sigma * seen.sigma;
         let squares = self.shadows.each_ref().map(|shadow| {
             let off = shadow.off.iter().skip(seen.first).zip(seen.off);
             off.fold(floor, |sum, (off, seen)| sum + (off + seen) * (off + seen))
         });
-        core::array::from_fn(|h| {
-            let extends = EXTENDS.get(h).copied().unwrap_or_default();
-            let simpler = squares.iter().enumerate();
-            let simpler = simpler.filter(|(index, _)| extends >> index & 1 == 1);
-            let without = simpler.fold(f32::INFINITY, |least, (_, &of)| least.min(of));
-            score(without, squares.get(h).copied().unwrap_or(f32::NAN))
-        })
+        let of = |h: usize| squares.get(h).copied().unwrap_or(f32::NAN);
+        let (without, biases) = (of(ZERO_CORRECTION), of(self.biases));
+        let extending = core::array::from_fn(|h| {
+            let extends = EXTENDING >> h & 1 == 1;
+            score(if extends { biases } else { without }, of(h))
+        });
+        Scores {
+            gains: squares.map(|with| score(without, with)),
+            extending,
+        }
     }
+}
+
+/// How much smaller the horizontal errors of the hypotheses are than another one's, as the natural
+/// logarithm of the ratio, from -[`MOST`] to [`MOST`]. An error below the fix's standard deviation
+/// counts as that one. What is not finite is the worst.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scores {
+    /// Against the error without correction.
+    pub gains: [f32; HYPOTHESES],
+    /// Of those that extend the biases, against these ([`EXTENDING`]).
+    pub extending: [f32; HYPOTHESES],
 }
 
 /// Score by the squares of the errors without and with a correction.

@@ -20,9 +20,9 @@ mod bets;
 mod coast;
 
 pub use bets::Bets;
-pub use coast::{Coast, Seen};
+pub use coast::{Coast, Scores, Seen};
 
-use super::bank::{Bank, EXTENDS, HYPOTHESES, STORED, ZERO_CORRECTION};
+use super::bank::{Bank, HYPOTHESES, STORED, ZERO_CORRECTION};
 use super::prior::NAV;
 use crate::fix::OBSERVATIONS;
 use crate::nav::Transition;
@@ -255,13 +255,11 @@ impl Rehearsal {
     }
 
     /// The hypothesis that may correct: of those that have proved themselves and are about as good
-    /// as the best of them, the one with the greatest evidence. One that has proved itself against
-    /// those that it extends comes before these. `evidence` is minus infinity for those that may
-    /// not.
+    /// as the best of them, the one with the greatest evidence. `evidence` is minus infinity for
+    /// those that may not.
     pub fn choose(&mut self, evidence: impl Fn(usize) -> f64) -> usize {
         let stale = self.since_s > TRUST_S;
-        let mut extended = false;
-        let mut best = [f32::NEG_INFINITY; 2];
+        let mut best = f32::NEG_INFINITY;
         for (hypothesis, proved) in self.standings() {
             let Standing {
                 proof,
@@ -276,19 +274,15 @@ impl Rehearsal {
             if let Some(proved) = self.proved.get_mut(hypothesis) {
                 *proved = may;
             }
-            if may {
-                extended |= extends(hypothesis);
-                let best = &mut best[usize::from(extends(hypothesis))];
-                *best = score.max(*best);
+            if may && score > best {
+                best = score;
             }
         }
         let mut chosen = (ZERO_CORRECTION, f64::NEG_INFINITY);
         for (hypothesis, proved) in self.standings() {
-            let best = best[usize::from(extends(hypothesis))];
             let good = self.standing(hypothesis).score >= best - ALIKE;
-            let comes = proved && good && extends(hypothesis) == extended;
             let evidence = evidence(hypothesis);
-            if comes && evidence > chosen.1 {
+            if proved && good && evidence > chosen.1 {
                 chosen = (hypothesis, evidence);
             }
         }
@@ -313,7 +307,11 @@ impl Rehearsal {
 
     /// A coast of each horizon has ended with these scores, a horizon after the last one.
     #[cfg(test)]
-    pub fn bet(&mut self, scores: &[f32; HYPOTHESES]) {
+    pub fn bet(&mut self, gains: &[f32; HYPOTHESES]) {
+        let scores = &Scores {
+            gains: *gains,
+            extending: *gains,
+        };
         for (horizon, length) in self.horizons.iter_mut().zip(HORIZONS_S) {
             horizon.bets.passes(length);
             horizon.bets.takes(scores, length);
@@ -329,11 +327,6 @@ impl Rehearsal {
     pub fn counts(&self) -> [u16; HORIZONS] {
         self.horizons.each_ref().map(|horizon| horizon.bets.count)
     }
-}
-
-/// Whether a hypothesis extends others than [`ZERO_CORRECTION`].
-fn extends(hypothesis: usize) -> bool {
-    EXTENDS.get(hypothesis).is_some_and(|of| of & !(1 << ZERO_CORRECTION) != 0)
 }
 
 #[cfg(test)]
