@@ -44,9 +44,7 @@ impl Nets {
     /// # Errors
     /// What is wrong with the first bad image; a wrong length counts as one.
     pub fn from_images(images: &[u8]) -> Result<Nets, ImageError> {
-        let (nets, maps) = images
-            .split_at_checked(NETS_LEN)
-            .unwrap_or((images, &[]));
+        let (nets, maps) = images.split_at_checked(NETS_LEN).unwrap_or((images, &[]));
         let (gyro, accel) = nets.split_at_checked(IMAGE_LEN).unwrap_or((nets, &[]));
         Ok(Nets {
             gyro: image::decode(gyro)?,
@@ -126,4 +124,64 @@ fn read_maps(bytes: &[u8]) -> Result<Maps<f32>, ImageError> {
         }
     }
     Ok(maps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with_maps() -> Nets {
+        let mut nets = Nets::NONE;
+        for (i, element) in nets
+            .maps
+            .as_flattened_mut()
+            .as_flattened_mut()
+            .iter_mut()
+            .enumerate()
+        {
+            *element = 1e-3 * (i as f32 - 8.0);
+        }
+        nets
+    }
+
+    /// Whatever pieces an image is written in, it is read as it was; without its last part it has
+    /// no maps.
+    #[test]
+    fn an_image_holds_both_networks_and_the_maps() {
+        let nets = with_maps();
+        for piece in [1, 7, 64, IMAGES_LEN] {
+            let mut image = [0; IMAGES_LEN];
+            for (at, piece) in (0..).step_by(piece).zip(image.chunks_mut(piece)) {
+                nets.write_images(at, piece);
+            }
+            assert_eq!(Nets::from_images(&image), Ok(nets));
+            assert_eq!(Nets::from_images(&image[..NETS_LEN]), Ok(Nets::NONE));
+        }
+        assert!(!nets.same_images(&Nets::NONE) && nets.same_images(&with_maps()));
+    }
+
+    #[test]
+    fn damaged_maps_are_found() {
+        let mut image = [0; IMAGES_LEN];
+        with_maps().write_images(0, &mut image);
+        for at in NETS_LEN..IMAGES_LEN {
+            image[at] ^= 4;
+            let found = Nets::from_images(&image);
+            assert!(matches!(found, Err(ImageError::Crc { .. })), "{at}");
+            image[at] ^= 4;
+        }
+        for short in [NETS_LEN + 1, IMAGES_LEN - 1] {
+            let found = Nets::from_images(&image[..short]);
+            assert_eq!(found, Err(ImageError::Length(short - NETS_LEN)));
+        }
+        for wild in [f32::NAN, f32::INFINITY, -0.21] {
+            let mut nets = with_maps();
+            nets.maps[1][0][2] = wild;
+            nets.write_images(0, &mut image);
+            assert_eq!(
+                Nets::from_images(&image),
+                Err(ImageError::NonFiniteWeight(11))
+            );
+        }
+    }
 }

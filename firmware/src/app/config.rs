@@ -3,9 +3,7 @@
 use super::hardware::Hardware;
 use crate::compensator::Limit;
 pub use crate::configuration::Activation;
-use crate::configuration::{
-    Configuration, ReceiverProtocol, Sensor, SerialLines, VehicleKind,
-};
+use crate::configuration::{Configuration, ReceiverProtocol, Sensor, SerialLines, VehicleKind};
 use crate::control::Mode;
 use crate::error_bound::{ErrorBound, LATITUDE};
 use crate::learn::usual;

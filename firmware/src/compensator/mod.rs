@@ -300,7 +300,11 @@ impl Compensator {
             ..State::default()
         };
         if !off {
-            self.put_in_force(&mut state, &self.initial_output(), &self.maps_within_limit());
+            self.put_in_force(
+                &mut state,
+                &self.initial_output(),
+                &self.maps_within_limit(),
+            );
         }
         state
     }

@@ -54,12 +54,18 @@ impl Outlet {
             return;
         }
         let (counts, floats) = before;
-        let counts = counts.as_flattened().iter().zip(self.constant.as_flattened());
+        let counts = counts
+            .as_flattened()
+            .iter()
+            .zip(self.constant.as_flattened());
         for (due, (before, now)) in self.due.as_flattened_mut().iter_mut().zip(counts) {
             let felt = due.saturating_sub(*before);
             *due = felt.saturating_add(*now).clamp(-LARGEST, LARGEST);
         }
-        let floats = floats.as_flattened().iter().zip(self.constant_float.as_flattened());
+        let floats = floats
+            .as_flattened()
+            .iter()
+            .zip(self.constant_float.as_flattened());
         for (due, (before, now)) in self.due_float.as_flattened_mut().iter_mut().zip(floats) {
             *due = (*due - before) + now;
         }

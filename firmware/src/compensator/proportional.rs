@@ -47,11 +47,11 @@ impl Compensator {
     #[inline(never)]
     fn feels(&self, state: &mut State, outlet: usize, sample: &RawSample) {
         let maps = &state.proportional;
+        let floats = matches!(sample, RawSample::Floats { .. });
+        let of = state.outlets.get(outlet);
         let sound = maps.elements_sum() == maps.sum
-            && state
-                .outlets
-                .get(outlet)
-                .is_some_and(|of| of.constant_sum() == of.constant_sum);
+            && of.is_some_and(|of| of.constant_sum() == of.constant_sum)
+            && (!floats || state.is_estimate_sound());
         if !sound {
             self.mend_outlet(state, outlet);
         }
@@ -84,7 +84,11 @@ impl Compensator {
                     for ((due, constant), row) in due.iter_mut().zip(constant).zip(map) {
                         let products = row.iter().zip(felt);
                         let sum = products.fold(0.0, |sum, (m, felt)| sum + m * felt);
-                        *due = if sum.is_finite() { *constant - sum } else { *constant };
+                        *due = if sum.is_finite() {
+                            *constant - sum
+                        } else {
+                            *constant
+                        };
                     }
                 }
             }
@@ -92,3 +96,6 @@ impl Compensator {
         of.seal();
     }
 }
+
+#[cfg(test)]
+mod tests;

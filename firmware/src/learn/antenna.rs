@@ -35,7 +35,9 @@ use crate::fix::OBSERVATIONS;
 use crate::nav::{ANTENNA, Seen};
 use lrnn_nostd::Rational;
 use lrnn_nostd::Weights;
-use lrnn_nostd::learn::kalman::{Biases, Correction, Kalman, OUTPUTS, Prior, Transition, Workspace};
+use lrnn_nostd::learn::kalman::{
+    Biases, Correction, Kalman, OUTPUTS, Prior, Transition, Workspace,
+};
 
 /// Navigation errors as the antenna sees them, lever arm, age.
 const STATES: usize = NAV + ANTENNA;

@@ -151,13 +151,7 @@ impl<T: Real> Bank<T> {
     /// `has_map`: values of [`MAP`] are among them, else zeros are in their place. False: a value
     /// cannot be, and the hypothesis that it belongs to stays as it was.
     #[inline(never)]
-    pub fn recall(
-        &mut self,
-        values: &[T],
-        ages: T,
-        evidence: [f64; 3],
-        has_map: bool,
-    ) -> bool {
+    pub fn recall(&mut self, values: &[T], ages: T, evidence: [f64; 3], has_map: bool) -> bool {
         let taken = self.hypotheses.recall(values, ages, has_map);
         if taken {
             for (index, evidence) in REMEMBERING.into_iter().skip(1).zip(evidence) {

@@ -130,7 +130,7 @@ pub struct Trial {
 }
 
 /// Bytes of what a learner remembers over power-off, at most.
-pub const MEMORY_LEN: usize = 4112;
+pub const MEMORY_LEN: usize = 2792;
 
 /// A way to learn. Results depend on the order of the calls alone, so that the same input gives the
 /// same bits on every machine. A call may take as long as it needs.

@@ -21,13 +21,15 @@
 //! | 52 | 48 | what `biases`, `map`, `driven` and `curved` have won in bets ([`Carried`]), u8 |
 //! | 100 | 4 | 1 where this memory has been found harmful at a power-on, else 0 |
 //! | 104 | 4 | evidence of the hypothesis `map` against `biases`, f32 |
-//! | 108 | 108 | `biases`: 6 means, lower triangle of their covariance, f32 |
-//! | 216 | 1296 | `map`: 24 means, lower triangle of their covariance, f32 |
-//! | 1512 | 1296 | `driven`: 24 means, lower triangle of their covariance, f32 |
-//! | 2808 | 1296 | `curved`: the same |
+//! | 108 | 72 | `biases`: 6 means, covariances, f32 |
+//! | 180 | 720 | `map`: 24 means, covariances, f32 |
+//! | 900 | 720 | `driven`: 24 means, covariances, f32 |
+//! | 1620 | 720 | `curved`: the same |
 //!
-//! The means of `map` are those of each triad in turn: nine elements, row by row, then three
-//! biases. A sum of moments is in squares of the datasheet's bias.
+//! The means are those of the gyros, then of the accelerometers; those of `map` are nine elements,
+//! row by row, and three biases. Covariances are the lower triangles of the gyros' and of the
+//! accelerometers' means. A sum of moments is in squares of the datasheet's bias. Version 3 has no
+//! `map`, and the lower triangle of the covariance of all means.
 
 use super::MEMORY_LEN;
 use super::bank::{Bank, MAP, REMEMBERED, REMEMBERING, SIX_BIASES, STEP, STEPPED};
@@ -140,7 +142,7 @@ impl Unit {
             OLDER => Layout::OLDER,
             _ => return,
         };
-        if bytes.len() < layout.values + 4 * (VALUES - layout.lacks()) {
+        if bytes.len() < layout.len {
             return;
         }
         let mut carried = [UNTRIED; 4];
@@ -153,7 +155,11 @@ impl Unit {
                 places.zip(bytes).for_each(|(place, byte)| *place = *byte);
             }
         }
-        let of_map = if layout.has_map { number(HEAD - 4) } else { 0.0 };
+        let of_map = if layout.has_map {
+            number(HEAD - 4)
+        } else {
+            0.0
+        };
         let head = Head {
             drives: u16::from_le_bytes(take(bytes, 2)),
             seconds: number(4),
@@ -167,12 +173,21 @@ impl Unit {
             refuted: u32::from_le_bytes(take(bytes, layout.refuted)) != 0,
         };
         self.has_map = layout.has_map;
-        let lacking = REMEMBERED[0]..REMEMBERED[0] + layout.lacks();
         let mut at = layout.values;
-        for (i, value) in self.values.iter_mut().enumerate() {
-            *value = 0.0;
-            if !lacking.contains(&i) {
-                *value = number(at);
+        let mut values = self.values.iter_mut();
+        for (which, of_unit) in OF_UNIT.into_iter().enumerate() {
+            if which == OF_MAP && !layout.has_map {
+                values
+                    .by_ref()
+                    .take(REMEMBERED[OF_MAP])
+                    .for_each(|value| *value = 0.0);
+                continue;
+            }
+            let means = (0..of_unit).map(|_| true);
+            for used in means.chain(covariances(of_unit, layout.has_map)) {
+                if used && let Some(value) = values.next() {
+                    *value = number(at);
+                }
                 at += 4;
             }
         }
@@ -312,11 +327,13 @@ impl Unit {
     fn loosen(&mut self) {
         let (_, layers) = self.values.split_at_mut(REMEMBERED[0]);
         for layer in layers.chunks_mut(REMEMBERED[1]) {
-            let covariance = layer.get_mut(24..).unwrap_or_default();
-            // of each triad: nine weights or elements, three biases
-            for i in [9, 10, 11, 21, 22, 23] {
-                if let Some(own) = covariance.get_mut(i * (i + 1) / 2 + i) {
-                    *own += (STEP * STEP) as f32;
+            let covariances = layer.get_mut(24..).unwrap_or_default();
+            for of_triad in covariances.chunks_mut(78) {
+                // nine weights or elements, three biases
+                for i in [9, 10, 11] {
+                    if let Some(own) = of_triad.get_mut(i * (i + 1) / 2 + i) {
+                        *own += (STEP * STEP) as f32;
+                    }
                 }
             }
         }
@@ -327,11 +344,25 @@ impl Unit {
 const OF_MAP: usize = 1;
 const _: () = assert!(REMEMBERING[OF_MAP] == MAP);
 
-/// Where the parts of a layout begin.
+/// Means of each of [`REMEMBERING`].
+const OF_UNIT: [usize; 4] = [6, 24, 24, 24];
+
+/// Stored covariances of so many means, and whether each is used: those within a triad. `new`: no
+/// others are stored.
+fn covariances(of_unit: usize, new: bool) -> impl Iterator<Item = bool> {
+    let half = of_unit / 2;
+    let pairs = (0..of_unit).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    pairs
+        .map(move |(i, j)| (i < half) == (j < half))
+        .filter(move |used| !new || *used)
+}
+
+/// Where the parts of a layout begin, and its length.
 struct Layout {
     has_map: bool,
     refuted: usize,
     values: usize,
+    len: usize,
 }
 
 impl Layout {
@@ -339,18 +370,15 @@ impl Layout {
         has_map: true,
         refuted: HEAD - 8,
         values: HEAD,
+        len: LEN,
     };
     /// Version 3.
     const OLDER: Layout = Layout {
         has_map: false,
         refuted: START + 3 * size_of::<Carried>(),
         values: START + 3 * size_of::<Carried>() + 4,
+        len: 2792,
     };
-
-    /// Values that it lacks.
-    const fn lacks(&self) -> usize {
-        if self.has_map { 0 } else { REMEMBERED[OF_MAP] }
-    }
 }
 
 /// Evidence that counts in the next drive.

@@ -51,10 +51,10 @@ use earth::wrapped;
 use felt::Felt;
 use fixed::{ANGLE, TIME, VELOCITY, to_f32, to_f64};
 use gather::{Gather, Piece};
+use lrnn_nostd::learn::kalman::Correction;
 use past::Past;
 use solution::Solution;
 use transition::{Interval, Motion};
-use lrnn_nostd::learn::kalman::Correction;
 use vector::{
     Q, V, V32, add, cross, dot, finite, narrow, product, renormalised, rotated, scale, widen,
 };

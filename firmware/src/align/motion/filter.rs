@@ -32,7 +32,9 @@ use crate::fix::{Fix, Heading};
 use crate::nav::earth::{Local, OMEGA_IE};
 use crate::nav::vector::{Q, V, add, dot, narrow, rotated, scale};
 use crate::nav::{self, Innovation, Navigator};
-use lrnn_nostd::learn::kalman::{Biases, Correction, Kalman, OUTPUTS, Prior, Transition, Workspace};
+use lrnn_nostd::learn::kalman::{
+    Biases, Correction, Kalman, OUTPUTS, Prior, Transition, Workspace,
+};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 /// Number of errors.

@@ -165,8 +165,7 @@ impl Corrector {
 
     /// Whether the networks have failed for too long, and the correction has gone.
     pub fn has_failed(&self) -> bool {
-        let gone =
-            |c: &Correction| c.compensator.slew().is_none() || c.state.is_zero();
+        let gone = |c: &Correction| c.compensator.slew().is_none() || c.state.is_zero();
         self.fails() && self.correction.get().is_none_or(gone)
     }
 

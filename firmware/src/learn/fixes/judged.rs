@@ -63,11 +63,7 @@ impl Judged {
         };
         let Some(values) = values else { return };
         let mut known = [0.0; MEANS];
-        let starts = [
-            (0, 6),
-            (driven, OF_LAYER),
-            (driven + of_driven, OF_LAYER),
-        ];
+        let starts = [(0, 6), (driven, OF_LAYER), (driven + of_driven, OF_LAYER)];
         let all = starts
             .into_iter()
             .flat_map(|(start, len)| values.iter().skip(start).take(len));
@@ -94,11 +90,8 @@ impl Judged {
             *own = layer;
         }
         let nets = [&shapes.driven, &shapes.driven, &shapes.curved];
-        for (((known, nets), index), sum) in of
-            .into_iter()
-            .zip(nets)
-            .zip(JUDGED)
-            .zip(&mut self.squares)
+        for (((known, nets), index), sum) in
+            of.into_iter().zip(nets).zip(JUDGED).zip(&mut self.squares)
         {
             let states = bank.states_of(index);
             let mut square = 0.0;

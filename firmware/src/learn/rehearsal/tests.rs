@@ -26,19 +26,21 @@ fn what_is_not_finite_loses() {
         sigma: 1.0,
     };
     let mut coast = Coast::NONE;
-    let scores = coast.scores(&seen([3.0, 4.0]));
-    assert!(scores.iter().all(|score| *score == 0.0));
-    let lost = coast.scores(&seen([f32::NAN, 4.0]));
-    assert!(lost.iter().all(|score| *score == -MOST));
+    let all = |of: Scores, is: f32| {
+        let mut each = of.gains.into_iter().chain(of.extending);
+        each.all(|score| score == is)
+    };
+    assert!(all(coast.scores(&seen([3.0, 4.0])), 0.0));
+    assert!(all(coast.scores(&seen([f32::NAN, 4.0])), -MOST));
     coast.feed_back(&[f32::NAN; NAV]);
-    let lost = coast.scores(&seen([3.0, 4.0]));
-    assert!(lost.iter().all(|score| *score == -MOST));
+    assert!(all(coast.scores(&seen([3.0, 4.0])), -MOST));
 }
 
 /// Largest difference of a shadow's horizontal position to that of a second navigator which
 /// subtracts the same correction from the same samples, and their distance to the navigator without
-/// it, m: 300 s of driving, with all errors of the sensors of one size in units of the datasheet.
-fn shadow_and_navigator(size: f64) -> [f64; 2] {
+/// it, m: 300 s of driving, with all errors of the sensors of one size in units of the datasheet,
+/// and elements of the maps of one size.
+fn shadow_and_navigator(size: f64, element: f32) -> [f64; 2] {
     let settings = Settings::MEDIUM;
     let [g, a] =
         [settings.sheet.gyro_bias, settings.sheet.accel_bias].map(|of| size * f64::from(of));
@@ -52,11 +54,17 @@ fn shadow_and_navigator(size: f64) -> [f64; 2] {
     let config = nav::Config::new(LSB, 1.0 / f64::from(HZ), noise);
     let start = drive.learner.nav().expect("it navigates");
     let [mut own, mut second] = [(); 2].map(|()| Navigator::new(config, start).expect("valid"));
-    let correction = biases.map(|of| of.map(|x| x as f32));
-    assert!(second.set_estimate(correction[0], correction[1]));
+    let mut correction = Correction {
+        maps: [[[element, -element, element]; 3]; 2],
+        ..Correction::NONE
+    };
+    for (place, bias) in correction.estimate.iter_mut().zip(biases.as_flattened()) {
+        *place = *bias as f32;
+    }
+    assert!(second.set_correction(&correction));
     let mut coast = Coast::NONE;
     let [shadow, ..] = &mut coast.shadows;
-    shadow.correction.copy_from_slice(correction.as_flattened());
+    shadow.correction = correction;
     let mut found = [0.0_f64; 2];
     for k in 0..300 {
         for i in 0..HZ {
@@ -64,7 +72,10 @@ fn shadow_and_navigator(size: f64) -> [f64; 2] {
             own.sample(&counts);
             second.sample(&counts);
         }
-        coast.moves(&own.take_transition(), &[0.0; OUTPUTS]);
+        let mut block = own.take_transition();
+        block.proportional = own.felt().proportional(block.time);
+        own.feels_anew();
+        coast.moves(&block, &Correction::NONE);
         let [shadow, ..] = &coast.shadows;
         let [.., n, e, _] = shadow.off.map(f64::from);
         let [north, east, _] = second.state().position.ned_from(&own.state().position);
@@ -79,12 +90,16 @@ fn shadow_and_navigator(size: f64) -> [f64; 2] {
 /// ten-thousandths of what the correction changes.
 #[test]
 fn a_shadow_is_a_second_navigator() {
-    for (size, most) in [(1.0, 0.02), (4.0, 0.1)] {
-        let [off, apart] = shadow_and_navigator(size);
-        println!("{size}: {off} m of {apart} m");
+    for (size, element, most, least) in [
+        (1.0, 0.0, 0.02, 100.0),
+        (4.0, 0.0, 0.1, 400.0),
+        (0.0, 1e-4, 0.1, 30.0),
+    ] {
+        let [off, apart] = shadow_and_navigator(size, element);
+        println!("{size} {element}: {off} m of {apart} m");
         assert!(
-            off < most && apart > 100.0 * size,
-            "{size}: {off} of {apart}"
+            off < most && apart > least,
+            "{size} {element}: {off} of {apart}"
         );
     }
 }

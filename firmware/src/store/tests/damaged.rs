@@ -56,14 +56,19 @@ fn a_good_frame_around_bad_contents_is_no_record() {
     too_many[0] += 1;
     let mut bad_image = images.clone();
     bad_image[0] ^= 1;
+    let mut bad_maps = images.clone();
+    bad_maps[650] ^= 1;
     let good = of(&record_of(5), content::FIXED_LEN);
-    let cases: [(u32, &[u8], &[u8]); 9] = [
-        (4, &images, &other_key),
-        (4, &images, &too_many),
-        (4, &images, &of(&long, content::FIXED_LEN)),
-        (4, &images, &good[..content::FIXED_LEN - 1]),
-        (4, &images[1..], &good),
-        (4, &bad_image, &good),
+    let cases: [(u32, &[u8], &[u8]); 12] = [
+        (5, &images, &other_key),
+        (5, &images, &too_many),
+        (5, &images, &of(&long, content::FIXED_LEN)),
+        (5, &images, &good[..content::FIXED_LEN - 1]),
+        (5, &images[1..], &good),
+        (5, &bad_image, &good),
+        (5, &bad_maps, &good),
+        (5, &images[..608], &good),
+        (4, &images[..607], &good),
         (3, &images, &[0]),
         (2, &images, &long),
         (0, &images, &good),
@@ -79,7 +84,7 @@ fn a_good_frame_around_bad_contents_is_no_record() {
     }
     // the same, good: with the longest configuration, and with none of the unit's number
     let longest = of(&long[..MAX_LEN], content::FIXED_LEN);
-    let stored = found_in(4, &images, &longest).unwrap();
+    let stored = found_in(5, &images, &longest).unwrap();
     assert_eq!((stored.record.len(), stored.unit), (MAX_LEN, None));
     let stored = found_in(2, &images, &long[..MAX_LEN]).unwrap();
     assert_eq!(stored.record.len(), MAX_LEN);
@@ -98,7 +103,7 @@ fn a_record_may_end_with_its_slot() {
         rest.resize(content::FIXED_LEN, 0);
         rest[KEY_AT] = 0x5A;
         rest.resize(room + more, 7); // a memory longer than any
-        let record = of_version(4, 9, &images, &rest);
+        let record = of_version(5, 9, &images, &rest);
         for slot in [0, ERASE] {
             let mut flash: Flash = Flash::new(3 * ERASE);
             flash.bytes[slot + place..][..record.len()].copy_from_slice(&record);

@@ -124,7 +124,7 @@ fn a_record_of_version_2_is_read_and_renewed() {
         assert!(stored.nets == nets(5) && stored.record == record_of(5));
         assert_eq!((stored.generation, memory(&mut store)), (10, std::vec![]));
         let slot = if place < ERASE { ERASE } else { 0 };
-        assert_eq!(store.flash.bytes[slot..][..8], *b"LRNS\x04\0\0\0");
+        assert_eq!(store.flash.bytes[slot..][..8], *b"LRNS\x05\0\0\0");
         assert_eq!(store.flash.bytes[place..][..record.len()], record);
         let work = store.flash.work;
         store.make_room().unwrap();

@@ -24,11 +24,34 @@ fn version_3_is_still_read() {
     // it is stored once more in this version, and nothing of it is lost
     first.make_room().unwrap();
     let flash = first.into_inner();
-    assert_eq!(flash.bytes[ERASE + 4], 4);
+    assert_eq!(flash.bytes[ERASE + 4], 5);
     let mut second = store(flash);
     let again = second.load().unwrap().unwrap();
     assert!(again.nets == stored.nets && again.record == stored.record);
     assert_eq!(memory(&mut second), remembered);
+}
+
+/// A record of version 4 has networks without maps; one of this version has them.
+#[test]
+fn maps_are_stored_since_version_5() {
+    let mut of = nets(3);
+    of.maps[1][2][0] = -3e-3;
+    of.maps[0][1][1] = 2e-3;
+    let mut images = std::vec![0; IMAGES_LEN];
+    of.write_images(0, &mut images);
+    let rest = framed(3, 1)[16 + IMAGES_LEN..].to_vec();
+    let rest = &rest[..rest.len() - 4];
+    for (version, maps) in [(4, Nets::NONE.maps), (5, of.maps)] {
+        let record = of_version(version, 1, &images, rest);
+        let mut flash: Flash = Flash::new(2 * ERASE);
+        flash.bytes[..record.len()].copy_from_slice(&record);
+        let mut found = store(flash);
+        let stored = found.load().unwrap().unwrap();
+        assert_eq!(stored.nets.maps, maps, "{version}");
+        assert_eq!((stored.nets.gyro, stored.record), (of.gyro, record_of(3)));
+        assert_eq!(stored.key, key_of(3));
+        assert_eq!(memory(&mut found)[NOTES_LEN..], learnt(3));
+    }
 }
 
 /// The good records that are newer can be passed over. The next record is still the newest.

@@ -8,7 +8,7 @@
 //! variances. For a bias that is measured in K drives with the variance R each, with the turn-on
 //! variance T, this is the mean of K measurements with the variance T + R.
 
-use super::{ErrorModel, Kalman, OUTPUTS, ParameterSet, packed};
+use super::{ErrorModel, Kalman, OUTPUTS, ParameterSet, Prior, packed};
 use crate::activation::Activation;
 use crate::real::Real;
 use crate::shape::NEURONS;
@@ -19,19 +19,26 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     /// Number of weights that belong to the unit.
     const OF_UNIT: usize = super::TRIADS * L::WEIGHTS;
     /// Number of values that [`Self::remember`] gives.
-    pub const REMEMBERED: usize = Self::OF_UNIT + packed::packed(Self::OF_UNIT);
+    pub const REMEMBERED: usize = Self::OF_UNIT + super::TRIADS * packed::packed(L::WEIGHTS);
 
     /// Gives what is known of the unit: the weights in parameter order, then the lower triangle of
-    /// their covariance, row by row.
+    /// the covariance of each triad's, row by row. What gyros and accelerometers have in common is
+    /// left out.
     pub fn remember(&mut self, mut put: impl FnMut(T)) {
         self.covariance.apply_deferred();
         self.model.weights().for_each(&mut put);
-        let weights = || (0..N).filter(|&i| ErrorModel::<L, N, H, T>::weight_of(i).is_some());
-        for i in weights() {
-            for j in weights().take_while(|&j| j <= i) {
-                put(self.covariance.parameter(i, j));
-            }
-        }
+        Self::pairs().for_each(|(i, j)| put(self.covariance.parameter(i, j)));
+    }
+
+    /// Parameters of the unit whose covariances are remembered.
+    fn pairs() -> impl Iterator<Item = (usize, usize)> {
+        let unit = |i: usize| ErrorModel::<L, N, H, T>::weight_of(i).is_some();
+        let of_triad = N / super::TRIADS;
+        let rows = (0..N).filter(move |&i| unit(i));
+        rows.flat_map(move |i| {
+            let first = i / of_triad.max(1) * of_triad;
+            (first..=i).filter(move |&j| unit(j)).map(move |j| (i, j))
+        })
     }
 
     /// Takes what [`Self::remember`] gave after an earlier drive in place of the prior of the
@@ -41,22 +48,17 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     /// Returns false, and changes nothing, when a value is missing or not finite, or a variance is
     /// not positive or beyond all measure (more than 10^4 times its prior).
     pub fn recall(&mut self, values: impl Iterator<Item = T> + Clone, ages: T) -> bool {
-        let unit = |i| ErrorModel::<L, N, H, T>::weight_of(i);
         let mut covariance = values.clone().skip(Self::OF_UNIT);
         let (mut good, most) = (0, T::from_f64(1e4));
-        for i in (0..N).filter(|&i| unit(i).is_some()) {
-            let prior = self
-                .prior
-                .parameter_sigma
-                .get(i)
-                .map_or(T::ZERO, |&s| s * s);
-            for j in (0..=i).filter(|&j| unit(j).is_some()) {
-                let Some(value) = covariance.next() else {
-                    return false;
-                };
-                let variance = i != j || value > T::ZERO && value <= most * prior;
-                good += usize::from(value.is_finite() && variance);
-            }
+        let prior = |prior: &Prior<X, N, T>, i: usize| {
+            prior.parameter_sigma.get(i).map_or(T::ZERO, |&s| s * s)
+        };
+        for (i, j) in Self::pairs() {
+            let Some(value) = covariance.next() else {
+                return false;
+            };
+            let variance = i != j || value > T::ZERO && value <= most * prior(&self.prior, i);
+            good += usize::from(value.is_finite() && variance);
         }
         let finite = values.clone().take(Self::OF_UNIT).filter(|v| v.is_finite());
         if good + finite.count() != Self::REMEMBERED {
@@ -64,18 +66,13 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
         }
         self.model.set_weights(&mut values.clone());
         self.model.reset();
-        let mut covariance = values.skip(Self::OF_UNIT);
-        for i in (0..N).filter(|&i| unit(i).is_some()) {
-            for j in (0..=i).filter(|&j| unit(j).is_some()) {
-                let value = covariance.next().unwrap_or(T::ZERO);
-                let sigma = self.prior.parameter_sigma.get(i).map_or(T::ZERO, |&s| s);
-                let aged = if i == j {
-                    ages * sigma * sigma
-                } else {
-                    T::ZERO
-                };
-                self.covariance.set_parameter(i, j, value + aged);
-            }
+        for ((i, j), value) in Self::pairs().zip(values.skip(Self::OF_UNIT)) {
+            let aged = if i == j {
+                ages * prior(&self.prior, i)
+            } else {
+                T::ZERO
+            };
+            self.covariance.set_parameter(i, j, value + aged);
         }
         true
     }
@@ -122,7 +119,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Prior, Transition, UnitBiases, UnitOutput};
+    use super::super::{Correction, Prior, Transition, UnitBiases, UnitMap, UnitOutput};
     use super::*;
     use crate::{Full, Identity, Net, Normalisation, Rational, Weights};
     use std::vec::Vec;
@@ -165,13 +162,13 @@ mod tests {
         let second = Transition {
             phi: unit,
             gamma: unit,
-            q: [[0.0; 6]; 6],
             time: 1.0,
+            ..Transition::ZEROED
         };
         filter.reset_errors(&[0.0; 6]);
         filter.step([[0.0; 3]; 2]);
         // the increments were not corrected, so their sums lack the estimate
-        filter.propagate(&second, &[0.0; 6]);
+        filter.propagate(&second, &Correction::NONE);
         for (i, error) in errors.into_iter().enumerate() {
             let innovation = filter.innovation(i, -error, MEASURED * MEASURED);
             filter.update(i, innovation);
@@ -202,7 +199,7 @@ mod tests {
             let mean = variance / each * sum;
             for i in 0..6 {
                 assert!((values[i] * SCALE - mean).abs() < 1e-12, "{k} {i}");
-                let own = values[6 + packed::packed(i) + i] * SCALE * SCALE;
+                let own = values[6 + 6 * (i / 3) + packed::packed(i % 3) + i % 3] * SCALE * SCALE;
                 assert!((own - variance).abs() < 1e-12, "{k} {i}");
             }
             // what the drive knows of the sum: with one more measurement
@@ -273,6 +270,125 @@ mod tests {
         let mut filter = begun();
         assert!(!filter.recall(values[1..].iter().copied(), 0.0));
         assert_eq!(filter, fresh);
+    }
+
+    /// Numbers that look random, between -1 and 1.
+    fn noise(state: &mut u64) -> f64 {
+        *state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// A filter that learns biases and maps from sums of sensor errors finds the mean and the
+    /// variances of the regression of these sums, solved in one piece with the normal equations.
+    /// Part of the input is there at rest, and enters by the estimate; the rest by the intervals.
+    #[test]
+    fn maps_are_the_regression_of_what_is_felt() {
+        type Mapped = Kalman<UnitMap, 6, 30, 465, Rational, f64>;
+        let rest = [[0.0, 0.1, 0.0], [0.3, -0.2, -9.8]];
+        let sigma: [f64; 30] = core::array::from_fn(|i| match i % 15 {
+            0..3 => 0.3,
+            3..12 => 0.05,
+            _ => 0.8 / SCALE,
+        });
+        let prior = Prior {
+            error_sigma: [0.0; 6],
+            parameter_sigma: sigma,
+            walk: [0.0; 6],
+            error_floor: [0.0; 6],
+            parameter_floor: 0.0,
+        };
+        let mut filter = Mapped::new(ErrorModel::new(nets()), prior);
+        filter.set_rest(rest);
+        filter.step([[0.0; 3]; 2]);
+        let mut information = [[0.0; 30]; 30];
+        for (i, row) in information.iter_mut().enumerate() {
+            row[i] = 1.0 / (sigma[i] * sigma[i]);
+        }
+        let mut right = [0.0; 30];
+        let mut state = 4;
+        let second_of = |felt: &[[f64; 3]; 2]| {
+            let mut second: Transition<6, f64> = Transition::ZEROED;
+            second.time = 1.0;
+            for i in 0..6 {
+                (second.phi[i][i], second.gamma[i][i]) = (1.0, 1.0);
+                let from = 9 * (i / 3) + 3 * (i % 3);
+                second.proportional[i][from..from + 3].copy_from_slice(&felt[i / 3]);
+            }
+            second
+        };
+        for _ in 0..40 {
+            let mut felt = [[0.0; 3]; 2];
+            felt.as_flattened_mut()
+                .iter_mut()
+                .for_each(|x| *x = 2.0 * noise(&mut state));
+            filter.reset_errors(&[0.0; 6]);
+            filter.propagate(&second_of(&felt), &Correction::NONE);
+            for i in 0..6 {
+                let (k, axis) = (i / 3, i % 3);
+                let z = noise(&mut state);
+                let innovation = filter.innovation(i, -z, MEASURED * MEASURED);
+                filter.update(i, innovation);
+                // the sum is bias + row of the map times all that is felt + the unit's bias
+                let mut row = [0.0; 30];
+                row[15 * k + axis] = 1.0;
+                for j in 0..3 {
+                    row[15 * k + 3 + 3 * axis + j] = rest[k][j] + felt[k][j];
+                }
+                row[15 * k + 12 + axis] = SCALE;
+                for a in 0..30 {
+                    for b in 0..30 {
+                        information[a][b] += row[a] * row[b] / (MEASURED * MEASURED);
+                    }
+                    right[a] += row[a] * z / (MEASURED * MEASURED);
+                }
+            }
+            filter.finish_update();
+        }
+        let inverse = inverted(information);
+        let mut means = [0.0; 30];
+        for (mean, row) in means.iter_mut().zip(&inverse) {
+            *mean = row.iter().zip(&right).map(|(a, b)| a * b).sum();
+        }
+        let mut known = Vec::new();
+        filter.remember(|value| known.push(value));
+        for (k, unit) in known[..24].chunks(12).enumerate() {
+            for (i, value) in unit.iter().enumerate() {
+                assert!((value - means[15 * k + 3 + i]).abs() < 1e-9, "{k} {i}");
+            }
+        }
+        for (i, variance) in filter.covariance().variances().enumerate() {
+            assert!((variance / inverse[i][i] - 1.0).abs() < 1e-9, "{i}");
+        }
+        assert_eq!(filter.model().maps()[1][2][0], known[12 + 6]);
+        // what the estimate says is all that acts at rest
+        let bias = means[15 + 2] + SCALE * means[15 + 14];
+        let row = &filter.model().maps()[1][2];
+        let at_rest = bias + row[0] * 0.3 - row[1] * 0.2 - row[2] * 9.8;
+        assert!((filter.model().estimate()[5] - at_rest).abs() < 1e-9);
+        assert!((filter.model().output()[5] - bias).abs() < 1e-9);
+    }
+
+    /// The inverse by elimination; the matrix is positive.
+    fn inverted<const N: usize>(mut a: [[f64; N]; N]) -> [[f64; N]; N] {
+        let mut inverse: [[f64; N]; N] =
+            core::array::from_fn(|i| core::array::from_fn(|j| f64::from(u8::from(i == j))));
+        for i in 0..N {
+            let by = 1.0 / a[i][i];
+            for j in 0..N {
+                a[i][j] *= by;
+                inverse[i][j] *= by;
+            }
+            for k in (0..N).filter(|k| *k != i) {
+                let factor = a[k][i];
+                for j in 0..N {
+                    a[k][j] -= factor * a[i][j];
+                    inverse[k][j] -= factor * inverse[i][j];
+                }
+            }
+        }
+        inverse
     }
 
     /// J against differences of the estimate by each parameter.

@@ -1,5 +1,5 @@
 use super::*;
-use lrnn_nostd::learn::kalman::{Prior, Transition};
+use lrnn_nostd::learn::kalman::{Correction, Prior, Transition};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 const UNIT: [f32; OUTPUTS] = [2e-3, 1e-3, 3e-3, 0.1, 0.2, 0.05];
@@ -32,7 +32,7 @@ fn taught() -> Biased {
                 libm::sinf((1.7 * (i + 1) as f32) * (j + 2) as f32 + round as f32) / UNIT[j]
             });
         }
-        kalman.propagate(&block, &[0.0; OUTPUTS]);
+        kalman.propagate(&block, &Correction::NONE);
         for i in 0..ERRORS {
             let z = libm::cosf((i + 2 * round) as f32);
             let innovation = kalman.innovation(i, z, 0.05 + 0.1 * i as f32);

@@ -28,7 +28,7 @@ fn the_wrong_component_is_refused() {
     let mut bank = Box::new(Bank::new(&sheet, 1.0, [1e-2; NAV], Gates::default()));
     let mut scratch = Box::new(second());
     let mut second = |z: [f32; OBSERVATIONS], variance: [f32; OBSERVATIONS]| {
-        bank.propagate_mean(&scratch.block, &[0.0; OUTPUTS]);
+        bank.propagate_mean(&scratch.block, &Correction::NONE);
         bank.propagate_covariance(&mut scratch);
         let refused = bank.fix(&z, &variance, true);
         bank.step([[0.1; 3]; TRIADS]);

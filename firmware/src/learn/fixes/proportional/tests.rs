@@ -26,7 +26,12 @@ fn added(ratios: &Sizes, steps: u32, at: impl Fn(f64) -> (f64, V)) -> [V32; 2] {
     let mut sum = [[0.0; 3]; 2];
     for k in 0..=steps {
         let (angle, velocity) = at(0.1 * f64::from(k));
-        let more = of.moves(&state(angle, velocity), 0.1, ratios);
+        let Growth {
+            by_force,
+            turn,
+            gain,
+        } = of.moves(&state(angle, velocity), 0.1, ratios);
+        let more = [turn.map(|turn| turn + by_force), gain];
         for (sum, more) in sum.iter_mut().zip(more) {
             assert!(more.iter().all(|x| *x >= 0.0));
             *sum = add(*sum, more);
@@ -115,6 +120,6 @@ fn what_feeds_back_is_no_motion() {
     of.set(&state(0.5, [3.0, 0.0, 0.0]));
     assert_eq!(
         of.moves(&state(0.5, [3.0, 0.0, 0.0]), 1.0, &RATIOS),
-        [[0.0; 3]; 2]
+        Growth::default()
     );
 }

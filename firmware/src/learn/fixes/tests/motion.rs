@@ -43,13 +43,13 @@ impl<'m> Trip<'m> {
         let [gyro, accel] = errors.noise.map(|x| x as f32);
         let mut settings = Settings {
             noise: nav::Noise { gyro, accel },
-            scale: errors.scale.map(|x| x as f32),
-            misalignment: errors.scale.map(|x| x as f32),
             vehicle: kind,
             fix_age_s: 0.0,
             ..Settings::MEDIUM
         };
         (settings.sheet.gyro_bias, settings.sheet.accel_bias) = (gyro_bias, accel_bias);
+        settings.sheet.scale = errors.scale.map(|x| x as f32);
+        settings.sheet.misalignment = settings.sheet.scale;
         let mut learner = FixLearner::new(memory, settings);
         learner.begin(&nets, compensator.scale());
         Trip {

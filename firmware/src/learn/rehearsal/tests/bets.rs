@@ -11,7 +11,11 @@ const SHORT: f32 = 5.0;
 /// Lets this time pass, and ends a coast with this score of each hypothesis.
 fn coast(bets: &mut Bets, time: f32, score: f32, horizon: f32) {
     bets.passes(time);
-    bets.takes(&[score; HYPOTHESES], horizon);
+    let scores = Scores {
+        gains: [score; HYPOTHESES],
+        extending: [score; HYPOTHESES],
+    };
+    bets.takes(&scores, horizon);
 }
 
 fn capital(bets: &Bets) -> [f64; 2] {

@@ -16,7 +16,7 @@ fn under_way(time: f32) -> Box<Rehearsal> {
 }
 
 fn pass(rehearsal: &mut Rehearsal, fix: bool) {
-    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
+    rehearsal.interval(&second(), &Correction::NONE);
     if fix {
         rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
     }
@@ -69,8 +69,8 @@ fn a_coast_starts_from_what_is_believed() {
             assert_eq!(*off, -error, "{h}");
             believed[0] += off.abs();
         }
-        assert_eq!(shadow.correction, *bank.estimate_of(h), "{h}");
-        believed[1] += shadow.correction.map(f32::abs).iter().sum::<f32>();
+        assert_eq!(shadow.correction, bank.correction_of(h), "{h}");
+        believed[1] += shadow.correction.estimate.map(f32::abs).iter().sum::<f32>();
     }
     assert!(believed.iter().all(|sum| *sum > 0.0), "{believed:?}");
 }
@@ -79,11 +79,17 @@ fn a_coast_starts_from_what_is_believed() {
 #[test]
 fn what_moves_a_shadow_is_the_difference_of_corrections() {
     let mut coast = Coast::NONE;
-    coast.shadows[H].correction = [3.0; OUTPUTS];
+    let of = |all: f32| Correction {
+        estimate: [all; 6],
+        maps: [[[0.1 * all; 3]; 3]; 2],
+    };
+    coast.shadows[H].correction = of(3.0);
     let mut block = second();
     block.gamma[6][0] = 10.0;
-    coast.moves(&block, &[1.0; OUTPUTS]);
+    block.proportional[7][17] = 10.0;
+    coast.moves(&block, &of(1.0));
     assert_eq!(coast.shadows[H].off[6], 20.0);
+    assert!((coast.shadows[H].off[7] - 2.0).abs() < 1e-6);
     assert_eq!(coast.time, 1.0);
 }
 
@@ -97,11 +103,12 @@ fn a_score_is_the_logarithm_of_the_gain() {
             let at = if h == ZERO_CORRECTION { without } else { with };
             shadow.off[6..8].copy_from_slice(&at);
         }
-        coast.scores(&Seen {
+        let seen = Seen {
             first: 6,
             off,
             sigma: 5.0,
-        })[H]
+        };
+        coast.scores(&seen).gains[H]
     };
     let near = |found: f32, right: f64| {
         assert!((f64::from(found) - right).abs() < 1e-5, "{found}, {right}");
@@ -113,6 +120,36 @@ fn a_score_is_the_logarithm_of_the_gain() {
     near(scores([30.0, 40.0], [-1.0, 2.0], [1.0, -2.0]), 2.288_385_36);
     near(scores([3e5, 4e5], [0.0; 2], [0.0; 2]), 4.0);
     near(scores([0.0; 2], [3e5, 4e5], [0.0; 2]), -4.0);
+}
+
+/// Of hypotheses that extend the biases the second score is against the likelier kind of biases,
+/// of all others against nothing.
+#[test]
+fn larger_hypotheses_are_compared_with_the_biases() {
+    let mut memory = Box::new(Memory::ZEROED);
+    let settings = Settings::MEDIUM;
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, BIASED, 5);
+    drive.seconds(20);
+    let mut coast = Coast::NONE;
+    coast.start(drive.learner.bank());
+    let biases = drive.learner.bank().biases();
+    let errors = [100.0, 10.0, 10.0, 20.0, 5.0, 40.0, 80.0];
+    for (h, shadow) in coast.shadows.iter_mut().enumerate() {
+        shadow.off = [0.0; NAV];
+        shadow.off[6] = if h == biases { 8.0 } else { errors[h] };
+    }
+    let scores = coast.scores(&Seen {
+        first: 6,
+        off: [0.0; 2],
+        sigma: 0.0,
+    });
+    for h in 0..HYPOTHESES {
+        let own: f32 = coast.shadows[h].off[6];
+        let beside = if (3..=5).contains(&h) { 8.0 } else { 100.0 };
+        let near = |is: f32, from: f32| (is - libm::logf(from / own)).abs() < 1e-5;
+        assert!(near(scores.gains[h], 100.0), "{h}: {scores:?}");
+        assert!(near(scores.extending[h], beside), "{h}: {scores:?}");
+    }
 }
 
 /// The worse one of the position's two components counts; without a position, that of the velocity.
@@ -163,7 +200,7 @@ fn a_coast_that_does_not_run_passes_nothing() {
 #[test]
 fn an_interruption_ends_coasts_without_a_result() {
     let mut rehearsal = under_way(4.0);
-    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
+    rehearsal.interval(&second(), &Correction::NONE);
     rehearsal.interrupted();
     rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
     pass(&mut rehearsal, true);
@@ -186,7 +223,7 @@ fn shadows_do_not_follow_what_corrects_the_navigator() {
     };
     rehearsal.feed_back(&[1.0; NAV]);
     assert_eq!(off(&rehearsal), [1.0; NAV]);
-    rehearsal.interval(&twice, &[0.0; OUTPUTS]);
+    rehearsal.interval(&twice, &Correction::NONE);
     rehearsal.feed_back(&[3.0; NAV]);
     assert_eq!(off(&rehearsal), [5.0; NAV]);
     pass(&mut rehearsal, false);

@@ -154,17 +154,17 @@ fn a_proof_gets_stale() {
     let mut rehearsal = good();
     assert_eq!(chosen(&mut rehearsal), H);
     for _ in 0..3600 {
-        rehearsal.interval(&second(), &[0.0; OUTPUTS]);
+        rehearsal.interval(&second(), &Correction::NONE);
     }
     assert_eq!(chosen(&mut rehearsal), H, "just not yet");
-    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
+    rehearsal.interval(&second(), &Correction::NONE);
     assert_eq!(chosen(&mut rehearsal), ZERO_CORRECTION);
     assert!(!rehearsal.has_proved(H));
     // a block that is due would change the capital
     rehearsal.horizons[0].bets = good().horizons[0].bets;
     let [first, ..] = &mut rehearsal.horizons[0].coasts;
     (first.runs, first.time) = (true, 4.0);
-    rehearsal.interval(&second(), &[0.0; OUTPUTS]);
+    rehearsal.interval(&second(), &Correction::NONE);
     rehearsal.fix(&[0.0; OBSERVATIONS], &[1.0; OBSERVATIONS]);
     assert_eq!(rehearsal.counts()[0], TRIED + 1);
     assert_eq!(chosen(&mut rehearsal), H);
@@ -195,7 +195,7 @@ fn late_coasts_do_not_count() {
             off: [1.0; 2],
             sigma: 1.0,
         };
-        coast.moves(&second(), &[0.0; OUTPUTS]);
+        coast.moves(&second(), &Correction::NONE);
         let scores = coast.ends(&seen, 10.0);
         assert_eq!((scores.is_some(), coast.runs), (counts, runs), "{time}");
     }

@@ -94,7 +94,11 @@ fn stored() -> Nets {
         net.weights.layers[2].b = [0.5; 3];
         net
     });
-    Nets { gyro, accel, ..Nets::NONE }
+    Nets {
+        gyro,
+        accel,
+        ..Nets::NONE
+    }
 }
 
 /// Navigation with the corrected file gives the scheme's row of the table from the same start, to

@@ -51,7 +51,11 @@ fn constant(output: f32) -> Nets {
         net.weights.layers[2].b = [output; 3];
         net
     });
-    Nets { gyro, accel, ..Nets::NONE }
+    Nets {
+        gyro,
+        accel,
+        ..Nets::NONE
+    }
 }
 
 /// In the drive in which it learns the device changes no sample, and says since when and what. What
