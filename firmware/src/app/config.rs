@@ -60,6 +60,9 @@ fn map_limit(configuration: &Configuration) -> [f32; 2] {
         .map(|triad| MAP_LIMIT * triad.scale.max(triad.misalignment))
 }
 
+/// Mean rate of a vehicle over some minutes, as a share of its usual largest rate (assumed): 1 deg/s
+/// on land.
+const MEAN_TURN: f32 = 0.1;
 /// Standard deviations that an element of a map may have.
 const MAP_LIMIT: f32 = 3.0;
 /// A row of a map adds at most its largest element times this and the length of what is felt.
@@ -173,14 +176,14 @@ impl Config {
         configuration.map_or(0.0, |configuration| configuration.receiver.heading_offset)
     }
 
-    /// The largest correction of an axis, the maps' part included, in a vehicle that turns and gains
-    /// velocity no more on average than is usual ([`usual`]).
+    /// The largest correction of an axis, the maps' part included, in a vehicle that turns on average
+    /// by no more than [`MEAN_TURN`] of its usual largest rate ([`usual`]).
     fn with_maps(&self) -> Limit {
         let kind = self.configuration.as_ref().map(|of| of.vehicle.kind);
         let [rate, force] = usual(kind.unwrap_or(VehicleKind::Land));
         let [gyro, accel] = self.map_limit.map(|most| most * SQRT_3);
         Limit {
-            gyro: self.limit.gyro + gyro * rate,
+            gyro: self.limit.gyro + gyro * MEAN_TURN * rate,
             accel: self.limit.accel + accel * (G as f32 + force),
         }
     }
@@ -221,7 +224,7 @@ impl Default for Config {
             nets: Nets::NONE,
             block: 1.0,
             limit,
-            map_limit: [0.0; 2],
+            map_limit: [MAP_LIMIT * 5e-5, MAP_LIMIT * 1e-4],
             slew: Limit {
                 gyro: limit.gyro * 1e-3,
                 accel: limit.accel * 1e-3,

@@ -227,7 +227,7 @@ fn what_comes_before_the_first_frame_is_no_page() {
     }
     device.order(&Request::Record(Order::Hold));
     let memory = read(&mut device);
-    let blank = &memory[LEN - PAGES * 640..];
+    let blank = &memory[LEN - PAGES * 704..];
     assert!(blank.iter().all(|byte| *byte == 0), "{blank:?}");
 }
 

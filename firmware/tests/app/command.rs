@@ -9,6 +9,7 @@ use firmware::control::{Alignment, Mode, Reason, Window};
 use firmware::model::{IMAGES_LEN, Nets};
 use firmware::store::Step;
 use firmware::wire::ImuFormat;
+use firmware::wire::checksum::crc32_zlib;
 use firmware::wire::command::{MAX_CHUNK, Request, Response, WIRE_VERSION};
 use firmware::wire::ubx::Pvt;
 use lrnn_nostd::image;
@@ -22,7 +23,10 @@ fn refused(device: &mut Device, request: &Request, reason: Reason) {
 }
 
 fn images(nets: &Nets) -> Vec<u8> {
-    [image::encode(&nets.gyro), image::encode(&nets.accel)].concat()
+    let maps = [0; 72];
+    let sum = crc32_zlib(&maps).to_le_bytes();
+    let nets = [image::encode(&nets.gyro), image::encode(&nets.accel)].concat();
+    [nets.as_slice(), &maps, &sum].concat()
 }
 
 fn upload(device: &mut Device, bytes: &[u8]) {
@@ -127,14 +131,14 @@ fn weights_go_up_and_down_and_take_effect_whole() {
         &mut device,
         &Request::WriteImage {
             offset: 600,
-            bytes: &[0; 9],
+            bytes: &[0; 85],
         },
         Reason::Range,
     );
     refused(
         &mut device,
         &Request::ReadImage {
-            offset: 609,
+            offset: 685,
             length: 1,
         },
         Reason::Range,

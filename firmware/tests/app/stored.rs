@@ -232,7 +232,7 @@ fn what_cannot_be_read_is_reported_and_not_used() {
     let mut bad = configured(STIM);
     bad.rate = -1.0;
     let cases = [
-        (5, good.clone(), Some(5)),
+        (6, good.clone(), Some(6)),
         (2, sealed(newer), Some(SCHEMA + 1)),
         (2, record(&bad), None),
         (2, vec![1; 30], None),

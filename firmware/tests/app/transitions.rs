@@ -176,7 +176,8 @@ pub fn noise(bench: &mut Bench, bytes: u32) {
 }
 
 fn commit(bench: &mut Bench, nets: &Nets) {
-    let bytes = [image::encode(&nets.gyro), image::encode(&nets.accel)].concat();
+    let mut bytes = vec![0; IMAGES_LEN];
+    nets.write_images(0, &mut bytes);
     for (n, piece) in bytes.chunks(100).enumerate() {
         bench.device.order(&Request::WriteImage {
             offset: (n * 100) as u32,

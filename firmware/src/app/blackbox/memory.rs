@@ -7,7 +7,7 @@ use crate::wire::field::{put, take};
 /// Pages of the ring.
 pub const PAGES: usize = 4;
 /// Bytes of a page: its key, and at least eight frames of the longest format.
-pub const PAGE_LEN: usize = 640;
+pub const PAGE_LEN: usize = 704;
 /// Number of events that are stored.
 pub const EVENTS: usize = 30;
 /// Bytes of an event.
@@ -16,7 +16,7 @@ pub const EVENT_LEN: usize = 16;
 pub const HEAD_LEN: usize = 32;
 /// Bytes of all.
 pub const LEN: usize = HEAD_LEN + EVENTS * EVENT_LEN + PAGES * PAGE_LEN;
-const _: () = assert!(LEN == 3072);
+const _: () = assert!(LEN == 3328);
 
 const MAGIC: [u8; 4] = *b"LRBB";
 /// Version of the layout.

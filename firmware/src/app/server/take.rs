@@ -5,7 +5,7 @@ use crate::app::flow::Flow;
 use crate::app::phase::{Machine, Phase};
 use crate::configuration::record::{self, Record};
 use crate::control::{Alignment, Mode, Reason};
-use crate::model::{IMAGES_LEN, Nets};
+use crate::model::{IMAGES_LEN, NETS_LEN, Nets};
 
 /// Longest time of two erasures (STM32F405), ms.
 const RENEWAL_MS: u32 = 4000;
@@ -29,7 +29,9 @@ impl Server {
     /// them.
     #[inline(never)]
     pub(super) fn commit_image(&mut self, length: u32, flow: &mut Flow) -> Result<(), Reason> {
-        if usize::try_from(length) != Ok(IMAGES_LEN) || self.received.len() != IMAGES_LEN {
+        let received = self.received.len();
+        let whole = received == IMAGES_LEN || received == NETS_LEN;
+        if usize::try_from(length) != Ok(received) || !whole {
             return Err(Reason::Range);
         }
         may_exchange(flow)?;

@@ -5,7 +5,7 @@ mod sealed;
 use super::port::Port;
 use super::refusal;
 use firmware::control::{Mode, Reason};
-use firmware::model::{IMAGES_LEN, Nets};
+use firmware::model::{IMAGES_LEN, NETS_LEN, Nets};
 use firmware::wire::command::key::Secret;
 use firmware::wire::command::seal::{Opened, open};
 use firmware::wire::command::{
@@ -348,7 +348,7 @@ impl Link {
             offset,
             length,
         })?;
-        if images.len() == IMAGES_LEN {
+        if [IMAGES_LEN, NETS_LEN].contains(&images.len()) {
             return Ok(images);
         }
         let problem = format!("a weight image of {} bytes came", images.len());

@@ -1,6 +1,6 @@
 //! The weight image of a file.
 
-use firmware::model::{IMAGES_LEN, Nets};
+use firmware::model::{IMAGES_LEN, NETS_LEN, Nets};
 use host_core::error::Error;
 use std::path::Path;
 
@@ -14,9 +14,9 @@ pub fn check_image(file: &Path, bytes: &[u8]) -> Result<(), Error> {
         problem,
         remedy: "give a file that `device weights get` of this version has written".into(),
     };
-    if bytes.len() != IMAGES_LEN {
+    if ![IMAGES_LEN, NETS_LEN].contains(&bytes.len()) {
         let problem = format!(
-            "holds {} bytes; a weight image has {IMAGES_LEN}",
+            "holds {} bytes; a weight image has {IMAGES_LEN}, or {NETS_LEN} without maps",
             bytes.len()
         );
         return Err(refused(problem));
@@ -34,9 +34,9 @@ mod tests {
     fn only_a_whole_image_of_this_shape_passes() {
         let good = super::super::images(&Nets::NONE);
         let check = |bytes: &[u8]| check_image(Path::new("w.bin"), bytes);
-        assert!(check(&good).is_ok());
+        assert!(check(&good).is_ok() && check(&good[..NETS_LEN]).is_ok());
         let short = check(&good[1..]).expect_err("too short").to_string();
-        assert!(short.starts_with("w.bin: holds 607 bytes"), "{short}");
+        assert!(short.starts_with("w.bin: holds 683 bytes"), "{short}");
         for at in 0..good.len() {
             let mut bad = good.clone();
             bad[at] ^= 1;
