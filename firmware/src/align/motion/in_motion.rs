@@ -62,12 +62,22 @@ impl InMotion {
         }
     }
 
-    /// A heading that somebody knows, valid now.
+    /// A heading of the vehicle that somebody knows, valid now. Without effect where the mounting
+    /// is unknown.
     pub fn heading(&mut self, heading: Heading) {
+        if !self.knows_forward() {
+            return;
+        }
         match &mut self.by {
             By::Velocities(matching) => matching.heading(heading),
             By::Positions(places) => places.heading(heading),
         }
+    }
+
+    /// Whether the vehicle's forward axis is known.
+    #[must_use]
+    pub fn knows_forward(&self) -> bool {
+        self.config.forward != [0.0; 3]
     }
 
     /// Whether the alignment has begun: a given heading then stays in use.
@@ -101,6 +111,9 @@ impl InMotion {
         scratch: &mut Transition<9>,
     ) -> Option<Found> {
         self.choose(fix);
+        let mut fix = *fix;
+        fix.heading = fix.heading.filter(|_| self.knows_forward());
+        let fix = &fix;
         match &mut self.by {
             By::Velocities(matching) => {
                 let still = rest.is_some();
