@@ -1,6 +1,6 @@
 //! Ranges of all values.
 
-use super::{Configuration, Sensor, Triad};
+use super::{Configuration, Sensor, Triad, UNKNOWN};
 use crate::align::LEAST_S;
 use crate::control::Field;
 
@@ -38,7 +38,10 @@ impl Configuration {
             (Field::ReceiverBaud, bauds.contains(&lines.receiver_baud)),
             (Field::CutThrough, !lines.cut_through || self.can_be_cut()),
             (Field::Rate, (1.0..=20_000.0).contains(&self.rate)),
-            (Field::Mounting, (0.999..1.001).contains(&norm)),
+            (
+                Field::Mounting,
+                self.mounting == UNKNOWN || (0.999..1.001).contains(&norm),
+            ),
             (Field::Gyro, sheet(&self.gyro)),
             (Field::Accel, sheet(&self.accel)),
             (

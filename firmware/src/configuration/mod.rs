@@ -29,6 +29,9 @@ pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
 pub const SERIAL_LEN: usize = 24;
 
+/// A mounting that nobody knows. A device of an earlier firmware refuses it (field `Mounting`).
+pub const UNKNOWN: [f32; 4] = [0.0; 4];
+
 /// The configuration of a device. SI units throughout.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Configuration {
@@ -41,6 +44,7 @@ pub struct Configuration {
     /// Sample rate where the frames do not contain it, Hz, 1 to 20 000.
     pub rate: f64,
     /// Rotation from sensor axes to body axes (forward, right, down): unit quaternion w, x, y, z.
+    /// [`UNKNOWN`]: nobody knows it, and body axes are the sensor's.
     pub mounting: [f32; 4],
     /// Gyros. Rates in rad/s.
     pub gyro: Triad,
@@ -271,6 +275,25 @@ impl Configuration {
             Sensor::Stream(format) => format.has_thermometer(),
             Sensor::Spi(adis) => adis.form.has_thermometer(),
         })
+    }
+
+    /// The configuration for samples in body axes. A mounting that nobody knows stays unknown.
+    #[must_use]
+    pub fn in_body_axes(mut self) -> Configuration {
+        if self.mounting != UNKNOWN {
+            self.mounting = [1.0, 0.0, 0.0, 0.0];
+        }
+        self
+    }
+
+    /// A direction of the vehicle (forward, right, down) in sensor axes; zero where the mounting
+    /// is unknown.
+    #[must_use]
+    pub fn direction(&self, v: [f32; 3]) -> [f32; 3] {
+        if self.mounting == UNKNOWN {
+            return [0.0; 3];
+        }
+        self.in_sensor_axes(v)
     }
 
     /// A vector of body axes (forward, right, down) in sensor axes.

@@ -262,3 +262,18 @@ fn what_would_lock_the_device_is_refused() {
     ) = (0.0, 0.0);
     assert_eq!(configuration.check(), Ok(()));
 }
+
+#[test]
+fn a_mounting_that_nobody_knows_has_no_directions_and_is_kept() {
+    let mut configuration = example(ImuFormat::Kvh);
+    configuration.mounting = UNKNOWN;
+    assert_eq!(configuration.direction([1.0, 0.0, 0.0]), [0.0; 3]);
+    let arm = configuration.receiver.lever_arm;
+    assert_eq!(configuration.in_sensor_axes(arm), arm);
+    assert_eq!(
+        decode(&encode(&configuration)),
+        Ok(configuration.clone().in_body_axes())
+    );
+    configuration.mounting = [0.5, 0.0, 0.0, 0.0];
+    assert_eq!(configuration.check(), Err(Field::Mounting));
+}

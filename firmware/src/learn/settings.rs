@@ -27,7 +27,8 @@ pub struct Settings {
     pub fix_age_sigma: f32,
     /// Bias of the gyros by specific force, rad/s per m/s2.
     pub g_sensitivity: f32,
-    /// Kind of the vehicle, and its forward axis in the sensor's axes (unit vector).
+    /// Kind of the vehicle, and its forward axis in the sensor's axes: a unit vector, zero where
+    /// the mounting is unknown.
     pub vehicle: VehicleKind,
     /// See [`Self::vehicle`].
     pub forward: [f32; 3],
@@ -96,7 +97,7 @@ impl Settings {
                     share(&configuration.gyro, gyro_bias),
                     share(&configuration.accel, accel_bias),
                 ],
-                gravity: configuration.in_sensor_axes([0.0, 0.0, -GRAVITY]),
+                gravity: configuration.direction([0.0, 0.0, -GRAVITY]),
                 range: [
                     rate.min(configuration.gyro.range),
                     force.min(configuration.accel.range),
@@ -116,7 +117,7 @@ impl Settings {
             align_s: f64::from(configuration.correction.align),
             g_sensitivity: configuration.gyro.g_sensitivity,
             vehicle: configuration.vehicle.kind,
-            forward: configuration.in_sensor_axes([1.0, 0.0, 0.0]),
+            forward: configuration.direction([1.0, 0.0, 0.0]),
             fix_age_s: configuration.receiver.fix_delay,
             fix_age_sigma: configuration.receiver.fix_delay_sigma,
             lever_arm: configuration.in_sensor_axes(configuration.receiver.lever_arm),

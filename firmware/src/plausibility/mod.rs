@@ -43,7 +43,8 @@ const SWING: f32 = 0.5 * DEGREE as f32;
 pub struct Expected {
     /// Compare the samples' rate with the clock.
     pub check_rate: bool,
-    /// Direction of the specific force at rest, which points up, in sensor axes; length 1.
+    /// Direction of the specific force at rest, which points up, in sensor axes; length 1. Zero
+    /// where the mounting is unknown: then nothing is said of the axes.
     pub up: [f32; 3],
     /// Kind of the vehicle.
     pub vehicle: VehicleKind,
@@ -59,7 +60,7 @@ impl Expected {
     pub fn of(configuration: &Configuration) -> Expected {
         Expected {
             check_rate: configuration.correction.check_rate,
-            up: configuration.in_sensor_axes([0.0, 0.0, -1.0]),
+            up: configuration.direction([0.0, 0.0, -1.0]),
             vehicle: configuration.vehicle.kind,
             gyro: configuration.gyro,
             accel: configuration.accel,
@@ -126,7 +127,7 @@ impl Means {
                 .zip(&expected.up)
                 .map(|(f, u)| f * u)
                 .sum();
-            if along < TILT * size {
+            if expected.up != [0.0; 3] && along < TILT * size {
                 faults |= fault::AXES;
             }
         }

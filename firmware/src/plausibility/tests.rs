@@ -186,6 +186,10 @@ fn the_configured_mounting_is_right() {
     assert_eq!(means([9.79, 0.0, 0.0]).judge(&expected), fault::AXES);
     // no accelerometer: nothing to judge
     assert_eq!(means([0.0; 3]).judge(&expected), 0);
+    configuration.mounting = crate::configuration::UNKNOWN;
+    let expected = Expected::of(&configuration);
+    assert_eq!(means([9.79, 0.0, 0.0]).judge(&expected), 0);
+    assert_eq!(means([4.9, 0.0, 0.0]).judge(&expected), fault::GRAVITY);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::frames::Fields;
 use crate::record::configure;
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
-use firmware::configuration::{Configuration, Sensor};
+use firmware::configuration::{Configuration, Sensor, UNKNOWN};
 use firmware::control::{Alignment, Mode, Reason, Way};
 use firmware::fix::Heading;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
@@ -188,6 +188,17 @@ fn a_heading_is_taken_over_the_command_link() {
     });
     let refused = ask(&mut bench, 0.3, 0.05);
     assert_eq!(refused, Some(Reason::NotAvailable), "it does not learn");
+    let unknown = Configuration {
+        mounting: UNKNOWN,
+        ..Configuration::default()
+    };
+    let mut bench = Bench::new(Config {
+        configuration: Some(unknown),
+        ..config()
+    });
+    bench.run(3, None);
+    let refused = ask(&mut bench, 0.3, 0.05);
+    assert_eq!(refused, Some(Reason::NotAvailable), "whose, nobody knows");
     let mut bench = Bench::new(config());
     bench.run(3, None);
     assert_eq!(ask(&mut bench, f32::NAN, 0.05), Some(Reason::Range));

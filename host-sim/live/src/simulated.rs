@@ -89,11 +89,8 @@ impl Simulated {
         })?;
         Ok(Self {
             ports,
-            configuration: Configuration {
-                // the axes of the simulated sensor are the vehicle's
-                mounting: Configuration::default().mounting,
-                ..configuration
-            },
+            // the axes of the simulated sensor are the vehicle's
+            configuration: configuration.in_body_axes(),
             drive,
             speed: of.speed,
             listeners,

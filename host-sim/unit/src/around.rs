@@ -80,6 +80,22 @@ pub struct Vehicle {
     /// Largest speed over ground, m/s, above 0 to 1000. Default: 50.
     #[schemars(range(min = 1e-3, max = 1000))]
     pub largest_speed_mps: f64,
+    /// Whether anybody knows how the sensor sits in the vehicle. Unknown: the alignment finds the
+    /// attitude of the sensor from the motion alone. Neither the course nor a given heading counts
+    /// as its heading, the direction of gravity is not checked, and the lever arm is in axes of the
+    /// sensor. Default: known, as `[mounting]` says.
+    pub mounting: Known,
+}
+
+/// Whether the mounting of the sensor is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Known {
+    /// As the table `[mounting]` says.
+    #[default]
+    Known,
+    /// Nobody knows it.
+    Unknown,
 }
 
 /// How a vehicle moves.
@@ -202,6 +218,7 @@ impl Default for Vehicle {
         Self {
             kind: Kind::Land,
             largest_speed_mps: 50.0,
+            mounting: Known::Known,
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Converts a unit file to the device's configuration.
 
 use super::Unit;
-use super::around::Correction;
+use super::around::{Correction, Known};
 use super::finding::Finding;
+use super::mounting::Mounting;
 use firmware::compensator::Limit;
 use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LEN, SerialLines};
 use firmware::control::Field;
@@ -25,7 +26,7 @@ impl Unit {
             vehicle,
             ..
         } = self;
-        let q = self.mounting.rotation()?;
+        let mounting = self.quaternion()?;
         let configuration = Configuration {
             identity: Identity {
                 name: text::<NAME_LEN>("name", &self.name)?,
@@ -41,7 +42,7 @@ impl Unit {
             },
             sensor: sensor.settings()?,
             rate: sensor.rate(),
-            mounting: [q.w, q.i, q.j, q.k].map(|x| x as f32),
+            mounting,
             gyro: self.gyro.triad(),
             accel: self.accel.triad(),
             receiver: configuration::Receiver {
@@ -62,6 +63,22 @@ impl Unit {
         };
         configuration.check().map_err(refused)?;
         Ok(configuration)
+    }
+
+    /// The device's mounting.
+    fn quaternion(&self) -> Result<[f32; 4], Finding> {
+        let q = self.mounting.rotation()?;
+        if self.vehicle.mounting == Known::Known {
+            return Ok([q.w, q.i, q.j, q.k].map(|x| x as f32));
+        }
+        if self.mounting == Mounting::default() {
+            return Ok(configuration::UNKNOWN);
+        }
+        Err(Finding::wrong(
+            "vehicle.mounting",
+            "is \"unknown\", but the table [mounting] gives one",
+            "delete one of them",
+        ))
     }
 
     /// Largest correction of gyros and accelerometers, then its fastest change a second, SI.

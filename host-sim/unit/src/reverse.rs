@@ -4,7 +4,7 @@
 //! decimal that becomes the same bits again.
 
 use super::Unit;
-use super::around::{Activation, Correction, Kind, Mode, Protocol, Receiver, Vehicle};
+use super::around::{Activation, Correction, Kind, Known, Mode, Protocol, Receiver, Vehicle};
 use super::mounting::Mounting;
 use super::networks::Networks;
 use super::sensor::{Adis, FormatName, Parity, Sensor};
@@ -18,11 +18,16 @@ impl Unit {
     /// the configuration was not made from a unit file.
     #[must_use]
     pub fn of(configuration: &Configuration) -> Option<Self> {
+        let (known, mounting) = if configuration.mounting == configuration::UNKNOWN {
+            (Known::Unknown, Mounting::default())
+        } else {
+            (Known::Known, Mounting::of(configuration.mounting)?)
+        };
         let unit = Self {
             name: configuration.identity.name.to_string(),
             serial: configuration.identity.serial.to_string(),
             sensor: sensor(configuration)?,
-            mounting: Mounting::of(configuration.mounting)?,
+            mounting,
             gyro: gyro(&configuration.gyro),
             accel: accel(&configuration.accel),
             receiver: self::receiver(configuration),
@@ -33,6 +38,7 @@ impl Unit {
                     configuration::VehicleKind::Air => Kind::Air,
                 },
                 largest_speed_mps: shortest(configuration.vehicle.speed, |mps| mps as f32, 1.0),
+                mounting: known,
             },
             correction: correction(&configuration.correction),
             networks: Networks::of(&configuration.inputs),

@@ -48,6 +48,23 @@ fn a_short_file_is_a_whole_configuration() {
     assert_eq!(decode(&encode(&configuration)), Ok(configuration));
 }
 
+#[test]
+fn a_mounting_that_nobody_knows_is_one_and_comes_back() {
+    let text = format!("{SHORT}[vehicle]\nmounting = 'unknown'\n");
+    let unit: Unit = toml::from_str(&text).unwrap();
+    let configuration = unit.configuration().unwrap();
+    assert_eq!(configuration.mounting, firmware::configuration::UNKNOWN);
+    let back = Unit::of(&configuration).unwrap();
+    assert_eq!(back.vehicle, unit.vehicle);
+    assert_eq!(
+        found(&format!("{text}[mounting]\naxes = 'y x -z'\n")),
+        [
+            "u.toml:13: 'vehicle.mounting' is \"unknown\", but the table [mounting] gives one; \
+          remedy: delete one of them"
+        ]
+    );
+}
+
 /// All findings of a text as lines.
 fn found(text: &str) -> Vec<String> {
     let (unit, found) = examine(text);

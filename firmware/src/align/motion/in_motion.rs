@@ -9,6 +9,11 @@ use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
 /// Fixes in a row of the other kind after which the receiver is one of that kind.
 const CHANGES: u8 = 5;
+/// Fixes after which precise positions are used in place of velocities.
+const PATIENCE: u8 = 30;
+/// Errors in proportion to the motion repeat in a hand that swings. As white noise they count for
+/// so much more (by `host-sim start --class hand-held --position-sigma-m 0.03`).
+const REPEATS: f32 = 2.0;
 
 /// An alignment in motion.
 #[derive(Debug, Clone)]
@@ -19,6 +24,8 @@ pub struct InMotion {
     by: By,
     /// Fixes in a row of the other kind.
     others: u8,
+    /// Fixes that were matched by their velocities.
+    by_velocities: u8,
 }
 
 /// What the receiver measures.
@@ -42,6 +49,7 @@ impl InMotion {
             known,
             by: By::Velocities(Matching::new(config, known)),
             others: 0,
+            by_velocities: 0,
         }
     }
 
@@ -62,12 +70,22 @@ impl InMotion {
         }
     }
 
-    /// A heading that somebody knows, valid now.
+    /// A heading of the vehicle that somebody knows, valid now. Without effect where the mounting
+    /// is unknown.
     pub fn heading(&mut self, heading: Heading) {
+        if !self.knows_forward() {
+            return;
+        }
         match &mut self.by {
             By::Velocities(matching) => matching.heading(heading),
             By::Positions(places) => places.heading(heading),
         }
+    }
+
+    /// Whether the vehicle's forward axis is known.
+    #[must_use]
+    pub fn knows_forward(&self) -> bool {
+        self.config.forward != [0.0; 3]
     }
 
     /// Whether the alignment has begun: a given heading then stays in use.
@@ -101,8 +119,12 @@ impl InMotion {
         scratch: &mut Transition<9>,
     ) -> Option<Found> {
         self.choose(fix);
+        let mut fix = *fix;
+        fix.heading = fix.heading.filter(|_| self.knows_forward());
+        let fix = &fix;
         match &mut self.by {
             By::Velocities(matching) => {
+                self.by_velocities = self.by_velocities.saturating_add(1);
                 let still = rest.is_some();
                 let fix = rest.map_or(*fix, |sigma| fix.at_rest(sigma));
                 matching.fix(&fix, age, still, scratch)
@@ -114,7 +136,8 @@ impl InMotion {
     /// Another kind of receiver: at the first fix, or when such fixes go on.
     fn choose(&mut self, fix: &Fix) {
         let positions = match (fix.has(3..5), fix.has(0..2)) {
-            (true, _) => false,
+            (true, true) => self.positions_are_better(fix),
+            (true, false) => false,
             (false, true) => true,
             (false, false) => return,
         };
@@ -130,11 +153,22 @@ impl InMotion {
         self.change(positions);
     }
 
+    /// Positions show more than velocities that are noisier than theirs over a second, but no
+    /// course: they are for what velocities have not aligned in time, a sensor in the hand.
+    fn positions_are_better(&self, fix: &Fix) -> bool {
+        let [n, e, _, vn, ve, _] = fix.sigmas;
+        self.by_velocities >= PATIENCE && n.max(e) < vn.max(ve)
+    }
+
     #[inline(never)]
     fn change(&mut self, positions: bool) {
         let refused = self.progress().refused;
         self.by = if positions {
-            By::Positions(Places::new(self.config, self.known, refused))
+            let mut config = self.config;
+            if self.by_velocities >= PATIENCE {
+                config.scale = config.scale.map(|ratio| REPEATS * ratio);
+            }
+            By::Positions(Places::new(config, self.known, refused))
         } else {
             let mut matching = Matching::new(self.config, self.known);
             matching.refused = refused;

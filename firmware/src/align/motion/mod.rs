@@ -83,7 +83,8 @@ pub struct Config {
     /// Errors in proportion to the motion (scale factors and misalignments together), as ratios:
     /// gyros, accelerometers.
     pub scale: [f32; 2],
-    /// The vehicle's forward axis in the sensor's axes, unit vector.
+    /// The vehicle's forward axis in the sensor's axes, unit vector; zero where the mounting is
+    /// unknown. Then neither a course nor a heading of the vehicle says anything of the sensor's.
     pub forward: [f32; 3],
     /// Standard deviation of the navigator's lever arm along each axis, m.
     pub lever_arm_sigma: f32,

@@ -229,6 +229,31 @@ fn a_wrong_mounting_is_found_out() {
     }
 }
 
+/// Where nobody knows the forward axis, the heading comes from the velocities alone, at once. A
+/// heading of the vehicle that is given is none of the sensor.
+#[test]
+fn an_unknown_mounting_makes_no_heading_of_the_course() {
+    let mut unknown = Case::new(world::car, STIM300, true);
+    unknown.config.forward = [0.0; 3];
+    let wrong: fn(&mut Fix, f64) = |fix, _| {
+        fix.heading = Some(Heading {
+            angle: 2.0,
+            sigma: 0.03,
+        });
+    };
+    for seed in 1..=8 {
+        let (outcome, progress) = unknown.run(seed, 300, wrong);
+        let outcome = outcome.unwrap_or_else(|| panic!("{seed}: {progress:?}"));
+        let [error, sigma] = outcome.heading;
+        assert_eq!(
+            (outcome.way, progress.refused),
+            (Way::Velocity, 0),
+            "{seed}"
+        );
+        assert!(error.abs() <= 4.0 * sigma, "{seed}: {outcome:?}");
+    }
+}
+
 /// Data that contradicts itself is refused and never starts the navigator.
 #[test]
 fn contradictions_are_refused() {

@@ -225,7 +225,7 @@ impl FixLearner<'_> {
             .navigation
             .course
             .motion_mut()
-            .filter(|motion| motion.has_begun());
+            .filter(|motion| motion.has_begun() && motion.knows_forward());
         motion.ok_or(Reason::NotAvailable)?.heading(heading);
         Ok(())
     }

@@ -152,8 +152,7 @@ impl Setup {
             configuration.correction.check_rate = false;
             configuration.correction.silence_us = LONGEST_SILENCE_US;
         }
-        configuration.mounting = Configuration::default().mounting;
-        configuration
+        configuration.in_body_axes()
     }
 }
 

@@ -16,7 +16,7 @@ use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, Prepared};
-use host_unit::Unit;
+use host_unit::{Unit, around};
 use std::ops::Range;
 use std::path::Path;
 
@@ -45,6 +45,7 @@ impl Wishes {
         Self {
             known: Known {
                 vehicle: unit.vehicle.kind,
+                forward: unit.vehicle.mounting == around::Known::Known,
                 heading: record.rough_heading,
             },
             attitude_sigma,

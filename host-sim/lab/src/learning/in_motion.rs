@@ -30,6 +30,8 @@ const REST_MPS: f64 = 0.01;
 pub struct Known {
     /// Kind of the vehicle.
     pub vehicle: Kind,
+    /// Whether the samples' first axis is the vehicle's forward axis.
+    pub forward: bool,
     /// Heading at the first fix and its standard deviation, rad.
     pub heading: Option<[f64; 2]>,
 }
@@ -63,7 +65,7 @@ pub fn align(
     known: Known,
     assumptions: &Assumptions,
 ) -> Result<Aligned, Progress> {
-    let config = config(session, known.vehicle, assumptions);
+    let config = config(session, known, assumptions);
     let mut motion = InMotion::new(config, [0.0; 6]);
     let sensors = Sensors {
         noise: [config.navigator.noise.gyro, config.navigator.noise.accel],
@@ -159,7 +161,7 @@ fn aligned(
     }
 }
 
-fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config {
+fn config(session: &Session, known: Known, assumptions: &Assumptions) -> Config {
     let Assumptions {
         prior,
         noise,
@@ -182,10 +184,14 @@ fn config(session: &Session, vehicle: Kind, assumptions: &Assumptions) -> Config
         bias,
         walk: [0, 1].map(|k| bias[k] * (in_run[k] * per_root_second) as f32),
         scale: [0, 1].map(|k| prior.scale[k].hypot(prior.misalignment[k]) as f32),
-        forward: [1.0, 0.0, 0.0],
+        forward: if known.forward {
+            [1.0, 0.0, 0.0]
+        } else {
+            [0.0; 3]
+        },
         lever_arm_sigma: session.antenna_sigmas[0] as f32,
-        rolls: vehicle == Kind::Land,
-        stands: vehicle != Kind::Ship,
+        rolls: known.vehicle == Kind::Land,
+        stands: known.vehicle != Kind::Ship,
     }
 }
 

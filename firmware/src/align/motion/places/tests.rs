@@ -219,6 +219,31 @@ fn contradictions_do_not_start() {
     }
 }
 
+/// Errors of the receiver that last for seconds, as large as the white ones beside them. With a fix
+/// each 0.3 s the heading is off by up to 4.7 of its standard deviations, so that one a second is
+/// used.
+#[test]
+fn errors_that_last_do_not_falsify_the_heading() {
+    let wanders: fn(&mut Fix, f64) = |fix, time| {
+        let wave = |a: f64, b: f64| 0.1 * ((a * time).sin() + (b * time + 1.0).cos());
+        let off = [wave(0.4, 1.1), wave(0.7, 1.6), wave(0.3, 1.3)];
+        fix.position = fix.position.displaced(off);
+        for sigma in &mut fix.sigmas[..3] {
+            *sigma *= core::f32::consts::SQRT_2;
+        }
+    };
+    for (name, motion) in [("toy", toy as Motion), ("turned car", turned_car)] {
+        for errors in [COARSE, CONSUMER] {
+            for seed in 1..=10 {
+                let (found, progress) = Case::new(motion, errors).run(seed, 60, wanders);
+                let found = found.unwrap_or_else(|| panic!("{name} {seed}: {progress:?}"));
+                let [error, sigma] = found.heading;
+                assert!(error.abs() <= 4.0 * sigma, "{name} {seed}: {found:?}");
+            }
+        }
+    }
+}
+
 /// A receiver that drifts by metres while the vehicle stands is found out: the heading is right.
 #[test]
 fn a_drift_of_the_receiver_does_not_falsify_the_heading() {

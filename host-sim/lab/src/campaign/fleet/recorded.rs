@@ -4,7 +4,7 @@
 
 use super::series::{Drive, useless};
 use crate::experiment::starting::{Started, Wishes, start};
-use crate::learning::in_motion::Known;
+
 use crate::learning::teacher::Assumptions;
 use firmware::inputs::Inputs;
 use host_core::error::Error;
@@ -73,14 +73,7 @@ pub(super) fn drives(
 
 fn session(header: &Path, unit: &Unit, assumptions: &Assumptions) -> Result<Session, Error> {
     let record = generic::read_with_truth(header, &[], None)?;
-    let wishes = Wishes {
-        known: Known {
-            vehicle: unit.vehicle.kind,
-            heading: record.rough_heading,
-        },
-        attitude_sigma: ATTITUDE,
-        part: None,
-    };
+    let wishes = Wishes::of(unit, &record, ATTITUDE, None);
     let Started { session, begin, .. } = start(record.prepare()?, &wishes, assumptions, header)?;
     let beside = header.with_file_name(TEMPERATURE);
     let readings = match beside.is_file() {

@@ -6,7 +6,7 @@ use super::receiver::{Receiver, Sent, fixes};
 use crate::campaign::Seeds;
 use crate::learning::fix_learner::Device;
 use firmware::compensator::Compensator;
-use firmware::configuration::Configuration;
+use firmware::configuration::{Configuration, UNKNOWN};
 use firmware::control::Way;
 use firmware::learn::{FixMemory, Settings};
 use firmware::model::Nets;
@@ -175,6 +175,9 @@ impl Prepared {
 
     /// Sensor axes to body axes.
     fn mounting(&self) -> UnitQuaternion<f64> {
+        if self.configuration.mounting == UNKNOWN {
+            return UnitQuaternion::identity(); // body axes are the sensor's
+        }
         let [w, x, y, z] = self.configuration.mounting.map(f64::from);
         UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z))
     }

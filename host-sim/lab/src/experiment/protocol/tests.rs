@@ -70,6 +70,7 @@ fn started(record: &Record) -> Started {
     let wishes = Wishes {
         known: Known {
             vehicle: around::Kind::Land,
+            forward: true,
             heading: None,
         },
         attitude_sigma: [0.05 * DEG, 0.1 * DEG],

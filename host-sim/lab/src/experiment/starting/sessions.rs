@@ -30,6 +30,7 @@ fn found(header: &Path, vehicle: Kind, gyro_dps: f64) -> (f64, Result<Aligned, P
     let prepared = record.prepare().unwrap();
     let known = Known {
         vehicle,
+        forward: true,
         heading: None,
     };
     let session = prepared.session;

@@ -36,6 +36,7 @@ fn wishes() -> Wishes {
     Wishes {
         known: Known {
             vehicle: Kind::Land,
+            forward: true,
             heading: None,
         },
         attitude_sigma: [0.05 * DEG, 0.1 * DEG],

@@ -13,8 +13,7 @@ use host_core::inertial::session::{EPOCH_S, Session};
 /// learns nor corrects: it is judged in mode learn.
 #[must_use]
 pub fn configured(of: &Configuration, session: &Session) -> Configuration {
-    let mut of = of.clone();
-    of.mounting = Configuration::default().mounting;
+    let mut of = of.clone().in_body_axes();
     of.receiver.lever_arm = session.lever_arm.map(|metres| metres as f32).into();
     of.receiver.heading_offset = 0.0;
     let [arm_sigma, age_sigma] = session.antenna_sigmas.map(|sigma| sigma as f32);

@@ -11,6 +11,7 @@ fn assumptions() -> Assumptions {
 
 const LAND: Known = Known {
     vehicle: Kind::Land,
+    forward: true,
     heading: None,
 };
 
