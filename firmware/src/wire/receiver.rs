@@ -3,8 +3,8 @@
 //! | format | messages | joined with |
 //! |---|---|---|
 //! | [`ubx`] | NAV-PVT; or a position and a velocity of [`ubx::more`] | NAV-COV, NAV-RELPOSNED |
-//! | [`nmea`] | GGA or GNS, RMC or VTG | GST, HDT, THS, ZDA |
-//! | [`novatel::best`](best) | BESTPOS, BESTVEL | HEADING2 |
+//! | [`nmea`] | GGA or GNS, RMC or VTG; RMC or GLL alone | GST, HDT, THS, ZDA |
+//! | [`novatel::best`](best) | BESTPOS, BESTVEL; PSRPOS and the like; BESTXYZ | HEADING2 |
 //! | [`sbf`] | PVTGeodetic or PVTCartesian | their covariances, AttEuler, AttCovEuler |
 //!
 //! A [`stream::Receiver`] finds the messages of one format, or finds out which format it is, and

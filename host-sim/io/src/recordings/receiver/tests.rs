@@ -282,7 +282,7 @@ fn what_was_seen_is_named() {
         .collect();
     let text = why(&[other, nmea("GPGSV,1,1,00")].concat());
     let want = "UBX: 12 33-07, 12 NAV-SAT, 12 RXM-RAWX, wanted NAV-PVT, or NAV-POSLLH and NAV-VELNED; \
-                NMEA: 1 GSV, wanted GGA and RMC";
+                NMEA: 1 GSV, wanted GGA, GNS, RMC or GLL";
     assert!(text.contains(want), "{text}");
     let bare: Vec<u8> = epoch(0, &["GGA", "RMC"], "290224")
         .split(|byte| *byte == b'\n')
