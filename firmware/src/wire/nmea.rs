@@ -199,19 +199,31 @@ pub(super) fn is_ended_by_silence(unread: &[u8]) -> bool {
 /// What a silence of the line puts behind such bytes.
 pub(super) const AFTER: [u8; END] = [b'\n'; END];
 
-/// Kind and time of a sentence that a framer has checked; `None` if it is another one, or its time
-/// cannot be read.
+/// Kind and time of a sentence that a framer has checked; `None` if it is another one, a date alone,
+/// or its time cannot be read.
 pub(super) fn head(frame: &[u8]) -> Option<Head> {
     let sentence = Sentence::of(take(frame, 1))?;
     let time = match sentence {
         Sentence::Vtg | Sentence::Hdt | Sentence::Ths => Time::Same,
         Sentence::Gll => Time::Day(number::time_of_day(fields(frame).get(4))?),
+        Sentence::Zda => return None,
         _ => Time::Day(number::time_of_day(fields(frame).get(0))?),
     };
     Some(Head {
         kind: sentence as u8,
         time,
     })
+}
+
+/// Day of the week, 0 for Sunday, and ms of the day, of a ZDA. It belongs to no epoch: some receivers
+/// send that of the next second.
+pub(super) fn date(frame: &[u8]) -> Option<(u8, u32)> {
+    if Sentence::of(take(frame, 1)) != Some(Sentence::Zda) {
+        return None;
+    }
+    let fields = fields(frame);
+    let day = number::day_of_parts([1, 2, 3].map(|n| fields.get(n)))?;
+    Some((day, number::time_of_day(fields.get(0))?))
 }
 
 /// The fields behind the address.
@@ -234,8 +246,7 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
         Some(Sentence::Gst) => gst(fields, values),
         Some(Sentence::Hdt) => heading(fields, values),
         Some(Sentence::Ths) if fields.get(1) == b"A" => heading(fields, values),
-        Some(Sentence::Zda) => values.day = number::day_of_parts([1, 2, 3].map(|n| fields.get(n))),
-        Some(Sentence::Ths) | None => {}
+        Some(Sentence::Ths | Sentence::Zda) | None => {}
     }
 }
 

@@ -67,6 +67,14 @@ impl ReceiverFormat {
         }
     }
 
+    /// Day of the week and ms of that day of a message that states a date and is of no epoch.
+    pub fn date(self, frame: &[u8]) -> Option<(u8, u32)> {
+        match self {
+            ReceiverFormat::Nmea => nmea::date(frame),
+            _ => None,
+        }
+    }
+
     /// Writes the values of a message that has a [`ReceiverFormat::head`].
     pub fn read(self, frame: &[u8], values: &mut Values) {
         match self {

@@ -391,9 +391,11 @@ fn every_talker_of_satellite_receivers() {
 
 #[test]
 fn the_date_of_zda() {
-    let day = |date: &str| of(&format!("GPZDA,092725.20,{date},00,00")).day;
-    assert_eq!(day("22,11,2026"), Some(0));
-    assert_eq!(day("29,02,2024"), Some(4));
+    let day = |parts: &str| date(&sentence(&format!("GPZDA,092725.20,{parts},00,00")));
+    assert_eq!(day("22,11,2026"), Some((0, TIME_MS)));
+    assert_eq!(day("29,02,2024"), Some((4, TIME_MS)));
+    assert_eq!(date(RMC.as_bytes()), None);
+    assert_eq!(date(&sentence("GPZDA,,22,11,2026,00,00")), None);
     for none in [
         ",,",
         "22,11,26",

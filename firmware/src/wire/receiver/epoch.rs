@@ -292,6 +292,18 @@ impl Joiner {
         known.then(|| self.time_ms())
     }
 
+    /// A date from elsewhere: day of the week at a time of the day, ms. The newest epoch is within
+    /// half a day of it.
+    pub fn date_is(&mut self, day: u8, at_ms: u32) {
+        let (half, at) = (DAY_MS / 2, at_ms);
+        let days = match self.time {
+            Some(Time::Day(ms)) if ms > at.saturating_add(half) => 6, // the day before
+            Some(Time::Day(ms)) if at > ms.saturating_add(half) => 1,
+            _ => 0,
+        };
+        (self.day, self.dated) = ((day + days) % 7, true);
+    }
+
     /// Takes the date that the epoch has.
     fn date(&mut self) {
         if let Some(day) = self.values.day {

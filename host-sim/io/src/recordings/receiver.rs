@@ -91,9 +91,20 @@ pub fn read(
     }
     let mut fixes = Fixes::new(Location::new(file, format!("{best:?} fix")));
     let mut times = Unwrapped::default();
-    for solved in &line.fixes {
-        let ms = times.on(solved.fix.time_ms);
-        fixes.push(times.count - 1, ms * 1_000_000, timed(&solved.fix))?;
+    let all: Vec<(i64, TimedFix)> = (line.fixes.iter())
+        .map(|solved| (times.on(solved.fix.time_ms), timed(&solved.fix)))
+        .collect();
+    let rising = rising(&all);
+    if rising.len() < all.len() {
+        notes.push(format!(
+            "the receiver's clock goes back within the log; of its {} fixes the {} in the longest \
+             part without that are used",
+            all.len(),
+            rising.len()
+        ));
+    }
+    for (k, (ms, fix)) in rising.iter().enumerate() {
+        fixes.push(k, ms * 1_000_000, *fix)?;
     }
     let behind = match best {
         ReceiverFormat::Nmea => LEAP_S, // its times are UTC
@@ -149,6 +160,16 @@ fn best(lines: &[Line]) -> Option<ReceiverFormat> {
         .rev()
         .max_by_key(|line| (line.values(), line.fixes.len()));
     best.map(|line| line.format)
+}
+
+/// The longest part whose times rise.
+fn rising(all: &[(i64, TimedFix)]) -> &[(i64, TimedFix)] {
+    let parts = all.chunk_by(|a, b| a.0 < b.0);
+    // of equal ones the first
+    parts
+        .rev()
+        .max_by_key(|part| part.len())
+        .unwrap_or_default()
 }
 
 /// Times of week that continue over the end of a week.

@@ -114,7 +114,9 @@ pub(super) fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
         return complain(file, "fixes", problem, remedy);
     }
     let problem = format!("has no fix; seen are {}", seen.join("; "));
-    let unchecked = lines.iter().any(|line| line.seen.lacks_checksums() && !line.told);
+    let unchecked = lines
+        .iter()
+        .any(|line| line.seen.lacks_checksums() && !line.told);
     if unchecked {
         let remedy = "give --fixes-protocol nmea: it reads sentences without a checksum";
         return complain(file, "fixes", problem, remedy);
