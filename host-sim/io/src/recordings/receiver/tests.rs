@@ -297,7 +297,7 @@ fn what_was_seen_is_named() {
         .collect();
     let text = why(&bare);
     assert!(
-        text.contains("1 GGA, 1 RMC without a checksum (--fixes-protocol nmea reads"),
+        text.contains("1 GGA, 1 RMC without a checksum; remedy: give --fixes-protocol nmea"),
         "{text}"
     );
     assert_eq!(told(&bare, ReceiverFormat::Nmea).unwrap().fixes.len(), 1);

@@ -11,12 +11,13 @@ const COURSE_MPS: f64 = 3.0;
 /// Least number of pairs, and least standard deviation of an acceleration that is compared, m/s2.
 const PAIRS: usize = 40;
 const LEAST: f64 = 0.3;
-/// Correlation of other axes than those told that is a contradiction, and by how much it is larger.
+/// Least correlation of the best axes, and by how much that of those told is smaller where they
+/// contradict the fixes.
 const TOGETHER: f64 = 0.6;
 const BETTER: f64 = 0.6;
 
-/// Which axis accelerates as the fixes do; `None` where the fixes have no velocities, or change
-/// them too little.
+/// Which axis accelerates as the fixes do; `None` where the fixes have no velocities or change them
+/// too little, or where none does.
 pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     let pairs = pairs(evidence);
     if pairs.len() < PAIRS {
@@ -40,8 +41,10 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
         .flat_map(|swap| signs.map(|signs| (swap, signs)));
     let scored = ways.map(|(swap, signs)| (score(swap, signs), swap, signs));
     let (best, swap, signs) = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let told = score(false, [1.0, 1.0]);
-    let better = if best > TOGETHER { best - told } else { 0.0 };
+    if best < TOGETHER {
+        return None; // no axes follow the fixes
+    }
+    let better = best - score(false, [1.0, 1.0]);
     let axis = |of: usize| {
         let sign = if signs[of] < 0.0 { "against" } else { "along" };
         let name = ["forward", "right"][of ^ usize::from(swap)];
