@@ -3,7 +3,6 @@
 
 use std::time::Duration;
 
-use firmware::configuration::ReceiverProtocol;
 use firmware::control::{Alignment, Mode};
 use firmware::fix::Heading;
 use firmware::wire::ImuFormat;
@@ -164,8 +163,6 @@ const MISSING_US: [[u32; 2]; 4] = [
     [100_000_000, 100_900_000],
     [105_000_000, 106_600_000],
 ];
-/// Bytes of the receiver's line that come together: 5 ms of 115 200 bit/s.
-const PIECE: usize = 57;
 /// Requests in this drive, and when they arrive, s. Then the device is configured again.
 const EVENTS: [(u32, Request); 10] = [
     (
@@ -215,84 +212,6 @@ fn eventful(sensor: (ImuFormat, u8, u16)) -> Vec<Record> {
     }
     records.sort_by_key(|record| record.at_us);
     records
-}
-
-/// What two protocols, long messages and damage put on the line in a second: UBX-NAV-SAT, sentences
-/// of NMEA, beginnings of SBF and `NovAtel` messages, and bytes that are none.
-fn noise(second: u32) -> Vec<u8> {
-    let mut bytes = vec![0xB5, 0x62, 0x01, 0x35, 0x90, 0x01];
-    bytes.extend((0..400_u32).map(|at| (at * 37 + second) as u8));
-    bytes.extend([0; 2]); // its checksum is not looked at
-    for text in [
-        format!(
-            "GNGGA,0000{:02}.00,4717.11399,N,00833.91590,E,1,12,1.0,499.6,M,48.1,M,,",
-            second % 60
-        ),
-        format!(
-            "GNRMC,0000{:02}.00,A,4717.11399,N,00833.91590,E,10.0,90.0,221126,,,A",
-            second % 60
-        ),
-        "GPGSV,3,1,11,03,03,111,00,04,15,270,00,06,01,010,00,13,06,292,00".to_owned(),
-    ] {
-        let sum = text.bytes().fold(0, |sum, byte| sum ^ byte);
-        bytes.extend(format!("${text}*{sum:02X}\r\n").bytes());
-    }
-    bytes.extend([0x24, 0x40, 1, 2, 0xA7, 0x0F, 96, 0]); // half an SBF block
-    bytes.extend([
-        0xAA, 0x44, 0x12, 28, 42, 0, 0, 0, 72, 0, 0x24, 0x47, 0xB5, 0x62,
-    ]);
-    bytes.extend(
-        (0..200_u32).map(|at| [0x24, 0xAA, 0xB5, 0x23][(at as usize + second as usize) % 4]),
-    );
-    bytes
-}
-
-/// All protocols are looked for while the line is as full as it can be, in the pieces in which a
-/// board reads it.
-#[test]
-fn no_pass_is_long_while_the_receiver_is_detected() {
-    let Some(image) = REPLAY.build_or_skip() else {
-        return;
-    };
-    let longest = Budgets::read().expect("budgets.toml").longest_pass;
-    let sensor = (ImuFormat::Kvh, 0, SLOW);
-    let mut configuration = configured(sensor.0, sensor.1, sensor.2).expect("a sensor");
-    configuration.receiver.protocol = ReceiverProtocol::Detect;
-    let mut records = drive_configured(&configuration, sensor.0, [SECONDS, 0]).expect("a drive");
-    let packets = set_up_configured(&configuration, Mode::Learn).expect("packets");
-    for (number, bytes) in packets.into_iter().enumerate() {
-        let at_us = 1_000_000 + number as u32 * 30_000;
-        records.push(Record {
-            input: Input::Command,
-            at_us,
-            bytes,
-        });
-    }
-    for second in 0..SECONDS - 1 {
-        for (number, piece) in noise(second).chunks(PIECE).enumerate() {
-            records.push(Record {
-                input: Input::Gnss,
-                at_us: second * 1_000_000 + 300_000 + number as u32 * 5000,
-                bytes: piece.to_vec(),
-            });
-        }
-    }
-    records.sort_by_key(|record| record.at_us);
-    let limit = Duration::from_secs(300);
-    let there = timed_on_target(&image, NETDUINOPLUS2, sensor, &records, limit);
-    let there = there.expect("it runs");
-    let cost = there.cost.expect("counted");
-    println!(
-        "detecting: {:.0} us after sample {}, pass {:.0} after {}, {} fixes",
-        cost.late_us, cost.late_at, cost.pass, cost.pass_at, there.learnt.fixes
-    );
-    assert!(there.learnt.fixes > SECONDS / 3, "{:?}", there.learnt);
-    assert!(
-        cost.pass <= longest,
-        "a pass of {:.0} instructions after sample {}, budget {longest:.0}",
-        cost.pass,
-        cost.pass_at
-    );
 }
 
 #[test]
