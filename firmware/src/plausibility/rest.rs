@@ -1,9 +1,11 @@
 //! When the vehicle is at rest, and the means of the samples meanwhile.
 //!
-//! Rest must not be recognised by units that may be wrong. Three things do without them:
+//! Rest must not be recognised by units that may be wrong. Four things do without them:
 //!
 //! * **The receiver.** Good fixes decide. While they show motion nothing is judged. When all fixes
 //!   of 30 s show none, gravity is judged even if the vehicle swings.
+//! * **The direction of gravity.** What is turned by 12 degrees from its mean, or pushed by a
+//!   tenth of gravity, does not rest, whatever the fixes show: a sensor in the hand.
 //! * **Steadiness.** The specific force of every block stays within 0.15 % of the first block's,
 //!   with the noise of the datasheet as a share of 1 g beside it. Only then the rates are judged.
 //! * **The kind of vehicle.** Without fixes, a land vehicle that is steady for 60 s stands. The
@@ -31,6 +33,11 @@ const GOOD_MPS: f32 = 0.5;
 pub(super) const STEADY: f32 = 1.5e-3;
 /// Noise of the difference of two blocks that is allowed, in standard deviations of one block.
 const NOISE: f32 = 8.5;
+
+/// What is turned or pushed by more than this from its mean does not rest: cosine of 12 degrees, and
+/// a share of the specific force.
+const TURNED: f32 = 0.978;
+const PUSHED: f32 = 0.1;
 
 /// Result of a time at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,6 +119,9 @@ impl Rest {
             self.restart();
             return None;
         }
+        if self.blocks > 0 && self.is_moved(force) {
+            self.restart();
+        }
         if self.blocks > 0 && !self.is_steady(block_s, force) {
             self.swings = true;
         }
@@ -145,6 +155,14 @@ impl Rest {
         })
     }
 
+    /// The specific force is not that of a sensor that has rested so far.
+    fn is_moved(&self, force: [f32; 3]) -> bool {
+        let mean = self.mean(1);
+        let (was, now) = (norm(mean), norm(force));
+        let along: f32 = force.iter().zip(&mean).map(|(a, b)| a * b).sum();
+        along < TURNED * was * now || (now - was).abs() > PUSHED * was
+    }
+
     fn is_steady(&self, block_s: f32, force: [f32; 3]) -> bool {
         let noise = self.expected.accel.white_noise / (G as f32 * sqrtf(block_s));
         let most = norm(self.first[1]) * (STEADY + NOISE * noise);
@@ -169,21 +187,26 @@ impl Rest {
         }
     }
 
+    /// Mean rate (0) or specific force (1) of the blocks.
+    fn mean(&self, of: usize) -> [f32; 3] {
+        let share = 1.0 / f32::from(self.blocks.max(1));
+        let [Some(first), Some(sum)] = [self.first.get(of), self.sums.get(of)] else {
+            return [0.0; 3];
+        };
+        core::array::from_fn(|axis| first[axis] + sum[axis] * share)
+    }
+
     fn means(&self) -> Means {
         let share = 1.0 / f32::from(self.blocks.max(1));
-        let mean = |i: usize| {
-            let (first, sum) = (self.first[i], self.sums[i]);
-            core::array::from_fn(|axis| first[axis] + sum[axis] * share)
-        };
         let scatter = |axis: usize| {
             let mean = self.sums[0][axis] * share;
             sqrtf((self.squares[axis] * share - mean * mean).max(0.0) * share)
         };
         Means {
             seconds: self.seconds,
-            rate: mean(0),
+            rate: self.mean(0),
             scatter: core::array::from_fn(scatter),
-            force: mean(1),
+            force: self.mean(1),
         }
     }
 }

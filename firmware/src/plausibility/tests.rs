@@ -42,7 +42,7 @@ fn a_moving_vehicle_raises_nothing() {
         t if t < 20.0 => (9.0, 0.1),
         _ => (0.02, 0.1),
     };
-    let cases: [(&str, VehicleKind, Moves, Receiver, bool); 11] = [
+    let cases: [(&str, VehicleKind, Moves, Receiver, bool); 14] = [
         ("motorway", Land, motorway, None, false),
         ("motorway", Land, motorway, Some(moves), false),
         ("traffic", Land, traffic, None, false),
@@ -54,6 +54,9 @@ fn a_moving_vehicle_raises_nothing() {
         ("bank", Air, bank, Some(moves), false),
         ("railway curve", Land, curve, Some(moves), false),
         ("a car on a ferry", Land, ferry, Some(stands), true),
+        ("turned in the hand", Land, in_the_hand, Some(stands), false),
+        ("turned in the hand", Air, in_the_hand, Some(stands), false),
+        ("from side to side", Land, side_to_side, Some(stands), false),
     ];
     for sheet in SHEETS {
         for (what, vehicle, motion, receiver, is_judged) in cases {

@@ -1,4 +1,4 @@
-//! NMEA 0183 sentences of satellite receivers: GGA, GNS, RMC, VTG, GST, HDT, THS, ZDA.
+//! NMEA 0183 sentences of satellite receivers: GGA, GNS, RMC, GLL, VTG, GST, HDT, THS, ZDA.
 //!
 //! Source: NMEA 0183 as gpsd's "NMEA Revealed", `pynmeagps` and the u-blox interface description
 //! state it. `pynmeagps` 1.1.8 made the golden sentences.
@@ -27,7 +27,7 @@ pub(super) mod number;
 
 use super::Scan;
 use super::field::{head as first, take};
-use super::receiver::epoch::{Head, Time, Values};
+use super::receiver::epoch::{Head, OPTIONAL, Time, Values};
 use crate::fix::{Heading, NOT_MEASURED, Position};
 use crate::units::DEGREE;
 use core::f32::consts::FRAC_1_SQRT_2;
@@ -45,6 +45,9 @@ const PLAIN_M: f32 = 7.5;
 const DIFFERENTIAL_M: f32 = 1.9;
 const FLOAT_M: f32 = 0.5;
 const FIXED_M: f32 = 0.05;
+/// Dilution of precision where none is stated, as with RMC and GLL (assumed: some satellites are
+/// hidden).
+const UNSTATED_HDOP: f32 = 2.0;
 /// Standard deviation of the height over that of the horizontal distance (assumed: satellites are
 /// above only).
 const HEIGHT: f32 = 2.0;
@@ -71,7 +74,7 @@ pub enum Sentence {
     Gga,
     /// [`Self::Gga`] with a mode for each constellation.
     Gns,
-    /// Position, velocity, date.
+    /// Horizontal position, velocity, date.
     Rmc,
     /// Velocity.
     Vtg,
@@ -83,6 +86,9 @@ pub enum Sentence {
     Ths,
     /// Date.
     Zda,
+    /// Horizontal position. No epoch waits for it: it says no more than the others, and often comes
+    /// last.
+    Gll = OPTIONAL as isize,
 }
 
 /// The kinds that every receiver sends in the first epoch: GGA and RMC.
@@ -107,6 +113,7 @@ impl Sentence {
             b"HDT" => Sentence::Hdt,
             b"THS" => Sentence::Ths,
             b"ZDA" => Sentence::Zda,
+            b"GLL" => Sentence::Gll,
             _ => return None,
         })
     }
@@ -192,18 +199,31 @@ pub(super) fn is_ended_by_silence(unread: &[u8]) -> bool {
 /// What a silence of the line puts behind such bytes.
 pub(super) const AFTER: [u8; END] = [b'\n'; END];
 
-/// Kind and time of a sentence that a framer has checked; `None` if it is another one, or its time
-/// cannot be read.
+/// Kind and time of a sentence that a framer has checked; `None` if it is another one, a date alone,
+/// or its time cannot be read.
 pub(super) fn head(frame: &[u8]) -> Option<Head> {
     let sentence = Sentence::of(take(frame, 1))?;
     let time = match sentence {
         Sentence::Vtg | Sentence::Hdt | Sentence::Ths => Time::Same,
+        Sentence::Gll => Time::Day(number::time_of_day(fields(frame).get(4))?),
+        Sentence::Zda => return None,
         _ => Time::Day(number::time_of_day(fields(frame).get(0))?),
     };
     Some(Head {
         kind: sentence as u8,
         time,
     })
+}
+
+/// Day of the week, 0 for Sunday, and ms of the day, of a ZDA. It belongs to no epoch: some receivers
+/// send that of the next second.
+pub(super) fn date(frame: &[u8]) -> Option<(u8, u32)> {
+    if Sentence::of(take(frame, 1)) != Some(Sentence::Zda) {
+        return None;
+    }
+    let fields = fields(frame);
+    let day = number::day_of_parts([1, 2, 3].map(|n| fields.get(n)))?;
+    Some((day, number::time_of_day(fields.get(0))?))
 }
 
 /// The fields behind the address.
@@ -221,18 +241,19 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
         Some(Sentence::Gga) => gga(fields, values),
         Some(Sentence::Gns) => gns(fields, values),
         Some(Sentence::Rmc) => rmc(fields, values),
+        Some(Sentence::Gll) => gll(fields, values),
         Some(Sentence::Vtg) => vtg(fields, values),
         Some(Sentence::Gst) => gst(fields, values),
         Some(Sentence::Hdt) => heading(fields, values),
         Some(Sentence::Ths) if fields.get(1) == b"A" => heading(fields, values),
-        Some(Sentence::Zda) => values.day = number::day_of_parts([1, 2, 3].map(|n| fields.get(n))),
-        Some(Sentence::Ths) | None => {}
+        Some(Sentence::Ths | Sentence::Zda) | None => {}
     }
 }
 
 /// time, latitude, N, longitude, E, quality, satellites, HDOP, height, M, geoid, M, age, station
 #[inline(never)]
 fn gga(f: Fields, values: &mut Values) {
+    values.decide_position();
     let range = match f.get(5) {
         b"1" | b"3" => PLAIN_M, // 3: precise positioning service
         b"2" => DIFFERENTIAL_M,
@@ -240,7 +261,7 @@ fn gga(f: Fields, values: &mut Values) {
         b"5" => FLOAT_M,
         _ => return, // none, estimated, by hand, simulated
     };
-    position(f, 10, values);
+    position(f, 1, Some([8, 10]), values);
     dilution(range, f, values);
 }
 
@@ -249,6 +270,7 @@ fn gga(f: Fields, values: &mut Values) {
 /// Each constellation has a mode. The least accurate one of those in use counts.
 #[inline(never)]
 fn gns(f: Fields, values: &mut Values) {
+    values.decide_position();
     let mut worst = None;
     for mode in f.get(5) {
         let range = match mode {
@@ -262,21 +284,22 @@ fn gns(f: Fields, values: &mut Values) {
         worst = Some(range.max(worst.unwrap_or(0.0)));
     }
     let Some(range) = worst else { return };
-    position(f, 9, values);
+    position(f, 1, Some([8, 9]), values);
     dilution(range, f, values);
 }
 
-/// Height above the ellipsoid is that above the sea plus the geoid's. Without either it is not
-/// measured.
+/// Position from field `at` on. Height above the ellipsoid is that above the sea plus the geoid's.
+/// Without either it is not measured.
 #[inline(never)]
-fn position(f: Fields, geoid: usize, values: &mut Values) {
-    let latitude = number::angle(f.get(1), f.get(2), [b'N', b'S'], 90);
-    let longitude = number::angle(f.get(3), f.get(4), [b'E', b'W'], 180);
+fn position(f: Fields, at: usize, heights: Option<[usize; 2]>, values: &mut Values) {
+    let latitude = number::angle(f.get(at), f.get(at + 1), [b'N', b'S'], 90);
+    let longitude = number::angle(f.get(at + 2), f.get(at + 3), [b'E', b'W'], 180);
     let (Some((latitude, lat_digit)), Some((longitude, lon_digit))) = (latitude, longitude) else {
         return;
     };
-    let (height, height_own) = match (f.number(8), f.number(geoid)) {
-        (Some(sea), Some(geoid)) => {
+    let heights = heights.map(|of| of.map(|n| f.number(n)));
+    let (height, height_own) = match heights {
+        Some([Some(sea), Some(geoid)]) => {
             let digits = root_of_squares(sea.digit(), geoid.digit());
             (sea.value() + geoid.value(), digits * ROUNDED)
         }
@@ -307,15 +330,39 @@ fn dilution(range: f32, f: Fields, values: &mut Values) {
 }
 
 /// time, status, latitude, N, longitude, E, speed, course, date, declination, E, mode, ...
-///
-/// The position is not taken from here, since there is no height and no quality.
 #[inline(never)]
 fn rmc(f: Fields, values: &mut Values) {
     values.day = number::day_of_week(f.get(8));
-    let vouched = f.get(1) == b"A" && is_measured(f.get(11));
-    if vouched {
+    if f.get(1) == b"A" && is_measured(f.get(11)) {
         velocity(f.get(6), f.get(7), KNOT, values);
+        place(f, 2, f.get(11), values);
     }
+}
+
+/// latitude, N, longitude, E, time, status, mode
+#[inline(never)]
+fn gll(f: Fields, values: &mut Values) {
+    if f.get(5) == b"A" && is_measured(f.get(6)) {
+        place(f, 0, f.get(6), values);
+    }
+}
+
+/// A position without height and dilution, where no GGA or GNS of the epoch has another one or says
+/// that there is none.
+#[inline(never)]
+fn place(f: Fields, at: usize, mode: &[u8], values: &mut Values) {
+    if values.position_is_decided {
+        return;
+    }
+    position(f, at, None, values);
+    let range = match mode {
+        b"D" => DIFFERENTIAL_M,
+        b"R" => FIXED_M,
+        b"F" => FLOAT_M,
+        _ => PLAIN_M,
+    };
+    let axis = range * UNSTATED_HDOP * FRAC_1_SQRT_2;
+    Values::set(&mut values.assumed, 0, [axis, axis, NOT_MEASURED]);
 }
 
 /// course, T, magnetic course, M, speed, N, speed, K, mode

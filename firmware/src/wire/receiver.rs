@@ -3,8 +3,8 @@
 //! | format | messages | joined with |
 //! |---|---|---|
 //! | [`ubx`] | NAV-PVT; or a position and a velocity of [`ubx::more`] | NAV-COV, NAV-RELPOSNED |
-//! | [`nmea`] | GGA or GNS, RMC or VTG | GST, HDT, THS, ZDA |
-//! | [`novatel::best`](best) | BESTPOS, BESTVEL | HEADING2 |
+//! | [`nmea`] | GGA or GNS, RMC or VTG; RMC or GLL alone | GST, HDT, THS, ZDA |
+//! | [`novatel::best`](best) | BESTPOS, BESTVEL; PSRPOS and the like; BESTXYZ | HEADING2 |
 //! | [`sbf`] | PVTGeodetic or PVTCartesian | their covariances, AttEuler, AttCovEuler |
 //!
 //! A [`stream::Receiver`] finds the messages of one format, or finds out which format it is, and
@@ -64,6 +64,14 @@ impl ReceiverFormat {
             ReceiverFormat::Nmea => nmea::head(frame),
             ReceiverFormat::Novatel => best::head(frame),
             ReceiverFormat::Sbf => sbf::head(frame),
+        }
+    }
+
+    /// Day of the week and ms of that day of a message that states a date and is of no epoch.
+    pub fn date(self, frame: &[u8]) -> Option<(u8, u32)> {
+        match self {
+            ReceiverFormat::Nmea => nmea::date(frame),
+            _ => None,
         }
     }
 

@@ -313,6 +313,26 @@ pub fn ferry(t: f64) -> Motion {
 }
 
 /// The mooring in a calm harbour: only the slow turn.
+/// A sensor that is turned on the spot, in the hand.
+pub fn in_the_hand(t: f64) -> Motion {
+    let (s, c) = (2.0 * PI * t / 20.0).sin_cos();
+    Motion {
+        angles: [60.0 * DEG * s, 0.0, 0.0],
+        rates: [60.0 * DEG * c * 2.0 * PI / 20.0, 0.0, 0.0],
+        acceleration: [0.0; 3],
+    }
+}
+
+/// A sensor that is laid on another side every 12 s.
+pub fn side_to_side(t: f64) -> Motion {
+    let side = (t / 12.0).floor() % 4.0;
+    Motion {
+        angles: [90.0 * DEG * side, 0.0, 0.0],
+        rates: [0.0; 3],
+        acceleration: [0.0; 3],
+    }
+}
+
 pub fn anchor(t: f64) -> Motion {
     let Motion { angles, rates, .. } = ferry(t);
     Motion {

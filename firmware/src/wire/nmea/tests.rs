@@ -35,6 +35,7 @@ const GGA: &str = "$GNGGA,092725.20,4717.11399,N,00833.91590,E,2,12,0.98,499.6,M
 const GST: &str = "$GNGST,092725.20,1.8,,,,1.7,1.3,2.2*63\r\n";
 const VTG: &str = "$GNVTG,77.52,T,,M,12.345,N,22.863,K,D*1D\r\n";
 const GNS: &str = "$GNGNS,092725.20,4717.11399,S,00833.91590,W,DANN,12,0.98,499.6,48.1,,0,V*26\r\n";
+const GLL: &str = "$GNGLL,4717.11399,N,00833.91590,E,092725.20,A,D*71\r\n";
 const THS: &str = "$GNTHS,77.52,A*2E\r\n";
 
 const TIME_MS: u32 = ((9 * 60 + 27) * 60 + 25) * 1000 + 200;
@@ -89,7 +90,7 @@ fn golden_velocity() {
     let rmc = part(RMC);
     // 22 November 2026 is a Sunday
     assert_eq!((rmc.time, rmc.day), (Time::Day(TIME_MS), Some(0)));
-    assert_eq!((rmc.position, part(VTG).time), (None, Time::Same));
+    assert_eq!((part(VTG).position, part(VTG).time), (None, Time::Same));
     let speed = 12.345 * 1852.0 / 3600.0;
     let course = 77.52_f64.to_radians();
     for part in [rmc, part(VTG)] {
@@ -102,9 +103,68 @@ fn golden_velocity() {
             own[0] < 1e-3 && own[1] == own[0] && own[2] == NOT_MEASURED,
             "{own:?}"
         );
-        let assumed = part.assumed;
-        let none = NOT_MEASURED;
-        assert_eq!(assumed, [none, none, none, 0.1, 0.1, none]);
+        assert_eq!(part.assumed[3..], [0.1, 0.1, NOT_MEASURED]);
+    }
+}
+
+/// Where a receiver sends neither GGA nor GNS, the horizontal position of RMC or GLL counts.
+#[test]
+fn position_of_rmc_and_gll() {
+    let gga = part(GGA).position.unwrap();
+    for text in [RMC, GLL] {
+        let part = part(text);
+        assert_eq!(part.time, Time::Day(TIME_MS), "{text}");
+        let position = part.position.unwrap();
+        assert_eq!(
+            [position.latitude, position.longitude],
+            [gga.latitude, gga.longitude]
+        );
+        assert!(part.own[1].is_finite() && part.own[2] == NOT_MEASURED);
+        // differential, at an HDOP of 2
+        let axis = 1.9 * 2.0 / 2_f32.sqrt();
+        assert_eq!(part.assumed[..3], [axis, axis, NOT_MEASURED], "{text}");
+    }
+    let [rmc, gll] = ["GNRMC,092725.20,A,", "GNGLL,"];
+    for (mode, metres) in [("A", 7.5), ("", 7.5), ("F", 0.5), ("R", 0.05)] {
+        let rmc = of(&format!("{rmc}4717.1,N,00833.9,E,1,2,221126,,,{mode}"));
+        let gll = of(&format!("{gll}4717.1,N,00833.9,E,092725.20,A,{mode}"));
+        let axis = metres * 2.0 / 2_f32.sqrt();
+        assert_eq!([rmc.assumed[0], gll.assumed[1]], [axis, axis], "{mode}");
+    }
+    for none in [
+        "GNRMC,092725.20,V,4717.1,N,00833.9,E,1,2,221126,,,A",
+        "GNRMC,092725.20,A,4717.1,N,00833.9,E,1,2,221126,,,E",
+        "GNGLL,4717.1,N,00833.9,E,092725.20,V,A",
+        "GNGLL,4717.1,N,00833.9,E,092725.20,A,S",
+        "GNGLL,,,,,092725.20,A,A",
+    ] {
+        assert_eq!(of(none).position, None, "{none}");
+    }
+}
+
+/// GGA decides, wherever it stands in the epoch: also that there is no position.
+#[test]
+fn gga_decides_before_rmc_and_gll() {
+    let estimated =
+        "$GNGGA,092725.20,4717.11399,N,00833.91590,E,6,12,0.98,499.6,M,48.1,M,,0*7B\r\n";
+    let joined = |texts: [&str; 3]| {
+        let mut values = Values::NONE;
+        for text in texts {
+            assert_eq!(scan(text.as_bytes()), Scan::Frame(text.len()), "{text}");
+            read(text.as_bytes(), &mut values);
+        }
+        values
+    };
+    let want = part(GGA);
+    for order in [[GGA, RMC, GLL], [RMC, GGA, GLL], [GLL, RMC, GGA]] {
+        let values = joined(order);
+        assert_eq!(Some(values.position), want.position);
+        assert_eq!(values.own[..3], want.own[..3]);
+        assert_eq!(values.assumed[..3], want.assumed[..3]);
+        assert!(values.has(3));
+    }
+    for order in [[estimated, RMC, GLL], [RMC, GLL, estimated]] {
+        assert!(!joined(order).has(0), "{order:?}");
     }
 }
 
@@ -331,9 +391,11 @@ fn every_talker_of_satellite_receivers() {
 
 #[test]
 fn the_date_of_zda() {
-    let day = |date: &str| of(&format!("GPZDA,092725.20,{date},00,00")).day;
-    assert_eq!(day("22,11,2026"), Some(0));
-    assert_eq!(day("29,02,2024"), Some(4));
+    let day = |parts: &str| date(&sentence(&format!("GPZDA,092725.20,{parts},00,00")));
+    assert_eq!(day("22,11,2026"), Some((0, TIME_MS)));
+    assert_eq!(day("29,02,2024"), Some((4, TIME_MS)));
+    assert_eq!(date(RMC.as_bytes()), None);
+    assert_eq!(date(&sentence("GPZDA,,22,11,2026,00,00")), None);
     for none in [
         ",,",
         "22,11,26",
@@ -356,7 +418,7 @@ fn any_fields() {
         "[ -#%-)+-~]{0,12}",
     ];
     let sentences = prop::sample::select(std::vec![
-        "GGA", "GNS", "RMC", "VTG", "GST", "HDT", "THS", "ZDA"
+        "GGA", "GNS", "RMC", "GLL", "VTG", "GST", "HDT", "THS", "ZDA"
     ]);
     let strategy = (sentences, prop::collection::vec(field, 0..12));
     proptest!(ProptestConfig::with_cases(5000), |((name, fields) in strategy)| {

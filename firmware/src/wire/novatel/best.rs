@@ -1,5 +1,6 @@
-//! BESTPOS, BESTVEL and HEADING2, in binary and in text: what a `NovAtel` receiver knows of its
-//! position, velocity and heading.
+//! BESTPOS, BESTVEL and HEADING2, and the logs of one solution alone (PSRPOS and its like), in
+//! binary and in text; BESTXYZ in binary: what a `NovAtel` receiver knows of its position, velocity
+//! and heading.
 //!
 //! Source: docs.novatel.com, OEM7 (pages of the logs, tables of solution status and position
 //! type). `novatel_edie` 2.10.11 made the golden logs. After the long header of
@@ -10,12 +11,17 @@
 //!   | height above the sea f64 @24 | geoid f32 @32 | datum u32 | sigmas f32 @40 @44 @48 | ...
 //! BESTVEL 99, BESTGNSSVEL 1430, 44 bytes: status u32 | type u32 | latency f32 @8 | age f32
 //!   | speed f64 @16 | track f64 @24 | upwards f64 @32 | reserved f32
+//! PSRPOS 47, RTKPOS 141, PPPPOS 1538; PSRVEL 100, RTKVEL 216: the same
+//! BESTXYZ 241, PSRXYZ 243, RTKXYZ 244, 112 bytes: status u32 | type u32 | x, y, z f64 @8
+//!   | sigmas f32 @32 | status u32 @44 | type u32 @48 | velocity x, y, z f64 @52 | sigmas f32 @76
+//!   | base | latency f32 @92 | ...
 //! HEADING2 1335, 48 bytes: status u32 | type u32 | length f32 | heading f32 @12 | pitch f32
 //!   | reserved f32 | heading's sigma f32 @24 | pitch's sigma f32 | ...
 //! ```
 //!
 //! A position in which an inertial sensor has a share (types INS_...) is not taken: its errors are
-//! not independent from fix to fix. BESTGNSSPOS and BESTGNSSVEL have none.
+//! not independent from fix to fix. BESTGNSSPOS and BESTGNSSVEL have none. What the others hold
+//! counts where BESTPOS or BESTVEL give nothing.
 
 mod ascii;
 
@@ -24,6 +30,7 @@ use crate::fix::{Heading, Position};
 use crate::units::DEGREE;
 use crate::wire::Scan;
 use crate::wire::field::{Mark, mark, take};
+use crate::wire::receiver::cartesian;
 use crate::wire::receiver::epoch::{Head, Time, Values};
 
 const HEADER: usize = 28;
@@ -34,8 +41,9 @@ const TIME_KNOWN: u8 = 60;
 const VELOCITY_MPS: f32 = 0.05;
 /// Change of the velocity in the latency of its time, m/s2 (assumed: a car that starts or brakes).
 const CHANGE_MPS2: f32 = 1.0;
-/// Least standard deviations of the position (m) and the heading (rad).
+/// Least standard deviations of the position (m), the velocity (m/s) and the heading (rad).
 const LEAST_M: f32 = 0.005;
+const LEAST_MPS: f32 = 0.002;
 const LEAST_RAD: f32 = 1e-3;
 
 /// The logs that are read.
@@ -47,6 +55,12 @@ pub enum Log {
     Velocity,
     /// HEADING2.
     Heading,
+    /// PSRPOS, RTKPOS, PPPPOS.
+    OtherPosition,
+    /// PSRVEL, RTKVEL.
+    OtherVelocity,
+    /// BESTXYZ, PSRXYZ, RTKXYZ.
+    Cartesian,
 }
 
 /// The kinds that every receiver sends in the first epoch.
@@ -58,15 +72,28 @@ impl Log {
             42 | 1429 => Some(Log::Position),
             99 | 1430 => Some(Log::Velocity),
             1335 => Some(Log::Heading),
+            47 | 141 | 1538 => Some(Log::OtherPosition),
+            100 | 216 => Some(Log::OtherVelocity),
+            241 | 243 | 244 => Some(Log::Cartesian),
             _ => None,
         }
     }
 
     fn payload(self) -> usize {
         match self {
-            Log::Position => 72,
-            Log::Velocity => 44,
+            Log::Position | Log::OtherPosition => 72,
+            Log::Velocity | Log::OtherVelocity => 44,
             Log::Heading => 48,
+            Log::Cartesian => 112,
+        }
+    }
+
+    /// Whether BESTPOS or BESTVEL of the epoch has given what this log holds.
+    fn comes_too_late(self, values: &Values) -> bool {
+        match self {
+            Log::OtherPosition => values.has(0),
+            Log::OtherVelocity => values.has(3),
+            _ => false,
         }
     }
 }
@@ -135,31 +162,72 @@ pub(in crate::wire) fn read(frame: &[u8], values: &mut Values) {
         return ascii::read(frame, values);
     }
     let payload = frame.get(HEADER..).unwrap_or_default();
-    let [computed, kind] = [0, 4].map(|at| u32::from_le_bytes(take(payload, at)));
-    if computed != 0 || !is_measured(kind) {
+    let Some(log) = Log::of(u16::from_le_bytes(take(frame, 4))) else {
+        return;
+    };
+    if log == Log::Cartesian {
+        return earth_centred(payload, values);
+    }
+    if !is_computed(payload, 0) || log.comes_too_late(values) {
         return;
     }
-    match Log::of(u16::from_le_bytes(take(frame, 4))) {
-        Some(Log::Position) => Place {
+    match log {
+        Log::Position | Log::OtherPosition => Place {
             degrees: [8, 16].map(|at| double(payload, at)),
             heights: [double(payload, 24), single(payload, 32).into()],
             sigmas: [40, 44, 48].map(|at| single(payload, at)),
         }
         .write(values),
-        Some(Log::Velocity) => Way {
+        Log::Velocity | Log::OtherVelocity => Way {
             latency: single(payload, 8),
             speed: double(payload, 16) as f32,
             track: double(payload, 24) as f32,
             up: double(payload, 32) as f32,
         }
         .write(values),
-        Some(Log::Heading) => Turn {
+        Log::Heading => Turn {
             angle: single(payload, 12),
             sigma: single(payload, 24),
         }
         .write(values),
-        None => {}
+        Log::Cartesian => {}
     }
+}
+
+/// Position and velocity from the Earth's centre, each with a status of its own, where the epoch
+/// has none.
+#[inline(never)]
+fn earth_centred(payload: &[u8], values: &mut Values) {
+    let xyz = |at| [at, at + 8, at + 16].map(|at| double(payload, at));
+    let Some(position) = cartesian::position(xyz(8)).filter(|_| is_computed(payload, 0)) else {
+        return;
+    };
+    let stated = |at| {
+        let sigmas = [at, at + 4, at + 8].map(|at| single(payload, at));
+        let [x, y, z] = sigmas.map(|sigma| sigma * sigma);
+        let known = sigmas.iter().all(|sigma| *sigma > 0.0);
+        known.then(|| cartesian::variances(&position, [x, y, z, 0.0, 0.0, 0.0]))
+    };
+    if let Some(variances) = stated(32).filter(|_| !values.has(0)) {
+        values.position = position;
+        Values::set(&mut values.own, 0, [0.0; 3]);
+        values.variances(0, variances, LEAST_M);
+    }
+    let velocity = cartesian::velocity(&position, xyz(52));
+    let latency = single(payload, 92);
+    let plausible = velocity.iter().all(|v| v.abs() < 1e4) && (0.0..1.0).contains(&latency);
+    let moves = plausible && is_computed(payload, 44) && !values.has(3);
+    if let Some(variances) = stated(76).filter(|_| moves) {
+        values.velocity = velocity;
+        Values::set(&mut values.own, 3, [latency * CHANGE_MPS2; 3]);
+        values.variances(3, variances, LEAST_MPS);
+    }
+}
+
+/// Whether status and type, at this place, are those of a solution from satellites.
+fn is_computed(payload: &[u8], at: usize) -> bool {
+    let [status, kind] = [at, at + 4].map(|at| u32::from_le_bytes(take(payload, at)));
+    status == 0 && is_measured(kind)
 }
 
 /// Whether a position or velocity of this type comes from satellites alone: not none, fixed,

@@ -18,6 +18,9 @@ const LATE_US: u64 = 2_000_000;
 const DAY_MS: u32 = 86_400_000;
 const WEEK_MS: u32 = 7 * DAY_MS;
 
+/// The kind of a message that no epoch waits for.
+pub const OPTIONAL: u8 = 16;
+
 /// Arrival of a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Arrival {
@@ -30,7 +33,7 @@ pub struct Arrival {
 /// The kind of a message, and when its values were valid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Head {
-    /// 0 to 15, different within a format.
+    /// 0 to 15, different within a format; [`OPTIONAL`]: no epoch waits for it.
     pub kind: u8,
     /// When.
     pub time: Time,
@@ -74,6 +77,8 @@ pub struct Values {
     /// The receiver does not vouch for the position and velocity of this epoch, whatever else its
     /// messages hold.
     pub refused: bool,
+    /// The message that knows most of the position has come; others leave it as it is.
+    pub position_is_decided: bool,
 }
 
 impl Values {
@@ -92,6 +97,7 @@ impl Values {
         heading_sigma: None,
         day: None,
         refused: false,
+        position_is_decided: false,
     };
 
     /// Which values of [`OBSERVATIONS`] are given, a bit each.
@@ -104,6 +110,17 @@ impl Values {
     /// Whether the position, or the velocity from entry 3 on, is given.
     pub fn has(&self, first: usize) -> bool {
         self.own.get(first).is_some_and(|own| own.is_finite())
+    }
+
+    /// The message that knows most of the position has come. What others wrote is void, also where
+    /// it says that there is no position.
+    #[inline(never)]
+    pub fn decide_position(&mut self) {
+        if !self.position_is_decided {
+            self.position_is_decided = true;
+            Values::set(&mut self.own, 0, [NOT_MEASURED; 3]);
+            Values::set(&mut self.assumed, 0, [NOT_MEASURED; 3]);
+        }
     }
 
     /// Sets the standard deviations stated, from `first` on, by three variances. One that is
@@ -229,7 +246,7 @@ impl Joiner {
                 self.values = Values::NONE;
             }
         }
-        self.kinds |= 1 << (head.kind & 15);
+        self.kinds |= 1_u16.checked_shl(head.kind.into()).unwrap_or_default();
         Some(&mut self.values)
     }
 
@@ -273,6 +290,18 @@ impl Joiner {
         self.date();
         let known = self.dated || matches!(self.time, Some(Time::Week(_)));
         known.then(|| self.time_ms())
+    }
+
+    /// A date from elsewhere: day of the week at a time of the day, ms. The newest epoch is within
+    /// half a day of it.
+    pub fn date_is(&mut self, day: u8, at_ms: u32) {
+        let (half, at) = (DAY_MS / 2, at_ms);
+        let days = match self.time {
+            Some(Time::Day(ms)) if ms > at.saturating_add(half) => 6, // the day before
+            Some(Time::Day(ms)) if at > ms.saturating_add(half) => 1,
+            _ => 0,
+        };
+        (self.day, self.dated) = ((day + days) % 7, true);
     }
 
     /// Takes the date that the epoch has.

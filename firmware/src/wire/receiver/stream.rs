@@ -176,11 +176,16 @@ impl Receiver {
             }
             self.listen(format, head, &values);
         }
-        if self.used == Some(format)
-            && let Some(head) = head
-            && let Some(values) = self.joiner.place(head, arrival)
-        {
-            format.read(first(self.bytes.from(at), len), values);
+        if self.used != Some(format) {
+            return Some(());
+        }
+        let message = first(self.bytes.from(at), len);
+        if let Some(head) = head {
+            if let Some(values) = self.joiner.place(head, arrival) {
+                format.read(message, values);
+            }
+        } else if let Some((day, ms)) = format.date(message) {
+            self.joiner.date_is(day, ms);
         }
         Some(())
     }

@@ -40,6 +40,14 @@ const COARSE: usize = 4000;
 const USEFUL_S: f64 = 0.5;
 /// Least difference of the log-likelihood to any other peak.
 const MARGIN: f64 = 8.0;
+/// Differences of time zones, half hours, and the largest one as a share of the recording.
+const ZONES: i32 = 28;
+const HALF_HOUR_S: f64 = 1800.0;
+const IN_COMMON: f64 = 0.7;
+/// Longest recording in which zones are looked for, s.
+const ZONES_S: f64 = 6.0 * 3600.0;
+/// Largest standard deviation of an offset that is accepted there, s: chance has many zones.
+const ZONE_SIGMA_S: f64 = 0.1;
 /// Least number of differences.
 const LEAST: usize = 20;
 
@@ -78,8 +86,9 @@ impl Unknown {
     }
 }
 
-/// Finds the offset that is to be added to the times of the fixes, within 40 s of 0; within 5 s
-/// where the recording is too short for more.
+/// Finds the offset that is to be added to the times of the fixes, within 40 s of 0 or, in a long
+/// recording, of the difference of a time zone; within 5 s where the recording is too short for
+/// more.
 ///
 /// # Errors
 /// Why it cannot be known.
@@ -88,11 +97,32 @@ pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
         // most recordings have a small one, which more of the recording can tell
         Ok(found) if found.offset_s.abs() < LEAST_S - 1.0 => within(record, LEAST_S).or(Ok(found)),
         Ok(found) => Ok(found),
-        Err(far) => within(record, LEAST_S).map_err(|near| match near {
-            Unknown::Far => far,
-            near => near,
+        Err(far) => within(record, LEAST_S).or_else(|near| {
+            in_a_zone(record).ok_or(match near {
+                Unknown::Far => far,
+                near => near,
+            })
         }),
     }
+}
+
+/// The offset around the difference of a time zone that leaves samples and fixes in common.
+fn in_a_zone(record: &Record) -> Option<Estimate> {
+    let (first, last) = record.time.start().zip(record.time.end())?;
+    if last - first > ZONES_S {
+        return None; // each zone reads all samples
+    }
+    let zones = (1..=ZONES).map(|half| f64::from(half) * HALF_HOUR_S);
+    let near = zones.take_while(|zone| *zone < IN_COMMON * (last - first));
+    near.flat_map(|zone| [zone, -zone]).find_map(|zone| {
+        let mut moved = record.clone();
+        moved.move_fixes(zone);
+        let found = within(&moved, MOST_S).ok()?;
+        (found.sigma_s < ZONE_SIGMA_S).then_some(Estimate {
+            offset_s: zone + found.offset_s,
+            ..found
+        })
+    })
 }
 
 /// The offset within `most` s of 0.
@@ -102,17 +132,29 @@ fn within(record: &Record, most: f64) -> Result<Estimate, Unknown> {
     if channels.is_empty() {
         return Err(Unknown::Stationary);
     }
+    let found = by(&mut channels, most)?;
+    let all = channels.len();
+    channels.retain(|channel| channel.belongs(found.offset_s));
+    match channels.len() {
+        0 => Err(Unknown::Even),
+        left if left < all => by(&mut channels, most),
+        _ => Ok(found),
+    }
+}
+
+/// The offset within `most` s of 0 by these channels.
+fn by(channels: &mut [Channel], most: f64) -> Result<Estimate, Unknown> {
     // the assumptions on slip are weighted by the residuals
-    let first = best(&channels, most)?;
+    let first = best(channels, most)?;
     channels
         .iter_mut()
         .for_each(|channel| channel.assume(first));
-    let best = best(&channels, most)?;
-    let offset = refined(&channels, best);
-    let sigma = sigma(&channels, offset).ok_or(Unknown::Even)?;
+    let best = best(channels, most)?;
+    let offset = refined(channels, best);
+    let sigma = sigma(channels, offset).ok_or(Unknown::Even)?;
     let few: Vec<Channel> = channels.iter().map(|c| c.thinned(COARSE)).collect();
     let share = |of: &[Channel]| of.iter().map(Channel::count).sum::<usize>() as f64;
-    let share = share(&channels) / share(&few);
+    let share = share(channels) / share(&few);
     let far = |other: &f64| (other - offset).abs() > 1.0_f64.max(4.0 * sigma);
     let rivals = steps(0.0, most, COARSE_S).filter(far);
     let rival = least(&few, rivals).map_or(f64::INFINITY, |(rival, _)| {

@@ -7,6 +7,7 @@
 
 mod line;
 mod seen;
+mod unread;
 
 use crate::recordings::WEEK_S;
 use crate::recordings::input::{Input, Progress};
@@ -20,6 +21,7 @@ use host_core::inertial::units::DEG;
 use line::Line;
 use std::io::Read;
 use std::path::Path;
+use unread::Unread;
 
 /// A week and a day, ms.
 const WEEK_MS: i64 = 1000 * WEEK_S as i64;
@@ -67,9 +69,9 @@ pub fn read(
     told: Option<ReceiverFormat>,
     progress: Progress<'_>,
 ) -> Result<Log, Error> {
-    let mut lines = lines(file, told, progress)?;
+    let (mut lines, unread) = lines(file, told, progress)?;
     let Some(best) = best(&lines) else {
-        return Err(seen::nothing(file, &lines));
+        return Err(seen::nothing(file, &lines, &unread));
     };
     let others = lines
         .iter()
@@ -77,7 +79,7 @@ pub fn read(
         .filter_map(Line::also);
     let mut notes: Vec<String> = others.collect();
     let Some(line) = lines.iter_mut().find(|line| line.format == best) else {
-        return Err(seen::nothing(file, &[]));
+        return Err(seen::nothing(file, &[], &unread));
     };
     let dated = line.date();
     if !dated {
@@ -89,9 +91,20 @@ pub fn read(
     }
     let mut fixes = Fixes::new(Location::new(file, format!("{best:?} fix")));
     let mut times = Unwrapped::default();
-    for solved in &line.fixes {
-        let ms = times.on(solved.fix.time_ms);
-        fixes.push(times.count - 1, ms * 1_000_000, timed(&solved.fix))?;
+    let all: Vec<(i64, TimedFix)> = (line.fixes.iter())
+        .map(|solved| (times.on(solved.fix.time_ms), timed(&solved.fix)))
+        .collect();
+    let rising = rising(&all);
+    if rising.len() < all.len() {
+        notes.push(format!(
+            "the receiver's clock goes back within the log; of its {} fixes the {} in the longest \
+             part without that are used",
+            all.len(),
+            rising.len()
+        ));
+    }
+    for (k, (ms, fix)) in rising.iter().enumerate() {
+        fixes.push(k, ms * 1_000_000, *fix)?;
     }
     let behind = match best {
         ReceiverFormat::Nmea => LEAP_S, // its times are UTC
@@ -109,17 +122,18 @@ pub fn read(
     })
 }
 
-/// What is in the log, by protocol.
+/// What is in the log, by protocol, and what cannot be read.
 fn lines(
     file: &Path,
     told: Option<ReceiverFormat>,
     progress: Progress<'_>,
-) -> Result<Vec<Line>, Error> {
+) -> Result<(Vec<Line>, Unread), Error> {
     let formats = ReceiverFormat::ALL.into_iter();
     let heard = formats.filter(|format| told.is_none_or(|told| told == *format));
     let mut lines: Vec<Line> = heard
         .map(|format| Line::new(format, told.is_some()))
         .collect();
+    let mut unread = Unread::default();
     let mut input = Input::open(file, progress)?;
     let mut bytes = [0; LONGEST];
     loop {
@@ -129,8 +143,9 @@ fn lines(
         for line in &mut lines {
             line.push(&bytes[..count]);
         }
+        unread.push(&bytes[..count]);
         if count == 0 {
-            return Ok(lines);
+            return Ok((lines, unread));
         }
     }
 }
@@ -145,6 +160,16 @@ fn best(lines: &[Line]) -> Option<ReceiverFormat> {
         .rev()
         .max_by_key(|line| (line.values(), line.fixes.len()));
     best.map(|line| line.format)
+}
+
+/// The longest part whose times rise.
+fn rising(all: &[(i64, TimedFix)]) -> &[(i64, TimedFix)] {
+    let parts = all.chunk_by(|a, b| a.0 < b.0);
+    // of equal ones the first
+    parts
+        .rev()
+        .max_by_key(|part| part.len())
+        .unwrap_or_default()
 }
 
 /// Times of week that continue over the end of a week.

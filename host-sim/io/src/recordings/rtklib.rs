@@ -71,6 +71,7 @@ pub fn read(file: &Path) -> Result<Solutions, Error> {
     let (mut fixes, mut left_out) = (Vec::<TimedFix>::new(), LeftOut::default());
     let mut notes = Vec::new();
     let last = text.lines().count();
+    let mut most = 0;
     for (k, line) in (1..).zip(text.lines()) {
         if line.trim().is_empty() || line.starts_with('%') {
             continue;
@@ -79,14 +80,21 @@ pub fn read(file: &Path) -> Result<Solutions, Error> {
             let remedy = "give lines as the comment above them names their columns";
             complain(file, &format!("line {k}"), problem, remedy)
         };
-        match columns.fix(&cells(line)) {
-            Ok(Some(fix)) => {
+        let cells = cells(line);
+        let is_cut = k == last && !text.ends_with('\n') && cells.len() < most;
+        most = most.max(cells.len());
+        let found = match is_cut {
+            true => Err(String::new()),
+            false => columns.fix(&cells),
+        };
+        match found {
+            Ok(Ok(fix)) => {
                 if fixes.last().is_some_and(|before| before.time >= fix.time) {
                     return Err(bad("is not after the line before".into()));
                 }
                 fixes.push(fix);
             }
-            Ok(None) => left_out.count("Q is 0", k as f64),
+            Ok(Err(reason)) => left_out.count(reason, k as f64),
             Err(_) if k == last && !text.ends_with('\n') => {
                 notes.push(format!(
                     "{}:{k}: the file ends within this line.",
@@ -102,9 +110,10 @@ pub fn read(file: &Path) -> Result<Solutions, Error> {
     }
     if left_out.all() > 0 {
         notes.push(format!(
-            "{}: {} lines have Q 0.",
+            "{}: {} lines hold no fix: {}.",
             file.display(),
-            left_out.all()
+            left_out.all(),
+            left_out.reasons()
         ));
     }
     Ok(Solutions { fixes, notes })
@@ -175,8 +184,8 @@ impl Columns {
         })
     }
 
-    /// The fix of a line; `None` for a line without a solution.
-    fn fix(&self, cells: &[String]) -> Result<Option<TimedFix>, String> {
+    /// The fix of a line, or why it holds none.
+    fn fix(&self, cells: &[String]) -> Result<Result<TimedFix, &'static str>, String> {
         let number = |k: usize| {
             let text = cells
                 .get(k)
@@ -191,6 +200,14 @@ impl Columns {
             let is_minus = cells[k].starts_with('-');
             Ok::<_, String>(if is_minus { -size } else { size })
         };
+        let angles = if self.form == Form::Sexagesimal {
+            2..8
+        } else {
+            2..4
+        };
+        if angles.into_iter().all(|k| number(k) == Ok(0.0)) {
+            return Ok(Err("the position is 0"));
+        }
         let (position, behind) = match self.form {
             Form::Degrees => ([number(2)?, number(3)?, number(4)?], 5),
             Form::Sexagesimal => ([angle(2)?, angle(5)?, number(8)?], 9),
@@ -205,7 +222,7 @@ impl Columns {
             number(behind + at).ok()
         };
         if of("Q") == Some(0.0) {
-            return Ok(None);
+            return Ok(Err("Q is 0"));
         }
         let three = |names: [&str; 3]| Some([of(names[0])?, of(names[1])?, of(names[2])?]);
         let north_east_down = |names: [[&str; 3]; 2], squares: bool| match self.form {
@@ -234,7 +251,7 @@ impl Columns {
             Some(_) => known(sigma_v, [0.05; 3]),
             None => [NOT_MEASURED; 3],
         };
-        Ok(Some(TimedFix {
+        Ok(Ok(TimedFix {
             time,
             lat_deg,
             lon_deg,
@@ -349,151 +366,4 @@ impl Solutions {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use test_bench::recordings::{file, message};
-
-    const COMMENT: &str = "% program   : RTKPOST ver.2.4.3\n% (lat/lon/height=WGS84/ellipsoidal)\n";
-    const BEHIND: &str =
-        "Q  ns   sdn(m)   sde(m)   sdu(m)  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio";
-
-    fn solved(text: &str) -> Result<Solutions, String> {
-        let (_dir, path) = file("in.pos", text.as_bytes());
-        assert!(is_one(&path) || text.starts_with("no"));
-        read(&path).map_err(|why| message(&why))
-    }
-
-    /// 2021-01-05 is a Tuesday of GPS week 2139.
-    #[test]
-    fn both_times_and_all_positions_give_the_same_fix() {
-        let gps = 2139.0 * WEEK_S + 2.0 * 86_400.0 + 10.0 * 3600.0 + 20.0 * 60.0 + 30.5;
-        let rest = "1  12   0.0100   0.0200   0.0300   0.0   0.0   0.0   0.00    5.0";
-        let degrees = "latitude(deg) longitude(deg)  height(m)";
-        for (clock, time, names, position) in [
-            (
-                "GPST",
-                "2021/01/05 10:20:30.500",
-                degrees,
-                "-28.5 112.75 58.5",
-            ),
-            ("GPST", "2139 210030.500", degrees, "-28.5 112.75 58.5"),
-            (
-                "UTC",
-                "2021/01/05 10:20:12.500",
-                degrees,
-                "-28.5 112.75 58.5",
-            ),
-            (
-                "JST",
-                "2021/01/05 19:20:12.500",
-                degrees,
-                "-28.5 112.75 58.5",
-            ),
-            (
-                "GPST",
-                "2139 210030.500",
-                "latitude(d'\") longitude(d'\")  height(m)",
-                "-28 30 0.0 112 45 0.0 58.5",
-            ),
-        ] {
-            let text =
-                format!("{COMMENT}%  {clock}   {names}   {BEHIND}\n{time} {position} {rest}\n");
-            let fixes = solved(&text).unwrap().fixes;
-            let fix = fixes[0];
-            assert!(
-                (fix.time - gps).abs() < 1e-6,
-                "{clock} {time}: {}",
-                fix.time - gps
-            );
-            assert!((fix.lat_deg + 28.5).abs() < 1e-9 && (fix.lon_deg - 112.75).abs() < 1e-9);
-            assert_eq!(
-                (fix.height_m, fix.sigmas[..3].to_vec()),
-                (58.5, vec![0.01, 0.02, 0.03])
-            );
-            assert!(!fix.has(3..4));
-        }
-    }
-
-    /// A place on the equator and one at 45 degrees, by hand.
-    #[test]
-    fn positions_from_the_centre_and_velocities_are_turned() {
-        let names = "x-ecef(m)      y-ecef(m)      z-ecef(m)   Q  ns   sdx(m)   sdy(m)   sdz(m) \
-                     vx(m/s) vy(m/s) vz(m/s)";
-        let text = format!("%  GPST   {names}\n2139 5.0 6378147.0 0.0 0.0 1 9 0.3 0.1 0.2 3 1 2\n");
-        let fix = solved(&text).unwrap().fixes[0];
-        assert!(fix.lat_deg.abs() < 1e-9 && fix.lon_deg.abs() < 1e-9);
-        assert!((fix.height_m - 10.0).abs() < 1e-6);
-        for (got, want) in fix.velocity.iter().zip([2.0, 1.0, -3.0]) {
-            assert!((got - want).abs() < 1e-12);
-        }
-        for (got, want) in fix.sigmas.iter().zip([0.2, 0.1, 0.3]) {
-            assert!((got - want).abs() < 1e-12);
-        }
-        let [lat, lon, height] = geodetic([3_194_419.145, 3_194_419.145, 4_487_348.409]);
-        assert!(
-            (lat - 45.0).abs() < 1e-8 && (lon - 45.0).abs() < 1e-9,
-            "{lat} {lon}"
-        );
-        assert!(height.abs() < 1e-2, "{height}");
-    }
-
-    #[test]
-    fn faults_are_named_and_cut_files_are_read() {
-        let head = format!("{COMMENT}%  GPST latitude(deg) longitude(deg) height(m) {BEHIND}\n");
-        let line = |k: u32, q: u32| format!("2139 {k}.0 45 7 80 {q} 9 1 1 2 0 0 0 0 0\n");
-        let good = format!("{head}{}{}{}", line(1, 5), line(2, 0), line(3, 1));
-        let found = solved(&good).unwrap();
-        assert_eq!((found.fixes.len(), found.notes.len()), (2, 1));
-        assert_eq!(
-            solved(&format!("{good}2139 4.0 45 7")).unwrap().fixes.len(),
-            2
-        );
-        for (text, part) in [
-            (format!("{good}2139 4.0 45 7\n"), "'line 7' has 4 columns"),
-            (
-                format!("{good}{}", line(3, 1)),
-                "'line 7' is not after the line before",
-            ),
-            (
-                good.replace("3.0 45", "3.0 95"),
-                "'line 6' has the position 95",
-            ),
-            (
-                good.replace("3.0 45", "3.0 x"),
-                "'line 6' has 'x', which is no number",
-            ),
-            (
-                good.replace(" 5 9", " 0 9").replace(" 1 9", " 0 9"),
-                "'solutions' are none",
-            ),
-        ] {
-            let why = solved(&text).unwrap_err();
-            assert!(why.contains(part), "{part}: {why}");
-        }
-    }
-
-    #[test]
-    fn the_fixes_meet_the_clock_of_the_samples() {
-        let gps = 2139.0 * WEEK_S + 210_030.0;
-        let fix = TimedFix {
-            time: gps,
-            ..TimedFix::EMPTY
-        };
-        let at = |first: f64, origin: Option<f64>| {
-            let mut record = Record {
-                time: vec![first, first + 0.01].into(),
-                ..Record::default()
-            };
-            let solutions = Solutions {
-                fixes: vec![fix],
-                notes: Vec::new(),
-            };
-            solutions.beside(&mut record, origin);
-            record.fixes[0].time
-        };
-        assert_eq!(at(210_000.0, None), 210_030.0);
-        let utc = GPS_START_S + gps - 18.0;
-        assert_eq!(at(utc - 5.0, None), utc);
-        assert_eq!(at(0.0, Some(utc - 7.0)), 7.0);
-    }
-}
+mod tests;

@@ -8,6 +8,7 @@
     reason = "test helpers; a failure here fails the test"
 )]
 
+mod at_rest;
 mod corrected;
 mod damaged;
 mod defects;

@@ -12,7 +12,6 @@ use host_core::inertial::session::Session;
 use std::fmt::Write;
 use std::path::Path;
 
-const PAGE: &str = include_str!("../../../../docs/your-data.md");
 const HEADING: &str = "| input | what is told | result |\n|---|---|---|\n";
 
 /// Files of one right drive.
@@ -78,15 +77,5 @@ fn the_page_says_what_was_tried_and_told() {
         writeln!(table, "| {} | {told} | {result} |", case.input).unwrap();
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    let (before, rest) = PAGE.split_once(HEADING).expect("the page has the table");
-    let end = rest.find("\n\n").map_or(rest.len(), |at| at + 1);
-    let there = format!("{HEADING}{}", &rest[..end]);
-    if there != table {
-        if std::env::var_os("LRNN_WRITE_TABLES").is_some() {
-            let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/your-data.md");
-            std::fs::write(page, format!("{before}{table}{}", &rest[end..])).unwrap();
-            return;
-        }
-        panic!("the table of docs/your-data.md is to be:\n{table}(LRNN_WRITE_TABLES=1 writes it)");
-    }
+    system::compare_table("your-data.md", HEADING, &table);
 }

@@ -19,14 +19,19 @@ pub const ORIGIN: Geodetic = Geodetic {
 
 /// Six minutes with a tactical sensor, the first two at rest.
 pub fn drive() -> Session {
+    session(120.0, 240.0)
+}
+
+/// A tactical sensor at rest, and then in motion, for so many seconds.
+pub fn session(standstill_s: f64, drive_s: f64) -> Session {
     let imu = ImuSpec::preset("tactical").unwrap();
     let config = SessionConfig {
         imu: &imu,
         gnss: &GnssSpec::default(),
         start: ORIGIN,
         heading: 0.4,
-        standstill_s: 120.0,
-        drive_s: 240.0,
+        standstill_s,
+        drive_s,
         segments: None,
         vibration: 1.0,
         unit: 1,

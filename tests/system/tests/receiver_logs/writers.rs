@@ -1,8 +1,6 @@
 //! Logs of receivers, written after the documentation of each protocol. Each has 20 epochs, a
 //! second apart, of a vehicle that drives east at 10 m/s.
 
-use std::fmt::Write as _;
-
 /// Epochs.
 pub const EPOCHS: u32 = 20;
 /// First epoch: Friday 27 November 2026, 12:00:00 UTC, as s of the GPS week.
@@ -181,6 +179,12 @@ pub fn nmea(epoch: u32, talker: &str, kinds: &[&str]) -> Vec<String> {
             "{talker}RMC,{time},A,{place},{:.3},90.00,271126,,,A",
             EAST_MPS * 3600.0 / 1852.0
         ),
+        "GLL" => format!("{talker}GLL,{place},{time},A,A"),
+        "VTG" => format!(
+            "{talker}VTG,90.00,T,,M,{:.3},N,{:.3},K,A",
+            EAST_MPS * 3600.0 / 1852.0,
+            EAST_MPS * 3.6
+        ),
         "ZDA" => format!("{talker}ZDA,{time},27,11,2026,00,00"),
         "GST" => format!("{talker}GST,{time},1.0,,,,0.7,0.7,1.2"),
         other => panic!("{other}"),
@@ -250,30 +254,81 @@ pub fn long_block(id: u16, len: usize, epoch: u32) -> Vec<u8> {
     sbf(id, &body)
 }
 
-/// BESTPOSA and BESTVELA.
-pub fn novatel(epoch: u32) -> Vec<u8> {
-    let second = START + epoch;
-    let header =
-        format!("COM1,0,60.5,FINESTEERING,2446,{second}.000,02000000,cdba,32768;SOL_COMPUTED");
+fn crc32(bytes: &[u8]) -> u32 {
+    bytes.iter().fold(0, |crc, byte| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| {
+            crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 }
+        })
+    })
+}
+
+/// A position and a velocity: BESTPOS and BESTVEL, or PSRPOS and PSRVEL. Name and fields.
+fn novatel_logs(epoch: u32, solution: &str) -> [(String, String); 2] {
     let (lat, lon, sea) = (PLACE[0], longitude(epoch), PLACE[2] - GEOID);
-    let logs = [
-        format!(
-            "BESTPOSA,{header},SINGLE,{lat:.11},{lon:.11},{sea:.4},{GEOID:.4},WGS84,0.7000,0.7000,1.2000,\"\",0.000,0.000,12,12,12,12,00,06,00,33"
+    [
+        (
+            format!("{solution}POS"),
+            format!(
+                "SOL_COMPUTED,SINGLE,{lat:.11},{lon:.11},{sea:.4},{GEOID:.4},WGS84,0.7000,0.7000,1.2000,\"\",0.000,0.000,12,12,12,12,00,06,00,33"
+            ),
         ),
-        format!(
-            "BESTVELA,{header},DOPPLER_VELOCITY,0.000,0.000,{EAST_MPS:.4},90.000000,0.0000,0.0"
+        (
+            format!("{solution}VEL"),
+            format!("SOL_COMPUTED,DOPPLER_VELOCITY,0.000,0.000,{EAST_MPS:.4},90.000000,0.0000,0.0"),
         ),
-    ];
-    let mut text = String::new();
-    for log in logs {
-        let crc = log.bytes().fold(0u32, |mut crc, byte| {
-            crc ^= u32::from(byte);
-            for _ in 0..8 {
-                crc = crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 };
-            }
-            crc
-        });
-        write!(text, "#{log}*{crc:08x}\r\n").expect("memory");
+    ]
+}
+
+/// A log in text.
+fn novatel_text(epoch: u32, name: &str, fields: &str) -> String {
+    let second = START + epoch;
+    let log =
+        format!("{name}A,COM1,0,60.5,FINESTEERING,2446,{second}.000,02000000,cdba,32768;{fields}");
+    format!("#{log}*{:08x}\r\n", crc32(log.as_bytes()))
+}
+
+/// BESTPOSA and BESTVELA, or PSRPOSA and PSRVELA.
+pub fn novatel(epoch: u32, solution: &str) -> Vec<u8> {
+    let logs = novatel_logs(epoch, solution);
+    let texts = logs.map(|(name, fields)| novatel_text(epoch, &name, &fields));
+    texts.concat().into_bytes()
+}
+
+/// The same in abbreviated text.
+pub fn abbreviated(epoch: u32) -> Vec<u8> {
+    let second = START + epoch;
+    let logs = novatel_logs(epoch, "BEST").map(|(name, fields)| {
+        format!(
+            "<{name} COM1 0 60.5 FINESTEERING 2446 {second}.000 02000000 cdba 32768\r\n<     {}\r\n",
+            fields.replace(',', " ")
+        )
+    });
+    logs.concat().into_bytes()
+}
+
+/// BESTXYZB.
+pub fn bestxyz(epoch: u32) -> Vec<u8> {
+    let (place, velocity) = cartesian(epoch);
+    let mut log = vec![0xAA, 0x44, 0x12, 28, 241, 0, 0, 0x20, 112, 0, 0, 0, 0, 180];
+    log.extend(2446_u16.to_le_bytes());
+    log.extend(ms(epoch).to_le_bytes());
+    log.resize(28, 0);
+    for (at, kind) in [(place, 16_u32), (velocity, 8)] {
+        log.extend([0; 4]);
+        log.extend(kind.to_le_bytes());
+        log.extend(at.iter().flat_map(|v| v.to_le_bytes()));
+        log.extend([1.0_f32; 3].iter().flat_map(|v| v.to_le_bytes()));
     }
-    text.into_bytes()
+    log.resize(28 + 112, 0);
+    log.extend(crc32(&log).to_le_bytes());
+    log
+}
+
+/// BESTXYZA, which is longer than 256 bytes.
+pub fn bestxyz_in_text(epoch: u32) -> Vec<u8> {
+    let ([x, y, z], [vx, vy, vz]) = cartesian(epoch);
+    let fields = format!(
+        "SOL_COMPUTED,SINGLE,{x:.4},{y:.4},{z:.4},1.0000,1.0000,1.0000,SOL_COMPUTED,DOPPLER_VELOCITY,{vx:.4},{vy:.4},{vz:.4},0.1000,0.1000,0.1000,\"AAAA\",0.000,0.000,0.000,12,12,12,12,0,06,00,33"
+    );
+    novatel_text(epoch, "BESTXYZ", &fields).into_bytes()
 }

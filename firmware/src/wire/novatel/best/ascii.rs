@@ -1,4 +1,5 @@
-//! The same logs in text: BESTPOSA, BESTVELA, HEADING2A.
+//! The same logs in text: BESTPOSA, BESTVELA, HEADING2A, PSRPOSA and so on. BESTXYZA is longer than
+//! what a framer holds.
 //!
 //! Source: docs.novatel.com, OEM7 (page "ASCII"); `novatel_edie` 2.10.11 made the golden logs.
 //!
@@ -90,6 +91,8 @@ fn log(frame: &[u8]) -> Option<Log> {
         b"BESTPOSA" | b"BESTGNSSPOSA" => Log::Position,
         b"BESTVELA" | b"BESTGNSSVELA" => Log::Velocity,
         b"HEADING2A" => Log::Heading,
+        b"PSRPOSA" | b"RTKPOSA" | b"PPPPOSA" => Log::OtherPosition,
+        b"PSRVELA" | b"RTKVELA" => Log::OtherVelocity,
         _ => return None,
     })
 }
@@ -114,30 +117,33 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
         return;
     };
     let fields = Fields(first(frame, star).get(body + 1..).unwrap_or_default());
+    let Some(log) = log(frame).filter(|log| !log.comes_too_late(values)) else {
+        return;
+    };
     if fields.get(0) != b"SOL_COMPUTED" || !MEASURED.contains(&fields.get(1)) {
         return;
     }
     let double = |n| fields.number(n).map_or(f64::NAN, |number| number.value());
     let single = |n| double(n) as f32;
-    match log(frame) {
-        Some(Log::Position) => Place {
+    match log {
+        Log::Position | Log::OtherPosition => Place {
             degrees: [2, 3].map(double),
             heights: [4, 5].map(double),
             sigmas: [7, 8, 9].map(single),
         }
         .write(values),
-        Some(Log::Velocity) => Way {
+        Log::Velocity | Log::OtherVelocity => Way {
             latency: single(2),
             speed: single(4),
             track: single(5),
             up: single(6),
         }
         .write(values),
-        Some(Log::Heading) => Turn {
+        Log::Heading => Turn {
             angle: single(3),
             sigma: single(6),
         }
         .write(values),
-        None => {}
+        Log::Cartesian => {}
     }
 }

@@ -33,6 +33,19 @@ const HEADING2: [u8; 80] = hex(
     "aa44121c37050020300000004fb49d07309d1018000000022df2008000000000320000000000c03f0080f0420000003f000000000000003e0000803e30303031303030321211111000010033a418883c",
 );
 
+/// The example of BESTXYZ on docs.novatel.com, by the same encoder.
+const CARTESIAN: [u8; 144] = hex(
+    "aa44121cf1000020700000009db49f07309d101800000002000000800000000032000000da1b7c91e3f038c19f3c2c0475f54bc16891ed14a8da52419c33223ca167b33c7f6a3c3c00000000320000002f6ea301bc05523f6ea301bc051274bf2d431cebe2361abf5305a33c7dd0333d7f6abc3c414141410000803e0000803f000000000c0b0b0b000100333ee1544b",
+);
+/// A PSRPOS and a PSRVEL, by the same encoder: `SINGLE,51.15043712234,-114.03067870773,1097.3556,
+/// -17.0001,WGS84,1.8176,1.2123,3.0317` and `PSRDIFF,0.150,0.000,5.2500,227.600000,-0.1250`.
+const PSR_POSITION: [u8; 104] = hex(
+    "aa44121c2f000020480000009db49f07309d101800000002000000800000000010000000ff460c86419349409298d3a3f6815cc0d50968226c259140340088c13d0000001ea7e83fa52c9b3f5f0742400000000000000000000000000c0c0c0c000600333d209194",
+);
+const PSR_VELOCITY: [u8; 76] = hex(
+    "aa44121c640000202c0000009db49f07309d1018000000020000008000000000110000009a99193e0000000000000000000015403333333333736c40000000000000c0bf00000000a37fd6d8",
+);
+
 fn changed<const N: usize>(frame: &[u8], at: usize, bytes: [u8; N]) -> Part {
     let mut frame = frame.to_vec();
     put(&mut frame, HEADER + at, bytes);
@@ -76,6 +89,105 @@ fn golden_logs() {
     let heading = parse(&HEADING2).unwrap().heading.unwrap();
     assert!((heading.angle - 120.25_f32.to_radians()).abs() < 1e-6);
     assert!((heading.sigma - 0.125_f32.to_radians()).abs() < 1e-6);
+}
+
+#[test]
+fn positions_and_velocities_of_one_solution_alone() {
+    let (best, psr) = (parse(&POSITION).unwrap(), parse(&PSR_POSITION).unwrap());
+    assert_eq!(psr.time, Time::Week(403_742_000));
+    assert_eq!(psr.position, best.position);
+    assert_eq!(psr.stated[..3], [1.8176, 1.2123, 3.0317]);
+    let (best, psr) = (parse(&VELOCITY).unwrap(), parse(&PSR_VELOCITY).unwrap());
+    assert_eq!((psr.velocity, psr.own), (best.velocity, best.own));
+    for (id, frame) in [(141_u16, PSR_POSITION), (1538, PSR_POSITION)] {
+        let mut frame = frame;
+        put(&mut frame, 4, id.to_le_bytes());
+        seal(&mut frame);
+        assert!(parse(&frame).unwrap().position.is_some(), "{id}");
+    }
+}
+
+/// The place of the example by another way: its radius, longitude, and the latitude that the
+/// normal of the ellipsoid has there.
+#[test]
+fn earth_centred_logs() {
+    let part = parse(&CARTESIAN).unwrap();
+    let at = part.position.unwrap();
+    let [x, y, z] = [-1_634_531.568_3, -3_664_618.032_6, 4_942_496.327_0_f64];
+    let e2 = 0.006_694_379_990_141_3;
+    let normal = 6_378_137.0 / (1.0 - e2 * at.latitude.sin().powi(2)).sqrt();
+    let across = (normal + at.height) * at.latitude.cos();
+    let back = [
+        across * at.longitude.cos(),
+        across * at.longitude.sin(),
+        (normal * (1.0 - e2) + at.height) * at.latitude.sin(),
+    ];
+    for (back, want) in back.into_iter().zip([x, y, z]) {
+        assert!((back - want).abs() < 1e-3, "{back} {want}");
+    }
+    let speed = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let v = [0.0011, -0.0049, -0.0001];
+    assert!((speed(part.velocity.unwrap()) - speed(v)).abs() < 1e-9);
+    let up = (x * v[0] + y * v[1] + z * v[2]) / speed([x, y, z]);
+    assert!((part.velocity.unwrap()[2] + up).abs() < 2e-5);
+    assert_eq!(part.own[3..], [0.25; 3]); // its latency
+    // the trace stays
+    let trace = |of: &[f32]| of.iter().map(|s| s * s).sum::<f32>();
+    let near = |a: f32, b: f32| (a / b - 1.0).abs() < 1e-5;
+    assert!(near(
+        trace(&part.stated[..3]),
+        trace(&[0.0099, 0.0219, 0.0115])
+    ));
+    assert!(near(
+        trace(&part.stated[3..]),
+        trace(&[0.0199, 0.0439, 0.0230])
+    ));
+
+    for (at, wild) in [(0, 1_u32), (4, 56), (32, 0)] {
+        let part = changed(&CARTESIAN, at, wild.to_le_bytes());
+        assert_eq!(part.position, None, "{at}");
+    }
+    for (at, wild) in [(44, 1_u32), (48, 56), (76, 0), (92, f32::NAN.to_bits())] {
+        let part = changed(&CARTESIAN, at, wild.to_le_bytes());
+        assert_eq!(
+            (part.position.is_some(), part.velocity),
+            (true, None),
+            "{at}"
+        );
+    }
+    for at in [8, 16, 24] {
+        let part = changed(&CARTESIAN, at, f64::NAN.to_le_bytes());
+        assert_eq!((part.position, part.velocity), (None, None), "{at}");
+    }
+}
+
+/// BESTPOS and BESTVEL count before what other logs of the epoch hold, in any order; where they are
+/// inertial ones, the others count.
+#[test]
+fn the_best_solution_counts_first() {
+    let mut inertial = POSITION;
+    put(&mut inertial, HEADER + 4, 53_u32.to_le_bytes());
+    seal(&mut inertial);
+    let joined = |frames: [&[u8]; 4]| {
+        let mut values = Values::NONE;
+        for frame in frames {
+            read(frame, &mut values);
+        }
+        (values.position, values.velocity, values.stated[1])
+    };
+    let psr = [&PSR_POSITION[..], &PSR_VELOCITY, &CARTESIAN];
+    let [first, second, third] = psr;
+    let alone = joined([first, second, first, second]);
+    assert_eq!(joined([&inertial, first, second, third]), alone);
+    let best = parse(&POSITION).unwrap();
+    for order in [
+        [&POSITION[..], third, first, second],
+        [second, third, &POSITION, first],
+        [third, first, second, &POSITION],
+    ] {
+        let (position, _, sigma) = joined(order);
+        assert_eq!((Some(position), sigma), (best.position, 0.0123));
+    }
 }
 
 #[test]
@@ -189,6 +301,26 @@ fn logs_in_text_have_the_values_of_binary_ones() {
             }
         }
     }
+}
+
+#[test]
+fn other_solutions_in_text() {
+    let [position, velocity, _] = TEXT;
+    for (text, from, to) in [
+        (position, "BESTPOSA", "PSRPOSA"),
+        (position, "BESTPOSA", "RTKPOSA"),
+        (position, "BESTPOSA", "PPPPOSA"),
+        (velocity, "BESTVELA", "PSRVELA"),
+        (velocity, "BESTVELA", "RTKVELA"),
+    ] {
+        let other = parse(&sealed(&text.replace(from, to))).unwrap();
+        assert_eq!(other, parse(text.as_bytes()).unwrap(), "{to}");
+    }
+    let (bytes, mut values) = (sealed(&position.replace("BEST", "PSR")), Values::NONE);
+    read(&CARTESIAN, &mut values);
+    let before = values;
+    read(&bytes, &mut values);
+    assert_eq!(values, before);
 }
 
 #[test]

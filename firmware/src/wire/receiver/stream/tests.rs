@@ -89,6 +89,12 @@ fn nmea(second: u32, date: &str, others: usize, kinds: &[&str]) -> Vec<u8> {
             )),
             "GST" => sentence(&format!("GNGST,{time},1.8,,,,0.7,0.6,1.2")),
             "HDT" => sentence("GNHDT,90.00,T"),
+            "ZDA" => {
+                // 22 November 2026 is a Sunday
+                let date = if second < 86_400 { "21" } else { "22" };
+                sentence(&format!("GPZDA,{time},{date},11,2026,00,00"))
+            }
+            "GLL" => sentence(&format!("GNGLL,4717.11399,N,00833.91590,E,{time},A,A")),
             other => panic!("{other}"),
         });
         for n in 0..others {
@@ -193,6 +199,66 @@ fn a_kind_that_stays_away_is_waited_for_once() {
     );
     let last = wire.found[5].1.fix.unwrap();
     assert!(last.has(0..3) && !last.has(3..4), "position alone");
+}
+
+/// Fixes of RMC alone, of GLL alone and of GLL and VTG; where GGA comes, nobody waits for GLL.
+#[test]
+fn rmc_and_gll_alone_are_fixes() {
+    let complete = |kinds: &[&str]| {
+        let mut wire = Wire::new(None);
+        for second in 0..4 {
+            wire.silent_until(1_000_000 * (1 + u64::from(second)));
+            wire.send(&nmea(second, "221126", 0, kinds));
+        }
+        wire.silent_until(wire.us + 500_000);
+        let fixes = wire.found.iter().map(|(_, s)| s.fix.unwrap());
+        assert!(fixes.clone().all(|fix| fix.has(0..2) && !fix.has(2..3)) || kinds.contains(&"GGA"));
+        (wire.found.len(), wire.times().last().unwrap().0)
+    };
+    let (rmc, gll) = (
+        nmea(0, "221126", 0, &["RMC"]).len(),
+        nmea(0, "", 0, &["GLL"]).len(),
+    );
+    for (kinds, bytes) in [
+        (&["RMC"][..], rmc),
+        (&["GLL"], gll),
+        (&["GLL", "RMC"], gll + rmc),
+        (&["RMC", "GGA", "GLL"], rmc + nmea(0, "", 0, &["GGA"]).len()),
+    ] {
+        let (fixes, ms) = complete(kinds);
+        assert_eq!(fixes, 4, "{kinds:?}");
+        assert!(
+            ms.abs_diff(bytes as u64 * 1042 / 1000) <= 2,
+            "{kinds:?} {ms}"
+        );
+    }
+}
+
+/// The date of ZDA, before and behind the sentences of its second, and that of the next second: no
+/// fix is lost, and midnight counts once.
+#[test]
+fn dates_of_zda() {
+    for (first, ahead) in [(true, 0), (false, 0), (true, 1), (false, 1)] {
+        let mut wire = Wire::new(None);
+        for n in 0..6 {
+            let second = 86_397 + n;
+            let zda = nmea(second + ahead, "", 0, &["ZDA"]);
+            let rest = nmea(second, "", 0, &["GGA"]);
+            wire.silent_until(1_000_000 * (1 + u64::from(n)));
+            wire.send(&if first { [zda, rest] } else { [rest, zda] }.concat());
+        }
+        wire.silent_until(wire.us + 500_000);
+        let fixes: Vec<u32> = wire
+            .found
+            .iter()
+            .map(|(_, s)| s.fix.unwrap().time_ms)
+            .collect();
+        let week = 604_800_000;
+        let want: Vec<u32> = (0..6).map(|n| (week - 3000 + 1000 * n) % week).collect();
+        assert_eq!(fixes[1..], want[1..], "{first} {ahead}");
+        assert!(fixes[0] == want[0] || fixes[0] == 86_397_000, "{fixes:?}");
+        assert!(wire.found[1..].iter().all(|(_, s)| s.dated));
+    }
 }
 
 #[test]

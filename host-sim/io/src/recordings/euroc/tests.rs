@@ -79,6 +79,34 @@ fn a_room_becomes_a_drive_to_the_west() {
     assert!(r.truth.is_some() && r.session().is_ok());
 }
 
+/// Samples of `nan` are missing ones, and a file that ends within a line is read up to there.
+#[test]
+fn samples_of_nan_and_cut_lines() {
+    let (_dir, read) = folder(|name, text| match name {
+        "imu0/data.csv" => {
+            let lines = text.lines().enumerate().map(|(k, line)| match k {
+                100 => line.replacen("-0.1", "nan", 1),
+                101 => line.replacen("9.8", "NaN", 1),
+                300 => line.replacen("0.25", "", 1),
+                _ => line.to_owned(),
+            });
+            let lines: Vec<String> = lines.collect();
+            let mut text = lines.join("\n");
+            text.truncate(text.len() - 10);
+            text
+        }
+        _ => text,
+    });
+    let record = read.unwrap().record;
+    assert_eq!(record.time.len(), 801 - 3 - 1);
+    assert_eq!([record.time[98], record.time[99]], [0.49, 0.505]);
+    let notes = record.notes.join("; ");
+    assert!(
+        notes.contains("data line: 3 ") && notes.contains("power cut"),
+        "{notes}"
+    );
+}
+
 #[test]
 fn axes_of_the_sensor_are_turned() {
     let turned = "T_BS:\n  data: [0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n";

@@ -11,6 +11,9 @@ use crate::recordings::week::Unwrapped;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
 
+/// Heights from here on are none of a vehicle, m.
+const HIGHEST_M: f64 = 20_000.0;
+
 /// Fixes at rising times. What is left out is added to `notes`.
 pub(super) fn fixes(
     read: &Read,
@@ -237,8 +240,16 @@ fn collect(
             }
         }
         let now = fix(r, time, si).ok_or_else(|| {
-            let fault = "not on Earth with its longitude and height";
-            table.complain(k, 1, fault, unlikely(r, si))
+            let height = si.positions[0].filter(|at| (r[*at] * si.metre).abs() >= HIGHEST_M);
+            match height {
+                Some(at) => {
+                    table.complain(k, at, "not a height of a vehicle, m", in_millimetres(r[at]))
+                }
+                None => {
+                    let fault = "not on Earth with its longitude and height";
+                    table.complain(k, 1, fault, unlikely(r, si))
+                }
+            }
         })?;
         let since = fixes.last().map_or(1.0, |before| now.time - before.time);
         if since <= 0.0 {
@@ -247,6 +258,14 @@ fn collect(
         fixes.push(now);
     }
     Ok((fixes, week))
+}
+
+/// The likeliest cause of such a height.
+fn in_millimetres(height: f64) -> &'static str {
+    match height.abs() < 1e7 {
+        true => "the height may be in mm or cm: divide it by 1000 or 100; or check its column",
+        false => "check the column of the height; without a height leave its cells empty",
+    }
 }
 
 /// The likeliest cause of a position that is not on Earth.
@@ -303,7 +322,7 @@ fn fix(r: &[f64], time: f64, si: &Si) -> Option<TimedFix> {
         sigmas,
     };
     let here =
-        fix.lat_deg.abs() < 89.9 && fix.lon_deg.abs() <= 360.0 && fix.height_m.abs() < 20_000.0;
+        fix.lat_deg.abs() < 89.9 && fix.lon_deg.abs() <= 360.0 && fix.height_m.abs() < HIGHEST_M;
     here.then_some(fix)
 }
 

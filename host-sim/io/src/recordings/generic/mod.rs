@@ -358,12 +358,30 @@ impl<'a> File<'a> {
                 "names column '{name}', which {} does not have",
                 self.source.file.display()
             );
-            self.read.bad(
-                &format!("{}.{key}", self.table),
-                problem,
-                &format!("use one of {}", self.names.join(", ")),
-            )
+            let remedy = match self.other_separator(name) {
+                Some(other) => format!(
+                    "the columns seem to be separated by '{other}': say so in '{}.separator'",
+                    self.table
+                ),
+                None => format!("use one of {}", self.names.join(", ")),
+            };
+            self.read
+                .bad(&format!("{}.{key}", self.table), problem, &remedy)
         })
+    }
+
+    /// The character that separates this name from others within what counts as one name.
+    fn other_separator(&self, name: &str) -> Option<&'static str> {
+        let known = [
+            (";", ";"),
+            ("\t", "tab"),
+            (" ", "blank"),
+            (",", ","),
+            ("|", "|"),
+        ];
+        let parts = |with: &'static str| self.names.iter().flat_map(move |of| of.split(with));
+        let fits = |(with, _): &&(&'static str, _)| parts(with).any(|part| part.trim() == name);
+        known.iter().find(fits).map(|(_, shown)| *shown)
     }
 
     /// Reads the columns `wanted`, each given as key of the header file and name of the column.

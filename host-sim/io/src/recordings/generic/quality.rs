@@ -2,19 +2,22 @@
 
 use super::header::Valid;
 
-/// Names of columns whose value 0 means no fix, in small letters: types and qualities of a fix.
+/// Names of columns whose value 0 means no fix, in small letters: qualities of a fix.
 const ZERO: [&str; 10] = [
     "fix",
-    "fix_type",
-    "fixtype",
-    "fix type",
     "fix_quality",
+    "fix_ok",
+    "fix_valid",
     "gps_fix",
-    "gps_fix_type",
+    "gps_valid",
+    "valid",
     "quality",
     "gps_quality",
     "gpsqual",
 ];
+/// Ends of the names of types of a fix. Below 2 there is none: 1 is "no fix" or dead reckoning.
+const TYPE: [&str; 4] = ["fix_type", "fixtype", "fix type", "gps_type"];
+const LEAST_TYPE: f64 = 2.0;
 /// Names of dilutions of precision. Receivers give 99 or more where they have no fix.
 const DILUTION: [&str; 4] = ["hdop", "pdop", "gps_hdop", "gps_pdop"];
 const NO_DILUTION: f64 = 99.0;
@@ -52,6 +55,7 @@ impl Quality {
             let small = name.trim().to_ascii_lowercase();
             let (least, below) = match small.as_str() {
                 name if ZERO.contains(&name) => (f64::MIN_POSITIVE, f64::INFINITY),
+                name if TYPE.iter().any(|end| name.ends_with(end)) => (LEAST_TYPE, f64::INFINITY),
                 name if DILUTION.contains(&name) => (f64::MIN, NO_DILUTION),
                 name if NEGATIVE.iter().any(|end| name.ends_with(end)) => (0.0, f64::INFINITY),
                 _ => return None,

@@ -1,6 +1,7 @@
 //! Differences between fixes, and how well the samples explain them.
 
 use nalgebra::{Matrix4, Vector4};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Number of constants of a channel.
@@ -8,6 +9,10 @@ const CONSTANTS: usize = 4;
 /// Assumed standard deviations of the antenna's distance ahead of the point that does not slip, m,
 /// and of the tyres' slip, rad per m/s2 across.
 const SLIP: [f64; 2] = [1.5, 0.01];
+/// Scale factors of sensors whose units are right.
+const SCALES: RangeInclusive<f64> = 0.3..=3.0;
+/// Share of the squares that a motion with another scale factor may leave.
+const UNEXPLAINED: f64 = 0.5;
 /// Half the time over which a rate is averaged, s.
 const RATE_S: f64 = 0.1;
 
@@ -71,6 +76,8 @@ pub(super) struct Channel {
 /// Fit of a channel at an offset.
 struct Fit {
     square: f64,
+    /// The integral's scale factor.
+    scale: f64,
     /// Residuals over their relative standard deviations.
     residuals: Vec<f64>,
     /// Residuals of the assumptions on slip.
@@ -97,6 +104,15 @@ impl Channel {
             let variance = self.fit(offset).square / self.count() as f64;
             self.ridge = SLIP.map(|sigma| variance / (sigma * sigma));
         }
+    }
+
+    /// Whether the integral explains most of the differences at `offset`, or has the size that they
+    /// say. Another motion that happens to fit a little has neither.
+    pub(super) fn belongs(&self, offset: f64) -> bool {
+        let fit = self.fit(offset);
+        let all = self.differences.iter();
+        let observed: f64 = all.map(|of| (of.observed / of.sigma).powi(2)).sum();
+        SCALES.contains(&fit.scale) || fit.square < UNEXPLAINED * observed
     }
 
     /// Minus twice the log-likelihood of an offset.
@@ -143,6 +159,7 @@ impl Channel {
         let square = residuals.iter().chain(&assumed).map(|r| r * r).sum();
         Fit {
             square,
+            scale: solved[0],
             residuals,
             assumed,
         }

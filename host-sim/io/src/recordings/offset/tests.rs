@@ -51,6 +51,18 @@ fn offsets_of_tens_of_seconds_are_found() {
     }
 }
 
+/// A receiver in local time, in a recording that is longer than the difference.
+#[test]
+fn time_zones_within_a_recording_are_found() {
+    for (seed, off) in [(1, 3600.0), (2, -1800.0), (3, 3600.0 - 18.0)] {
+        let mut record = Record::from_session(&simulated(20.0, 6000.0, seed));
+        record.move_fixes(-off);
+        let got = found(&record);
+        let error = got.offset_s - off;
+        assert!(got.sigma_s < 0.1 && error.abs() < 0.1, "{off}: {got:?}");
+    }
+}
+
 #[test]
 fn positions_alone_tell_it_too() {
     let mut record = drive(2.9, 7);

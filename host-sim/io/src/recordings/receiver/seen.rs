@@ -2,6 +2,7 @@
 
 use super::line::Line;
 use super::name;
+use super::unread::Unread;
 use crate::recordings::session::complain;
 use firmware::wire::framer::Kind;
 use firmware::wire::receiver::ReceiverFormat;
@@ -52,7 +53,7 @@ impl Seen {
             let join = if text.is_empty() { "" } else { ", " };
             text += &format!("{join}{} without a checksum", listed(&self.unchecked));
             if !told {
-                return text + " (--fixes-protocol nmea reads them)";
+                return text;
             }
         }
         if self.read > 0 || self.lacks_checksums() {
@@ -66,8 +67,8 @@ impl Seen {
 const fn wanted(format: ReceiverFormat) -> &'static str {
     match format {
         ReceiverFormat::Ubx => "NAV-PVT, or NAV-POSLLH and NAV-VELNED",
-        ReceiverFormat::Nmea => "GGA and RMC",
-        ReceiverFormat::Novatel => "BESTPOS and BESTVEL",
+        ReceiverFormat::Nmea => "GGA, GNS, RMC or GLL",
+        ReceiverFormat::Novatel => "BESTPOS and BESTVEL, or BESTXYZ",
         ReceiverFormat::Sbf => "PVTGeodetic or PVTCartesian",
     }
 }
@@ -88,7 +89,10 @@ fn listed(counts: &BTreeMap<String, usize>) -> String {
 }
 
 /// The error of a log without a fix.
-pub(super) fn nothing(file: &Path, lines: &[Line]) -> Error {
+pub(super) fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
+    if let Some(error) = in_text(file, lines, unread) {
+        return error;
+    }
     let heard = lines.iter().filter(|line| !line.seen.is_empty());
     let seen = heard.map(|line| {
         let text = line.seen.text(line.format, line.told);
@@ -110,9 +114,36 @@ pub(super) fn nothing(file: &Path, lines: &[Line]) -> Error {
         return complain(file, "fixes", problem, remedy);
     }
     let problem = format!("has no fix; seen are {}", seen.join("; "));
-    let remedy = "give a log with positions and velocities: UBX-NAV-PVT, GGA and RMC, BESTPOS and \
-                  BESTVEL, or PVTGeodetic, while the receiver sees satellites";
+    let unchecked = lines
+        .iter()
+        .any(|line| line.seen.lacks_checksums() && !line.told);
+    if unchecked {
+        let remedy = "give --fixes-protocol nmea: it reads sentences without a checksum";
+        return complain(file, "fixes", problem, remedy);
+    }
+    let remedy = "give a log with positions: UBX-NAV-PVT, GGA and RMC, BESTPOS and BESTVEL, or \
+                  PVTGeodetic, while the receiver sees satellites";
     complain(file, "fixes", problem, remedy)
+}
+
+/// The error of a log of a `NovAtel` receiver in a form of text that is not read.
+fn in_text(file: &Path, lines: &[Line], unread: &Unread) -> Option<Error> {
+    let novatel = |line: &&Line| line.format == ReceiverFormat::Novatel;
+    lines.iter().find(novatel)?;
+    let forms = [
+        (
+            &unread.abbreviated,
+            "in abbreviated text, without a checksum",
+        ),
+        (&unread.long, "in text of more bytes than a device holds"),
+    ];
+    let forms = forms.iter().filter(|(counts, _)| !counts.is_empty());
+    let seen: Vec<String> = forms
+        .map(|(counts, what)| format!("{} {what}", listed(counts)))
+        .collect();
+    let problem = format!("has no fix; seen are NovAtel: {}", seen.join("; "));
+    let remedy = "log BESTPOSB and BESTVELB (binary), or BESTPOSA and BESTVELA";
+    (!seen.is_empty()).then(|| complain(file, "fixes", problem, remedy))
 }
 
 fn number(message: &[u8], at: usize) -> u16 {
@@ -218,7 +249,7 @@ const SBF: [(u16, &str); 18] = [
 ];
 
 /// Numbers of logs.
-const NOVATEL: [(u16, &str); 17] = [
+const NOVATEL: [(u16, &str); 23] = [
     (41, "RAWEPHEM"),
     (42, "BESTPOS"),
     (43, "RANGE"),
@@ -227,7 +258,11 @@ const NOVATEL: [(u16, &str); 17] = [
     (100, "PSRVEL"),
     (101, "TIME"),
     (140, "RANGECMP"),
+    (141, "RTKPOS"),
+    (216, "RTKVEL"),
     (241, "BESTXYZ"),
+    (243, "PSRXYZ"),
+    (244, "RTKXYZ"),
     (268, "RAWIMU"),
     (325, "RAWIMUS"),
     (507, "INSPVA"),
@@ -236,4 +271,6 @@ const NOVATEL: [(u16, &str); 17] = [
     (1429, "BESTGNSSPOS"),
     (1430, "BESTGNSSVEL"),
     (1465, "INSPVAX"),
+    (1538, "PPPPOS"),
+    (726, "BESTUTM"),
 ];

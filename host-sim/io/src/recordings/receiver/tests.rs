@@ -108,11 +108,17 @@ fn what_is_no_log_of_a_receiver_is_named() {
         .collect();
     let text = why(&bad);
     assert!(text.contains("NMEA: 9 GGA, none with a fix"), "{text}");
-    let text = why(&[ubx(50_000), ubx(51_000), ubx(52_000), ubx(1000)].concat());
-    assert!(
-        text.contains("'Ubx fix message 4' has the time 1.0"),
-        "{text}"
-    );
+}
+
+/// A receiver that restarts, or whose clock is set, goes back in time: the longest part is read.
+#[test]
+fn a_clock_that_goes_back_divides_the_log() {
+    let times = [50_000, 51_000, 1000, 2000, 3000, 3000];
+    let found = log(&times.map(ubx).concat()).unwrap();
+    let seconds: Vec<f64> = found.fixes.iter().map(|fix| fix.time).collect();
+    assert_eq!(seconds, [1.0, 2.0, 3.0]);
+    let note = "the receiver's clock goes back within the log; of its 5 fixes the 3 in the longest";
+    assert!(found.notes[0].starts_with(note), "{:?}", found.notes);
 }
 
 fn told(bytes: &[u8], format: ReceiverFormat) -> Result<Log, Error> {
@@ -282,7 +288,7 @@ fn what_was_seen_is_named() {
         .collect();
     let text = why(&[other, nmea("GPGSV,1,1,00")].concat());
     let want = "UBX: 12 33-07, 12 NAV-SAT, 12 RXM-RAWX, wanted NAV-PVT, or NAV-POSLLH and NAV-VELNED; \
-                NMEA: 1 GSV, wanted GGA and RMC";
+                NMEA: 1 GSV, wanted GGA, GNS, RMC or GLL";
     assert!(text.contains(want), "{text}");
     let bare: Vec<u8> = epoch(0, &["GGA", "RMC"], "290224")
         .split(|byte| *byte == b'\n')
@@ -291,7 +297,7 @@ fn what_was_seen_is_named() {
         .collect();
     let text = why(&bare);
     assert!(
-        text.contains("1 GGA, 1 RMC without a checksum (--fixes-protocol nmea reads"),
+        text.contains("1 GGA, 1 RMC without a checksum; remedy: give --fixes-protocol nmea"),
         "{text}"
     );
     assert_eq!(told(&bare, ReceiverFormat::Nmea).unwrap().fixes.len(), 1);

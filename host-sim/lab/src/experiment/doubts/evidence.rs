@@ -1,5 +1,5 @@
 //! A recording in short, with every change of what its files say applied to it: blocks of a second,
-//! the rotation in steps of a tenth of a second, and the fixes.
+//! rotation and velocity gained in steps of a tenth of a second, and the fixes.
 
 use super::change::Change;
 use host_io::recordings::InitialAttitude;
@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 /// Length of a block, less what the times jitter, s.
 const BLOCK_S: f64 = 0.999;
-/// Step of the rotation, s.
+/// Step of rotation and velocity, s.
 const STEP_S: f64 = 0.1;
 
 /// The means of about a second.
@@ -26,8 +26,8 @@ pub(super) struct Block {
 #[derive(Debug, Clone)]
 pub(super) struct Evidence {
     pub(super) blocks: Vec<Block>,
-    /// Times, and the rotation up to them, rad.
-    rotation: Vec<(f64, Vector3<f64>)>,
+    /// Times, with the rotation, rad, and the velocity gained, m/s, up to them.
+    sums: Sums,
     pub(super) fixes: Vec<TimedFix>,
     /// Start and end of the time for which the recording says that it stands, s.
     pub(super) declared: Option<[f64; 2]>,
@@ -37,7 +37,7 @@ pub(super) struct Evidence {
 
 impl Evidence {
     pub(super) fn of(record: &Record) -> Self {
-        let (blocks, rotation) = motion(record);
+        let (blocks, sums) = motion(record);
         let begins = record.first_epoch();
         let declared = match record.initial_attitude {
             Some(InitialAttitude::Standstill(s)) => Some([begins, begins + s as f64]),
@@ -47,7 +47,7 @@ impl Evidence {
         let steps = record.time.len().saturating_sub(1) as f64;
         Self {
             blocks,
-            rotation,
+            sums,
             fixes: record.fixes.clone(),
             declared,
             rate_hz: span.map_or(f64::NAN, |(last, first)| steps / (last - first)),
@@ -61,8 +61,9 @@ impl Evidence {
             block.rate = change.rate(&block.rate);
             block.force = change.force(&block.force);
         }
-        for (_, angle) in &mut changed.rotation {
+        for (_, [angle, velocity]) in &mut changed.sums {
             *angle = change.rate(angle);
+            *velocity = change.force(velocity);
         }
         for fix in &mut changed.fixes {
             *fix = change.fix(fix);
@@ -73,17 +74,27 @@ impl Evidence {
 
     /// Rotation about the down axis up to `t`, rad; `None` outside the samples.
     pub(super) fn turned(&self, t: f64) -> Option<f64> {
-        let next = self.rotation.partition_point(|(end, _)| *end < t);
-        let ((t0, a), (t1, b)) = (
-            self.rotation.get(next.checked_sub(1)?)?,
-            self.rotation.get(next)?,
-        );
-        Some(a.z + (b.z - a.z) * (t - t0) / (t1 - t0))
+        self.up_to(t).map(|[angle, _]| angle.z)
+    }
+
+    /// Velocity gained by the specific force up to `t`, m/s; `None` outside the samples.
+    pub(super) fn pushed(&self, t: f64) -> Option<Vector3<f64>> {
+        self.up_to(t).map(|[_, velocity]| velocity)
+    }
+
+    fn up_to(&self, t: f64) -> Option<[Vector3<f64>; 2]> {
+        let next = self.sums.partition_point(|(end, _)| *end < t);
+        let ((t0, a), (t1, b)) = (self.sums.get(next.checked_sub(1)?)?, self.sums.get(next)?);
+        let share = (t - t0) / (t1 - t0);
+        Some([0, 1].map(|of| a[of] + (b[of] - a[of]) * share))
     }
 }
 
-/// Blocks and rotation of a recording.
-fn motion(record: &Record) -> (Vec<Block>, Vec<(f64, Vector3<f64>)>) {
+/// Times, with the rotation and the velocity gained up to them.
+type Sums = Vec<(f64, [Vector3<f64>; 2])>;
+
+/// Blocks and sums of a recording.
+fn motion(record: &Record) -> (Vec<Block>, Sums) {
     let Some(first) = record.time.start() else {
         return Default::default();
     };
@@ -94,14 +105,15 @@ fn motion(record: &Record) -> (Vec<Block>, Vec<(f64, Vector3<f64>)>) {
         false => first,
     };
     let mut sum = [Vector3::zeros(); 2];
-    let (mut blocks, mut rotation) = (Vec::new(), vec![(start, Vector3::zeros())]);
-    let (mut angle, mut before) = (Vector3::zeros(), start);
+    let (mut blocks, mut sums) = (Vec::new(), vec![(start, [Vector3::zeros(); 2])]);
+    let (mut total, mut before) = ([Vector3::zeros(); 2], start);
     for (end, increment) in record.increments() {
         sum[0] += increment.dtheta;
         sum[1] += increment.dv;
-        angle += increment.dtheta;
+        total[0] += increment.dtheta;
+        total[1] += increment.dv;
         if end - before > STEP_S - 1e-6 {
-            rotation.push((end, angle));
+            sums.push((end, total));
             before = end;
         }
         let seconds = end - start;
@@ -115,5 +127,5 @@ fn motion(record: &Record) -> (Vec<Block>, Vec<(f64, Vector3<f64>)>) {
             (start, sum) = (end, [Vector3::zeros(); 2]);
         }
     }
-    (blocks, rotation)
+    (blocks, sums)
 }

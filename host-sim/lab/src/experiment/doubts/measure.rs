@@ -42,6 +42,8 @@ pub(super) enum Kind {
     Time,
     /// Rotation with the changes of course.
     Turns,
+    /// Changes of the specific force with those of the velocity.
+    Ahead,
     /// Size of the specific force with gravity.
     Gravity,
     /// Its direction with that of down.
@@ -79,7 +81,8 @@ pub(super) fn all(evidence: &Evidence, expected: &Expected) -> Vec<Measure> {
     let down = down(evidence, &rests);
     let place = place(evidence, agrees);
     let climbs = apart(evidence, true);
-    [place, moves, climbs, gravity, down, turns, earth]
+    let ahead = super::ahead::measure(evidence);
+    [place, moves, climbs, gravity, down, turns, ahead, earth]
         .into_iter()
         .flatten()
         .collect()

@@ -7,9 +7,11 @@
 //! A contradiction does not say which of two statements is wrong. So the mistakes that people make
 //! are fitted, in the order of one table (`table`), and the one that explains most is told.
 
+mod ahead;
 mod change;
 mod evidence;
 mod measure;
+mod outside;
 mod rests;
 mod table;
 #[cfg(test)]
@@ -187,7 +189,23 @@ pub fn doubts(
     clock: &dyn Fn(&Record) -> Option<TimeDoubt>,
 ) -> Vec<Warning> {
     let expected = expected(class.assumed);
-    let evidence = Evidence::of(record);
+    let mut evidence = Evidence::of(record);
+    let warning = |(field, problem, remedy)| Warning {
+        file: says.file.clone(),
+        field,
+        problem,
+        remedy,
+    };
+    let first = outside::times(&evidence, says).or_else(|| outside::exchanged(&evidence, says));
+    if let Some(doubt) = first {
+        return vec![warning(doubt)];
+    }
+    let jumps = outside::jumps(&mut evidence.fixes, says);
+    let near = jumps.is_some().then(|| Record {
+        fixes: evidence.fixes.clone(),
+        ..record.clone()
+    });
+    let record = near.as_ref().unwrap_or(record);
     let again = |change: &Change| {
         let mut changed = record.clone();
         let fixes = record.fixes.iter();
@@ -201,7 +219,10 @@ pub fn doubts(
     };
     let rests = Rests::of(&evidence, &expected);
     let sheet = sheet(&rests, &expected, class);
-    let mut found: Vec<Doubt> = rate(says, evidence.rate_hz).into_iter().collect();
+    let mut found: Vec<Doubt> = jumps
+        .into_iter()
+        .chain(rate(says, evidence.rate_hz))
+        .collect();
     found.extend(table::doubts(
         &evidence,
         &expected,
@@ -215,12 +236,6 @@ pub fn doubts(
         found.retain(|doubt| !is_rate(doubt));
     }
     found.extend(sheet);
-    let warning = |(field, problem, remedy)| Warning {
-        file: says.file.clone(),
-        field,
-        problem,
-        remedy,
-    };
     found.into_iter().map(warning).collect()
 }
 

@@ -8,10 +8,6 @@ use nalgebra::Vector3;
 
 /// Largest time between a block and a fix that applies to it, s.
 const NEAR_S: f64 = 2.5;
-/// What is turned or pushed by more than this since the rest began does not rest: cosine of 10
-/// degrees, and a share of the specific force.
-const TURNED: f64 = 0.985;
-const PUSHED: f64 = 0.1;
 /// Metres of a degree of latitude.
 const DEGREE_M: f64 = 111_200.0;
 
@@ -30,7 +26,6 @@ impl<'a> Rests<'a> {
         let mut rest = Rest::new(*expected);
         let speeds = speeds(&evidence.fixes);
         let mut all = Vec::new();
-        let mut first: Option<Vector3<f64>> = None;
         for (k, block) in evidence.blocks.iter().enumerate() {
             let start = block.end - block.seconds;
             let declared = evidence.declared;
@@ -40,15 +35,9 @@ impl<'a> Rests<'a> {
                 Some((speed, sigma)) => rest.fix(speed as f32, sigma as f32),
                 None => {}
             }
-            // a sensor that is turned in the hand does not rest, wherever it is
-            if first.is_none_or(|first| is_moved(&first, &block.force)) {
-                rest.restart();
-                first = Some(block.force);
-            }
             let [rate, force] = [block.rate, block.force].map(|v| v.map(|x| x as f32).into());
             if let Some(found) = rest.block(block.seconds as f32, rate, force) {
                 all.push((found, k + 1));
-                first = None;
             }
         }
         Self {
@@ -116,12 +105,6 @@ impl<'a> Rests<'a> {
     fn steady(&self) -> impl Iterator<Item = &(Judged, usize)> + Clone {
         self.all.iter().filter(|(found, _)| found.judged == AT_REST)
     }
-}
-
-/// Whether a specific force is not that of a sensor that has rested since `first`.
-fn is_moved(first: &Vector3<f64>, now: &Vector3<f64>) -> bool {
-    let (a, b) = (first.norm(), now.norm());
-    first.dot(now) < TURNED * a * b || (b - a).abs() > PUSHED * a
 }
 
 /// Time, velocity north and east, speed and its standard deviation of each fix. A velocity that was

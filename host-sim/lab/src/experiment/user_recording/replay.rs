@@ -15,6 +15,10 @@ use host_io::recordings::record::Record;
 use host_io::recordings::track::Track;
 use host_unit::Unit;
 
+/// Refused alignments of a device that does not navigate, from which on its samples and fixes are said
+/// to contradict each other.
+const CONTRADICTED: u32 = 5;
+
 /// The user's choices.
 #[derive(Debug, Clone)]
 pub struct Wanted {
@@ -116,6 +120,15 @@ pub fn replay(
     let outcome = plan.replay_and_correct(wanted.form, &session, &split, by)?;
     let (mut outcome, correction) = outcome.ok_or_else(|| wanted.lost(&session))?;
     outcome.warnings = warnings;
+    let contradicted = outcome
+        .bench
+        .as_ref()
+        .map_or(0, |bench| bench.course.contradicted);
+    if contradicted >= CONTRADICTED {
+        let warning = wanted.contradiction(contradicted, says);
+        each(Step::Examined(std::slice::from_ref(&warning)))?;
+        outcome.warnings.push(warning);
+    }
     outcome.notes.extend(note.into_iter().chain(notes));
     if let Some(bench) = &mut outcome.bench {
         bench.begin_s = begin;
@@ -130,6 +143,23 @@ pub fn replay(
 }
 
 impl Wanted {
+    /// The device found no attitude at which samples and fixes agree.
+    fn contradiction(&self, times: u32, says: &Says) -> Warning {
+        Warning {
+            file: says.file.clone(),
+            field: "gnss".into(),
+            problem: format!(
+                "and 'imu' contradict each other: {times} times the device found no attitude at \
+                 which samples and fixes agree"
+            ),
+            remedy: format!(
+                "check, in this order, the clock of the fixes ({}), units and order of positions \
+                 and velocities, axes, units of gyros and accelerometers, the unit file",
+                (self.option)("time-offset")
+            ),
+        }
+    }
+
     /// The error when the session is too short for the wished parts.
     fn unfit(&self, session: &Session, (least, most): (usize, usize)) -> Error {
         let all = session.epochs();

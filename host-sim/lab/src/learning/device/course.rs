@@ -17,6 +17,9 @@ pub struct Course {
     pub in_force_since_s: Option<usize>,
     /// Its navigator was aligned and used fixes at the end.
     pub navigates: bool,
+    /// Alignments in which samples and fixes contradicted each other, if it does not navigate.
+    #[serde(skip)]
+    pub contradicted: u32,
     /// Fixes used, and of these with a value that was refused.
     pub fixes: [u32; 2],
     /// Hypotheses that had proved themselves at the end.
@@ -135,6 +138,10 @@ pub fn course(drive: &Drive, device: &Device, before: &Nets) -> Course {
         correction: [at(drive.correction.first()), at(drive.correction.last())],
         in_force_since_s: drive.in_force_since(),
         navigates: report.navigates,
+        contradicted: match report.navigates {
+            true => 0,
+            false => report.refused_alignments,
+        },
         fixes: [report.fixes, report.refused],
         proved: drive.proved(),
         nearest: drive.nearest(),

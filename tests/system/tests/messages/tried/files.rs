@@ -106,6 +106,13 @@ pub const CASES: &[Case] = &[
         result: "36000 samples, 361 fixes",
     },
     Case {
+        input: "columns that are separated by semicolons, with a header that says commas",
+        make: |dir| text(dir, "imu.csv", |old| old.replace(',', ";")),
+        args: CONVERT,
+        told: &["the columns seem to be separated by ';': say so in 'imu.separator'"],
+        result: "refused",
+    },
+    Case {
         input: "samples of `nan`",
         make: |dir| {
             lines(dir, "imu.csv", |k, cells| {

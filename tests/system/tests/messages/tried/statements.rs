@@ -66,6 +66,48 @@ pub const CASES: &[Case] = &[
         result: "36000 samples, 351 fixes",
     },
     Case {
+        input: "a type of fix of 1 (no fix, or dead reckoning) and a `valid` of 0",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| {
+                old.replacen("vd\n", "vd,gps.fix_type,valid\n", 1)
+            });
+            lines(dir, "gnss.csv", |k, cells| {
+                let [kind, valid] = match k {
+                    0..10 => ["1", "1"],
+                    10..30 => ["3", "0"],
+                    _ => ["3", "1"],
+                };
+                cells.extend([kind, valid].map(str::to_owned));
+            });
+        },
+        args: CONVERT,
+        told: &[
+            "10 lines from 0 to 9 s are no fixes: 'gps.fix_type' is 1",
+            "20 lines from 10 to 29 s are no fixes: 'valid' is 0",
+        ],
+        result: "36000 samples, 331 fixes",
+    },
+    Case {
+        input: "latitude, longitude and height -1 for 20 s in mid-drive",
+        make: |dir| {
+            lines(dir, "gnss.csv", |k, cells| {
+                if (200..220).contains(&k) {
+                    cells[1..4].fill("-1".into());
+                }
+            });
+        },
+        args: STRICT,
+        told: &["'gnss.latitude' puts 20 fixes from 200 to 219 s up to"],
+        result: "warned",
+    },
+    Case {
+        input: "heights in mm, told as m",
+        make: |dir| fixes(dir, &[3], |v| 1e3 * v),
+        args: CONVERT,
+        told: &["not a height of a vehicle", "the height may be in mm or cm"],
+        result: "refused",
+    },
+    Case {
         input: "positions in rad, told as deg",
         make: |dir| fixes(dir, &[1, 2], f64::to_radians),
         args: STRICT,
@@ -137,6 +179,27 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
+        input: "the columns of x and y swapped",
+        make: |dir| {
+            header(dir, "'gx', 'gy', 'gz'", "'gy', 'gx', 'gz'");
+            header(dir, "'ax', 'ay', 'az'", "'ay', 'ax', 'az'");
+        },
+        args: STRICT,
+        told: &["'imu.axes'", "forward seems to be what is called right"],
+        result: "warned",
+    },
+    Case {
+        input: "the columns of gyros and accelerometers in each other's place",
+        make: |dir| {
+            header(dir, "'gx', 'gy', 'gz'", "'Ax', 'Ay', 'Az'");
+            header(dir, "'ax', 'ay', 'az'", "'gx', 'gy', 'gz'");
+            header(dir, "'Ax', 'Ay', 'Az'", "'ax', 'ay', 'az'");
+        },
+        args: STRICT,
+        told: &["gyros and accelerometers seem to have changed places"],
+        result: "warned",
+    },
+    Case {
         input: "rates in deg/s, told as rad/s",
         make: |dir| {
             lines(dir, "imu.csv", |_, cells| {
@@ -192,6 +255,26 @@ pub const CASES: &[Case] = &[
             "the times of the fixes seem to be in ms",
         ],
         result: "refused",
+    },
+    Case {
+        input: "the same, with samples and fixes that begin at 0",
+        make: |dir| fixes(dir, &[0], |t| 1e3 * t),
+        args: STRICT,
+        told: &[
+            "360 of 361 fixes outside the time of the samples",
+            "fixes seem to be in ms",
+        ],
+        result: "warned",
+    },
+    Case {
+        input: "fixes that are 100 s late, beyond what is searched",
+        make: |dir| fixes(dir, &[0], |t| t + 100.0),
+        args: STRICT,
+        told: &[
+            "'gnss' and 'imu' contradict each other",
+            "the clock of the fixes",
+        ],
+        result: "warned",
     },
     Case {
         input: "times of the samples in ms, told as s",

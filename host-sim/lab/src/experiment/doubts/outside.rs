@@ -1,0 +1,120 @@
+//! What makes all comparisons meaningless: fixes at other times than the samples, fixes that are
+//! elsewhere, gyros and accelerometers in each other's columns.
+
+use super::evidence::Evidence;
+use super::{Doubt, Says};
+use firmware::units::G;
+use host_io::recordings::clocks;
+use host_io::recordings::record::TimedFix;
+use nalgebra::Vector3;
+
+/// Least number of fixes that are looked at, and the share of them among the samples below which
+/// the clocks are others.
+const FIXES: usize = 10;
+const AMONG: f64 = 0.1;
+/// Nothing moves faster, m/s, or jumps farther by an error of its receiver, m.
+const FASTEST_MPS: f64 = 1000.0;
+const FARTHEST_M: f64 = 3000.0;
+/// Share by which what seems to be gravity may differ from it.
+const GRAVITY_SHARE: f64 = 0.05;
+
+/// Nearly all fixes are before or after the samples. Where all are, the recording is refused.
+pub(super) fn times(evidence: &Evidence, says: &Says) -> Option<Doubt> {
+    let (blocks, fixes) = (&evidence.blocks, &evidence.fixes);
+    let first = blocks.first()?;
+    let samples = [first.end - first.seconds, blocks.last()?.end];
+    let times = [fixes.first()?.time, fixes.last()?.time];
+    let among = |t: f64| (samples[0] - 1.0..=samples[1] + 1.0).contains(&t);
+    let inside: Vec<f64> = fixes
+        .iter()
+        .map(|fix| fix.time)
+        .filter(|t| among(*t))
+        .collect();
+    let covered = match inside[..] {
+        [first, .., last] => (last - first) / (samples[1] - samples[0]),
+        _ => 0.0,
+    };
+    let few = !inside.is_empty() && (inside.len() as f64) < AMONG * fixes.len() as f64;
+    (fixes.len() >= FIXES && few && covered < AMONG).then(|| {
+        let problem = format!(
+            "puts {} of {} fixes outside the time of the samples",
+            fixes.len() - inside.len(),
+            fixes.len()
+        );
+        let field = says.fixes.time_unit.name.clone();
+        (field, problem, clocks::apart(samples, times))
+    })
+}
+
+/// Takes fixes out whose positions no vehicle reaches from those of most others.
+pub(super) fn jumps(fixes: &mut Vec<TimedFix>, says: &Says) -> Option<Doubt> {
+    let near = |a: &TimedFix, b: &TimedFix| {
+        let far = a.position().ned_from(&b.position()).norm();
+        far < FARTHEST_M + FASTEST_MPS * (a.time - b.time).abs()
+    };
+    // runs without a jump
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    for (k, fix) in fixes
+        .iter()
+        .enumerate()
+        .filter(|(_, fix)| fix.has_position())
+    {
+        match runs.last_mut() {
+            Some(run) if run.last().is_some_and(|last| near(&fixes[*last], fix)) => run.push(k),
+            _ => runs.push(vec![k]),
+        }
+    }
+    let main = runs.iter().max_by_key(|run| run.len())?;
+    let anchor = fixes[main[main.len() / 2]];
+    let odd: Vec<usize> = runs
+        .iter()
+        .filter(|run| run.iter().all(|k| !near(&fixes[*k], &anchor)))
+        .flatten()
+        .copied()
+        .collect();
+    let (first, last) = (fixes.get(*odd.first()?)?, fixes.get(*odd.last()?)?);
+    let far = odd
+        .iter()
+        .map(|k| fixes[*k].position().ned_from(&anchor.position()).norm());
+    let problem = format!(
+        "puts {} fixes from {} to {} s up to {:.0} km from the others",
+        odd.len(),
+        first.time,
+        last.time,
+        far.fold(0.0, f64::max) / 1e3
+    );
+    let remedy = "leave out what is no fix: receivers without one fill the position with zeros, \
+                  ones or an old value, and say so in another column ('gnss.valid')";
+    let mut k = 0;
+    fixes.retain(|_| {
+        k += 1;
+        odd.binary_search(&(k - 1)).is_err()
+    });
+    let field = says.fixes.position.name.trim_end_matches(".unit");
+    Some((field.to_owned(), problem, remedy.to_owned()))
+}
+
+/// The numbers of the gyros are gravity, and those of the accelerometers are not.
+pub(super) fn exchanged(evidence: &Evidence, says: &Says) -> Option<Doubt> {
+    let unit = |named: &Option<(String, f64)>| named.as_ref().map_or(1.0, |(_, unit)| *unit);
+    let (gyro, accel) = (unit(&says.gyro.named), unit(&says.accel.named));
+    let middle = |of: fn(&super::evidence::Block) -> Vector3<f64>| {
+        let mut sizes: Vec<f64> = evidence.blocks.iter().map(|b| of(b).norm()).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.get(sizes.len() / 2).copied()
+    };
+    let as_force = middle(|block| block.rate)? / gyro * accel;
+    let is_gravity = |size: f64| (size / G - 1.0).abs() < GRAVITY_SHARE;
+    let swapped = is_gravity(as_force) && middle(|block| block.force)? < 0.5 * G;
+    swapped.then(|| {
+        let (field, other) = (&says.gyro.name, &says.accel.name);
+        let problem =
+            format!("has numbers of {as_force:.3}, which is gravity in the unit of '{other}'");
+        let remedy = "gyros and accelerometers seem to have changed places: check their columns";
+        (
+            field.trim_end_matches(".unit").to_owned(),
+            problem,
+            remedy.to_owned(),
+        )
+    })
+}
