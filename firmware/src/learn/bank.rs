@@ -171,7 +171,7 @@ impl<T: Real> Bank<T> {
 
     /// [`REMEMBERING`], with the likelier of both kinds of biases.
     pub fn remembering(&self) -> [usize; 4] {
-        [self.biases(), MAP, DRIVEN, CURVED]
+        [self.biases(), DRIVEN, CURVED, MAP]
     }
 
     /// The likelier of [`SIX_BIASES`] and [`STEPPED`], which remember the same.

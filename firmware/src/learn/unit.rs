@@ -18,13 +18,13 @@
 //! | 28 | 8 | evidence of the hypotheses `driven` and `curved` against `biases`, two f32 |
 //! | 36 | 4 | CRC-32 of the networks' hidden layers and scales, to which the values belong |
 //! | 40 | 12 | how wrong memory of `biases`, `driven` and `curved` was at power-on, three f32 |
-//! | 52 | 48 | what `biases`, `map`, `driven` and `curved` have won in bets ([`Carried`]), u8 |
+//! | 52 | 48 | what `biases`, `driven`, `curved` and `map` have won in bets ([`Carried`]), u8 |
 //! | 100 | 4 | 1 where this memory has been found harmful at a power-on, else 0 |
 //! | 104 | 4 | evidence of the hypothesis `map` against `biases`, f32 |
 //! | 108 | 72 | `biases`: 6 means, covariances, f32 |
-//! | 180 | 720 | `map`: 24 means, covariances, f32 |
-//! | 900 | 720 | `driven`: 24 means, covariances, f32 |
-//! | 1620 | 720 | `curved`: the same |
+//! | 180 | 720 | `driven`: 24 means, covariances, f32 |
+//! | 900 | 720 | `curved`: the same |
+//! | 1620 | 720 | `map`: the same |
 //!
 //! The means are those of the gyros, then of the accelerometers; those of `map` are nine elements,
 //! row by row, and three biases. Covariances are the lower triangles of the gyros' and of the
@@ -74,7 +74,7 @@ pub struct Head {
     pub degc: [f32; 2],
     moments: [f32; 2],
     pub(super) count: f32,
-    /// Evidence of `map`, `driven` and `curved` against `biases`.
+    /// Evidence of `driven`, `curved` and `map` against `biases`.
     evidence: [f32; 3],
     shape: u32,
     /// How wrong what was known of biases, `driven` and `curved` was at the power-ons before, in
@@ -147,13 +147,9 @@ impl Unit {
         }
         let mut carried = [UNTRIED; 4];
         let won = take::<BETS>(bytes, START);
-        let mut won = won.chunks_exact(size_of::<Carried>());
-        for (which, of) in carried.iter_mut().enumerate() {
-            if which != OF_MAP || layout.has_map {
-                let places = of.as_flattened_mut().iter_mut();
-                let bytes = won.next().unwrap_or_default();
-                places.zip(bytes).for_each(|(place, byte)| *place = *byte);
-            }
+        let places = carried.as_flattened_mut().as_flattened_mut();
+        for (place, byte) in places.iter_mut().zip(won).take(layout.bets) {
+            *place = byte;
         }
         let of_map = if layout.has_map {
             number(HEAD - 4)
@@ -166,7 +162,7 @@ impl Unit {
             degc: [number(8), number(12)],
             moments: [number(16), number(20)],
             count: number(24),
-            evidence: [of_map, number(28), number(32)],
+            evidence: [number(28), number(32), of_map],
             shape: u32::from_le_bytes(take(bytes, 36)),
             judged: [number(40), number(44), number(48)],
             carried,
@@ -175,14 +171,8 @@ impl Unit {
         self.has_map = layout.has_map;
         let mut at = layout.values;
         let mut values = self.values.iter_mut();
-        for (which, of_unit) in OF_UNIT.into_iter().enumerate() {
-            if which == OF_MAP && !layout.has_map {
-                values
-                    .by_ref()
-                    .take(REMEMBERED[OF_MAP])
-                    .for_each(|value| *value = 0.0);
-                continue;
-            }
+        let count = if layout.has_map { 4 } else { 3 };
+        for of_unit in OF_UNIT.into_iter().take(count) {
             let means = (0..of_unit).map(|_| true);
             for used in means.chain(covariances(of_unit, layout.has_map)) {
                 if used && let Some(value) = values.next() {
@@ -191,6 +181,7 @@ impl Unit {
                 at += 4;
             }
         }
+        values.for_each(|value| *value = 0.0);
         let not_negative = |x: f32| x >= 0.0 && x.is_finite();
         let [gyro, accel] = head.moments;
         let counts = [gyro, accel, head.count, head.seconds];
@@ -231,8 +222,8 @@ impl Unit {
             4 => head.moments[0],
             5 => head.moments[1],
             6 => head.count,
-            7 => head.evidence[1],
-            8 => head.evidence[2],
+            7 => head.evidence[0],
+            8 => head.evidence[1],
             9 => return head.shape.to_le_bytes(),
             10 => head.judged[0],
             11 => head.judged[1],
@@ -242,7 +233,7 @@ impl Unit {
                 return take(bets, 4 * index - START);
             }
             _ if index == HEAD / 4 - 2 => return u32::from(head.refuted).to_le_bytes(),
-            _ if index == HEAD / 4 - 1 => head.evidence[0],
+            _ if index == HEAD / 4 - 1 => head.evidence[2],
             _ => self
                 .values
                 .get(index - HEAD / 4)
@@ -289,7 +280,7 @@ impl Unit {
         let scores = remembering.map(|of| bank.score(of));
         let best = (scores.iter()).fold(f64::NEG_INFINITY, |best, score| best.max(*score));
         let behind = scores.map(|score| within(score - best));
-        let [biases, map, driven, curved] = behind;
+        let [biases, driven, curved, map] = behind;
         let of = remembering.into_iter().zip(behind);
         let (of, _) = of.fold((SIX_BIASES, biases), |best, other| {
             if other.1 > best.1 { other } else { best }
@@ -304,7 +295,7 @@ impl Unit {
             degc: [base.degc[0].min(degc[0]), base.degc[1].max(degc[1])],
             moments: [base.moments[0] + gyro, base.moments[1] + accel],
             count: base.count + 3.0,
-            evidence: [map - biases, driven - biases, curved - biases],
+            evidence: [driven, curved, map].map(|of| of - biases),
             shape: digest(shapes),
             judged,
             carried: remembering.map(|of| rehearsal.carried(of)),
@@ -340,9 +331,7 @@ impl Unit {
     }
 }
 
-/// Place of `map` in [`REMEMBERING`].
-const OF_MAP: usize = 1;
-const _: () = assert!(REMEMBERING[OF_MAP] == MAP);
+const _: () = assert!(REMEMBERING[3] == MAP);
 
 /// Means of each of [`REMEMBERING`].
 const OF_UNIT: [usize; 4] = [6, 24, 24, 24];
@@ -360,6 +349,8 @@ fn covariances(of_unit: usize, new: bool) -> impl Iterator<Item = bool> {
 /// Where the parts of a layout begin, and its length.
 struct Layout {
     has_map: bool,
+    /// Bytes of bets.
+    bets: usize,
     refuted: usize,
     values: usize,
     len: usize,
@@ -368,6 +359,7 @@ struct Layout {
 impl Layout {
     const NOW: Layout = Layout {
         has_map: true,
+        bets: BETS,
         refuted: HEAD - 8,
         values: HEAD,
         len: LEN,
@@ -375,6 +367,7 @@ impl Layout {
     /// Version 3.
     const OLDER: Layout = Layout {
         has_map: false,
+        bets: 3 * size_of::<Carried>(),
         refuted: START + 3 * size_of::<Carried>(),
         values: START + 3 * size_of::<Carried>() + 4,
         len: 2792,

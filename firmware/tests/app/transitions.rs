@@ -16,7 +16,6 @@ use firmware::control::{Alignment, Mode, Reason};
 use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{Request, Response};
 use firmware::wire::stim300::config::Config as Stim300;
-use lrnn_nostd::image;
 
 /// Errors in the store, proved by the learner, and uploaded, m/s2.
 pub const STORED: f32 = 0.05;

@@ -158,7 +158,7 @@ fn other_recordings_run_and_wrong_files_are_named() {
 #[test]
 fn a_black_box_is_no_session() {
     let dir = tempfile::tempdir().unwrap();
-    let head = "4c524242010001020000000000000000000000000000000000000000858baa4f";
+    let head = "4c524242020001020000000000000000000000000000000000000000ad22b417";
     let memory = head.to_owned() + &"0".repeat(2 * (3328 - 32));
     let content = serde_json::json!({
         "blackbox": 1, "firmware": [0, 1, 0], "holds_because": "it was asked to",

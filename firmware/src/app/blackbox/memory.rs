@@ -20,7 +20,7 @@ const _: () = assert!(LEN == 3328);
 
 const MAGIC: [u8; 4] = *b"LRBB";
 /// Version of the layout.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 const CRC_AT: usize = HEAD_LEN - 4;
 
 /// The memory of a black box. Any bytes are valid: those that are none of a black box are

@@ -174,7 +174,7 @@ fn a_map_comes_slowly_where_the_estimate_does() {
     let mut state = compensator.power_on(true);
     state.off = false;
     let all = samples(100);
-    let mut second = |state: &mut State| {
+    let second = |state: &mut State| {
         for sample in &all {
             compensator.process(state, *sample);
         }

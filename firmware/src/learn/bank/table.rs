@@ -4,8 +4,8 @@
 use super::hypothesis::Hypothesis;
 use crate::learn::prior::{Datasheet, Layers, LearnerNet, NAV, Shapes, weights};
 use lrnn_nostd::learn::kalman::{
-    FixedWeights, Kalman, Maps, NoParameters, ParameterSet, Prior, TRIADS, UnitBiases, UnitMap,
-    UnitOutput,
+    FixedWeights, Kalman, Maps, NoParameters, OutputWeights, ParameterSet, Prior, TRIADS,
+    UnitBiases, UnitMap, UnitOutput,
 };
 use lrnn_nostd::{Net, Rational, Real};
 
@@ -81,14 +81,14 @@ macro_rules! hypotheses {
             /// Gives [`REMEMBERING`] what is known of the unit. False: a value cannot be, and those
             /// that it belongs to stay as they were.
             pub fn recall(&mut self, values: &[T], ages: T, has_map: bool) -> bool {
-                let [of_biases, of_map, of_driven, _] = REMEMBERED;
+                let [of_biases, of_driven, of_curved, _] = REMEMBERED;
                 let Some((biases, rest)) = values.split_at_checked(of_biases) else {
                     return false;
                 };
-                let Some((map, rest)) = rest.split_at_checked(of_map) else {
+                let Some((driven, rest)) = rest.split_at_checked(of_driven) else {
                     return false;
                 };
-                let Some((driven, curved)) = rest.split_at_checked(of_driven) else {
+                let Some((curved, map)) = rest.split_at_checked(of_curved) else {
                     return false;
                 };
                 let stepped = ages + T::from_f64(STEP * STEP);
@@ -131,15 +131,16 @@ macro_rules! hypotheses {
 
 // Slot; what is learnt, and the number of its parameters (biases and weights); what the hidden
 // layers are; greatest contribution of the networks, in units of the bias; key; name. The first
-// believes the sensors; the last believes what was stored.
+// believes the sensors.
 hypotheses! {
     zero_correction: NoParameters, 0, Time 0.0, "zero-correction", "zero correction";
     biases: UnitBiases, 12, Driven 0.0, "biases", "biases";
+    output: OutputWeights, 24, Time 0.3, "output", "output weights, by time";
     stepped: UnitBiases, 12, Driven 0.0, "stepped", "biases, stepped since the last drive";
-    map: UnitMap, 30, Driven 0.0, "map", "biases and a map";
     driven: UnitOutput, 30, Driven 0.5, "driven", "output layer, by the inputs";
     curved: UnitOutput, 30, Curved 5.0, "curved", "output layer, by a curve of temperature";
     stored: FixedWeights, 0, Time 0.0, "stored", "stored networks";
+    map: UnitMap, 30, Driven 0.0, "map", "biases and a map";
 }
 
 /// Values that each of [`REMEMBERING`] remembers over power-off.
@@ -147,9 +148,9 @@ pub const REMEMBERED: [usize; 4] = {
     let layer = Filter::<UnitOutput, 30, 465, f32>::REMEMBERED;
     [
         Filter::<UnitBiases, 12, 78, f32>::REMEMBERED,
+        layer,
+        layer,
         Filter::<UnitMap, 30, 465, f32>::REMEMBERED,
-        layer,
-        layer,
     ]
 };
 
@@ -184,7 +185,7 @@ pub const SIX_BIASES: usize = 1;
 
 /// The same, for a unit whose biases have stepped since the last drive, by [`STEP`] of the
 /// datasheet's. Before the first fix it has the odds [`STEPS`].
-pub const STEPPED: usize = 2;
+pub const STEPPED: usize = 3;
 
 /// Standard deviation of a step of a bias between two drives, as a share of the datasheet's. (Of
 /// five units of one type, four stepped at once, by 0.12 to 0.2 of it, on different axes.)
@@ -194,7 +195,7 @@ pub const STEP: f64 = 0.2;
 pub const STEPS: f64 = 1.0 / 9.0;
 
 /// The hypothesis that knows the biases and the maps of both triads.
-pub const MAP: usize = 3;
+pub const MAP: usize = 7;
 
 /// The hypothesis whose networks are driven by their inputs: the output layer belongs to the unit,
 /// and six biases to this turn-on.
@@ -205,7 +206,7 @@ pub const DRIVEN: usize = 4;
 pub const CURVED: usize = 5;
 
 /// Hypotheses that remember the unit over power-off. What the others know is of this turn-on.
-pub const REMEMBERING: [usize; 4] = [SIX_BIASES, MAP, DRIVEN, CURVED];
+pub const REMEMBERING: [usize; 4] = [SIX_BIASES, DRIVEN, CURVED, MAP];
 
 /// Hypotheses that extend the six biases, one bit each: they must not be worse than these.
 pub const EXTENDING: u8 = 1 << MAP | 1 << DRIVEN | 1 << CURVED;
@@ -215,7 +216,7 @@ pub const SETTLING: u8 = 1 << DRIVEN | 1 << CURVED | 1 << STORED;
 
 /// The hypothesis that believes the networks that were stored: they correct this drive, and learn
 /// nothing. It takes part when there are any.
-pub const STORED: usize = HYPOTHESES - 1;
+pub const STORED: usize = 6;
 
 /// All hypotheses, one bit each.
 pub const ALL: u8 = u8::MAX >> (u8::BITS as usize - HYPOTHESES);

@@ -36,7 +36,7 @@ impl FixLearner<'_> {
     fn best_of_unit(&self) -> Option<usize> {
         let bank = &self.memory.bank;
         let [biases, driven, curved] = self.remembered.judged.so_far();
-        let wrong = [biases, biases, driven, curved];
+        let wrong = [biases, driven, curved, biases];
         let each = bank.remembering().into_iter().zip(wrong);
         let proved = each.filter(|&(h, _)| self.memory.rehearsal.has_proved(h));
         let candidates = proved.map(|(hypothesis, wrong)| Candidate {

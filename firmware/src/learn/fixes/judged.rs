@@ -55,15 +55,18 @@ impl Judged {
     /// A drive begins before which `values` were known, in the order of
     /// [`Bank::remember`].
     pub fn begin(&mut self, before: [f32; 3], values: Option<&[f32]>) {
-        let [of_biases, of_map, of_driven, _] = REMEMBERED;
-        let driven = of_biases + of_map;
+        let [of_biases, of_driven, ..] = REMEMBERED;
         *self = Judged {
             before,
             ..Self::NONE
         };
         let Some(values) = values else { return };
         let mut known = [0.0; MEANS];
-        let starts = [(0, 6), (driven, OF_LAYER), (driven + of_driven, OF_LAYER)];
+        let starts = [
+            (0, 6),
+            (of_biases, OF_LAYER),
+            (of_biases + of_driven, OF_LAYER),
+        ];
         let all = starts
             .into_iter()
             .flat_map(|(start, len)| values.iter().skip(start).take(len));

@@ -424,7 +424,7 @@ mod tests {
             ("only-stepped", 0b00_1000),
             ("only-driven", 0b01_0000),
             ("only-curved", 0b10_0000),
-            ("only-all-weights", 0b1000_0000),
+            ("only-map", 0b1000_0000),
             ("no-networks", 0b00_1011),
         ];
         let got: Vec<(String, u8)> = ablations().collect();
