@@ -10,7 +10,9 @@ use firmware::learn::rehearsal::{Bets, Coast, Seen};
 use firmware::learn::{Antenna, Settings};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
-use lrnn_nostd::learn::kalman::{AllWeights, Kalman, OUTPUTS, ParameterSet, Prior, Transition};
+use lrnn_nostd::learn::kalman::{
+    AllWeights, Correction, Kalman, OUTPUTS, ParameterSet, Prior, Transition,
+};
 
 use crate::navigation::{RATE, navigator, sample};
 use crate::work::Found;
@@ -140,7 +142,7 @@ impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED>
     /// One repetition.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> Found {
-        self.filter.propagate(&self.block, &[0.0; OUTPUTS]);
+        self.filter.propagate(&self.block, &Correction::NONE);
         for (k, variance) in VARIANCE.into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
             let innovation = self.filter.innovation(i, input[k % 3] * 1e-3, variance);
@@ -173,7 +175,7 @@ impl LearnerSecondWork {
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> Found {
         self.bank
-            .propagate_mean(&self.scratch.block, &[0.0; OUTPUTS]);
+            .propagate_mean(&self.scratch.block, &Correction::NONE);
         self.bank.propagate_covariance(&mut self.scratch);
         let [x, y, z] = input.map(|x| x * 1e-3);
         let refused = self.bank.fix(&[x, y, z, x, y, z], &VARIANCE, true);
@@ -215,7 +217,11 @@ impl<const K: usize> ShadowSecondWork<K> {
         self.bets.passes(1.0);
         for coast in &mut self.coasts {
             coast.start(&self.bank);
-            coast.moves(&self.block, &[x * 1e-6; OUTPUTS]);
+            let applied = Correction {
+                estimate: [x * 1e-6; OUTPUTS],
+                maps: [[[x * 1e-3; 3]; 3]; 2],
+            };
+            coast.moves(&self.block, &applied);
             let scores = coast.ends(&seen, 1.0);
             coast.feed_back(&[y * 1e-3; NAV]);
             good &= scores.is_some();
@@ -255,7 +261,7 @@ impl AntennaSecondWork {
     /// One repetition.
     #[inline(always)]
     pub fn run(&mut self, input: [f32; 3]) -> Found {
-        self.antenna.interval(&self.block, &[0.0; OUTPUTS]);
+        self.antenna.interval(&self.block, &Correction::NONE);
         let fix = Fix {
             position: self.navigator.state().position,
             velocity: input.map(|x| f64::from(x * 1e-3)),

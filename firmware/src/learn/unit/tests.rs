@@ -206,8 +206,7 @@ fn a_refuted_memory_is_on_trial() {
 #[test]
 fn the_version_before_is_read() {
     let mut unit = after(&Head::NEW, &THERMAL);
-    let of = |at: u8| [[[at, at + 1]; 6]; 4];
-    unit.head.carried = of(50);
+    unit.head.carried = [[[50, 51]; 6]; 4];
     for (which, carried) in unit.head.carried.iter_mut().enumerate() {
         carried[0][0] = 10 * which as u8;
     }

@@ -295,6 +295,7 @@ fn transitions_are_those_of_the_desktop() {
                 gamma: std::array::from_fn(|i| std::array::from_fn(|j| usual.gamma[(i, j)] as f32)),
                 q: std::array::from_fn(|i| std::array::from_fn(|j| usual.q[(i, j)] as f32)),
                 time: usual.time as f32,
+                ..Transition::ZEROED
             };
             for (worst, of) in worst.iter_mut().zip([&got, &usual]) {
                 for (w, r) in worst.iter_mut().zip(relative(of, &want)) {

@@ -8,7 +8,7 @@ use host_core::inertial::sins::{Increment, NavState, Sins};
 use host_lab::learning::aiding::fix_at;
 use host_lab::learning::fix_learner::datasheet;
 use host_lab::learning::teacher::{Assumptions, Start, aligned};
-use lrnn_nostd::learn::kalman::Transition;
+use lrnn_nostd::learn::kalman::{Correction, Transition};
 use nalgebra::{DVector, SMatrix, Vector3};
 
 /// A learner within a session.
@@ -81,7 +81,11 @@ impl F64Learner {
         let dp = nav.position.ned_from(&fix.position);
         let dv = nav.velocity - fix.velocity;
         let innovation = [dp.x, dp.y, dp.z, dv.x, dv.y, dv.z];
-        self.bank.propagate_mean(&self.scratch.block, &self.applied);
+        let applied = Correction {
+            estimate: self.applied,
+            ..Correction::NONE
+        };
+        self.bank.propagate_mean(&self.scratch.block, &applied);
         self.bank.propagate_covariance(&mut self.scratch);
         let variance = fix.sigmas.map(|s| s * s);
         let refused = self.bank.fix(&innovation, &variance, true);
@@ -109,6 +113,7 @@ fn transition(block: &Block) -> Transition<NAV, f64> {
         gamma: rows(&block.gamma),
         q: rows(&block.q),
         time: block.time,
+        ..Transition::ZEROED
     }
 }
 
