@@ -60,8 +60,8 @@ fn map_limit(configuration: &Configuration) -> [f32; 2] {
         .map(|triad| MAP_LIMIT * triad.scale.max(triad.misalignment))
 }
 
-/// Mean rate of a vehicle over some minutes, as a share of its usual largest rate (assumed): 1 deg/s
-/// on land.
+/// Mean rate of a vehicle over some minutes, as a share of its usual largest rate (assumed): 1
+/// deg/s on land.
 const MEAN_TURN: f32 = 0.1;
 /// Standard deviations that an element of a map may have.
 const MAP_LIMIT: f32 = 3.0;
@@ -176,8 +176,8 @@ impl Config {
         configuration.map_or(0.0, |configuration| configuration.receiver.heading_offset)
     }
 
-    /// The largest correction of an axis, the maps' part included, in a vehicle that turns on average
-    /// by no more than [`MEAN_TURN`] of its usual largest rate ([`usual`]).
+    /// The largest correction of an axis, the maps' part included, in a vehicle that turns on
+    /// average by no more than [`MEAN_TURN`] of its usual largest rate ([`usual`]).
     fn with_maps(&self) -> Limit {
         let kind = self.configuration.as_ref().map(|of| of.vehicle.kind);
         let [rate, force] = usual(kind.unwrap_or(VehicleKind::Land));

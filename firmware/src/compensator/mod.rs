@@ -8,6 +8,7 @@
 //! correction of zero the output is the input, bit for bit.
 
 mod driven;
+mod force;
 mod limit;
 mod outlet;
 mod proportional;
@@ -314,24 +315,6 @@ impl Compensator {
         self.within_limit([self.gyro.initial_output(), self.accel.initial_output()])
     }
 
-    fn within_limit(&self, [gyro, accel]: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
-        [
-            gyro.map(|e| clip(e, self.limit.gyro)),
-            accel.map(|e| clip(e, self.limit.accel)),
-        ]
-    }
-
-    /// The maps, each element within the limit.
-    fn maps_within_limit(&self) -> Maps<f32> {
-        let mut maps = self.maps;
-        for (map, limit) in maps.iter_mut().zip(self.map_limit) {
-            for element in map.as_flattened_mut() {
-                *element = clip(*element, limit);
-            }
-        }
-        maps
-    }
-
     /// One sample in, one sample out. At the end of a block also the networks' output, which takes
     /// effect with the next sample.
     pub fn process(&self, state: &mut State, sample: Counts) -> (Counts, Option<Block>) {
@@ -413,29 +396,6 @@ impl Compensator {
         [g.error, a.error]
     }
 
-    /// Brings an estimate into force at once, within the limit, with the networks' maps.
-    pub fn force(&self, state: &mut State, estimate: &[[f32; 3]; 2]) {
-        self.force_with(state, estimate, &self.maps_within_limit());
-    }
-
-    /// Brings an estimate and maps that were in force before into force at once.
-    pub fn force_with(&self, state: &mut State, estimate: &[[f32; 3]; 2], maps: &Maps<f32>) {
-        (state.estimate, state.maps) = (self.within_limit(*estimate), *maps);
-        self.is_in_force(state);
-    }
-
-    /// The correction is zero at once.
-    pub fn force_zero(&self, state: &mut State) {
-        self.force_with(state, &[[0.0; 3]; 2], &Nets::NONE.maps);
-    }
-
-    /// Estimate and maps have changed.
-    fn is_in_force(&self, state: &mut State) {
-        state.estimate_sum = state.estimate_sum();
-        state.proportional = Proportional::of(&state.maps);
-        self.make_due(state);
-    }
-
     /// The stream has a gap, and the networks do not step over it. The samples since the last block
     /// are given up and the next sample begins a new block. Until that is full, the estimate and
     /// the networks' states stay as they are.
@@ -475,37 +435,6 @@ impl Compensator {
             fault,
         }
     }
-
-    /// Moves estimate and maps to their targets, within the slew limit, and computes them per
-    /// sample. An element of a map moves by the same share of its limit as the estimate.
-    fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2], maps: &Maps<f32>) {
-        if !state.is_estimate_sound() {
-            self.mend_estimate(state);
-        }
-        let slew = self
-            .slew
-            .map(|slew| [slew.gyro, slew.accel].map(|s| s * self.block_s));
-        match slew {
-            None => (state.estimate, state.maps) = (*target, *maps),
-            Some(slew) => {
-                let limits = [self.limit.gyro, self.limit.accel];
-                let of_maps = state.maps.iter_mut().zip(maps).zip(slew.iter().zip(limits));
-                for (((now, to), (slew, limit)), most) in of_maps.zip(self.map_limit) {
-                    let share = if limit > 0.0 { slew / limit } else { 1.0 };
-                    let now = now.as_flattened_mut().iter_mut();
-                    for (now, to) in now.zip(to.as_flattened()) {
-                        *now += clip(to - *now, share * most);
-                    }
-                }
-                for ((estimate, target), slew) in state.estimate.iter_mut().zip(target).zip(slew) {
-                    for (e, t) in estimate.iter_mut().zip(target) {
-                        *e += clip(t - *e, slew);
-                    }
-                }
-            }
-        }
-        self.is_in_force(state);
-    }
 }
 
 /// Not inlined, so that the network's code is in the image once.
@@ -522,19 +451,6 @@ fn step_of(sample: &RawSample) -> f32 {
     match sample {
         RawSample::Counts { .. } => 1.0,
         RawSample::Floats { .. } => 1.0 / FLOAT_STEPS,
-    }
-}
-
-/// Limits to `[-limit, limit]`; NaN becomes zero.
-fn clip(x: f32, limit: f32) -> f32 {
-    if x > limit {
-        limit
-    } else if x < -limit {
-        -limit
-    } else if x.is_nan() {
-        0.0
-    } else {
-        x
     }
 }
 

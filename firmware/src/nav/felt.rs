@@ -83,8 +83,8 @@ impl Felt {
     }
 
     /// Effects of both maps on the navigator's errors, as
-    /// [`lrnn_nostd::learn::kalman::Transition::proportional`], over an interval of `time` s: of the
-    /// gyros by rotation, of the accelerometers by force.
+    /// [`lrnn_nostd::learn::kalman::Transition::proportional`], over an interval of `time` s: of
+    /// the gyros by rotation, of the accelerometers by force.
     pub fn proportional(&self, time: f32) -> [[f32; PROPORTIONAL]; ERRORS] {
         let mut rows = [[0.0; PROPORTIONAL]; ERRORS];
         for pair in 0..PAIRS {

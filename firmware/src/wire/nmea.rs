@@ -199,8 +199,8 @@ pub(super) fn is_ended_by_silence(unread: &[u8]) -> bool {
 /// What a silence of the line puts behind such bytes.
 pub(super) const AFTER: [u8; END] = [b'\n'; END];
 
-/// Kind and time of a sentence that a framer has checked; `None` if it is another one, a date alone,
-/// or its time cannot be read.
+/// Kind and time of a sentence that a framer has checked; `None` if it is another one, a date
+/// alone, or its time cannot be read.
 pub(super) fn head(frame: &[u8]) -> Option<Head> {
     let sentence = Sentence::of(take(frame, 1))?;
     let time = match sentence {
@@ -215,8 +215,8 @@ pub(super) fn head(frame: &[u8]) -> Option<Head> {
     })
 }
 
-/// Day of the week, 0 for Sunday, and ms of the day, of a ZDA. It belongs to no epoch: some receivers
-/// send that of the next second.
+/// Day of the week, 0 for Sunday, and ms of the day, of a ZDA. It belongs to no epoch: some
+/// receivers send that of the next second.
 pub(super) fn date(frame: &[u8]) -> Option<(u8, u32)> {
     if Sentence::of(take(frame, 1)) != Some(Sentence::Zda) {
         return None;

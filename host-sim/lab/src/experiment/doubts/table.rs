@@ -409,8 +409,8 @@ fn axes_remedy(axes: &Matrix3<f64>, example: &str) -> String {
     }
 }
 
-/// All rotations by multiples of 90 degrees but none at all; with `hand` -1 all others that put axes
-/// into each other's place.
+/// All rotations by multiples of 90 degrees but none at all; with `hand` -1 all others that put
+/// axes into each other's place.
 fn turned(hand: f64) -> Vec<Matrix3<f64>> {
     let mut out = Vec::new();
     for order in [

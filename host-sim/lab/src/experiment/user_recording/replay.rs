@@ -15,8 +15,8 @@ use host_io::recordings::record::Record;
 use host_io::recordings::track::Track;
 use host_unit::Unit;
 
-/// Refused alignments of a device that does not navigate, from which on its samples and fixes are said
-/// to contradict each other.
+/// Refused alignments of a device that does not navigate, from which on its samples and fixes are
+/// said to contradict each other.
 const CONTRADICTED: u32 = 5;
 
 /// The user's choices.

@@ -1,0 +1,94 @@
+//! What brings a correction into force: at once, or no faster than the slew limit, and within the
+//! limits.
+
+use super::proportional::Proportional;
+use super::{Compensator, State};
+use crate::model::Nets;
+use lrnn_nostd::learn::kalman::Maps;
+
+impl Compensator {
+    pub(super) fn within_limit(&self, [gyro, accel]: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
+        [
+            gyro.map(|e| clip(e, self.limit.gyro)),
+            accel.map(|e| clip(e, self.limit.accel)),
+        ]
+    }
+
+    /// The maps, each element within the limit.
+    pub(super) fn maps_within_limit(&self) -> Maps<f32> {
+        let mut maps = self.maps;
+        for (map, limit) in maps.iter_mut().zip(self.map_limit) {
+            for element in map.as_flattened_mut() {
+                *element = clip(*element, limit);
+            }
+        }
+        maps
+    }
+
+    /// Brings an estimate into force at once, within the limit, with the networks' maps.
+    pub fn force(&self, state: &mut State, estimate: &[[f32; 3]; 2]) {
+        self.force_with(state, estimate, &self.maps_within_limit());
+    }
+
+    /// Brings an estimate and maps that were in force before into force at once.
+    pub fn force_with(&self, state: &mut State, estimate: &[[f32; 3]; 2], maps: &Maps<f32>) {
+        (state.estimate, state.maps) = (self.within_limit(*estimate), *maps);
+        self.is_in_force(state);
+    }
+
+    /// The correction is zero at once.
+    pub fn force_zero(&self, state: &mut State) {
+        self.force_with(state, &[[0.0; 3]; 2], &Nets::NONE.maps);
+    }
+
+    /// Estimate and maps have changed.
+    pub(super) fn is_in_force(&self, state: &mut State) {
+        state.estimate_sum = state.estimate_sum();
+        state.proportional = Proportional::of(&state.maps);
+        self.make_due(state);
+    }
+
+    /// Moves estimate and maps to their targets, within the slew limit, and computes them per
+    /// sample. An element of a map moves by the same share of its limit as the estimate.
+    pub(super) fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2], maps: &Maps<f32>) {
+        if !state.is_estimate_sound() {
+            self.mend_estimate(state);
+        }
+        let slew = self
+            .slew
+            .map(|slew| [slew.gyro, slew.accel].map(|s| s * self.block_s));
+        match slew {
+            None => (state.estimate, state.maps) = (*target, *maps),
+            Some(slew) => {
+                let limits = [self.limit.gyro, self.limit.accel];
+                let of_maps = state.maps.iter_mut().zip(maps).zip(slew.iter().zip(limits));
+                for (((now, to), (slew, limit)), most) in of_maps.zip(self.map_limit) {
+                    let share = if limit > 0.0 { slew / limit } else { 1.0 };
+                    let now = now.as_flattened_mut().iter_mut();
+                    for (now, to) in now.zip(to.as_flattened()) {
+                        *now += clip(to - *now, share * most);
+                    }
+                }
+                for ((estimate, target), slew) in state.estimate.iter_mut().zip(target).zip(slew) {
+                    for (e, t) in estimate.iter_mut().zip(target) {
+                        *e += clip(t - *e, slew);
+                    }
+                }
+            }
+        }
+        self.is_in_force(state);
+    }
+}
+
+/// Limits to `[-limit, limit]`; NaN becomes zero.
+fn clip(x: f32, limit: f32) -> f32 {
+    if x > limit {
+        limit
+    } else if x < -limit {
+        -limit
+    } else if x.is_nan() {
+        0.0
+    } else {
+        x
+    }
+}
