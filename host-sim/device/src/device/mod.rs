@@ -11,6 +11,7 @@ mod key;
 mod learning;
 mod link;
 mod port;
+pub mod proof;
 mod provision;
 mod receiver;
 pub mod refusal;
@@ -30,7 +31,7 @@ pub use provision::{open_by_choice, provision};
 pub use receiver::Receiver;
 pub use reset::Start;
 pub use store::{can_store, store};
-pub use watch::{Antenna, Counted, Event, Learner, Status, Watch, named_counters, watch};
+pub use watch::{Antenna, Event, Last, Learner, Status, Watch, named_counters, watch};
 pub use weights::check_image;
 
 use firmware::control::Mode;

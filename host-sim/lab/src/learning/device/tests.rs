@@ -172,7 +172,7 @@ fn a_device_says_what_an_interruption_cost() {
     let mut session = session(420.0, 3);
     let mut device = of_medium();
     let whole = device.clone().drive_session(&session, session.epochs());
-    assert_eq!(whole.diary.interruptions, []);
+    assert_eq!(whole.diary.proofs.interruptions, []);
     session.outages = vec![Outage {
         epochs: 400..412,
         resume: Start {
@@ -186,11 +186,11 @@ fn a_device_says_what_an_interruption_cost() {
         },
     }];
     let drive = device.drive_session(&session, session.epochs());
-    let [of] = &drive.diary.interruptions[..] else {
-        panic!("{:?}", drive.diary.interruptions);
+    let [of] = &drive.diary.proofs.interruptions[..] else {
+        panic!("{:?}", drive.diary.proofs.interruptions);
     };
-    assert_eq!(of.gap_s, Some([400.0, 12.0]));
-    assert!((400..=413).contains(&of.t_s), "{of:?}");
+    assert_eq!(of.why.as_deref(), Some("a gap of 12.00 s at 400.0 s"));
+    assert!((400.0..=413.0).contains(&of.t_s), "{of:?}");
     let course = course(&drive, &device, &Nets::NONE);
     assert!(
         course.says.contains("a gap of 12.00 s at 400.0 s"),
