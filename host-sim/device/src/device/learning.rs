@@ -28,6 +28,17 @@ pub struct Solution {
     pub sigma: [f64; 6],
 }
 
+impl Solution {
+    /// The estimated errors, rad/s and m/s2.
+    #[must_use]
+    pub fn estimate_si(&self) -> [[f64; 3]; 2] {
+        let [a, b, c, x, y, z] = self.estimate;
+        let rate = |dph: f64| dph.to_radians() / 3600.0;
+        let force = |mg: f64| mg * 1e-3 * firmware::units::G;
+        [[a, b, c].map(rate), [x, y, z].map(force)]
+    }
+}
+
 /// State of one hypothesis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {

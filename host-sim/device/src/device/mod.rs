@@ -3,6 +3,7 @@
 //! [`Link`] sends requests and decodes the answers. Everything else here uses it. The refusals and
 //! the faults of a device are described in [`refusal`] and [`faults`].
 
+pub mod biases;
 mod blackbox;
 mod configure;
 pub mod faults;

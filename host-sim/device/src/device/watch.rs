@@ -1,10 +1,13 @@
 //! Watches a device: once a second its mode, faults, rates, learner, error bound and load.
 
+use super::biases::{large, sheet};
+use super::configure::record;
 use super::faults::{self, Fault};
 use super::learning::{Solution, Trials};
 use super::link::Link;
 use super::mode_name;
 use super::proof::{Interruption, Nearest, Proofs};
+use firmware::configuration::record::decode;
 use firmware::control::Way;
 use firmware::wire::command::{self, Counters, Health};
 use host_core::error::Error;
@@ -41,7 +44,7 @@ pub struct Status {
     pub nearest: Option<Nearest>,
     /// The last interruption of the navigation since the watch began, in s of the watch.
     pub interruption: Option<Interruption>,
-    /// Proof and interruption in words, for the reader.
+    /// Proof, interruption and biases that are too large in words, for the reader.
     pub says: Vec<String>,
     /// Lever arm and delay of the fixes; `None` on a board without a learner.
     pub antenna: Option<Antenna>,
@@ -222,6 +225,8 @@ pub struct Last {
     /// The counters and the time of their request, if the device has answered since.
     counted: Option<(Instant, Counters)>,
     proofs: Proofs,
+    /// Standard deviations of the biases as configured, rad/s, m/s2.
+    sheet: Option<[f64; 2]>,
 }
 
 impl Last {
@@ -246,9 +251,13 @@ impl Last {
         status.nearest = self.proofs.nearest();
         status.interruption = self.proofs.interruptions.last().cloned();
         let interruption = status.interruption.as_ref();
+        let estimate = status.solution.as_ref().map(Solution::estimate_si);
         let said = [
             status.nearest.as_ref().map(Nearest::to_string),
             interruption.map(|of| format!("{of} (s of this watch)")),
+            estimate
+                .zip(self.sheet)
+                .and_then(|(of, sheet)| large(of, sheet)),
         ];
         status.says = said.into_iter().flatten().collect();
     }
@@ -271,6 +280,11 @@ impl Status {
             trials: link.trials()?,
             ..Self::new(time_s, &health, &counters, (now, before))
         };
+        if status.per_second.is_none() {
+            let record = record(link)?;
+            let configuration = record.and_then(|bytes| decode(&bytes).ok());
+            last.sheet = configuration.as_ref().map(sheet);
+        }
         last.complete(&mut status, before.map(|of| of.1), &counters);
         Ok(status)
     }

@@ -4,6 +4,7 @@ use super::{Device, Drive};
 use firmware::control::Way;
 use firmware::learn::bank::NAMES;
 use firmware::model::Nets;
+use host_device::device::biases::{large, sheet};
 use host_device::device::proof::{Interruption, Nearest};
 use serde::Serialize;
 
@@ -97,8 +98,23 @@ pub fn course(drive: &Drive, device: &Device, before: &Nets) -> Course {
         proved: drive.proved(),
         nearest: drive.diary.proofs.nearest(),
         stored_s: drive.stored_s.clone(),
-        says: format!("{}; {}", since(drive), learns(drive, device, before)),
+        says: format!(
+            "{}; {}{}",
+            since(drive),
+            learns(drive, device, before),
+            biases(drive, device)
+        ),
     }
+}
+
+/// Biases that are large against the unit file.
+fn biases(drive: &Drive, device: &Device) -> String {
+    let last = drive.diary.entries.last();
+    let large = last.and_then(|of| {
+        let [a, b, c, x, y, z] = of.estimate.map(f64::from);
+        large([[a, b, c], [x, y, z]], sheet(device.configuration()))
+    });
+    large.map_or(String::new(), |says| format!("; {says}"))
 }
 
 /// What the learner has come to, or what it waits for.

@@ -200,3 +200,19 @@ fn a_device_says_what_an_interruption_cost() {
         assert!(again > of.t_s && proof <= of.proof.max(45), "{of:?}");
     }
 }
+
+/// Biases that are large against the unit file are named with their size; others are not.
+#[test]
+fn a_device_names_biases_that_are_too_large() {
+    let session = session(240.0, 3);
+    let as_it_is = of_medium();
+    for (share, named) in [(1.0, false), (0.1, true)] {
+        let mut configuration = as_it_is.configuration().clone();
+        configuration.gyro.bias_turn_on *= share;
+        configuration.gyro.bias_in_run *= share;
+        let mut device = Device::new(&configuration);
+        let drive = device.drive_session(&session, session.epochs());
+        let says = course(&drive, &device, &Nets::NONE).says;
+        assert_eq!(says.contains("the gyros' biases, "), named, "{says}");
+    }
+}
