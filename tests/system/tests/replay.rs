@@ -184,8 +184,13 @@ fn a_black_box_is_no_session() {
 fn sessions_that_do_not_belong_together_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
-    write("unit.toml", "name = \"U\"\nserial = \"A\"\n");
-    write("none.toml", "name = \"U\"\n");
+    let sensors = "[sensor]\nformat = 'detect'\nrate_hz = 120\n\
+                   [gyro]\nbias_turn_on_dph = 7200\nbias_in_run_dph = 10\n\
+                   angle_random_walk_dpsqrth = 0.4\n\
+                   [accel]\nbias_turn_on_ug = 20000\nbias_in_run_ug = 30\n\
+                   velocity_random_walk_ugpsqrthz = 120\n";
+    write("unit.toml", &format!("name = 'U'\nserial = 'A'\n{sensors}"));
+    write("none.toml", &format!("name = 'U'\n{sensors}"));
     write("foreign", &"store".repeat(60_000));
     let entries = |unit: &str, of: [&str; 2]| {
         let [one, two] = of;

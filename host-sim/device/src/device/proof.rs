@@ -223,7 +223,7 @@ mod tests {
 
     /// A capital that doubles every 30 s reaches the proof in as many half minutes as are missing.
     #[test]
-    fn a_steady_pace_is_told() {
+    fn a_steady_pace_gives_the_time_left() {
         let mut proofs = Proofs::default();
         for t in 0..=50 {
             proofs.note(f64::from(t), true, one(2f32.powi(t / 30)), || None);
