@@ -100,6 +100,7 @@ export function bound(metres) {
 
 /** How the candidates stand. */
 export function trials(s) {
+  put("says", s.says.map((sentence) => `${sentence}.`).join(" "));
   const body = at("trials").tBodies[0];
   if (!s.trials) {
     body.replaceChildren();

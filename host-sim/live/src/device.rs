@@ -15,9 +15,7 @@ use firmware::configuration::{Activation, Configuration};
 use firmware::wire::command::key::Secret;
 use firmware::wire::command::{Request, Response};
 use host_core::error::Error;
-use host_device::device::{
-    Counted, Info, Link, Solution, Status, Trials, configuration, info, usual,
-};
+use host_device::device::{Info, Last, Link, Status, Trials, configuration, info, usual};
 use serde::Serialize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -62,17 +60,13 @@ pub struct Around {
 pub struct Now {
     /// Time of the server, s.
     pub t: f64,
-    /// Mode, faults, counters, learner, error bound.
+    /// Mode, faults, counters, learner with its solution and hypotheses, error bound.
     #[serde(flatten)]
     pub status: Status,
     /// Correction in force, deg/h and mg.
     pub in_force: [f64; 6],
     /// Output of the networks in use, deg/h and mg.
     pub network: [f64; 6],
-    /// Navigation solution of the learner.
-    pub solution: Option<Solution>,
-    /// State of the hypotheses.
-    pub trials: Option<Trials>,
 }
 
 /// Identity and configuration of the device, sent to the pages when they change.
@@ -95,7 +89,6 @@ struct Lost {
 /// An open link, and the state of polling its device.
 struct Found {
     link: Link,
-    last: Option<Counted>,
     rounds: u32,
 }
 
@@ -113,12 +106,9 @@ impl Device {
 
     /// Watches the device until the server ends. `link`: an open link, if there is one.
     pub fn watch(&self, link: Option<Link>, around: &Around) {
-        let fresh = |link| Found {
-            link,
-            last: None,
-            rounds: 0,
-        };
+        let fresh = |link| Found { link, rounds: 0 };
         let mut found = link.map(fresh);
+        let mut last = Last::default();
         let mut was_lost = false;
         while !around.stop.load(Ordering::Relaxed) {
             let begun = Instant::now();
@@ -127,7 +117,7 @@ impl Device {
                 None => self.open().map(fresh),
             };
             let looked = looked.and_then(|mut found| {
-                self.look(&mut found, around)?;
+                self.look(&mut found, &mut last, around)?;
                 Ok(found)
             });
             let wait = match looked {
@@ -139,6 +129,7 @@ impl Device {
                     PERIOD
                 }
                 Err(error) => {
+                    last.lost();
                     let problem = error.to_string();
                     if !was_lost {
                         around.record.log(&problem, true);
@@ -157,9 +148,9 @@ impl Device {
     }
 
     /// Polls the device and sends its state to the pages.
-    fn look(&self, found: &mut Found, around: &Around) -> Result<(), Error> {
-        let Found { link, last, rounds } = found;
-        let had = last.is_some();
+    fn look(&self, found: &mut Found, last: &mut Last, around: &Around) -> Result<(), Error> {
+        let Found { link, rounds } = found;
+        let had = last.answered();
         let status = Status::ask(link, around.hub.begun, last)?;
         let restarted = had && status.per_second.is_none();
         if rounds.is_multiple_of(INFO_EVERY) || restarted {
@@ -184,17 +175,15 @@ impl Device {
             status,
             in_force: usual(in_force),
             network: usual(network),
-            solution: link.solution()?,
-            trials: link.trials()?,
         };
         let proof = |trials: &Trials| trials.each.iter().map(|trial| trial.proof).collect();
         around.hub.keep(Point {
             t: now.t,
-            estimate: now.solution.as_ref().map(|of| of.estimate),
-            sigma: now.solution.as_ref().map(|of| of.sigma),
+            estimate: now.status.solution.as_ref().map(|of| of.estimate),
+            sigma: now.status.solution.as_ref().map(|of| of.sigma),
             in_force: now.in_force,
-            proof: now.trials.as_ref().map(proof),
-            place: now.solution.as_ref().map(|of| of.place_deg),
+            proof: now.status.trials.as_ref().map(proof),
+            place: now.status.solution.as_ref().map(|of| of.place_deg),
         });
         around.record.now(&now);
         around.hub.tell("status", &now);

@@ -111,10 +111,10 @@ impl Record {
         if let Some(errors) = Errors::of(now) {
             self.errors.log(&errors);
         }
-        if let Some(trials) = &now.trials {
+        if let Some(trials) = &now.status.trials {
             self.rehearsals.log(&Rehearsals::of(trials));
         }
-        if let Some(solution) = &now.solution {
+        if let Some(solution) = &now.status.solution {
             let [latitude, longitude] = solution.place_deg;
             self.track.log(&LocationFix {
                 timestamp: Some(Timestamp::now()),

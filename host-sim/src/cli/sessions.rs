@@ -249,17 +249,30 @@ fn in_order(entries: &[Entry], unit: &Unit) -> Result<(), Error> {
             .as_ref()
             .filter(|serial| **serial != unit.serial)
         {
-            let problem = format!(
-                "is of the unit with serial '{serial}', and the unit file has '{}'",
-                unit.serial
-            );
-            let remedy = "give only sessions of one unit, with its unit file";
+            let own = match unit.serial.as_str() {
+                "" => "has no serial number".to_owned(),
+                own => format!("has '{own}'"),
+            };
+            let problem = format!("is of the unit with serial '{serial}', and the unit file {own}");
+            let remedy = match unit.serial.is_empty() {
+                true => "write the serial number into the unit file, if it is of this unit",
+                false => "give only sessions of one unit, with its unit file",
+            };
             return Err(refused(entry.file.display().to_string(), problem, remedy));
         }
     }
-    let dated = entries
-        .iter()
-        .filter_map(|entry| Some((entry, entry.date.as_ref()?.to_string())));
+    for (k, entry) in entries.iter().enumerate() {
+        if entries[..k].iter().any(|other| other.file == entry.file) {
+            let remedy = "give each session once, in the order of time";
+            let file = entry.file.display().to_string();
+            return Err(refused(file, "is given twice", remedy));
+        }
+    }
+    let dated = entries.iter().filter_map(|entry| {
+        let date = entry.date.as_ref()?;
+        let text = date.as_str().map(str::to_owned);
+        Some((entry, text.unwrap_or_else(|| date.to_string())))
+    });
     let dated: Vec<_> = dated.collect();
     match dated.windows(2).find(|pair| pair[1].1 < pair[0].1) {
         None => Ok(()),

@@ -177,3 +177,57 @@ fn a_black_box_is_no_session() {
     );
     assert!(said.contains("replay blackbox"), "{said}");
 }
+
+/// Sessions that cannot be of one unit, in the order of time, are refused by name before any is
+/// read; so is a memory that is no store.
+#[test]
+fn sessions_that_do_not_belong_together_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(dir.path().join(name), text).unwrap();
+    let sensors = "[sensor]\nformat = 'detect'\nrate_hz = 120\n\
+                   [gyro]\nbias_turn_on_dph = 7200\nbias_in_run_dph = 10\n\
+                   angle_random_walk_dpsqrth = 0.4\n\
+                   [accel]\nbias_turn_on_ug = 20000\nbias_in_run_ug = 30\n\
+                   velocity_random_walk_ugpsqrthz = 120\n";
+    write("unit.toml", &format!("name = 'U'\nserial = 'A'\n{sensors}"));
+    write("none.toml", &format!("name = 'U'\n{sensors}"));
+    write("foreign", &"store".repeat(60_000));
+    let entries = |unit: &str, of: [&str; 2]| {
+        let [one, two] = of;
+        format!("unit = \"{unit}\"\n[[session]]\nfile = \"1\"\n{one}\n[[session]]\n{two}\n")
+    };
+    let cases = [
+        (
+            "unit.toml",
+            ["serial = 'A'", "file = '2'\nserial = 'B'"],
+            "2: is of the unit with serial 'B'",
+        ),
+        (
+            "none.toml",
+            ["serial = 'A'", "file = '2'"],
+            "the unit file has no serial number",
+        ),
+        (
+            "unit.toml",
+            ["date = 2026-01-02", "file = '2'\ndate = '2026-01-01'"],
+            "before the session above",
+        ),
+        ("unit.toml", ["", "file = '1'"], "1: is given twice"),
+    ];
+    for (unit, of, expected) in cases {
+        write("table.toml", &entries(unit, of));
+        let said = refusal(dir.path(), &["table.toml"]);
+        assert!(said.contains(expected), "{said}");
+        assert!(said.contains("remedy: "), "{said}");
+    }
+    let said = refusal(dir.path(), &["unit.toml", "1", "--memory", "foreign"]);
+    assert!(said.contains("--memory foreign: "), "{said}");
+    assert!(said.contains("holds no good record of a store"), "{said}");
+}
+
+fn refusal(dir: &Path, args: &[&str]) -> String {
+    let mut command = Command::new(system::host_sim_binary());
+    command.current_dir(dir).args(["replay", "sessions"]);
+    let done = command.args(args).assert().code(2);
+    String::from_utf8_lossy(&done.get_output().stderr).into_owned()
+}

@@ -1,6 +1,7 @@
 //! The navigation solution of a device's learner, and the state of its hypotheses.
 
 use super::link::Link;
+use super::proof;
 use firmware::control::Reason;
 use firmware::learn::bank::{KEYS, NAMES};
 use firmware::wire::command::{Request, Response};
@@ -27,6 +28,17 @@ pub struct Solution {
     pub sigma: [f64; 6],
 }
 
+impl Solution {
+    /// The estimated errors, rad/s and m/s2.
+    #[must_use]
+    pub fn estimate_si(&self) -> [[f64; 3]; 2] {
+        let [a, b, c, x, y, z] = self.estimate;
+        let rate = |dph: f64| dph.to_radians() / 3600.0;
+        let force = |mg: f64| mg * 1e-3 * firmware::units::G;
+        [[a, b, c].map(rate), [x, y, z].map(force)]
+    }
+}
+
 /// State of one hypothesis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
@@ -44,6 +56,8 @@ pub struct Trial {
     pub evidence: f32,
     /// How near its proof is, of 100.
     pub proof: u8,
+    /// Wealth of the bets that it is worth its use, in stakes.
+    pub capital: f32,
     /// Wealth of the bets that it does no harm, in stakes.
     pub check: f32,
 }
@@ -55,6 +69,19 @@ pub struct Trials {
     pub each: Vec<Trial>,
     /// Rehearsals that have ended, at each of [`HORIZONS_S`].
     pub rehearsals: [u16; 6],
+}
+
+impl Trials {
+    /// The hypotheses as candidates for a proof.
+    #[must_use]
+    pub fn candidates(&self) -> Option<proof::Candidates> {
+        let each = self.each.iter().map(|trial| proof::Candidate {
+            enabled: trial.enabled,
+            proved: trial.proved,
+            capital: trial.capital,
+        });
+        each.collect::<Vec<_>>().try_into().ok()
+    }
 }
 
 /// Gyro values from rad/s to deg/h, then accelerometer values from m/s2 to mg.
@@ -111,6 +138,7 @@ impl Link {
                 proved: bit(trials.proved, index),
                 evidence: trials.evidence[index],
                 proof: of_100(trials.proof[index], bit(trials.proved, index)),
+                capital: trials.proof[index],
                 check: trials.check[index],
             };
             Some(Trials {

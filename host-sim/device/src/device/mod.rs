@@ -3,6 +3,7 @@
 //! [`Link`] sends requests and decodes the answers. Everything else here uses it. The refusals and
 //! the faults of a device are described in [`refusal`] and [`faults`].
 
+pub mod biases;
 mod blackbox;
 mod configure;
 pub mod faults;
@@ -11,6 +12,7 @@ mod key;
 mod learning;
 mod link;
 mod port;
+pub mod proof;
 mod provision;
 mod receiver;
 pub mod refusal;
@@ -30,7 +32,7 @@ pub use provision::{open_by_choice, provision};
 pub use receiver::Receiver;
 pub use reset::Start;
 pub use store::{can_store, store};
-pub use watch::{Antenna, Counted, Event, Learner, Status, Watch, named_counters, watch};
+pub use watch::{Antenna, Event, Last, Learner, Status, Watch, named_counters, watch};
 pub use weights::check_image;
 
 use firmware::control::Mode;

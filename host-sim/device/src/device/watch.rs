@@ -1,8 +1,13 @@
 //! Watches a device: once a second its mode, faults, rates, learner, error bound and load.
 
+use super::biases::{large, sheet};
+use super::configure::record;
 use super::faults::{self, Fault};
+use super::learning::{Solution, Trials};
 use super::link::Link;
 use super::mode_name;
+use super::proof::{Interruption, Nearest, Proofs};
+use firmware::configuration::record::decode;
 use firmware::control::Way;
 use firmware::wire::command::{self, Counters, Health};
 use host_core::error::Error;
@@ -31,6 +36,16 @@ pub struct Status {
     pub counters: BTreeMap<&'static str, u32>,
     /// The learner.
     pub learner: Learner,
+    /// Its navigation solution; `None` while it does not navigate.
+    pub solution: Option<Solution>,
+    /// Its hypotheses; `None` on a board without a learner.
+    pub trials: Option<Trials>,
+    /// The hypothesis that is nearest to its proof, with its pace.
+    pub nearest: Option<Nearest>,
+    /// The last interruption of the navigation since the watch began, in s of the watch.
+    pub interruption: Option<Interruption>,
+    /// Proof, interruption and biases that are too large in words, for the reader.
+    pub says: Vec<String>,
     /// Lever arm and delay of the fixes; `None` on a board without a learner.
     pub antenna: Option<Antenna>,
     /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
@@ -149,7 +164,7 @@ pub struct Watch<'w> {
 pub fn watch(watch: &mut Watch<'_>) -> Result<(), Error> {
     let begun = Instant::now();
     let mut link = Some(opened(watch)?);
-    let mut last = None;
+    let mut last = Last::default();
     let mut rounds = 0;
     while !watch.stop.load(Ordering::Relaxed) && watch.lasts.is_none_or(|t| begun.elapsed() < t) {
         let was_lost = link.is_none();
@@ -172,7 +187,7 @@ pub fn watch(watch: &mut Watch<'_>) -> Result<(), Error> {
                 events.push(Event::Status(Box::new(status)));
             }
             Err(error) if !was_lost => {
-                last = None;
+                last.lost();
                 let problem = error.to_string();
                 events.push(Event::Lost { time_s, problem });
             }
@@ -204,32 +219,81 @@ fn wait_until(due: Instant, stop: &AtomicBool) {
     }
 }
 
-/// Counters, and the time of their request.
-pub type Counted = (Instant, Counters);
+/// What a watch remembers of its last status.
+#[derive(Debug, Default)]
+pub struct Last {
+    /// The counters and the time of their request, if the device has answered since.
+    counted: Option<(Instant, Counters)>,
+    proofs: Proofs,
+    /// Standard deviations of the biases as configured, rad/s, m/s2.
+    sheet: Option<[f64; 2]>,
+}
+
+impl Last {
+    /// The device does not answer any more.
+    pub fn lost(&mut self) {
+        self.counted = None;
+    }
+
+    /// Whether it has answered since it was found.
+    #[must_use]
+    pub fn answered(&self) -> bool {
+        self.counted.is_some()
+    }
+
+    /// Notes a status, and completes it with what has come of the ones before.
+    fn complete(&mut self, status: &mut Status, before: Option<Counters>, now: &Counters) {
+        let time_s = status.time_s;
+        let candidates = status.trials.as_ref().and_then(Trials::candidates);
+        let navigates = status.learner.navigates;
+        let why = || explains(before.as_ref(), now, time_s);
+        self.proofs.note(time_s, navigates, candidates, why);
+        status.nearest = self.proofs.nearest();
+        status.interruption = self.proofs.interruptions.last().cloned();
+        let interruption = status.interruption.as_ref();
+        let estimate = status.solution.as_ref().map(Solution::estimate_si);
+        let said = [
+            status.nearest.as_ref().map(Nearest::to_string),
+            interruption.map(|of| format!("{of} (s of this watch)")),
+            estimate
+                .zip(self.sheet)
+                .and_then(|(of, sheet)| large(of, sheet)),
+        ];
+        status.says = said.into_iter().flatten().collect();
+    }
+}
 
 impl Status {
-    /// Asks a device. `begun`: start of the watch; `last`: the previous counters, if the device has
-    /// answered since. They are replaced.
+    /// Asks a device. `begun`: start of the watch; `last` is brought up to date.
     ///
     /// # Errors
     /// As [`Link::ask`].
-    pub fn ask(link: &mut Link, begun: Instant, last: &mut Option<Counted>) -> Result<Self, Error> {
+    pub fn ask(link: &mut Link, begun: Instant, last: &mut Last) -> Result<Self, Error> {
         let (health, counters) = (link.health()?, link.counters()?);
         let antenna = link.antenna()?.map(Antenna::from);
         let now = Instant::now();
-        let before = last.replace((now, counters));
+        let before = last.counted.replace((now, counters));
         let time_s = now.duration_since(begun).as_secs_f64();
-        Ok(Self {
+        let mut status = Self {
             antenna,
+            solution: link.solution()?,
+            trials: link.trials()?,
             ..Self::new(time_s, &health, &counters, (now, before))
-        })
+        };
+        if status.per_second.is_none() {
+            let record = record(link)?;
+            let configuration = record.and_then(|bytes| decode(&bytes).ok());
+            last.sheet = configuration.as_ref().map(sheet);
+        }
+        last.complete(&mut status, before.map(|of| of.1), &counters);
+        Ok(status)
     }
 
     fn new(
         time_s: f64,
         health: &Health,
         counters: &Counters,
-        (now, before): (Instant, Option<Counted>),
+        (now, before): (Instant, Option<(Instant, Counters)>),
     ) -> Self {
         let percent = |permille: Option<u16>| permille.map(|value| f64::from(value) / 10.0);
         Self {
@@ -241,11 +305,35 @@ impl Status {
             }),
             counters: named(counters).collect(),
             learner: Learner::from(health),
+            solution: None,
+            trials: None,
+            nearest: None,
+            interruption: None,
+            says: Vec::new(),
             antenna: None,
             error_bound_m: health.error_bound_m,
             busy_percent: percent(health.busy),
             busiest_percent: percent(health.busiest),
         }
+    }
+}
+
+/// What explains that the navigation has ended between two requests of the counters. `before`:
+/// `None` where the device did not answer.
+fn explains(before: Option<&Counters>, now: &Counters, time_s: f64) -> Option<String> {
+    let Some(before) = before else {
+        return Some(format!("a loss of the link until {time_s:.0} s"));
+    };
+    let grown = |of: fn(&Counters) -> u32| of(now).saturating_sub(of(before));
+    let restarted = named(now)
+        .zip(named(before))
+        .any(|(now, before)| now.1 < before.1);
+    let (missed, silences) = (grown(|of| of.missed), grown(|of| of.silences));
+    match () {
+        () if restarted => Some(format!("a restart of the device at {time_s:.0} s")),
+        () if missed > 0 => Some(format!("{missed} missed frames at {time_s:.0} s")),
+        () if silences > 0 => Some(format!("a silence of the sensor at {time_s:.0} s")),
+        () => None,
     }
 }
 

@@ -14,6 +14,7 @@ use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::rotation::to_euler;
 use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
+use host_device::device::biases::large;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, Prepared};
 use host_unit::{Unit, around};
@@ -22,9 +23,6 @@ use std::path::Path;
 
 /// A part of a recording is aligned again if it is at least this long, s.
 const LEAST_PART: usize = 10;
-
-/// Biases that are larger than the unit file's by this are told.
-const BEYOND: f64 = 4.0;
 
 /// The user's settings of the start.
 #[derive(Debug, Clone, Copy)]
@@ -174,20 +172,14 @@ impl Begin {
                     0 => String::new(),
                     n => format!(" {n} attempts before it were given up."),
                 };
-                let beyond = if found.beyond > BEYOND {
-                    let [x, y, z] = found.bias.map(|bias| bias / DEG);
-                    format!(
-                        " The gyros' biases, {x:.2}, {y:.2} and {z:.2} deg/s, are up to {:.0} \
-                         times the unit file's: it, or the sensor, is not what it should be.",
-                        found.beyond
-                    )
-                } else {
-                    String::new()
-                };
+                // only the gyros' biases are found by the alignment
+                let sheet = [found.datasheet, f64::INFINITY];
+                let large = large([found.bias, [0.0; 3]], sheet);
+                let large = large.map_or(String::new(), |says| format!(" Found: {says}."));
                 format!(
                     "Aligned in motion from {} s on: at {} s roll {:.2}, pitch {:.2}, heading {:.2} deg, \
                      heading by {}, standard deviations {:.2} deg of tilt and {:.2} deg of heading, \
-                     residual {:.2} (1 is expected). All schemes start there.{again}{beyond}",
+                     residual {:.2} (1 is expected). All schemes start there.{again}{large}",
                     part.start,
                     found.epoch,
                     roll / DEG,

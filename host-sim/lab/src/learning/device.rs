@@ -162,10 +162,14 @@ impl Device {
         })?;
         let found = found.ok_or(("holds no good record of a store".to_owned(), READ))?;
         let own = unit(configuration);
-        if found.unit.is_some_and(|of| of != own) {
-            let of = decode(&found.record).map_or_else(
-                |_| "another one".to_owned(),
-                |of| format!("'{}' (serial '{}')", of.identity.name, of.identity.serial),
+        let identity = decode(&found.record).map(|of| of.identity).ok();
+        // units without serial numbers are apart by their names
+        let named = identity.as_ref().filter(|of| of.serial.is_empty());
+        let renamed = named.is_some_and(|of| of.name != configuration.identity.name);
+        if renamed || found.unit.is_some_and(|of| of != own) {
+            let of = identity.map_or_else(
+                || "another one".to_owned(),
+                |of| format!("'{}' (serial '{}')", of.name, of.serial),
             );
             let own = &configuration.identity;
             let problem = format!(

@@ -51,8 +51,8 @@ pub struct Aligned {
     pub refused: u32,
     /// Estimated biases of the gyros, rad/s.
     pub bias: [f64; 3],
-    /// The largest of them by the standard deviation of the datasheet.
-    pub beyond: f64,
+    /// Their standard deviation by the datasheet, rad/s.
+    pub datasheet: f64,
 }
 
 /// Finds the attitude in `epochs` of a session.
@@ -157,7 +157,7 @@ fn aligned(
         residual: f64::from(found.residual),
         refused,
         bias,
-        beyond: bias.iter().fold(0.0, |most, b| b.abs().max(most)) / datasheet,
+        datasheet,
     }
 }
 

@@ -49,7 +49,7 @@ pub(super) struct Errors {
 
 impl Errors {
     pub fn of(now: &Now) -> Option<Self> {
-        let solution = now.solution.as_ref()?;
+        let solution = now.status.solution.as_ref()?;
         let [gyro, accel] = triads(solution.estimate);
         let [gyro_sigma, accel_sigma] = triads(solution.sigma);
         let [gyro_in_force, accel_in_force] = triads(now.in_force);

@@ -291,6 +291,9 @@ fn a_simulated_device_is_shown_at_any_width() {
         "(([proof, check]) => proof?.textContent.endsWith(' of 100') && check.textContent !== '1.00')\
          (document.querySelectorAll('[data-candidate=biases] td'))",
     );
+    page.waits_for(
+        "/proof \\d+ of 100, |100 of 100/.test(document.getElementById('says').textContent)",
+    );
     assert_eq!(
         page.value("document.querySelectorAll('#trials tbody tr').length"),
         8

@@ -221,6 +221,9 @@ fn status(status: &Status) -> String {
     }
     rates(&mut text, status);
     learner_lines(&mut text, &status.learner);
+    for says in &status.says {
+        let _ = writeln!(text, "               {says}");
+    }
     if let Some(antenna) = &status.antenna {
         antenna_line(&mut text, antenna);
     }

@@ -72,6 +72,9 @@ fn a_watch_reports_faults_with_their_remedy_and_rates() {
     assert_eq!(learner["way"], "none");
     assert!(learner["heading_sigma_deg"].is_null(), "{learner}");
     assert_eq!(learner["refused_alignments"], 0);
+    // nothing to prove and nothing lost yet
+    assert_eq!(lines[2]["says"], serde_json::json!([]), "{text}");
+    assert!(lines[2]["nearest"].is_null() && lines[2]["interruption"].is_null());
     let text = output(&device.port, &["watch", "--seconds", "1"]);
     assert!(text.contains("heading by none, unknown"), "{text}");
     assert!(

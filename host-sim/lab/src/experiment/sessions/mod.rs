@@ -17,6 +17,7 @@
 
 mod coasts;
 mod device;
+mod order;
 mod paper;
 mod reference;
 mod rivals;
@@ -37,6 +38,7 @@ use host_core::error::Error;
 use host_core::inertial::ekf::{Aided, Noise, Prior};
 use host_core::inertial::sins::{Increment, NavState};
 use nalgebra::Vector3;
+use order::Span;
 use rayon::prelude::*;
 use reference::{Reference, reference};
 use rivals::{Memory, Pass, Passes};
@@ -164,6 +166,8 @@ pub struct Unit {
     /// Least standard deviations of the biases that a session allows, rad/s, m/s2.
     considered: [f64; 6],
     session: usize,
+    /// The session before.
+    last: Option<Span>,
 }
 
 impl Unit {
@@ -176,6 +180,7 @@ impl Unit {
             memory: Memory::default(),
             considered: [f64::INFINITY; 6],
             session: 0,
+            last: None,
             plan,
         }
     }
@@ -189,8 +194,14 @@ impl Unit {
     /// The next session.
     ///
     /// # Errors
-    /// Samples and fixes contradict each other.
+    /// Samples and fixes contradict each other; the session is of another sample rate than the one
+    /// before, or of an earlier time.
     pub fn next(&mut self, mut timeline: Timeline) -> Result<Judged, Error> {
+        let span = Span::of(&timeline);
+        if let Some(before) = &self.last {
+            span.follows(before)?;
+        }
+        self.last = Some(span);
         self.session += 1;
         let reference =
             reference(&mut timeline).map_err(|residual| contradiction(&timeline, residual))?;

@@ -1,11 +1,11 @@
 //! What a device did in a drive, in words: what is in force and since when, or what it waits for.
 
-use super::diary::Interruption;
 use super::{Device, Drive};
 use firmware::control::Way;
 use firmware::learn::bank::NAMES;
-use firmware::learn::rehearsal::of_100;
 use firmware::model::Nets;
+use host_device::device::biases::{large, sheet};
+use host_device::device::proof::{Interruption, Nearest};
 use serde::Serialize;
 
 /// What a device did in a drive, for the reader.
@@ -32,17 +32,6 @@ pub struct Course {
     pub says: String,
 }
 
-/// The hypothesis that is nearest to its proof.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Nearest {
-    /// Its name.
-    pub name: &'static str,
-    /// How near, of 100; 100 is proved.
-    pub proof: u8,
-    /// How much longer it takes at the present pace, s; `None` where it does not come nearer.
-    pub takes_s: Option<f64>,
-}
-
 impl Drive {
     /// The second from which on a correction was in force to the end, if one was.
     #[must_use]
@@ -65,21 +54,6 @@ impl Drive {
         self.report.refused > self.report.fixes / firmware::learn::REFUSED
     }
 
-    /// The hypothesis that is nearest to its proof.
-    fn nearest(&self) -> Option<Nearest> {
-        let each = self.trials.iter().flat_map(|trials| &trials.each);
-        let tried = each.enumerate().skip(1).filter(|(_, trial)| trial.enabled);
-        let (index, trial) = tried.max_by(|a, b| {
-            let [a, b] = [a, b].map(|(_, trial)| trial.standing.proof);
-            a.total_cmp(&b)
-        })?;
-        Some(Nearest {
-            name: NAMES[index],
-            proof: of_100(trial.standing.proof, trial.proved),
-            takes_s: self.diary.takes_s(index),
-        })
-    }
-
     /// Coasts that have ended, at the horizon with most of them.
     fn coasts(&self) -> u16 {
         let most = self
@@ -91,22 +65,7 @@ impl Drive {
 
 /// What interruptions of the navigation have cost.
 fn costs(all: &[Interruption]) -> String {
-    let one = |of: &Interruption| {
-        let why = match of.gap_s {
-            Some([at, time]) => format!("a gap of {time:.2} s at {at:.1} s"),
-            None => format!("a loss of the navigation at {} s", of.t_s),
-        };
-        match of.again {
-            Some((again, proof)) => format!(
-                "{why} cost {} s until it navigated again at {again} s, and its proof went from \
-                 {} to {proof} of 100",
-                again - of.t_s,
-                of.proof
-            ),
-            None => format!("{why} ended its navigation, with proof {} of 100", of.proof),
-        }
-    };
-    let said: Vec<String> = all.iter().map(one).collect();
+    let said: Vec<String> = all.iter().map(Interruption::to_string).collect();
     match said.is_empty() {
         true => String::new(),
         false => format!("; {} (s after the first sample)", said.join("; ")),
@@ -144,10 +103,25 @@ pub fn course(drive: &Drive, device: &Device, before: &Nets) -> Course {
         },
         fixes: [report.fixes, report.refused],
         proved: drive.proved(),
-        nearest: drive.nearest(),
+        nearest: drive.diary.proofs.nearest(),
         stored_s: drive.stored_s.clone(),
-        says: format!("{}; {}", since(drive), learns(drive, device, before)),
+        says: format!(
+            "{}; {}{}",
+            since(drive),
+            learns(drive, device, before),
+            biases(drive, device)
+        ),
     }
+}
+
+/// Biases that are large against the unit file.
+fn biases(drive: &Drive, device: &Device) -> String {
+    let last = drive.diary.entries.last();
+    let large = last.and_then(|of| {
+        let [a, b, c, x, y, z] = of.estimate.map(f64::from);
+        large([[a, b, c], [x, y, z]], sheet(device.configuration()))
+    });
+    large.map_or(String::new(), |says| format!("; {says}"))
 }
 
 /// What the learner has come to, or what it waits for.
@@ -181,20 +155,14 @@ fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
             format!("has proved \"{proved}\" and stored it for the next power-on")
         }
         () if !next.same_images(before) => "has stored other networks for the next power-on".into(),
-        () if proved.is_empty() => match drive.nearest() {
+        () if proved.is_empty() => match drive.diary.proofs.nearest() {
             Some(nearest) => format!(
                 "has proved nothing: \"{}\" is the nearest, proof {} of 100 after {} coasts, {}{}",
                 nearest.name,
                 nearest.proof,
                 drive.coasts(),
-                match nearest.takes_s {
-                    Some(s) => format!(
-                        "about {:.0} min more at the present pace",
-                        (s / 60.0).ceil()
-                    ),
-                    None => "and it does not come nearer at present".into(),
-                },
-                costs(&drive.diary.interruptions)
+                nearest.pace(),
+                costs(&drive.diary.proofs.interruptions)
             ),
             None => "has proved nothing".to_owned(),
         },

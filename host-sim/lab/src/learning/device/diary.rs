@@ -3,8 +3,8 @@
 
 use firmware::app::App;
 use firmware::learn::bank::{HYPOTHESES, SIX_BIASES, ZERO_CORRECTION};
-use firmware::learn::rehearsal::{PROVED, of_100};
 use firmware::learn::{Report, Trial, Trials};
+use host_device::device::proof::{self, Proofs};
 use std::ops::Range;
 
 /// Seconds between two entries.
@@ -57,29 +57,12 @@ pub struct Diary {
     pub fixes: [u32; 2],
     /// Fixes that arrived too late to be used.
     pub late: u32,
-    /// Interruptions of the navigation.
-    pub interruptions: Vec<Interruption>,
-    /// The capital that was nearest to a proof in the last second of navigation, in stakes.
-    nearest: Option<f32>,
-}
-
-/// The navigator was lost, and with it what its rehearsals had won beyond ten stakes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Interruption {
-    /// When it was seen, s after the first sample.
-    pub t_s: usize,
-    /// The samples that were missing just before, if any were: when, and for how long, s.
-    pub gap_s: Option<[f64; 2]>,
-    /// How near the proof was before, of 100.
-    pub proof: u8,
-    /// When it navigated again, s after the first sample, and how near the proof was then.
-    pub again: Option<(usize, u8)>,
+    /// How the proofs went on, in s after the first sample.
+    pub proofs: Proofs,
 }
 
 /// A gap explains an interruption that was seen so soon after its end, s.
 const EXPLAINS_S: f64 = 3.0;
-/// The pace of a proof is taken over so long, s.
-const PACE_S: usize = 300;
 
 impl Diary {
     /// Records second `t_s`. `gap`: the last missing samples so far, s.
@@ -114,43 +97,21 @@ impl Diary {
         });
     }
 
-    /// Notes interruptions of the navigation.
+    /// Notes the proofs and interruptions of the navigation.
     fn watches(&mut self, t_s: usize, app: &App<'_>, navigates: bool, gap: Option<Range<f64>>) {
-        let each = app.trials().map(|trials| trials.each);
-        let tried = each.iter().flatten().skip(1).filter(|trial| trial.enabled);
-        let capital = tried.fold(0.0_f32, |most, trial| most.max(trial.standing.proof));
-        let before = std::mem::replace(&mut self.nearest, navigates.then_some(capital));
-        match (before, navigates) {
-            (Some(before), false) => {
-                let recent = gap.filter(|gap| t_s as f64 - gap.end <= EXPLAINS_S);
-                self.interruptions.push(Interruption {
-                    t_s,
-                    gap_s: recent.map(|gap| [gap.start, gap.end - gap.start]),
-                    proof: of_100(before, false),
-                    again: None,
-                });
-            }
-            (None, true) => {
-                if let Some(last) = self.interruptions.last_mut() {
-                    last.again = Some((t_s, of_100(capital, false)));
-                }
-            }
-            _ => {}
-        }
-    }
-
-    /// How much longer the proof of a candidate takes at its pace of the last five minutes, or
-    /// since the last interruption, s. `None`: it does not come nearer.
-    #[must_use]
-    pub fn takes_s(&self, candidate: usize) -> Option<f64> {
-        let last = self.entries.last()?;
-        let again = self.interruptions.iter().filter_map(|of| of.again);
-        let since = again.map(|(t_s, _)| t_s).max().unwrap_or(0);
-        let since = since.max(last.t_s.saturating_sub(PACE_S));
-        let first = self.entries.iter().find(|entry| entry.t_s >= since)?;
-        let [from, to] = [first, last].map(|entry| f64::from(entry.proof[candidate]).max(1.0).ln());
-        let pace = (to - from) / (last.t_s - first.t_s) as f64;
-        (pace > 0.0).then(|| (f64::from(PROVED).ln() - to).max(0.0) / pace)
+        let t_s = t_s as f64;
+        let candidates = app.trials().map(|trials| {
+            trials.each.map(|trial| proof::Candidate {
+                enabled: trial.enabled,
+                proved: trial.proved,
+                capital: trial.standing.proof,
+            })
+        });
+        self.proofs.note(t_s, navigates, candidates, || {
+            let gap = gap.filter(|gap| t_s - gap.end <= EXPLAINS_S)?;
+            let time = gap.end - gap.start;
+            Some(format!("a gap of {time:.2} s at {:.1} s", gap.start))
+        });
     }
 
     /// The diary with the state at the end.

@@ -176,7 +176,7 @@ fn a_device_says_what_an_interruption_cost() {
     let mut session = session(420.0, 3);
     let mut device = of_medium();
     let whole = device.clone().drive_session(&session, session.epochs());
-    assert_eq!(whole.diary.interruptions, []);
+    assert_eq!(whole.diary.proofs.interruptions, []);
     session.outages = vec![Outage {
         epochs: 400..412,
         resume: Start {
@@ -190,11 +190,11 @@ fn a_device_says_what_an_interruption_cost() {
         },
     }];
     let drive = device.drive_session(&session, session.epochs());
-    let [of] = &drive.diary.interruptions[..] else {
-        panic!("{:?}", drive.diary.interruptions);
+    let [of] = &drive.diary.proofs.interruptions[..] else {
+        panic!("{:?}", drive.diary.proofs.interruptions);
     };
-    assert_eq!(of.gap_s, Some([400.0, 12.0]));
-    assert!((400..=413).contains(&of.t_s), "{of:?}");
+    assert_eq!(of.why.as_deref(), Some("a gap of 12.00 s at 400.0 s"));
+    assert!((400.0..=413.0).contains(&of.t_s), "{of:?}");
     let course = course(&drive, &device, &Nets::NONE);
     assert!(
         course.says.contains("a gap of 12.00 s at 400.0 s"),
@@ -202,5 +202,21 @@ fn a_device_says_what_an_interruption_cost() {
     );
     if let Some((again, proof)) = of.again {
         assert!(again > of.t_s && proof <= of.proof.max(45), "{of:?}");
+    }
+}
+
+/// Biases that are large against the unit file are named with their size; others are not.
+#[test]
+fn a_device_names_biases_that_are_too_large() {
+    let session = session(240.0, 3);
+    let as_it_is = of_medium();
+    for (share, named) in [(1.0, false), (0.1, true)] {
+        let mut configuration = as_it_is.configuration().clone();
+        configuration.gyro.bias_turn_on *= share;
+        configuration.gyro.bias_in_run *= share;
+        let mut device = Device::new(&configuration);
+        let drive = device.drive_session(&session, session.epochs());
+        let says = course(&drive, &device, &Nets::NONE).says;
+        assert_eq!(says.contains("the gyros' biases, "), named, "{says}");
     }
 }

@@ -146,6 +146,15 @@ fn a_memory_of_another_unit_is_refused_by_name() {
         problem.contains("'A1'") && problem.contains("'B2'"),
         "{problem}"
     );
+    // without serial numbers names are what is left
+    unit.serial.clear();
+    let nameless = unit.configuration().unwrap();
+    let flash = Device::new(&nameless).flash().clone();
+    assert!(Device::of_flash(&nameless, flash.clone()).is_ok());
+    unit.name = "another".into();
+    let other = unit.configuration().unwrap();
+    let (problem, _) = Device::of_flash(&other, flash).unwrap_err();
+    assert!(problem.contains("'another'"), "{problem}");
     let (problem, _) = Device::of_flash(&own, MemoryFlash::default()).unwrap_err();
     assert!(problem.contains("no good record"), "{problem}");
     let (problem, _) = Device::of_flash(&own, MemoryFlash(vec![0; 100])).unwrap_err();
