@@ -32,25 +32,15 @@ pub struct Args {
     /// simulated
     #[command(flatten)]
     unit: UnitOption,
-    /// Length of the simulation, s
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 7200,
-        conflicts_with_all = ["file", "header"]
-    )]
-    duration: u32,
-    /// Errors of the simulation: noise, linear, thermal, nonlinear, all, all-x3
-    #[arg(
-        long,
-        value_name = "NAME",
-        default_value = "linear",
-        conflicts_with_all = ["file", "header"]
-    )]
-    error_model: String,
-    /// Seed of the simulation
-    #[arg(long, default_value_t = 1, conflicts_with_all = ["file", "header"])]
-    seed: u64,
+    /// Length of the simulation, s [default: 7200]
+    #[arg(long, value_name = "S")]
+    duration: Option<u32>,
+    /// Errors of the simulation: noise, linear, thermal, nonlinear, all, all-x3 [default: linear]
+    #[arg(long, value_name = "NAME")]
+    error_model: Option<String>,
+    /// Seed of the simulation [default: 1]
+    #[arg(long)]
+    seed: Option<u64>,
     /// Only this column; may be given several times
     #[arg(long, value_name = "NAME")]
     column: Vec<String>,
@@ -119,6 +109,15 @@ impl Args {
 
     /// The noise of a recording, beside the datasheet of the unit if it is given.
     fn of_recording(&self) -> Result<Findings, Error> {
+        let given = [
+            ("--duration", self.duration.is_some()),
+            ("--error-model", self.error_model.is_some()),
+            ("--seed", self.seed.is_some()),
+        ];
+        if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
+            let remedy = "leave it out, or leave the recording out to simulate the unit";
+            return Err(refused(option, "is for the simulation of a unit", remedy));
+        }
         let unit = self.unit.load()?;
         let rest = self.read()?;
         progress::stage(ANALYSING);
@@ -205,21 +204,22 @@ impl Args {
 
     fn simulate(&self, unit: &Unit) -> Result<(String, Vec<Column>, Option<ImuSpec>), Error> {
         let spec = unit.simulated();
-        let model: ErrorModelName = self.error_model.parse()?;
-        if !(10..=LONGEST_S).contains(&self.duration) {
+        let model: ErrorModelName = self.error_model.as_deref().unwrap_or("linear").parse()?;
+        let (duration, seed) = (self.duration.unwrap_or(7200), self.seed.unwrap_or(1));
+        if !(10..=LONGEST_S).contains(&duration) {
             return Err(refused(
                 "--duration",
-                format!("{} s is out of range", self.duration),
+                format!("{duration} s is out of range"),
                 format!("give 10 to {LONGEST_S} s"),
             ));
         }
         let spec = spec.error_model(model);
-        progress::scale(f64::from(self.duration) * f64::from(spec.rate_hz) / MEASURED);
-        let mut columns = at_rest(&spec, self.duration, self.seed)?;
+        progress::scale(f64::from(duration) * f64::from(spec.rate_hz) / MEASURED);
+        let mut columns = at_rest(&spec, duration, seed)?;
         self.keep(&mut columns)?;
         let source = format!(
-            "unit {}, errors {model}, {} s at rest, seed {}",
-            unit.name, self.duration, self.seed
+            "unit {}, errors {model}, {duration} s at rest, seed {seed}",
+            unit.name
         );
         Ok((source, columns, Some(spec)))
     }

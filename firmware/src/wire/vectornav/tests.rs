@@ -147,6 +147,32 @@ fn increments_and_uncompensated_rates_change_together() {
     assert!(changed.iter().all(imu_and_deltas), "{changed:?}");
 }
 
+/// `DeltaTime` is not read: increments count as those of the configured period.
+#[test]
+fn increments_are_of_the_configured_period_whatever_their_time_says() {
+    let sample = RawSample::Floats {
+        gyro: [0.4375, 0.25, 0.125],
+        accel: [1.0, 2.0, -9.0],
+    };
+    let change = Change {
+        sample: &sample,
+        mark: false,
+        settings: &Settings::DEFAULT,
+    };
+    for delta_time in [0.0_f32, 0.0025, 0.005, f32::NAN] {
+        let mut bytes = COMMON;
+        put(&mut bytes, 160, delta_time.to_le_bytes());
+        seal(&mut bytes);
+        let (whole, frame) = (stream(&bytes, Values::Sensors), bytes);
+        assert_eq!(whole, stream(&COMMON, Values::Sensors));
+        let mut checked = Checked::new(ImuFormat::VectorNav(Values::Sensors), &mut bytes).unwrap();
+        assert_eq!(checked.content(), Protocol::content(&frame));
+        checked.change(&change).unwrap();
+        assert_eq!(checked.read().unwrap().sample, sample);
+        assert_eq!(bytes[160..164], delta_time.to_le_bytes());
+    }
+}
+
 /// Configured so, the device reads and changes the values of the sensor's filter, and no others.
 #[test]
 fn compensated_rates_change_alone() {

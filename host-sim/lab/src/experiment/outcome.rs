@@ -93,6 +93,9 @@ pub struct Outcome {
     pub case: String,
     /// Where the navigators begin the judged part, in a sentence.
     pub start: String,
+    /// How far samples and fixes around that state contradict each other, where 1 is expected.
+    #[serde(skip)]
+    pub residual: Option<f64>,
     /// Rows, times ascending, schemes in display order within a time.
     pub rows: Vec<Row>,
     /// Notes for the reader, in sentences.
@@ -188,6 +191,7 @@ mod tests {
             recording: "r".into(),
             case: "c".into(),
             start: String::new(),
+            residual: None,
             rows,
             notes: Vec::new(),
             warnings: Vec::new(),

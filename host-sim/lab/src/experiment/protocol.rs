@@ -161,7 +161,7 @@ fn outcome(
     settings: &Settings,
     learnt: Learnt,
 ) -> Option<Outcome> {
-    let (begin, start) = begins::begin(session, split, settings, &learnt)?;
+    let (begin, residual, start) = begins::begin(session, split, settings, &learnt)?;
     let solutions = solutions(session, split, settings, &learnt, begin)?;
     let Learnt {
         lesson,
@@ -204,6 +204,7 @@ fn outcome(
         recording: recording.to_owned(),
         case: split.case(),
         start,
+        residual,
         rows: rows(&solutions, &times_s),
         notes,
         warnings: Vec::new(),

@@ -24,6 +24,7 @@ fn outcome(case: &str, ends: &[(&str, f64)]) -> Outcome {
         recording: "r".into(),
         case: case.into(),
         start: String::new(),
+        residual: None,
         rows: ends.iter().map(row).collect(),
         notes: vec![],
         warnings: vec![],

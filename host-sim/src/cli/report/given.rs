@@ -251,6 +251,7 @@ fn outcome(report: Report) -> Outcome {
         recording: report.results.scenario,
         case,
         start: String::new(),
+        residual: None,
         rows: report.results.rows,
         notes: report.notes,
         warnings: vec![],

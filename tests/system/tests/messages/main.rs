@@ -136,6 +136,10 @@ fn wrong_files_and_options_of_messages_are_named() {
             "replay ulog junk --attitude 1,2",
             "--attitude: [1.0, 2.0] is no attitude",
         ),
+        (
+            "allan junk --duration 60",
+            "--duration: is for the simulation of a unit; remedy: leave it out",
+        ),
         ("replay euroc junk --origin 1,2", "--origin: is [1.0, 2.0]"),
         ("replay euroc junk --fix-sigma 0,1", "--fix-sigma: is 0"),
         (

@@ -102,6 +102,14 @@ pub fn samples(imu: &Path) -> Result<Record, Error> {
             imu.display()
         ));
     }
+    if time.len() < 2 {
+        let found = "has fewer than two whole samples";
+        return Err(Error::Empty {
+            file: imu.to_path_buf(),
+            found,
+            expected: format!("lines of {}, without a header", IMU.join(",")),
+        });
+    }
     let time: List<f64> = time.into();
     let step = median_step(&time);
     let rate_hz = (1.0 / step).round();
@@ -128,14 +136,10 @@ pub fn samples(imu: &Path) -> Result<Record, Error> {
 #[must_use]
 pub fn is_imu(file: &Path) -> bool {
     Source::open(file, Separator::BlankOrComma).is_ok_and(|source| {
+        // a line of names before the numbers may say that they are others
         let first = source.head().iter().find(|line| !is_comment(line));
-        first.is_some_and(|line| {
-            line.len() >= IMU.len()
-                && line
-                    .iter()
-                    .take(IMU.len())
-                    .all(|x| x.parse::<f64>().is_ok())
-        })
+        let number = |x: &String| x.parse::<f64>().is_ok();
+        first.is_some_and(|line| line.len() >= IMU.len() && line.iter().take(IMU.len()).all(number))
     })
 }
 
@@ -285,7 +289,7 @@ fn line(text: &mut String, time: f64, row: &[f64]) {
 fn table(file: &Path, known: &[&[&str]], more: bool, lenient: bool) -> Result<Table, Error> {
     let source = Source::open(file, Separator::BlankOrComma)?;
     let head = source.head();
-    let skip = head.iter().position(|line| !is_comment(line)).unwrap_or(0);
+    let skip = begins(head, known[0].len());
     // the first line may be cut
     let counts = || head[skip..].iter().take(2).map(Vec::len);
     let names = counts().find_map(|count| known.iter().find(|names| names.len() == count));
@@ -304,13 +308,32 @@ fn table(file: &Path, known: &[&[&str]], more: bool, lenient: bool) -> Result<Ta
         loose: usize::MAX,
         cut: lenient,
     };
-    Table::read(&source, &layout)
+    let mut table = Table::read(&source, &layout)?;
+    if head[..skip].iter().any(|line| !is_comment(line)) {
+        let file = file.display();
+        let note = format!("{file}: the lines before line {} are left out", skip + 1);
+        table.notes.push(note);
+    }
+    Ok(table)
 }
 
-/// Whether a line begins with the mark of a comment.
-fn is_comment(line: &[String]) -> bool {
-    line.first()
-        .is_some_and(|first| first.starts_with(['#', '%']))
+/// Number of lines before the data: comments, and lines of which fewer than half of the first
+/// `least` values are numbers. Where there is no other line, the comments.
+fn begins(head: &[Vec<String>], least: usize) -> usize {
+    let number = |text: &&String| text.parse::<f64>().is_ok();
+    let data = |line: &Vec<String>| {
+        let numbers = line.iter().take(least).filter(number).count();
+        line.len() > 2 && 2 * numbers >= line.len().min(least)
+    };
+    let first = head.iter().position(data);
+    let first = first.or_else(|| head.iter().position(|line| !is_comment(line)));
+    first.unwrap_or(0)
+}
+
+/// Whether a line is empty or begins with the mark of a comment.
+fn is_comment(line: &Vec<String>) -> bool {
+    let first = line.first();
+    first.is_none_or(|first| first.starts_with(['#', '%']))
 }
 
 fn increment(row: &[f64]) -> Increment {

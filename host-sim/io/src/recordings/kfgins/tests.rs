@@ -144,7 +144,7 @@ fn every_fault_names_its_location() {
         (
             imu(0),
             fixes.clone(),
-            "in.imu:1: column 't_s': '100' is not one of 4 to 8000",
+            "in.imu: has fewer than two whole samples",
         ),
         (String::new(), fixes.clone(), "in.imu: is empty"),
         (
@@ -166,6 +166,39 @@ fn every_fault_names_its_location() {
     for (i, g, start) in cases {
         let why = complaint(&i, &g);
         assert!(why.starts_with(start), "{why}");
+    }
+}
+
+/// Lines that are no numbers may stand before the data. A cut first line is none of them.
+#[test]
+fn lines_before_the_data_are_left_out_with_a_note() {
+    let dir = tempfile::tempdir().unwrap();
+    let (imu, gnss) = (dir.path().join("imu"), dir.path().join("gnss"));
+    let line = |k: usize| format!("{:.2} 0 0 0 0 0 -0.0981\n", 100.0 + 0.01 * k as f64);
+    let samples: String = (0..300).map(line).collect();
+    let fixes = "100 45 7 80 1 1 2\n101 45 7 80 1 1 2\n";
+    std::fs::write(&gnss, format!("sow lat lon h sn se sd\n{fixes}")).unwrap();
+    for (before, notes) in [
+        ("", 0),
+        ("# a comment\n", 0),
+        ("Log 7 of my box\n\nsow gx gy gz ax ay az\n", 1),
+        ("# a comment\nsow gx gy gz ax ay az\n99.98 0 0\n", 2),
+    ] {
+        std::fs::write(&imu, format!("{before}{samples}")).unwrap();
+        assert_eq!(is_imu(&imu), !before.contains("gx gy gz"), "{before}");
+        let record = read(&imu, &gnss, None).unwrap();
+        assert_eq!(
+            (record.time.len(), record.fixes.len()),
+            (300, 2),
+            "{before}"
+        );
+        let all = record.notes.join("\n");
+        let of_samples = record.notes.iter().filter(|note| note.contains("imu:"));
+        assert_eq!(of_samples.count(), notes, "{before}: {all}");
+        assert!(
+            all.contains("gnss: the lines before line 2 are left out"),
+            "{all}"
+        );
     }
 }
 

@@ -28,7 +28,11 @@ impl Seen {
         if !matches!(kind, Kind::Frame | Kind::Other) {
             return;
         }
-        let name = message_name(format, message);
+        let mut name = message_name(format, message);
+        let is_position = ["GGA", "GNS", "RMC", "GLL"].contains(&name.as_str());
+        if kind == Kind::Other && is_position && message.contains(&b'*') {
+            name = text_name(message); // of a talker that is no receiver
+        }
         if format == ReceiverFormat::Nmea && !message.contains(&b'*') {
             *self.unchecked.entry(name).or_default() += 1;
             return;
@@ -67,7 +71,9 @@ impl Seen {
 const fn wanted(format: ReceiverFormat) -> &'static str {
     match format {
         ReceiverFormat::Ubx => "NAV-PVT, or NAV-POSLLH and NAV-VELNED",
-        ReceiverFormat::Nmea => "GGA, GNS, RMC or GLL",
+        ReceiverFormat::Nmea => {
+            "GGA, GNS, RMC or GLL of a receiver (GP, GN, GL, GA, GB, BD, GQ, QZ, GI)"
+        }
         ReceiverFormat::Novatel => "BESTPOS and BESTVEL, or BESTXYZ",
         ReceiverFormat::Sbf => "PVTGeodetic or PVTCartesian",
     }

@@ -288,7 +288,14 @@ fn what_was_seen_is_named() {
         .collect();
     let text = why(&[other, nmea("GPGSV,1,1,00")].concat());
     let want = "UBX: 12 33-07, 12 NAV-SAT, 12 RXM-RAWX, wanted NAV-PVT, or NAV-POSLLH and NAV-VELNED; \
-                NMEA: 1 GSV, wanted GGA, GNS, RMC or GLL";
+                NMEA: 1 GSV, wanted GGA, GNS, RMC or GLL of a receiver";
+    assert!(text.contains(want), "{text}");
+    let ships = [
+        "INGGA,092725.20,4717.11399,N,00833.91590,E,1,9,1.0,1.0,M,1.0,M",
+        "ECRMC",
+    ];
+    let text = why(&ships.map(nmea).concat());
+    let want = "NMEA: 1 ECRMC, 1 INGGA, wanted GGA, GNS, RMC or GLL of a receiver (GP,";
     assert!(text.contains(want), "{text}");
     let bare: Vec<u8> = epoch(0, &["GGA", "RMC"], "290224")
         .split(|byte| *byte == b'\n')

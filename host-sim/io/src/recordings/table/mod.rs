@@ -6,6 +6,7 @@ pub(crate) use source::unquoted;
 use source::{Bytes, Lines, named};
 pub use source::{Separator, Source};
 
+use super::week::Unwrapped;
 use host_core::error::{Error, excerpt};
 use std::fmt::Display;
 use std::ops::Range;
@@ -280,6 +281,16 @@ impl<T: Cell> Table<T> {
 }
 
 impl Table {
+    /// Continues the seconds of week in `column` over the end of a week. Returns the note on `what`
+    /// if one has ended.
+    pub fn continue_weeks(&mut self, column: usize, what: &str) -> Option<String> {
+        let mut week = Unwrapped::default();
+        for row in self.values.chunks_exact_mut(self.names.len()) {
+            row[column] = week.on(row[column]);
+        }
+        week.note(what)
+    }
+
     /// Checks that `column` rises on every line.
     pub fn check_rising(&self, column: usize) -> Result<(), Error> {
         for i in 1..self.count() {

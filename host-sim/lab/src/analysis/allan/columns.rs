@@ -62,14 +62,24 @@ struct Sensor {
 /// rate; too few samples; long columns need temporary files, and they cannot be written.
 pub fn load(file: &Path, choice: &Choice, notes: &mut Vec<String>) -> Result<Vec<Column>, Error> {
     let source = Source::open(file, Separator::COMMA)?;
-    let names = source.header(EXAMPLE)?;
+    let first = source.header(EXAMPLE)?;
+    let named = |line: &Vec<String>| choose(file, line, choice).is_ok();
+    // the first line says what is wrong where none has the names
+    let (before, names) = match source.head().iter().position(named) {
+        Some(before) => (before, source.head()[before].clone()),
+        None => (0, first),
+    };
     let sensors = choose(file, &names, choice)?;
+    if before > 0 {
+        let text = format!("the lines before line {} are left out", before + 1);
+        notes.push(format!("{}: {text}", file.display()));
+    }
     let times = names.iter().position(|name| TIMES.contains(&&**name));
     let times = times.filter(|_| choice.rate_hz.is_none());
     let indices = sensors.iter().map(|s| s.index);
     let wanted: Vec<usize> = times.into_iter().chain(indices).collect();
     let layout = Layout {
-        skip: 1,
+        skip: before + 1,
         names: &names,
         wanted: &wanted,
         gap: None,
@@ -86,7 +96,10 @@ pub fn load(file: &Path, choice: &Choice, notes: &mut Vec<String>) -> Result<Vec
     let pulses = sensors.iter().all(|sensor| sensor.pulses);
     let rate_hz = match (choice.rate_hz, times) {
         (Some(rate), _) => rate,
-        (None, Some(_)) => rate_of_times(&table)?,
+        (None, Some(_)) => {
+            notes.extend(table.continue_weeks(0, "samples"));
+            rate_of_times(&table)?
+        }
         (None, None) if pulses => RATE_HZ,
         (None, None) => return Err(no_rate(file)),
     };

@@ -104,6 +104,22 @@ fn a_column_and_a_rate_can_be_given() {
 }
 
 #[test]
+fn lines_before_the_names_and_the_end_of_a_week_are_read_over_with_a_note() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("imu.csv");
+    let text = file("t_s,dtheta_x_rad", |i| {
+        format!("{:.2},1e-6", (604_798.0 + time(i)) % 604_800.0)
+    });
+    std::fs::write(&path, format!("Log of my box\n50 Hz,rad\n{text}")).unwrap();
+    let mut notes = Vec::new();
+    let columns = load(&path, &Choice::default(), &mut notes).unwrap();
+    assert_eq!((columns.len(), columns[0].rate_hz), (1, 50.0));
+    assert_eq!(notes.len(), 2, "{notes:?}");
+    assert!(notes[0].ends_with("imu.csv: the lines before line 3 are left out"));
+    assert!(notes[1].starts_with("The seconds of week of the samples begin anew"));
+}
+
+#[test]
 fn faults_are_named_by_line_and_column() {
     let with = |at: usize, bad: &'static str| {
         file("t_s,dtheta_x_rad", move |i| {

@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use super::measure::{Kind, Measure};
+use host_core::inertial::units::G0;
 use nalgebra::Vector3;
 
 /// Times between two velocities that are compared, s.
@@ -23,12 +24,15 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     if pairs.len() < PAIRS {
         return None;
     }
-    let used: Vec<usize> = (0..2).filter(|j| spread(&pairs, *j) > LEAST).collect();
+    // by axis of the sensor, forward and right, and direction of the fixes, likewise
+    let fits = |axis: usize, of: usize| correlation(&pairs, 2 + axis, of);
+    // an aircraft banks, so that nothing pushes it to the side
+    let follows = |of: &usize| (0..2).any(|axis| fits(axis, *of).abs() > TOGETHER);
+    let moves = |of: &usize| spread(&pairs, *of) > LEAST;
+    let used: Vec<usize> = (0..2).filter(|of| moves(of) && follows(of)).collect();
     if used.is_empty() {
         return None;
     }
-    // by axis of the sensor, forward and right, and direction of the fixes, likewise
-    let fits = |axis: usize, of: usize| correlation(&pairs, 2 + axis, of);
     let score = |swap: bool, signs: [f64; 2]| {
         let all = used
             .iter()
@@ -66,22 +70,23 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     })
 }
 
-/// Acceleration along and to the right by two fixes, and the mean specific force between them,
-/// forward and right.
+/// Acceleration along, with the part of gravity that a climb turns there, and to the right by two
+/// fixes, and the mean specific force between them, forward and right.
 fn pairs(evidence: &Evidence) -> Vec<[f64; 4]> {
     let fixes = &evidence.fixes;
     let mut out = Vec::new();
     let mut begin = None;
     for fix in fixes {
-        let Some([n1, e1, _]) = fix.measured_velocity() else {
+        let Some([n1, e1, d1]) = fix.measured_velocity() else {
             continue;
         };
-        let (from, [n0, e0]) = *begin.get_or_insert((fix.time, [n1, e1]));
+        let d1 = if fix.has(5..6) { d1 } else { 0.0 };
+        let (from, [n0, e0, d0]) = *begin.get_or_insert((fix.time, [n1, e1, d1]));
         let dt = fix.time - from;
         if dt < APART_S[0] {
             continue;
         }
-        begin = Some((fix.time, [n1, e1]));
+        begin = Some((fix.time, [n1, e1, d1]));
         let speeds: [f64; 2] = [n0.hypot(e0), n1.hypot(e1)];
         let pushed = evidence.pushed(from).zip(evidence.pushed(fix.time));
         let Some((before, after)) = pushed.filter(|_| dt <= APART_S[1]) else {
@@ -93,7 +98,9 @@ fn pairs(evidence: &Evidence) -> Vec<[f64; 4]> {
         let turn = (n0 * e1 - e0 * n1).atan2(n0 * n1 + e0 * e1);
         let force: Vector3<f64> = (after - before) / dt;
         let across = 0.5 * (speeds[0] + speeds[1]) * turn / dt;
-        out.push([(speeds[1] - speeds[0]) / dt, across, force.x, force.y]);
+        let climb = -(d0 + d1) / (speeds[0] + speeds[1]);
+        let along = (speeds[1] - speeds[0]) / dt + G0 * climb;
+        out.push([along, across, force.x, force.y]);
     }
     out
 }

@@ -107,6 +107,10 @@ fn place(evidence: &Evidence, agrees: bool) -> Option<Measure> {
 /// Positions or heights against velocities.
 fn apart(evidence: &Evidence, vertical: bool) -> Option<Measure> {
     let axis = usize::from(vertical);
+    let way = vertical.then(|| way(evidence)).flatten();
+    if way.as_ref().is_some_and(Measure::contradicts) {
+        return way;
+    }
     let pairs: Vec<[f64; 3]> = chords(&evidence.fixes, CHORD_S[axis])
         .filter_map(|(moved, said, sigma)| {
             let part = |v: Vector3<f64>| match vertical {
@@ -120,7 +124,7 @@ fn apart(evidence: &Evidence, vertical: bool) -> Option<Measure> {
         })
         .collect();
     if pairs.len() < PAIRS {
-        return None;
+        return way;
     }
     let median = |k: usize| {
         let mut all: Vec<f64> = pairs.iter().map(|pair| pair[k]).collect();
@@ -144,6 +148,29 @@ fn apart(evidence: &Evidence, vertical: bool) -> Option<Measure> {
             "{what} and velocities agree within {:.0} %",
             (100.0 * apart).ceil()
         ),
+    })
+}
+
+/// Whether heights rise where the vertical velocities say so, or fall. Small slopes show it
+/// together, where each alone is less than the noise of the heights: by the slope of the one over
+/// the other, which is 1. Its standard deviation is that of its residuals, of which only every
+/// fourth is independent: neighbouring chords share three quarters.
+fn way(evidence: &Evidence) -> Option<Measure> {
+    let pairs: Vec<[f64; 2]> = chords(&evidence.fixes, CHORD_S[1])
+        .filter(|(.., sigma)| sigma[1].is_finite())
+        .map(|(moved, said, _)| [moved.z, said.z])
+        .collect();
+    let sum = |of: &dyn Fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>();
+    let square = sum(&|[_, said]| said * said);
+    let slope = sum(&|[moved, said]| moved * said) / square;
+    let rest = sum(&|[moved, said]| (moved - slope * said).powi(2)) / pairs.len() as f64;
+    let sigma = 2.0 * (rest / square).sqrt();
+    let known = pairs.len() >= 4 * PAIRS && slope.abs() > SIGMAS * sigma;
+    known.then(|| Measure {
+        kind: Kind::Climbs,
+        size: if slope < 0.0 { 2.0 } else { 0.0 },
+        problem: "makes the heights move another way than the vertical velocities".into(),
+        state: "heights and vertical velocities rise together".into(),
     })
 }
 

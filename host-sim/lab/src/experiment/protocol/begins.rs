@@ -22,16 +22,17 @@ pub enum Begins {
     Own,
 }
 
-/// The common state, if there is one, and where the navigators begin, in sentences. `None`: no
-/// state can be found.
+/// The common state, if there is one, with the residual of its smoothing, and where the navigators
+/// begin, in sentences. `None`: no state can be found.
 pub(super) fn begin(
     session: &Session,
     split: &Split,
     settings: &Settings,
     learnt: &Learnt,
-) -> Option<(Option<NavState>, String)> {
+) -> Option<(Option<NavState>, Option<f64>, String)> {
     match settings.begins {
         Begins::Own if split.follows() => Some((
+            None,
             None,
             "Each row starts from the state of its own aided navigator, without sensor errors in \
              its state except in the filters."
@@ -39,6 +40,7 @@ pub(super) fn begin(
         )),
         Begins::Own | Begins::Reference => Some((
             Some(session.referenced(split.judge.start)),
+            None,
             "All rows start from one state, that of the reference.".into(),
         )),
         Begins::Smoothed => {
@@ -48,7 +50,7 @@ pub(super) fn begin(
                  with a model of its own (residual {residual:.2}, where 1 is expected). No row's \
                  corrections shape it."
             );
-            Some((Some(nav), says))
+            Some((Some(nav), Some(residual), says))
         }
     }
 }

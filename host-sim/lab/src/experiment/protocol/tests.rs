@@ -216,7 +216,7 @@ fn all_rows_begin_at_one_state_whatever_the_unit_file_says() {
         };
         let learnt = Learnt::from(&session, &split, &settings).unwrap().unwrap();
         assert!(learnt.device.changed);
-        let (nav, _) = begins::begin(&session, &split, &settings, &learnt).unwrap();
+        let (nav, ..) = begins::begin(&session, &split, &settings, &learnt).unwrap();
         let solved = solutions(&session, &split, &settings, &learnt, nav).unwrap();
         assert_eq!(solved.len(), 8);
         for (scheme, free) in &solved {

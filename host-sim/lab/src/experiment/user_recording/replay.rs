@@ -18,6 +18,9 @@ use host_unit::Unit;
 /// Refused alignments of a device that does not navigate, from which on its samples and fixes are
 /// said to contradict each other.
 const CONTRADICTED: u32 = 5;
+/// Residual of the state at which all navigators begin, from which on it is said too. That of 24
+/// recorded sessions is at most 0.8.
+const RESIDUAL: f64 = 5.0;
 
 /// The user's choices.
 #[derive(Debug, Clone)]
@@ -124,8 +127,20 @@ pub fn replay(
         .bench
         .as_ref()
         .map_or(0, |bench| bench.course.contradicted);
-    if contradicted >= CONTRADICTED {
-        let warning = wanted.contradiction(contradicted, says);
+    let residual = outcome.residual.filter(|residual| *residual > RESIDUAL);
+    let contradiction = match residual {
+        _ if contradicted >= CONTRADICTED => Some(format!(
+            "{contradicted} times the device found no attitude at which samples and fixes agree"
+        )),
+        // what is wrong has been said
+        Some(residual) if outcome.warnings.is_empty() => Some(format!(
+            "around the start of the judged part their residual is {residual:.1}, where 1 is \
+             expected"
+        )),
+        _ => None,
+    };
+    if let Some(what) = contradiction {
+        let warning = wanted.contradiction(&what, says);
         each(Step::Examined(std::slice::from_ref(&warning)))?;
         outcome.warnings.push(warning);
     }
@@ -143,18 +158,16 @@ pub fn replay(
 }
 
 impl Wanted {
-    /// The device found no attitude at which samples and fixes agree.
-    fn contradiction(&self, times: u32, says: &Says) -> Warning {
+    /// Samples and fixes do not agree, as `what` shows.
+    fn contradiction(&self, what: &str, says: &Says) -> Warning {
         Warning {
             file: says.file.clone(),
             field: "gnss".into(),
-            problem: format!(
-                "and 'imu' contradict each other: {times} times the device found no attitude at \
-                 which samples and fixes agree"
-            ),
+            problem: format!("and 'imu' contradict each other: {what}"),
             remedy: format!(
                 "check, in this order, the clock of the fixes ({}), units and order of positions \
-                 and velocities, axes, units of gyros and accelerometers, the unit file",
+                 and velocities, axes, units of gyros and accelerometers, standard deviations of \
+                 the fixes, the unit file",
                 (self.option)("time-offset")
             ),
         }

@@ -18,6 +18,13 @@ pub struct Case {
 
 pub const CONVERT: &str = "convert csv --header header.toml --to csv --out o";
 pub const STRICT: &str = "replay csv --header header.toml --unit tactical --strict";
+pub const SIMULATED: &str = "replay csv --header header.toml --strict";
+
+/// A simulated drive of a vehicle in place of the right files.
+pub fn simulated(dir: &Path, vehicle: &str) {
+    let out = format!("simulate --vehicle {vehicle} --out . --force");
+    crate::host_sim(dir, &out).success();
+}
 
 pub fn read(dir: &Path, name: &str) -> String {
     std::fs::read_to_string(dir.join(name)).unwrap()

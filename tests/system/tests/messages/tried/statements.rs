@@ -1,6 +1,6 @@
 //! Files that say of themselves what is not so: no fix, units, order, axes, clocks.
 
-use super::edits::{CONVERT, Case, STRICT, fixes, header, lines, text};
+use super::edits::{CONVERT, Case, SIMULATED, STRICT, fixes, header, lines, simulated, text};
 
 pub const CASES: &[Case] = &[
     Case {
@@ -273,6 +273,36 @@ pub const CASES: &[Case] = &[
         told: &[
             "'gnss' and 'imu' contradict each other",
             "the clock of the fixes",
+        ],
+        result: "warned",
+    },
+    Case {
+        input: "fixes that are 17 s late, of a sensor in the hand",
+        make: |dir| {
+            simulated(dir, "hand-held");
+            fixes(dir, &[0], |t| t + 17.0);
+        },
+        args: SIMULATED,
+        told: &[
+            "'gnss' and 'imu' contradict each other",
+            "the clock of the fixes",
+        ],
+        result: "warned",
+    },
+    Case {
+        input: "an aircraft whose x and y axes point backwards and to the left",
+        make: |dir| {
+            simulated(dir, "aircraft");
+            lines(dir, "imu.csv", |_, cells| {
+                for column in [1, 2, 4, 5] {
+                    cells[column] = format!("{:?}", -cells[column].parse::<f64>().unwrap());
+                }
+            });
+        },
+        args: SIMULATED,
+        told: &[
+            "makes the vehicle push against the axis called forward where the fixes speed up",
+            "forward seems to be against what is called forward",
         ],
         result: "warned",
     },

@@ -268,6 +268,29 @@ fn heights_in_feet_and_up_for_down_show_in_a_climb() {
     }
 }
 
+/// Hills that the noise of the heights hides one by one show together which way is up.
+#[test]
+fn up_for_down_shows_in_gentle_hills() {
+    let told = |turned: f64| {
+        let mut record = Record::from_session(&drive("tactical", 120));
+        each_fix(&mut record, |f| {
+            let phase = f.time * std::f64::consts::TAU / 100.0;
+            f.height_m += 5.0 * phase.sin();
+            f.velocity[2] -= 5.0 * phase.cos() * std::f64::consts::TAU / 100.0;
+            f.velocity[2] *= turned;
+        });
+        doubts_of(&record)
+    };
+    assert_eq!(told(1.0), []);
+    assert_eq!(told(0.0), [], "no vertical velocity");
+    let found = told(-1.0);
+    let names = fields(&found);
+    assert!(
+        matches!(names[..], [("gnss.velocity.order", r)] if r.contains("the order 'neu' would fit")),
+        "{found:?}"
+    );
+}
+
 /// Without velocities the place of the fixes shows rad that are taken as degrees.
 #[test]
 fn positions_alone_in_rad_show_by_their_place() {
