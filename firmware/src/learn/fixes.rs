@@ -55,6 +55,8 @@ pub struct Memory {
     rehearsal: Rehearsal,
     /// Lever arm and delay of the fixes.
     antenna: Antenna,
+    /// The interval, and memory of the updates.
+    scratch: Scratch,
 }
 
 /// Bytes that a [`Memory`] may take: the core-coupled memory of an STM32F405.
@@ -67,6 +69,7 @@ impl Memory {
         bank: Bank::ZEROED,
         rehearsal: Rehearsal::ZEROED,
         antenna: Antenna::ZEROED,
+        scratch: Scratch::ZEROED,
     };
 }
 
@@ -100,7 +103,6 @@ use parts::{Choice, FixTimes, Motion, Navigation, Remembered, Samples};
 #[derive(Debug)]
 pub struct FixLearner<'m> {
     memory: &'m mut Memory,
-    scratch: Scratch,
     settings: Settings,
     samples: Samples,
     navigation: Navigation,
@@ -121,7 +123,6 @@ impl<'m> FixLearner<'m> {
         memory.antenna.begin_nothing();
         FixLearner {
             memory,
-            scratch: Scratch::ZEROED,
             settings,
             samples: Samples::default(),
             navigation: Navigation::new(),
@@ -315,8 +316,8 @@ impl<'m> FixLearner<'m> {
         }
         let [a, b, c] = grown.turn;
         let [d, e, f] = grown.gain;
-        self.scratch.in_proportion = [a, b, c, d, e, f, 0.0, 0.0, 0.0];
-        self.scratch.block = block;
+        self.memory.scratch.in_proportion = [a, b, c, d, e, f, 0.0, 0.0, 0.0];
+        self.memory.scratch.block = block;
         true
     }
 
@@ -329,10 +330,12 @@ impl<'m> FixLearner<'m> {
     /// All means move with the navigator, and so do the shadows of the rehearsals.
     fn move_means(&mut self) {
         let applied = self.applied();
-        let block = &self.scratch.block;
+        let block = &self.memory.scratch.block;
         self.memory.bank.propagate_mean(block, &applied);
         self.memory.antenna.interval(block, &applied);
-        self.memory.antenna.inflate(&self.scratch.in_proportion);
+        self.memory
+            .antenna
+            .inflate(&self.memory.scratch.in_proportion);
         self.memory.rehearsal.interval(block, &applied);
     }
 

@@ -409,11 +409,8 @@ fn add_diagonal(rows: &mut [[f32; 9]; 9], by: &[f32; 9]) {
 }
 
 fn set_diagonal([a, b, c, d, e, f, g, h, i]: &mut [Column; 9]) {
-    for (k, (a, (d, g))) in [a, b, c]
-        .into_iter()
-        .zip([d, e, f].into_iter().zip([g, h, i]))
-        .enumerate()
-    {
-        (a.phi[k], d.v[k], g.p[k]) = (1.0, 1.0, 1.0);
-    }
+    const UNIT: [V32; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    [a.phi, b.phi, c.phi] = UNIT;
+    [d.v, e.v, f.v] = UNIT;
+    [g.p, h.p, i.p] = UNIT;
 }

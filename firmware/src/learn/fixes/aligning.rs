@@ -47,11 +47,11 @@ impl FixLearner<'_> {
         } else {
             self.memory.antenna.age_sigma()
         };
-        let found = motion.fix(&fix, stands, [age, sigma], &mut self.scratch.block)?;
+        let found = motion.fix(&fix, stands, [age, sigma], &mut self.memory.scratch.block)?;
         if self.waits(&fix) {
             return None;
         }
-        let variance = Found::sigmas(&self.scratch.block).map(|sigma| sigma * sigma);
+        let variance = Found::sigmas(&self.memory.scratch.block).map(|sigma| sigma * sigma);
         self.navigate_since(&Starting {
             number: self.number(),
             way: found.way,

@@ -165,7 +165,7 @@ impl FixLearner<'_> {
         };
         let Transition {
             gamma: by, q: rest, ..
-        } = &mut self.scratch.block;
+        } = &mut self.memory.scratch.block;
         (*by, *rest) = ([[0.0; OUTPUTS]; NAV], [[0.0; NAV]; NAV]);
         for i in 0..3 {
             by[i] = aligned.by[i];
@@ -310,7 +310,7 @@ impl FixLearner<'_> {
         let applied = starting
             .known
             .map_or([0.0; OUTPUTS], |(applied, _)| applied);
-        let scratch = &mut self.scratch.block;
+        let scratch = &mut self.memory.scratch.block;
         (self.memory.antenna).navigates(&scratch.gamma, &scratch.q, &applied, seen);
         for (k, variance) in self.memory.antenna.unknown().into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
@@ -324,8 +324,8 @@ impl FixLearner<'_> {
 
     #[inline(never)]
     fn start_hypotheses(&mut self, starting: &Starting) {
-        let (bank, scratch) = (&mut self.memory.bank, &mut self.scratch);
         self.memory.rehearsal.interrupted();
+        let (bank, scratch) = (&mut self.memory.bank, &mut self.memory.scratch);
         match &starting.known {
             Some((applied, shown)) => bank.start(scratch, applied, shown),
             None => bank.align(scratch),
@@ -348,7 +348,7 @@ impl FixLearner<'_> {
         self.samples
             .scale
             .get_or_insert_with(|| Scale::counts_of(stream.lsb));
-        let scratch = &mut self.scratch.block;
+        let scratch = &mut self.memory.scratch.block;
         scratch.gamma = [[0.0; OUTPUTS]; NAV];
         scratch.q = [[0.0; NAV]; NAV];
         for (i, (row, sigma)) in scratch.q.iter_mut().zip(sigmas).enumerate() {

@@ -69,10 +69,10 @@ impl FixLearner<'_> {
             self.corrected(&error);
         }
         let inputs = self.take_inputs(sources);
-        self.memory.antenna.update(&self.scratch.block);
+        self.memory.antenna.update(&self.memory.scratch.block);
         let bank = &mut self.memory.bank;
         if moved {
-            bank.propagate_covariance(&mut self.scratch);
+            bank.propagate_covariance(&mut self.memory.scratch);
         }
         bank.step(inputs);
     }
@@ -100,10 +100,10 @@ impl FixLearner<'_> {
             return;
         };
         let variance = compared.variance;
-        let of_antenna = self.memory.antenna.update(&self.scratch.block);
+        let of_antenna = self.memory.antenna.update(&self.memory.scratch.block);
         let (bank, rehearsal) = (&mut self.memory.bank, &mut self.memory.rehearsal);
         if moved {
-            bank.propagate_covariance(&mut self.scratch);
+            bank.propagate_covariance(&mut self.memory.scratch);
         }
         rehearsal.fix(&z, &variance);
         let (z, variance) = of_antenna.unwrap_or((z, variance));

@@ -163,10 +163,9 @@ fn increments_are_of_the_configured_period_whatever_their_time_says() {
         let mut bytes = COMMON;
         put(&mut bytes, 160, delta_time.to_le_bytes());
         seal(&mut bytes);
-        let (whole, frame) = (stream(&bytes, Values::Sensors), bytes);
+        let whole = stream(&bytes, Values::Sensors);
         assert_eq!(whole, stream(&COMMON, Values::Sensors));
         let mut checked = Checked::new(ImuFormat::VectorNav(Values::Sensors), &mut bytes).unwrap();
-        assert_eq!(checked.content(), Protocol::content(&frame));
         checked.change(&change).unwrap();
         assert_eq!(checked.read().unwrap().sample, sample);
         assert_eq!(bytes[160..164], delta_time.to_le_bytes());

@@ -258,17 +258,22 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     /// Steps with one block: takes its mean rate (rad/s) and specific force (m/s^2) and returns the
     /// estimate for the next block.
     pub fn step(&mut self, inputs: [[T; NEURONS]; TRIADS]) -> [T; OUTPUTS] {
-        for k in 0..TRIADS {
-            let net = &self.nets[k];
-            let (state, memory) = (&mut self.states[k], &mut self.memories[k]);
-            let step = L::step(net, state, memory, inputs[k]);
+        let memories = self.states.iter_mut().zip(&mut self.memories);
+        let results = self.estimate.as_chunks_mut().0.iter_mut();
+        let results = results.zip(&mut self.jacobian).zip(memories);
+        let maps = self.maps.iter().zip(&self.rest).zip(&self.bias);
+        let each = self.nets.iter().zip(inputs).zip(maps).zip(results);
+        for (((net, input), ((map, rest), bias)), ((estimate, own), (state, memory))) in each {
+            let step = L::step(net, state, memory, input);
             self.healthy &= matches!(step.fault, None | Some(Fault::NonFiniteInput));
-            if let Some(own) = self.jacobian[k].as_mut().get_mut(NEURONS + L::MAP..) {
+            if let Some(own) = own.as_mut().get_mut(NEURONS + L::MAP..) {
                 L::derivatives(state, memory, &net.normalisation.output_scale, own);
             }
-            let felt = mapped(&self.maps[k], &self.rest[k]);
-            for j in 0..NEURONS {
-                self.estimate[NEURONS * k + j] = self.bias[k][j] + step.error[j] + felt[j];
+            let felt = mapped(map, rest);
+            let estimate: &mut [T; NEURONS] = estimate;
+            let parts = bias.iter().zip(step.error).zip(felt);
+            for (estimate, ((&bias, error), felt)) in estimate.iter_mut().zip(parts) {
+                *estimate = bias + error + felt;
             }
         }
         self.estimate

@@ -198,11 +198,15 @@ macro_rules! of_output_layer {
                 let weights = weights.chunks_exact_mut(NEURONS);
                 for (j, (own, &scale)) in weights.zip(scale).enumerate() {
                     for (entry, &y) in own.iter_mut().zip(below) {
-                        entry[j] = scale * y;
+                        if let Some(entry) = entry.get_mut(j) {
+                            *entry = scale * y;
+                        }
                     }
                 }
                 for (j, (own, &scale)) in biases.iter_mut().zip(scale).enumerate() {
-                    own[j] = scale;
+                    if let Some(own) = own.get_mut(j) {
+                        *own = scale;
+                    }
                 }
             }
         }
