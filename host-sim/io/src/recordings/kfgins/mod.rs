@@ -331,7 +331,7 @@ fn begins(head: &[Vec<String>], least: usize) -> usize {
 }
 
 /// Whether a line is empty or begins with the mark of a comment.
-fn is_comment(line: &Vec<String>) -> bool {
+fn is_comment(line: &[String]) -> bool {
     let first = line.first();
     first.is_none_or(|first| first.starts_with(['#', '%']))
 }
