@@ -33,7 +33,7 @@ mod record;
 
 pub use crate::control::recording::{Cause, State};
 pub use event::{Event, What};
-pub use key::{Key, Stage};
+pub use key::{KEY_LEN, Key, Stage};
 pub use memory::{LEN, Memory, PAGES, VERSION};
 pub use record::BlackBox;
 pub(in crate::app) use record::Noted;

@@ -13,7 +13,6 @@ use firmware::wire::command::{
     Security, Version, WIRE_VERSION, encode,
 };
 use host_core::error::Error;
-use lrnn_nostd::image;
 use std::time::{Duration, Instant};
 
 /// Timeout of an answer, after which the request is repeated.
@@ -392,10 +391,12 @@ fn done(answer: &Response) -> Option<()> {
     (*answer == Response::Done).then_some(())
 }
 
-/// The image of both networks as the link carries it.
+/// The image of networks and maps as the link carries it.
 #[must_use]
 pub fn images(nets: &Nets) -> Vec<u8> {
-    [image::encode(&nets.gyro), image::encode(&nets.accel)].concat()
+    let mut bytes = vec![0; IMAGES_LEN];
+    nets.write_images(0, &mut bytes);
+    bytes
 }
 
 /// Requests that load weights.

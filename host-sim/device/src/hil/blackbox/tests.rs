@@ -205,7 +205,7 @@ fn a_changed_bit_is_found() {
             assert!(differs(at), "byte {at} of page {}", page.number);
         }
         // hash of all output so far
-        let key = offset(page.frame) - 80;
+        let key = offset(page.frame) - firmware::app::blackbox::KEY_LEN;
         assert!(differs(key + 16), "hash of page {}", page.number);
     }
     println!("{tried} bytes");
