@@ -4,9 +4,7 @@
 //! in the format of [`lrnn_nostd::image`], and by the maps: 18 f32, little endian, and their
 //! CRC-32. An image without maps is read too: they are zero.
 
-use crate::wire::checksum::crc32_zlib;
-use crate::wire::field::take;
-use lrnn_nostd::image::{self, IMAGE_LEN, ImageError};
+use lrnn_nostd::image::{self, IMAGE_LEN, ImageError, crc32};
 use lrnn_nostd::learn::kalman::{Maps, PROPORTIONAL};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
@@ -72,7 +70,7 @@ impl Nets {
         for (place, value) in values.chunks_exact_mut(4).zip(maps) {
             place.copy_from_slice(&value.to_le_bytes());
         }
-        sum.copy_from_slice(&crc32_zlib(values).to_le_bytes());
+        sum.copy_from_slice(&crc32(values).to_le_bytes());
         image
     }
 
@@ -107,18 +105,19 @@ fn read_maps(bytes: &[u8]) -> Result<Maps<f32>, ImageError> {
         return Ok(maps);
     }
     let Some((values, sum)) = bytes
-        .split_at_checked(MAPS_LEN - 4)
+        .split_last_chunk::<4>()
         .filter(|_| bytes.len() == MAPS_LEN)
     else {
         return Err(ImageError::Length(bytes.len()));
     };
-    let (stored, computed) = (u32::from_le_bytes(take(sum, 0)), crc32_zlib(values));
+    let (stored, computed) = (u32::from_le_bytes(*sum), crc32(values));
     if stored != computed {
         return Err(ImageError::Crc { stored, computed });
     }
     let elements = maps.as_flattened_mut().as_flattened_mut();
-    for (i, element) in elements.iter_mut().enumerate() {
-        *element = f32::from_le_bytes(take(values, 4 * i));
+    let words = values.as_chunks::<4>().0;
+    for (i, (element, word)) in elements.iter_mut().zip(words).enumerate() {
+        *element = f32::from_le_bytes(*word);
         if element.is_nan() || element.abs() > LARGEST {
             return Err(ImageError::NonFiniteWeight(i as u8)); // below 18
         }
