@@ -45,6 +45,12 @@ fn samples(n: usize) -> Vec<Counts> {
         .collect()
 }
 
+/// What row `i` of the map of triad `k` makes of this sum.
+fn mapped(k: usize, i: usize, felt: &[f64; 3]) -> f64 {
+    let row = MAPS[k][i].iter().zip(felt);
+    row.map(|(m, sum)| f64::from(*m) * sum).sum()
+}
+
 fn flat(counts: &Counts) -> [[i32; 3]; 2] {
     [counts.dtheta, counts.dv]
 }
@@ -74,8 +80,7 @@ fn corrections_add_up_to_the_map_of_the_sum() {
     }
     for k in 0..2 {
         for i in 0..3 {
-            let row = MAPS[k][i].map(f64::from);
-            let right: f64 = row.iter().zip(felt[k]).map(|(m, sum)| m * sum).sum();
+            let right = mapped(k, i, &felt[k]);
             assert!(
                 (off[k][i] - right).abs() < 0.52,
                 "{k} {i}: {} {right}",
@@ -114,8 +119,7 @@ fn floats_are_corrected_in_proportion() {
     }
     for k in 0..2 {
         for i in 0..3 {
-            let row = MAPS[k][i].map(f64::from);
-            let right: f64 = row.iter().zip(felt[k]).map(|(m, sum)| m * sum).sum();
+            let right = mapped(k, i, &felt[k]);
             assert!(
                 (off[k][i] - right).abs() < 1e-5,
                 "{k} {i}: {} {right}",
