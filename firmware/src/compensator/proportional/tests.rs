@@ -45,50 +45,44 @@ fn samples(n: usize) -> Vec<Counts> {
         .collect()
 }
 
-/// What row `i` of the map of triad `k` makes of this sum.
-fn mapped(k: usize, i: usize, felt: &[f64; 3]) -> f64 {
-    let row = MAPS[k][i].iter().zip(felt);
-    row.map(|(m, sum)| f64::from(*m) * sum).sum()
+type Triads = [[f64; 3]; 2];
+
+/// The sum of what is taken off, from samples before and after, is the map of the sum of all
+/// samples but the last.
+fn add_up(all: &[(Triads, Triads)], tolerance: f64) {
+    let (_, mapped) = all.split_last().unwrap();
+    for (k, map) in MAPS.iter().enumerate() {
+        for (i, row) in map.iter().enumerate() {
+            let off: f64 = all.iter().map(|(from, to)| from[k][i] - to[k][i]).sum();
+            let dot = |from: &Triads| row.iter().zip(&from[k]).map(|(m, x)| f64::from(*m) * x);
+            let right: f64 = mapped.iter().flat_map(|(from, _)| dot(from)).sum();
+            assert!((off - right).abs() < tolerance, "{k} {i}: {off} {right}");
+            assert!(right == 0.0 || right.abs() > 1000.0 * tolerance);
+        }
+    }
 }
 
 fn flat(counts: &Counts) -> [[i32; 3]; 2] {
     [counts.dtheta, counts.dv]
 }
 
-/// The sum of what is taken off is the map of the sum of all samples but the last, to half a count
-/// and the rounding of the elements.
+fn wide<T: Into<f64>>(triads: [[T; 3]; 2]) -> Triads {
+    triads.map(|triad| triad.map(Into::into))
+}
+
+/// To half a count and the rounding of the elements.
 #[test]
 fn corrections_add_up_to_the_map_of_the_sum() {
     let compensator = with(MAPS, 1.0, None);
     let mut state = compensator.power_on(false);
-    let all = samples(5000);
-    let mut off = [[0.0_f64; 3]; 2];
-    let mut felt = [[0.0_f64; 3]; 2];
-    for (n, sample) in all.iter().enumerate() {
-        let (out, _) = compensator.process(&mut state, *sample);
-        for k in 0..2 {
-            for i in 0..3 {
-                let (from, to) = (flat(sample)[k][i], flat(&out)[k][i]);
-                off[k][i] += f64::from(from) - f64::from(to);
-                felt[k][i] += if n + 1 < all.len() {
-                    f64::from(from)
-                } else {
-                    0.0
-                };
-            }
-        }
-    }
-    for k in 0..2 {
-        for i in 0..3 {
-            let right = mapped(k, i, &felt[k]);
-            assert!(
-                (off[k][i] - right).abs() < 0.52,
-                "{k} {i}: {} {right}",
-                off[k][i]
-            );
-            assert!(right == 0.0 || right.abs() > 1000.0);
-        }
-    }
+    let pairs: Vec<_> = samples(5000)
+        .iter()
+        .map(|sample| {
+            let (out, _) = compensator.process(&mut state, *sample);
+            (wide(flat(sample)), wide(flat(&out)))
+        })
+        .collect();
+    add_up(&pairs, 0.52);
 }
 
 /// The same for floats.
@@ -96,37 +90,20 @@ fn corrections_add_up_to_the_map_of_the_sum() {
 fn floats_are_corrected_in_proportion() {
     let compensator = with(MAPS, 1.0, None);
     let mut state = compensator.power_on(false);
-    let (mut off, mut felt) = ([[0.0_f64; 3]; 2], [[0.0_f64; 3]; 2]);
-    let all = samples(2000);
-    for (n, sample) in all.iter().enumerate() {
-        let [gyro, accel] = flat(sample).map(|triad| triad.map(|count| count as f32 * 1e-5));
-        let before = RawSample::Floats { gyro, accel };
-        let mut after = before;
-        compensator.correct(&mut state, 0, &mut after);
-        let RawSample::Floats { gyro: g, accel: a } = after else {
-            panic!("floats stay floats");
-        };
-        for (k, (from, to)) in [(gyro, g), (accel, a)].into_iter().enumerate() {
-            for i in 0..3 {
-                off[k][i] += f64::from(from[i]) - f64::from(to[i]);
-                felt[k][i] += if n + 1 < all.len() {
-                    f64::from(from[i])
-                } else {
-                    0.0
-                };
-            }
-        }
-    }
-    for k in 0..2 {
-        for i in 0..3 {
-            let right = mapped(k, i, &felt[k]);
-            assert!(
-                (off[k][i] - right).abs() < 1e-5,
-                "{k} {i}: {} {right}",
-                off[k][i]
-            );
-        }
-    }
+    let pairs: Vec<_> = samples(2000)
+        .iter()
+        .map(|sample| {
+            let [gyro, accel] =
+                [sample.dtheta, sample.dv].map(|triad| triad.map(|count| count as f32 * 1e-5));
+            let mut after = RawSample::Floats { gyro, accel };
+            compensator.correct(&mut state, 0, &mut after);
+            let RawSample::Floats { gyro: g, accel: a } = after else {
+                panic!("floats stay floats");
+            };
+            (wide([gyro, accel]), wide([g, a]))
+        })
+        .collect();
+    add_up(&pairs, 1e-5);
 }
 
 /// A correction does not depend on the sample that it corrects: the frame's first bytes may leave
