@@ -54,8 +54,8 @@ fn add_up(all: &[(Triads, Triads)], tolerance: f64) {
     for (k, map) in MAPS.iter().enumerate() {
         for (i, row) in map.iter().enumerate() {
             let off: f64 = all.iter().map(|(from, to)| from[k][i] - to[k][i]).sum();
-            let dot = |from: &Triads| row.iter().zip(&from[k]).map(|(m, x)| f64::from(*m) * x);
-            let right: f64 = mapped.iter().flat_map(|(from, _)| dot(from)).sum();
+            let felt = |j: usize| -> f64 { mapped.iter().map(|(from, _)| from[k][j]).sum() };
+            let right: f64 = (0..3).map(|j| f64::from(row[j]) * felt(j)).sum();
             assert!((off - right).abs() < tolerance, "{k} {i}: {off} {right}");
             assert!(right == 0.0 || right.abs() > 1000.0 * tolerance);
         }
