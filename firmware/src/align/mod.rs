@@ -36,6 +36,8 @@ use crate::sample::{Counts, Lsb};
 const SECOND: f64 = 1.0;
 /// Shortest standstill that gives a heading, s.
 pub const LEAST_S: f64 = 30.0;
+/// Largest standard deviation of a heading that a standstill shows, rad.
+pub const MAX_NORTH: f32 = 0.1;
 /// Approximate length of a piece of the gyros' integration, s.
 const PIECE_S: f64 = 0.05;
 

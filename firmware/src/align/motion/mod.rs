@@ -44,8 +44,9 @@ use filter::Filter;
 use level::Level;
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
-/// Largest standard deviation of a heading that is handed over, rad: errors are linear up to it.
-pub const MAX_HEADING: f32 = 0.1;
+/// Largest standard deviation of a heading that is handed over, rad: the bank's errors are linear
+/// up to it, to 2 % of the force.
+pub const MAX_HEADING: f32 = 0.2;
 /// The largest standard deviation of the tilt, rad.
 const MAX_TILT: f32 = 0.05;
 /// Fixes in a row that must pass all tests.

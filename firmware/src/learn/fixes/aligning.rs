@@ -4,8 +4,8 @@ use super::FixLearner;
 use super::course::Course;
 use super::start::Starting;
 use super::take::Fresh;
-use crate::align::Align;
-use crate::align::motion::{self, Found, InMotion, MAX_HEADING};
+use crate::align::motion::{self, Found, InMotion};
+use crate::align::{Align, MAX_NORTH};
 use crate::configuration::VehicleKind;
 use crate::fix::Fix;
 use crate::learn::quantise::divisor;
@@ -70,6 +70,6 @@ impl FixLearner<'_> {
         let sensors = self.settings.sensors();
         let latitude = fix.position.latitude;
         (align.gathered() >= STANDS_S || align.is_solved())
-            && Align::predicted_heading(&sensors, latitude, self.settings.align_s) <= MAX_HEADING
+            && Align::predicted_heading(&sensors, latitude, self.settings.align_s) <= MAX_NORTH
     }
 }

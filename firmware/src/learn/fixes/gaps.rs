@@ -7,7 +7,6 @@
 //! on with a larger covariance. Else it is dropped, and an alignment in motion begins.
 
 use super::FixLearner;
-use crate::align::motion::MAX_HEADING;
 use crate::inputs::Sources;
 use crate::nav::vector::{V32, add, dot, scale};
 
@@ -18,7 +17,9 @@ const LEAST: f32 = 0.02;
 /// The longest gap that the motion before it says anything about, s.
 const LONGEST_S: f64 = 10.0;
 /// Standard deviation of the attitude up to which the bank's errors are linear, rad.
-const LINEAR: f32 = 0.2;
+const LINEAR: f32 = 0.3;
+/// Angle that a gap may hide, rad.
+const TURN: f32 = 0.1;
 /// The longest gap that an alignment in motion bridges, s: it does not count what was missed.
 const SHORT_S: f64 = 0.1;
 /// Gravity, m/s2, which a wrong attitude takes for an acceleration.
@@ -97,7 +98,7 @@ impl FixLearner<'_> {
         let turn = rate * t;
         let known = (0..3).fold(0.0_f32, |most, i| most.max(bank.error_sigma(i)));
         let attitude = libm::hypotf(known, turn);
-        if time > LONGEST_S || !(turn <= MAX_HEADING && attitude <= LINEAR) {
+        if time > LONGEST_S || !(turn <= TURN && attitude <= LINEAR) {
             self.lose();
             return 0;
         }

@@ -4,7 +4,8 @@ use super::FixLearner;
 use super::observe::STANDS_MPS;
 use super::proportional::Proportional;
 use super::take::Fresh;
-use crate::align::motion::{InMotion, MAX_HEADING, Shown};
+use crate::align::MAX_NORTH;
+use crate::align::motion::{InMotion, Shown};
 use crate::control::{Reason, Way};
 use crate::fix::{Fix, Heading};
 use crate::learn::Report;
@@ -146,7 +147,7 @@ impl FixLearner<'_> {
         ];
         let tilt = aligned.covariance(bias);
         let [.., [.., heading]] = tilt;
-        if !(0.0..=MAX_HEADING * MAX_HEADING).contains(&heading) {
+        if !(0.0..=MAX_NORTH * MAX_NORTH).contains(&heading) {
             align.restart(false); // a longer one would not do either
             return None;
         }

@@ -137,7 +137,7 @@ impl Coast {
 }
 
 /// How much smaller the horizontal errors of the hypotheses are than another one's, as the natural
-/// logarithm of the ratio, from -4 to 4. An error below the fix's standard deviation
+/// logarithm of the ratio, from -3 to 3. An error below the fix's standard deviation
 /// counts as that one. What is not finite is the worst.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scores {

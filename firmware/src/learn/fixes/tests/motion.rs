@@ -140,7 +140,7 @@ fn it_starts_in_motion_and_stays_there() {
             let mut trip = Trip::new(&mut memory, motion, errors, kind, seed);
             let after = trip.start(150).expect(name);
             let started = *trip.learner.started().expect(name);
-            assert!(f64::from(after) - 1.0 <= started.time_s && started.sigmas[2] <= 0.1);
+            assert!(f64::from(after) - 1.0 <= started.time_s && started.sigmas[2] <= 0.2);
             assert!(matches!(started.way, Way::Velocity | Way::Course));
             // what the alignment has learnt is not lost: the claim begins where it ended
             let [off, claimed] = trip.heading();
