@@ -32,7 +32,7 @@
 //! `map`, and the lower triangle of the covariance of all means.
 
 use super::MEMORY_LEN;
-use super::bank::{Bank, MAP, REMEMBERED, REMEMBERING, SIX_BIASES, STEP, STEPPED};
+use super::bank::{Bank, MAP, REMEMBERED, REMEMBERING, SIX_BIASES, STEP, STEPPED, STORED};
 use super::prior::{Datasheet, Shapes};
 use super::rehearsal::{Carried, Rehearsal, UNTRIED};
 use crate::wire::checksum::Zlib;
@@ -299,7 +299,7 @@ impl Unit {
             shape: digest(shapes),
             judged,
             carried: remembering.map(|of| rehearsal.carried(of)),
-            refuted: rehearsal.refutes(base.refuted),
+            refuted: rehearsal.refutes(bank.takes_part(STORED), base.refuted),
         };
         self.has_map = true;
         let mut places = self.values.iter_mut();

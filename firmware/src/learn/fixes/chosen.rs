@@ -1,9 +1,9 @@
 //! Which hypothesis is in force, and which of them knows the unit best.
 
 use super::judged::{BETTER, DRIVES};
-use super::{FixLearner, Tally};
+use super::{FixLearner, Memory, Tally};
 use crate::learn::Winner;
-use crate::learn::bank::ZERO_CORRECTION;
+use crate::learn::bank::{STORED, ZERO_CORRECTION};
 use crate::learn::quantise::split;
 use crate::learn::unit;
 use crate::model::Nets;
@@ -68,9 +68,11 @@ impl FixLearner<'_> {
     /// [`crate::learn::Learner::for_next_power_on`].
     #[inline(never)]
     pub(super) fn of_unit(&self) -> Option<Winner> {
-        let refuted = self.memory.rehearsal.refutes(self.remembered.base.refuted);
+        let Memory {
+            bank, rehearsal, ..
+        } = &*self.memory;
+        let refuted = rehearsal.refutes(bank.takes_part(STORED), self.remembered.base.refuted);
         let best = self.best_of_unit().filter(|_| self.teaches() && !refuted)?;
-        let bank = &self.memory.bank;
         let [gyro, accel] = bank.unit_nets_of(best);
         let maps = bank.maps_of(best);
         Some(Winner {

@@ -295,9 +295,9 @@ impl Rehearsal {
     }
 
     /// Whether what acted from power-on, or is on trial as [`STORED`], is refuted: it is when it
-    /// does harm, and stays so, if it `was` before, until it has proved itself.
-    pub fn refutes(&self, was: bool) -> bool {
-        self.harms(STORED) || was && !self.has_proved(STORED)
+    /// took part and does harm, and stays so, if it `was` before, until it has proved itself.
+    pub fn refutes(&self, took_part: bool, was: bool) -> bool {
+        took_part && self.harms(STORED) || was && !self.has_proved(STORED)
     }
 
     /// Whether a hypothesis has been found harmful at some horizon.

@@ -186,12 +186,21 @@ fn a_refuted_memory_is_on_trial() {
         rehearsal
     };
     let (good, nothing, bad) = (harmful(2.0), harmful(0.0), harmful(-2.0));
-    assert!(bad.refutes(false) && bad.refutes(true));
-    assert!(!nothing.refutes(false) && nothing.refutes(true));
-    assert!(!good.refutes(false) && !good.refutes(true));
+    assert!(bad.refutes(true, false) && bad.refutes(true, true));
+    assert!(!nothing.refutes(true, false) && nothing.refutes(true, true));
+    assert!(!good.refutes(true, false) && !good.refutes(true, true));
+    assert!(
+        !bad.refutes(false, false),
+        "what did not take part does no harm"
+    );
     let (mut unit, mut bank) = (Unit::NEW, bank(&THERMAL));
     let (nets, sheet) = (networks(&THERMAL), &Settings::MEDIUM.sheet);
     let drive = (600.0, [18.0, 41.0]);
+    // the first drive of a unit: nothing was stored
+    unit.remember(&Head::NEW, (&mut bank, &bad), sheet, &nets, drive, JUDGED);
+    assert!(!unit.head.refuted);
+    let Nets { gyro, accel, maps } = Nets::NONE;
+    bank.begin_stored((&[gyro, accel], &maps), sheet, [1e-3; 9]);
     for (rehearsal, refuted) in [(bad, true), (nothing, true), (good, false)] {
         let base = unit.head;
         unit.remember(&base, (&mut bank, &rehearsal), sheet, &nets, drive, JUDGED);
