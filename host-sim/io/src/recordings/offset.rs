@@ -51,6 +51,8 @@ const HALF_HOUR_S: f64 = 1800.0;
 const ZONES_S: f64 = 6.0 * 3600.0;
 /// The largest offset as a share of the recording.
 const IN_COMMON: f64 = 0.7;
+/// An offset within 40 s that leaves more of the squares is compared with those beyond.
+const DOUBTFUL: f64 = 0.5;
 /// That search uses no more differences of a kind than these and these steps, s, and tries so many
 /// of its best parts.
 const FAR_COARSE: usize = 250;
@@ -98,7 +100,7 @@ impl Unknown {
 
 /// Finds the offset that is to be added to the times of the fixes, within 40 s of 0, or within 5 s
 /// where the recording is too short for more. If there is none, it is looked for up to half an hour
-/// away, and around the differences of time zones, as far as they leave samples and fixes in common.
+/// away, and around the differences of time zones, as far as samples and fixes are in common then.
 ///
 /// # Errors
 /// Why it cannot be known.
@@ -109,7 +111,7 @@ pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
         Ok(found) if found.offset_s.abs() < LEAST_S - 1.0 => {
             within(&motion, 0.0, LEAST_S).or(Ok(found))
         }
-        Ok(found) => Ok(found),
+        Ok(found) => Ok(nearly_even(&motion, found)),
         Err(far) => within(&motion, 0.0, LEAST_S).or_else(|near| {
             far_away(&motion).ok_or(match near {
                 Unknown::Far => far,
@@ -117,6 +119,19 @@ pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
             })
         }),
     }
+}
+
+/// A motion that repeats itself, as in waves, also fits a little at wrong offsets. Where one leaves
+/// much of it, another that leaves far less is the right one.
+fn nearly_even(motion: &Motion, found: Estimate) -> Estimate {
+    let left = |offset: f64| -> f64 {
+        let few = motion.channels(offset, LEAST_S, FAR_COARSE);
+        few.iter().map(|channel| channel.unexplained(0.0)).product()
+    };
+    let near = left(found.offset_s);
+    let far = (near > DOUBTFUL).then(|| far_away(motion)).flatten();
+    far.filter(|far| left(far.offset_s) < 0.5 * near)
+        .unwrap_or(found)
 }
 
 /// The offset beyond 40 s at which samples and fixes match best, if it explains enough.

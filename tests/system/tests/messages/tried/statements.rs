@@ -301,6 +301,19 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
+        input: "the same of a ship in waves, whose motion repeats itself",
+        make: |dir| {
+            simulated(dir, "ship --seed 3");
+            fixes(dir, &[0], |t| t + 100.0);
+        },
+        args: SIMULATED,
+        told: &[
+            "'gnss.time_offset_s'",
+            "samples and fixes match best at -100.0",
+        ],
+        result: "warned",
+    },
+    Case {
         input: "fixes that are 17 s late, of a sensor in the hand",
         make: |dir| {
             simulated(dir, "hand-held");
