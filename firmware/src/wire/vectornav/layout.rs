@@ -295,6 +295,9 @@ impl Layout {
             return 0;
         };
         let samples = f32::from_le_bytes(take(bytes, at)) * IMU_RATE as f32;
+        if samples < 0.9 {
+            return 0; // no time at all: the usual frame waits for this
+        }
         let near = |of: &u8| (samples - f32::from(*of)).abs() < 0.02 * f32::from(*of);
         let place = PERIODS.iter().position(near);
         place.map_or(0, |place| place as u8 + 1) // 15 at most
