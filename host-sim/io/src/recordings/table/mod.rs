@@ -85,8 +85,8 @@ impl<T: Cell> Table<T> {
         count: usize,
         mut rest: impl FnMut(&[T]) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        let wanted = layout.wanted.iter();
-        let names: Vec<String> = wanted.map(|&c| layout.names[c].clone()).collect();
+        let names = layout.wanted.iter().map(|&c| layout.names[c].clone());
+        let names: Vec<String> = names.collect();
         let mut table = Self {
             file: source.file.clone(),
             names: names[..count].to_vec(),
@@ -95,8 +95,7 @@ impl<T: Cell> Table<T> {
             first_line: layout.skip + 1,
             notes: Vec::new(),
         };
-        let mut row = Vec::with_capacity(names.len());
-        let mut lines = source.lines()?;
+        let (mut row, mut lines) = (Vec::with_capacity(names.len()), source.lines()?);
         // a line with a fault, which only the first and the last may have
         let mut faulty: Option<(usize, Error)> = None;
         let mut end = 0;
@@ -106,8 +105,8 @@ impl<T: Cell> Table<T> {
             }
             let read = table.cells(line, &lines, layout, &names, &mut row);
             // a last line that has all its values may lack digits of the last one
-            let lacks = lines.end() < end || lines.cut_short().is_some();
-            if layout.cut && table.rows > 0 && read.is_ok() && lines.is_cut() && lacks {
+            let lacks = lines.is_cut() && (lines.end() < end || lines.cut_short().is_some());
+            if layout.cut && table.rows > 0 && read.is_ok() && lacks {
                 table.note(line, CUT);
                 continue;
             }
