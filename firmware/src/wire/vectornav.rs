@@ -28,8 +28,8 @@
 //! once more. The device can be configured to take the compensated rates instead ([`Values`]). Then
 //! they alone are read and changed, and the bias that is learnt moves with the sensor's filter.
 //!
-//! Increments must be in body axes (register 82, as delivered). The rate of the messages must be
-//! configured.
+//! Increments must be in body axes (register 82, as delivered). Their `DeltaTime` is the period of
+//! the messages; without it the configured rate counts.
 //!
 //! No recorded message is public. Those in the tests were put together by hand, with a CRC by
 //! Python's `binascii.crc_hqx`, and VectorNav's own library reads them as they are meant.
@@ -217,7 +217,8 @@ impl<T: AsRef<[u8]> + AsMut<[u8]>> Frame<T> {
         let RawSample::Floats { gyro, accel } = *change.sample else {
             return None;
         };
-        let rate = change.settings.rate;
+        let period = self.layout.period(self.buffer.as_ref());
+        let rate = layout::rate(period, change.settings.rate);
         let corrected = |triad, after, rate| Corrected {
             triad,
             before: self.values(triad),

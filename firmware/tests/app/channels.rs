@@ -188,6 +188,69 @@ fn two_messages_of_one_sensor() {
     }
 }
 
+/// A VectorNav's increments over so many samples of its own IMU, at this time.
+fn over(samples: u32, time: f64, fields: Fields) -> Vec<u8> {
+    let kind = named("vectornav, increments");
+    let mut frame = [0; 256];
+    let fields = Fields { time, ..fields };
+    let len = (kind.sensor.emit)(&fields, &mut frame).expect("room");
+    let frame = &mut frame[..len];
+    frame[32..36].copy_from_slice(&(samples as f32 / 800.0).to_le_bytes()); // DeltaTime
+    kind.format.seal(frame);
+    frame.to_vec()
+}
+
+/// Two outputs of a VectorNav have increments, one over 2 and one over 4 samples of its IMU, and
+/// the configured rate is another one. Each is corrected by its own time, and the one that comes
+/// more often makes the blocks. A time that comes seldom is no fault.
+#[test]
+fn two_outputs_with_increments() {
+    let kind = named("vectornav, increments");
+    let mut device = Device::new(config(kind));
+    let mut sums = [[0.0; 6]; 2];
+    let mut feed = |samples: u32, time: f64, n: u32| {
+        let frame = over(samples, time, fields(n));
+        device.feed(&frame);
+        let sent = device.lines.navigation.sent.pop().expect("a frame");
+        let [before, after] = [&frame, &sent].map(|frame| values(kind.format, frame));
+        let sum = match samples {
+            2 => &mut sums[0],
+            4 => &mut sums[1],
+            _ => return,
+        };
+        (0..6).for_each(|axis| sum[axis] += before[axis] - after[axis]);
+    };
+    const SAMPLES: u32 = 40_000;
+    for n in 0..SAMPLES {
+        let time = 1000.0 + f64::from(n) / 400.0;
+        feed(2, time, n);
+        if n % 2 == 0 {
+            feed(4, time, n);
+        }
+        if n % 1000 == 999 {
+            let seldom = [5, 8, 10, 16, 20, 25];
+            feed(seldom[n as usize / 1000 % 6], time + 0.000_1, n);
+        }
+    }
+    let seconds = f64::from(SAMPLES) / 400.0;
+    for (axis, error) in ERROR.into_iter().enumerate() {
+        let exact = seconds * f64::from(error) / kind.sensor.unit[axis / 3];
+        for (which, sum) in sums.iter().enumerate() {
+            let off = (sum[axis] - exact).abs();
+            assert!(
+                off <= 1e-3 * exact.abs() + 1e-6,
+                "{which} {axis}: {off} of {exact}"
+            );
+        }
+    }
+    let counters = device.counters();
+    assert_eq!(
+        (counters.missed, counters.jumps, counters.given_up),
+        (0, 0, 0)
+    );
+    assert_eq!((counters.blocks, device.app.faults()), (SAMPLES / 40, 0));
+}
+
 /// A STIM300 measurement in increments.
 fn stim(id: u8, n: u32) -> Vec<u8> {
     let cluster = |values| stim300::Cluster { values, status: 0 };

@@ -13,7 +13,7 @@ pub(super) struct RecordOptions {
     /// Added to the times of the fixes to give the IMU's, s
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     time_offset: Option<f64>,
-    /// Estimate that offset from the motion, -40 to 40 s around the given one
+    /// Estimate that offset from the motion, within 40 s of the given one, else farther away
     #[arg(long)]
     pub(super) estimate_time_offset: bool,
     /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else

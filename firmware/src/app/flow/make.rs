@@ -69,9 +69,12 @@ impl Flow<'_> {
     /// One more kind of frame on the line. False: it cannot be corrected.
     fn beside(&mut self, kind: Kind, stream: Option<Stream>, present: Axes) -> bool {
         let leads = stream == self.corrector.stream && present == self.corrector.present;
-        let (Some(outlet), Some(stream)) = (self.corrector.channels.add(kind, leads), stream)
-        else {
+        let (outlet, Some(stream)) = (self.corrector.channels.add(kind, leads), stream) else {
             return false;
+        };
+        let Some(outlet) = outlet else {
+            // increments over a time that comes seldom pass as they are
+            return self.corrector.stream.map(|leading| leading.units) == Some(stream.units);
         };
         let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() else {
             return true;

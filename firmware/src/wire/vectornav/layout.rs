@@ -132,6 +132,17 @@ pub static TRIADS: [Triad; 12] = [
     triad(false, Quantity::Compensated, place::IMU_RATE, 0),
 ];
 
+/// Samples a second of the sensor's own IMU. An output has one message for some of them.
+const IMU_RATE: f64 = 800.0;
+/// Numbers of them that divide it, from 800 to 5 messages a second.
+static PERIODS: [u8; 15] = [1, 2, 4, 5, 8, 10, 16, 20, 25, 32, 40, 50, 80, 100, 160];
+
+/// Messages a second by [`Layout::period`]; without it the configured ones.
+pub fn rate(period: u8, configured: f64) -> f64 {
+    let samples = PERIODS.get(usize::from(period).wrapping_sub(1));
+    samples.map_or(configured, |samples| IMU_RATE / f64::from(*samples))
+}
+
 /// The places in [`TRIADS`] of the gyros' triads, best first.
 static GYROS: [u8; 6] = [4, 8, 3, 7, 0, 11];
 /// Fields of the accelerometers.
@@ -268,6 +279,28 @@ impl Layout {
         let best = if accel { &ACCELS } else { &GYROS };
         let mut triads = best.iter().filter_map(|at| TRIADS.get(usize::from(*at)));
         triads.find(|triad| values.has(triad.quantity) && self.at(triad) != 0)
+    }
+
+    /// `DeltaTime` of the increments that are the sample, f32, s. It stands before `DeltaTheta`.
+    pub fn delta_time(&self) -> Option<usize> {
+        let triad = self.best(Values::Sensors, false)?;
+        (triad.quantity == Quantity::Increments).then(|| self.at(triad).saturating_sub(4))
+    }
+
+    /// The time over which the message's increments were taken, as the place in [`PERIODS`] from 1
+    /// on; 0: it has none, or one that is not there.
+    #[inline(never)] // not in the code of all formats
+    pub fn period(&self, bytes: &[u8]) -> u8 {
+        let Some(at) = self.delta_time() else {
+            return 0;
+        };
+        let samples = f32::from_le_bytes(take(bytes, at)) * IMU_RATE as f32;
+        if samples < 0.9 {
+            return 0; // no time at all: the usual frame waits for this
+        }
+        let near = |of: &u8| (samples - f32::from(*of)).abs() < 0.02 * f32::from(*of);
+        let place = PERIODS.iter().position(near);
+        place.map_or(0, |place| place as u8 + 1) // 15 at most
     }
 
     /// Whether the message has a sample, at least of the gyros. A longer message than a framer

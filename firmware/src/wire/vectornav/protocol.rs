@@ -1,7 +1,7 @@
 //! VectorNav's binary messages as a wire format: [`ImuProtocol`] and [`LaidOut`].
 
 use super::checksum::seal;
-use super::layout::{Layout, Quantity, Values};
+use super::layout::{self, Layout, Quantity, Values};
 use super::{Frame, Repr, scan};
 use crate::sample::{self, Axes, RawSample, Unit, Units};
 use crate::units::DEGREE;
@@ -41,7 +41,7 @@ impl ImuProtocol for Protocol {
     }
 
     /// The quantity of the gyros in bits 0 and 1, that of the accelerometers in bits 2 and 3, if
-    /// they are [`Values::Sensors`].
+    /// they are [`Values::Sensors`]; the time of increments in the others ([`Layout::period`]).
     #[inline(never)] // not in the code of all formats
     fn content(frame: &[u8]) -> u8 {
         Layout::of(frame).map_or(0, |layout| {
@@ -49,11 +49,11 @@ impl ImuProtocol for Protocol {
                 let triad = layout.best(Values::Sensors, accel);
                 triad.map_or(NONE, |triad| triad.quantity as u8)
             });
-            gyro | accel << 2
+            gyro | accel << 2 | layout.period(frame) << 4
         })
     }
 
-    /// The rate is the configured one: the messages do not contain it.
+    /// The rate is the configured one, unless the message has the time of its increments.
     fn stream(settings: &Settings, content: u8, rate: f64) -> Option<Stream> {
         let unit = |quantity: u8, increment: f64| {
             let increments =
@@ -67,10 +67,14 @@ impl ImuProtocol for Protocol {
                 lsb: if increments { increment } else { 1.0 },
             }
         };
+        let rate = match settings.values {
+            Values::Sensors => layout::rate(content >> 4, rate),
+            Values::Filtered => rate,
+        };
         Some(Stream {
             units: Units {
                 gyro: unit(content & 3, DEGREE),
-                accel: unit(content >> 2, 1.0),
+                accel: unit(content >> 2 & 3, 1.0),
             },
             rate,
             sequence: Sequence::Time { rate, turn: TURN },

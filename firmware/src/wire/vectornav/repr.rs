@@ -94,7 +94,7 @@ impl Repr {
         })
     }
 
-    /// Fills all fields with a pattern, but for those that are status.
+    /// Fills all fields with a pattern, but for those that are status or a time of increments.
     pub(super) fn fill(&mut self, pattern: u32) {
         let Ok(layout) = Layout::of(&self.message) else {
             return;
@@ -107,7 +107,9 @@ impl Repr {
             layout.saturation(),
         ];
         let of_status = |at: &usize| status.iter().any(|status| *at / 2 == *status / 2);
-        for at in fields.filter(|at| !of_status(at)) {
+        let delta = layout.delta_time();
+        let of_time = |at: &usize| delta.is_some_and(|delta| (delta..delta + 4).contains(at));
+        for at in fields.filter(|at| !of_status(at) && !of_time(at)) {
             let [byte, ..] = pattern.rotate_left(5 * at as u32).to_le_bytes();
             put(&mut self.message, at, [byte]);
         }

@@ -147,29 +147,57 @@ fn increments_and_uncompensated_rates_change_together() {
     assert!(changed.iter().all(imu_and_deltas), "{changed:?}");
 }
 
-/// `DeltaTime` is not read: increments count as those of the configured period.
+/// Increments are of the time that the message says, and without one that is known of the
+/// configured period.
 #[test]
-fn increments_are_of_the_configured_period_whatever_their_time_says() {
+fn the_time_of_increments_is_their_period() {
     let sample = RawSample::Floats {
         gyro: [0.4375, 0.25, 0.125],
-        accel: [1.0, 2.0, -9.0],
+        accel: [0.1, 0.2, -0.3],
+    };
+    let settings = Settings {
+        rate: 130.0,
+        ..Settings::DEFAULT
     };
     let change = Change {
         sample: &sample,
         mark: false,
-        settings: &Settings::DEFAULT,
+        settings: &settings,
     };
-    for delta_time in [0.0_f32, 0.0025, 0.005, f32::NAN] {
+    for (time, rate) in [
+        (0.001_25_f32, 800.0),
+        (0.002_5, 400.0),
+        (0.005, 200.0),
+        (0.02, 50.0),
+        (0.2, 5.0),
+        (0.005_05, 200.0),
+        (0.005_3, 130.0),
+        (0.0, 130.0),
+        (-0.005, 130.0),
+        (f32::NAN, 130.0),
+        (f32::INFINITY, 130.0),
+    ] {
         let mut bytes = COMMON;
-        put(&mut bytes, 160, delta_time.to_le_bytes());
+        put(&mut bytes, 160, time.to_le_bytes());
         seal(&mut bytes);
-        let whole = stream(&bytes, Values::Sensors);
-        assert_eq!(whole, stream(&COMMON, Values::Sensors));
         let mut checked = Checked::new(ImuFormat::VectorNav(Values::Sensors), &mut bytes).unwrap();
+        let stream = checked.source().stream(&settings, checked.content());
+        assert_eq!(stream.map(|stream| stream.rate), Some(rate), "{time}");
         checked.change(&change).unwrap();
         assert_eq!(checked.read().unwrap().sample, sample);
-        assert_eq!(bytes[160..164], delta_time.to_le_bytes());
+        assert_eq!(bytes[160..164], time.to_le_bytes());
+        // UncompGyro changes by as much a second
+        let [x, ..] = floats(take(&bytes, 128));
+        let want = 0.75 - 0.0625 * rate as f32 / 57.295_78;
+        assert!((x - want).abs() < 1e-6, "{time}: {x}");
     }
+    // the values of the sensor's filter are rates
+    let mut bytes = COMMON;
+    let checked = Checked::new(ImuFormat::VectorNav(Values::Filtered), &mut bytes).unwrap();
+    let mut settings = settings;
+    settings.vectornav.values = Values::Filtered;
+    let stream = checked.source().stream(&settings, checked.content());
+    assert_eq!(stream.map(|stream| stream.rate), Some(130.0));
 }
 
 /// Configured so, the device reads and changes the values of the sensor's filter, and no others.

@@ -26,6 +26,7 @@ mod motion;
 
 use crate::recordings::record::Record;
 use channel::Channel;
+use motion::Motion;
 
 /// Largest offset that is searched, s, in either direction: leap seconds are within it.
 pub const MOST_S: f64 = 40.0;
@@ -40,14 +41,25 @@ const COARSE: usize = 4000;
 const USEFUL_S: f64 = 0.5;
 /// Least difference of the log-likelihood to any other peak.
 const MARGIN: f64 = 8.0;
-/// Differences of time zones, half hours, and the largest one as a share of the recording.
+/// Larger offsets are looked for around so many multiples of this, s, so that the parts overlap.
+const FAR: i32 = 24;
+const FAR_S: f64 = 75.0;
+/// Differences of time zones, half hours.
 const ZONES: i32 = 28;
 const HALF_HOUR_S: f64 = 1800.0;
-const IN_COMMON: f64 = 0.7;
-/// Longest recording in which zones are looked for, s.
+/// Longest recording in which they are looked for, s.
 const ZONES_S: f64 = 6.0 * 3600.0;
-/// Largest standard deviation of an offset that is accepted there, s: chance has many zones.
-const ZONE_SIGMA_S: f64 = 0.1;
+/// The largest offset as a share of the recording.
+const IN_COMMON: f64 = 0.7;
+/// An offset within 40 s that leaves more of the squares is compared with those beyond.
+const DOUBTFUL: f64 = 0.5;
+/// That search uses no more differences of a kind than these and these steps, s, and tries so many
+/// of its best parts.
+const FAR_COARSE: usize = 250;
+const FAR_STEP_S: f64 = 0.5;
+const FAR_TRIED: usize = 3;
+/// Largest standard deviation of an offset that is accepted there, s: chance has many parts.
+const FAR_SIGMA_S: f64 = 0.1;
 /// Least number of differences.
 const LEAST: usize = 20;
 
@@ -86,19 +98,22 @@ impl Unknown {
     }
 }
 
-/// Finds the offset that is to be added to the times of the fixes, within 40 s of 0 or, in a long
-/// recording, of the difference of a time zone; within 5 s where the recording is too short for
-/// more.
+/// Finds the offset that is to be added to the times of the fixes, within 40 s of 0, or within 5 s
+/// where the recording is too short for more. If there is none, it is looked for up to half an hour
+/// away, and around the differences of time zones, as far as samples and fixes are in common then.
 ///
 /// # Errors
 /// Why it cannot be known.
 pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
-    match within(record, MOST_S) {
+    let motion = Motion::of(record).ok_or(Unknown::Stationary)?;
+    match within(&motion, 0.0, MOST_S) {
         // most recordings have a small one, which more of the recording can tell
-        Ok(found) if found.offset_s.abs() < LEAST_S - 1.0 => within(record, LEAST_S).or(Ok(found)),
-        Ok(found) => Ok(found),
-        Err(far) => within(record, LEAST_S).or_else(|near| {
-            in_a_zone(record).ok_or(match near {
+        Ok(found) if found.offset_s.abs() < LEAST_S - 1.0 => {
+            within(&motion, 0.0, LEAST_S).or(Ok(found))
+        }
+        Ok(found) => Ok(nearly_even(&motion, found)),
+        Err(far) => within(&motion, 0.0, LEAST_S).or_else(|near| {
+            far_away(&motion).ok_or(match near {
                 Unknown::Far => far,
                 near => near,
             })
@@ -106,29 +121,52 @@ pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
     }
 }
 
-/// The offset around the difference of a time zone that leaves samples and fixes in common.
-fn in_a_zone(record: &Record) -> Option<Estimate> {
-    let (first, last) = record.time.start().zip(record.time.end())?;
-    if last - first > ZONES_S {
-        return None; // each zone reads all samples
-    }
+/// A motion that repeats itself, as in waves, also fits a little at wrong offsets. Where one leaves
+/// much of it, another that leaves far less is the right one.
+fn nearly_even(motion: &Motion, found: Estimate) -> Estimate {
+    let left = |offset: f64| -> f64 {
+        let few = motion.channels(offset, LEAST_S, FAR_COARSE);
+        few.iter().map(|channel| channel.unexplained(0.0)).product()
+    };
+    let near = left(found.offset_s);
+    let far = (near > DOUBTFUL).then(|| far_away(motion)).flatten();
+    far.filter(|far| left(far.offset_s) < 0.5 * near)
+        .unwrap_or(found)
+}
+
+/// The offset beyond 40 s at which samples and fixes match best, if it explains enough.
+fn far_away(motion: &Motion) -> Option<Estimate> {
+    let [start, end] = motion.span();
+    let most = IN_COMMON * (end - start);
+    let near = (1..=FAR).map(|k| f64::from(k) * FAR_S);
     let zones = (1..=ZONES).map(|half| f64::from(half) * HALF_HOUR_S);
-    let near = zones.take_while(|zone| *zone < IN_COMMON * (last - first));
-    near.flat_map(|zone| [zone, -zone]).find_map(|zone| {
-        let mut moved = record.clone();
-        moved.move_fixes(zone);
-        let found = within(&moved, MOST_S).ok()?;
-        (found.sigma_s < ZONE_SIGMA_S).then_some(Estimate {
-            offset_s: zone + found.offset_s,
+    let middles = near.chain(zones.filter(|_| end - start < ZONES_S));
+    let middles = middles.filter(|middle| *middle < most);
+    let coarse = middles
+        .flat_map(|middle| [middle, -middle])
+        .filter_map(|middle| {
+            let few = motion.channels(middle, MOST_S, FAR_COARSE);
+            let (offset, _) = least(&few, steps(0.0, MOST_S, FAR_STEP_S))?;
+            let left: f64 = few
+                .iter()
+                .map(|channel| channel.unexplained(offset))
+                .product();
+            Some((middle, left))
+        });
+    let mut coarse: Vec<(f64, f64)> = coarse.collect();
+    coarse.sort_by(|a, b| a.1.total_cmp(&b.1));
+    coarse.iter().take(FAR_TRIED).find_map(|(middle, _)| {
+        let found = within(motion, *middle, MOST_S).ok()?;
+        (found.sigma_s < FAR_SIGMA_S).then_some(Estimate {
+            offset_s: middle + found.offset_s,
             ..found
         })
     })
 }
 
-/// The offset within `most` s of 0.
-fn within(record: &Record, most: f64) -> Result<Estimate, Unknown> {
-    let mut channels = motion::channels(record, most).ok_or(Unknown::Stationary)?;
-    channels.retain(|channel| channel.count() >= LEAST);
+/// The offset within `most` s of 0 of fixes that are `moved` s later.
+fn within(motion: &Motion, moved: f64, most: f64) -> Result<Estimate, Unknown> {
+    let mut channels = motion.channels(moved, most, usize::MAX);
     if channels.is_empty() {
         return Err(Unknown::Stationary);
     }

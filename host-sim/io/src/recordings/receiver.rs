@@ -19,7 +19,7 @@ use firmware::wire::receiver::ReceiverFormat;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
 use line::Line;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 use unread::Unread;
 
@@ -69,7 +69,7 @@ pub fn read(
     told: Option<ReceiverFormat>,
     progress: Progress<'_>,
 ) -> Result<Log, Error> {
-    let (mut lines, unread) = lines(file, told, progress)?;
+    let (mut lines, unread, is_cut) = lines(file, told, progress)?;
     let Some(best) = best(&lines) else {
         return Err(seen::nothing(file, &lines, &unread));
     };
@@ -78,6 +78,9 @@ pub fn read(
         .filter(|line| line.format != best)
         .filter_map(Line::also);
     let mut notes: Vec<String> = others.collect();
+    if is_cut {
+        notes.push("the gzip stream is cut; the log is read up to there".to_owned());
+    }
     let Some(line) = lines.iter_mut().find(|line| line.format == best) else {
         return Err(seen::nothing(file, &[], &unread));
     };
@@ -122,12 +125,12 @@ pub fn read(
     })
 }
 
-/// What is in the log, by protocol, and what cannot be read.
+/// What is in the log, by protocol, and what cannot be read; whether it is gzipped and cut.
 fn lines(
     file: &Path,
     told: Option<ReceiverFormat>,
     progress: Progress<'_>,
-) -> Result<(Vec<Line>, Unread), Error> {
+) -> Result<(Vec<Line>, Unread, bool), Error> {
     let formats = ReceiverFormat::ALL.into_iter();
     let heard = formats.filter(|format| told.is_none_or(|told| told == *format));
     let mut lines: Vec<Line> = heard
@@ -136,16 +139,21 @@ fn lines(
     let mut unread = Unread::default();
     let mut input = Input::open(file, progress)?;
     let mut bytes = [0; LONGEST];
+    let mut is_cut = false;
     loop {
-        let count = input
-            .read(&mut bytes)
-            .map_err(|e| Error::reading(file, e))?;
+        let count = match input.read(&mut bytes) {
+            Err(fault) if input.gzipped && fault.kind() == ErrorKind::UnexpectedEof => {
+                is_cut = true;
+                0
+            }
+            count => count.map_err(|e| Error::reading(file, e))?,
+        };
         for line in &mut lines {
             line.push(&bytes[..count]);
         }
         unread.push(&bytes[..count]);
         if count == 0 {
-            return Ok((lines, unread));
+            return Ok((lines, unread, is_cut));
         }
     }
 }

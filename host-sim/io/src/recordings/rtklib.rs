@@ -56,7 +56,7 @@ pub fn is_one(file: &Path) -> bool {
 /// # Errors
 /// Any fault of the file, with its line.
 pub fn read(file: &Path) -> Result<Solutions, Error> {
-    let text = crate::recordings::read::read(file)?;
+    let text = crate::recordings::read::read_to_cut(file)?;
     let text = String::from_utf8_lossy(&text);
     let lines: Vec<Vec<String>> = text.lines().take(64).map(cells).collect();
     let columns = Columns::of(&lines).ok_or_else(|| {

@@ -23,6 +23,13 @@ fn a_device_is_given_a_key_and_then_asks_for_it() {
 
     let printed = output(port, &["provision", "--key-file", &key]);
     assert!(printed.contains("keep the file"), "{printed}");
+    assert_eq!(std::fs::read_to_string(&key).unwrap().trim().len(), 2 * 32);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = std::fs::metadata(&key).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600, "only its owner may read it");
+    }
     assert_eq!(json(port, &["info"])["security"]["state"], "keyed");
     // the mode is unchanged
     assert_eq!(output(port, &["mode"]), "shadow\n");

@@ -4,6 +4,7 @@
 use super::{complaint, host_sim};
 use crate::writers::{bag, csv, drive, euroc};
 use serde_json::Value;
+use std::io::Read;
 use std::path::Path;
 
 /// Replays with `args` and returns the outcome (JSON).
@@ -95,6 +96,16 @@ fn what_is_not_corrected_stays_to_the_byte() {
     same("imu.csv", true);
     replay(dir, &format!("euroc . {raw}"));
     same("mav0/imu0/data.csv", true);
+    replay(
+        dir,
+        "csv --header header.toml --corrected c.gz --corrected-by raw",
+    );
+    let packed = std::fs::File::open(dir.join("c.gz")).unwrap();
+    let mut unpacked = Vec::new();
+    let mut decoder = flate2::read::GzDecoder::new(packed);
+    decoder.read_to_end(&mut unpacked).unwrap();
+    std::fs::write(dir.join("c"), unpacked).unwrap();
+    same("imu.csv", true);
     replay(
         dir,
         "csv --header header.toml --learn-s 200 --corrected c --force --corrected-by ekf6",

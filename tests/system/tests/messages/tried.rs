@@ -12,7 +12,7 @@ use host_core::inertial::session::Session;
 use std::fmt::Write;
 use std::path::Path;
 
-const HEADING: &str = "| input | what is told | result |\n|---|---|---|\n";
+const HEADING: &str = "| input | what is reported | result |\n|---|---|---|\n";
 
 /// Files of one right drive.
 fn prepare(dir: &Path, session: &Session) {
@@ -23,7 +23,7 @@ fn prepare(dir: &Path, session: &Session) {
     std::fs::write(dir.join("flight.ulg"), ulog(session)).unwrap();
 }
 
-/// What a command tells: notes, warnings and errors, one each; and the result in a word.
+/// What a command reports: notes, warnings and errors, one each; and the result in a word.
 fn tried(dir: &Path, case: &Case) -> (Vec<String>, String) {
     (case.make)(dir);
     let out = host_sim(dir, case.args);
@@ -50,9 +50,9 @@ fn tried(dir: &Path, case: &Case) -> (Vec<String>, String) {
     (told, result.to_owned())
 }
 
-/// Every case tells what its writer says, and the table of the page is what they tell.
+/// Every case reports what its writer says, and the table of the page is what they report.
 #[test]
-fn the_page_says_what_was_tried_and_told() {
+fn the_page_says_what_was_tried_and_reported() {
     let session = drive();
     let mut table = HEADING.to_owned();
     let mut wrong = Vec::new();

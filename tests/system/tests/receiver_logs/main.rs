@@ -18,7 +18,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use writers::*;
 
-/// A log, what is told, and what is read.
+/// A log, the protocol that is given, and what is read.
 struct Case {
     name: &'static str,
     told: Option<ReceiverFormat>,
@@ -296,9 +296,9 @@ fn on_device(case: &Case) -> Vec<(u32, [f64; 6])> {
     fixes
 }
 
-const HEADING: &str = "| log | what is told |\n|---|---|\n";
+const HEADING: &str = "| log | what is reported |\n|---|---|\n";
 
-/// Every kind of log is read or named, and the table of docs/your-data.md is what is told.
+/// Every kind of log is read or named, and the table of docs/your-data.md is what is reported.
 #[test]
 fn every_kind_of_log_is_read_or_named() {
     let mut table = HEADING.to_owned();

@@ -1,6 +1,6 @@
 //! Replaces numbers in the lines of a text file and leaves all other bytes.
 
-use crate::recordings::read::read;
+use crate::recordings::read::read_to_cut;
 use crate::recordings::session::complain;
 use crate::recordings::table::{Separator, unquoted};
 use host_core::error::Error;
@@ -50,7 +50,7 @@ impl Text {
 
     /// See [`super::Original::without`].
     pub fn without(&self, taken: &[Increment]) -> Result<Vec<u8>, Error> {
-        let bytes = read(&self.file)?;
+        let bytes = read_to_cut(&self.file)?;
         let mut out = Vec::with_capacity(bytes.len() + bytes.len() / 4);
         let mut taken = taken.iter();
         for (k, line) in lines(&bytes).enumerate() {

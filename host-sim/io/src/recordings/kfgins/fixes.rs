@@ -59,7 +59,7 @@ pub(super) fn fixes(
     let order = has_velocity.then(|| order.unwrap_or_else(|| guessed(&table)));
     if let Some(order) = order {
         notes.push(format!(
-            "{}: the last nine of its 13 columns are read as {}; --gnss-order tells another order.",
+            "{}: the last nine of its 13 columns are read as {}; --gnss-order gives another order.",
             file.display(),
             order.names()
         ));

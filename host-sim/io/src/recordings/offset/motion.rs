@@ -24,41 +24,69 @@ const ENOUGH: usize = 20;
 /// Samples farther apart than this do not show the motion between them, s.
 const GAP_S: f64 = 0.5;
 
-/// Course and speed of a recording where offsets of `most` s leave the fixes within the samples.
-/// `None` without samples, or when the fixes show too little.
-pub(super) fn channels(record: &Record, most: f64) -> Option<Vec<Channel>> {
-    let [turns, pushes] = differences(record);
-    if turns.len().max(pushes.len()) < LEAST {
-        return None;
+/// Course and speed of a recording.
+pub(super) struct Motion {
+    /// Differences of course and of speed between fixes.
+    differences: [Vec<Difference>; 2],
+    /// What the samples say of both.
+    integrals: [Integral; 2],
+    /// Where samples are missing, s.
+    gaps: Vec<[f64; 2]>,
+}
+
+impl Motion {
+    /// `None` without samples, or when the fixes show too little.
+    pub(super) fn of(record: &Record) -> Option<Self> {
+        let differences = differences(record);
+        if differences.iter().all(|all| all.len() < LEAST) {
+            return None;
+        }
+        let integrals = integrals(record)?;
+        let gaps = integrals[0].time.windows(2);
+        let gaps = gaps.filter(|w| w[1] - w[0] > GAP_S).map(|w| [w[0], w[1]]);
+        Some(Self {
+            gaps: gaps.collect(),
+            differences,
+            integrals,
+        })
     }
-    let [turned, pushed] = integrals(record)?;
-    let (start, end) = (*turned.time.first()?, *turned.time.last()?);
-    let gaps: Vec<[f64; 2]> = turned
-        .time
-        .windows(2)
-        .filter(|w| w[1] - w[0] > GAP_S)
-        .map(|w| [w[0], w[1]])
-        .collect();
-    let within = |all: Vec<Difference>| -> Vec<Difference> {
+
+    /// First and last time of the samples.
+    pub(super) fn span(&self) -> [f64; 2] {
+        let time = &self.integrals[0].time;
+        [time.first(), time.last()].map(|t| t.copied().unwrap_or_default())
+    }
+
+    /// Course and speed where the fixes are `moved` s later, and offsets of `most` s leave them
+    /// within the samples; only what has enough differences. Of each at most `count`.
+    pub(super) fn channels(&self, moved: f64, most: f64, count: usize) -> Vec<Channel> {
+        let [start, end] = self.span();
         let inside = |of: &Difference| {
             let used = of.knots.iter().filter(|knot| knot.weight != 0.0);
             let times = used.map(|knot| knot.time);
             let from = times.clone().fold(f64::MAX, f64::min) - most;
             let to = times.fold(f64::MIN, f64::max) + most;
-            from > start && to < end && !gaps.iter().any(|[a, b]| *a < to && *b > from)
+            from > start && to < end && !self.gaps.iter().any(|[a, b]| *a < to && *b > from)
         };
-        all.into_iter().filter(inside).collect()
-    };
-    let channel = |differences, integral, turns| Channel {
-        differences: within(differences),
-        integral,
-        turns,
-        ridge: [0.0; 2],
-    };
-    Some(vec![
-        channel(turns, turned, true),
-        channel(pushes, pushed, false),
-    ])
+        let all = self
+            .differences
+            .iter()
+            .zip(&self.integrals)
+            .zip([true, false]);
+        let channels = all.map(|((differences, integral), turns)| {
+            let moved = differences.iter().map(|of| of.later(moved));
+            Channel {
+                differences: moved.filter(inside).collect(),
+                integral: integral.clone(),
+                turns,
+                ridge: [0.0; 2],
+            }
+            .thinned(count)
+        });
+        channels
+            .filter(|channel| channel.count() >= LEAST)
+            .collect()
+    }
 }
 
 /// Rotation about down, rad, and velocity gained ahead, m/s. Down is where the mean specific force

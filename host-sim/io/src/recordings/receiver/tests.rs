@@ -110,6 +110,22 @@ fn what_is_no_log_of_a_receiver_is_named() {
     assert!(text.contains("NMEA: 9 GGA, none with a fix"), "{text}");
 }
 
+/// A gzipped log that is cut is read up to there.
+#[test]
+fn a_gzipped_log_that_is_cut_is_read_up_to_the_cut() {
+    let bytes: Vec<u8> = (0..2000u32).flat_map(|k| ubx(1000 * k)).collect();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut packed, &bytes).unwrap();
+    let packed = packed.finish().unwrap();
+    let part = log(&packed[..packed.len() / 2]).unwrap();
+    let count = part.fixes.len();
+    assert!((100..2000).contains(&count), "{count}");
+    assert!(part.notes[0].starts_with("the gzip stream is cut"));
+    let whole = log(&packed).unwrap();
+    assert_eq!((whole.fixes.len(), whole.notes.len()), (2000, 0));
+    assert_eq!(whole.fixes[count - 1].time, part.fixes[count - 1].time);
+}
+
 /// A receiver that restarts, or whose clock is set, goes back in time: the longest part is read.
 #[test]
 fn a_clock_that_goes_back_divides_the_log() {

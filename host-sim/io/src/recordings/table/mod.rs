@@ -65,6 +65,9 @@ pub struct Table<T = f64> {
     pub notes: Vec<String>,
 }
 
+/// Note on a last line that is not whole.
+const CUT: &str = "the file ends within this line and is read up to it (was the power cut?)";
+
 /// Texts of a cell without a value, in small letters.
 const GAPS: [&str; 8] = ["nan", "-nan", "na", "n/a", "null", "none", "-", "--"];
 
@@ -82,8 +85,8 @@ impl<T: Cell> Table<T> {
         count: usize,
         mut rest: impl FnMut(&[T]) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        let wanted = layout.wanted.iter();
-        let names: Vec<String> = wanted.map(|&c| layout.names[c].clone()).collect();
+        let names = layout.wanted.iter().map(|&c| layout.names[c].clone());
+        let names: Vec<String> = names.collect();
         let mut table = Self {
             file: source.file.clone(),
             names: names[..count].to_vec(),
@@ -92,15 +95,22 @@ impl<T: Cell> Table<T> {
             first_line: layout.skip + 1,
             notes: Vec::new(),
         };
-        let mut row = Vec::with_capacity(names.len());
-        let mut lines = source.lines()?;
+        let (mut row, mut lines) = (Vec::with_capacity(names.len()), source.lines()?);
         // a line with a fault, which only the first and the last may have
         let mut faulty: Option<(usize, Error)> = None;
+        let mut end = 0;
         while let Some(line) = lines.next()? {
             if line <= layout.skip || lines.trails() {
                 continue;
             }
             let read = table.cells(line, &lines, layout, &names, &mut row);
+            // a last line that has all its values may lack digits of the last one
+            let lacks = lines.is_cut() && (lines.end() < end || lines.cut_short().is_some());
+            if layout.cut && table.rows > 0 && read.is_ok() && lacks {
+                table.note(line, CUT);
+                continue;
+            }
+            end = lines.end();
             match (faulty.take(), read) {
                 (Some((_, fault)), _) if table.rows > 0 || !layout.cut => return Err(fault),
                 (Some((_, fault)), Err(_)) => return Err(fault),
@@ -119,14 +129,7 @@ impl<T: Cell> Table<T> {
             table.rows += 1;
             rest(other)?;
         }
-        match faulty {
-            Some((at, _)) if table.rows > 0 && layout.cut && lines.is_cut() => table.note(
-                at,
-                "the file ends within this line and is read up to it (was the power cut?)",
-            ),
-            Some((_, fault)) => return Err(fault),
-            None => {}
-        }
+        table.end(&lines, faulty, layout.cut)?;
         if table.rows == 0 {
             let names = layout.names.join(",");
             return Err(match layout.skip {
@@ -135,6 +138,30 @@ impl<T: Cell> Table<T> {
             });
         }
         Ok(table)
+    }
+
+    /// What is not whole at the end of a file: a note if it may be so, else an error.
+    fn end<R: Bytes>(
+        &mut self,
+        lines: &Lines<'_, R>,
+        faulty: Option<(usize, Error)>,
+        cut: bool,
+    ) -> Result<(), Error> {
+        let cut = cut && self.rows > 0;
+        match lines.cut_short() {
+            Some(Error::DamagedGzip { line, .. }) if cut => {
+                let note = "the gzip stream is cut after this line; the file is read up to it";
+                self.note(line, note);
+            }
+            Some(fault) => return Err(fault),
+            None => {}
+        }
+        match faulty {
+            Some((at, _)) if cut && lines.is_cut() => self.note(at, CUT),
+            Some((_, fault)) => return Err(fault),
+            None => {}
+        }
+        Ok(())
     }
 
     /// Reads the present line into `row`.

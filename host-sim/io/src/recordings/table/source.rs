@@ -137,6 +137,7 @@ fn begin(file: &Path, separator: Separator) -> Result<Begun, Error> {
         last: b'\n',
         peeked: None,
         is_cut: false,
+        lacks_bytes: false,
     };
     let mut start = Vec::new();
     let mut piece = [0; 4096];
@@ -171,6 +172,8 @@ pub(super) struct Text {
     peeked: Option<u8>,
     /// Whether the file ends without the end of a line.
     is_cut: bool,
+    /// Whether the file is gzipped and ends before its content does.
+    lacks_bytes: bool,
 }
 
 impl Text {
@@ -198,12 +201,16 @@ impl Text {
             self.peeked = None;
             return Ok(1);
         }
-        loop {
+        while !self.lacks_bytes {
             match self.bytes.read(buffer) {
                 Err(fault) if fault.kind() == io::ErrorKind::Interrupted => {}
+                Err(fault) if fault.kind() == io::ErrorKind::UnexpectedEof && self.lines > 0 => {
+                    self.lacks_bytes = true;
+                }
                 other => return other,
             }
         }
+        Ok(0)
     }
 }
 
@@ -248,6 +255,9 @@ pub(super) trait Bytes: Read {
 
     /// Whether they have ended without the end of a line.
     fn is_cut(&self) -> bool;
+
+    /// The error of a gzipped file that ends before its content does.
+    fn cut_short(&self, file: &Path) -> Option<Error>;
 }
 
 impl Bytes for Begun {
@@ -258,6 +268,12 @@ impl Bytes for Begun {
     fn is_cut(&self) -> bool {
         self.get_ref().1.is_cut
     }
+
+    fn cut_short(&self, file: &Path) -> Option<Error> {
+        let text = self.get_ref().1;
+        let fault = io::ErrorKind::UnexpectedEof.into();
+        text.lacks_bytes.then(|| text.fault(file, fault))
+    }
 }
 
 impl Bytes for &[u8] {
@@ -267,6 +283,10 @@ impl Bytes for &[u8] {
 
     fn is_cut(&self) -> bool {
         false
+    }
+
+    fn cut_short(&self, _: &Path) -> Option<Error> {
+        None
     }
 }
 
@@ -321,6 +341,16 @@ impl<'a, R: Bytes> Lines<'a, R> {
     /// Whether the file ends without the end of a line. Known once all lines have been read.
     pub(super) fn is_cut(&self) -> bool {
         self.reader.get_ref().is_cut()
+    }
+
+    /// The error of a gzipped file that ends before its content does. Known as above.
+    pub(super) fn cut_short(&self) -> Option<Error> {
+        self.reader.get_ref().cut_short(self.file)
+    }
+
+    /// Length of the last value of the present line.
+    pub(super) fn end(&self) -> usize {
+        self.spans.last().map_or(0, Range::len)
     }
 
     /// Reads the next line and gives its number. An empty line has no values.

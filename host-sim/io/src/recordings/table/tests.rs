@@ -119,6 +119,17 @@ fn a_first_or_last_line_that_is_cut_is_left_out_with_a_note() {
             "{end:?}"
         );
     }
+    // the last number may lack digits where the line does not end and others are longer
+    let (got, notes) = rows(b"t,x\n1,-9.81\n3,-9.82\n5,-9.");
+    assert_eq!(
+        (got.len(), notes),
+        (2, vec![last.to_owned()]),
+        "a number that is cut"
+    );
+    for whole in [&b"t,x\n1,2\n3,4"[..], b"t,x\n1,-9.81\n3,-9.\n"] {
+        let (got, notes) = rows(whole);
+        assert_eq!((got.len(), notes), (2, vec![]), "{whole:?}");
+    }
     let first = "in.csv:2: the first line of data is not whole and is left out";
     for line in ["9", "s,m", "7e,9"] {
         let bytes = format!("t,x\n{line}\n1,2\n3,4\n");
@@ -140,6 +151,43 @@ fn a_first_or_last_line_that_is_cut_is_left_out_with_a_note() {
     // files of a known length are read whole or not at all
     let why = complaint(b"t,x\n1,2\n3");
     assert!(why.starts_with("in.csv:3: 1 columns"), "{why}");
+}
+
+/// A gzipped file that is cut is read up to the last line that is whole.
+#[test]
+fn a_gzip_stream_that_is_cut_is_read_up_to_the_cut() {
+    let row = |k: usize| [k as f64, f64::from(k as u32 * 7919 % 1000) - 0.5];
+    let mut text = String::from("t,x\n");
+    for k in 0..2000 {
+        text += &format!("{},{}\n", row(k)[0], row(k)[1]);
+    }
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(text.as_bytes()).unwrap();
+    let packed = encoder.finish().unwrap();
+    let mut before = 0;
+    for cut in (packed.len() / 4..packed.len()).step_by(packed.len() / 16) {
+        let (got, notes) = rows(&packed[..cut]);
+        assert!(got.len() >= before && got.len() <= 2000, "{cut}");
+        before = got.len();
+        for (k, got) in got.iter().enumerate() {
+            assert_eq!(*got, row(k), "{cut}");
+        }
+        let note = "the gzip stream is cut after this line; the file is read up to it";
+        assert!(notes.iter().any(|text| text.ends_with(note)), "{notes:?}");
+        // files of a known length are read whole or not at all
+        let why = complaint(&packed[..cut]);
+        assert!(why.contains("the gzip stream is cut short"), "{why}");
+    }
+    assert!(before > 1000, "{before}");
+    // damage is no cut
+    let mut damaged = packed;
+    let half = damaged.len() / 2;
+    damaged[half..half + 20].fill(0x55);
+    let (_dir, path) = file("in.csv", &damaged);
+    let source = Source::open(&path, Separator::COMMA).unwrap();
+    let names = ["t", "x"].map(String::from);
+    let why = Table::<f64>::first_columns(&source, 1, &names, 2);
+    assert!(message(&why.unwrap_err()).contains("in.csv:"));
 }
 
 #[test]

@@ -60,7 +60,7 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
     }
     let tags = unwrapped(measured);
     let clock = Clock::of(&log.fixes, &tags, which).ok_or_else(|| {
-        let problem = "does not tell the time of the samples";
+        let problem = "does not state the time of the samples";
         let remedy = "log NAV-PVT for at least 10 s beside the samples";
         complain(file, "NAV-PVT", problem.to_owned(), remedy)
     })?;

@@ -151,7 +151,7 @@ fn faults_are_named() {
         ),
         (
             &samples_only,
-            "in.ubx: 'NAV-PVT' does not tell the time of the samples",
+            "in.ubx: 'NAV-PVT' does not state the time of the samples",
         ),
         (&again, "in.ubx: 'ESF-MEAS message 2002' has the time"),
     ] {

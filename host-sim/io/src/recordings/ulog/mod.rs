@@ -222,9 +222,9 @@ fn fixes(
     if choice.fix_delay_s.is_none() {
         notes.push(fixes.note(&match logged {
             Some(s) => format!(
-                "fixes count as {s:.3} s old, as {DELAY} says; --fix-delay-s tells another delay"
+                "fixes count as {s:.3} s old, as {DELAY} says; --fix-delay-s gives another delay"
             ),
-            None => "fixes count as valid when they arrived; --fix-delay-s tells a delay".into(),
+            None => "fixes count as valid when they arrived; --fix-delay-s gives a delay".into(),
         }));
     }
     let delay = (delay_s * 1e9).round() as i64;

@@ -1,5 +1,6 @@
 //! How an input differs from the right one.
 
+use std::io::Write;
 use std::path::Path;
 
 /// An input.
@@ -10,7 +11,7 @@ pub struct Case {
     pub make: fn(&Path),
     /// The command.
     pub args: &'static str,
-    /// Parts of what is told.
+    /// Parts of what is reported.
     pub told: &'static [&'static str],
     /// A part of the result.
     pub result: &'static str,
@@ -99,4 +100,30 @@ pub fn repeat_a_stamp(bytes: &mut [u8]) {
         }
     }
     panic!("the bag has fewer samples");
+}
+
+/// Packs a file and keeps this share of it, under the same name.
+pub fn gzip(dir: &Path, name: &str, share: f64) {
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packed.write_all(read(dir, name).as_bytes()).unwrap();
+    let packed = packed.finish().unwrap();
+    let kept = (share * packed.len() as f64) as usize;
+    std::fs::write(dir.join(name), &packed[..kept]).unwrap();
+}
+
+/// A log of PX4 without every fourth sample.
+pub fn three_of_four(log: &[u8]) -> Vec<u8> {
+    const HEAD: usize = 16;
+    let (mut at, mut samples) = (HEAD, 0);
+    let mut out = log[..HEAD].to_vec();
+    while let Some(&[low, high, kind]) = log.get(at..at + 3) {
+        let message = &log[at..at + 3 + usize::from(u16::from_le_bytes([low, high]))];
+        at += message.len();
+        let is_sample = kind == b'D' && message[3..5] == [0, 0];
+        samples += usize::from(is_sample);
+        if !is_sample || samples % 4 != 0 {
+            out.extend_from_slice(message);
+        }
+    }
+    out
 }

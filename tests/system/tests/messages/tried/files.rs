@@ -1,6 +1,9 @@
 //! Forms of files, what gets lost in conversions, and what commands refuse.
 
-use super::edits::{CONVERT, Case, fixes, header, lines, read, repeat_a_stamp, rest, text, write};
+use super::edits::{
+    CONVERT, Case, fixes, gzip, header, lines, read, repeat_a_stamp, rest, text, three_of_four,
+    write,
+};
 
 pub const CASES: &[Case] = &[
     Case {
@@ -133,6 +136,25 @@ pub const CASES: &[Case] = &[
         result: "35999 samples, 361 fixes",
     },
     Case {
+        input: "a last line that lacks digits of its last number, and no end of a line",
+        make: |dir| text(dir, "imu.csv", |old| old[..old.len() - 4].to_owned()),
+        args: CONVERT,
+        told: &["imu.csv:36001: the file ends within this line"],
+        result: "35999 samples, 361 fixes",
+    },
+    Case {
+        input: "a gzipped file whose last part is missing",
+        make: |dir| {
+            gzip(dir, "imu.csv", 0.5);
+        },
+        args: CONVERT,
+        told: &[
+            "the gzip stream is cut after this line; the file is read up to it",
+            "of 361 fixes are outside the time of the samples",
+        ],
+        result: " samples, 361 fixes",
+    },
+    Case {
         input: "KF-GINS text with a first and a last line that are cut",
         make: |dir| text(dir, "k/imu.txt", |old| old[40..old.len() - 40].to_owned()),
         args: "convert kf-gins k/imu.txt k/gnss.txt --to csv --out o",
@@ -212,6 +234,16 @@ pub const CASES: &[Case] = &[
         result: "refused",
     },
     Case {
+        input: "a log of PX4 in which a quarter of the samples is missing",
+        make: |dir| {
+            let log = std::fs::read(dir.join("flight.ulg")).unwrap();
+            std::fs::write(dir.join("flight.ulg"), three_of_four(&log)).unwrap();
+        },
+        args: "convert ulog flight.ulg --to csv --out o",
+        told: &["is logged for 75"],
+        result: "refused",
+    },
+    Case {
         input: "a simulation into the folder of a recording",
         make: |_| (),
         args: "simulate --out .",
@@ -226,7 +258,7 @@ pub const CASES: &[Case] = &[
         result: "refused",
     },
     Case {
-        input: "an angle random walk in deg/s/sqrt(Hz), told as deg/sqrt(h)",
+        input: "an angle random walk in deg/s/sqrt(Hz), given as deg/sqrt(h)",
         make: |dir| {
             let out = crate::host_sim(dir, "unit show stim300").success();
             let unit = String::from_utf8(out.get_output().stdout.clone()).unwrap();

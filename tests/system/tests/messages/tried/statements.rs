@@ -101,21 +101,28 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
-        input: "heights in mm, told as m",
+        input: "heights in mm, given as m",
         make: |dir| fixes(dir, &[3], |v| 1e3 * v),
         args: CONVERT,
         told: &["not a height of a vehicle", "the height may be in mm or cm"],
         result: "refused",
     },
     Case {
-        input: "positions in rad, told as deg",
+        input: "heights in feet, given as m",
+        make: |dir| fixes(dir, &[3], |v| v / 0.3048),
+        args: STRICT,
+        told: &["'gnss.height.unit'", "the unit 'ft' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "positions in rad, given as deg",
         make: |dir| fixes(dir, &[1, 2], f64::to_radians),
         args: STRICT,
         told: &["'gnss.latitude.unit'", "the unit 'rad' would fit"],
         result: "warned",
     },
     Case {
-        input: "positions in deg, told as rad",
+        input: "positions in deg, given as rad",
         make: |dir| {
             text(dir, "header.toml", |old| {
                 old.replace("unit = 'deg'", "unit = 'rad'")
@@ -138,27 +145,44 @@ pub const CASES: &[Case] = &[
         result: "refused",
     },
     Case {
-        input: "velocities in km/h, told as m/s",
+        input: "velocities in km/h, given as m/s",
         make: |dir| fixes(dir, &[4, 5, 6], |v| 3.6 * v),
         args: STRICT,
         told: &["'gnss.velocity.unit'", "the unit 'km/h' would fit"],
         result: "warned",
     },
     Case {
-        input: "velocities in knots, told as m/s",
+        input: "velocities in knots, given as m/s",
         make: |dir| fixes(dir, &[4, 5, 6], |v| v * 3600.0 / 1852.0),
         args: STRICT,
         told: &["'gnss.velocity.unit'", "the unit 'knots' would fit"],
         result: "warned",
     },
     Case {
-        input: "velocities east-north-up, told as ned",
+        input: "velocities east-north-up, given as ned",
         make: |dir| {
             fixes(dir, &[6], |v| -v);
             lines(dir, "gnss.csv", |_, cells| cells.swap(4, 5));
         },
         args: STRICT,
         told: &["'gnss.velocity.order'", "the order 'enu' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "velocities north-east-up, given as ned",
+        make: |dir| fixes(dir, &[6], |v| -v),
+        args: STRICT,
+        told: &["'gnss.velocity.order'", "the order 'neu' would fit"],
+        result: "warned",
+    },
+    Case {
+        input: "velocities to the west, given as to the east",
+        make: |dir| fixes(dir, &[5], |v| -v),
+        args: STRICT,
+        told: &[
+            "'gnss.velocity.order'",
+            "they seem to hold north, west, down",
+        ],
         result: "warned",
     },
     Case {
@@ -200,7 +224,7 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
-        input: "rates in deg/s, told as rad/s",
+        input: "rates in deg/s, given as rad/s",
         make: |dir| {
             lines(dir, "imu.csv", |_, cells| {
                 for cell in &mut cells[1..4] {
@@ -213,7 +237,7 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
-        input: "accelerometers in g, told as m/s^2",
+        input: "accelerometers in g, given as m/s^2",
         make: |dir| {
             lines(dir, "imu.csv", |_, cells| {
                 for cell in &mut cells[4..7] {
@@ -247,7 +271,7 @@ pub const CASES: &[Case] = &[
         result: "refused",
     },
     Case {
-        input: "times of the fixes in ms, told as s",
+        input: "times of the fixes in ms, given as s",
         make: |dir| fixes(dir, &[0], |t| 1000.0 * (t + 400_000.0)),
         args: STRICT,
         told: &[
@@ -267,12 +291,25 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
-        input: "fixes that are 100 s late, beyond what is searched",
+        input: "fixes that are 100 s late",
         make: |dir| fixes(dir, &[0], |t| t + 100.0),
         args: STRICT,
         told: &[
-            "'gnss' and 'imu' contradict each other",
-            "the clock of the fixes",
+            "'gnss.time_offset_s'",
+            "samples and fixes match best at -100.0",
+        ],
+        result: "warned",
+    },
+    Case {
+        input: "the same of a ship in waves, whose motion repeats itself",
+        make: |dir| {
+            simulated(dir, "ship --seed 3");
+            fixes(dir, &[0], |t| t + 100.0);
+        },
+        args: SIMULATED,
+        told: &[
+            "'gnss.time_offset_s'",
+            "samples and fixes match best at -100.0",
         ],
         result: "warned",
     },
@@ -307,7 +344,7 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
-        input: "times of the samples in ms, told as s",
+        input: "times of the samples in ms, given as s",
         make: |dir| {
             lines(dir, "imu.csv", |_, cells| {
                 cells[0] = format!("{}", 1000.0 * cells[0].parse::<f64>().unwrap());
