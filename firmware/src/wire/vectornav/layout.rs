@@ -287,7 +287,7 @@ impl Layout {
         (triad.quantity == Quantity::Increments).then(|| self.at(triad).saturating_sub(4))
     }
 
-    /// The time over which the message's increments were taken, as the place in [`PERIODS`] from 1
+    /// The time over which the message's increments were taken, as the place in `PERIODS` from 1
     /// on; 0: it has none, or one that is not there.
     #[inline(never)] // not in the code of all formats
     pub fn period(&self, bytes: &[u8]) -> u8 {
