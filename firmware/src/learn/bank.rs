@@ -380,14 +380,16 @@ impl<T: Real> Bank<T> {
 
     /// As [`Self::error_sigma`], but no smaller than what any hypothesis says that has not yet
     /// fallen behind by the last finished fix: its own standard deviation and its difference to the
-    /// one that is followed. So it holds too while the choice among them is open. Errors that none
-    /// of them estimates are in it (`considered`).
+    /// one that is followed. So it holds too while the choice among them is open. The biases alone
+    /// always count: in a traffic jam laws of time fit the fixes better by far, and are wrong.
+    /// Errors that none of them estimates are in it (`considered`).
     #[must_use]
     pub fn error_doubt(&self, index: usize) -> T {
         let at = |of: &dyn Hypothesis<T>| of.error_state().get(index).copied().unwrap_or(T::ZERO);
         let here = at(self.get(self.navigating()));
         let mut doubt = self.error_sigma(index);
-        for h in (0..HYPOTHESES).filter(|h| self.open >> h & 1 == 1) {
+        let counts = self.open | 1 << SIX_BIASES;
+        for h in (0..HYPOTHESES).filter(|h| counts >> h & 1 == 1) {
             let of = self.get(h);
             let (variance, off) = (
                 of.innovation(index, T::ZERO, T::ZERO).variance,
