@@ -425,7 +425,7 @@ mod tests {
             ("only-driven", 0b01_0000),
             ("only-curved", 0b10_0000),
             ("only-map", 0b1000_0000),
-            ("no-networks", 0b00_1011),
+            ("no-networks", 0b1000_1011),
         ];
         let got: Vec<(String, u8)> = ablations().collect();
         for (name, bits) in want {
