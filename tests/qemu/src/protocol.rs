@@ -17,7 +17,6 @@ use firmware::wire::command::{
 };
 use firmware::wire::framer::LONGEST;
 use firmware::wire::{Fields, ImuFormat};
-use lrnn_nostd::image::{self, IMAGE_LEN};
 
 use crate::drive::Record;
 use crate::images::Board;
@@ -109,9 +108,7 @@ pub fn set_up_configured(configuration: &Configuration, mode: Mode) -> Result<Ve
 
 fn loaded(record: &[u8], mode: Mode) -> Result<Vec<Vec<u8>>> {
     let mut images = [0; IMAGES_LEN];
-    let (gyro, accel) = images.split_at_mut(IMAGE_LEN);
-    gyro.copy_from_slice(&image::encode(&nets().gyro));
-    accel.copy_from_slice(&image::encode(&nets().accel));
+    nets().write_images(0, &mut images);
     let mut requests = upload(record);
     for (index, bytes) in images.chunks(MAX_CHUNK).enumerate() {
         let offset = (index * MAX_CHUNK) as u32;
