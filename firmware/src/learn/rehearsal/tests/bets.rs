@@ -28,31 +28,31 @@ fn near(found: f64, right: f64) {
 
 /// Value of a block with this mean score: on slight gains, and on large ones.
 fn slight(mean: f64) -> f64 {
-    1.0 + 0.95 * (mean - 0.25) / 1.25
+    1.0 + 0.95 * (mean - 0.2) / 1.2
 }
 
 fn large(mean: f64) -> f64 {
     1.0 + 0.95 * (mean - 1.5) / 3.5
 }
 
-/// A block of slight gains is 45 s, and its factor is of the mean of all coasts that end in it.
+/// A block of slight gains is a minute, and its factor is of the mean of all coasts that end in it.
 /// One of large gains is as long as the horizon.
 #[test]
 fn a_block_is_one_factor() {
     let mut bets = Bets::NONE;
     bets.wealth[H].capital[1] = 2.0;
-    coast(&mut bets, 22.5, 3.5, SHORT);
+    coast(&mut bets, 30.0, 3.5, SHORT);
     let won = 2.0 * large(3.0); // of 3.5 counts 3
     near(capital(&bets)[0], 1.0);
     near(capital(&bets)[1], won);
-    coast(&mut bets, 22.5, -0.5, SHORT);
+    coast(&mut bets, 30.0, -0.5, SHORT);
     let won = won * large(-0.5);
     near(capital(&bets)[0], slight(0.25)); // of 3 counts 1
     near(capital(&bets)[1], won);
     // the next block knows nothing of the last one
-    coast(&mut bets, 22.5, 0.8, SHORT);
+    coast(&mut bets, 30.0, 0.8, SHORT);
     near(capital(&bets)[0], slight(0.25));
-    coast(&mut bets, 22.5, -3.0, SHORT);
+    coast(&mut bets, 30.0, -3.0, SHORT);
     let won = won * large(0.8) * large(-2.0);
     near(capital(&bets)[0], slight(0.25) * slight(-0.1)); // of -3 count -1 and -2
     near(capital(&bets)[1], won);
@@ -65,9 +65,9 @@ fn a_block_has_its_length() {
     for (time, horizon, ends) in [
         (4.6, SHORT, [false, false]),
         (4.8, SHORT, [false, true]),
-        (44.6, SHORT, [false, true]),
-        (45.0 - EARLY, SHORT, [true, true]),
-        (44.75, SHORT, [true, true]),
+        (59.6, SHORT, [false, true]),
+        (60.0 - EARLY, SHORT, [true, true]),
+        (59.75, SHORT, [true, true]),
         (119.6, 120.0, [false, false]),
         (119.75, 120.0, [true, true]),
     ] {

@@ -201,7 +201,7 @@ fn gains_prove_by_their_size() {
     println!("{found:?}");
     assert_eq!(
         found,
-        [Some(2), Some(3), Some(4), Some(10), Some(25), Some(59)]
+        [Some(2), Some(3), Some(4), Some(13), Some(28), Some(52)]
     );
     assert_eq!(minutes(&[0.15]), None);
     assert_eq!(
