@@ -225,15 +225,21 @@ fn weights_are_read_and_written_whole_or_not_at_all() {
     let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     output(port, &["weights", "get", &path("w.bin")]);
     let image = std::fs::read(path("w.bin")).unwrap();
-    assert_eq!(image.len(), 608);
+    assert_eq!(image.len(), 684);
 
     let other = host_device::hil::networks();
     std::fs::write(path("other.bin"), host_device::device::images(&other)).unwrap();
     let answer = json(port, &["weights", "put", &path("other.bin")]);
-    assert_eq!(answer["bytes"], 608);
+    assert_eq!(answer["bytes"], 684);
     output(port, &["weights", "get", &path("w.bin")]);
     let read = std::fs::read(path("w.bin")).unwrap();
     assert!(read != image && read == std::fs::read(path("other.bin")).unwrap());
+
+    // without maps, as before there were any
+    std::fs::write(path("nets.bin"), &image[..608]).unwrap();
+    json(port, &["weights", "put", &path("nets.bin")]);
+    output(port, &["weights", "get", &path("w.bin")]);
+    assert_eq!(std::fs::read(path("w.bin")).unwrap(), image);
 
     std::fs::write(path("short.bin"), &image[..600]).unwrap();
     let text = error(port, &["weights", "put", &path("short.bin")]);
