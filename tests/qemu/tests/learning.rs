@@ -54,7 +54,7 @@ fn a_whole_drive_teaches_the_target_the_same_weights() {
     assert!(here.sent == there.sent);
     // the learner interrupts nothing (`deadlines`)
     let cost = there.cost.expect("counted");
-    assert!(cost.pass < 22_000.0, "{cost:?}");
+    assert!(cost.pass < 27_000.0, "{cost:?}");
 }
 
 /// The estimate in force at the end is the sensor's error of that time, as far as it can be known.

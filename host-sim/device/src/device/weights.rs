@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// They have another length or shape, or are damaged.
-pub fn check_image(file: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub fn check_image(file: &Path, bytes: &[u8]) -> Result<Nets, Error> {
     let refused = |problem: String| Error::Option {
         option: file.display().to_string(),
         problem,
@@ -21,8 +21,7 @@ pub fn check_image(file: &Path, bytes: &[u8]) -> Result<(), Error> {
         );
         return Err(refused(problem));
     }
-    let nets = Nets::from_images(bytes);
-    nets.map(drop)
+    Nets::from_images(bytes)
         .map_err(|error| refused(format!("is no weight image of these networks ({error:?})")))
 }
 

@@ -2,7 +2,7 @@
 
 use clap::Subcommand as ClapSubcommand;
 use host_core::error::Error;
-use host_device::device::{Link, check_image, load};
+use host_device::device::{Link, check_image, images, load};
 use host_io::output::write_atomic;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -61,11 +61,10 @@ fn get(link: &mut Link, file: &Path) -> Result<Written, Error> {
     })
 }
 
-/// A weight image that was read and checked.
+/// A weight image that was read and checked. One without maps gets maps of zero, as in the device.
 fn image(file: &Path) -> Result<Vec<u8>, Error> {
     let image = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
-    check_image(file, &image)?;
-    Ok(image)
+    Ok(images(&check_image(file, &image)?))
 }
 
 fn put(link: &mut Link, file: &Path) -> Result<Written, Error> {
