@@ -200,11 +200,9 @@ fn gzip_reads_alike_and_a_broken_one_is_reported() {
         series(&file, &choice).unwrap(),
         load_text(&text, &choice).unwrap()
     );
-    std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
-    assert!(
-        load(&file, &choice, &mut Vec::new())
-            .unwrap_err()
-            .to_string()
-            .contains("cut short")
-    );
+    std::fs::write(&file, &whole[..whole.len() - 20]).unwrap();
+    // up to the cut, with a note
+    let mut notes = Vec::new();
+    load(&file, &choice, &mut notes).unwrap();
+    assert!(format!("{notes:?}").contains("cut"), "{notes:?}");
 }
