@@ -192,8 +192,8 @@ fn wins(scores: &[f32]) -> Option<usize> {
     first
 }
 
-/// Large gains take two or three minutes, slight ones up to an hour. What is too slight, as often lost as
-/// won, or not finite never proves itself.
+/// Large gains take two or three minutes, slight ones up to an hour. What is too slight, as often
+/// lost as won, or not finite never proves itself.
 #[test]
 fn gains_prove_by_their_size() {
     let minutes = |scores: &[f32]| wins(scores).map(|seconds| seconds.div_ceil(60));

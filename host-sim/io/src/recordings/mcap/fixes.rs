@@ -74,7 +74,8 @@ pub(super) fn collect(
     }
     if unknown > 0 {
         notes.push(fixes.note(&format!(
-            "{unknown} fixes do not state their accuracy; they count as good to 1 m, 1.5 m in height"
+            "{unknown} fixes do not state their accuracy; they count as good to 1 m, \
+             1.5 m in height"
         )));
     }
     if !velocities.0.is_empty() && alone > 0 {
