@@ -1,5 +1,11 @@
 //! What brings a correction into force: at once, or no faster than the slew limit, and within the
 //! limits.
+//!
+//! The slew limit is for what somebody decides: other networks, another mode. While the same
+//! networks stay in force, the correction follows their output, however fast the sensor's error
+//! changes. A correction that lags behind the error is an error by itself: with a limit of a
+//! thousandth a second on everything, errors that follow the temperature were left up to twice as
+//! large.
 
 use super::proportional::Proportional;
 use super::{Compensator, State};
@@ -33,6 +39,7 @@ impl Compensator {
     /// Brings an estimate and maps that were in force before into force at once.
     pub fn force_with(&self, state: &mut State, estimate: &[[f32; 3]; 2], maps: &Maps<f32>) {
         (state.estimate, state.maps) = (self.within_limit(*estimate), *maps);
+        state.followed = None;
         self.is_in_force(state);
     }
 
@@ -48,8 +55,9 @@ impl Compensator {
         self.make_due(state);
     }
 
-    /// Moves estimate and maps to their targets, within the slew limit, and computes them per
-    /// sample. An element of a map moves by the same share of its limit as the estimate.
+    /// Moves estimate and maps to their targets: the estimate follows what the networks' output has
+    /// changed by since the last block, and closes the rest of the gap within the slew limit. An
+    /// element of a map moves by the same share of its limit as the estimate.
     pub(super) fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2], maps: &Maps<f32>) {
         if !state.is_estimate_sound() {
             self.mend_estimate(state);
@@ -69,13 +77,18 @@ impl Compensator {
                         *now += clip(to - *now, share * most);
                     }
                 }
-                for ((estimate, target), slew) in state.estimate.iter_mut().zip(target).zip(slew) {
-                    for (e, t) in estimate.iter_mut().zip(target) {
-                        *e += clip(t - *e, slew);
+                let last = state.followed.filter(|_| !state.off).unwrap_or(*target);
+                let axes = state.estimate.iter_mut().zip(target.iter().zip(&last));
+                for ((estimate, (target, last)), slew) in axes.zip(slew) {
+                    for ((e, t), last) in estimate.iter_mut().zip(target).zip(last) {
+                        let behind = last - *e;
+                        *e = t - (behind - clip(behind, slew));
                     }
                 }
+                state.estimate = self.within_limit(state.estimate);
             }
         }
+        state.followed = (!state.off).then_some(*target);
         self.is_in_force(state);
     }
 }
@@ -92,3 +105,6 @@ fn clip(x: f32, limit: f32) -> f32 {
         x
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -68,7 +68,10 @@ pub struct State {
     vibration: Vibration,
     estimate: [[f32; 3]; 2], // rad/s and m/s2, in force
     maps: Maps<f32>,         // in force
-    /// Check of the two above.
+    /// What the estimate moved to in the last block; `None`: other networks or another mode have
+    /// come since.
+    followed: Option<[[f32; 3]; 2]>,
+    /// Check of the three above.
     estimate_sum: u32,
     proportional: Proportional,
     outlets: [Outlet; OUTLETS],
@@ -141,6 +144,15 @@ impl State {
         self.gyro = gyro;
         self.accel = accel;
         self.stepped = true;
+        self.slews();
+    }
+
+    /// Other networks or another mode: the way to their correction is no faster than the slew
+    /// limit.
+    fn slews(&mut self) {
+        if let Some(followed) = self.followed.take() {
+            self.estimate_sum ^= sound::of_followed(&followed);
+        }
     }
 }
 
@@ -421,7 +433,9 @@ impl Compensator {
         } else {
             (output, self.maps_within_limit())
         };
-        if !state.hold {
+        if state.hold {
+            state.slews();
+        } else {
             self.put_in_force(state, &target, &maps);
         }
         let [rate_error, force_error] = state.estimate;

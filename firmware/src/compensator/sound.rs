@@ -38,6 +38,11 @@ pub fn of_nets(nets: &Nets) -> u32 {
     of_net(&nets.gyro) ^ of_net(&nets.accel).rotate_left(1) ^ of_maps(&nets.maps).rotate_left(3)
 }
 
+/// Check of an estimate that is followed.
+pub(super) fn of_followed(estimate: &[[f32; 3]; 2]) -> u32 {
+    floats(estimate.as_flattened()).rotate_left(5)
+}
+
 fn of_maps(maps: &Maps<f32>) -> u32 {
     floats(maps.as_flattened().as_flattened())
 }
@@ -77,9 +82,11 @@ impl State {
         self.estimate_sum() == self.estimate_sum
     }
 
-    /// Check of estimate and maps in force.
+    /// Check of estimate and maps in force, and of what the estimate follows.
     pub(super) fn estimate_sum(&self) -> u32 {
-        floats(self.estimate.as_flattened()) ^ of_maps(&self.maps).rotate_left(3)
+        floats(self.estimate.as_flattened())
+            ^ of_maps(&self.maps).rotate_left(3)
+            ^ self.followed.as_ref().map_or(0, of_followed)
     }
 }
 
@@ -168,6 +175,7 @@ impl Compensator {
             *estimate = due.map(|counts| -counts / per_error);
         }
         state.estimate = self.within_limit(state.estimate);
+        state.followed = None;
         state.maps = if state.off {
             Nets::NONE.maps
         } else {
@@ -186,6 +194,7 @@ impl Compensator {
         if !state.is_estimate_sound() || !self.is_sound() {
             // a second upset at the same time: no correction rather than a wrong one
             (state.estimate, state.maps) = ([[0.0; 3]; 2], Nets::NONE.maps);
+            state.followed = None;
         }
         state.mended = state.mended.saturating_add(1);
         self.is_in_force(state);
