@@ -31,9 +31,13 @@ impl Compensator {
         maps
     }
 
-    /// Brings an estimate into force at once, within the limit, with the networks' maps.
-    pub fn force(&self, state: &mut State, estimate: &[[f32; 3]; 2]) {
-        self.force_with(state, estimate, &self.maps_within_limit());
+    /// Brings the networks' output into force at once, within the limit, with their maps. What it
+    /// changes by with their next step follows at once as well: at power-on that step is the first
+    /// one that knows the temperature.
+    pub fn force(&self, state: &mut State, output: &[[f32; 3]; 2]) {
+        self.force_with(state, output, &self.maps_within_limit());
+        state.followed = Some(state.estimate);
+        state.estimate_sum = state.estimate_sum();
     }
 
     /// Brings an estimate and maps that were in force before into force at once.

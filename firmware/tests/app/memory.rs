@@ -103,7 +103,7 @@ fn a_memory_comes_back_at_the_next_power_on() {
     let first: Vec<u8> = (0..=255).cycle().take(1700).collect();
     learns(&bench, &first);
     assert_eq!(board.run(&mut bench, 5), 0);
-    assert_eq!(board.run(&mut bench, 327), 6);
+    assert_eq!(board.run(&mut bench, 327), 8);
     let now = remembered(&mut bench);
     assert_eq!((now.drives, now.minutes, now.temperatures), (1, 5, None));
     assert!(now.acts, "what was stored before this drive");
@@ -244,7 +244,7 @@ fn a_live_activation_remembers_too() {
     let mut bench = board.power_on();
     learns(&bench, b"known");
     bench.says.winner.set(Some(5e-3));
-    assert_eq!(board.run(&mut bench, 85), 4);
+    assert_eq!(board.run(&mut bench, 85), 5);
     let now = remembered(&mut bench);
     assert_eq!((now.drives, now.acts), (1, false));
     let stored = board.store.load().expect("readable").expect("a record");

@@ -2,8 +2,8 @@
 //!
 //! A memory is stored behind the newest record while samples are corrected. Nobody announces the
 //! end of a drive, so records come early, and the rarer the longer it lasts: whenever the power
-//! goes, at least half of what was learnt is stored. It comes back at the next power-on of the
-//! board or of the sensor, before the learner begins.
+//! goes, at least two thirds of what was learnt are stored, or all but the last two hours. It
+//! comes back at the next power-on of the board or of the sensor, before the learner begins.
 
 use super::{Flow, configure};
 use crate::app::config::Config;
@@ -16,12 +16,14 @@ use crate::learn::exchange::{Anew, Order, Port};
 use crate::store::{Notes, unit};
 use crate::wire::command::Remembered;
 
-/// Learning time after which another record is due: as much as before the last one, and no less and
-/// no more than this, s.
-const PAUSE_S: [f32; 2] = [10.0, 3600.0];
-/// Where the store has room for so few records, they come later: after three times as much, and no
-/// less than this, s.
+/// Learning time after which another record is due: half as much as before the last one, and no
+/// less and no more than this, s.
+const GROWS: f32 = 0.5;
+const PAUSE_S: [f32; 2] = [10.0, 7200.0];
+/// Where the store has room for so few records, they come later: after three times as much as
+/// before the last one, and no less than this, s.
 const FEW: u32 = 2;
+const FEW_GROWS: f32 = 3.0;
 const FEW_S: f32 = 120.0;
 
 /// Memory of the unit in the store.
@@ -97,9 +99,9 @@ impl Memo {
     pub fn is_due(&self) -> bool {
         let [least, most] = PAUSE_S;
         let (grows, least) = if self.left <= FEW {
-            (3.0, FEW_S)
+            (FEW_GROWS, FEW_S)
         } else {
-            (1.0, least)
+            (GROWS, least)
         };
         self.learnt_s - self.last_s >= (grows * self.last_s).clamp(least, most)
     }
@@ -296,11 +298,12 @@ mod tests {
 
     #[test]
     fn records_get_rarer_and_the_last_ones_wait() {
-        assert_eq!(records(330, 99), [10.0, 20.0, 40.0, 80.0, 160.0, 320.0]);
+        let early = [10.0, 20.0, 30.0, 50.0, 80.0, 120.0, 180.0, 270.0];
+        assert_eq!(records(330, 99), early);
         assert_eq!(records(2000, 2), [120.0, 480.0, 1920.0]);
         assert_eq!(records(800, 4), [10.0, 20.0, 140.0, 560.0]);
-        let long = records(36_000, 99);
+        let long = records(100_000, 99);
         let last = long.windows(2).map(|two| two[1] - two[0]).next_back();
-        assert_eq!(last, Some(3600.0));
+        assert_eq!(last, Some(7200.0));
     }
 }
