@@ -260,11 +260,14 @@ pub const CLASSES: [Class; 21] = [
     )),
 ];
 
-/// The classes with these names, in the order of [`CLASSES`]; all without a name.
+/// The classes with these names, in the order of [`CLASSES`]; all without a name, or with `all`.
 ///
 /// # Errors
 /// An unknown name.
 pub fn chosen(names: &[String]) -> Result<Vec<Class>, Error> {
+    if matches!(names, [all] if all == "all") {
+        return chosen(&[]);
+    }
     for name in names {
         if !CLASSES.iter().any(|class| class.name == name) {
             let known = CLASSES.map(|class| class.name);

@@ -108,6 +108,18 @@ mod tests {
         }
     }
 
+    #[test]
+    fn all_classes_and_some_by_name() {
+        let names = |names: &[&str]| -> Result<Vec<&str>, Error> {
+            let names: Vec<String> = names.iter().map(|name| (*name).into()).collect();
+            Ok(chosen(&names)?.iter().map(|class| class.name).collect())
+        };
+        assert_eq!(names(&[]).unwrap().len(), CLASSES.len());
+        assert_eq!(names(&["all"]).unwrap(), names(&[]).unwrap());
+        assert_eq!(names(&["laser-47"]).unwrap(), ["laser-47"]);
+        assert!(names(&["laser-48"]).is_err());
+    }
+
     /// A class by name, an interruption, and the same figures again.
     #[test]
     fn a_study_can_be_repeated_and_interrupted() {
