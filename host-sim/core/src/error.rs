@@ -44,15 +44,15 @@ pub enum Error {
         /// Path as given.
         file: PathBuf,
     },
-    /// A text that stands for a large file which was not fetched with the repository.
-    #[error(
-        "{}: is only a pointer of git-lfs, not the file itself; remedy: run 'git lfs pull' in its \
-         repository, or download the file from there",
-        .file.display()
-    )]
-    Pointer {
+    /// A file of a kind that is known and not read, by its first bytes.
+    #[error("{}: is {kind}; remedy: {remedy}", .file.display())]
+    OtherKind {
         /// Path as given.
         file: PathBuf,
+        /// What it is.
+        kind: &'static str,
+        /// How to get what is read.
+        remedy: &'static str,
     },
     /// The file is there but cannot be read.
     #[error(
@@ -66,18 +66,20 @@ pub enum Error {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The compressed stream ends early or its check sum is wrong.
+    /// Compressed data that end early or whose check sum is wrong.
     #[error(
-        "{}:{line}: the gzip stream is {fault} after this line; remedy: get the file again, it \
-         is incomplete or damaged",
-        .file.display()
+        "{}: the compressed data {fault} after {bytes} unpacked bytes{}; remedy: get the file \
+         again, it is incomplete or damaged",
+        .file.display(), behind(.line)
     )]
-    DamagedGzip {
+    Packed {
         /// Path as given.
         file: PathBuf,
-        /// Last complete line.
+        /// Bytes that were unpacked.
+        bytes: u64,
+        /// Last complete line of a text, else 0.
         line: usize,
-        /// `cut short` or `damaged`.
+        /// `end` or `are damaged`.
         fault: &'static str,
     },
     /// No data in the file.
@@ -142,9 +144,8 @@ pub enum Error {
     },
     /// The time does not increase from one line to the next.
     #[error(
-        "{}:{line}: column '{field}': time {now} follows {before}; remedy: sort the lines, the \
-         time must increase from line to line",
-        .file.display()
+        "{}:{line}: column '{field}': time {now} follows {before}; remedy: {}",
+        .file.display(), in_order(.before, .now)
     )]
     TimeBack {
         /// Path as given.
@@ -320,6 +321,20 @@ impl Error {
         }
     }
 
+    /// Unpacking `file` failed after `bytes` bytes of its content, behind `line` of a text.
+    #[must_use]
+    pub fn unpacking(file: &Path, bytes: u64, line: usize, source: &std::io::Error) -> Self {
+        Self::Packed {
+            file: file.to_path_buf(),
+            bytes,
+            line,
+            fault: match source.kind() {
+                std::io::ErrorKind::UnexpectedEof => "end",
+                _ => "are damaged",
+            },
+        }
+    }
+
     /// `name` is not among `known`. The message offers the nearest known name.
     #[must_use]
     pub fn unknown(kind: &'static str, name: &str, known: &[&str]) -> Self {
@@ -345,6 +360,25 @@ pub fn excerpt(text: &str) -> String {
         shown + "..."
     } else {
         shown
+    }
+}
+
+/// `, behind line 7` of a text.
+fn behind(line: &usize) -> String {
+    match line {
+        0 => String::new(),
+        line => format!(", behind line {line}"),
+    }
+}
+
+/// The remedy for a time that does not increase.
+fn in_order(before: &f64, now: &f64) -> &'static str {
+    match before == now {
+        true => {
+            "the same time comes twice: leave one of the lines out, or write the times with all \
+             their digits"
+        }
+        false => "sort the lines, the time must increase from line to line",
     }
 }
 

@@ -200,7 +200,12 @@ pub fn allan_file<'py>(
     }
     let found = interruptible(py, move || {
         // a line that is cut is left out; an array tells its length
-        let columns = load(&file, &Choice { columns, rate_hz }, &mut Vec::new())?;
+        let choice = Choice {
+            columns,
+            rate_hz,
+            skip_lines: None,
+        };
+        let columns = load(&file, &choice, &mut Vec::new())?;
         Findings::of(file.display().to_string(), columns, None)
     })?;
     let all = found.map_err(raised)?.analyses.into_iter().map(Allan);

@@ -47,6 +47,9 @@ pub struct Args {
     /// Samples per second, instead of the rate that the times in the file give
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
+    /// Lines of a CSV before the names of its columns [default: they are looked for]
+    #[arg(long, value_name = "N", conflicts_with = "header")]
+    skip_lines: Option<usize>,
     #[command(flatten)]
     json: JsonOption,
     /// Directory of a page with pictures (PNG, SVG)
@@ -161,6 +164,7 @@ impl Args {
         let choice = Choice {
             columns: self.column.clone(),
             rate_hz: rate.transpose()?,
+            skip_lines: self.skip_lines,
         };
         let mut notes = Vec::new();
         let columns = load(file, &choice, &mut notes)?;
@@ -182,9 +186,17 @@ impl Args {
                 remedy,
             )
         })?;
-        if self.rate.is_some() {
-            let remedy = "leave it out; the times of this recording give the rate";
-            return Err(refused("--rate", "is for CSV files without times", remedy));
+        let of_columns = [
+            ("--rate", self.rate.is_some()),
+            ("--skip-lines", self.skip_lines.is_some()),
+        ];
+        if let Some((option, _)) = of_columns.into_iter().find(|(_, given)| *given) {
+            let remedy = "leave it out; this recording says it itself";
+            return Err(refused(
+                option,
+                "is for CSV files without a header.toml",
+                remedy,
+            ));
         }
         self.keep(&mut rest.columns)?;
         rest.notes.extend(record.notes.iter().cloned());

@@ -5,9 +5,9 @@ use clap::{Args as ClapArgs, ValueEnum};
 use firmware::wire::receiver::ReceiverFormat;
 use host_core::error::Error;
 use host_io::recordings::record::Record;
-use host_io::recordings::{receiver, rtklib};
+use host_io::recordings::{Progress, gpsd, receiver, rtklib};
 use indicatif::ProgressBar;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A progress bar for reading a file.
 pub(super) fn reading_bar() -> ProgressBar {
@@ -18,8 +18,8 @@ pub(super) fn reading_bar() -> ProgressBar {
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // several sources have it
 pub(super) struct Beside {
-    /// Log of a receiver (UBX, NMEA, NovAtel or SBF), or solutions of RTKLIB (.pos), whose fixes
-    /// replace those of the recording
+    /// Log of a receiver (UBX, NMEA, NovAtel or SBF), reports of gpsd (lines of JSON), or solutions
+    /// of RTKLIB (.pos), whose fixes replace those of the recording
     #[arg(long, value_name = "FILE")]
     fixes: Option<PathBuf>,
     /// Protocol of that log; of NMEA also sentences without a checksum are read then [default: that
@@ -59,24 +59,14 @@ impl Beside {
         let Some(file) = &self.fixes else {
             return Ok(());
         };
-        if rtklib::is_one(file) {
-            let solutions = rtklib::read(file)?;
-            let count = solutions.fixes.len();
-            solutions.beside(record, origin_s);
-            progress::say(&format!("{}: {count} fixes (RTKLIB)", file.display()));
-            return Ok(());
-        }
         let bar = reading_bar();
-        let told = self.fixes_protocol.map(ReceiverFormat::from);
-        let log = receiver::read(file, told, &|read, length| {
+        let shown = |read, length| {
             bar.set_length(length);
             bar.set_position(read);
-        });
+        };
+        let read = self.read(file, &shown, record, origin_s);
         bar.finish_and_clear();
-        let mut log = log?;
-        let name = receiver::name(log.format);
-        let notes = std::mem::take(&mut log.notes);
-        log.beside(record, origin_s);
+        let (name, notes) = read?;
         let times = record.fixes.first().zip(record.fixes.last());
         let (from, to) = times.map_or((0.0, 0.0), |(a, b)| (a.time, b.time));
         let ends = record.time.start().zip(record.time.end());
@@ -98,5 +88,29 @@ impl Beside {
             progress::say(&format!("{file}: {note}"));
         }
         Ok(())
+    }
+
+    /// Reads the fixes into the recording. Returns the name of their form, and notes.
+    fn read(
+        &self,
+        file: &Path,
+        shown: Progress<'_>,
+        record: &mut Record,
+        origin_s: Option<f64>,
+    ) -> Result<(&'static str, Vec<String>), Error> {
+        let told = self.fixes_protocol.map(ReceiverFormat::from);
+        if rtklib::is_one(file) {
+            rtklib::read(file)?.beside(record, origin_s);
+            return Ok(("RTKLIB", Vec::new()));
+        }
+        if told.is_none() && gpsd::is_one(file) {
+            gpsd::read(file, shown)?.beside(record, origin_s);
+            return Ok(("gpsd", Vec::new()));
+        }
+        let mut log = receiver::read(file, told, shown)?;
+        let notes = std::mem::take(&mut log.notes);
+        let name = receiver::name(log.format);
+        log.beside(record, origin_s);
+        Ok((name, notes))
     }
 }

@@ -7,6 +7,7 @@ pub mod euroc;
 pub mod fog_mems;
 pub mod gaps;
 pub mod generic;
+pub mod gpsd;
 pub mod increments;
 pub(crate) mod input;
 pub mod kfgins;

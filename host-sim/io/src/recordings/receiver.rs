@@ -137,16 +137,16 @@ fn lines(
         .map(|format| Line::new(format, told.is_some()))
         .collect();
     let mut unread = Unread::default();
-    let mut input = Input::open(file, progress)?;
+    let mut input = Input::text(file, progress)?;
     let mut bytes = [0; LONGEST];
     let mut is_cut = false;
     loop {
         let count = match input.read(&mut bytes) {
-            Err(fault) if input.gzipped && fault.kind() == ErrorKind::UnexpectedEof => {
+            Err(fault) if input.packed && fault.kind() == ErrorKind::UnexpectedEof => {
                 is_cut = true;
                 0
             }
-            count => count.map_err(|e| Error::reading(file, e))?,
+            count => count.map_err(|e| input.fault(file, e))?,
         };
         for line in &mut lines {
             line.push(&bytes[..count]);

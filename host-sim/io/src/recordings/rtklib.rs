@@ -22,7 +22,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
 /// Start of GPS time in UTC, s since 1970.
-const GPS_START_S: f64 = 315_964_800.0;
+pub(super) const GPS_START_S: f64 = 315_964_800.0;
 /// Times of samples from here on are UTC since 1970, s.
 const UNIX_S: f64 = 1e9;
 /// JST less UTC, s.
@@ -279,7 +279,7 @@ impl Columns {
             true => {
                 let [year, month, day] = numbers(date, '/').ok_or_else(bad)?;
                 let [hour, minute, second] = numbers(time, ':').ok_or_else(bad)?;
-                let days = days(year as i64, month as i64, day as i64) as f64;
+                let days = days([year, month, day]).ok_or_else(bad)?;
                 days * 86_400.0 - GPS_START_S + hour * 3600.0 + minute * 60.0 + second
             }
         };
@@ -294,21 +294,25 @@ impl Columns {
 }
 
 /// GPS time less UTC at a GPS time, s.
-fn leap(gps: f64) -> f64 {
+pub(super) fn leap(gps: f64) -> f64 {
     let found = LEAPS.iter().find(|(from, _)| gps >= *from);
     found.map_or(15.0, |(_, leap)| *leap)
 }
 
-/// Days since 1970 of a date of the Gregorian calendar.
-fn days(year: i64, month: i64, day: i64) -> i64 {
+/// Days since 1970 of year, month and day of the Gregorian calendar.
+pub(super) fn days(date: [f64; 3]) -> Option<f64> {
+    let [year, month, day] = date.map(|x| x as i64);
+    if !((1970..2200).contains(&year) && (1..=12).contains(&month) && (1..=31).contains(&day)) {
+        return None;
+    }
     // years begin in March, so that the leap day is the last one
     let (year, month) = match month {
         3.. => (year, month - 3),
         _ => (year - 1, month + 9),
     };
     let of_year = (153 * month + 2) / 5 + day - 1;
-    365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year
-        - 719_468
+    let leap_days = year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400);
+    Some((365 * year + leap_days + of_year - 719_468) as f64)
 }
 
 /// Latitude and longitude, deg, and height, m, of a place by its distances from the Earth's centre.

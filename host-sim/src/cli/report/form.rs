@@ -9,7 +9,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Number of bytes that identify the form.
-const HEAD: usize = 1024;
+const HEAD: usize = 4096;
 
 /// A form.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,8 +50,8 @@ pub(in crate::cli) fn of(from: &[PathBuf]) -> Result<Form, Error> {
     }
     let head = head(first)?;
     let begins = |magic: &[u8]| head.starts_with(magic);
-    let line = String::from_utf8_lossy(&head);
-    let line = line
+    let text = String::from_utf8_lossy(&head);
+    let line = text
         .lines()
         .next()
         .unwrap_or_default()
@@ -76,7 +76,13 @@ pub(in crate::cli) fn of(from: &[PathBuf]) -> Result<Form, Error> {
                 remedy,
             ));
         }
-        () if line.contains(',') && line.contains('_') => Form::AtRest(first.clone()),
+        // the names of the columns may stand below other lines
+        () if text
+            .lines()
+            .any(|l| l.contains([',', ';', '\t']) && l.contains('_')) =>
+        {
+            Form::AtRest(first.clone())
+        }
         () => return Err(unknown(first)),
     })
 }

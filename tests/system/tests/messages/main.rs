@@ -13,6 +13,7 @@ mod corrected;
 mod damaged;
 mod defects;
 mod page;
+mod promises;
 mod reports;
 mod tried;
 mod writers;

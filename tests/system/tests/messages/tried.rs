@@ -1,7 +1,7 @@
 //! What was tried with files as people have them, and the table of it in docs/your-data.md: every
 //! row is made here from one drive that is right, and read by the program.
 
-mod edits;
+pub mod edits;
 mod files;
 mod statements;
 

@@ -252,7 +252,11 @@ fn collect(
             }
         })?;
         let since = fixes.last().map_or(1.0, |before| now.time - before.time);
-        if since <= 0.0 {
+        if since == 0.0 {
+            left_out.count("the time is that of the line before", time);
+            continue;
+        }
+        if since < 0.0 {
             return Err(table.complain(k, 0, "not after the fix before", "sort the fixes by time"));
         }
         fixes.push(now);
@@ -271,7 +275,7 @@ fn in_millimetres(height: f64) -> &'static str {
 /// The likeliest cause of a position that is not on Earth.
 fn unlikely(r: &[f64], si: &Si) -> &'static str {
     let [lat, lon] = [r[1].abs(), r[2].abs()];
-    let in_degrees = |unit: f64| (unit - 1.0).abs() < 1e-9;
+    let in_degrees = |unit: f64| (unit.abs() - 1.0).abs() < 1e-9;
     match () {
         () if si.degrees.iter().all(|unit| !in_degrees(*unit)) && lat < 90.0 && lon <= 360.0 => {
             "the positions are in deg: say so in 'unit' of latitude and longitude"

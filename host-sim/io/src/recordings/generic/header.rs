@@ -275,8 +275,13 @@ pub(super) const TIME: [Unit; 4] = [
     ("us", Kind::Rate, 1e-6),
     ("ns", Kind::Rate, 1e-9),
 ];
-/// Units of latitude and longitude.
-pub(super) const ANGLE: [Unit; 2] = [("rad", Kind::Rate, 1.0), ("deg", Kind::Rate, DEG)];
+/// Units of latitude and longitude. With a minus they count to the south and to the west.
+pub(super) const ANGLE: [Unit; 4] = [
+    ("rad", Kind::Rate, 1.0),
+    ("deg", Kind::Rate, DEG),
+    ("-rad", Kind::Rate, -1.0),
+    ("-deg", Kind::Rate, -DEG),
+];
 /// Units of height.
 pub(super) const LENGTH: [Unit; 2] = [("m", Kind::Rate, 1.0), ("ft", Kind::Rate, 0.3048)];
 /// Units of velocity.

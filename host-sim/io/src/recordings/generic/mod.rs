@@ -33,7 +33,7 @@
 //! # From the IMU to the antenna: forward, right, down.
 //! # lever_arm_m = [-1.0, 0.2, -1.5]
 //! time = { column = "t", unit = "ms" }
-//! # rad, deg; the height in m or ft
+//! # rad, deg, or -deg for degrees west or south; the height in m or ft
 //! latitude = { column = "lat", unit = "deg" }
 //! longitude = { column = "lon", unit = "deg" }
 //! # Above the ellipsoid.
@@ -85,7 +85,7 @@ pub use write::{write, write_readings, write_truth};
 
 use crate::recordings::corrected::Text;
 use crate::recordings::record::{Kind, Record};
-use crate::recordings::table::{Layout, Separator, Source, Table};
+use crate::recordings::table::{HEAD_LINES, Layout, Separator, Source, Table};
 use crate::recordings::week;
 use fixes::fixes;
 use header::{ACCEL, GYRO, Offset};
@@ -335,8 +335,11 @@ impl<'a> File<'a> {
         let before = skip_lines.or(found).unwrap_or(0);
         let Some(line) = head.get(before) else {
             let problem = format!("is {before}, and {} has fewer lines", file.display());
-            let remedy = "give the number of lines before the names of the columns, at most 63";
-            return Err(read.bad(&format!("{table}.skip_lines"), problem, remedy));
+            let remedy = format!(
+                "give the number of lines before the names of the columns, at most {}",
+                HEAD_LINES - 1
+            );
+            return Err(read.bad(&format!("{table}.skip_lines"), problem, &remedy));
         };
         let (skip, names) = match names {
             true => (before + 1, named(line)),

@@ -1,9 +1,17 @@
 //! Columns that say whether a line holds a fix.
 
 use super::header::Valid;
+use crate::recordings::table::DENIED;
 
-/// Names of columns whose value 0 means no fix, in small letters: qualities of a fix.
-const ZERO: [&str; 10] = [
+/// Names of columns whose value 0 means no fix, in small letters: qualities of a fix, numbers of
+/// satellites.
+const ZERO: [&str; 16] = [
+    "numsv",
+    "num_sv",
+    "satellites",
+    "num_satellites",
+    "nsat",
+    "sats",
     "fix",
     "fix_quality",
     "fix_ok",
@@ -75,9 +83,10 @@ impl Quality {
         let fits = (self.least..=self.most).contains(&value) && value < self.below;
         // without a value only the header's columns mean that there is none
         let denied = if value.is_nan() { self.given } else { !fits };
-        denied.then(|| match value.is_nan() {
-            true => format!("'{}' is empty", self.column),
-            false => format!("'{}' is {value}", self.column),
+        denied.then(|| match value {
+            DENIED => format!("'{}' says that there is none", self.column),
+            value if value.is_nan() => format!("'{}' is empty", self.column),
+            value => format!("'{}' is {value}", self.column),
         })
     }
 

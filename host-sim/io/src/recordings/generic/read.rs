@@ -1,7 +1,7 @@
 //! The header file as it was read, and its errors.
 
 use super::header::{Gnss, Header, Turned, Unit};
-use crate::recordings::input::check_pointer;
+use crate::recordings::input::{START, check_kind};
 use crate::recordings::record::Kind;
 use crate::recordings::session::complain;
 use crate::recordings::table::Separator;
@@ -46,7 +46,7 @@ pub(super) struct Read {
 impl Read {
     pub(super) fn open(file: &Path, replacements: &[PathBuf]) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
-        check_pointer(file, text.as_bytes())?;
+        check_kind(file, &text.as_bytes()[..text.len().min(START)])?;
         let header: Header = toml::from_str(&text).map_err(|e| syntax_error(file, &text, &e))?;
         let read = Self {
             file: file.to_path_buf(),

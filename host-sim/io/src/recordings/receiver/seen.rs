@@ -25,7 +25,8 @@ pub(super) struct Seen {
 
 impl Seen {
     pub(super) fn note(&mut self, format: ReceiverFormat, kind: Kind, message: &[u8]) {
-        if !matches!(kind, Kind::Frame | Kind::Other) {
+        let is_long = kind == Kind::Long && is_known(format, message);
+        if !is_long && !matches!(kind, Kind::Frame | Kind::Other) {
             return;
         }
         let mut name = message_name(format, message);
@@ -155,6 +156,17 @@ fn in_text(file: &Path, lines: &[Line], unread: &Unread) -> Option<Error> {
 fn number(message: &[u8], at: usize) -> u16 {
     let byte = |at: usize| message.get(at).copied().unwrap_or_default();
     u16::from_le_bytes([byte(at), byte(at + 1)])
+}
+
+/// Whether bytes are the head of a message with a name. That of a long one is not checked.
+fn is_known(format: ReceiverFormat, message: &[u8]) -> bool {
+    let (mark, names, id): (&[u8], &[(u16, &str)], u16) = match format {
+        ReceiverFormat::Ubx => (&[0xB5, 0x62], &UBX, number(message, 2).swap_bytes()),
+        ReceiverFormat::Sbf => (b"$@", &SBF, number(message, 4) & 0x1FFF),
+        ReceiverFormat::Novatel => (&[0xAA, 0x44], &NOVATEL, number(message, 4)),
+        ReceiverFormat::Nmea => return false,
+    };
+    message.starts_with(mark) && names.iter().any(|(number, _)| *number == id)
 }
 
 fn message_name(format: ReceiverFormat, message: &[u8]) -> String {

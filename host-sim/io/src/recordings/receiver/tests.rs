@@ -62,6 +62,25 @@ fn ubx_over_the_end_of_a_week() {
     assert_eq!(at(&mut record(0.0), Some(utc + 5.0)), -5.0);
 }
 
+/// A log that a terminal has stored in UTF-16. Bytes that only begin like its mark are none.
+#[test]
+fn text_in_utf16_is_read() {
+    let rmc = |k: u32| {
+        nmea(&format!(
+            "GPRMC,1200{k:02},A,4500.0,N,00500.0,E,1.0,90.0,271126,,"
+        ))
+    };
+    let text: Vec<u8> = (0..5).flat_map(rmc).collect();
+    let wide = [0xFF, 0xFE]
+        .into_iter()
+        .chain(text.iter().flat_map(|byte| [*byte, 0]));
+    let [plain, wide] = [text.clone(), wide.collect()].map(|bytes| log(&bytes).unwrap());
+    assert_eq!(plain.fixes.len(), 5);
+    assert_eq!(plain.fixes, wide.fixes);
+    let garbage = [&[0xFF, 0xFE][..], &ubx(1000), &ubx(2000)].concat();
+    assert_eq!(log(&garbage).unwrap().fixes.len(), 2);
+}
+
 #[test]
 fn nmea_is_in_utc_and_read_in_gps_time() {
     // 29 February 2024 is a Thursday
@@ -306,6 +325,10 @@ fn what_was_seen_is_named() {
     let want = "UBX: 12 33-07, 12 NAV-SAT, 12 RXM-RAWX, wanted NAV-PVT, or NAV-POSLLH and NAV-VELNED; \
                 NMEA: 1 GSV, wanted GGA, GNS, RMC or GLL of a receiver";
     assert!(text.contains(want), "{text}");
+    // messages that are longer than a device holds are only named
+    let raw = [&[0xB5, 0x62, 2, 0x15, 0x90, 2][..], &[0; 658]].concat();
+    let text = why(&raw.repeat(5));
+    assert!(text.contains("UBX: 5 RXM-RAWX, wanted NAV-PVT"), "{text}");
     let ships = [
         "INGGA,092725.20,4717.11399,N,00833.91590,E,1,9,1.0,1.0,M,1.0,M",
         "ECRMC",

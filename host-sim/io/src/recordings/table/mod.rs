@@ -4,7 +4,7 @@ mod source;
 
 pub(crate) use source::unquoted;
 use source::{Bytes, Lines, named};
-pub use source::{Separator, Source};
+pub use source::{HEAD_LINES, Separator, Source};
 
 use super::week::Unwrapped;
 use host_core::error::{Error, excerpt};
@@ -19,7 +19,19 @@ pub trait Cell: Copy + Display {
 
     /// The number in `text`, or a description of the fault.
     fn parse(text: &str) -> Result<Self, &'static str>;
+
+    /// The value of a word where a number may be missing.
+    fn of_word(_: &str) -> Option<Self> {
+        None
+    }
 }
+
+/// Value of a word by which a receiver says that there is no fix.
+pub(crate) const DENIED: f64 = f64::NEG_INFINITY;
+/// These words, in small letters.
+const DENIALS: [&str; 8] = [
+    "v", "false", "no", "none", "nofix", "no fix", "no_fix", "invalid",
+];
 
 impl Cell for f64 {
     const REMEDY: &str = "give a decimal number, with a point and without unit";
@@ -31,6 +43,11 @@ impl Cell for f64 {
             Ok(x) if !x.is_finite() => Err("not finite"),
             Ok(x) => Ok(x),
         }
+    }
+
+    fn of_word(text: &str) -> Option<Self> {
+        let word = text.to_ascii_lowercase();
+        DENIALS.contains(&&*word).then_some(DENIED)
     }
 }
 
@@ -46,7 +63,8 @@ pub struct Layout<'a, T = f64> {
     /// Value of a cell that is empty or says that there is no value, as `nan` does; without it such
     /// a cell is an error.
     pub gap: Option<T>,
-    /// From this one of the columns wanted on, any cell that is no number counts as a gap.
+    /// From this one of the columns wanted on, any cell that is no number counts as a gap, or as
+    /// what its word says.
     pub loose: usize,
     /// Whether a first or a last line that is not whole is left out, with a note.
     pub cut: bool,
@@ -99,18 +117,26 @@ impl<T: Cell> Table<T> {
         // a line with a fault, which only the first and the last may have
         let mut faulty: Option<(usize, Error)> = None;
         let mut end = 0;
+        // a line that is cut if no other follows
+        let mut last: Option<(usize, Vec<T>)> = None;
         while let Some(line) = lines.next()? {
             if line <= layout.skip || lines.trails() {
                 continue;
             }
+            if let Some((_, row)) = last.take() {
+                table.keep(&row, count, &mut rest)?;
+            }
             let read = table.cells(line, &lines, layout, &names, &mut row);
+            if layout.cut && read.is_err() && lines.cell(0).starts_with(['#', '%']) {
+                continue; // a comment
+            }
             // a last line that has all its values may lack digits of the last one
             let lacks = lines.is_cut() && (lines.end() < end || lines.cut_short().is_some());
-            if layout.cut && table.rows > 0 && read.is_ok() && lacks {
-                table.note(line, CUT);
+            end = lines.end();
+            if layout.cut && table.rows > 0 && read.is_ok() && lacks && faulty.is_none() {
+                last = Some((line, row.clone()));
                 continue;
             }
-            end = lines.end();
             match (faulty.take(), read) {
                 (Some((_, fault)), _) if table.rows > 0 || !layout.cut => return Err(fault),
                 (Some((_, fault)), Err(_)) => return Err(fault),
@@ -124,10 +150,10 @@ impl<T: Cell> Table<T> {
                 }
                 (None, Ok(())) => {}
             }
-            let (keep, other) = row.split_at(count);
-            table.values.extend_from_slice(keep);
-            table.rows += 1;
-            rest(other)?;
+            table.keep(&row, count, &mut rest)?;
+        }
+        if let Some((line, _)) = last {
+            table.note(line, CUT);
         }
         table.end(&lines, faulty, layout.cut)?;
         if table.rows == 0 {
@@ -140,6 +166,19 @@ impl<T: Cell> Table<T> {
         Ok(table)
     }
 
+    /// Keeps the first `count` values of a row. The others go to `rest`.
+    fn keep(
+        &mut self,
+        row: &[T],
+        count: usize,
+        rest: &mut impl FnMut(&[T]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let (keep, other) = row.split_at(count);
+        self.values.extend_from_slice(keep);
+        self.rows += 1;
+        rest(other)
+    }
+
     /// What is not whole at the end of a file: a note if it may be so, else an error.
     fn end<R: Bytes>(
         &mut self,
@@ -149,7 +188,7 @@ impl<T: Cell> Table<T> {
     ) -> Result<(), Error> {
         let cut = cut && self.rows > 0;
         match lines.cut_short() {
-            Some(Error::DamagedGzip { line, .. }) if cut => {
+            Some(Error::Packed { line, .. }) if cut => {
                 let note = "the gzip stream is cut after this line; the file is read up to it";
                 self.note(line, note);
             }
@@ -183,7 +222,9 @@ impl<T: Cell> Table<T> {
         }
         row.clear();
         for (k, (&column, name)) in layout.wanted.iter().zip(names).enumerate() {
-            let value = self.value(line, name, &lines.cell(column), layout.gap);
+            let text = lines.cell(column);
+            let word = (k >= layout.loose).then(|| T::of_word(&text)).flatten();
+            let value = word.map_or_else(|| self.value(line, name, &text, layout.gap), Ok);
             row.push(match (value, layout.gap) {
                 (Err(_), Some(gap)) if k >= layout.loose => gap,
                 (value, _) => value?,

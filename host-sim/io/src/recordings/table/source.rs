@@ -46,9 +46,9 @@ pub struct Source {
 }
 
 /// So many lines are searched for the names of the columns.
-const HEAD_LINES: usize = 64;
+pub const HEAD_LINES: usize = 256;
 /// A file with longer lines shows fewer of them, bytes.
-const HEAD_BYTES: usize = 1 << 16;
+const HEAD_BYTES: usize = 1 << 18;
 
 /// The bytes of a file behind those that have been read to see its first line.
 pub(super) type Begun = io::Chain<io::Cursor<Vec<u8>>, Text>;
@@ -94,7 +94,7 @@ impl Source {
         self.head.first().cloned().unwrap_or_default()
     }
 
-    /// The values on the first lines of the file, at most 64 of them.
+    /// The values on the first lines of the file, at most [`HEAD_LINES`].
     pub fn head(&self) -> &[Vec<String>] {
         &self.head
     }
@@ -131,7 +131,7 @@ fn is_no_text(byte: u8) -> bool {
 /// Opens a file and reads it up to the end of its first line at least.
 fn begin(file: &Path, separator: Separator) -> Result<Begun, Error> {
     let mut text = Text {
-        bytes: Input::open(file, &|_, _| {})?,
+        bytes: Input::text(file, &|_, _| {})?,
         separator,
         lines: 0,
         last: b'\n',
@@ -179,17 +179,10 @@ pub(super) struct Text {
 impl Text {
     /// Why a file cannot be read further.
     fn fault(&self, file: &Path, fault: io::Error) -> Error {
-        if !self.bytes.gzipped {
+        if !self.bytes.packed {
             return Error::reading(file, fault);
         }
-        Error::DamagedGzip {
-            file: file.to_path_buf(),
-            line: self.lines,
-            fault: match fault.kind() {
-                io::ErrorKind::UnexpectedEof => "cut short",
-                _ => "damaged",
-            },
-        }
+        Error::unpacking(file, self.bytes.at, self.lines, &fault)
     }
 }
 

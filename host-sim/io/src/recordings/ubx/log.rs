@@ -58,7 +58,13 @@ impl Log {
         let mut log = Self::default();
         let mut bytes = Vec::new();
         loop {
-            let more = Read::by_ref(input).take(PIECE).read_to_end(&mut bytes)?;
+            let more = match Read::by_ref(input).take(PIECE).read_to_end(&mut bytes) {
+                Err(_) if input.ended => {
+                    log.cut = true;
+                    0
+                }
+                more => more?,
+            };
             let used = log.messages(&bytes, more == 0);
             bytes.drain(..used);
             if more == 0 {

@@ -92,7 +92,8 @@ pub fn read(file: &Path, choice: &Choice, progress: Progress<'_>) -> Result<Read
 /// Reads a log, with notes for the user.
 fn open(file: &Path, progress: Progress<'_>) -> Result<(Log, Vec<String>), Error> {
     let mut input = Input::open(file, progress)?;
-    let log = Log::read(&mut input).map_err(|e| Error::reading(file, e))?;
+    let log = Log::read(&mut input);
+    let log = log.map_err(|e| input.fault(file, e))?;
     if log.messages == 0 {
         let problem = format!("has {} bytes and no UBX message", input.at);
         let remedy = "give a log of UBX messages; u-center records them as .ubx";

@@ -17,7 +17,7 @@ use super::store::{Column, IN_MEMORY};
 use host_core::error::{Error, excerpt};
 use host_core::inertial::units::{DEG, DEG_PER_H, G0, UG};
 use host_core::list::{Writer, median};
-use host_io::recordings::table::{Layout, Separator, Source, Table};
+use host_io::recordings::table::{HEAD_LINES, Layout, Separator, Source, Table};
 use host_io::recordings::{ACCEL_LSB_MPS, GYRO_LSB_RAD, RATE_HZ};
 use std::path::Path;
 
@@ -37,6 +37,8 @@ pub struct Choice {
     pub columns: Vec<String>,
     /// Samples per second, instead of those of the time column or of the format.
     pub rate_hz: Option<f64>,
+    /// Lines before that of the names, which is looked for by default.
+    pub skip_lines: Option<usize>,
 }
 
 /// A column with the output of a sensor.
@@ -61,16 +63,10 @@ struct Sensor {
 /// Any fault of the file, with line and column; a column that does not exist; an unknown sample
 /// rate; too few samples; long columns need temporary files, and they cannot be written.
 pub fn load(file: &Path, choice: &Choice, notes: &mut Vec<String>) -> Result<Vec<Column>, Error> {
-    let source = Source::open(file, Separator::COMMA)?;
-    let first = source.header(EXAMPLE)?;
-    let named = |line: &Vec<String>| choose(file, line, choice).is_ok();
-    // the first line says what is wrong where none has the names
-    let (before, names) = match source.head().iter().position(named) {
-        Some(before) => (before, source.head()[before].clone()),
-        None => (0, first),
-    };
+    let (source, before) = open(file, choice)?;
+    let names = source.head()[before].clone();
     let sensors = choose(file, &names, choice)?;
-    if before > 0 {
+    if before > 0 && choice.skip_lines.is_none() {
         let text = format!("the lines before line {} are left out", before + 1);
         notes.push(format!("{}: {text}", file.display()));
     }
@@ -117,6 +113,38 @@ pub fn load(file: &Path, choice: &Choice, notes: &mut Vec<String>) -> Result<Vec
         values,
     };
     Ok(sensors.into_iter().zip(lists).map(column).collect())
+}
+
+/// Opens a file by the first separator with which a line has known names. Returns also the number
+/// of the lines before it.
+fn open(file: &Path, choice: &Choice) -> Result<(Source, usize), Error> {
+    let named = |line: &Vec<String>| choose(file, line, choice).is_ok();
+    let skip = choice.skip_lines;
+    for separator in [b',', b';', b'\t'].map(Separator::Char) {
+        let source = Source::open(file, separator)?;
+        let mut lines = source.head().iter().enumerate().skip(skip.unwrap_or(0));
+        let found = lines
+            .find(|(_, line)| named(line))
+            .map(|(before, _)| before);
+        if let Some(before) = found.filter(|before| skip.is_none_or(|skip| skip == *before)) {
+            return Ok((source, before));
+        }
+    }
+    // the line says what is wrong where none has the names
+    let source = Source::open(file, Separator::COMMA)?;
+    let _ = source.header(EXAMPLE)?;
+    let before = skip.unwrap_or(0);
+    if source.head().len() > before {
+        return Ok((source, before));
+    }
+    Err(Error::Option {
+        option: "--skip-lines".to_owned(),
+        problem: format!("is {before}, and {} names no columns there", file.display()),
+        remedy: format!(
+            "give the number of lines before the names of the columns, at most {}",
+            HEAD_LINES - 1
+        ),
+    })
 }
 
 fn no_rate(file: &Path) -> Error {

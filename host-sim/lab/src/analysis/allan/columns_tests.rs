@@ -75,6 +75,7 @@ fn a_column_and_a_rate_can_be_given() {
     let choice = Choice {
         columns: vec!["roll_rad".into()],
         rate_hz: Some(20.0),
+        ..Choice::default()
     };
     let series = load_text(&text, &choice).unwrap();
     assert_eq!(

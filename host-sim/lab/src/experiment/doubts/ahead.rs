@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use super::measure::{Kind, Measure};
+use super::turning::courses;
 use host_core::inertial::units::G0;
 use nalgebra::Vector3;
 
@@ -17,8 +18,8 @@ const LEAST: f64 = 0.3;
 const TOGETHER: f64 = 0.6;
 const BETTER: f64 = 0.6;
 
-/// Which axis accelerates as the fixes do; `None` where the fixes have no velocities or change them
-/// too little, or where none does.
+/// Which axis accelerates as the fixes do; `None` where they change their velocities too little, or
+/// where none does. Fixes without velocities have those between them.
 pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     let pairs = pairs(evidence);
     if pairs.len() < PAIRS {
@@ -73,23 +74,18 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
 /// Acceleration along, with the part of gravity that a climb turns there, and to the right by two
 /// fixes, and the mean specific force between them, forward and right.
 fn pairs(evidence: &Evidence) -> Vec<[f64; 4]> {
-    let fixes = &evidence.fixes;
     let mut out = Vec::new();
     let mut begin = None;
-    for fix in fixes {
-        let Some([n1, e1, d1]) = fix.measured_velocity() else {
-            continue;
-        };
-        let d1 = if fix.has(5..6) { d1 } else { 0.0 };
-        let (from, [n0, e0, d0]) = *begin.get_or_insert((fix.time, [n1, e1, d1]));
-        let dt = fix.time - from;
+    for (time, span, [n1, e1, d1]) in velocities(evidence) {
+        let (from, [n0, e0, d0]) = *begin.get_or_insert((time, [n1, e1, d1]));
+        let dt = time - from;
         if dt < APART_S[0] {
             continue;
         }
-        begin = Some((fix.time, [n1, e1, d1]));
+        begin = Some((time, [n1, e1, d1]));
         let speeds: [f64; 2] = [n0.hypot(e0), n1.hypot(e1)];
-        let pushed = evidence.pushed(from).zip(evidence.pushed(fix.time));
-        let Some((before, after)) = pushed.filter(|_| dt <= APART_S[1]) else {
+        let pushed = evidence.pushed(from).zip(evidence.pushed(time));
+        let Some((before, after)) = pushed.filter(|_| dt <= APART_S[1].max(1.5 * span)) else {
             continue;
         };
         if speeds[0].min(speeds[1]) < COURSE_MPS {
@@ -103,6 +99,24 @@ fn pairs(evidence: &Evidence) -> Vec<[f64; 4]> {
         out.push([along, across, force.x, force.y]);
     }
     out
+}
+
+/// Times, the time over which each is a mean, and velocities north, east and down; down is 0 where
+/// it is not measured.
+pub(super) fn velocities(evidence: &Evidence) -> Vec<(f64, f64, [f64; 3])> {
+    let measured = evidence.fixes.iter().filter_map(|fix| {
+        let [n, e, d] = fix.measured_velocity()?;
+        Some((fix.time, 0.0, [n, e, if fix.has(5..6) { d } else { 0.0 }]))
+    });
+    let measured: Vec<_> = measured.collect();
+    if !measured.is_empty() {
+        return measured;
+    }
+    let between = courses(&evidence.fixes).into_iter().map(|course| {
+        let [n, e] = course.velocity;
+        (course.time, course.span, [n, e, 0.0])
+    });
+    between.collect()
 }
 
 fn mean(pairs: &[[f64; 4]], of: impl Fn(&[f64; 4]) -> f64) -> f64 {

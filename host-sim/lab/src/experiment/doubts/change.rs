@@ -6,36 +6,37 @@ use nalgebra::{Matrix3, Vector3};
 /// For north, east and down: which of the told north, east and down it is, and with which sign.
 pub(super) type Order = [(usize, f64); 3];
 
+/// For latitude and longitude: which of the told ones it is, and with which factor.
+pub(super) type Place = [(usize, f64); 2];
+
+const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+
 /// A change of all values of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Change {
     /// Times of the fixes: factor, then what is added, s.
     pub(super) fix_time: [f64; 2],
-    /// Factor of latitude and longitude.
-    pub(super) position: f64,
+    pub(super) position: Place,
     /// Factor of the heights.
     pub(super) height: f64,
     pub(super) order: Order,
     /// Factor of the velocities.
     pub(super) speed: f64,
-    /// Turns rates and forces of the sensors.
-    pub(super) axes: Matrix3<f64>,
-    /// Factors of gyros and accelerometers.
-    pub(super) gyro: f64,
-    pub(super) accel: f64,
+    /// Turn and scale the values of gyros and accelerometers.
+    pub(super) gyro: Matrix3<f64>,
+    pub(super) accel: Matrix3<f64>,
 }
 
 impl Change {
     /// Nothing changes.
     pub(super) const NONE: Self = Self {
         fix_time: [1.0, 0.0],
-        position: 1.0,
+        position: [(0, 1.0), (1, 1.0)],
         height: 1.0,
         order: [(0, 1.0), (1, 1.0), (2, 1.0)],
         speed: 1.0,
-        axes: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-        gyro: 1.0,
-        accel: 1.0,
+        gyro: IDENTITY,
+        accel: IDENTITY,
     };
 
     /// This change after another one.
@@ -46,14 +47,16 @@ impl Change {
                 factor * first.fix_time[0],
                 factor * first.fix_time[1] + offset,
             ],
-            position: self.position * first.position,
+            position: self.position.map(|(of, factor)| {
+                let (of, other) = first.position[of];
+                (of, factor * other)
+            }),
             height: self.height * first.height,
             order: self.order.map(|(of, sign)| {
                 let (of, other) = first.order[of];
                 (of, sign * other)
             }),
             speed: self.speed * first.speed,
-            axes: self.axes * first.axes,
             gyro: self.gyro * first.gyro,
             accel: self.accel * first.accel,
         }
@@ -71,11 +74,11 @@ impl Change {
     }
 
     pub(super) fn rate(&self, rate: &Vector3<f64>) -> Vector3<f64> {
-        self.axes * rate * self.gyro
+        self.gyro * rate
     }
 
     pub(super) fn force(&self, force: &Vector3<f64>) -> Vector3<f64> {
-        self.axes * force * self.accel
+        self.accel * force
     }
 
     pub(super) fn fix(&self, fix: &TimedFix) -> TimedFix {
@@ -83,10 +86,12 @@ impl Change {
         for (axis, (of, _)) in self.order.iter().enumerate() {
             sigmas[3 + axis] = fix.sigmas[3 + of];
         }
+        let told = [fix.lat_deg, fix.lon_deg];
+        let [lat_deg, lon_deg] = self.position.map(|(of, factor)| told[of] * factor);
         TimedFix {
             time: self.time(fix.time),
-            lat_deg: fix.lat_deg * self.position,
-            lon_deg: fix.lon_deg * self.position,
+            lat_deg,
+            lon_deg,
             height_m: fix.height_m * self.height,
             velocity: self
                 .order

@@ -82,7 +82,8 @@ impl Evidence {
         self.up_to(t).map(|[_, velocity]| velocity)
     }
 
-    fn up_to(&self, t: f64) -> Option<[Vector3<f64>; 2]> {
+    /// Rotation and velocity gained up to `t`; `None` outside the samples.
+    pub(super) fn up_to(&self, t: f64) -> Option<[Vector3<f64>; 2]> {
         let next = self.sums.partition_point(|(end, _)| *end < t);
         let ((t0, a), (t1, b)) = (self.sums.get(next.checked_sub(1)?)?, self.sums.get(next)?);
         let share = (t - t0) / (t1 - t0);

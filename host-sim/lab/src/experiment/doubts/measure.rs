@@ -11,10 +11,14 @@ use nalgebra::Vector3;
 
 /// Smallest reported difference between gravity and the force of a drive without a rest, a share.
 const DRIVE_SHARE: f64 = 0.3;
+/// A specific force of less than this share of gravity is of no unit: gravity has been taken off.
+const MISSING: f64 = 0.08;
 /// The direction of the force of a drive counts if the mean is so much of the mean size.
 const ONE_WAY: f64 = 0.95;
-/// Smallest reported ratio of rotation and change of course, as a factor either way.
-const TURNING: f64 = 2.5;
+/// Smallest reported ratio of rotation and change of course, as a factor either way; and the one
+/// where they turn together as on a road, by so much correlation. A ship yaws in waves.
+const TURNING: [f64; 2] = [2.5, 1.7];
+const AS_ONE: f64 = 0.95;
 /// Smallest reported difference of positions and velocities, as a share of the speed.
 const APART: f64 = 0.3;
 /// Time between positions that are compared with velocities, s: horizontal, and vertical.
@@ -44,6 +48,8 @@ pub(super) enum Kind {
     Turns,
     /// Changes of the specific force with those of the velocity.
     Ahead,
+    /// The specific force, as the gyros turn it, with gravity and the changes of velocity.
+    Signs,
     /// Size of the specific force with gravity.
     Gravity,
     /// Its direction with that of down.
@@ -80,12 +86,15 @@ pub(super) fn all(evidence: &Evidence, expected: &Expected) -> Vec<Measure> {
     let gravity = gravity(evidence, &rests);
     let down = down(evidence, &rests);
     let place = place(evidence, agrees);
-    let climbs = apart(evidence, true);
+    let climbs = apart(evidence, true).or_else(|| super::slope::measure(evidence));
     let ahead = super::ahead::measure(evidence);
-    [place, moves, climbs, gravity, down, turns, ahead, earth]
-        .into_iter()
-        .flatten()
-        .collect()
+    let signs = super::signs::measure(evidence);
+    [
+        place, moves, climbs, gravity, down, turns, ahead, signs, earth,
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// Positions in rad that are taken as degrees lie within 1.6 and 3.2 degrees of 0, at sea.
@@ -215,14 +224,15 @@ fn chords(
 }
 
 fn turns(evidence: &Evidence) -> Option<Measure> {
-    let factor = super::turning::factor(evidence)?;
+    let (factor, together) = super::turning::factor(evidence)?;
+    let least = TURNING[usize::from(together > AS_ONE)];
     let back = factor < 0.0;
     Some(Measure {
         kind: Kind::Turns,
         size: if back {
             2.0
         } else {
-            (factor.ln() / TURNING.ln()).abs()
+            (factor.ln() / least.ln()).abs()
         },
         problem: match back {
             true => "turns the other way than the course of the fixes".into(),
@@ -246,10 +256,15 @@ fn gravity(evidence: &Evidence, rests: &Rests) -> Option<Measure> {
         }
     };
     let off = (size / G).ln().abs();
+    let missing = if size < MISSING * G {
+        ", where gravity is missing"
+    } else {
+        " instead of gravity"
+    };
     Some(Measure {
         kind: Kind::Gravity,
         size: if wrong { 1.0 + off } else { off.min(0.99) },
-        problem: format!("gives a specific force of {size:.3} m/s2 {when} instead of gravity"),
+        problem: format!("gives a specific force of {size:.3} m/s2 {when}{missing}"),
         state: format!("the specific force is {size:.3} m/s2 {when}"),
     })
 }

@@ -5,14 +5,17 @@
 //! without a rest with gravity.
 //!
 //! A contradiction does not say which of two statements is wrong. So the mistakes that people make
-//! are fitted, in the order of one table (`table`), and the one that explains most is told.
+//! are fitted, in the order of one table (`mistakes`), and the one that explains most is told.
 
 mod ahead;
 mod change;
 mod evidence;
 mod measure;
+mod mistakes;
 mod outside;
 mod rests;
+mod signs;
+mod slope;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -94,7 +97,11 @@ impl Field {
     /// A remedy where no unit fits.
     fn unfit(&self) -> String {
         match self.named {
-            Some(_) => "check the unit; none of those that the header may name fits".into(),
+            Some(_) => {
+                "check the unit, and the range that the sensor is set to; no unit that the header \
+                           may name fits"
+                    .into()
+            }
             None => "check that the file is in the units of its format".into(),
         }
     }
@@ -221,6 +228,7 @@ pub fn doubts(
     let sheet = sheet(&rests, &expected, class);
     let mut found: Vec<Doubt> = jumps
         .into_iter()
+        .chain(outside::held(&evidence, says))
         .chain(rate(says, evidence.rate_hz))
         .collect();
     found.extend(table::doubts(

@@ -15,6 +15,10 @@ const AMONG: f64 = 0.1;
 /// Nothing moves faster, m/s, or jumps farther by an error of its receiver, m.
 const FASTEST_MPS: f64 = 1000.0;
 const FARTHEST_M: f64 = 3000.0;
+/// So many fixes at one position, as many seconds, are a receiver that holds its last one where
+/// they say that they are faster than this, m/s.
+const HELD: usize = 3;
+const MOVES_MPS: f64 = 1.0;
 /// Share by which what seems to be gravity may differ from it.
 const GRAVITY_SHARE: f64 = 0.05;
 
@@ -90,6 +94,32 @@ pub(super) fn jumps(fixes: &mut Vec<TimedFix>, says: &Says) -> Option<Doubt> {
         k += 1;
         odd.binary_search(&(k - 1)).is_err()
     });
+    let field = says.fixes.position.name.trim_end_matches(".unit");
+    Some((field.to_owned(), problem, remedy.to_owned()))
+}
+
+/// Fixes in a row that repeat a position to the last digit, although they say that they move.
+pub(super) fn held(evidence: &Evidence, says: &Says) -> Option<Doubt> {
+    let fixes = &evidence.fixes;
+    let moves = |fix: &TimedFix| {
+        let speed = fix.measured_velocity().map(|[n, e, _]| n.hypot(e));
+        fix.has_position() && speed.is_some_and(|speed| speed > MOVES_MPS)
+    };
+    let place = |fix: &TimedFix| [fix.lat_deg, fix.lon_deg];
+    let runs = fixes.chunk_by(|a, b| moves(a) && moves(b) && place(a) == place(b));
+    let long = |run: &&[TimedFix]| {
+        run.len() >= HELD && run[run.len() - 1].time - run[0].time >= HELD as f64
+    };
+    let runs: Vec<&[TimedFix]> = runs.filter(long).collect();
+    let first = runs.first()?.first()?;
+    let count: usize = runs.iter().map(|run| run.len() - 1).sum();
+    let problem = format!(
+        "repeats a position {count} times, first from {} s on, while the velocities say that it \
+         moves",
+        first.time
+    );
+    let remedy = "leave out what is no fix: receivers without one hold the last position, and say \
+                  so in another column ('gnss.valid')";
     let field = says.fixes.position.name.trim_end_matches(".unit");
     Some((field.to_owned(), problem, remedy.to_owned()))
 }

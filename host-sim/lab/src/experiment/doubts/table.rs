@@ -1,44 +1,16 @@
-//! The mistakes that people make with a recording, in the order in which they are tried. Each is
-//! fitted to the recording; the one that explains most contradictions is told, and of several that
-//! explain the same the first. What it leaves is explained in the same way, with that change.
+//! Each mistake is fitted to the recording; the one that explains most contradictions is told, and
+//! of several that explain the same the first. What it leaves is explained in the same way, with
+//! that change.
 
-use super::change::{Change, Order};
+use super::change::Change;
 use super::evidence::Evidence;
 use super::measure::{Kind, Measure, all};
-use super::{Doubt, Field, Says, TimeDoubt};
+use super::mistakes::{Candidate, TABLE, gyros};
+use super::{Doubt, Says, TimeDoubt};
 use firmware::plausibility::Expected;
-use host_io::recordings::clocks;
-use nalgebra::Matrix3;
-use std::f64::consts::PI;
 
 /// Most mistakes that are told of one recording.
 const MOST: usize = 4;
-
-/// A fitted mistake.
-struct Candidate {
-    /// The recording without the mistake.
-    change: Change,
-    /// The field that states it wrongly.
-    field: String,
-    /// What to write instead.
-    remedy: String,
-}
-
-/// A mistake: the candidates for what a recording may be like without it.
-type Mistake = fn(&Says, Option<&TimeDoubt>) -> Vec<Candidate>;
-
-/// The order of the mistakes.
-const TABLE: [Mistake; 9] = [
-    time_offset,
-    time_unit,
-    position_unit,
-    velocity_order,
-    velocity_unit,
-    height_unit,
-    axes,
-    gyro_unit,
-    accel_unit,
-];
 
 /// The contradictions of a recording, each with the mistake that explains it if there is one.
 /// `clock`: the offset of the clocks that the data contradict; `again` finds it anew after a
@@ -57,7 +29,8 @@ pub(super) fn doubts(
     while now.iter().any(Measure::contradicts) && out.len() < MOST {
         let fitted = TABLE
             .iter()
-            .flat_map(|mistake| mistake(says, clock.as_ref()));
+            .flat_map(|mistake| mistake(says, clock.as_ref()))
+            .filter(|candidate| is_on_earth(evidence, &candidate.change.after(&change)));
         let tried = fitted.map(|candidate| {
             let next = candidate.change.after(&change);
             let clock = clock
@@ -96,6 +69,12 @@ pub(super) fn doubts(
             .map(|m| plain(m, says)),
     );
     out
+}
+
+/// Whether the positions are still some.
+fn is_on_earth(evidence: &Evidence, change: &Change) -> bool {
+    let fixes = evidence.fixes.iter().take(1).map(|fix| change.fix(fix));
+    { fixes }.all(|fix| fix.lat_deg.abs() < 90.0 && fix.lon_deg.abs() <= 360.0)
 }
 
 /// All comparisons under a change.
@@ -142,6 +121,8 @@ fn is_explained(measure: &Measure, after: &[Measure]) -> bool {
             Kind::Time => of(Kind::Time, after).is_none(),
             // gyros whose unit the course shows are not compared with the Earth
             Kind::Earth => fits(Kind::Earth) || fits(Kind::Turns),
+            // what is right agrees well, and noise only adds a little
+            Kind::Moves => of(Kind::Moves, after).is_some_and(|m| m.size < 0.5),
             kind => fits(kind),
         }
 }
@@ -204,6 +185,15 @@ fn plain(measure: &Measure, says: &Says) -> Doubt {
             let remedy = "check the columns of the accelerometers and the axes";
             return (says.axes.0.clone(), measure.problem.clone(), remedy.into());
         }
+        Kind::Signs => {
+            let remedy = "check the signs and the axes of the gyros";
+            return (gyros(says), measure.problem.clone(), remedy.into());
+        }
+        Kind::Gravity if measure.problem.contains("where gravity is missing") => (
+            &says.accel,
+            "give the specific force as the sensors measure it, with gravity; it seems to have \
+             been taken off (\"linear acceleration\")",
+        ),
         Kind::Gravity => (&says.accel, ""),
         Kind::Earth => (&says.gyro, "check the unit, and the bias of the datasheet"),
         Kind::Down => {
@@ -219,238 +209,4 @@ fn plain(measure: &Measure, says: &Says) -> Doubt {
         true => field.unfit(),
     };
     (field.name.clone(), measure.problem.clone(), remedy)
-}
-
-fn time_offset(says: &Says, clock: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let Some(clock) = clock else {
-        return Vec::new();
-    };
-    let why = clocks::named(clock.best_s).map_or(String::new(), |name| format!(" ({name})"));
-    vec![Candidate {
-        change: Change {
-            fix_time: [1.0, clock.best_s - clock.stated_s],
-            ..Change::NONE
-        },
-        field: says.fixes.time.name.clone(),
-        remedy: format!(
-            "give {:.2} s{why}, or have it estimated (--estimate-time-offset)",
-            clock.best_s
-        ),
-    }]
-}
-
-/// Candidates for the unit of a field: those that it could name, or `known` where it has no choice.
-fn units(field: &Field, known: &[(&str, f64)], change: impl Fn(f64) -> Change) -> Vec<Candidate> {
-    let one = |name: &str, factor: f64, remedy: String| {
-        let differs = (factor.ln()).abs() > 1e-6;
-        differs.then(|| Candidate {
-            change: change(factor),
-            field: field.name.clone(),
-            remedy: remedy.replace("NAME", name),
-        })
-    };
-    let Some((_, named)) = &field.named else {
-        let all = known.iter().map(|(name, factor)| {
-            let remedy = "check that the file is in the units of its format; NAME would fit";
-            one(name, *factor, remedy.into())
-        });
-        return all.flatten().collect();
-    };
-    let choices = field
-        .units
-        .iter()
-        .map(|(name, unit)| (name.as_str(), unit / named));
-    let others = known.iter().map(|(name, factor)| (*name, *factor));
-    let mut out: Vec<Candidate> = Vec::new();
-    for (k, (name, factor)) in choices.chain(others).enumerate() {
-        let remedy = match k < field.units.len() {
-            true => "the unit 'NAME' would fit",
-            false => "convert the values, which seem to be in NAME",
-        };
-        let seen = out.iter().any(|c| c.change == change(factor));
-        out.extend(one(name, factor, remedy.into()).filter(|_| !seen));
-    }
-    out
-}
-
-fn time_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    units(&says.fixes.time_unit, &[], |factor| Change {
-        fix_time: [factor, 0.0],
-        ..Change::NONE
-    })
-}
-
-fn position_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    units(&says.fixes.position, &[("rad", 180.0 / PI)], |position| {
-        Change {
-            position,
-            ..Change::NONE
-        }
-    })
-}
-
-/// The orders that are in use come first.
-fn velocity_order(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let (n, e, d) = ((0, 1.0), (1, 1.0), (2, 1.0));
-    let minus = |(of, sign): (usize, f64)| (of, -sign);
-    let orders: [Order; 10] = [
-        [e, n, minus(d)],
-        [n, e, minus(d)],
-        [e, n, d],
-        [n, minus(e), minus(d)],
-        [n, minus(e), d],
-        [minus(n), minus(e), d],
-        [minus(n), e, d],
-        [minus(e), n, d],
-        [e, minus(n), d],
-        [minus(e), minus(n), d],
-    ];
-    let all = orders.into_iter().map(|order| Candidate {
-        change: Change {
-            order,
-            ..Change::NONE
-        },
-        field: says.fixes.order.0.clone(),
-        remedy: order_remedy(says.fixes.order.1, order),
-    });
-    all.collect()
-}
-
-/// What the columns hold if the velocity is `order` of the told one.
-fn order_remedy(told: Option<Order>, order: Order) -> String {
-    let told = told.unwrap_or(Change::NONE.order);
-    let mut columns = ["?"; 3];
-    let names = [["north", "south"], ["east", "west"], ["down", "up"]];
-    for (axis, (of, sign)) in order.into_iter().enumerate() {
-        let (column, told_sign) = told[of];
-        columns[column] = names[axis][usize::from(sign * told_sign < 0.0)];
-    }
-    let known = match columns {
-        ["north", "east", "down"] => "the order 'ned' would fit: ",
-        ["east", "north", "up"] => "the order 'enu' would fit: ",
-        ["north", "east", "up"] => "the order 'neu' would fit: ",
-        _ => "change the columns: ",
-    };
-    format!("{known}they seem to hold {}", columns.join(", "))
-}
-
-fn velocity_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let known = [
-        ("km/h", 1.0 / 3.6),
-        ("knots", 1852.0 / 3600.0),
-        ("ft/s", 0.3048),
-        ("mm/s", 1e-3),
-        ("cm/s", 1e-2),
-    ];
-    units(&says.fixes.velocity, &known, |speed| Change {
-        speed,
-        ..Change::NONE
-    })
-}
-
-fn height_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let known = [("ft", 0.3048), ("mm", 1e-3), ("cm", 1e-2)];
-    units(&says.fixes.height, &known, |height| Change {
-        height,
-        ..Change::NONE
-    })
-}
-
-/// The rotations by multiples of 90 degrees, which leave the forward axis as it is where they can;
-/// columns in each other's place or with the wrong sign; and gyros with the wrong sign.
-fn axes(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let (field, example) = &says.axes;
-    let mut out: Vec<Candidate> = [1.0, -1.0]
-        .into_iter()
-        .flat_map(turned)
-        .map(|axes| Candidate {
-            change: Change {
-                axes,
-                ..Change::NONE
-            },
-            field: field.clone(),
-            remedy: axes_remedy(&axes, example),
-        })
-        .collect();
-    out.push(Candidate {
-        change: Change {
-            gyro: -1.0,
-            ..Change::NONE
-        },
-        field: field.clone(),
-        remedy: format!("check the signs, as in {example}"),
-    });
-    out
-}
-
-/// What is forward, right and down if `axes` turns the told ones into the right ones.
-fn axes_remedy(axes: &Matrix3<f64>, example: &str) -> String {
-    let names = ["forward", "right", "down"];
-    let now = names.iter().enumerate().map(|(row, name)| {
-        let column = (0..3).find(|column| axes[(row, *column)] != 0.0);
-        let column = column.unwrap_or_default();
-        let against = if axes[(row, column)] < 0.0 {
-            "against "
-        } else {
-            ""
-        };
-        format!(
-            "{name} seems to be {against}what is called {}",
-            names[column]
-        )
-    });
-    let now: Vec<String> = now.collect();
-    match axes[(2, 2)] > 0.0 {
-        true => format!("turn the axes: {}", now[..2].join(", and ")),
-        false => format!(
-            "give the axis that points down as the third one, as in {example}: {}",
-            now[2]
-        ),
-    }
-}
-
-/// All rotations by multiples of 90 degrees but none at all; with `hand` -1 all others that put
-/// axes into each other's place.
-fn turned(hand: f64) -> Vec<Matrix3<f64>> {
-    let mut out = Vec::new();
-    for order in [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [2, 1, 0],
-        [1, 2, 0],
-        [2, 0, 1],
-    ] {
-        for signs in 0..8u8 {
-            let mut matrix = Matrix3::zeros();
-            for (row, column) in order.into_iter().enumerate() {
-                matrix[(row, column)] = if signs >> row & 1 == 0 { 1.0 } else { -1.0 };
-            }
-            if matrix.determinant() * hand > 0.0 && matrix != Change::NONE.axes {
-                out.push(matrix);
-            }
-        }
-    }
-    out
-}
-
-fn gyro_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    units(
-        &says.gyro,
-        &[("deg", PI / 180.0), ("rad", 180.0 / PI)],
-        |gyro| Change {
-            gyro,
-            ..Change::NONE
-        },
-    )
-}
-
-fn accel_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let g = host_core::inertial::units::G0;
-    units(&says.accel, &[("g", g), ("m/s2", 1.0 / g)], |accel| {
-        Change {
-            accel,
-            ..Change::NONE
-        }
-    })
 }

@@ -22,13 +22,13 @@ const TOGETHER: f64 = 0.7;
 /// Metres of a degree of latitude.
 const DEGREE_M: f64 = 111_200.0;
 
-/// The factor from changes of course to rotation about the down axis. On a straight road only
-/// rotations that are far too large can be detected.
+/// The factor from changes of course to rotation about the down axis, and their correlation. On a
+/// straight road only rotations that are far too large can be detected.
 ///
 /// The noise of the courses adds to their squares and not to the products, so that it makes the
 /// factor too small. Where the noise is not small compared with the turns, or rotation and course
 /// do not turn together, there is no factor.
-pub(super) fn factor(evidence: &Evidence) -> Option<f64> {
+pub(super) fn factor(evidence: &Evidence) -> Option<(f64, f64)> {
     let courses = courses(&evidence.fixes);
     let turns: Vec<Option<f64>> = courses.iter().map(|c| evidence.turned(c.time)).collect();
     let (mut turned, mut product, mut square, mut noise) = (0.0, 0.0, 0.0, 0.0);
@@ -57,29 +57,32 @@ pub(super) fn factor(evidence: &Evidence) -> Option<f64> {
         noise += variance;
     }
     if turned > TURNS {
-        let together = product.abs() > TOGETHER * (square * rotated).sqrt();
-        return (square > CLEAR * noise && together && rotated > 0.0).then(|| product / square);
+        let together = product.abs() / (square * rotated).sqrt();
+        let is_one = square > CLEAR * noise && together > TOGETHER;
+        return is_one.then(|| (product / square, together));
     }
     let [pairs, course, rotation, noise] = straight;
     let [course, rotation] = [course + noise, rotation].map(|sum: f64| (sum / pairs).sqrt());
-    (rotation > STRAIGHT + course).then(|| rotation / course.max(0.1 * TURN))
+    (rotation > STRAIGHT + course).then(|| (rotation / course.max(0.1 * TURN), 0.0))
 }
 
 /// A course over ground.
 #[derive(Debug, Clone, Copy)]
-struct Course {
+pub(super) struct Course {
     /// Time of validity, s.
-    time: f64,
+    pub(super) time: f64,
     /// Time between the fixes of which it is the difference, s; 0 if it was measured.
-    span: f64,
+    pub(super) span: f64,
     /// North and east, m/s.
-    velocity: [f64; 2],
+    pub(super) velocity: [f64; 2],
+    /// The mean of the heights, m.
+    pub(super) height: f64,
     /// Standard deviation of each, m/s.
     sigma: f64,
 }
 
 impl Course {
-    fn speed(&self) -> f64 {
+    pub(super) fn speed(&self) -> f64 {
         let [n, e] = self.velocity;
         n.hypot(e)
     }
@@ -99,7 +102,7 @@ impl Course {
 /// The courses that the fixes have measured; without velocities those between positions that are
 /// [`CHORD_S`] apart, since the noise of positions of every second is as large as the distance
 /// between them.
-fn courses(fixes: &[TimedFix]) -> Vec<Course> {
+pub(super) fn courses(fixes: &[TimedFix]) -> Vec<Course> {
     let mut out = Vec::new();
     let mut from: Option<&TimedFix> = None;
     for fix in fixes {
@@ -109,6 +112,7 @@ fn courses(fixes: &[TimedFix]) -> Vec<Course> {
                 time: fix.time,
                 span: 0.0,
                 velocity: [n, e],
+                height: fix.height_m,
                 sigma: north.max(east),
             });
             from = None;
@@ -130,6 +134,7 @@ fn courses(fixes: &[TimedFix]) -> Vec<Course> {
                 time: first.time + 0.5 * span,
                 span,
                 velocity: [n, e],
+                height: 0.5 * (first.height_m + fix.height_m),
                 sigma: std::f64::consts::SQRT_2 * fix.sigmas[0].max(fix.sigmas[1]) / span,
             });
         }

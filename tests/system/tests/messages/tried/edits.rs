@@ -62,6 +62,44 @@ pub fn fixes(dir: &Path, columns: &[usize], change: impl Fn(f64) -> f64) {
     });
 }
 
+/// Multiplies cells of imu.csv.
+pub fn scaled(dir: &Path, columns: &[usize], factor: f64) {
+    lines(dir, "imu.csv", |_, cells| {
+        for column in columns {
+            cells[*column] = format!("{:?}", factor * cells[*column].parse::<f64>().unwrap());
+        }
+    });
+}
+
+/// Takes the velocities out of header.toml.
+pub fn without_velocities(dir: &Path) {
+    text(dir, "header.toml", |old| {
+        let rest = old.lines().filter(|line| !line.starts_with("velocity"));
+        rest.map(|line| format!("{line}\n")).collect()
+    });
+}
+
+/// Writes a text in UTF-16, with its mark.
+pub fn wide(dir: &Path, name: &str, text: &str) {
+    let marked = format!("\u{feff}{text}");
+    let bytes: Vec<u8> = marked.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    std::fs::write(dir.join(name), bytes).unwrap();
+}
+
+/// The fixes as reports of gpsd. Time 0 is the begin of GPS week 2400.
+pub fn gpsd(dir: &Path) -> String {
+    let report = |line: &str| {
+        let c: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let unix = 315_964_800.0 + 2400.0 * 604_800.0 - 18.0 + c[0];
+        let [lat, lon, height, n, e, d] = [c[1], c[2], c[3], c[4], c[5], c[6]];
+        format!(
+            "{{\"class\":\"TPV\",\"mode\":3,\"time\":{unix},\"lat\":{lat},\"lon\":{lon},\
+             \"altHAE\":{height},\"velN\":{n},\"velE\":{e},\"velD\":{d}}}\n"
+        )
+    };
+    read(dir, "gnss.csv").lines().skip(1).map(report).collect()
+}
+
 pub fn header(dir: &Path, from: &str, to: &str) {
     text(dir, "header.toml", |old| {
         assert!(old.contains(from), "{from}");

@@ -1,8 +1,8 @@
 //! Forms of files, what gets lost in conversions, and what commands refuse.
 
 use super::edits::{
-    CONVERT, Case, fixes, gzip, header, lines, read, repeat_a_stamp, rest, text, three_of_four,
-    write,
+    CONVERT, Case, fixes, gpsd, gzip, header, lines, read, repeat_a_stamp, rest, text,
+    three_of_four, wide, write,
 };
 
 pub const CASES: &[Case] = &[
@@ -81,6 +81,33 @@ pub const CASES: &[Case] = &[
         },
         args: "convert csv --header header.toml --fixes x.pos --to csv --out o",
         told: &["x.pos: 361 fixes (RTKLIB)"],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "reports of gpsd (lines of JSON) beside the samples",
+        make: |dir| write(dir, "x.json", &gpsd(dir)),
+        args: "convert csv --header header.toml --fixes x.json --to csv --out o",
+        told: &["x.json: 361 fixes (gpsd)"],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "the same in UTF-16, with a last line that is cut",
+        make: |dir| {
+            let text = gpsd(dir);
+            wide(dir, "x.json", &text[..text.len() - 30]);
+        },
+        args: "convert csv --header header.toml --fixes x.json --to csv --out o",
+        told: &["x.json: 360 fixes (gpsd)", "ends within a line"],
+        result: "36000 samples, 360 fixes",
+    },
+    Case {
+        input: "a spreadsheet's \"Unicode text\" (UTF-16, tabs)",
+        make: |dir| {
+            wide(dir, "imu.csv", &read(dir, "imu.csv").replace(',', "\t"));
+            header(dir, "[imu]", "[imu]\nseparator = 'tab'");
+        },
+        args: CONVERT,
+        told: &[],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -175,6 +202,66 @@ pub const CASES: &[Case] = &[
         result: "refused",
     },
     Case {
+        input: "a web page in place of the file",
+        make: |dir| write(dir, "gnss.csv", "<!DOCTYPE html>\n<html>Log in</html>\n"),
+        args: CONVERT,
+        told: &["gnss.csv: is a web page (HTML)", "download the file itself"],
+        result: "refused",
+    },
+    Case {
+        input: "a spreadsheet (.xlsx) in place of the file",
+        make: |dir| write(dir, "gnss.csv", "PK\u{3}\u{4}\u{14}"),
+        args: CONVERT,
+        told: &["gnss.csv: is a zip archive or a spreadsheet", "as CSV"],
+        result: "refused",
+    },
+    Case {
+        input: "a gzipped file of which only the first bytes are there",
+        make: |dir| gzip(dir, "imu.csv", 1e-6),
+        args: CONVERT,
+        told: &["imu.csv: the compressed data end after 0 unpacked bytes"],
+        result: "refused",
+    },
+    Case {
+        input: "one line of the fixes twice",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| {
+                let line = old.lines().nth(200).unwrap();
+                old.replacen(line, &format!("{line}\n{line}"), 1)
+            });
+        },
+        args: CONVERT,
+        told: &["1 lines from 199 to 199 s are no fixes: the time is that of the line before"],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "one line of the samples twice",
+        make: |dir| {
+            text(dir, "imu.csv", |old| {
+                let line = old.lines().nth(200).unwrap();
+                old.replacen(line, &format!("{line}\n{line}"), 1)
+            });
+        },
+        args: CONVERT,
+        told: &[
+            "imu.csv:202: column 't': time 2 follows 2",
+            "the same time comes twice",
+        ],
+        result: "refused",
+    },
+    Case {
+        input: "a column `valid` of the letters A and V, as in NMEA",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| old.replacen("vd\n", "vd,valid\n", 1));
+            lines(dir, "gnss.csv", |k, cells| {
+                cells.push(if k < 10 { "V" } else { "A" }.to_owned());
+            });
+        },
+        args: CONVERT,
+        told: &["10 lines from 0 to 9 s are no fixes: 'valid' says that there is none"],
+        result: "36000 samples, 351 fixes",
+    },
+    Case {
         input: "a file with one sample",
         make: |dir| {
             text(dir, "imu.csv", |old| {
@@ -213,6 +300,21 @@ pub const CASES: &[Case] = &[
         args: "allan rest.csv",
         told: &["column 't_s'", "in ms they would be 100 samples a second"],
         result: "refused",
+    },
+    Case {
+        input: "lines before the names, semicolons and UTF-16, to `allan`",
+        make: |dir| {
+            rest(
+                dir,
+                "t_s,wx_radps,wy_radps,wz_radps,ax_mps2,ay_mps2,az_mps2",
+                1.0,
+            );
+            let text = format!("Logger 2.1\n\n{}", read(dir, "rest.csv"));
+            wide(dir, "rest.csv", &text.replace(',', ";"));
+        },
+        args: "allan rest.csv --column wx_radps",
+        told: &["the lines before line 3 are left out"],
+        result: "",
     },
     Case {
         input: "accelerometers in m/s2 under names of g, to `allan`",

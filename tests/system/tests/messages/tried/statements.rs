@@ -1,6 +1,9 @@
 //! Files that say of themselves what is not so: no fix, units, order, axes, clocks.
 
-use super::edits::{CONVERT, Case, SIMULATED, STRICT, fixes, header, lines, simulated, text};
+use super::edits::{
+    CONVERT, Case, SIMULATED, STRICT, fixes, header, lines, scaled, simulated, text,
+    without_velocities,
+};
 
 pub const CASES: &[Case] = &[
     Case {
@@ -145,6 +148,60 @@ pub const CASES: &[Case] = &[
         result: "refused",
     },
     Case {
+        input: "latitude and longitude in each other's column, both possible",
+        make: |dir| lines(dir, "gnss.csv", |_, cells| cells.swap(1, 2)),
+        args: STRICT,
+        told: &["'gnss.latitude'", "seem to have changed places"],
+        result: "warned",
+    },
+    Case {
+        input: "west longitudes without their sign",
+        make: |dir| fixes(dir, &[2], |v| -v),
+        args: STRICT,
+        told: &["'gnss.longitude.unit'", "west is negative: the unit '-deg'"],
+        result: "warned",
+    },
+    Case {
+        input: "the same with the unit `-deg`",
+        make: |dir| {
+            fixes(dir, &[2], |v| -v);
+            header(dir, "'lon', unit = 'deg'", "'lon', unit = '-deg'");
+        },
+        args: CONVERT,
+        told: &[],
+        result: "36000 samples, 361 fixes",
+    },
+    Case {
+        input: "the same without velocities",
+        make: |dir| {
+            fixes(dir, &[2], |v| -v);
+            without_velocities(dir);
+        },
+        args: STRICT,
+        told: &["'gnss.longitude.unit'", "west is negative"],
+        result: "warned",
+    },
+    Case {
+        input: "south latitudes without their sign",
+        make: |dir| fixes(dir, &[1], |v| -v),
+        args: STRICT,
+        told: &["'gnss.latitude.unit'", "south is negative"],
+        result: "warned",
+    },
+    Case {
+        input: "positions that the receiver holds for 20 s in mid-drive",
+        make: |dir| {
+            lines(dir, "gnss.csv", |k, cells| {
+                if (200..220).contains(&k) {
+                    cells[1..4].clone_from_slice(&["45.84", "5.74", "310"].map(str::to_owned));
+                }
+            });
+        },
+        args: STRICT,
+        told: &["repeats a position 19 times, first from 200 s on"],
+        result: "warned",
+    },
+    Case {
         input: "velocities in km/h, given as m/s",
         make: |dir| fixes(dir, &[4, 5, 6], |v| 3.6 * v),
         args: STRICT,
@@ -213,6 +270,27 @@ pub const CASES: &[Case] = &[
         result: "warned",
     },
     Case {
+        input: "one gyro with the wrong sign",
+        make: |dir| scaled(dir, &[3], -1.0),
+        args: STRICT,
+        told: &["'imu.gyro'", "the gyros of the axes called down"],
+        result: "warned",
+    },
+    Case {
+        input: "accelerations without gravity",
+        make: |dir| {
+            lines(dir, "imu.csv", |_, cells| {
+                cells[6] = format!("{:?}", cells[6].parse::<f64>().unwrap() + 9.806);
+            });
+        },
+        args: STRICT,
+        told: &[
+            "'imu.accel.unit'",
+            "with gravity; it seems to have been taken off",
+        ],
+        result: "warned",
+    },
+    Case {
         input: "the columns of gyros and accelerometers in each other's place",
         make: |dir| {
             header(dir, "'gx', 'gy', 'gz'", "'Ax', 'Ay', 'Az'");
@@ -225,26 +303,14 @@ pub const CASES: &[Case] = &[
     },
     Case {
         input: "rates in deg/s, given as rad/s",
-        make: |dir| {
-            lines(dir, "imu.csv", |_, cells| {
-                for cell in &mut cells[1..4] {
-                    *cell = format!("{:?}", cell.parse::<f64>().unwrap().to_degrees());
-                }
-            });
-        },
+        make: |dir| scaled(dir, &[1, 2, 3], 1f64.to_degrees()),
         args: STRICT,
         told: &["'imu.gyro.unit'", "the unit 'deg/s' would fit"],
         result: "warned",
     },
     Case {
         input: "accelerometers in g, given as m/s^2",
-        make: |dir| {
-            lines(dir, "imu.csv", |_, cells| {
-                for cell in &mut cells[4..7] {
-                    *cell = format!("{:?}", cell.parse::<f64>().unwrap() / 9.80665);
-                }
-            });
-        },
+        make: |dir| scaled(dir, &[4, 5, 6], 1.0 / 9.80665),
         args: STRICT,
         told: &["'imu.accel.unit'", "the unit 'g' would fit"],
         result: "warned",
@@ -330,11 +396,7 @@ pub const CASES: &[Case] = &[
         input: "an aircraft whose x and y axes point backwards and to the left",
         make: |dir| {
             simulated(dir, "aircraft");
-            lines(dir, "imu.csv", |_, cells| {
-                for column in [1, 2, 4, 5] {
-                    cells[column] = format!("{:?}", -cells[column].parse::<f64>().unwrap());
-                }
-            });
+            scaled(dir, &[1, 2, 4, 5], -1.0);
         },
         args: SIMULATED,
         told: &[
@@ -346,9 +408,7 @@ pub const CASES: &[Case] = &[
     Case {
         input: "times of the samples in ms, given as s",
         make: |dir| {
-            lines(dir, "imu.csv", |_, cells| {
-                cells[0] = format!("{}", 1000.0 * cells[0].parse::<f64>().unwrap());
-            });
+            scaled(dir, &[0], 1000.0);
         },
         args: CONVERT,
         told: &["'imu.time' has a median step of 10 s", "'ms' would fit"],

@@ -3,6 +3,7 @@
 
 use super::*;
 use host_core::inertial::units::G0;
+use nalgebra::Rotation3;
 
 /// What `replay csv` says of a header with these units and this order.
 fn says() -> Says {
@@ -65,10 +66,17 @@ fn each_sample(record: &mut Record, change: impl Fn(Increment) -> Increment) {
     record.samples = record.samples.each().map(change).collect();
 }
 
+fn turned_gyros(sample: Increment, signs: [f64; 3]) -> Increment {
+    Increment {
+        dtheta: sample.dtheta.component_mul(&Vector3::from(signs)),
+        ..sample
+    }
+}
+
 /// A mistake in a recording, the field that is told, and a part of the remedy.
 type Made = (&'static str, fn(&mut Record), &'static str, &'static str);
 
-const MADE: [Made; 15] = [
+const MADE: [Made; 19] = [
     (
         "18 s",
         |r| r.move_fixes(-18.0),
@@ -96,6 +104,24 @@ const MADE: [Made; 15] = [
         },
         "gnss.latitude.unit",
         "the unit 'rad' would fit",
+    ),
+    (
+        "west longitudes without their sign",
+        |r| each_fix(r, |f| f.lon_deg *= -1.0),
+        "gnss.longitude.unit",
+        "have lost their sign, west is negative: the unit '-deg' would fit",
+    ),
+    (
+        "south latitudes without their sign",
+        |r| each_fix(r, |f| f.lat_deg *= -1.0),
+        "gnss.latitude.unit",
+        "have lost their sign, south is negative: the unit '-deg' would fit",
+    ),
+    (
+        "latitude and longitude in each other's column",
+        |r| each_fix(r, |f| std::mem::swap(&mut f.lat_deg, &mut f.lon_deg)),
+        "gnss.latitude",
+        "seem to have changed places",
     ),
     (
         "km/h as m/s",
@@ -181,8 +207,14 @@ const MADE: [Made; 15] = [
                 ..s
             });
         },
-        "imu.axes",
+        "imu.gyro",
         "check the signs",
+    ),
+    (
+        "one gyro with the wrong sign",
+        |r| each_sample(r, |s| turned_gyros(s, [1.0, 1.0, -1.0])),
+        "imu.gyro",
+        "the gyros of the axes called down",
     ),
     (
         "columns of x and z swapped",
@@ -291,6 +323,88 @@ fn up_for_down_shows_in_gentle_hills() {
     );
 }
 
+/// A road with hills: positions, heights and velocities climb and fall, and the vehicle pitches
+/// with it, by rotating every sample.
+fn in_hills(record: &mut Record) {
+    let (height, length) = (20.0, 90.0);
+    let phase = |t: f64| (t - 120.0).max(0.0) * std::f64::consts::TAU / length;
+    let climb = |t: f64| {
+        let climb = height * phase(t).sin() * std::f64::consts::TAU / length;
+        if t > 120.0 { climb } else { 0.0 }
+    };
+    each_fix(record, |f| {
+        f.height_m += height * (1.0 - phase(f.time).cos());
+        f.velocity[2] -= climb(f.time);
+    });
+    let speeds: Vec<(f64, f64)> = record
+        .fixes
+        .iter()
+        .map(|f| (f.time, f.velocity[0].hypot(f.velocity[1])))
+        .collect();
+    let pitch = |t: f64| {
+        let at = speeds.partition_point(|s| s.0 < t).min(speeds.len() - 1);
+        climb(t) / speeds[at].1.max(8.0)
+    };
+    let hz = record.rate_hz as f64;
+    let times: Vec<f64> = record.time.iter().copied().collect();
+    let samples = record.samples.each().zip(times).map(|(s, t)| {
+        let (before, after) = (pitch(t - 1.0 / hz), pitch(t));
+        let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -after);
+        Increment {
+            dtheta: turn * s.dtheta + Vector3::new(0.0, after - before, 0.0),
+            dv: turn * s.dv,
+        }
+    });
+    record.samples = samples.collect();
+}
+
+/// In hills the signs of all gyros show, and without velocities the unit of the heights.
+#[test]
+fn hills_show_signs_of_gyros_and_heights_in_feet() {
+    let mut right = Record::from_session(&drive("tactical", 120));
+    in_hills(&mut right);
+    assert_eq!(doubts_of(&right), []);
+    for (signs, axes) in [
+        ([1.0, -1.0, 1.0], "right"),
+        ([1.0, 1.0, -1.0], "down"),
+        ([1.0, -1.0, -1.0], "right and down"),
+    ] {
+        let mut record = right.clone();
+        each_sample(&mut record, |s| turned_gyros(s, signs));
+        let found = doubts_of(&record);
+        let part = format!("the gyros of the axes called {axes} seem");
+        let names = fields(&found);
+        assert!(
+            matches!(names[..], [("imu.gyro", r)] if r.contains(&part)),
+            "{signs:?}: {found:?}"
+        );
+    }
+    let positions = |change: fn(&mut TimedFix)| {
+        let mut record = right.clone();
+        each_fix(&mut record, |f| {
+            f.sigmas[3..].fill(f64::INFINITY);
+            change(f);
+        });
+        doubts_of(&record)
+    };
+    assert_eq!(positions(|_| ()), []);
+    for (change, field, part) in [
+        (
+            (|f| f.height_m /= 0.3048) as fn(&mut TimedFix),
+            "gnss.height.unit",
+            "'ft'",
+        ),
+        (|f| f.lon_deg *= -1.0, "gnss.longitude.unit", "west"),
+    ] {
+        let found = positions(change);
+        let names = fields(&found);
+        assert!(
+            matches!(names[..], [(f, r)] if f == field && r.contains(part)),
+            "{found:?}"
+        );
+    }
+}
+
 /// Without velocities the place of the fixes shows rad that are taken as degrees.
 #[test]
 fn positions_alone_in_rad_show_by_their_place() {
@@ -316,7 +430,7 @@ fn a_sensor_in_the_hand_is_not_at_rest() {
         let angle = 0.35 * (f64::from(k) / rate);
         Increment {
             dtheta: Vector3::new(0.35 / rate, 0.0, 0.0),
-            dv: Vector3::new(0.0, angle.sin(), -angle.cos()) * (9.81 / rate),
+            dv: Vector3::new(0.0, -angle.sin(), -angle.cos()) * (9.81 / rate),
         }
     };
     for fixes in [1, 120] {
