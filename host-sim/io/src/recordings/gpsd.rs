@@ -16,6 +16,7 @@ use crate::recordings::session::complain;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
 use serde::Deserialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::io::{BufRead, BufReader, Read};
@@ -31,7 +32,7 @@ struct Report {
     class: Option<String>,
     device: Option<String>,
     mode: Option<f64>,
-    time: Option<Time>,
+    time: Option<Value>,
     lat: Option<f64>,
     lon: Option<f64>,
     #[serde(rename = "altHAE")]
@@ -52,13 +53,6 @@ struct Report {
     eph: Option<f64>,
     eps: Option<f64>,
     epc: Option<f64>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-enum Time {
-    Text(String),
-    Unix(f64),
 }
 
 /// Whether a file holds lines of JSON.
@@ -235,7 +229,7 @@ impl Report {
         if lat_deg.abs() >= 89.9 || lon_deg.abs() > 360.0 {
             return Err("lat and lon are not on Earth in deg".into());
         }
-        let time = self.time.as_ref().and_then(Time::gps);
+        let time = self.time.as_ref().and_then(gps);
         let time = time.ok_or("the time is missing, or not of the form 2026-11-27T12:00:00Z")?;
         let is_flat = self.mode == Some(2.0);
         let height = self.above_ellipsoid().or(self.alt_msl).or(self.alt);
@@ -285,16 +279,12 @@ impl Report {
     }
 }
 
-impl Time {
-    /// GPS time, s since 1980.
-    fn gps(&self) -> Option<f64> {
-        let unix = match self {
-            Self::Unix(second) => *second,
-            Self::Text(text) => unix(text)?,
-        };
-        let gps = unix - GPS_START_S;
-        unix.is_finite().then(|| gps + leap(gps))
-    }
+/// GPS time, s since 1980, of a text or of seconds since 1970. (An untagged enum would not do: it
+/// reads no number where a crate of the same build has `serde_json/arbitrary_precision` on.)
+fn gps(time: &Value) -> Option<f64> {
+    let unix = time.as_f64().or_else(|| unix(time.as_str()?))?;
+    let gps = unix - GPS_START_S;
+    unix.is_finite().then(|| gps + leap(gps))
 }
 
 /// UTC, s since 1970, of a text as `2026-11-27T12:00:00.000Z`.
