@@ -35,9 +35,9 @@ impl Compensator {
     /// changes by with their next step follows at once as well: at power-on that step is the first
     /// one that knows the temperature.
     pub fn force(&self, state: &mut State, output: &[[f32; 3]; 2]) {
-        self.force_with(state, output, &self.maps_within_limit());
+        (state.estimate, state.maps) = (self.within_limit(*output), self.maps_within_limit());
         state.followed = Some(state.estimate);
-        state.estimate_sum = state.estimate_sum();
+        self.is_in_force(state);
     }
 
     /// Brings an estimate and maps that were in force before into force at once.

@@ -18,7 +18,7 @@ const SLEW: Limit = Limit {
 };
 const SAMPLES: u16 = 10;
 
-/// Networks whose output follows their inputs by a tenth of the limit a block.
+/// Networks whose output follows their inputs.
 fn nets(offset: f32) -> Nets {
     let net = |input: f32, output: f32| {
         let mut weights = Weights::zero();
@@ -78,8 +78,8 @@ fn slews(a: &[[f32; 3]; 2], b: &[[f32; 3]; 2]) -> f32 {
     each.map(of).fold(0.0, f32::max)
 }
 
-/// The same networks stay in force: their output is, to the last bit, as without a slew limit, by
-/// which it changes fifty times faster than that.
+/// While the same networks stay in force, the correction is the same, bit for bit, as without a
+/// slew limit, although it changes more than fifty times faster than that limit.
 #[test]
 fn a_correction_follows_its_networks() {
     let [mut free, mut slow] = pair(nets(0.0));

@@ -19,7 +19,10 @@ fn report(second: u32, more: &str) -> String {
 #[test]
 fn every_form_of_a_report_gives_its_values() {
     let gps = 2446.0 * 604_800.0 + 5.0 * 86_400.0 + 43_200.5 + 18.0;
-    let sixty = r#","altHAE":300.5,"track":60,"speed":10,"climb":0.5,"epx":1,"epy":2,"epv":3,"eps":0.3,"epc":0.4"#;
+    let sixty = concat!(
+        r#","altHAE":300.5,"track":60,"speed":10,"climb":0.5"#,
+        r#","epx":1,"epy":2,"epv":3,"eps":0.3,"epc":0.4"#
+    );
     let ned = r#","alt":300.5,"velN":5,"velE":8.660254,"velD":-0.5,"eph":2"#;
     let sum = r#","altMSL":250.5,"geoidSep":50,"speed":10,"track":60"#;
     let (half, none) = (2.0 * FRAC_1_SQRT_2, NOT_MEASURED);
