@@ -9,9 +9,8 @@
 //! guess under which the fixes are the most likely is believed if every other one has come to the
 //! same attitude, or is far less likely ([`judge`]).
 //!
-//! The gyros' biases may be ten times as large as the datasheet says: what is not seen of them is
-//! not believed. What the receiver says of its noise is corrected by what the
-//! fixes show.
+//! The biases may be ten times as large as the unit file says, or a tenth: the fixes find them.
+//! What the receiver says of its noise is corrected by what the fixes show.
 //!
 //! When the fixes jump, those before it are forgotten.
 //!
@@ -49,11 +48,12 @@ const LEAST: usize = 4;
 const LONGEST_S: f32 = 5.0;
 /// Errors of the times of the fixes, s (assumed).
 const TIMING_S: f32 = 0.03;
-/// The gyros' biases may be larger than the datasheet's by this: datasheets tell the typical one at
-/// best, and sensors age.
+/// The biases may be larger than the unit file's by this: datasheets give the typical one at best,
+/// and sensors age.
 const WIDE: f32 = 10.0;
-/// But hardly than this, rad/s: 3 deg/s (assumed).
-const WIDEST: f32 = 0.05;
+/// But their standard deviation is no larger than this whatever the unit file says: 3 deg/s and
+/// 0.02 g (assumed).
+const WIDEST: [f32; 2] = [0.05, 0.2];
 /// The smallest prior of a lever arm, m, and of what is in proportion, so that nothing is exact.
 const SOME: [f32; 2] = [0.02, 1e-5];
 /// Standard deviation of a height that the receiver does not measure, m.
@@ -298,10 +298,10 @@ impl Places {
     fn assumed(&self) -> Assumed {
         let config = &self.config;
         let noise = &config.navigator.noise;
-        let [gyro, accel] = config.bias;
+        let [gyro, accel] = core::array::from_fn(|i| (WIDE * config.bias[i]).min(WIDEST[i]));
         let mut sigma = [0.0; CONSTANTS];
         for i in 0..3 {
-            sigma[GYRO + i] = (WIDE * gyro).min(WIDEST).max(gyro);
+            sigma[GYRO + i] = gyro;
             sigma[SPIN + i] = config.scale[0].max(SOME[1]);
             sigma[ACCEL + i] = accel;
             sigma[ARM + i] = config.lever_arm_sigma.max(SOME[0]);
