@@ -4,19 +4,13 @@
 //! biases needs `x = by (b - estimate) + rest` instead: the regression of `x` on `b`, which does
 //! not depend on what the filter assumed about `b`.
 
-use super::filter::{Biased, ERRORS};
+use super::ERRORS;
 use lrnn_nostd::learn::kalman::OUTPUTS;
 
-/// Covariance or map of the errors.
+/// Covariance of the errors.
 pub type Matrix = [[f32; ERRORS]; ERRORS];
 /// Covariance of the biases.
 pub type OfBiases = [[f32; OUTPUTS]; OUTPUTS];
-
-/// Covariance of the biases of a filter.
-pub fn of_biases(kalman: &Biased) -> OfBiases {
-    let covariance = kalman.covariance();
-    core::array::from_fn(|i| core::array::from_fn(|j| covariance.parameter(i, j)))
-}
 
 /// Observations of the sensors' errors `e` by the fixes: independent observations of `rows (e -
 /// from)`.
@@ -32,7 +26,7 @@ pub struct Shown {
     pub from: [f32; OUTPUTS],
 }
 
-/// Memory for the errors of a map.
+/// Memory for the errors.
 #[derive(Debug)]
 pub struct Given<'a> {
     /// Effect of the biases that are left.
@@ -43,37 +37,22 @@ pub struct Given<'a> {
     pub all: &'a mut Matrix,
 }
 
-/// Puts the errors `m x` into `given`: they would be too large to be on the stack twice. `unit`
-/// scales the biases: their standard deviations before. The covariances are those of the errors,
-/// of the errors with the biases, and of the biases. False when they are not positive or not
-/// finite.
+/// Puts the errors into `given`: they would be too large to be on the stack twice. `unit` scales
+/// the biases: their standard deviations before. The covariances are those of the errors, of the
+/// errors with the biases, and of the biases. False when they are not positive or not finite.
 #[inline(never)]
 pub fn given_biases(
-    (xx, xt, tt): (&Matrix, &[[f32; OUTPUTS]; ERRORS], &OfBiases),
-    m: &Matrix,
+    (xx, cross, tt): (&Matrix, &[[f32; OUTPUTS]; ERRORS], &OfBiases),
     unit: &[f32; OUTPUTS],
     given: Given,
 ) -> bool {
     let Given { by, rest, all } = given;
-    let half = &mut *rest;
-    for i in 0..ERRORS {
-        for j in 0..ERRORS {
-            half[i][j] = (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xx[k][j]);
-        }
-    }
-    for i in 0..ERRORS {
-        for j in 0..ERRORS {
-            all[i][j] = (0..ERRORS).fold(0.0, |sum, k| sum + half[i][k] * m[j][k]);
-        }
-    }
-    let cross: [[f32; OUTPUTS]; ERRORS] = core::array::from_fn(|i| {
-        core::array::from_fn(|j| (0..ERRORS).fold(0.0, |sum, k| sum + m[i][k] * xt[k][j]))
-    });
+    *all = *xx;
     let Some(factor) = factor(tt, unit) else {
         return false;
     };
     // errors are estimate minus truth, also those of the biases: hence the sign
-    for (by, row) in by.iter_mut().zip(&cross) {
+    for (by, row) in by.iter_mut().zip(cross) {
         let scaled = solved(&factor, core::array::from_fn(|j| row[j] / unit[j]));
         *by = core::array::from_fn(|j| -scaled[j] / unit[j]);
     }

@@ -1,10 +1,12 @@
 //! Alignments in motion on true motions of [`world`].
 
+mod positions;
 pub(crate) mod world;
 
 use super::*;
+use crate::fix::{Fix, Heading};
 use crate::nav::Noise;
-use crate::nav::Transition;
+
 use std::vec::Vec;
 use world::{CONSUMER, Errors, LASER, Motion, SAMPLE_S, STIM300, World};
 
@@ -55,6 +57,12 @@ impl Case {
         }
     }
 
+    /// The unit file gives this share of the biases.
+    fn sheet(mut self, share: f32) -> Case {
+        self.config.bias = self.config.bias.map(|bias| bias * share);
+        self
+    }
+
     /// Runs at most `until` seconds; `spoil` may change a fix.
     fn run(
         &self,
@@ -80,8 +88,7 @@ impl Case {
             spoil(&mut fix, world.time);
             let mut scratch = Transition::ZEROED;
             if let Some(found) = align.fix(&fix, rest, [0.0; 2], &mut scratch) {
-                let start = found.start(&scratch);
-                return (Some(outcome(&start, &world)), align.progress());
+                return (Some(outcome(&found, &scratch, &world)), align.progress());
             }
         }
         (None, align.progress())
@@ -124,14 +131,14 @@ impl Case {
 /// Samples of a second.
 const SAMPLES: usize = (1.0 / SAMPLE_S) as usize;
 
-fn outcome(start: &Start, world: &World) -> Outcome {
+fn outcome(start: &Found, scratch: &Transition<ERRORS>, world: &World) -> Outcome {
     let [a, b, c] = world::error(start.state.q_bn, world.attitude());
     let (got, truth) = (start.state.velocity, world.velocity());
     let [d, e, f] = core::array::from_fn(|i| got[i] - truth[i]);
     Outcome {
         time: world.time,
         heading: [c, f64::from(start.heading_sigma)],
-        nees: squared(&start.all, [a, b, c, d, e, f]),
+        nees: squared(&scratch.phi, [a, b, c, d, e, f]),
         way: start.way,
     }
 }
@@ -194,6 +201,25 @@ fn an_aircraft_in_banked_turns_from_the_start_is_levelled_first() {
     }
 }
 
+/// Biases of a third, a tenth or ten times the unit file's neither keep a vehicle from starting nor
+/// falsify its start.
+#[test]
+fn biases_far_from_the_unit_file_do_not_falsify_the_start() {
+    for (name, motion, rolls, until) in [
+        ("car", world::car as Motion, true, 60),
+        ("reversing", world::reversing, true, 60),
+        ("ship", world::ship, false, 120),
+        ("aircraft", world::aircraft, false, 120),
+    ] {
+        for (of, errors) in [("consumer", CONSUMER), ("STIM300", STIM300)] {
+            for share in [0.3, 0.1, 10.0] {
+                let case = Case::new(motion, errors, rolls).sheet(share);
+                case.starts(&format!("{name}, {of}, {share} of the biases"), 30, until);
+            }
+        }
+    }
+}
+
 /// Straight on for ever: neither velocities nor the course, which may be reversed, give a heading.
 #[test]
 fn a_straight_drive_at_constant_speed_gives_no_heading() {
@@ -211,8 +237,7 @@ fn a_straight_drive_at_constant_speed_gives_no_heading() {
     }
 }
 
-/// A car whose forward axis is not where it is told is refused by its course, and starts by its
-/// velocities.
+/// A car whose forward axis is not where the configuration says starts by its velocities.
 #[test]
 fn a_wrong_mounting_is_found_out() {
     let mut sideways = Case::new(world::car, STIM300, true);
@@ -221,10 +246,7 @@ fn a_wrong_mounting_is_found_out() {
         let (outcome, progress) = sideways.run(seed, 300, |_, _| {});
         let outcome = outcome.unwrap_or_else(|| panic!("{seed}: {progress:?}"));
         let [error, sigma] = outcome.heading;
-        assert!(
-            outcome.way == Way::Velocity && progress.refused > 0,
-            "{seed}: {outcome:?}"
-        );
+        assert!(outcome.way == Way::Velocity, "{seed}: {outcome:?}");
         assert!(error.abs() <= 4.0 * sigma, "{seed}: {outcome:?}");
     }
 }

@@ -1,8 +1,17 @@
 use super::*;
-use lrnn_nostd::learn::kalman::{Correction, Prior, Transition};
+use lrnn_nostd::learn::kalman::{Biases, Correction, Kalman, Prior, Transition};
 use lrnn_nostd::{Net, Normalisation, Weights};
 
 const UNIT: [f32; OUTPUTS] = [2e-3, 1e-3, 3e-3, 0.1, 0.2, 0.05];
+
+/// A filter of six biases.
+type Biased = Kalman<Biases, ERRORS, OUTPUTS, 21>;
+
+/// Covariance of the biases of a filter.
+fn of_biases(kalman: &Biased) -> OfBiases {
+    let covariance = kalman.covariance();
+    core::array::from_fn(|i| core::array::from_fn(|j| covariance.parameter(i, j)))
+}
 
 /// A filter that knows the prior only.
 fn empty() -> Biased {
@@ -64,8 +73,6 @@ fn update(
 #[test]
 fn what_was_shown_leads_from_the_prior_to_the_filters_opinion() {
     let kalman = taught();
-    let mut identity = [[0.0; ERRORS]; ERRORS];
-    (0..ERRORS).for_each(|i| identity[i][i] = 1.0);
     let shown = shown(&of_biases(&kalman), kalman.model().estimate(), &UNIT).expect("positive");
     let mut x = [0.0; OUTPUTS];
     let mut p = [[0.0; OUTPUTS]; OUTPUTS];
@@ -98,8 +105,6 @@ fn what_was_shown_leads_from_the_prior_to_the_filters_opinion() {
 #[test]
 fn nothing_is_shown_before_the_first_fix() {
     let kalman = empty();
-    let mut identity = [[0.0; ERRORS]; ERRORS];
-    (0..ERRORS).for_each(|i| identity[i][i] = 1.0);
     let shown = shown(&of_biases(&kalman), kalman.model().estimate(), &UNIT).expect("positive");
     assert_eq!(shown.variance, [f32::INFINITY; OUTPUTS]);
 }

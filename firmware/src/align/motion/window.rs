@@ -26,8 +26,12 @@ pub struct Node {
     pub time: f32,
     /// The fix, north, east, down from the origin, m.
     pub place: V32,
-    /// Its standard deviations, horizontal and down, m.
+    /// Its standard deviations, horizontal and down, m; infinite where it is not measured.
     pub sigma: [f32; 2],
+    /// Its velocity, m/s.
+    pub velocity: V32,
+    /// Standard deviations of it, horizontal and down; infinite where it is not measured.
+    pub speed_sigma: [f32; 2],
     /// Its validity after the end of the interval, s.
     pub late: f32,
     /// The vehicle stands: standard deviation of its velocity, m/s. Infinite while it moves.
@@ -43,6 +47,8 @@ impl Node {
         time: 0.0,
         place: [0.0; 3],
         sigma: [0.0; 2],
+        velocity: [0.0; 3],
+        speed_sigma: [f32::INFINITY; 2],
         late: 0.0,
         rest: f32::INFINITY,
     };
@@ -55,6 +61,9 @@ pub struct Place {
     pub at: V32,
     /// Standard deviations, horizontal and down, m.
     pub sigma: [f32; 2],
+    /// Velocity, m/s, and its standard deviations.
+    pub velocity: V32,
+    pub speed_sigma: [f32; 2],
     /// Its age at the last sample, s.
     pub age: f32,
     /// See [`Node::rest`].
@@ -191,6 +200,7 @@ impl Window {
         let late = self.close(place.age);
         let mut node = self.open.node();
         (node.place, node.sigma, node.late) = (place.at, place.sigma, late);
+        (node.velocity, node.speed_sigma) = (place.velocity, place.speed_sigma);
         if !self.begun {
             self.begun = true;
             self.first = node;

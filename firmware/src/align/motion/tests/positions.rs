@@ -1,15 +1,12 @@
 //! Alignments by positions on true motions of [`world`].
 
-use super::*;
-use crate::align::motion::InMotion;
-use crate::align::motion::tests::config;
-use crate::align::motion::tests::world::{
-    self, CONSUMER, Errors, Motion, SAMPLE_S, STIM300, World,
-};
-use crate::fix::NOT_MEASURED;
+use super::world::{self, CONSUMER, Errors, Motion, SAMPLE_S, STIM300, World};
+use super::{DEG, config};
+use crate::align::motion::{InMotion, Progress};
+use crate::fix::{Fix, NOT_MEASURED};
+use crate::nav::Transition;
 use std::vec::Vec;
 
-const DEG: f64 = core::f64::consts::PI / 180.0;
 /// A receiver of a decimetre without velocities.
 const RECEIVER: [f64; 3] = [0.1, 0.15, 0.1];
 /// Gyros of 2 deg/s.
@@ -269,21 +266,6 @@ fn a_drift_of_the_receiver_does_not_falsify_the_heading() {
         assert!(error.abs() <= 4.0 * sigma, "{seed}: {found:?} {progress:?}");
     }
     assert!(started >= 8, "{started}");
-}
-
-/// What an alignment takes: both kinds share their memory.
-#[test]
-fn it_takes_little_more_than_the_other_kind() {
-    let [places, matching] = [
-        size_of::<Places>(),
-        size_of::<crate::align::motion::Matching>(),
-    ];
-    println!(
-        "{places} {matching} {} {}",
-        size_of::<Window>(),
-        size_of::<Pass>()
-    );
-    assert!(places < 7600, "{places} {matching}");
 }
 
 /// Without noise the attitude is the true one, whatever the biases and however far the vehicle

@@ -1,10 +1,12 @@
 //! Guesses of the attitude, improved in turn, and when the best one is believed.
 
-use super::pass::{ACCEL, CONSTANTS, GYRO, Row};
-use super::window::Node;
-use super::{LEAST, Places, Stage};
-use crate::align::motion::{BAD_RESIDUAL, GOOD_RESIDUAL, MAX_HEADING, MAX_TILT, PASSES, UP};
-use crate::nav::vector::{Q, add, dot, from_rotvec, product, renormalised, rotated, scale};
+use super::{InMotion, LEAST, Stage};
+use crate::align::motion::pass::{ACCEL, CONSTANTS, GYRO, Row};
+use crate::align::motion::window::Node;
+use crate::align::motion::{BAD_RESIDUAL, GOOD_RESIDUAL, MAX_HEADING, MAX_TILT, PASSES};
+use crate::nav::vector::{
+    Q, V, add, cross, dot, from_rotvec, product, renormalised, rotated, scale,
+};
 
 /// Guesses of the heading, all around.
 pub const GUESSES: usize = 4;
@@ -82,7 +84,7 @@ impl Guess {
     }
 }
 
-impl Places {
+impl InMotion {
     /// The window forgets its first interval.
     #[inline(never)]
     pub(super) fn slide(&mut self) {
@@ -131,7 +133,7 @@ impl Places {
         if size <= 1.0 || size.is_nan() {
             return;
         }
-        let level = super::super::level::shortest(scale(sum, 1.0 / size));
+        let level = shortest(scale(sum, 1.0 / size));
         debug_assert!(dot(rotated(level, sum), UP) > 0.0);
         for (k, guess) in self.guesses.iter_mut().enumerate() {
             let heading = core::f64::consts::TAU * k as f64 / GUESSES as f64;
@@ -236,10 +238,10 @@ impl Places {
         guess.moves(&pass.x);
         guess.cost = pass.cost;
         // by what the receiver says
-        self.residual = pass.residual() * self.noise;
+        self.residual = pass.fit.residual() * self.noise;
         let passes = guess.passes;
-        let squares = self.residual * pass.count();
-        let noise = (TOLD + squares) / (TOLD + (pass.count() - SPENT).max(0.0));
+        let squares = self.residual * pass.fit.count;
+        let noise = (TOLD + squares) / (TOLD + (pass.fit.count - SPENT).max(0.0));
         if passes >= PATIENCE && self.residual > BAD_RESIDUAL {
             self.refuse();
             return Stage::Waits;
@@ -254,7 +256,12 @@ impl Places {
             return Stage::Waits;
         }
         let good = self.wild.is_none() && self.is_good(best, cost);
-        self.noise = noise.clamp(LEAST_NOISE, GOOD_RESIDUAL);
+        let least = if self.window.first().speed_sigma[0].is_finite() {
+            1.0
+        } else {
+            LEAST_NOISE
+        };
+        self.noise = noise.clamp(least, GOOD_RESIDUAL);
         self.passes = if good {
             self.passes.saturating_add(1)
         } else {
@@ -285,6 +292,7 @@ impl Places {
             && heading <= MAX_HEADING
             && tilt <= MAX_TILT
             && self.residual <= GOOD_RESIDUAL
+            && self.pass.fit.recent * self.noise <= GOOD_RESIDUAL
             && self.fits(guess)
     }
 
@@ -298,7 +306,29 @@ impl Places {
     /// Sensors and fixes contradict each other.
     fn refuse(&mut self) {
         let refused = self.refused.saturating_add(1);
+        self.rolls = self.config.rolls && !self.rolls;
         self.gap();
         self.refused = refused;
     }
+}
+
+/// Gravity's reaction points up.
+const UP: V = [0.0, 0.0, -1.0];
+
+/// The shortest rotation that turns a unit vector up.
+fn shortest(v: V) -> Q {
+    if 1.0 + dot(v, UP) < 1e-3 {
+        // nearly down: first half a turn about another axis
+        let half = [0.0, 1.0, 0.0, 0.0];
+        return product(from_above(rotated(half, v)), half);
+    }
+    from_above(v)
+}
+
+/// Rotation from a direction that is not down.
+fn from_above(v: V) -> Q {
+    let w = 1.0 + dot(v, UP);
+    let [x, y, z] = cross(v, UP);
+    let k = 1.0 / libm::sqrt(w * w + x * x + y * y + z * z);
+    [w * k, x * k, y * k, z * k]
 }

@@ -20,6 +20,8 @@
 //! *at the beginning* given all fixes, and the next pass goes about that (Gauss-Newton). The
 //! predictions of the fixes give the likelihood of the guess.
 
+mod observe;
+
 use super::window::Node;
 use crate::nav::vector::{Q, V32, add, cross, dot, from_rotvec, matrix32, product, scale};
 
@@ -42,14 +44,6 @@ const ATTITUDE: f32 = 0.5;
 const ANY_VELOCITY: f32 = 2.0;
 /// Velocity that vibration adds, m/s in the root of a second (assumed).
 const VIBRATION: f32 = 0.01;
-/// Rotation of a vehicle that stands, by people and wind, rad (assumed).
-const SWAY: f32 = 5e-4;
-/// A vehicle that may move turns about a point that is so far away at least, m (assumed).
-const TURNS_M: f32 = 4.0;
-/// An observation farther from its prediction than this, in squared standard deviations, counts as
-/// if it were so far.
-const GATE: f32 = 25.0;
-
 /// A vector of all errors.
 pub type Row = [f32; N];
 
@@ -66,6 +60,8 @@ pub struct Assumed {
     pub arm: V32,
     /// Variance of the receiver's noise by the one it tells.
     pub scale: f32,
+    /// The axis along which a vehicle on wheels moves; zero where it may move along any.
+    pub forward: V32,
 }
 
 /// The Earth here.
@@ -77,6 +73,29 @@ pub struct Earth {
     pub rate: V32,
     /// 1 / radius, 1/m, and the tangent of the latitude.
     pub bent: [f32; 2],
+}
+
+/// How well the observations agree with their predictions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// Sum of the normalised innovations squared, and their number.
+    pub nis: f32,
+    pub count: f32,
+    /// Mean of the last of them.
+    pub recent: f32,
+}
+
+impl Fit {
+    const NONE: Fit = Fit {
+        nis: 0.0,
+        count: 0.0,
+        recent: 0.0,
+    };
+
+    /// Mean of the normalised innovations squared.
+    pub fn residual(&self) -> f32 {
+        self.nis / self.count.max(1.0)
+    }
 }
 
 /// A pass in progress, or its end.
@@ -92,13 +111,16 @@ pub struct Pass {
     /// Estimate and covariance of the errors.
     pub x: Row,
     pub p: [Row; N],
-    /// Twice the negative logarithm of the likelihood; sum of the normalised innovations squared,
-    /// and their number.
+    /// Gravity, m/s2.
+    gravity: f32,
+    /// Twice the negative logarithm of the likelihood.
     pub cost: f32,
-    nis: f32,
-    count: f32,
+    /// The innovations.
+    pub fit: Fit,
     /// The last fix was too far from where it should be.
     wild: bool,
+    /// A course was used.
+    pub course: bool,
 }
 
 impl Pass {
@@ -111,10 +133,11 @@ impl Pass {
         by: [[0.0; 3]; 6],
         x: [0.0; N],
         p: [[0.0; N]; N],
+        gravity: 0.0,
         cost: 0.0,
-        nis: 0.0,
-        count: 0.0,
+        fit: Fit::NONE,
         wild: false,
+        course: false,
     };
 
     /// Begins at the first fix of a window with a guess. `next` is the interval that follows.
@@ -127,19 +150,33 @@ impl Pass {
     ) {
         (self.q, self.constants) = (q, *constants);
         self.by = [[0.0; 3]; 6];
-        (self.cost, self.nis, self.count) = (0.0, 0.0, 0.0);
+        (self.cost, self.fit, self.course) = (0.0, Fit::NONE, false);
         let per = 1.0 / (next.time + next.late - first.late);
+        // between two fixes, or as the receiver says
         self.velocity = scale(add(next.place, scale(first.place, -1.0)), per);
-        let level = first.sigma[0];
         if !(first.sigma[1].is_finite() && next.sigma[1].is_finite()) {
             self.velocity[2] = 0.0;
         }
+        if first.speed_sigma[0].is_finite() {
+            let down = if first.speed_sigma[1].is_finite() {
+                2
+            } else {
+                1
+            };
+            let measured = first.velocity.iter().take(1 + down);
+            for (velocity, measured) in self.velocity.iter_mut().zip(measured) {
+                *velocity = *measured;
+            }
+        }
+        let [place, speed] = [first.sigma[0], first.speed_sigma[0]];
+        let level = if place.is_finite() { place } else { 1.0 };
+        let speed = speed.min(level * per);
         self.position = add(first.place, scale(self.velocity, -first.late));
         (self.x, self.p) = ([0.0; N], [[0.0; N]; N]);
         let arm = assumed.sigma[ARM];
         let free = [
             ATTITUDE,
-            ANY_VELOCITY + 3.0 * level * per,
+            ANY_VELOCITY + 3.0 * speed,
             10.0 * level + 2.0 * (arm + dot(assumed.arm, assumed.arm)),
         ];
         for i in 0..N {
@@ -177,19 +214,9 @@ impl Pass {
         of(&self.constants) + of(&self.x)
     }
 
-    /// Mean of the normalised innovations squared.
-    pub fn residual(&self) -> f32 {
-        self.nis / self.count.max(1.0)
-    }
-
     /// Whether the last fix was too far from where it should be.
     pub fn is_wild(&self) -> bool {
         self.wild
-    }
-
-    /// Number of observations.
-    pub fn count(&self) -> f32 {
-        self.count
     }
 
     /// An interval between fixes, without the fix at its end.
@@ -226,7 +253,7 @@ impl Pass {
         let after = matrix32(q.map(|part| part as f32));
         let rows = self.rows((&axes, &after), (gain, way), turn, [t, spin]);
         self.propagate(&rows);
-        self.q = q;
+        (self.q, self.gravity) = (q, earth.gravity);
         // north, east, down of the reference
         let apparent = cross(add(earth.rate, frame), velocity);
         let fall = add([0.0, 0.0, earth.gravity], scale(apparent, -1.0));
@@ -346,88 +373,6 @@ impl Pass {
             row[GYRO + j] = by.get(i).copied().unwrap_or(0.0);
         }
         row
-    }
-
-    /// The fix at the end of an interval, and that the vehicle stands.
-    #[inline(never)]
-    pub fn observe(&mut self, node: &Node, assumed: &Assumed) {
-        let axes = self.axes();
-        let arm: V32 = core::array::from_fn(|j| assumed.arm[j] + self.constants[ARM + j]);
-        let arm = turned(&axes, arm);
-        let velocity = self.estimated_velocity();
-        let rows: [Row; 3] = core::array::from_fn(|i| self.attitude_row(i));
-        let [level, down] = node.sigma;
-        self.wild = false;
-        for i in 0..3 {
-            let sigma = if i < 2 { level } else { down };
-            if !sigma.is_finite() {
-                continue;
-            }
-            // phi x arm
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let mut row: Row = core::array::from_fn(|n| rows[j][n] * arm[k] - rows[k][n] * arm[j]);
-            row[POSITION + i] = 1.0;
-            row[ARM..ARM + 3].copy_from_slice(&axes[i]);
-            row[AGE] = -velocity[i];
-            let ahead = velocity[i] * (node.late - self.constants[AGE]);
-            let z = node.place[i] - (self.position[i] + arm[i] + ahead);
-            self.wild |= self.take(&row, z, sigma * sigma * assumed.scale) > GATE;
-        }
-        if node.rest.is_finite() {
-            self.stands(node, &axes, assumed);
-        }
-    }
-
-    /// A vehicle that stands: no velocity, and what the gyros have turned is their error.
-    #[inline(never)]
-    fn stands(&mut self, node: &Node, axes: &[V32; 3], assumed: &Assumed) {
-        let spin = dot(axes[2], node.turn);
-        let noise = assumed.noise[0] * assumed.noise[0] * node.time;
-        for i in 0..3 {
-            let mut row = [0.0; N];
-            row[VELOCITY + i] = 1.0;
-            self.take(&row, -self.velocity[i], node.rest * node.rest);
-            if node.time > 0.0 {
-                let mut row = [0.0; N];
-                (row[GYRO + i], row[SPIN + i]) = (node.time, spin);
-                let known = self.constants[GYRO + i] * node.time + self.constants[SPIN + i] * spin;
-                let turns = node.rest / TURNS_M * node.time;
-                let variance = 2.0 * SWAY * SWAY + turns * turns + noise;
-                self.take(&row, node.turn[i] - known, variance);
-            }
-        }
-    }
-
-    /// A heading of a horizontal direction in the sensor's axes: its value and variance.
-    pub fn heading(&mut self, forward: V32, angle: f32, variance: f32) {
-        let [n, e, _] = turned(&self.axes(), forward);
-        if n * n + e * e < 0.25 {
-            return;
-        }
-        let off = angle - libm::atan2f(e, n);
-        let turns = libm::roundf(off / core::f32::consts::TAU);
-        let row = self.attitude_row(2);
-        self.take(&row, off - core::f32::consts::TAU * turns, variance);
-    }
-
-    /// One observation `z = row x`; its normalised innovation squared.
-    #[inline(never)]
-    fn take(&mut self, row: &Row, z: f32, variance: f32) -> f32 {
-        let column: Row = core::array::from_fn(|i| product_of(&self.p[i], row));
-        let own = product_of(&column, row).max(0.0) + variance;
-        let left = z - product_of(&self.x, row);
-        let ratio = left * left / own;
-        self.cost += ratio.min(GATE) + libm::logf(own);
-        self.nis += ratio.min(GATE);
-        self.count += 1.0;
-        // what is too far counts less, so that one wrong fix moves little
-        let per = 1.0 / (own * (ratio / GATE).max(1.0));
-        for ((x, p), k) in self.x.iter_mut().zip(&mut self.p).zip(column) {
-            let k = k * per;
-            *x += k * left;
-            add_times(p, -k, &column);
-        }
-        ratio
     }
 
     /// Variance of a combination of the errors.
