@@ -6,7 +6,7 @@ use crate::experiment::run::TIMES_MIN;
 use std::collections::BTreeMap;
 
 /// The scheme that corrects nothing.
-pub const NONE: &str = "none";
+pub const NONE: &str = "uncorrected";
 
 /// Comparison of a scheme with [`NONE`] at the end of the judged drive.
 #[derive(Debug, Clone, PartialEq)]
