@@ -440,7 +440,7 @@ mod tests {
         let unit = Unit::preset("tactical").unwrap();
         let mut said = Vec::new();
         let answers = "\n\n\n\n\n\n?\n2\n";
-        let sources = Sources::of(preset);
+        let sources = Sources::of(&preset);
         let text = interview(Some(&unit), &sources, &mut answers.as_bytes(), &mut said);
         let text = text.unwrap().unwrap();
         let said = String::from_utf8(said).unwrap();

@@ -136,7 +136,7 @@ mod tests {
         against_none(rows, &ratios(rows, cold), &summarise(rows, cold))
     }
 
-    /// Ten runs of a group: `none` errs by 100 m, another scheme by these.
+    /// Ten runs of a group: `uncorrected` errs by 100 m, another scheme by these.
     fn rows(group: ErrorModelName, errors: [f64; 10]) -> Vec<Row> {
         let pair = |(run, m): (u32, f64)| {
             let none = Row::north(group, run, NONE, 100.0);

@@ -151,8 +151,8 @@ pub struct Knowledge<'a> {
 /// standstill gives no attitude.
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
-/// All schemes in the order of the tables, which add `floor`: `uncorrected` on an IMU with noise only.
-/// Those of `rivals` take part only where they are named.
+/// All schemes in the order of the tables, which add `floor`: `uncorrected` on an IMU with noise
+/// only. Those of `rivals` take part only where they are named.
 pub const SCHEMES: [(&str, Scheme); 33] = [
     ("uncorrected", |c| {
         none(c, c.increments(), c.tuned.none_factor)
