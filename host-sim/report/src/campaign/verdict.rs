@@ -23,8 +23,7 @@ pub(super) fn sentences(all: &[&AgainstNone]) -> Vec<String> {
     let harmed = !decided(&device, Decided::Worse).is_empty();
     let mut out = match (runs < FEWEST, over_all.or(device.first())) {
         (true, _) => vec![format!(
-            "Verdict: open. With {} of at least {FEWEST} nothing can be decided.",
-            counted(runs as u64, "run")
+            "Verdict: open. With {runs} of at least {FEWEST} runs nothing can be decided."
         )],
         (_, None) => vec![of_schemes(&groups)],
         (_, Some(of)) if harmed => {
