@@ -134,11 +134,12 @@ impl Scenario {
 pub fn simulate(
     py: Python<'_>,
     scenario: ScenarioOrName,
-    seed: u64,
+    seed: i128,
     unit: Option<UnitOrName>,
     vehicle: Option<&str>,
     learning: bool,
 ) -> PyResult<Session> {
+    let seed = seed_of(seed)?;
     let mut scenario = with_unit(scenario, unit)?;
     if let Some(name) = vehicle {
         scenario.set_vehicle(name).map_err(raised)?;
@@ -243,12 +244,19 @@ impl Experiment {
 pub fn run_experiment(
     py: Python<'_>,
     scenario: ScenarioOrName,
-    seed: u64,
+    seed: i128,
     unit: Option<UnitOrName>,
     in_sample: bool,
 ) -> PyResult<Experiment> {
+    let seed = seed_of(seed)?;
     let scenario = with_unit(scenario, unit)?;
     let options = Options { seed, in_sample };
     let report = interruptible(py, move || run(&scenario, &options, &|_| {}))?;
     report.map(Experiment).map_err(raised)
+}
+
+/// A seed that Python gave.
+fn seed_of(seed: i128) -> PyResult<u64> {
+    let remedy = "give a whole number from 0 to 2**64 - 1";
+    u64::try_from(seed).map_err(|_| refused("seed", format!("is {seed}"), remedy))
 }

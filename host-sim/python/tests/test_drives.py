@@ -57,6 +57,9 @@ def test_an_experiment_has_the_json_of_the_program(simulated, run_rows):
     assert curves["error_over_time"]["raw"][1][raw["t_s"]] == raw["horizontal_m"]
     with pytest.raises(ValueError, match="no row of 'raw' after 7 min"):
         done.horizontal("raw", 7)
+    for seed in (-1, 2**64):
+        with pytest.raises(ValueError, match=f"seed: is {seed}; remedy: give a whole number from 0"):
+            li.simulate("medium", seed)
 
 
 def test_the_navigator_step_by_step_is_the_row_of_the_program(session, run_rows):

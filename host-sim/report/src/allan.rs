@@ -3,17 +3,25 @@
 //! A picture shows the measured deviations with their intervals as points, the
 //! fitted sum of noises as lines, both scales logarithmic.
 
+mod verdict;
+
+pub(crate) use verdict::against;
+pub use verdict::verdict;
+
 use super::axis::Axis;
 use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
+use super::front::{Front, SIZES};
 use super::html;
 use super::page::PAGE;
 use super::palette::{self, INK, Look};
+use super::terminal::fitted;
+use super::text::prose;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 use host_core::error::Error;
 use host_io::output::write_atomic;
 use host_lab::analysis::allan::findings::Findings;
 use host_lab::analysis::allan::{Analysis, Kind};
-use maud::{PreEscaped, html};
+use maud::{Markup, PreEscaped, html};
 use std::path::{Path, PathBuf};
 
 /// Line style of the datasheet.
@@ -65,7 +73,7 @@ fn header(findings: &Findings) -> Vec<&'static str> {
 
 /// The table as text, without a final line break.
 #[must_use]
-pub fn table(findings: &Findings) -> String {
+pub fn table(findings: &Findings, width: usize) -> String {
     let header = header(findings);
     let mut table = Table::new();
     table
@@ -83,7 +91,7 @@ pub fn table(findings: &Findings) -> String {
                 }),
         );
     }
-    let mut text = table.to_string();
+    let mut text = fitted(table, width, [5, 3]);
     for analysis in &findings.analyses {
         if let Some(least) = analysis
             .curve
@@ -112,7 +120,7 @@ pub fn table(findings: &Findings) -> String {
 /// # Errors
 /// [`Error::Drawing`], [`Error::Unwritable`].
 pub fn write(findings: &Findings, dir: &Path) -> Result<PathBuf, Error> {
-    let mut svgs = vec![];
+    let (mut svgs, mut front) = (vec![], None);
     for (kind, name, file) in [
         (Kind::Gyro, "gyros", "allan-gyro.png"),
         (Kind::Accel, "accelerometers", "allan-accel.png"),
@@ -126,6 +134,9 @@ pub fn write(findings: &Findings, dir: &Path) -> Result<PathBuf, Error> {
             picture(&analyses, findings.configured.as_ref()),
             format!("Allan deviation of the {name}"),
         );
+        if svgs.is_empty() {
+            front = Some(first(&analyses, findings));
+        }
         let path = dir.join(file);
         write_atomic(&path, &picture.png(file)?)?;
         let standalone = picture.svg_file(file, &title)?;
@@ -133,31 +144,44 @@ pub fn write(findings: &Findings, dir: &Path) -> Result<PathBuf, Error> {
         svgs.push((file, picture.svg(file, &title)?));
     }
     let page = dir.join(PAGE);
-    write_atomic(&page, markup(findings, &svgs).as_bytes())?;
+    let front = front.unwrap_or_default();
+    write_atomic(&page, markup(findings, &front, &svgs)?.as_bytes())?;
     Ok(page)
 }
 
-fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
+/// The first screen.
+fn first(analyses: &[&Analysis], findings: &Findings) -> Front {
+    let name = analyses.first().map_or("", |a| match a.kind {
+        Kind::Gyro => "gyros",
+        Kind::Accel => "accelerometers",
+    });
+    Front {
+        title: format!("Allan deviation of the {name}. {}", caption(findings)),
+        pictures: SIZES.map(|size| sized(analyses, findings.configured.as_ref(), size)),
+        figures: verdict::three(findings),
+    }
+}
+
+/// What the lines of the pictures are.
+pub(super) fn caption(findings: &Findings) -> String {
+    let dashes = match findings.configured {
+        Some(_) => " Dashes: the datasheet.",
+        None => "",
+    };
+    format!(
+        "Points: overlapping Allan deviation with its 95 % interval. Line: the sum of the fitted \
+         noises.{dashes}"
+    )
+}
+
+fn markup(findings: &Findings, front: &Front, svgs: &[(&str, String)]) -> Result<String, Error> {
     let header = header(findings);
     let body = html! {
-        p {
-            "The Allan deviation is the typical change between two neighbouring means, each "
-            "taken over the averaging time \u{3c4}. Each kind of sensor noise gives it another "
-            "slope, so the noises can be distinguished."
-        }
+        (front.markup(&verdict(findings))?)
         @if !findings.notes.is_empty() {
-            aside { h2 { "Read this first" } ul { @for note in &findings.notes { li { (note) } } } }
-        }
-        @for (file, svg) in svgs {
-            figure {
-                div.wide { (PreEscaped(svg)) }
-                figcaption {
-                    "Points: overlapping Allan deviation with its 95 % interval. "
-                    "Line: the sum of the fitted noises. "
-                    @if findings.configured.is_some() { "Dashes: the datasheet. " }
-                    a href=(file) { (file) }
-                }
-            }
+            (html::fold("Notes", &html! {
+                ul.said { @for note in &findings.notes { li { (prose(note)) } } }
+            }))
         }
         h2 { "Noise coefficients" }
         div.wide {
@@ -170,14 +194,32 @@ fn markup(findings: &Findings, svgs: &[(&str, String)]) -> String {
                 }
             }
         }
+        @for (file, svg) in svgs {
+            figure {
+                div.wide { (PreEscaped(svg)) }
+                figcaption { (caption(findings)) " " a href=(file) { (file) } }
+            }
+        }
+        (html::fold("What the numbers mean", &meaning()))
+    };
+    let title = format!("Allan deviation of {}", findings.source);
+    Ok(html::frame(&title, &body).into_string())
+}
+
+fn meaning() -> Markup {
+    html! {
+        p {
+            "The Allan deviation is the typical change between two neighbouring means, each "
+            "taken over the averaging time \u{3c4}. Each kind of sensor noise gives it another "
+            "slope, so the noises can be distinguished."
+        }
         p {
             "The coefficients are those of IEEE 647 and 952: variance = 3 Q" sup { "2" }
             "/\u{3c4}" sup { "2" } " + N" sup { "2" } "/\u{3c4} + B" sup { "2" }
             " 2 ln 2/\u{3c0} + K" sup { "2" } " \u{3c4}/3 + R" sup { "2" } " \u{3c4}" sup { "2" } "/2. "
             i { "Not seen" } " means that the interval of a coefficient reaches down to zero."
         }
-    };
-    html::frame(&format!("Allan deviation of {}", findings.source), &body).into_string()
+    }
 }
 
 /// Q, N, B, K and R of gyros and accelerometers by the datasheet.
@@ -211,15 +253,19 @@ fn datasheet_line(analyses: &[&Analysis], datasheet: &Coefficients) -> Vec<(f64,
 /// The picture of one kind of sensor. `analyses` is not empty. The line of the datasheet is drawn
 /// if there is one.
 pub(super) fn picture(analyses: &[&Analysis], datasheet: Option<&Coefficients>) -> Picture {
+    sized(analyses, datasheet, (WIDTH, 560.0))
+}
+
+fn sized(analyses: &[&Analysis], datasheet: Option<&Coefficients>, size: (f64, f64)) -> Picture {
     let points = || analyses.iter().flat_map(|analysis| &analysis.curve);
     let times = || points().map(|p| p.tau_s);
     let least = |values: &mut dyn Iterator<Item = f64>| values.fold(f64::INFINITY, f64::min);
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    let size = (WIDTH, 560.0);
     let datasheet = datasheet.map_or(vec![], |sheet| datasheet_line(analyses, sheet));
+    let (left, top) = (66.0, if size.0 < WIDTH { 66.0 } else { 44.0 });
     let legend = Legend {
-        at: (76.0, 20.0),
-        width: size.0 - 90.0,
+        at: (left, 16.0),
+        width: size.0 - left,
         entries: analyses
             .iter()
             .enumerate()
@@ -233,8 +279,8 @@ pub(super) fn picture(analyses: &[&Analysis], datasheet: Option<&Coefficients>) 
     };
     let unit = analyses.first().map_or("", |analysis| analysis.unit);
     let panel = Panel {
-        at: (76.0, 44.0),
-        size: (size.0 - 100.0, size.1 - 96.0),
+        at: (left, top),
+        size: (size.0 - left - 24.0, size.1 - top - 52.0),
         title: Default::default(),
         x: Axis::log(
             "averaging time \u{3c4}, s",
@@ -321,13 +367,13 @@ mod tests {
     #[test]
     fn the_table_has_a_line_a_noise_and_fits() {
         let mut findings = findings();
-        let text = table(&findings);
+        let text = table(&findings, usize::MAX);
         println!("{text}");
         assert_eq!(text.matches("N random walk").count(), 6);
         assert!(text.contains("configured") && text.contains("0.1250"));
         assert!(text.lines().all(|line| line.chars().count() <= 110));
         findings.configured = None;
-        assert!(!table(&findings).contains("configured"));
+        assert!(!table(&findings, usize::MAX).contains("configured"));
     }
 
     #[test]
@@ -336,7 +382,7 @@ mod tests {
         let mut findings = findings();
         let page = write(&findings, &dir.path().join("new")).unwrap();
         let text = std::fs::read_to_string(&page).unwrap();
-        assert!(text.contains("a &lt; b") && text.matches("<svg").count() == 2);
+        assert!(text.contains("a &lt; b") && text.matches("<svg").count() == 4);
         for name in ["allan-gyro", "allan-accel"] {
             let png = std::fs::read(page.with_file_name(format!("{name}.png"))).unwrap();
             let info = png::Decoder::new(std::io::Cursor::new(png))

@@ -42,6 +42,16 @@ impl Axis {
         }
     }
 
+    /// Over whole numbers, each of which has a tick if there are few.
+    pub fn whole(label: impl Into<String>, (first, last): (f64, f64)) -> Self {
+        let every = ((last - first) / 15.0).ceil().max(1.0) as usize;
+        let ticks = (first as u32..=last as u32).step_by(every);
+        Self {
+            ticks: ticks.map(|n| (f64::from(n), n.to_string())).collect(),
+            ..Self::linear(label, (first - 0.5, last + 0.5), 1)
+        }
+    }
+
     /// Names instead of a scale, from top to bottom. The first is at [`Self::row`] 0. `room` is the
     /// width for them, CSS pixels.
     pub fn names(names: Vec<String>, room: f64) -> Self {

@@ -16,17 +16,17 @@ pub(super) struct Drawn {
     pub png: Vec<u8>,
 }
 
-/// All figures of an experiment, in the order of the page.
+/// All figures of an experiment, in the order of the page. `unit`: that of the times of the errors.
 ///
 /// # Errors
 /// [`Error::Drawing`].
-pub(super) fn draw(curves: &Curves) -> Result<Vec<Drawn>, Error> {
+pub(super) fn draw(curves: &Curves, unit: &str) -> Result<Vec<Drawn>, Error> {
     let figures = Figure::ALL.into_par_iter();
-    figures.map(|figure| one(figure, curves)).collect()
+    figures.map(|figure| one(figure, curves, unit)).collect()
 }
 
-fn one(figure: Figure, curves: &Curves) -> Result<Drawn, Error> {
-    let picture = figure.picture(curves);
+fn one(figure: Figure, curves: &Curves, unit: &str) -> Result<Drawn, Error> {
+    let picture = figure.picture(curves, unit);
     let (svg, png) = rayon::join(
         || picture.svg(figure.file(), figure.heading()),
         || picture.png(figure.file()),
@@ -99,9 +99,14 @@ fn learning_caption(curves: &[Curve]) -> String {
     if ends.is_empty() {
         return "No network was trained in this run.".to_owned();
     }
+    let held_back = curves.iter().any(|curve| curve.name.contains("held back"));
+    let dashed = match held_back {
+        true => "; dashed on data held back from learning",
+        false => "",
+    };
     format!(
         "The cost that learning makes smaller, mostly the squared difference from the teacher, \
-         after each pass over the data; dashed on data held back from learning. First to last: {}.",
+         after each pass over the data{dashed}. First to last: {}.",
         ends.join("; ")
     )
 }
@@ -132,7 +137,7 @@ mod tests {
     fn every_picture_draws_as_svg_and_png() {
         for Drawn {
             figure, svg, png, ..
-        } in draw(&sample::report().curves).unwrap()
+        } in draw(&sample::report().curves, "min").unwrap()
         {
             let title = format!("<title>{}</title>", figure.heading());
             assert!(svg.contains(&title) && svg.trim_end().ends_with("</svg>"));
@@ -162,7 +167,7 @@ mod tests {
             x: vec![0.0, 1.0, 2.0],
             y: vec![0.0, f64::NAN, 0.0],
         }];
-        let drawn = draw(&curves).unwrap();
+        let drawn = draw(&curves, "min").unwrap();
         let svg = |figure| &drawn.iter().find(|d| d.figure == figure).unwrap().svg;
         assert!(svg(Figure::Learning).contains("nothing was learned"));
         assert!(svg(Figure::Errors).contains("no sensor-error traces"));

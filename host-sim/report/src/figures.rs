@@ -43,11 +43,11 @@ impl Figure {
         }
     }
 
-    /// The picture with its contents.
-    pub fn picture(self, curves: &Curves) -> Picture {
+    /// The picture with its contents. `unit`: that of the times of the errors.
+    pub fn picture(self, curves: &Curves, unit: &str) -> Picture {
         match self {
             Self::Track => track(&curves.track),
-            Self::Error => error_over_time(&curves.error_over_time),
+            Self::Error => error_over_time(&curves.error_over_time, unit),
             Self::Learning => learning(&curves.learning),
             Self::Errors => sensor_errors(&curves.traces),
         }
@@ -58,7 +58,7 @@ impl Figure {
 const LEFT: f64 = 76.0;
 
 /// Metres or kilometres: factor and unit for a length of about `span` metres.
-fn length_unit(span: f64) -> (f64, &'static str) {
+pub(super) fn length_unit(span: f64) -> (f64, &'static str) {
     if span >= 5000.0 {
         (1e-3, "km")
     } else {
@@ -150,12 +150,12 @@ fn track(curves: &[Curve]) -> Picture {
     single(size, schemes(curves), panel)
 }
 
-fn error_over_time(curves: &[Curve]) -> Picture {
+fn error_over_time(curves: &[Curve], unit: &str) -> Picture {
     let size = (WIDTH, 460.0);
     let (Some(time), Some((_, worst))) = (range(curves, |c| &c.x), range(curves, |c| &c.y)) else {
         return Picture::without_data(size, "this run has no error curves");
     };
-    let (factor, unit) = length_unit(worst);
+    let (factor, metres) = length_unit(worst);
     let mut marks = vec![];
     let mut ends = vec![];
     for curve in curves {
@@ -173,12 +173,12 @@ fn error_over_time(curves: &[Curve]) -> Picture {
         size: (size.0 - 216.0, size.1 - 96.0),
         title: Default::default(),
         x: Axis::linear(
-            "time of free-inertial navigation, min",
+            format!("time of free-inertial navigation, {unit}"),
             snapped(widened(time, 0.0), 12),
             12,
         ),
         y: Axis::linear(
-            format!("horizontal position error, {unit}"),
+            format!("horizontal position error, {metres}"),
             (0.0, widened((0.0, worst * factor), 0.04).1),
             8,
         ),

@@ -2,12 +2,15 @@
 //!
 //! It has no script and fetches nothing.
 
+use super::axis::grouped;
 use super::drawn::Drawn;
+use super::front::{Front, SIZES, over_time, three};
 use super::palette::{self, Colour};
 use super::table::{blocks, change_percent, is_best, percent};
 use super::terms::terms;
-use super::text::{signed, unbroken};
-use super::verdict::of_results;
+use super::text::{prose, signed};
+use super::verdict::{beside, device_of_results, is_device, of_results};
+use host_core::error::Error;
 use host_lab::experiment::results::{Report, Results, Row};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -15,30 +18,64 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 pub(super) const MARKER: &str = "<meta name=\"generator\" content=\"host-sim report\">";
 
 /// The whole page.
-pub(super) fn page(report: &Report, figures: &[Drawn]) -> String {
+///
+/// # Errors
+/// [`Error::Drawing`].
+pub(super) fn page(report: &Report, figures: &[Drawn]) -> Result<String, Error> {
     let results = &report.results;
+    let said = of_results(results);
+    let (sentence, more) = said.split_first().map_or(("", &[][..]), |(a, b)| (a, b));
     let body = html! {
+        (front(report).markup(sentence)?)
         p.sub {
             "scenario " b { (results.scenario) } ", seed " b { (results.seed) }
             " (the start of all random numbers)"
         }
-        (verdict(&of_results(results)))
-        (terms(results.rows.iter().map(|row| row.scheme.as_str())))
+        (fold("All schemes in words", &sentences(more)))
         @if !report.notes.is_empty() {
-            aside { h2 { "Read this first" } ul { @for note in &report.notes { li { (note) } } } }
+            (fold("Notes", &html! {
+                ul.said { @for note in &report.notes { li { (prose(note)) } } }
+            }))
         }
         h2 { "Errors against the reference" }
         (results_table(results))
+        (fold("What the names mean", &terms(results.rows.iter().map(|row| row.scheme.as_str()))))
         @for (number, drawn) in figures.iter().enumerate() {
             section {
                 h2 { (drawn.figure.heading()) }
                 (picture(drawn, Some(number + 1), drawn.figure.file()))
             }
         }
-        (set_up(report))
+        (fold("Set-up", &set_up(report)))
         (reproduce(report))
     };
-    frame(&report.title, &body).into_string()
+    Ok(frame(&report.title, &body).into_string())
+}
+
+/// The first screen: the errors of the device, or of the networks if it does not take part.
+fn front(report: &Report) -> Front {
+    let results = &report.results;
+    let names = || results.rows.iter().map(|row| row.scheme.as_str());
+    let device = names().rfind(|name| is_device(name)).unwrap_or("rnn");
+    let highlit = [device, beside(device, names())];
+    let curves = &report.curves.error_over_time;
+    let proof = results.device.as_ref().and_then(|of| of.nearest.as_ref());
+    let known = device_of_results(results);
+    Front {
+        title: "Horizontal error since the last fix".into(),
+        pictures: SIZES.map(|size| over_time(curves, highlit, "min", size)),
+        figures: known.map_or(vec![], |of| three(&of, proof.map(|of| of.proof))),
+    }
+}
+
+/// An explanation, folded until a reader or a printer opens it.
+pub(super) fn fold(title: &str, body: &Markup) -> Markup {
+    html! { details.fold { summary { h2 { (title) } } (body) } }
+}
+
+/// Paragraphs.
+pub(super) fn sentences(all: &[String]) -> Markup {
+    html! { @for sentence in all { p { (prose(sentence)) } } }
 }
 
 /// A whole page: its head, its title, and `body` below them.
@@ -71,18 +108,7 @@ pub(super) fn picture(drawn: &Drawn, number: Option<usize>, file: &str) -> Marku
             div.wide { (PreEscaped(&drawn.svg)) }
             figcaption {
                 @if let Some(number) = number { b { "Figure " (number) ". " } }
-                (unbroken(&drawn.caption)) " " a href=(file) { (file) }
-            }
-        }
-    }
-}
-
-/// The verdict, its headline marked.
-pub(super) fn verdict(sentences: &[String]) -> Markup {
-    html! {
-        @for (k, sentence) in sentences.iter().enumerate() {
-            p.finding {
-                @if k == 0 { b { (unbroken(sentence)) } } @else { (unbroken(sentence)) }
+                (prose(&drawn.caption)) " " a href=(file) { (file) }
             }
         }
     }
@@ -137,7 +163,7 @@ fn results_row(results: &Results, row: &Row) -> Markup {
         (scheme_cell(&row.scheme))
         td.main {
             @if is_best(results, row) { span.star title="least of its time" { "\u{2605} " } }
-            (format!("{:.2}", row.horizontal_m))
+            (grouped(row.horizontal_m, 2))
         }
         td.worse[change.is_some_and(|change| change >= 0.5)] {
             @if change.is_some() { (percent(change).replace('-', "\u{2212}")) }
@@ -151,10 +177,9 @@ fn results_row(results: &Results, row: &Row) -> Markup {
 fn set_up(report: &Report) -> Markup {
     let shown = report.set_up.iter().filter(|(label, _)| label != "command");
     html! {
-        h2 { "Set-up" }
         table.setup {
             tbody {
-                @for (label, value) in shown { tr { th.text { (label) } td.text { (value) } } }
+                @for (label, value) in shown { tr { th.text { (label) } td.text { (prose(value)) } } }
             }
         }
     }
@@ -205,16 +230,16 @@ mod tests {
     use super::*;
 
     fn sample_page(report: &Report) -> String {
-        page(report, &draw(&report.curves).unwrap())
+        page(report, &draw(&report.curves, "min").unwrap()).unwrap()
     }
 
     #[test]
     fn the_page_holds_everything_and_fetches_nothing() {
         let report = sample::report();
-        let text = sample_page(&report);
+        let text = sample_page(&report).replace('\u{2011}', "-");
         assert!(text.starts_with("<!DOCTYPE html>") && text[..1024].contains(MARKER));
         for row in &report.results.rows {
-            assert!(text.contains(&format!("{:.2}", row.horizontal_m)));
+            assert!(text.contains(&grouped(row.horizontal_m, 2)));
         }
         for part in report
             .notes
@@ -223,30 +248,64 @@ mod tests {
         {
             assert!(text.contains(part.as_str()), "{part}");
         }
-        assert_eq!(text.matches("<svg").count(), 4);
+        assert_eq!(
+            text.matches("<svg").count(),
+            2 + 4,
+            "twice on the first screen"
+        );
         let outside = ["<script", "<link", "<img", "url(", "@import", "src="];
         assert!(outside.iter().all(|tag| !text.contains(tag)));
         assert_eq!(
             text.matches("http").count(),
-            4,
+            6,
             "the names of the SVG name space only"
         );
         assert!(text.len() < 1_000_000, "{} bytes", text.len());
     }
 
     #[test]
-    fn the_verdict_stands_before_everything_else() {
-        let text = sample_page(&sample::report()).replace('\u{2011}', "-");
-        let at = |part: &str| text.find(part).unwrap_or_else(|| panic!("no '{part}'"));
-        assert!(at("<b>Verdict: mixed.") < at("strapdown navigator adds up"));
-        assert!(text.contains("Worse than that: ls-3x3") && text.contains("Better than that: rnn"));
+    fn sentence_picture_and_figures_stand_before_everything_else() {
+        let mut report = sample::report();
+        for row in &mut report.results.rows {
+            row.scheme = row.scheme.replace("rnn", "device-4");
+        }
+        let text = sample_page(&report).replace('\u{2011}', "-");
+        let (_, body) = text.split_once("<h1>").unwrap();
+        let parts = body.match_indices('<').map(|(at, _)| &body[at..]);
+        let parts = parts.filter(|part| {
+            let names = [
+                "<p ", "<p>", "<svg", "<ul", "<table", "<details", "<aside", "<dl",
+            ];
+            names.iter().any(|name| part.starts_with(name))
+        });
+        let first: Vec<&str> = parts.take(4).map(|part| &part[..8]).collect();
+        assert_eq!(first, ["<p class", "<svg rol", "<svg rol", "<ul clas"]);
+        let big = body
+            .split_once("<ul class=\"big\">")
+            .unwrap()
+            .1
+            .split_once("</ul>")
+            .unwrap()
+            .0;
+        assert_eq!(big.matches("<li>").count(), 3, "{big}");
+        assert!(
+            body.contains("<p class=\"verdict\">Verdict: the device helps by 6"),
+            "{big}"
+        );
         let nothing = Results {
-            schema: 3,
-            scenario: "x".into(),
-            seed: 0,
             rows: vec![],
+            ..report.results
         };
         assert_eq!(of_results(&nothing), ["There are no results."]);
+    }
+
+    #[test]
+    fn what_stands_between_backticks_is_code() {
+        let mut report = sample::report();
+        report.notes = vec!["The row `device` is `a < b`.".into()];
+        let text = sample_page(&report);
+        assert!(text.contains("<code>device</code> is <code>a &lt; b</code>."));
+        assert!(!text.contains('`'));
     }
 
     #[test]
@@ -284,6 +343,12 @@ mod tests {
     #[test]
     fn without_truth_and_learning_the_captions_say_so() {
         let mut report = sample::report();
+        assert!(sample_page(&report).contains("dashed on data held back"));
+        report
+            .curves
+            .learning
+            .retain(|curve| !curve.name.contains("held back"));
+        assert!(!sample_page(&report).contains("dashed on data"));
         report.curves.learning.clear();
         for trace in &mut report.curves.traces {
             trace.truth.clear();

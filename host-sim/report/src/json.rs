@@ -1,11 +1,15 @@
 //! The results as JSON: a stable format for scripts, without NaN.
 
+use super::{allan, verdict};
 use host_core::error::Error;
+use host_lab::analysis::allan::findings::Findings;
+use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Results;
+use serde::Serialize;
 
 /// The results as JSON text with a final line break.
 ///
-/// Its form is `{"schema","scenario","seed","rows":[..]}`, each row
+/// Its form is `{"schema","scenario","seed","rows":[..],"verdict"}`, each row
 /// `{"t_s","scheme","d_north_m","d_east_m", "d_vn_mps","d_ve_mps","horizontal_m"}`.
 ///
 /// # Errors
@@ -17,7 +21,44 @@ pub fn json(results: &Results) -> Result<String, Error> {
         field: "rows",
         problem: error.to_string(),
     };
-    Ok(serde_json::to_string_pretty(results).map_err(failed)? + "\n")
+    let said = Said::of(results, &verdict::of_results(results));
+    Ok(serde_json::to_string_pretty(&said).map_err(failed)? + "\n")
+}
+
+/// Results with the sentence of their verdict.
+#[derive(Debug, Serialize)]
+pub struct Said<'a, T: Serialize> {
+    #[serde(flatten)]
+    results: &'a T,
+    verdict: String,
+}
+
+impl<'a, T: Serialize> Said<'a, T> {
+    /// `said`: the verdict, the sentence first.
+    pub fn of(results: &'a T, said: &[String]) -> Self {
+        Self {
+            results,
+            verdict: said.first().cloned().unwrap_or_default(),
+        }
+    }
+}
+
+/// The cases of a replay, each with its verdict.
+#[must_use]
+pub fn outcomes(all: &[Outcome]) -> Vec<Said<'_, Outcome>> {
+    let said = |of| Said::of(of, &verdict::of_outcome(of));
+    all.iter().map(said).collect()
+}
+
+/// Noise at rest with its verdict.
+///
+/// # Errors
+/// [`Error::BadResult`] for a number that JSON cannot hold.
+pub fn findings(of: &Findings) -> Result<String, Error> {
+    of.json()?; // rejects results that are not finite
+    let said = Said::of(of, &[allan::verdict(of)]);
+    let text = serde_json::to_string_pretty(&said);
+    Ok(text.unwrap_or_default() + "\n")
 }
 
 /// Rejects a result that is NaN or infinite.
@@ -65,12 +106,13 @@ mod tests {
             scenario: "paper".into(),
             seed: 7,
             rows: vec![row],
+            device: None,
         }
     }
 
     #[test]
     fn the_format_stays_as_it_is() {
-        let expected = r#"{"schema":3,"scenario":"paper","seed":7,"rows":[{"t_s":300,"scheme":"raw","d_north_m":181.25,"d_east_m":-931.81,"d_vn_mps":-5.0,"d_ve_mps":-2.31,"horizontal_m":949.273}]}"#;
+        let expected = r#"{"schema":3,"scenario":"paper","seed":7,"rows":[{"t_s":300,"scheme":"raw","d_north_m":181.25,"d_east_m":-931.81,"d_vn_mps":-5.0,"d_ve_mps":-2.31,"horizontal_m":949.273}],"verdict":""}"#;
         let text = json(&results()).unwrap();
         assert_eq!(text.split_whitespace().collect::<String>(), expected);
         assert!(text.ends_with("}\n"));

@@ -59,8 +59,8 @@ pub(super) fn write_files<N: AsRef<Path>>(
 
 /// Name and content of every file of the report.
 fn files(report: &Report) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
-    let figures = draw(&report.curves)?;
-    let page = html::page(report, &figures);
+    let figures = draw(&report.curves, "min")?;
+    let page = html::page(report, &figures)?;
     let pngs = figures.into_iter().map(|f| (f.figure.file(), f.png));
     let mut files: Vec<(&'static str, Vec<u8>)> = pngs.collect();
     files.push((PAGE, page.into_bytes()));

@@ -40,13 +40,14 @@ pub(super) const GRID: Colour = Colour::new("grid", "#E4E7EB", "#2C3138");
 pub(super) const REFERENCE: Colour = Colour::new("reference", "#9BA3AD", "#6C7580");
 /// The teacher's error estimates: faint.
 pub(super) const TEACHER: Colour = Colour::new("teacher", "#C3C9D1", "#4C545E");
-const RAW: Colour = Colour::new("raw", "#D55E00", "#FF8B3D");
+/// No correction.
+pub(super) const RAW: Colour = Colour::new("raw", "#D55E00", "#FF8B3D");
 const LS_BIAS: Colour = Colour::new("ls-bias", "#CC79A7", "#E79CC6");
 const LS_3X3: Colour = Colour::new("ls-3x3", "#009E73", "#2CC99B");
 /// The network, also in the learning curves and sensor-error panels.
 pub(super) const RNN: Colour = Colour::new("rnn", "#0072B2", "#56B4F2");
 /// The learner from satellite fixes.
-const DEVICE: Colour = Colour::new("device", "#8B1E3F", "#FF8FAB");
+pub(super) const DEVICE: Colour = Colour::new("device", "#8B1E3F", "#FF8FAB");
 const EKF6: Colour = Colour::new("ekf6", "#56B4E9", "#8FD0F7");
 const EKF12: Colour = Colour::new("ekf12", "#B58900", "#E6C34D");
 const EKF24: Colour = Colour::new("ekf24", "#6F5BB5", "#AE9DF0");

@@ -133,7 +133,7 @@ pub(super) fn report() -> Report {
         .map(|(axis, scale)| (axis, "\u{b5}g", scale));
     Report {
         title: "Sample of the report: made-up curves".into(),
-        results: Results { schema: 3, scenario: "sample".into(), seed: 42, rows: rows() },
+        results: Results { schema: 3, scenario: "sample".into(), seed: 42, rows: rows(), device: None },
         set_up: [
             ("scenario", "sample, 22 min of free-inertial navigation"),
             ("IMU", "ring laser gyros, 200 Hz; bias 0.8 deg/h, random walk 0.005 deg/sqrt(h)"),

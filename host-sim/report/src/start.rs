@@ -1,11 +1,12 @@
 //! The tables that `start` prints.
 
+use super::terminal::fitted;
 use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 use host_lab::campaign::start::{Goal, HEADS, Summary, row};
 
 /// One table for the classes that should start and one for the traps.
 #[must_use]
-pub fn tables(summaries: &[Summary]) -> String {
+pub fn tables(summaries: &[Summary], width: usize) -> String {
     let mut out = String::from(
         "pairs: median / 95th percentile (median of what is claimed); 95 %: interval of the share that started (Clopper, Pearson);\n\
          silently wrong: off by more than 4 claimed standard deviations and 3 deg, at any second\n",
@@ -26,7 +27,7 @@ pub fn tables(summaries: &[Summary]) -> String {
         for summary in of {
             table.add_row(row(summary));
         }
-        out += &format!("\n{title}\n{table}\n");
+        out += &format!("\n{title}\n{}\n", fitted(table, width, []));
     }
     out
 }

@@ -2,6 +2,7 @@
 //!
 //! Each time has a block, and each scheme a line in it.
 
+use super::terminal::{MARK, fitted, named};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 use host_lab::experiment::results::{Results, Row};
 
@@ -42,11 +43,23 @@ pub(super) fn percent(change: Option<f64>) -> String {
     }
 }
 
-/// The table as text, without a final line break.
+/// The rows of a time in the order of the errors at the last time, the least first.
+fn sorted<'a>(results: &'a Results, block: &'a [Row]) -> Vec<&'a Row> {
+    let last = blocks(results).last().unwrap_or_default();
+    let end = |row: &&Row| {
+        let same = last.iter().find(|of| of.scheme == row.scheme);
+        same.map_or(f64::INFINITY, |of| of.horizontal_m)
+    };
+    let mut rows: Vec<&Row> = block.iter().collect();
+    rows.sort_by(|a, b| end(a).total_cmp(&end(b)));
+    rows
+}
+
+/// The table as text of at most `width` columns, without a final line break.
 ///
-/// It has at most 100 columns as long as errors stay below 10 000 km.
+/// It has at most 103 columns as long as errors stay below 10 000 km.
 #[must_use]
-pub fn table(results: &Results) -> String {
+pub fn table(results: &Results, width: usize) -> String {
     let mut table = Table::new();
     table
         .load_preset(presets::UTF8_FULL)
@@ -59,7 +72,7 @@ pub fn table(results: &Results) -> String {
         "north vel.\nerror, m/s",
         "east vel.\nerror, m/s",
         "horizontal\nerror, m",
-        "change\nagainst raw",
+        "change\nagainst\nraw",
     ];
     let aligned = |text| match text {
         "scheme" => Cell::new(text),
@@ -67,13 +80,14 @@ pub fn table(results: &Results) -> String {
     };
     table.set_header(header.map(aligned));
     for block in blocks(results) {
+        let rows = sorted(results, block);
         let column = |text: &dyn Fn(&Row) -> String| {
-            let lines: Vec<String> = block.iter().map(text).collect();
+            let lines: Vec<String> = rows.iter().map(|row| text(row)).collect();
             Cell::new(lines.join("\n")).set_alignment(CellAlignment::Right)
         };
         table.add_row([
             Cell::new(block[0].t_s / 60).set_alignment(CellAlignment::Right),
-            column(&|row| row.scheme.clone()).set_alignment(CellAlignment::Left),
+            column(&|row| named(&row.scheme)).set_alignment(CellAlignment::Left),
             column(&|row| format!("{:+.2}", row.d_north_m)),
             column(&|row| format!("{:+.2}", row.d_east_m)),
             column(&|row| format!("{:+.3}", row.d_vn_mps)),
@@ -88,13 +102,11 @@ pub fn table(results: &Results) -> String {
             column(&|row| percent(change_percent(results, row))),
         ]);
     }
-    format!(
-        "{table}
-\
-         change: of the horizontal error against raw at the same time: - is a smaller error, + a larger one
-\
-         *: least horizontal error of its time"
-    )
+    let notes = "change: of the horizontal error against raw at the same time: - is a smaller \
+                 error, + a larger one
+*: least horizontal error of its time";
+    let table = fitted(table, width, [5, 4, 3, 2]);
+    format!("{table}\n{notes}\n{MARK}: the device; sorted by the errors at the last time")
 }
 
 #[cfg(test)]
@@ -120,6 +132,7 @@ mod tests {
             scenario: "test".into(),
             seed: 1,
             rows,
+            device: None,
         }
     }
 
@@ -164,15 +177,14 @@ mod tests {
     #[test]
     fn the_printed_table_fits_and_holds_every_row() {
         let report = sample::report();
-        let text = table(&report.results);
+        let text = table(&report.results, usize::MAX);
         println!("{text}");
-        assert!(text.lines().all(|line| line.chars().count() <= 100));
+        assert!(text.lines().all(|line| line.chars().count() <= 103));
         let last = report.results.rows.last().unwrap();
-        let line = text
-            .lines()
-            .rev()
-            .find(|line| line.contains("rnn"))
-            .unwrap();
+        let (_, end) = text.rsplit_once(" 22 ").unwrap();
+        let line = end.lines().find(|line| line.contains("rnn")).unwrap();
+        let order = ["rnn", "ls-bias", "raw", "ls-3x3"].map(|name| end.find(name).unwrap());
+        assert!(order.is_sorted(), "{end}");
         assert!(
             line.contains(&format!("{:+.2}", last.d_north_m))
                 && line.contains(&format!("{:+.3}", last.d_ve_mps))
@@ -182,20 +194,42 @@ mod tests {
     }
 
     #[test]
+    fn narrow_terminals_get_what_is_compared_and_the_device_is_marked() {
+        let mut device = row("device-4", 802.9);
+        device.scheme = "device-4".into();
+        let results = results(vec![row("raw", 1720.55), device]);
+        for width in [40, 80, 120] {
+            let text = table(&results, width);
+            let at = |part: &str| text.find(part).unwrap_or_else(|| panic!("{part}: {text}"));
+            assert!(at("device-4 \u{25c2}") < at("802.90"), "{text}");
+            assert!(
+                at("802.90") < at("1720.55") && at("horizontal") < at("change"),
+                "{text}"
+            );
+            let rows = text.lines().take_while(|line| !line.starts_with('('));
+            let mut rows = rows.take_while(|line| !line.starts_with("change: "));
+            assert!(rows.all(|line| line.chars().count() <= width), "{text}");
+        }
+    }
+
+    #[test]
     fn errors_of_a_thousand_kilometres_fit_too() {
         let mut worst = row("ls-bias", 1_200_000.123);
         (worst.t_s, worst.d_north_m, worst.d_east_m) = (60 * 1440, -1_058_132.32, -1_181_780.08);
         (worst.d_vn_mps, worst.d_ve_mps) = (-1234.5678, 1234.5678);
-        let text = table(&results(vec![
-            Row {
-                scheme: "raw".into(),
-                horizontal_m: 1.0,
-                ..worst.clone()
-            },
-            worst,
-        ]));
+        let text = table(
+            &results(vec![
+                Row {
+                    scheme: "raw".into(),
+                    horizontal_m: 1.0,
+                    ..worst.clone()
+                },
+                worst,
+            ]),
+            usize::MAX,
+        );
         assert!(
-            text.lines().next().unwrap().chars().count() <= 100,
+            text.lines().next().unwrap().chars().count() <= 103,
             "{text}"
         );
     }

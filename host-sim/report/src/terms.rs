@@ -49,7 +49,7 @@ fn after_drives(name: &str) -> Option<String> {
 fn of_name(name: &str) -> Option<&'static str> {
     Some(match name {
         "raw" => "the samples as the IMU gives them, without any correction",
-        "none" => "no correction either, but its start comes from a filter aided by fixes",
+        "uncorrected" => "no correction either, but its start comes from a filter aided by fixes",
         "ls-bias" => "a constant bias of each axis, fitted to the teacher by least squares",
         "ls-3x3" => {
             "the same, and with it a matrix of scale factors and misalignments for the gyros and \
@@ -102,7 +102,7 @@ fn of_name(name: &str) -> Option<&'static str> {
             "cannot be built: a filter that knows which errors are simulated, their exact \
              statistics, and the exact temperature and magnetic field"
         }
-        "floor" => "cannot be built: the scheme none on an IMU that has white noise only",
+        "floor" => "cannot be built: the scheme uncorrected on an IMU that has white noise only",
         _ => return None,
     })
 }

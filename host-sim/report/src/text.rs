@@ -1,11 +1,42 @@
 //! Texts and numbers of a page.
 
+use super::axis::grouped;
+use maud::{Markup, html};
+
 /// `text` with non-breaking hyphens, so that `ls-3x3` stays in one piece.
 pub(super) fn unbroken(text: &str) -> String {
     text.replace('-', "\u{2011}")
 }
 
+/// A sentence on a page: what stands between backticks is set as code.
+pub(super) fn prose(text: &str) -> Markup {
+    let text = unbroken(text);
+    html! {
+        @for (k, part) in text.split('`').enumerate() {
+            @if k % 2 == 1 { code { (part) } } @else { (part) }
+        }
+    }
+}
+
+/// A number of things: `1 time`, `2 times`.
+pub(super) fn counted(number: impl Into<u64>, thing: &str) -> String {
+    match number.into() {
+        1 => format!("1 {thing}"),
+        n => format!("{} {thing}s", thousands(n)),
+    }
+}
+
+/// A whole number with spaces between thousands.
+pub(super) fn thousands(number: impl Into<u64>) -> String {
+    grouped(number.into() as f64, 0)
+}
+
 /// A number with its sign and `digits` decimals.
 pub(super) fn signed(value: f64, digits: usize) -> String {
-    format!("{value:+.digits$}").replace('-', "\u{2212}")
+    let sign = if value.is_sign_negative() {
+        "\u{2212}"
+    } else {
+        "+"
+    };
+    format!("{sign}{}", grouped(value.abs(), digits))
 }

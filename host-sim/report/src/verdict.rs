@@ -1,15 +1,20 @@
-//! The verdict of a comparison of schemes, in sentences, harm first.
+//! The verdict of a comparison of schemes, in sentences: the device first, then all schemes.
 //!
 //! A scheme is worse than no correction if its horizontal error is larger by more than 2 % and by
 //! more than 1 m, and better if it is smaller by as much. Smaller differences are ignored. No
-//! correction is `raw`, or `none` for a scheme whose start also comes from an aided filter: the
-//! effect of that start is no merit of a correction.
+//! correction is `raw`, or `uncorrected` for a scheme whose start also comes from an aided filter:
+//! the effect of that start is no merit of a correction.
+
+mod device;
+
+pub(crate) use device::{Device, Effect, Several, times, waits};
 
 use super::figures::length;
 use super::table::BASELINE;
 use host_lab::campaign::NONE;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Results;
+use host_lab::learning::device::Course;
 
 /// Smallest differences that count.
 const SHARE: f64 = 0.02;
@@ -27,35 +32,55 @@ struct Ended<'a> {
     metres: f64,
 }
 
-/// The verdict on a run.
+/// The verdict on a run. The first sentence is that on the device.
 #[must_use]
 pub fn of_results(results: &Results) -> Vec<String> {
+    sentences(&ended_of(results), "min", results.device.as_ref())
+}
+
+/// The verdict on one case of a replay. The first sentence is that on the device.
+#[must_use]
+pub fn of_outcome(outcome: &Outcome) -> Vec<String> {
+    sentences(&ends_of(outcome), "s", course(outcome))
+}
+
+/// What the device did in a run, if it takes part.
+pub(super) fn device_of_results(results: &Results) -> Option<Device> {
+    device(&ended_of(results), "min", results.device.as_ref())
+}
+
+/// What the device did in a case of a replay, if it takes part.
+pub(super) fn device_of_outcome(outcome: &Outcome) -> Option<Device> {
+    device(&ends_of(outcome), "s", course(outcome))
+}
+
+fn ended_of(results: &Results) -> Vec<Ended<'_>> {
     let ended = results.rows.iter().map(|row| Ended {
         after: row.t_s / 60,
         scheme: &row.scheme,
         metres: row.horizontal_m,
     });
-    sentences(&ended.collect::<Vec<_>>(), "min")
+    ended.collect()
 }
 
-/// The verdict on one case of a replay.
-#[must_use]
-pub fn of_outcome(outcome: &Outcome) -> Vec<String> {
+fn ends_of(outcome: &Outcome) -> Vec<Ended<'_>> {
     let ended = outcome.rows.iter().map(|row| Ended {
         after: row.t_s,
         scheme: &row.scheme,
         metres: row.horizontal_m,
     });
-    sentences(&ended.collect::<Vec<_>>(), "s")
+    ended.collect()
+}
+
+fn course(outcome: &Outcome) -> Option<&Course> {
+    outcome.bench.as_deref().map(|bench| &bench.course)
 }
 
 /// The verdict on several cases of a replay.
 #[derive(Debug, Clone)]
 pub(super) struct Compared {
-    /// The shortest answer.
+    /// The sentence on the device.
     pub headline: String,
-    /// The device's results.
-    pub device: Option<String>,
     /// Sentences on each case.
     pub others: Vec<String>,
 }
@@ -99,84 +124,126 @@ fn corrects(scheme: &str) -> bool {
     scheme != BASELINE && scheme != NONE
 }
 
-/// The verdict on all cases of a replay: the number of cases in which a correction did harm, and
-/// the device's results.
+/// Whether a scheme is the device: `device`, or `device-N` after N earlier drives.
+pub(super) fn is_device(scheme: &str) -> bool {
+    scheme == DEVICE || scheme.starts_with("device-")
+}
+
+/// The scheme of no correction beside which a scheme is judged, of those that are there.
+pub(super) fn beside<'a>(scheme: &str, mut names: impl Iterator<Item = &'a str>) -> &'static str {
+    let aided = AIDED.contains(&scheme) && names.any(|name| name == NONE);
+    if aided { NONE } else { BASELINE }
+}
+
+/// The device beside no correction. `None`: one of them is not among the rows.
+fn device(rows: &[Ended<'_>], unit: &str, course: Option<&Course>) -> Option<Device> {
+    let last = rows.last()?.after;
+    let name = rows.iter().rfind(|row| is_device(row.scheme))?.scheme;
+    let both = |block: &[Ended<'_>]| {
+        let with = block.iter().find(|row| row.scheme == name)?.metres;
+        Some([with, Uncorrected::among(block)?.beside(name)])
+    };
+    let blocks = rows.chunk_by(|a, b| a.after == b.after);
+    let all: Vec<(u32, [f64; 2])> = blocks
+        .filter_map(|block| Some((block.first()?.after, both(block)?)))
+        .collect();
+    let (_, metres) = *all.last().filter(|(after, _)| *after == last)?;
+    let equal = |of: &(u32, [f64; 2])| (of.1[0] - of.1[1]).abs() <= 1e-6 * of.1[1];
+    let worse = |of: &&(u32, [f64; 2])| of.0 != last && against(of.1[0], of.1[1]) == Against::Worse;
+    let earlier = all.iter().filter(worse);
+    Some(Device {
+        after: format!("after {last} {unit} without fixes"),
+        metres,
+        several: None,
+        waits: all.iter().all(equal).then(|| waits(course)),
+        earlier: earlier
+            .filter(|_| against(metres[0], metres[1]) != Against::Worse)
+            .map(|(after, both)| (format!("{after} {unit}"), *both))
+            .collect(),
+    })
+}
+
+/// The sentence on the device in all cases of a replay.
+#[must_use]
+pub fn headline(outcomes: &[Outcome]) -> String {
+    of_outcomes(outcomes).headline
+}
+
+/// The verdict on all cases of a replay.
 pub(super) fn of_outcomes(outcomes: &[Outcome]) -> Compared {
     if let [only] = outcomes {
         let mut sentences = of_outcome(only).into_iter();
-        let headline = sentences.next().unwrap_or_else(|| NO_RESULTS.to_owned());
         return Compared {
-            headline,
-            device: of_device(outcomes),
+            headline: sentences.next().unwrap_or_else(|| NO_RESULTS.to_owned()),
             others: sentences.collect(),
         };
     }
-    let said: Vec<(String, Vec<String>)> = outcomes
-        .iter()
-        .map(|o| (format!("{}, {}", o.recording, o.case), of_outcome(o)))
-        .collect();
-    let harmed = outcomes.iter().filter(|o| has(o, Against::Worse)).count();
-    let helped = outcomes.iter().filter(|o| has(o, Against::Better)).count();
-    let n = outcomes.len();
-    let headline = match (harmed, helped) {
-        (0, 0) => "Verdict: in no case a correction makes a difference at the end.".to_owned(),
-        (0, _) => format!(
-            "Verdict: at the end corrections help in {helped} of {n} cases, and none does harm."
-        ),
-        (_, 0) => format!(
-            "Verdict: harm. At the end corrections make it worse in {harmed} of {n} cases, and \
-             none helps in any."
-        ),
-        _ => format!(
-            "Verdict: harm. At the end some corrections make it worse in {harmed} of {n} cases, \
-             though some help in {helped}."
-        ),
-    };
-    let each = said
-        .into_iter()
-        .map(|(case, of)| format!("{case}: {}", of.join(" ")));
+    let each = outcomes.iter().map(|of| {
+        let said = of_outcome(of).join(" ");
+        format!("{}, {}: {said}", of.recording, of.case)
+    });
     Compared {
-        headline,
-        device: of_device(outcomes),
+        headline: of_cases(outcomes),
         others: each.collect(),
     }
 }
 
-/// Comparison of a scheme at the end of a case. `None` if it or no correction has no row.
-fn ends(outcome: &Outcome, scheme: &str) -> Option<Against> {
-    let last = outcome.rows.last()?.t_s;
-    let metres = |scheme: &str| outcome.horizontal(scheme, last);
-    let without = Uncorrected::of(metres)?.beside(scheme);
-    Some(against(metres(scheme)?, without))
-}
-
-/// Whether the comparison of a scheme has this result.
-fn has(outcome: &Outcome, how: Against) -> bool {
-    let schemes = outcome.rows.iter().map(|row| row.scheme.as_str());
-    let mut others = schemes.filter(|scheme| corrects(scheme));
-    others.any(|scheme| ends(outcome, scheme) == Some(how))
-}
-
-/// The device's results, without those of the schemes that only the desktop has.
-fn of_device(outcomes: &[Outcome]) -> Option<String> {
-    let ended: Vec<Against> = outcomes.iter().filter_map(|o| ends(o, DEVICE)).collect();
-    let count = |how| ended.iter().filter(|is| **is == how).count();
-    let [worse, better, same] = [Against::Worse, Against::Better, Against::Same].map(count);
-    if let [only] = ended[..] {
-        let how = match only {
-            Against::Worse => "worse than",
-            Against::Same => "no different from",
-            Against::Better => "better than",
-        };
-        return Some(format!("The device ends {how} no correction."));
+/// The sentence on the device in several cases: in how many it harms, helps and does nothing.
+fn of_cases(outcomes: &[Outcome]) -> String {
+    let each = outcomes.iter();
+    let devices: Vec<(&Outcome, Device)> = each
+        .filter_map(|of| Some((of, device_of_outcome(of)?)))
+        .collect();
+    let n = devices.len();
+    if n == 0 {
+        return format!(
+            "Verdict: the device does not take part in {} cases.",
+            outcomes.len()
+        );
     }
-    (!ended.is_empty()).then(|| {
-        format!(
-            "The device ends worse than no correction in {worse}, better in \
-             {better} and no different in {same} of {} cases.",
-            ended.len()
-        )
-    })
+    let acts: Vec<_> = devices
+        .iter()
+        .filter(|(_, of)| of.waits.is_none())
+        .collect();
+    let with = |effect| acts.iter().filter(move |(_, of)| of.effect() == effect);
+    let harmed: Vec<String> = with(Effect::Harms)
+        .map(|(case, of)| {
+            let [with, without] = of.metres.map(metres);
+            format!(
+                "{}, {}: {with} instead of {without}",
+                case.recording, case.case
+            )
+        })
+        .collect();
+    let (helped, open) = (with(Effect::Helps).count(), with(Effect::Open).count());
+    let idle = n - acts.len();
+    if idle == n {
+        let why = devices
+            .iter()
+            .filter_map(|(_, of)| of.waits.as_deref())
+            .next_back();
+        let why = why.unwrap_or_default();
+        return format!(
+            "Verdict: the device does nothing in any of {n} cases; in the last because {why}."
+        );
+    }
+    let mut ratios: Vec<f64> = devices
+        .iter()
+        .map(|(_, of)| of.metres[0] / of.metres[1])
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let median = times(ratios[n / 2]);
+    let (least, most) = (times(ratios[0]), times(ratios[n - 1]));
+    let harms = match harmed.as_slice() {
+        [] => "harms in none".to_owned(),
+        all => format!("harms in {} ({})", all.len(), all.join("; ")),
+    };
+    format!(
+        "Verdict: of {n} cases the device {harms}, helps in {helped}, and makes no difference in \
+         {}. The error at the end is {median} times the uncorrected one in the median case \
+         ({least} to {most}).",
+        open + idle
+    )
 }
 
 /// Comparison of a scheme with no correction at the same time.
@@ -197,8 +264,8 @@ fn against(metres: f64, raw: f64) -> Against {
 }
 
 /// The verdict on rows with times ascending; `unit` is that of the times. The first sentence is the
-/// shortest answer to "does it help?". Empty where nothing was compared with uncorrected samples.
-fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
+/// verdict on the device. Empty where nothing was compared with uncorrected samples.
+fn sentences(rows: &[Ended<'_>], unit: &str, course: Option<&Course>) -> Vec<String> {
     let Some(last) = rows.chunk_by(|a, b| a.after == b.after).next_back() else {
         return vec![NO_RESULTS.to_owned()];
     };
@@ -210,7 +277,8 @@ fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
     if worse.is_empty() && same.is_empty() && better.is_empty() {
         return Vec::new();
     }
-    let mut out = vec![headline(&worse, &better).to_owned()];
+    let device = device(rows, unit, course).map(|device| device.sentence());
+    let mut out = vec![device.unwrap_or_else(|| without_device(&worse, &better))];
     out.push(format!(
         "After {after} {unit} without fixes the uncorrected samples ({BASELINE}) end {} off.",
         metres(without.raw)
@@ -238,13 +306,15 @@ fn sentences(rows: &[Ended<'_>], unit: &str) -> Vec<String> {
     out
 }
 
-fn headline(worse: &[String], better: &[String]) -> &'static str {
-    match (worse.is_empty(), better.is_empty()) {
-        (true, true) => "Verdict: at the end no correction makes a difference.",
-        (true, false) => "Verdict: at the end corrections help, and none does harm.",
-        (false, true) => "Verdict: harm. At the end no correction helps, and some make it worse.",
-        (false, false) => "Verdict: mixed. At the end some corrections help and some do harm.",
-    }
+/// The verdict where the device does not take part.
+fn without_device(worse: &[String], better: &[String]) -> String {
+    let others = match (worse.is_empty(), better.is_empty()) {
+        (true, true) => "none makes a difference at the end",
+        (true, false) => "at the end some help and none harms",
+        (false, true) => "at the end some harm and none helps",
+        (false, false) => "at the end some help and some harm",
+    };
+    format!("Verdict: the device does not take part. Of the other schemes, {others}.")
 }
 
 /// The schemes with this result of the comparison, the largest difference first.
@@ -315,7 +385,7 @@ fn earlier(
 }
 
 /// A length for a terminal, without non-breaking spaces.
-fn metres(value: f64) -> String {
+pub(crate) fn metres(value: f64) -> String {
     length(value, value).replace('\u{a0}', " ")
 }
 

@@ -1,10 +1,10 @@
 //! `host-sim allan`.
 
-use super::options::{UnitOption, positive, refused};
+use super::options::{UnitOption, positive, refused, seed};
 use super::output::JsonOption;
 use super::report::form::{self, Form};
 use super::report::rest::{self, Rest};
-use super::{progress, recording};
+use super::{progress, recording, stdout};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
@@ -39,7 +39,7 @@ pub struct Args {
     #[arg(long, value_name = "NAME")]
     error_model: Option<String>,
     /// Seed of the simulation [default: 1]
-    #[arg(long)]
+    #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Only this column; may be given several times
     #[arg(long, value_name = "NAME")]
@@ -90,7 +90,7 @@ impl Args {
             }
         };
         progress::stage(progress::WRITING);
-        let json = findings.json()?;
+        let json = host_report::json::findings(&findings)?;
         let page = self
             .out
             .as_deref()
@@ -99,9 +99,10 @@ impl Args {
         self.json.write_text(&json)?;
         drop(shown);
         println!(
-            "Allan deviation of {}\n\n{}",
+            "Allan deviation of {}\n\n{}\n\n{}",
             findings.source,
-            host_report::allan::table(&findings)
+            host_report::allan::verdict(&findings),
+            host_report::allan::table(&findings, stdout::width())
         );
         findings.notes.iter().for_each(|note| println!("- {note}"));
         if let Some(page) = page {

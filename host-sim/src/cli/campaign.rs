@@ -3,6 +3,7 @@
 use super::options::{ScenarioOption, arguments, arguments_without, pool, refused, renamed, shard};
 use super::output::{JsonOption, write_json};
 use super::progress::{self, bar};
+use super::stdout;
 use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_io::output::{check_writable, write_atomic};
@@ -233,10 +234,11 @@ impl Args {
         if self.files.results.is_some() && !plain {
             return Err(not_for_results());
         }
-        let none = self.schemes.iter().any(|name| name == NONE);
+        let none = self.schemes()?.iter().any(|name| name == NONE);
         if self.files.report.is_some() && !self.schemes.is_empty() && !none {
-            let problem = "its page compares with the scheme 'none', which --schemes leaves out";
-            return Err(refused("--report", problem, "add none to --schemes"));
+            let problem =
+                "its page compares with the scheme 'uncorrected', which --schemes leaves out";
+            return Err(refused("--report", problem, "add uncorrected to --schemes"));
         }
         Ok(())
     }
@@ -244,13 +246,22 @@ impl Args {
     /// The schemes asked for; each must exist.
     fn schemes(&self) -> Result<Vec<String>, Error> {
         let known = || SCHEMES.iter().map(|(name, _)| *name);
-        for name in &self.schemes {
+        // its former name
+        let named = |name: &String| {
+            if name == "none" {
+                NONE.to_owned()
+            } else {
+                name.clone()
+            }
+        };
+        let schemes: Vec<String> = self.schemes.iter().map(named).collect();
+        for name in &schemes {
             if !known().any(|k| k == name) {
                 let all: Vec<&str> = known().collect();
                 return Err(Error::unknown("scheme", name, &all));
             }
         }
-        Ok(self.schemes.clone())
+        Ok(schemes)
     }
 }
 
@@ -340,7 +351,10 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
         }
         println!();
     }
-    println!("{}", host_report::campaign::tables(&summary, &ratios));
+    println!(
+        "{}",
+        host_report::campaign::tables(&summary, &ratios, stdout::width())
+    );
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! `host-sim learnability`.
 
-use super::options::{UnitOption, arguments, within};
+use super::options::{UnitOption, arguments, seed, within};
 use super::output::Output;
 use super::progress::bar;
 use clap::Args as ClapArgs;
@@ -41,7 +41,7 @@ pub struct Args {
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(0..=1000))]
     units: u32,
     /// Seed of the road and the units
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     #[command(flatten)]
     output: Output,

@@ -38,8 +38,14 @@ pub(super) struct Simulation {
     #[command(flatten)]
     pub(super) scenario: ScenarioOption,
     /// Seed of everything random: sensor errors of the unit and of each turn-on, roads, noise
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     pub(super) seed: u64,
+}
+
+/// A seed, for options that allow negative numbers to be typed.
+pub(super) fn seed(text: &str) -> Result<u64, String> {
+    let whole = format!("a seed is a whole number from 0 to {}", u64::MAX);
+    text.parse().map_err(|_| whole)
 }
 
 /// `--unit`, and its former name.

@@ -2,10 +2,11 @@
 
 use super::options::{arguments, refused};
 use super::progress::{self, Shown};
+use super::stdout;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_io::output::write_atomic;
-use host_lab::experiment::outcome::{Outcome, table};
+use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Report;
 use host_report::replay::Head;
 use serde::Serialize;
@@ -103,7 +104,7 @@ impl Output {
         let page = host_report::page::write(&self.directory(name), report)?;
         self.json.write_text(&json)?;
         drop(shown);
-        let table = host_report::table::table(&report.results);
+        let table = host_report::table::table(&report.results, stdout::width());
         println!("{}\n", report.title);
         for sentence in host_report::verdict::of_results(&report.results) {
             println!("{sentence}");
@@ -130,16 +131,21 @@ impl Output {
         };
         let directory = self.directory(&format!("replay-{name}"));
         let page = host_report::replay::write(&directory, &head, outcomes)?;
-        self.json.write(outcomes)?;
+        self.json.write(&host_report::json::outcomes(outcomes))?;
         drop(shown);
-        let table = table(outcomes);
+        let table = host_report::replay::text(outcomes, stdout::width());
+        if outcomes.len() > 1 {
+            println!("{}\n", host_report::verdict::headline(outcomes));
+        }
         for outcome in outcomes {
             println!("{}, {}:", outcome.recording, outcome.case);
             for sentence in host_report::verdict::of_outcome(outcome) {
                 println!("  {sentence}");
             }
         }
-        println!("\nhorizontal error in m, by seconds of free-inertial navigation");
+        println!(
+            "\nhorizontal error in m, by seconds of free-inertial navigation (\u{25c2}: the device)"
+        );
         let mut starts: Vec<&str> = outcomes.iter().map(|of| of.start.as_str()).collect();
         starts.dedup();
         for start in starts {

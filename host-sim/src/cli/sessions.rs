@@ -4,6 +4,7 @@ use super::options::{positive, refused};
 use super::output::JsonOption;
 use super::progress;
 use super::recording;
+use super::stdout::width;
 use super::user_recording::StartFrom;
 use clap::Args as ClapArgs;
 use firmware::app::blackbox::read::events;
@@ -89,6 +90,7 @@ struct Results<'a> {
     schema: u32,
     unit: &'a str,
     start: &'static str,
+    verdict: &'a str,
     sessions: &'a [Judged],
     rows: Vec<&'a Row>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -149,10 +151,12 @@ impl Sessions {
         let paper = paper_s.map(|horizon_s| sessions::paper(drives, &plan, horizon_s));
         let paper = paper.transpose()?;
         let rows = all.iter().flat_map(|of| &of.rows).collect();
+        let said = host_report::sessions::verdict(&all);
         let results = Results {
             schema: SCHEMA,
             unit: &unit.name,
             start: plan.start(),
+            verdict: said.first().map_or("", String::as_str),
             sessions: &all,
             rows,
             paper,
@@ -162,9 +166,12 @@ impl Sessions {
             let page = host_report::sessions::document(&unit.name, &all, plan.start()).page()?;
             write_atomic(file, page.as_bytes())?;
         }
-        print!("{}", host_report::sessions::text(&all, plan.start()));
+        print!(
+            "{}",
+            host_report::sessions::text(&all, plan.start(), width())
+        );
         if let Some(rows) = &results.paper {
-            print!("{}", host_report::sessions::paper(rows));
+            print!("{}", host_report::sessions::paper(rows, width()));
         }
         judged
     }

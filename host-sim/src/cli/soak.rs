@@ -1,6 +1,6 @@
 //! `host-sim soak`.
 
-use super::options::refused;
+use super::options::{refused, seed};
 use super::progress::bar;
 use clap::Args as ClapArgs;
 use firmware::app::App;
@@ -26,7 +26,7 @@ pub struct Args {
     #[arg(long, default_value_t = 200)]
     rate: u32,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_negative_numbers = true)]
     seed: u64,
     /// Print JSON
     #[arg(long)]

@@ -117,7 +117,10 @@ impl Args {
         bar.finish_and_clear();
         let tried = tried?;
         let summaries: Vec<Summary> = tried.iter().map(|t| t.summary.clone()).collect();
-        println!("{}", host_report::start::tables(&summaries));
+        println!(
+            "{}",
+            host_report::start::tables(&summaries, super::stdout::width())
+        );
         let done: usize = tried.iter().map(|t| t.trials.len()).sum();
         let whole = done == study.trials();
         self.json.write(&json!({

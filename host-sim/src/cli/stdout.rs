@@ -26,6 +26,19 @@ macro_rules! println {
     ($($text:tt)*) => { print!("{}\n", format_args!($($text)*)) };
 }
 
+/// Columns that a table may have: those that `COLUMNS` gives, else those of the terminal. A file or
+/// a pipe has no limit.
+pub(super) fn width() -> usize {
+    let given = std::env::var("COLUMNS")
+        .ok()
+        .and_then(|text| text.parse().ok());
+    let terminal = || Some(usize::from(console::Term::stdout().size_checked()?.1));
+    given
+        .filter(|columns| *columns >= 20)
+        .or_else(terminal)
+        .unwrap_or(usize::MAX)
+}
+
 fn failed() -> MutexGuard<'static, Option<io::Error>> {
     FAILED.lock().unwrap_or_else(PoisonError::into_inner)
 }

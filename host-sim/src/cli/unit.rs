@@ -5,7 +5,7 @@ use super::progress;
 use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_io::output::write_atomic;
-use host_unit::{Finding, Unit, ask, examine, presets, schema};
+use host_unit::{Finding, Sources, Unit, ask, examine, presets, schema};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `unit`.
@@ -100,9 +100,11 @@ fn new(from: Option<&str>, output: &Path, force: bool) -> Result<(), Error> {
             "give another --output, or --force to replace it",
         ));
     }
+    let sources = from.map(sources).transpose()?.unwrap_or_default();
     let from = from.map(Unit::load).transpose()?;
+    progress::say("an empty answer takes the value in brackets; ? explains the question");
     let mut input = std::io::stdin().lock();
-    let asked = ask::interview(from.as_ref(), &mut input, &mut std::io::stderr());
+    let asked = ask::interview(from.as_ref(), &sources, &mut input, &mut std::io::stderr());
     let asked = asked.map_err(|error| refused("unit new", error.to_string(), "answer again"))?;
     let Some(text) = asked else {
         return Err(refused(
@@ -129,6 +131,15 @@ fn new(from: Option<&str>, output: &Path, force: bool) -> Result<(), Error> {
         beside.display()
     );
     Ok(())
+}
+
+/// The comments of a preset or a unit file.
+fn sources(name: &str) -> Result<Sources, Error> {
+    let preset = presets::text(name).map(|text| Ok(text.to_owned()));
+    let text = preset.unwrap_or_else(|| std::fs::read_to_string(name));
+    let text = text.map_err(|error| Error::reading(Path::new(name), error));
+    // an unknown name is refused with the names that are known
+    Unit::load(name).and(text).map(|text| Sources::of(&text))
 }
 
 fn check(file: &Path, json: bool) -> Result<(), Error> {

@@ -1,7 +1,7 @@
 //! Asks the user for the keys of a unit file, and writes the file.
 
 use super::sensor::FormatName;
-use super::{Unit, schema};
+use super::{Sources, Unit, schema};
 use std::io::{self, BufRead, Write};
 
 /// A question: its key in the file, and its text.
@@ -10,6 +10,19 @@ struct Question {
     key: &'static str,
     what: &'static str,
 }
+
+impl Question {
+    /// The key with its table, as in `sensor.format`.
+    fn path(&self) -> String {
+        match self.table {
+            "" => self.key.to_owned(),
+            table => format!("{table}.{}", self.key),
+        }
+    }
+}
+
+/// Keys whose words are explained before the question.
+const EXPLAINED: [&str; 2] = ["mode", "activation"];
 
 const fn ask(table: &'static str, key: &'static str, what: &'static str) -> Question {
     Question { table, key, what }
@@ -85,13 +98,15 @@ const QUESTIONS: [Question; 26] = [
     ),
 ];
 
-/// Asks line by line, with the values of `from` as defaults, and gives the text of the file. An
-/// answer that is refused is asked again. `None`: the input ended before all required answers.
+/// Asks line by line, with the values of `from` as defaults, and gives the text of the file, in
+/// which values that are kept keep their comments (`sources`). The answer `?` explains a question.
+/// An answer that is refused is asked again. `None`: the input ended before all required answers.
 ///
 /// # Errors
 /// Input or output that fails.
 pub fn interview(
     from: Option<&Unit>,
+    sources: &Sources,
     input: &mut impl BufRead,
     output: &mut impl Write,
 ) -> io::Result<Option<String>> {
@@ -115,7 +130,7 @@ pub fn interview(
             }
         }
     }
-    Ok(Some(file(&table, &schema)))
+    Ok(Some(file(&table, &schema, sources)))
 }
 
 /// Questions for the chosen format only.
@@ -156,6 +171,9 @@ fn answer(
     let usual = current(table, question).or_else(|| usual(field));
     let required = usual.is_none() && is_required(schema, question);
     let words = schema::words(field);
+    if EXPLAINED.contains(&question.key) {
+        explain(question, field, output)?;
+    }
     loop {
         write!(output, "{}", question.what)?;
         if !words.is_empty() {
@@ -177,8 +195,12 @@ fn answer(
                 }
                 (None, false) => return Ok(Some(())),
                 (None, true) if ended => return Ok(None),
-                (None, true) => writeln!(output, "  an answer is needed")?,
+                (None, true) => writeln!(output, "  {}: an answer is needed", question.path())?,
             }
+            continue;
+        }
+        if text == "?" {
+            explain(question, field, output)?;
             continue;
         }
         let value = read(field, text);
@@ -189,12 +211,34 @@ fn answer(
                 put(table, question, value);
                 return Ok(Some(()));
             }
-            Some(fault) => writeln!(output, "  {}; {}", fault.problem, fault.remedy)?,
+            Some(fault) => {
+                let (path, problem, remedy) = (question.path(), &fault.problem, &fault.remedy);
+                writeln!(output, "  {path} {problem}; {remedy} (? explains it)")?;
+            }
         }
         if ended {
             return Ok(None);
         }
     }
+}
+
+/// Explains a question by the schema: the key, and each of its words.
+fn explain(
+    question: &Question,
+    field: &serde_json::Value,
+    output: &mut impl Write,
+) -> io::Result<()> {
+    let says = |of: &serde_json::Value| {
+        let says = of["description"].as_str().unwrap_or_default();
+        says.replace('\n', " ")
+    };
+    writeln!(output, "  {}: {}", question.path(), says(field))?;
+    for one in field["oneOf"].as_array().into_iter().flatten() {
+        if let Some(word) = one["const"].as_str() {
+            writeln!(output, "    {word}: {}", says(one))?;
+        }
+    }
+    Ok(())
 }
 
 /// The schema of a question's key.
@@ -278,13 +322,19 @@ fn shown(value: &toml::Value) -> String {
 }
 
 /// The text of the file. The comment of each line is the first sentence of the field's description.
-fn file(table: &toml::Table, schema: &serde_json::Value) -> String {
+fn file(table: &toml::Table, schema: &serde_json::Value, sources: &Sources) -> String {
     let mut text = format!("#:schema {}\n", schema::FILE);
-    write_table(table, schema, "", &mut text);
+    write_table(table, schema, sources, "", &mut text);
     text
 }
 
-fn write_table(table: &toml::Table, schema: &serde_json::Value, path: &str, text: &mut String) {
+fn write_table(
+    table: &toml::Table,
+    schema: &serde_json::Value,
+    sources: &Sources,
+    path: &str,
+    text: &mut String,
+) {
     let is_table = |value: &&toml::Value| value.is_table();
     if !path.is_empty() && table.values().any(|value| !value.is_table()) {
         *text += &format!("\n[{path}]\n");
@@ -298,8 +348,13 @@ fn write_table(table: &toml::Table, schema: &serde_json::Value, path: &str, text
         let says = schema["properties"][name]["description"].as_str();
         let says = says.unwrap_or_default().replace('\n', " ");
         let says = says.split(". ").next().unwrap_or_default();
-        let line = format!("{name} = {value}");
-        *text += &format!("# {says}\n{line}\n");
+        let key = match path {
+            "" => name.to_owned(),
+            path => format!("{path}.{name}"),
+        };
+        let source = sources.comment(&key, value);
+        let source = source.map_or(String::new(), |source| format!(" # {source}"));
+        *text += &format!("# {says}\n{name} = {value}{source}\n");
     }
     for name in names {
         if let Some(toml::Value::Table(inner)) = table.get(name).filter(is_table) {
@@ -307,7 +362,7 @@ fn write_table(table: &toml::Table, schema: &serde_json::Value, path: &str, text
                 "" => name.to_owned(),
                 path => format!("{path}.{name}"),
             };
-            write_table(inner, &schema["properties"][name], &path, text);
+            write_table(inner, &schema["properties"][name], sources, &path, text);
         }
     }
 }
@@ -319,7 +374,13 @@ mod tests {
 
     fn ask_all(from: Option<&Unit>, answers: &str) -> (Option<String>, String) {
         let mut said = Vec::new();
-        let text = interview(from, &mut answers.as_bytes(), &mut said).unwrap();
+        let text = interview(
+            from,
+            &Sources::default(),
+            &mut answers.as_bytes(),
+            &mut said,
+        )
+        .unwrap();
         (text, String::from_utf8(said).unwrap())
     }
 
@@ -329,7 +390,10 @@ mod tests {
                        \n\n1\n\n2000\n50\n60\n\n\n\nsbf\n1\n1 0.2,-2\n\nair\n80\nlearn\nfaded\n";
         let (text, said) = ask_all(None, answers);
         let text = text.unwrap();
-        assert!(said.contains("is 'stim30'; use one of stim300"), "{said}");
+        assert!(
+            said.contains("sensor.format is 'stim30'; use one of stim300"),
+            "{said}"
+        );
         assert!(said.contains("is -1; give a number from 0"), "{said}");
         assert!(
             said.contains("Bit rate of the sensor's line, bit/s [921600]: "),
@@ -368,6 +432,35 @@ mod tests {
             unit.simulation = None;
             assert_eq!(made, unit.configuration(), "{name}");
         }
+    }
+
+    #[test]
+    fn a_question_is_explained_and_kept_values_keep_their_sources() {
+        let preset = super::super::presets::text("tactical").unwrap();
+        let unit = Unit::preset("tactical").unwrap();
+        let mut said = Vec::new();
+        let answers = "\n\n\n\n\n\n?\n2\n";
+        let sources = Sources::of(&preset);
+        let text = interview(Some(&unit), &sources, &mut answers.as_bytes(), &mut said);
+        let text = text.unwrap().unwrap();
+        let said = String::from_utf8(said).unwrap();
+        assert!(said.contains("  mounting.axes: "), "{said}");
+        assert!(
+            said.contains("  correction.mode: ") && said.contains("    bypass: "),
+            "{said}"
+        );
+        assert!(text.contains("velocity_random_walk_ugpsqrthz = 34.0 # source: [simulation]\n"));
+        let rate = "rate_hz = 100.0 # source: NovAtel OEM7 documentation: HG1700 logs at 100 Hz\n";
+        assert!(text.contains(rate), "{text}");
+        let (asked, _) = ask_all(Some(&unit), "x\n");
+        assert!(
+            !asked.unwrap().contains("# source"),
+            "no sources were given"
+        );
+        let other = Sources::of("name = \"a\" # mine\n[gyro]\nscale_ppm = 2 # sheet\n");
+        let two = toml::Value::Float(2.0);
+        assert_eq!(other.comment("gyro.scale_ppm", &two), Some("sheet"));
+        assert_eq!(other.comment("name", &two), None);
     }
 
     #[test]

@@ -23,10 +23,12 @@ mod examine;
 mod finding;
 mod reverse;
 mod simulated;
+mod sources;
 
 pub use convert::key;
 pub use examine::examine;
 pub use finding::Finding;
+pub use sources::Sources;
 
 use around::{Correction, Receiver, Vehicle};
 use host_core::error::Error;

@@ -67,7 +67,9 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     }
     system::well_formed(&page).unwrap();
     let (head, commands) = page.split_once("<pre>").unwrap();
-    assert!(head.contains("<b>Verdict: ") && head.contains("With 2 of at least 6 runs"));
+    assert!(
+        head.contains("class=\"verdict\">Verdict: ") && head.contains("With 2 of at least 6 runs")
+    );
     assert!(commands.contains("--report page.html") && !commands.contains("--jobs"));
     assert!(
         text(d, "page.html").split_once("<pre>").unwrap().0 == head,
@@ -260,7 +262,10 @@ fn earlier_drives_can_be_interrupted_and_divided() {
         (&["--drives", "0,1", "--results", "r.md"], "leave --drives"),
         (&["merge", "shared", "--results", "r.md"], "leave --drives"),
         (&["--drives", "65"], "64"),
-        (&["--schemes", "ekf6", "--report", "p.html"], "add none"),
+        (
+            &["--schemes", "ekf6", "--report", "p.html"],
+            "add uncorrected",
+        ),
         (&["--report", "."], "cannot be written"),
         (&["merge", "whole.json"], "directories (--out) of shards"),
         (&["--drives", "many"], "--drives"),

@@ -53,7 +53,7 @@ fn the_real_recording_has_the_documented_error_and_compensation_does_no_harm() {
             rnn <= 1.05 * raw,
             "learning {learn} s: raw {raw} m, rnn {rnn} m"
         );
-        let [none, learner] = ["none", "device"].map(|s| horizontal(dir.path(), s, 20));
+        let [none, learner] = ["uncorrected", "device"].map(|s| horizontal(dir.path(), s, 20));
         assert!(
             learner <= 1.02 * none,
             "learning {learn} s: none {none} m, device {learner} m"

@@ -79,10 +79,10 @@ impl Nearest {
     pub fn pace(&self) -> String {
         match self.takes_s {
             _ if self.paced_s < LEAST_S => "at a pace that is not known yet".into(),
-            Some(s) => format!(
-                "about {:.0} min more at the present pace",
-                (s / 60.0).ceil()
-            ),
+            Some(s) => match (s / 60.0).ceil() {
+                m if m <= 1.0 => "about 1 more minute like the last".into(),
+                m => format!("about {m:.0} more minutes like the last"),
+            },
             None => "and it does not come nearer at present".into(),
         }
     }

@@ -138,8 +138,11 @@ fn warnings(reset: &Reset) -> Vec<String> {
     }
     if reset.reopened > 0 {
         warnings.push(format!(
-            "the navigation line did not send and was reopened, {} time(s)",
-            reset.reopened
+            "the navigation line did not send and was reopened, {}",
+            match reset.reopened {
+                1 => "once".to_owned(),
+                n => format!("{n} times"),
+            }
         ));
     }
     if reset.safe {
@@ -272,7 +275,7 @@ mod tests {
             "+2.1 %",
             "level 0",
             "too low",
-            "2 time(s)",
+            "2 times",
             "safe start",
         ];
         assert_eq!(bad.warnings.len(), words.len(), "{:?}", bad.warnings);

@@ -6,7 +6,7 @@ use crate::experiment::run::TIMES_MIN;
 use std::collections::BTreeMap;
 
 /// The scheme that corrects nothing.
-pub const NONE: &str = "none";
+pub const NONE: &str = "uncorrected";
 
 /// Comparison of a scheme with [`NONE`] at the end of the judged drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +136,7 @@ mod tests {
         against_none(rows, &ratios(rows, cold), &summarise(rows, cold))
     }
 
-    /// Ten runs of a group: `none` errs by 100 m, another scheme by these.
+    /// Ten runs of a group: `uncorrected` errs by 100 m, another scheme by these.
     fn rows(group: ErrorModelName, errors: [f64; 10]) -> Vec<Row> {
         let pair = |(run, m): (u32, f64)| {
             let none = Row::north(group, run, NONE, 100.0);

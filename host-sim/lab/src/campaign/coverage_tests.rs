@@ -48,7 +48,7 @@ fn missed(shape: Shape, runs: u32, rng: &mut ChaCha8Rng) -> [usize; 2] {
     let mut rows = vec![];
     for run in 0..runs {
         let mut errors = || TIMES_MIN.map(|_| 100.0 * shape(rng).exp());
-        for (scheme, horizontal_m) in [("a", errors()), ("none", [100.0; TIMES_MIN.len()])] {
+        for (scheme, horizontal_m) in [("a", errors()), ("uncorrected", [100.0; TIMES_MIN.len()])] {
             let row = Row::north(ErrorModelName::All, run, scheme, 0.0);
             rows.push(Row {
                 horizontal_m,

@@ -71,23 +71,30 @@ fn a_memory_without_drives_is_the_filter_without_memory() {
 #[test]
 fn without_fixes_only_memory_helps() {
     let frozen = "ekf6-memory-frozen";
-    let names = ["none", "ekf6", "ekf6-memory", frozen, "limit", "device"];
+    let names = [
+        "uncorrected",
+        "ekf6",
+        "ekf6-memory",
+        frozen,
+        "limit",
+        "device",
+    ];
     let mut campaign = campaign(&[0, 1, 2], false, &names);
     campaign.models = vec![ErrorModelName::Linear.into()];
     let rows = campaign.run(&Tuning::default(), 14).unwrap();
     let end = |scheme: &str, drives| row(&rows, scheme, drives).horizontal_m[4];
-    assert_eq!(end("device", 0), end("none", 0));
+    assert_eq!(end("device", 0), end("uncorrected", 0));
     assert_eq!(end("ekf6-memory", 0), end("ekf6", 0));
-    assert_eq!(end(frozen, 0), end("none", 0));
+    assert_eq!(end(frozen, 0), end("uncorrected", 0));
     for drives in [1, 2] {
-        assert_eq!(end("none", drives), end("none", 0));
+        assert_eq!(end("uncorrected", drives), end("uncorrected", 0));
         assert_eq!(end("limit", drives), end("limit", 0));
         for scheme in ["ekf6-memory", frozen, "device"] {
             let (with, without) = (end(scheme, drives), end(scheme, 0));
             assert!(with < 0.5 * without, "{scheme}: {with} of {without} m");
         }
     }
-    assert!(end("limit", 0) < 0.5 * end("none", 0));
+    assert!(end("limit", 0) < 0.5 * end("uncorrected", 0));
     assert_ne!(end("ekf6-memory", 1), end("ekf6-memory", 2));
     // The second drive does not move the device's networks by more than their standard deviations,
     // so they stay; what it remembers of the unit is stored anew.
@@ -200,14 +207,14 @@ fn the_search_finds_what_stays() {
 #[test]
 fn rivals_take_part_where_they_are_named() {
     let tight = ["ekf6-tight", "ekf12-tight", "ekf24-tight"];
-    let names = [&["none", "rest", "last"][..], &tight].concat();
+    let names = [&["uncorrected", "rest", "last"][..], &tight].concat();
     let mut named = campaign(&[0, 2], false, &names);
     named.models = vec![ErrorModelName::Linear.into()];
     let rows = named.run(&Tuning::default(), 14).unwrap();
     let end = |scheme: &str, drives| row(&rows, scheme, drives).horizontal_m[4];
-    assert!((end("last", 0) / end("none", 0) - 1.0).abs() < 1e-6);
+    assert!((end("last", 0) / end("uncorrected", 0) - 1.0).abs() < 1e-6);
     assert_eq!(end("rest", 0), end("rest", 2));
-    assert_ne!(end("rest", 0), end("none", 0));
+    assert_ne!(end("rest", 0), end("uncorrected", 0));
     for scheme in ["last"].into_iter().chain(tight) {
         let (with, without) = (end(scheme, 2), end(scheme, 0));
         println!("{scheme}: {with} of {without} m");

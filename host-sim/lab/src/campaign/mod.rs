@@ -325,7 +325,7 @@ impl Campaign {
             plain.into_iter().chain(tuned)
         };
         let none = (bench::NONE, case.tuned.none_factor);
-        let none = self.wants("none").then_some(none);
+        let none = self.wants(NONE).then_some(none);
         each.flat_map(of).chain(none).collect()
     }
 

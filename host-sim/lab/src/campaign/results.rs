@@ -166,7 +166,7 @@ fn goals(last: &[&Summary]) -> String {
             let (name, best) = least(&|name| value(by, name));
             row.push(format!("{:.2} ({name})", value(by, LEARNER) / best));
         }
-        for other in ["oracle", "none", FLOOR] {
+        for other in ["oracle", "uncorrected", FLOOR] {
             let [a, b] = measures.map(|by| value(by, LEARNER) / value(by, other));
             row.push(format!("{a:.2} / {b:.2}"));
         }
@@ -184,7 +184,7 @@ fn goals(last: &[&Summary]) -> String {
         "best classical, median",
         "mean",
         "oracle, median / mean",
-        "none",
+        "uncorrected",
         "floor",
     ];
     table(&header("errors", head), &rows)
@@ -277,7 +277,7 @@ fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
         })
         .collect();
     let filters = FILTERS.map(|name| format!("walk of `{name}{TUNED}`"));
-    let factors = ["noise factor of `none`", "of `rnn-window`"].map(str::to_owned);
+    let factors = ["noise factor of `uncorrected`", "of `rnn-window`"].map(str::to_owned);
     let head = filters.iter().chain(&factors).map(String::as_str);
     table(&header("errors", head), &rows)
 }

@@ -46,7 +46,7 @@ pub const TUNED: &str = "-tuned";
 pub struct Tuned {
     /// Walks for the tuned classical filters.
     pub walks: [f64; FILTERS.len()],
-    /// Noise factor for `none`.
+    /// Noise factor for `uncorrected`.
     pub none_factor: f64,
     /// Noise factor for the filter behind the networks.
     pub rnn_factor: f64,
@@ -151,10 +151,12 @@ pub struct Knowledge<'a> {
 /// standstill gives no attitude.
 pub type Scheme = fn(&Case<'_>) -> Option<FreeInertial>;
 
-/// All schemes in the order of the tables, which add `floor`: `none` on an IMU with noise only.
-/// Those of `rivals` take part only where they are named.
+/// All schemes in the order of the tables, which add `floor`: `uncorrected` on an IMU with noise
+/// only. Those of `rivals` take part only where they are named.
 pub const SCHEMES: [(&str, Scheme); 33] = [
-    ("none", |c| none(c, c.increments(), c.tuned.none_factor)),
+    ("uncorrected", |c| {
+        none(c, c.increments(), c.tuned.none_factor)
+    }),
     ("ekf6", |c| by_datasheet::<0>(c)),
     ("ekf6-tuned", |c| tuned::<0>(c)),
     ("ekf12", |c| by_datasheet::<1>(c)),
@@ -240,7 +242,7 @@ pub(super) fn before_drive(case: &Case<'_>) -> Device {
 }
 
 /// The firmware's own application through the drive, from power-on to its end. On its samples the
-/// navigation computer of `none` navigates.
+/// navigation computer of `uncorrected` navigates.
 fn device(case: &Case<'_>) -> Option<FreeInertial> {
     let (session, factor) = (case.session, case.tuned.none_factor);
     let drive = before_drive(case).drive_session(session, case.until);
@@ -282,7 +284,7 @@ pub fn none(case: &Case<'_>, increments: &[Increment], factor: f64) -> Option<Fr
     nones(case, increments, &[factor])?.pop()
 }
 
-/// [`none`] with each of these factors.
+/// [`uncorrected`] with each of these factors.
 pub(super) fn nones(
     case: &Case<'_>,
     increments: &[Increment],

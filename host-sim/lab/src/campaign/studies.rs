@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// Schemes of the tables.
 const SCHEMES: [&str; 11] = [
-    "none",
+    "uncorrected",
     "ekf6",
     "ekf12",
     "ekf24",
@@ -25,7 +25,7 @@ const SCHEMES: [&str; 11] = [
 ];
 /// Schemes of the table of earlier drives.
 const REMEMBERING: [&str; 7] = [
-    "none",
+    "uncorrected",
     "ekf6-memory",
     "ekf-exp-memory",
     "ekf-temp-memory",
@@ -187,7 +187,7 @@ fn ratio(of: &Errors, to: &Errors) -> f64 {
 }
 
 /// The table of causes: the median error in m, how many times larger the error is than without the
-/// cause, and in how many runs `device` is worse than `none`.
+/// cause, and in how many runs `device` is worse than `uncorrected`.
 #[must_use]
 pub fn of_causes(rows: &[Row], sensors: &str) -> String {
     let without: Option<Group> = sensors.parse().ok();
@@ -210,12 +210,14 @@ pub fn of_causes(rows: &[Row], sensors: &str) -> String {
         row.extend(cells);
         row.push(worse(
             &errors(rows, *group, "device", 0),
-            &errors(rows, *group, "none", 0),
+            &errors(rows, *group, "uncorrected", 0),
         ));
         row
     };
     let lines: Vec<Vec<String>> = groups.iter().filter(here).map(line).collect();
-    let head = SCHEMES.into_iter().chain(["`device` worse than `none`"]);
+    let head = SCHEMES
+        .into_iter()
+        .chain(["`device` worse than `uncorrected`"]);
     table(&header("cause", head), &lines)
 }
 
@@ -235,11 +237,13 @@ pub fn of_labelled(first: &str, studies: &[(String, Vec<Row>)]) -> String {
             let of = |scheme: &str| errors(rows, group, scheme, 0);
             let mut line = vec![format!("{label}, {group}")];
             line.extend(SCHEMES.map(|scheme| metres(middle(&of(scheme)))));
-            line.push(worse(&of("device"), &of("none")));
+            line.push(worse(&of("device"), &of("uncorrected")));
             lines.push(line);
         }
     }
-    let head = SCHEMES.into_iter().chain(["`device` worse than `none`"]);
+    let head = SCHEMES
+        .into_iter()
+        .chain(["`device` worse than `uncorrected`"]);
     table(&header(first, head), &lines)
 }
 
@@ -276,9 +280,14 @@ mod tests {
         let mut rows = Vec::new();
         for run in 0..4 {
             let m = f64::from(run + 1);
-            rows.push(Row::north(ErrorModelName::Linear, run, "none", 100.0 * m));
+            rows.push(Row::north(
+                ErrorModelName::Linear,
+                run,
+                "uncorrected",
+                100.0 * m,
+            ));
             rows.push(Row::north(ErrorModelName::Linear, run, "device", 10.0 * m));
-            rows.push(Row::north(late, run, "none", 100.0 * m));
+            rows.push(Row::north(late, run, "uncorrected", 100.0 * m));
             let error = if run == 0 { 500.0 } else { 20.0 * m };
             rows.push(Row::north(late, run, "device", error));
         }

@@ -2,7 +2,7 @@
 //! within their limits.
 
 use firmware::compensator::Limit;
-use firmware::error_bound::{ErrorBound, LATITUDE};
+use firmware::error_bound::{ErrorBound, LATITUDE, TIMES_S};
 use host_core::inertial::session::Session;
 use host_core::inertial::units::{DEG_PER_H, UG};
 
@@ -18,14 +18,26 @@ pub fn error_bound(session: &Session, limit: Limit) -> (ErrorBound, String) {
         latitude: begins.map_or(LATITUDE, |state| state.position.lat),
         words: 1.0, // every sample of a recording arrives once
     };
-    let [a, b, c, d, e] = bound.table();
+    let most = bound.table().into_iter().zip(TIMES_S);
+    let most: Vec<String> = most
+        .map(|(metres, t)| format!("{} within {} min", length(metres), t / 60))
+        .collect();
     let text = format!(
-        "corrections within their limits of {:.3} deg/h and {:.0} ug, whatever the networks say, add at most {a} / {b} / {c} / {d} / \
-         {e} m 5 / 10 / 15 / 20 / 22 min after an alignment with them",
+        "corrections within their limits of {:.3} deg/h and {:.0} ug, whatever the networks say, \
+         add to a position at most {} of an alignment with them",
         f64::from(bound.limit.gyro) / DEG_PER_H,
         f64::from(bound.limit.accel) / UG,
+        most.join(", ")
     );
     (bound, text)
+}
+
+/// A length in words.
+fn length(metres: u32) -> String {
+    match metres {
+        m if m < 10_000 => format!("{m} m"),
+        m => format!("{} km", m.div_ceil(1000)),
+    }
 }
 
 #[cfg(test)]
@@ -35,7 +47,6 @@ mod search;
 mod tests {
     use super::*;
     use crate::experiment::scenario::Scenario;
-    use firmware::error_bound::TIMES_S;
     use host_core::inertial::free_inertial::free_inertial;
     use host_core::inertial::sins::Increment;
     use host_core::simulator::imu::ErrorModelName;

@@ -1,6 +1,7 @@
 //! The real laser-gyro recording: alignment and learning at the known site, then free-inertial
 //! navigation to the end, raw and compensated.
 
+use crate::campaign::NONE;
 use crate::experiment::outcome::Bench;
 use crate::experiment::protocol::{self, Begins, Settings, Split};
 use crate::experiment::results::{Curves, Report, Results, SCHEMA};
@@ -133,7 +134,7 @@ fn aid_all(
     else {
         return Ok(None);
     };
-    all.add("none", none);
+    all.add(NONE, none);
     all.add("ekf6", ekf6);
     all.add("device", corrected);
     let limit = settings.device.configuration().correction.limit;
@@ -193,8 +194,8 @@ fn report(
 ) -> Report {
     let notes = vec![
         learnt.verdict(),
-        "`none`, `ekf6` and `device` align on the first third of that time and are aided over the rest by the known place and \
-         zero velocity; `device` has the navigator of `none` behind it."
+        "`uncorrected`, `ekf6` and `device` align on the first third of that time and are aided over the rest by the known place and \
+         zero velocity; `device` has the navigator of `uncorrected` behind it."
             .into(),
         note,
         format!(
@@ -216,6 +217,7 @@ fn report(
             scenario: "lasergyro".into(),
             seed: 0,
             rows: judged.rows(),
+            device: Some(bench.course.clone()),
         },
         set_up: vec![
             (

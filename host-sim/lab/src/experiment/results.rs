@@ -1,6 +1,7 @@
 //! Results of an experiment: rows of the table, curves, and the other contents of a report.
 
 use crate::experiment::outcome::Bench;
+use crate::learning::device::Course;
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::session::EPOCH_S;
 use host_core::inertial::units::MIN;
@@ -58,6 +59,9 @@ pub struct Results {
     pub seed: u64,
     /// One row for each time and scheme, times ascending, schemes in display order within a time.
     pub rows: Vec<Row>,
+    /// What the device did in the last drive that it learnt from.
+    #[serde(skip)]
+    pub device: Option<Course>,
 }
 
 /// One curve: same length of `x` and `y`.

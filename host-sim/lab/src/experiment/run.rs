@@ -140,12 +140,13 @@ pub fn run(
     progress("navigating the second drive");
     let judged_on = test.as_ref().unwrap_or(&learn);
     let mut judged = judge(judged_on, &learnt).ok_or_else(|| scenario.no_attitude())?;
-    let mut in_force = vec![];
+    let (mut in_force, mut course) = (vec![], None);
     if test.is_some() {
         progress("the device on earlier drives");
         for after in device::after_drives(&sessions, &learn, judged_on)? {
             judged.add(after.scheme, after.free);
             in_force.push(after.in_force);
+            course = Some(after.course);
         }
     }
     let test = judged_on;
@@ -161,6 +162,7 @@ pub fn run(
             scenario: scenario.name.clone(),
             seed: options.seed,
             rows: judged.rows(),
+            device: course,
         },
         set_up,
         notes: notes(&learnt, options)

@@ -2,6 +2,7 @@
 
 use crate::axis::{Axis, extent};
 use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
+use crate::front::SIZES;
 use crate::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
 use host_lab::campaign::{AgainstNone, Decided};
 
@@ -24,32 +25,41 @@ fn look(decided: Decided) -> Look {
 
 /// The picture, with the names at the left.
 pub(super) fn forest(rows: &[AgainstNone]) -> Picture {
-    const LEGEND: f64 = 20.0;
-    let names = rows.iter().map(|of| of.scheme.clone()).collect();
-    let left = NAMES + 8.0;
-    let panel = Panel {
-        at: (left, 62.0),
-        size: (WIDTH - left - 24.0, 21.0 * rows.len() as f64),
-        title: sides(),
-        x: ratios(rows),
-        y: Axis::names(names, NAMES),
-        marks: marks(rows),
-    };
-    picture(panel, (left, LEGEND))
+    sized(rows, false, 21.0)
 }
 
-fn picture(panel: Panel, legend: (f64, f64)) -> Picture {
+/// The picture, or a narrow one for a telephone. `row`: height of a row.
+pub(super) fn sized(rows: &[AgainstNone], narrow: bool, row: f64) -> Picture {
+    let (width, room, top) = match narrow {
+        true => (SIZES[1].0, 130.0, 84.0),
+        false => (WIDTH, NAMES, 62.0),
+    };
+    let names = rows.iter().map(|of| of.scheme.clone()).collect();
+    let left = room + 8.0;
+    let panel = Panel {
+        at: (left, top),
+        size: (width - left - 24.0, row * rows.len() as f64),
+        title: sides(),
+        x: ratios(rows, narrow),
+        y: Axis::names(names, room),
+        marks: marks(rows),
+    };
+    let legend = if narrow { 8.0 } else { left };
+    picture(panel, (legend, 20.0), width)
+}
+
+fn picture(panel: Panel, legend: (f64, f64), width: f64) -> Picture {
     let entry = |(words, look): (&str, Look)| (words.to_owned(), look);
     let entries = [
-        ("better than none", BETTER),
-        ("worse than none", WORSE),
+        ("better", BETTER),
+        ("worse", WORSE),
         ("equal, or not decided", UNDECIDED),
     ];
     Picture {
-        size: (WIDTH, panel.at.1 + panel.size.1 + 48.0),
+        size: (width, panel.at.1 + panel.size.1 + 48.0),
         legends: vec![Legend {
             at: legend,
-            width: WIDTH - legend.0,
+            width: width - legend.0,
             entries: entries.map(entry).to_vec(),
         }],
         panels: vec![panel],
@@ -67,16 +77,17 @@ fn shown(ratio: f64) -> f64 {
 }
 
 /// The axis over all intervals and 1.
-fn ratios(rows: &[AgainstNone]) -> Axis {
+fn ratios(rows: &[AgainstNone], narrow: bool) -> Axis {
     let ends = rows.iter().flat_map(|of| {
         let (low, high) = of.interval.unwrap_or((of.ratio, of.ratio));
         [low, high]
     });
     let (low, high) = extent(ends.map(shown).chain([0.8, 1.25])).unwrap_or((0.8, 1.25));
-    Axis::log(
-        "error divided by that of none (median of the runs, 95 %)",
-        (low / 1.08, high * 1.08),
-    )
+    let label = match narrow {
+        true => "error / uncorrected error",
+        false => "error divided by the uncorrected one (median of the runs, 95 %)",
+    };
+    Axis::log(label, (low / 1.08, high * 1.08))
 }
 
 fn marks(rows: &[AgainstNone]) -> Vec<Mark> {
@@ -128,7 +139,7 @@ mod tests {
         let disc = format!("r=\"18\" opacity=\"1\" fill=\"{}\"", RNN.light);
         assert_eq!(svg.matches(&disc).count(), 3, "{svg}");
         assert_eq!(svg.matches("<polygon").count(), 2, "{svg}");
-        for name in ["\na\n", "\nb\n", "worse than none"] {
+        for name in ["\na\n", "\nb\n", "worse"] {
             assert!(svg.contains(name), "{name}");
         }
     }

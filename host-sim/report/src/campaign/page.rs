@@ -1,12 +1,16 @@
 //! The page of a campaign.
 
 use super::{T_MIN, forest, groups, quotient, studies, verdict};
+use crate::axis::grouped;
 use crate::document::{Document, Figure, Part, Table};
+use crate::front::Front;
 use crate::terms::scheme;
+use crate::text::{counted, thousands};
+use crate::verdict::{DEVICE, times};
 use host_core::error::Error;
 use host_lab::campaign::{
-    AgainstNone, Decided, FEWEST, Group, Merged, Ratio, Row, Summary, Topic, against_none, between,
-    fingerprint, missing,
+    AgainstNone, Decided, FEWEST, Group, Merged, NONE, Ratio, Row, Summary, Topic, against_none,
+    between, fingerprint, missing,
 };
 
 /// The origin of a campaign.
@@ -19,7 +23,7 @@ pub struct Made {
 /// The page, as `Document::page` writes it. `studied`: the rows of each study beside the campaign.
 ///
 /// # Errors
-/// [`Error::Option`] for a campaign without the scheme `none`.
+/// [`Error::Option`] for a campaign without the scheme `uncorrected`.
 pub fn document(
     campaign: &Merged,
     summary: &[Summary],
@@ -31,25 +35,32 @@ pub fn document(
     if all.is_empty() {
         return Err(Error::Option {
             option: "--report".into(),
-            problem: "the campaign has no other scheme beside 'none', or not 'none' itself, which \
-                      all others are compared with"
+            problem: "the campaign has no other scheme beside 'uncorrected', or not 'uncorrected' \
+                      itself, which all others are compared with"
                 .into(),
-            remedy: "leave --schemes out, or name none and another one".into(),
+            remedy: "leave --schemes out, or name uncorrected and another one".into(),
         });
     }
     let setting = &campaign.tuning.setting;
     let several = setting.drives.len() > 1;
     let mut verdict = vec![];
     let mut parts = vec![];
-    for of in all.chunk_by(|a, b| a.drives == b.drives) {
+    let mut each: Vec<&[AgainstNone]> = all.chunk_by(|a, b| a.drives == b.drives).collect();
+    each.reverse(); // the verdict is that after most drives
+    let front = each.first().map(|of| front(of));
+    for of in each {
         let drives = of.first().map_or(0, |of| of.drives);
+        let earlier = counted(drives, "earlier drive");
         let after = match several {
-            true => format!(", after {drives} earlier drives"),
+            true => format!(", after {earlier}"),
             false => String::new(),
         };
         let sentences = verdict::sentences(&of.iter().collect::<Vec<_>>());
         verdict.extend(sentences.into_iter().map(|text| match several {
-            true => format!("After {drives} earlier drives: {text}"),
+            true => match text.strip_prefix("Verdict: ") {
+                Some(rest) => format!("Verdict after {earlier}: {rest}"),
+                None => format!("After {earlier}: {text}"),
+            },
             false => text,
         }));
         let groups = of.chunk_by(|a, b| a.group == b.group);
@@ -64,11 +75,68 @@ pub fn document(
     parts.push(versions(campaign, made));
     let runs = all.iter().map(|of| of.runs).max().unwrap_or(0);
     Ok(Document {
-        title: format!("Campaign of {runs} runs: each scheme against no correction"),
+        title: format!(
+            "Campaign of {}: each scheme against no correction",
+            counted(runs as u64, "run")
+        ),
         verdict,
+        front,
         parts,
         ..Document::default()
     })
+}
+
+/// Schemes in the picture of the first screen.
+const SHOWN: usize = 10;
+
+/// The first screen: the errors of the device and of the best schemes over all groups of errors.
+fn front(all: &[AgainstNone]) -> Front {
+    let group = all.iter().find(|of| of.scheme == DEVICE).or(all.first());
+    let group = group.and_then(|of| of.group);
+    let mut rows: Vec<AgainstNone> = all.iter().filter(|of| of.group == group).cloned().collect();
+    rows.retain(|of| !verdict::UNREACHABLE.contains(&of.scheme.as_str()));
+    rows.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let rank = rows.iter().position(|of| of.scheme == DEVICE);
+    let built = rows.len();
+    rows.sort_by_key(|of| of.scheme != DEVICE);
+    rows.truncate(SHOWN);
+    let row = (230.0 / rows.len() as f64).clamp(23.0, 60.0);
+    let figures = match (rank, rows.first()) {
+        (Some(rank), Some(of)) => vec![
+            (
+                format!("\u{d7}\u{a0}{}", times(of.ratio)),
+                format!(
+                    "error with the device, of the uncorrected one: {}",
+                    match of.interval {
+                        Some((a, b)) => format!("95 % interval {} to {}", times(a), times(b)),
+                        None => "too few runs for an interval".into(),
+                    }
+                ),
+            ),
+            (
+                format!(
+                    "{} of {}",
+                    thousands(of.worse as u64),
+                    thousands(of.compared as u64)
+                ),
+                "comparisons in which the device is worse than no correction".into(),
+            ),
+            (
+                format!("{} of {built}", rank + 1),
+                "its rank among the schemes that can be built".into(),
+            ),
+        ],
+        _ => vec![],
+    };
+    Front {
+        title: format!(
+            "Error of each scheme divided by the uncorrected one, {}: the device, and the best of \
+             {built} schemes that can be built",
+            name(group)
+        ),
+        pictures: [false, true].map(|narrow| forest::sized(&rows, narrow, row)),
+        figures,
+    }
 }
 
 /// Runs that are missing.
@@ -97,13 +165,17 @@ fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
             .into(),
     };
     Part {
-        sentences: vec![about, harmed(rows)],
+        sentences: vec![harmed(rows)],
+        explained: vec![about],
         figures: vec![Figure {
             name: "forest",
-            title: format!("Errors divided by those of none: {}{after}", name(group)),
+            title: format!(
+                "Errors divided by the uncorrected ones: {}{after}",
+                name(group)
+            ),
             caption: format!(
-                "After {T_MIN} min without fixes; left of the dotted line a scheme is better than \
-                 none. The line of a scheme is its 95 % interval. Blue with a disc: smaller \
+                "After {T_MIN} min without fixes; left of the dotted line a scheme is better than no \
+                 correction. The line of a scheme is its 95 % interval. Blue with a disc: smaller \
                  errors, the interval ends below 1. Orange with a triangle: larger errors, it \
                  begins above 1. Grey with a ring: equal in every run, or \
                  not decided. What lies beyond an end of the axis stands at that end."
@@ -126,10 +198,13 @@ fn harmed(rows: &[AgainstNone]) -> String {
         .map(|of| format!("{} in {} of {} runs", of.scheme, of.worse, of.compared))
         .collect();
     match worse.is_empty() {
-        true => "No scheme is shown to be worse than none here in most runs; single runs are: see \
-                 the table."
+        true => "No scheme is shown to be worse than no correction here in most runs; single runs \
+                 are: see the table."
             .into(),
-        false => format!("Worse than none in most runs: {}.", worse.join(", ")),
+        false => format!(
+            "Worse than no correction in most runs: {}.",
+            worse.join(", ")
+        ),
     }
 }
 
@@ -153,16 +228,16 @@ fn table(rows: &[AgainstNone]) -> Table {
             format!("{} of {}", of.worse, of.compared),
             quotient(of.worst),
         ];
-        cells.extend(of.median_m.map(|m| format!("{m:.0}")));
+        cells.extend(of.median_m.map(|m| grouped(m, 0)));
         cells
     };
     let mut head = vec![
         "scheme",
-        "against none",
+        "against uncorrected",
         "ratio",
         "95 % interval",
-        "worse than none in",
-        "at worst, times none",
+        "worse than uncorrected in",
+        "at worst, times uncorrected",
     ];
     if rows.iter().any(|of| of.median_m.is_some()) {
         head.push("median error, m");
@@ -210,6 +285,7 @@ fn measured(campaign: &Merged, all: &[AgainstNone]) -> Part {
         ));
     }
     Part {
+        folded: true,
         sentences: vec![
             format!(
                 "Each run has a simulated unit of its own, with errors drawn at power-on, and a \
@@ -217,7 +293,7 @@ fn measured(campaign: &Merged, all: &[AgainstNone]) -> Part {
                  without fixes, by its sensors alone. There its horizontal error is measured. All \
                  schemes see the same samples, so they are compared run by run."
             ),
-            "none corrects nothing. A ratio of 0.5 means half the error of none, one of 2 means \
+            "uncorrected corrects nothing. A ratio of 0.5 means half its error, one of 2 means \
              twice as much: harm."
                 .into(),
             format!(
@@ -236,7 +312,7 @@ fn measured(campaign: &Merged, all: &[AgainstNone]) -> Part {
 
 /// The part that explains each scheme.
 fn schemes(all: &[AgainstNone]) -> Part {
-    let mut names = vec!["none"];
+    let mut names = vec![NONE];
     for of in all {
         if !names.contains(&of.scheme.as_str()) {
             names.push(&of.scheme);
@@ -247,6 +323,7 @@ fn schemes(all: &[AgainstNone]) -> Part {
         Some((name.to_owned(), format!("{words}.")))
     });
     Part {
+        folded: true,
         tables: vec![Table::of_pairs(pairs)],
         ..Part::new("schemes", "The schemes")
     }
@@ -265,6 +342,7 @@ fn versions(campaign: &Merged, made: &Made) -> Part {
             pair("fingerprint", fingerprint(&campaign.fingerprint)),
         ])],
         commands: made.commands.clone(),
+        folded: true,
         ..Part::new("made", "Version and commands")
     }
 }

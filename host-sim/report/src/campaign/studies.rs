@@ -2,7 +2,9 @@
 
 use super::page::decided;
 use super::{quotient, verdict};
+use crate::axis::grouped;
 use crate::document::{Part, Table};
+use crate::text::counted;
 use crate::verdict::DEVICE;
 use host_core::simulator::imu::world::StartName;
 use host_lab::campaign::{
@@ -40,8 +42,9 @@ pub(super) fn sentence(studies: &[Compared]) -> Option<String> {
         .collect();
     let compared: usize = all.iter().map(|of| of.compared).sum();
     let worse: usize = all.iter().map(|of| of.worse).sum();
-    let single =
-        format!("in single runs it is worse than none in {worse} of {compared} comparisons");
+    let single = format!(
+        "in single runs it is worse than no correction in {worse} of {compared} comparisons"
+    );
     (!all.is_empty()).then(|| match harmed.is_empty() {
         true => format!(
             "In none of {} groups of errors of the studies below is it shown that the device does \
@@ -67,7 +70,7 @@ pub(super) fn parts(studies: &[Compared]) -> impl Iterator<Item = Part> + '_ {
             let drives = of[0].drives;
             let said = verdict::sentences(&of.iter().collect::<Vec<_>>());
             said.into_iter().map(move |text| match several {
-                true => format!("After {drives} earlier drives: {text}"),
+                true => format!("After {}: {text}", counted(drives, "earlier drive")),
                 false => text,
             })
         });
@@ -126,17 +129,17 @@ impl Compared {
                 between(of.interval, quotient),
                 format!("{} of {}", of.worse, of.compared),
                 quotient(of.worst),
-                of.median_m.map_or_else(String::new, |m| format!("{m:.0}")),
+                of.median_m.map_or_else(String::new, |m| grouped(m, 0)),
                 format!("{harmed} of {}", others.len()),
             ]
         };
         let head = [
             "errors",
-            "the device against none",
+            "the device against uncorrected",
             "ratio",
             "95 % interval",
-            "worse than none in",
-            "at worst, times none",
+            "worse than uncorrected in",
+            "at worst, times uncorrected",
             "median error, m",
             "other schemes that do harm",
         ];

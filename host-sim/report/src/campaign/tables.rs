@@ -1,6 +1,8 @@
 //! The tables that a campaign prints.
 
 use super::T_MIN;
+use crate::axis::grouped;
+use crate::terminal::{fitted, named};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use host_lab::campaign::{Ratio, Summary, between};
 use std::collections::BTreeSet;
@@ -10,7 +12,7 @@ const BASELINE: &str = "ekf6";
 
 /// Errors of each scheme in each group of errors, and the ratios of each scheme to each other.
 #[must_use]
-pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
+pub fn tables(summary: &[Summary], ratios: &[Ratio], width: usize) -> String {
     let drives: BTreeSet<u32> = ratios.iter().map(|r| r.drives).collect();
     let paired: String = drives
         .iter()
@@ -23,7 +25,7 @@ pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
             format!(
                 "\n\npaired ratios over all groups of errors (row to column, median of the runs)\
                  {several}\n\n{}",
-                of_all_groups(ratios, after)
+                fitted(of_all_groups(ratios, after), width, [])
             )
         })
         .collect();
@@ -32,7 +34,7 @@ pub fn tables(summary: &[Summary], ratios: &[Ratio]) -> String {
          95 %: interval of the median; ratio: median of the errors divided by those of {BASELINE}\n\
          in the same runs; better: in how many runs the ratio is below 1\n\n\
          {}{paired}",
-        errors(summary, ratios),
+        fitted(errors(summary, ratios), width, [9, 5, 6, 8, 2, 4, 7]),
     )
 }
 
@@ -55,11 +57,11 @@ fn errors(summary: &[Summary], ratios: &[Ratio]) -> Table {
             (r.error_model, r.t_min, r.drives) == (Some(s.error_model), T_MIN, s.drives)
                 && (r.scheme == s.scheme && r.baseline == BASELINE)
         });
-        let m = |x: f64| format!("{x:.0}");
+        let m = |x: f64| grouped(x, 0);
         let of = |text: &dyn Fn(&Ratio) -> String| ratio.map_or_else(String::new, text);
         let cells = [
             s.error_model.to_string(),
-            s.scheme.clone(),
+            named(&s.scheme),
             s.n.to_string(),
             m(s.median_m),
             between(s.lo95_m.zip(s.hi95_m), m),
@@ -93,7 +95,7 @@ fn of_all_groups(ratios: &[Ratio], drives: u32) -> Table {
             found.map_or("1".to_string(), |r| format!("{:.2}", r.ratio))
         };
         let row = schemes.iter().map(cell);
-        table.add_row([(*scheme).to_string()].into_iter().chain(row));
+        table.add_row([named(scheme)].into_iter().chain(row));
     }
     table
 }

@@ -1,7 +1,8 @@
 //! The verdict of a campaign, in sentences, harm first.
 
-use super::{T_MIN, quotient};
-use crate::verdict::DEVICE;
+use super::T_MIN;
+use crate::text::counted;
+use crate::verdict::{DEVICE, Device, Effect, Several, times};
 use host_lab::campaign::{AgainstNone, Decided, FEWEST};
 
 /// Schemes with knowledge that is not available in practice.
@@ -18,27 +19,28 @@ pub(super) fn sentences(all: &[&AgainstNone]) -> Vec<String> {
         all.iter().filter(real).partition(|of| of.group.is_some());
     let of_device = groups.iter().copied().filter(|of| of.scheme == DEVICE);
     let device: Vec<&AgainstNone> = of_device.collect();
-    let mut out = match (runs < FEWEST, device.is_empty()) {
+    let over_all = whole.iter().find(|of| of.scheme == DEVICE);
+    let harmed = !decided(&device, Decided::Worse).is_empty();
+    let mut out = match (runs < FEWEST, over_all.or(device.first())) {
         (true, _) => vec![format!(
-            "Verdict: none. With {runs} of at least {FEWEST} runs nothing can be decided."
+            "Verdict: open. With {runs} of at least {FEWEST} runs nothing can be decided."
         )],
-        (_, true) => vec![of_schemes(&groups)],
-        (_, false) => vec![of_the_device(&device)],
+        (_, None) => vec![of_schemes(&groups)],
+        (_, Some(of)) if harmed => {
+            vec![
+                of_the_device(&device),
+                of_device_over_all(of)
+                    .sentence()
+                    .replace("Verdict: ", "Over all groups: "),
+            ]
+        }
+        (_, Some(of)) => vec![of_device_over_all(of).sentence()],
     };
     out.extend(harm_by_the_device(&device));
-    let of_device = whole.iter().find(|of| of.scheme == DEVICE);
-    out.extend(of_device.map(|of| over_all(of)));
     let others = groups.iter().copied().filter(|of| of.scheme != DEVICE);
     out.extend(harm_by_others(&others.collect::<Vec<_>>()));
     out.extend(ranks(&whole));
     out
-}
-
-fn times(ratio: f64) -> String {
-    match ratio {
-        r if (0.995..9.95).contains(&r) => format!("{r:.1}"),
-        r => quotient(r),
-    }
 }
 
 fn named(of: &AgainstNone) -> String {
@@ -51,44 +53,52 @@ fn decided<'a>(of: &[&'a AgainstNone], as_this: Decided) -> Vec<&'a AgainstNone>
     of.filter(|of| of.decided() == as_this).collect()
 }
 
-/// The device's results.
+/// The groups of errors in which the device harms.
 fn of_the_device(groups: &[&AgainstNone]) -> String {
-    let [harmed, helped] = [Decided::Worse, Decided::Better].map(|d| decided(groups, d));
-    let n = groups.len();
-    let compared: usize = groups.iter().map(|of| of.compared).sum();
-    let worse: usize = groups.iter().map(|of| of.worse).sum();
-    let list = |of: &[&AgainstNone]| {
-        let each = of
-            .iter()
-            .map(|of| format!("{} ({} times)", named(of), times(of.ratio)));
+    let harmed = decided(groups, Decided::Worse);
+    let each = harmed
+        .iter()
+        .map(|of| format!("{} ({} times the error)", named(of), times(of.ratio)));
+    format!(
+        "Verdict: the device harms in {} of {}: {}.",
+        harmed.len(),
+        match groups.len() {
+            1 => "1 group of errors".to_owned(),
+            n => format!("{n} groups of errors"),
+        },
         each.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// The device over all groups of errors, or in the only one.
+pub(super) fn of_device_over_all(of: &AgainstNone) -> Device {
+    let interval = match of.interval {
+        Some((low, high)) => format!("95 % interval {} to {}", times(low), times(high)),
+        None => "no interval: too few runs".to_owned(),
     };
-    match (harmed.is_empty(), helped.is_empty(), worse) {
-        (false, ..) => format!(
-            "Verdict: harm. In {} of {n} groups of errors the device makes it worse \
-             than no correction (none): {}.",
-            harmed.len(),
-            list(&harmed)
-        ),
-        (_, false, 0) => format!(
-            "Verdict: the device helps in {} of {n} groups of errors and does harm in \
-             none of {compared} comparisons with no correction (none).",
-            helped.len()
-        ),
-        (_, false, _) => format!(
-            "Verdict: the device helps in {} of {n} groups of errors, and in none is it \
-             shown to do harm in most runs. But it is worse than no correction (none) in {worse} \
-             of {compared} comparisons.",
-            helped.len()
-        ),
-        (_, true, 0) => format!(
-            "Verdict: it is not shown that the device helps. It is worse than no \
-             correction (none) in none of {compared} comparisons."
-        ),
-        _ => format!(
-            "Verdict: it is not shown that the device helps, and it is worse than no \
-             correction (none) in {worse} of {compared} comparisons."
-        ),
+    let why = match of.drives {
+        0 => "what it learns acts from the next power-on, and no drive went before",
+        _ => "nothing that it learnt in the earlier drives was proved",
+    };
+    Device {
+        after: format!("after {T_MIN} min without fixes"),
+        metres: [of.ratio, 1.0],
+        several: Some(Several {
+            ratio: of.ratio,
+            between: format!(
+                "median of {}, {interval}; worse in {} of {}",
+                counted(of.runs as u64, "run"),
+                of.worse,
+                counted(of.compared as u64, "comparison")
+            ),
+            decided: match of.decided() {
+                Decided::Better => Effect::Helps,
+                Decided::Worse => Effect::Harms,
+                Decided::Equal | Decided::Nothing => Effect::Open,
+            },
+        }),
+        waits: (of.decided() == Decided::Equal).then(|| why.to_owned()),
+        earlier: vec![],
     }
 }
 
@@ -97,23 +107,15 @@ fn harm_by_the_device(groups: &[&AgainstNone]) -> Option<String> {
     let harm = groups.iter().filter(|of| of.worse > 0).map(|of| {
         let (group, worse, all) = (named(of), of.worse, of.compared);
         let worst = times(of.worst);
-        format!("{group} {worse} of {all} runs (at worst {worst} times none)")
+        format!("{group} {worse} of {all} runs (at worst {worst} times the uncorrected error)")
     });
     let harm: Vec<String> = harm.collect();
-    (!harm.is_empty()).then(|| format!("The device is worse than none in: {}.", harm.join("; ")))
-}
-
-/// The device over all groups.
-fn over_all(whole: &AgainstNone) -> String {
-    let interval = match whole.interval {
-        Some((low, high)) => format!("95 % interval {} to {}", times(low), times(high)),
-        None => "no interval: too few runs".to_owned(),
-    };
-    format!(
-        "Over all groups its error after {T_MIN} min without fixes is {} times that of none in \
-         the median run ({interval}).",
-        times(whole.ratio)
-    )
+    (!harm.is_empty()).then(|| {
+        format!(
+            "The device is worse than no correction in: {}.",
+            harm.join("; ")
+        )
+    })
 }
 
 /// The schemes' results if the device does not take part.
@@ -121,15 +123,15 @@ fn of_schemes(groups: &[&AgainstNone]) -> String {
     let harmed = decided(groups, Decided::Worse);
     let compared: usize = groups.iter().map(|of| of.compared).sum();
     let worse: usize = groups.iter().map(|of| of.worse).sum();
-    let counted = format!("worse than no correction (none) in {worse} of {compared} comparisons");
+    let counted = format!("worse than no correction in {worse} of {compared} comparisons");
     match harmed.is_empty() {
         true => format!(
-            "Verdict: of no scheme it is shown that it does harm in most runs. Single runs are \
-             {counted}."
+            "Verdict: the device does not take part. No other scheme is shown to harm in most runs; \
+             single runs are {counted}."
         ),
         false => format!(
-            "Verdict: harm. In {} of {} pairs of a scheme and a group of errors the scheme makes \
-             it worse in most runs, and single runs are {counted}.",
+            "Verdict: the device does not take part. In {} of {} pairs of a scheme and a group of \
+             errors the scheme harms in most runs, and single runs are {counted}.",
             harmed.len(),
             groups.len()
         ),
@@ -144,7 +146,7 @@ fn harm_by_others(others: &[&AgainstNone]) -> Option<String> {
         let worst = harmed.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio))?;
         let (group, scheme) = (named(worst), &worst.scheme);
         Some(format!(
-            "{group}: {} of {}, most of all {scheme} ({} times none, worse in {} of {} runs)",
+            "{group}: {} of {}, most of all {scheme} ({} times the uncorrected error, worse in {} of {} runs)",
             harmed.len(),
             of.len(),
             times(worst.ratio),
@@ -169,9 +171,9 @@ fn ranks(whole: &[&AgainstNone]) -> Option<String> {
         return None;
     }
     let best = sorted.iter().take(3);
-    let best = best.map(|of| format!("{} ({} times none)", of.scheme, times(of.ratio)));
+    let best = best.map(|of| format!("{} ({} times)", of.scheme, times(of.ratio)));
     let mut text = format!(
-        "Of the schemes that can be built these have the least errors over all groups: {}.",
+        "Of the schemes that can be built these have the least errors over all groups, as multiples of the uncorrected error: {}.",
         best.collect::<Vec<_>>().join(", ")
     );
     if let Some(index) = sorted.iter().position(|of| of.scheme == DEVICE) {

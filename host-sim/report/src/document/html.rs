@@ -4,8 +4,9 @@
 
 use super::{Document, Figure, Part, Table};
 use crate::chart::Picture;
-use crate::html::{frame, verdict};
-use crate::text::unbroken;
+use crate::front;
+use crate::html::{fold, frame, sentences};
+use crate::text::{prose, unbroken};
 use host_core::error::Error;
 use maud::{Markup, PreEscaped, html};
 
@@ -16,10 +17,17 @@ use maud::{Markup, PreEscaped, html};
 pub(super) fn page(document: &Document) -> Result<String, Error> {
     let parts = document.parts.iter().map(part);
     let parts = parts.collect::<Result<Vec<Markup>, Error>>()?;
+    let said = document.verdict.split_first();
+    let (sentence, more) = said.map_or(("", &[][..]), |(first, more)| (first, more));
+    let opening = match &document.front {
+        Some(front) => front.markup(sentence)?,
+        None => front::said(sentence),
+    };
     let mut figures = document.parts.iter().flat_map(|part| &part.figures);
     let body = html! {
+        (opening)
         @if let Some(date) = &document.date { p.sub { (date) } }
-        (verdict(&document.verdict))
+        @if !more.is_empty() { (fold("All findings in words", &sentences(more))) }
         @if !document.beside.is_empty() {
             p.sub {
                 @for (k, (file, words)) in document.beside.iter().enumerate() {
@@ -47,17 +55,27 @@ pub(super) fn page(document: &Document) -> Result<String, Error> {
 fn part(part: &Part) -> Result<Markup, Error> {
     let figures = part.figures.iter().map(figure);
     let figures = figures.collect::<Result<Vec<Markup>, Error>>()?;
-    Ok(html! {
-        h2 id=(part.id) { (part.title) }
-        @if let Some(why) = &part.left_out { p.sub { "Left out: " (why) } }
+    let body = html! {
+        @if let Some(why) = &part.left_out { p.sub { "Left out: " (prose(why)) } }
         @match part.sentences.as_slice() {
             [] => {}
-            [only] => p { (unbroken(only)) }
-            all => ul.said { @for sentence in all { li { (unbroken(sentence)) } } }
+            [only] => p { (prose(only)) }
+            all => ul.said { @for sentence in all { li { (prose(sentence)) } } }
+        }
+        @if !part.explained.is_empty() {
+            details.explained {
+                summary { "Explanations" }
+                ul.said { @for sentence in &part.explained { li { (prose(sentence)) } } }
+            }
         }
         @for t in &part.tables { (table(t)) }
         @for figure in figures { (figure) }
         @for command in &part.commands { pre { (command) } }
+    };
+    Ok(html! {
+        section.part id=(part.id) {
+            @if part.folded { (fold(&part.title, &body)) } @else { h2 { (part.title) } (body) }
+        }
     })
 }
 
@@ -83,10 +101,10 @@ fn table(table: &Table) -> Markup {
                             @for (k, cell) in row.iter().enumerate() {
                                 td.text[text(k)] {
                                     @match meaning(line).filter(|_| k == 0) {
-                                        None => (cell),
+                                        None => (prose(cell)),
                                         Some(words) => details {
                                             summary { (unbroken(cell)) }
-                                            (unbroken(words))
+                                            (prose(words))
                                         }
                                     }
                                 }
@@ -111,7 +129,7 @@ fn figure(figure: &Figure) -> Result<Markup, Error> {
         section {
             figure.plot {
                 div.sheet { div.wide { (PreEscaped(svg)) } (data(picture)) }
-                figcaption { b { (title) ". " } (unbroken(&figure.caption)) }
+                figcaption { b { (title) ". " } (prose(&figure.caption)) }
             }
         }
     })

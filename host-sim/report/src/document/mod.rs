@@ -6,6 +6,7 @@
 mod html;
 
 use super::chart::Picture;
+use super::front::Front;
 use host_core::error::Error;
 use serde_json::{Value, json};
 
@@ -16,6 +17,8 @@ pub struct Document {
     pub(super) date: Option<String>,
     /// Sentences of the verdict, the shortest answer first.
     pub(super) verdict: Vec<String>,
+    /// What the first screen shows under the first of them.
+    pub(super) front: Option<Front>,
     /// Files beside the page: the name of each, and its description on the page.
     pub(super) beside: Vec<(&'static str, &'static str)>,
     pub(super) parts: Vec<Part>,
@@ -30,6 +33,10 @@ pub(super) struct Part {
     /// Why it is empty.
     pub left_out: Option<String>,
     pub sentences: Vec<String>,
+    /// Explanations, folded.
+    pub explained: Vec<String>,
+    /// Everything but the title is folded.
+    pub folded: bool,
     pub tables: Vec<Table>,
     pub figures: Vec<Figure>,
     pub commands: Vec<String>,
@@ -116,11 +123,12 @@ impl Document {
             })
         };
         let part = |part: &Part| {
+            let sentences = [&part.sentences[..], &part.explained[..]].concat();
             json!({
                 "id": part.id,
                 "title": part.title,
                 "left_out": part.left_out,
-                "sentences": part.sentences,
+                "sentences": sentences,
                 "tables": part.tables.iter().map(table).collect::<Vec<_>>(),
                 "figures": part.figures.iter().map(figure).collect::<Vec<_>>(),
                 "commands": part.commands,

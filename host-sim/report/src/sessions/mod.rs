@@ -2,8 +2,10 @@
 
 mod page;
 
-pub use page::document;
+pub use page::{document, verdict};
 
+use crate::axis::grouped;
+use crate::terminal::{MARK, fitted, named};
 use comfy_table::{CellAlignment, Table, presets};
 use host_lab::experiment::sessions::{self, Judged, PHASES, PaperRow, Row};
 use std::collections::BTreeSet;
@@ -11,8 +13,8 @@ use std::fmt::Write;
 
 /// The tables and sentences on the terminal. `start`: where coasts start.
 #[must_use]
-pub fn text(sessions: &[Judged], start: &str) -> String {
-    let mut out = String::new();
+pub fn text(sessions: &[Judged], start: &str, width: usize) -> String {
+    let mut out = verdict(sessions).join("\n") + "\n\n";
     for of in sessions {
         let _ = writeln!(
             out,
@@ -26,10 +28,13 @@ pub fn text(sessions: &[Judged], start: &str) -> String {
     let rows: Vec<&Row> = sessions.iter().flat_map(|of| &of.rows).collect();
     let _ = writeln!(
         out,
-        "\nMedian over the sessions of the median horizontal error, m.\n{start}"
+        "\nMedian over the sessions of the median horizontal error, m. {MARK}: the device; sorted by the \
+         last time.\n{start}"
     );
     for phase in PHASES {
-        if let Some(table) = table(&rows, phase) {
+        if let Some(mut table) = table(&rows, phase) {
+            let horizons = 1..table.column_count().saturating_sub(2);
+            let table = fitted(table, width, horizons);
             let _ = writeln!(out, "\n{phase}\n{table}");
         }
     }
@@ -48,6 +53,12 @@ fn table(rows: &[&Row], phase: &str) -> Option<Table> {
     let seconds = horizons.iter().map(|horizon| format!("{horizon} s"));
     let head = std::iter::once("scheme".to_owned()).chain(seconds);
     table.set_header(head.chain(["sessions".to_owned()]));
+    let mut schemes = schemes;
+    let end = |scheme: &str| median(&of, phase, scheme, *horizons.last()?);
+    schemes.sort_by(|a, b| {
+        let [a, b] = [a, b].map(|scheme| end(scheme).unwrap_or(f64::INFINITY));
+        a.total_cmp(&b)
+    });
     for scheme in schemes {
         let shown = horizons.iter().map(|horizon| {
             let median = median(&of, phase, scheme, *horizon);
@@ -55,7 +66,7 @@ fn table(rows: &[&Row], phase: &str) -> Option<Table> {
         });
         let own = of.iter().filter(|row| row.scheme == scheme);
         let count = own.map(|row| row.session).collect::<BTreeSet<_>>().len();
-        let cells = std::iter::once(scheme.to_owned()).chain(shown);
+        let cells = std::iter::once(named(scheme)).chain(shown);
         table.add_row(cells.chain([count.to_string()]));
     }
     for column in table.column_iter_mut().skip(1) {
@@ -66,7 +77,7 @@ fn table(rows: &[&Row], phase: &str) -> Option<Table> {
 
 /// The paper's test: a row a scheme, a column a protocol, the median and the range over the drives.
 #[must_use]
-pub fn paper(rows: &[PaperRow]) -> String {
+pub fn paper(rows: &[PaperRow], width: usize) -> String {
     let horizon = rows.first().map_or(0.0, |row| row.horizon_s);
     let mut out = format!(
         "\nthe paper's test: horizontal error after {horizon} s without fixes, m, median over the \
@@ -104,12 +115,12 @@ pub fn paper(rows: &[PaperRow]) -> String {
                 _ => "-".into(),
             }
         });
-        table.add_row(std::iter::once(scheme.to_owned()).chain(cells));
+        table.add_row(std::iter::once(named(scheme)).chain(cells));
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    let _ = writeln!(out, "{table}");
+    let _ = writeln!(out, "{}", fitted(table, width, []));
     out
 }
 
@@ -151,6 +162,6 @@ fn figure(metres: f64) -> String {
     match metres {
         m if m < 10.0 => format!("{m:.2}"),
         m if m < 100.0 => format!("{m:.1}"),
-        m => format!("{m:.0}"),
+        m => grouped(m, 0).replace('\u{a0}', " "),
     }
 }

@@ -4,7 +4,10 @@ use super::{figure, median, of_phase, schemes};
 use crate::axis::{Axis, extent, widened};
 use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::document::{Document, Figure, Part, Table};
+use crate::front::{Each, Front, SIZES, three};
 use crate::palette::{Look, RNN, SOFT, scheme as look};
+use crate::text::{counted, thousands};
+use crate::verdict::{Device, Effect, Several, times, waits};
 use host_lab::experiment::sessions::{Judged, PHASES, Row};
 use serde_json::json;
 
@@ -35,41 +38,136 @@ pub fn document(unit: &str, sessions: &[Judged], start: &str) -> Document {
     parts.extend(PHASES.iter().filter_map(|phase| part(&rows, phase, start)));
     parts.push(remembered(sessions));
     Document {
-        title: format!("{unit}: {} sessions, each from power-on", sessions.len()),
-        verdict: verdict(&rows),
+        title: format!(
+            "{unit}: {}, each from power-on",
+            counted(sessions.len() as u64, "session")
+        ),
+        verdict: verdict(sessions),
+        front: front(&rows, sessions),
         parts,
         ..Document::default()
     }
 }
 
-/// Sentences of the device against no correction, at power-on.
-fn verdict(rows: &[&Row]) -> Vec<String> {
-    let mut out = Vec::new();
-    for phase in PHASES {
-        let Some(horizon) = rows
+/// The phase of the verdict, and its longest time without fixes, s: power-on if it is there.
+fn main_phase(rows: &[&Row]) -> Option<(&'static str, f64)> {
+    let mut each = PHASES
+        .iter()
+        .filter_map(|phase| Some((*phase, longest(rows, phase)?)));
+    each.next()
+}
+
+fn longest(rows: &[&Row], phase: &str) -> Option<f64> {
+    let of = rows.iter().filter(|row| row.phase == phase);
+    of.map(|row| row.horizon_s).reduce(f64::max)
+}
+
+/// The device in a phase.
+fn device(rows: &[&Row], sessions: &[Judged], phase: &str, horizon: f64) -> Option<Device> {
+    let metres = ["device", "uncorrected"].map(|scheme| median(rows, phase, scheme, horizon));
+    let [with, without] = metres;
+    let of = |scheme: &str, session: usize| {
+        let mut all = rows
             .iter()
-            .filter(|row| row.phase == phase)
-            .map(|row| row.horizon_s)
-            .reduce(f64::max)
-        else {
-            continue;
-        };
-        let of = |scheme: &str| median(rows, phase, scheme, horizon);
-        if let (Some(device), Some(raw)) = (of("device"), of("uncorrected")) {
-            let same = (device / raw - 1.0).abs() < 1e-3;
-            let how = if same {
-                "the device corrects nothing".to_owned()
-            } else {
-                format!("the device leaves {:.2} of the error", device / raw)
-            };
-            out.push(format!(
-                "{phase}: {how} after {horizon} s without fixes ({} m, uncorrected {} m).",
-                figure(device),
-                figure(raw)
-            ));
-        }
+            .filter(|row| row.phase == phase && row.horizon_s == horizon);
+        let row = all.find(|row| row.scheme == scheme && row.session == session)?;
+        Some(row.median_m)
+    };
+    let ratios = sessions.iter().filter_map(|session| {
+        Some(of("device", session.session)? / of("uncorrected", session.session)?)
+    });
+    let mut ratios: Vec<f64> = ratios.collect();
+    ratios.sort_by(f64::total_cmp);
+    let (least, most) = (*ratios.first()?, *ratios.last()?);
+    let worse = ratios.iter().filter(|ratio| **ratio > 1.02).count();
+    let ratio = ratios[ratios.len() / 2];
+    let nothing = ratios.iter().all(|ratio| (ratio - 1.0).abs() < 1e-3);
+    let course = sessions.last().map(|session| &session.device);
+    Some(Device {
+        after: format!("after {horizon} s without fixes ({})", meaning(phase)),
+        metres: [with?, without?],
+        several: Some(Several {
+            ratio,
+            between: format!(
+                "median of {}, {} to {}, worse in {worse}",
+                counted(ratios.len() as u64, "session"),
+                times(least),
+                times(most)
+            ),
+            decided: match ratio {
+                r if r > 1.02 => Effect::Harms,
+                r if r < 0.98 => Effect::Helps,
+                _ => Effect::Open,
+            },
+        }),
+        waits: nothing.then(|| waits(course)),
+        earlier: vec![],
+    })
+}
+
+/// A phase in words.
+fn meaning(phase: &str) -> String {
+    match phase {
+        "power-on" => "from power-on".to_owned(),
+        "end" => "at the end of the session, after all fixes".to_owned(),
+        other => format!("after fixes for {} s", other.trim_start_matches("fixes-")),
     }
-    out
+}
+
+/// The verdict: the sentence on the device at power-on, then the other phases.
+#[must_use]
+pub fn verdict(sessions: &[Judged]) -> Vec<String> {
+    let rows: Vec<&Row> = sessions.iter().flat_map(|of| &of.rows).collect();
+    let main = main_phase(&rows).and_then(|(phase, s)| device(&rows, sessions, phase, s));
+    let Some(main) = main else {
+        return vec!["Verdict: no session is long enough to say what the device does.".to_owned()];
+    };
+    let others = PHASES.iter().skip(1).filter_map(|phase| {
+        let horizon = longest(&rows, phase)?;
+        let [with, without] =
+            ["device", "uncorrected"].map(|scheme| median(&rows, phase, scheme, horizon));
+        Some(format!(
+            "{phase}: after {horizon} s without fixes {} m with the device, {} m without ({}).",
+            figure(with?),
+            figure(without?),
+            meaning(phase)
+        ))
+    });
+    std::iter::once(main.sentence()).chain(others).collect()
+}
+
+/// The first screen: the error of each session at power-on.
+fn front(rows: &[&Row], sessions: &[Judged]) -> Option<Front> {
+    let (phase, horizon) = main_phase(rows)?;
+    let device = device(rows, sessions, phase, horizon)?;
+    let curve = |scheme: &'static str| {
+        let own = rows
+            .iter()
+            .filter(|row| row.phase == phase && row.scheme == scheme && row.horizon_s == horizon);
+        (
+            scheme,
+            own.map(|row| (row.session as f64, row.median_m))
+                .collect::<Vec<_>>(),
+        )
+    };
+    let curves = DRAWN
+        .map(curve)
+        .into_iter()
+        .filter(|(_, points)| !points.is_empty());
+    let each = Each {
+        of: "session",
+        highlit: ["device", "uncorrected"],
+        curves: curves.collect(),
+    };
+    let nearest = sessions.last().and_then(|of| of.device.nearest.as_ref());
+    Some(Front {
+        title: format!(
+            "Error of each session after {horizon} s without fixes, {}",
+            meaning(phase)
+        ),
+        pictures: SIZES.map(|size| each.picture(size)),
+        figures: three(&device, nearest.map(|of| of.proof)),
+    })
 }
 
 /// What the device did in each session.
@@ -78,9 +176,9 @@ fn course(sessions: &[Judged]) -> Part {
         vec![
             format!("{}: {}", of.session, of.name),
             format!("the device {}. {}", of.device.says, of.notes.join(" ")),
-            format!("{:.0}", of.duration_s),
+            thousands(of.duration_s.round() as u64),
             format!("{:.2}", of.residual),
-            of.device.fixes[0].to_string(),
+            thousands(of.device.fixes[0]),
         ]
     };
     Part {
@@ -88,7 +186,7 @@ fn course(sessions: &[Judged]) -> Part {
             head: [
                 "session",
                 "the device, with all fixes",
-                "s",
+                "duration, s",
                 "residual",
                 "fixes",
             ]
@@ -98,7 +196,7 @@ fn course(sessions: &[Judged]) -> Part {
             text: 2,
             ..Table::default()
         }],
-        sentences: vec![
+        explained: vec![
             "Residual: how far fixes and samples contradict each other, where 1 is expected; below \
              1 the fixes are better than they say."
                 .into(),
@@ -132,7 +230,7 @@ fn part(rows: &[&Row], phase: &str, start: &str) -> Option<Part> {
         ),
     };
     Some(Part {
-        sentences: vec![means, start.to_owned()],
+        explained: vec![means, start.to_owned()],
         figures: vec![Figure {
             name: "sessions",
             title: format!("Error after {longest} s without fixes, {phase}"),

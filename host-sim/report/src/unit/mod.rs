@@ -10,7 +10,8 @@ mod verdict;
 pub use parts::device::Readout;
 
 use super::document::{Document, Figure, Part, Table};
-use super::page;
+use super::front::Front;
+use super::{page, replay};
 use host_core::error::Error;
 use host_lab::analysis::allan::findings::Findings;
 use host_lab::analysis::learnability::Answer;
@@ -76,12 +77,14 @@ impl Report {
         };
         let weights = parts::weights::image(contents);
         let beside = weights.as_ref().map(|_| (WEIGHTS, "weights"));
+        let parts = parts::all(contents)?;
         let document = Document {
             title: format!("Report of unit {}, {serial}", unit.name),
             date: contents.date.clone(),
             verdict: verdict::sentences(contents),
             beside: beside.into_iter().collect(),
-            parts: parts::all(contents)?,
+            front: front(contents, &parts),
+            parts,
         };
         Ok(Self { document, weights })
     }
@@ -103,6 +106,19 @@ impl Report {
             Ok(files)
         })
     }
+}
+
+/// The first screen: the errors without fixes where there are any, else the first picture.
+fn front(contents: &Contents, parts: &[Part]) -> Option<Front> {
+    if let Ok(outcomes) = &contents.outcomes {
+        return Some(replay::front(outcomes));
+    }
+    let first = parts.iter().flat_map(|part| &part.figures).next()?;
+    Some(Front {
+        title: format!("{}. {}", first.title, first.caption),
+        pictures: [first.picture.clone(), first.picture.clone()],
+        figures: verdict::figures(contents),
+    })
 }
 
 /// SHA-256 in hexadecimal digits, as `sha256sum` prints it.

@@ -1,8 +1,10 @@
 //! The verdict of the report, harm first.
 
 use super::parts::device::name;
-use super::parts::{against, halved, in_force};
+use super::parts::{halved, in_force};
 use super::{Contents, Readout};
+use crate::allan::against;
+use crate::text::{counted, thousands};
 use crate::verdict::{Compared, of_outcomes};
 
 /// All sentences. The first is the shortest answer.
@@ -17,13 +19,8 @@ pub(super) fn sentences(contents: &Contents) -> Vec<String> {
     }
     match (&contents.outcomes, &contents.device) {
         (Ok(outcomes), _) => {
-            let Compared {
-                headline,
-                device,
-                others,
-            } = of_outcomes(outcomes);
+            let Compared { headline, others } = of_outcomes(outcomes);
             out.insert(0, headline);
-            out.extend(device);
             out.extend(others);
             for outcome in outcomes {
                 if let Some(bench) = &outcome.bench {
@@ -31,7 +28,7 @@ pub(super) fn sentences(contents: &Contents) -> Vec<String> {
                 }
             }
         }
-        (Err(_), Some(device)) => out.extend(of_device(device)),
+        (Err(_), Some(device)) => drop(out.splice(0..0, of_device(device))),
         (Err(why), None) => out.insert(
             0,
             format!(
@@ -64,15 +61,33 @@ fn of_device(readout: &Readout) -> Vec<String> {
     });
     if learner.rollbacks > 0 {
         out.push(format!(
-            "Since power-on a candidate was given up {} time(s), because it did harm or lost its \
-             proof.",
-            learner.rollbacks
+            "Since power-on a candidate was given up {}, because it did harm or lost its proof.",
+            counted(learner.rollbacks, "time")
         ));
     }
     out.push(
-        "How far navigation gets with the correction and without it a device cannot tell: make a \
-         report from a recording of it."
+        "A device does not know how far navigation gets with its correction and without: make a \
+         report from a recording."
             .into(),
     );
     out
+}
+
+/// The figures of the first screen where no error without fixes is known.
+pub(super) fn figures(contents: &Contents) -> Vec<(String, String)> {
+    let Some(Readout { info, .. }) = &contents.device else {
+        return vec![];
+    };
+    let learner = &info.learner;
+    vec![
+        (
+            thousands(learner.used_fixes),
+            "fixes used since power-on".into(),
+        ),
+        (
+            thousands(learner.promotions),
+            "corrections that have proved themselves".into(),
+        ),
+        (thousands(info.memory.drives), "drives remembered".into()),
+    ]
 }

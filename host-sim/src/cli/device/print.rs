@@ -1,5 +1,6 @@
 //! Text output of `host-sim device`.
 
+use firmware::error_bound::TIMES_S;
 use host_device::device::{
     Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status,
 };
@@ -232,11 +233,15 @@ fn status(status: &Status) -> String {
 }
 
 /// The largest error that the corrections can add.
-fn error_bound_line(text: &mut String, [a, b, c, d, e]: [u32; 5]) {
+fn error_bound_line(text: &mut String, metres: [u32; 5]) {
+    let each = metres.iter().zip(TIMES_S);
+    let each: Vec<String> = each
+        .map(|(m, t)| format!("{m} m within {} min", t / 60))
+        .collect();
     let _ = writeln!(
         text,
-        "error bound    corrections add at most {a} {b} {c} {d} {e} m, 5 10 15 20 22 min after the \
-         alignment"
+        "error bound    corrections add at most {} of the alignment",
+        each.join(", ")
     );
 }
 

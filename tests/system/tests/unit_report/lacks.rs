@@ -148,7 +148,8 @@ fn recorded_drives_and_a_unit_at_rest_are_reported() {
         "report", "--unit", "kitti", "--from", &drive, "--json", "k.json", "--out", "k",
     ];
     let said = run(dir, &args);
-    assert!(said.starts_with("Verdict: harm."), "{said}");
+    let nothing = "Verdict: the device does nothing in any of 2 cases; ";
+    assert!(said.starts_with(nothing), "{said}");
     run(
         dir,
         &[
@@ -159,10 +160,6 @@ fn recorded_drives_and_a_unit_at_rest_are_reported() {
     assert_eq!(
         part(&drive, "navigation")["data"],
         json(&dir.join("o.json"))
-    );
-    assert!(
-        said.contains("ends worse than no correction in 0"),
-        "{said}"
     );
     let rest = at("lasergyro-static.csv.gz");
     let args = [

@@ -2,7 +2,7 @@
 //! same unit with fixes corrects a drive without fixes.
 
 use super::Sessions;
-use crate::learning::device::{Device, course, since};
+use crate::learning::device::{Course, Device, course, since};
 use host_core::error::Error;
 use host_core::inertial::free_inertial::{FreeInertial, aligned_free_inertial};
 use host_core::inertial::session::Session;
@@ -27,6 +27,8 @@ pub(super) struct After {
     pub free: FreeInertial,
     /// What corrects and since when, or what it waits for.
     pub in_force: String,
+    /// What it did in the last of them.
+    pub course: Course,
 }
 
 /// The device after each number of [`DRIVES`] of earlier drives, of which `first` is the first. In
@@ -60,6 +62,7 @@ pub(super) fn after_drives(
             scheme,
             free,
             in_force: in_force(scheme, number, &course.says, &since(&coast)),
+            course,
         }));
     }
     Ok(out)

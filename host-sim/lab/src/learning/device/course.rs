@@ -32,6 +32,14 @@ pub struct Course {
     pub says: String,
 }
 
+impl Course {
+    /// Whether it navigates, and no hypothesis has proved itself yet.
+    #[must_use]
+    pub fn is_proving(&self) -> bool {
+        self.navigates && self.fixes[0] > 0 && self.proved.is_empty()
+    }
+}
+
 impl Drive {
     /// The second from which on a correction was in force to the end, if one was.
     #[must_use]
@@ -131,9 +139,13 @@ fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
     match () {
         () if drive.given == 0 => "has had no fix to learn from".to_owned(),
         () if !report.navigates && report.refused_alignments > 0 => format!(
-            "waits for its alignment in motion: samples and fixes contradicted each other {} \
-             times, residual {:.1}",
-            report.refused_alignments, report.residual
+            "waits for its alignment in motion: samples and fixes contradicted each other {}, \
+             residual {:.1}",
+            match report.refused_alignments {
+                1 => "once".to_owned(),
+                n => format!("{n} times"),
+            },
+            report.residual
         ),
         () if !report.navigates => format!(
             "waits for its alignment: its heading is known by {}",

@@ -32,6 +32,8 @@ pub struct Entry {
 /// A candidate of the learner at the end of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
+    /// Whether it takes part.
+    pub enabled: bool,
     /// Whether its rehearsals have proven that it is useful.
     pub proved: bool,
     /// Whether its rehearsals have found that it does harm.
@@ -117,6 +119,7 @@ impl Diary {
     /// The diary with the state at the end.
     pub(super) fn closed(self, report: &Report, trials: Option<&Trials>) -> Self {
         let candidate = |trial: &Trial| Candidate {
+            enabled: trial.enabled,
             proved: trial.proved,
             harms: trial.standing.harms(),
             evidence: trial.evidence,

@@ -2,6 +2,7 @@
 
 use super::super::{Contents, Part, Table};
 use super::benches;
+use crate::text::thousands;
 use firmware::error_bound::TIMES_S;
 use serde_json::json;
 
@@ -41,7 +42,7 @@ pub(super) fn part(contents: &Contents) -> Part {
         .iter()
         .map(|(case, metres)| json!({ "case": case, "metres": metres }));
     let row = |(case, metres): &(String, [u32; 5])| {
-        let metres = metres.iter().map(u32::to_string);
+        let metres = metres.iter().map(|m| thousands(*m));
         [case.clone()].into_iter().chain(metres).collect()
     };
     Part {
@@ -58,6 +59,7 @@ pub(super) fn part(contents: &Contents) -> Part {
             text: 1,
             ..Table::default()
         }],
+        folded: true,
         ..Part::new("bound", TITLE)
     }
 }

@@ -27,6 +27,7 @@ pub(super) fn part(contents: &Contents) -> Part {
         data: json!({ "versions": versions, "commands": contents.commands }),
         tables: vec![Table::of_pairs(versions)],
         commands: contents.commands.clone(),
+        folded: true,
         ..Part::new("made", "Versions and commands")
     }
 }

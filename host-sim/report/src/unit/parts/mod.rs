@@ -12,7 +12,6 @@ mod rehearsals;
 pub(super) mod weights;
 
 pub(super) use learnable::halved;
-pub(super) use noise::against;
 pub(super) use rehearsals::in_force;
 
 use super::{Contents, Part};

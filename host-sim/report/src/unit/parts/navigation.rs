@@ -4,6 +4,8 @@ use super::super::{Contents, Figure, Part, Table};
 use super::{case, data};
 use crate::drawn::caption;
 use crate::figures::{self, length};
+use crate::json;
+use crate::replay::in_seconds;
 use crate::terms;
 use crate::verdict::of_outcome;
 use host_core::error::Error;
@@ -22,7 +24,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
         Err(why) => return Ok(Part::without("navigation", TITLE, why)),
     };
     let mut part = Part::new("navigation", TITLE);
-    part.sentences.push(
+    part.explained.push(
         "What was learnt from one part of the recording corrects another, where each scheme \
          navigates without fixes."
             .into(),
@@ -40,6 +42,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
         let words = of_outcome(outcome).join(" ");
         part.sentences.push(format!("{}: {words}", case(outcome)));
         part.tables.push(table(outcome));
+        let curves = in_seconds(outcome);
         for (figure, name) in [
             (figures::Figure::Error, "error"),
             (figures::Figure::Track, "track"),
@@ -47,22 +50,22 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
             part.figures.push(Figure {
                 name,
                 title: format!("{}: {}", figure.heading(), case(outcome)),
-                caption: caption(figure, &outcome.curves),
-                picture: figure.picture(&outcome.curves),
+                caption: caption(figure, &curves),
+                picture: figure.picture(&curves, "s"),
             });
         }
     }
     let mut starts: Vec<&String> = outcomes.iter().map(|of| &of.start).collect();
     starts.dedup();
     let starts = starts.into_iter().filter(|start| !start.is_empty());
-    part.sentences.extend(starts.cloned());
-    part.sentences.push(interval(outcomes));
+    part.explained.extend(starts.cloned());
+    part.explained.push(interval(outcomes));
     let names = outcomes
         .iter()
         .flat_map(|o| &o.rows)
         .map(|row| &*row.scheme);
-    part.sentences.extend(terms::sentences(names));
-    part.data = data(outcomes);
+    part.explained.extend(terms::sentences(names));
+    part.data = data(&json::outcomes(outcomes));
     Ok(part)
 }
 

@@ -6,10 +6,11 @@ use crate::allan::figures;
 use crate::axis::Axis;
 use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::palette::{Look, numbered};
-use firmware::learn::bank::{HYPOTHESES, NAMES, STORED, ZERO_CORRECTION};
-use firmware::learn::rehearsal::{HORIZONS_S, of_100};
+use crate::text::{counted, thousands};
+use firmware::learn::bank::{HYPOTHESES, NAMES, ZERO_CORRECTION};
+use firmware::learn::rehearsal::{HORIZONS_S, PROVED, of_100};
 use host_lab::experiment::outcome::Bench;
-use host_lab::learning::device::{Candidate, Diary};
+use host_lab::learning::device::{Candidate, Diary, Entry};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Rehearsals and gates";
@@ -20,7 +21,8 @@ pub(super) fn part(contents: &Contents) -> Part {
         Err(why) => return Part::without("rehearsals", TITLE, why),
     };
     let mut part = Part::new("rehearsals", TITLE);
-    part.sentences.push(
+    part.folded = true;
+    part.explained.push(
         "In a rehearsal the device navigates for some time as if it had no fixes, with each \
          candidate's correction and without any, and compares both with the next fix. A candidate \
          that wins so often that luck is no explanation has proved itself. The device stores it, and by \
@@ -44,7 +46,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                 picture: picture(diary),
             });
         }
-        part.sentences.extend(outcome.notes.iter().cloned());
+        part.explained.extend(outcome.notes.iter().cloned());
         all.push(diary_as_data(&case(outcome), bench));
     }
     part.data = Value::Array(all);
@@ -63,7 +65,8 @@ pub(in super::super) fn in_force(bench: &Bench) -> String {
         text += &format!(" \"{}\" is proved since {since} s.", NAMES[candidate]);
     }
     if given_up > 0 {
-        text += &format!(" A candidate was given up again {given_up} time(s).");
+        let times = counted(given_up as u64, "time");
+        text += &format!(" A candidate was given up again {times}.");
     }
     text
 }
@@ -71,33 +74,52 @@ pub(in super::super) fn in_force(bench: &Bench) -> String {
 fn gates(diary: &Diary) -> String {
     let [fixes, refused] = diary.fixes;
     let lengths = HORIZONS_S.iter().zip(&diary.rehearsals);
-    let rehearsed: Vec<String> = lengths.map(|(s, n)| format!("{n} of {s} s")).collect();
+    let rehearsed: Vec<String> = lengths
+        .map(|(s, n)| format!("{} of {s} s", thousands(*n)))
+        .collect();
     format!(
-        "{fixes} fixes were compared with the navigator; of {refused} of them a component was \
+        "{} were compared with the navigator; of {} of them a component was \
          refused as an outlier, and {} came too late. Rehearsals: {}.",
-        diary.late,
+        match fixes {
+            1 => "1 fix".to_owned(),
+            fixes => format!("{} fixes", thousands(fixes)),
+        },
+        thousands(refused),
+        thousands(diary.late),
         rehearsed.join(", ")
     )
 }
 
-/// The candidates that take part. The stored one takes part only if something is stored.
+/// The candidates that take part.
 fn shown(diary: &Diary) -> impl Iterator<Item = (usize, &Candidate)> {
     let each = diary.candidates.iter().enumerate();
-    each.filter(|(h, of)| *h != ZERO_CORRECTION && (*h != STORED || of.proved || of.harms))
+    each.filter(|(h, of)| *h != ZERO_CORRECTION && of.enabled)
+}
+
+/// The state of a candidate at the end, with the reason where it has not proved itself.
+fn state(h: usize, of: &Candidate, last: Option<&Entry>) -> String {
+    let proof = last.map_or(0.0, |last| last.proof[h]);
+    match (of.proved, of.harms) {
+        (true, _) => "has proved itself".into(),
+        (_, true) => "does harm".into(),
+        _ if proof < PROVED => {
+            format!(
+                "not proved: its bets have won {} of {PROVED} stakes",
+                figures(proof.into())
+            )
+        }
+        _ => "not proved: its bets won enough, but its check or the age of its proof forbids it"
+            .into(),
+    }
 }
 
 fn candidates(case: &str, diary: &Diary) -> Table {
     let last = diary.entries.last();
     let row = |(h, of): (usize, &Candidate)| {
         let capital = |of: Option<f32>| of.map_or("-".into(), |x| figures(f64::from(x)));
-        let state = match (of.proved, of.harms) {
-            (true, _) => "has proved itself",
-            (_, true) => "does harm",
-            _ => "not proved",
-        };
         vec![
             NAMES[h].to_owned(),
-            state.to_owned(),
+            state(h, of, last),
             last.map_or("-".into(), |l| {
                 format!("{} of 100", of_100(l.proof[h], of.proved))
             }),

@@ -39,6 +39,7 @@ pub(super) fn part(contents: &Contents) -> Part {
             caption: Some("SHA-256 of the weight image".into()),
             ..Table::of_pairs(rows)
         }],
+        folded: true,
         ..Part::new("weights", TITLE)
     }
 }
