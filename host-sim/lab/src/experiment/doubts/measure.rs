@@ -26,6 +26,10 @@ const CHORD_S: [f64; 2] = [10.0, 30.0];
 /// Least change that is compared, m/s, and in standard deviations.
 const LEAST_MPS: [f64; 2] = [1.0, 0.25];
 const SIGMAS: f64 = 5.0;
+/// Heights that follow the vertical velocities by less than this share do not follow them, where
+/// these are not small, m/s.
+const FOLLOWS: f64 = 0.5;
+const CLIMBS_MPS: f64 = 0.1;
 /// Least number of pairs of positions.
 const PAIRS: usize = 10;
 /// Longest time between two fixes whose velocities are averaged, s.
@@ -160,25 +164,42 @@ fn apart(evidence: &Evidence, vertical: bool) -> Option<Measure> {
     })
 }
 
-/// Whether heights rise where the vertical velocities say so, or fall. Small slopes show it
-/// together, where each alone is less than the noise of the heights: by the slope of the one over
-/// the other, which is 1. Its standard deviation is that of its residuals, of which only every
-/// fourth is independent: neighbouring chords share three quarters.
+/// Whether heights rise where the vertical velocities say so, or fall, or do not follow them. Small
+/// slopes show it together, where each alone is less than the noise of the heights: by the slope of
+/// the one over the other, which is 1. Its standard deviation is that of its residuals, or that of
+/// the heights; only every fourth is independent, because neighbouring chords share three quarters.
 fn way(evidence: &Evidence) -> Option<Measure> {
-    let pairs: Vec<[f64; 2]> = chords(&evidence.fixes, CHORD_S[1])
+    let pairs: Vec<[f64; 3]> = chords(&evidence.fixes, CHORD_S[1])
         .filter(|(.., sigma)| sigma[1].is_finite())
-        .map(|(moved, said, _)| [moved.z, said.z])
+        .map(|(moved, said, sigma)| [moved.z, said.z, sigma[1]])
         .collect();
-    let sum = |of: &dyn Fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>();
-    let square = sum(&|[_, said]| said * said);
-    let slope = sum(&|[moved, said]| moved * said) / square;
-    let rest = sum(&|[moved, said]| (moved - slope * said).powi(2)) / pairs.len() as f64;
+    let sum = |of: &dyn Fn(&[f64; 3]) -> f64| pairs.iter().map(of).sum::<f64>();
+    let count = pairs.len() as f64;
+    let square = sum(&|[_, said, _]| said * said);
+    let slope = sum(&|[moved, said, _]| moved * said) / square;
+    let rest = sum(&|[moved, said, _]| (moved - slope * said).powi(2)) / count;
+    let stated = sum(&|[.., sigma]| sigma * sigma) / count;
     let sigma = 2.0 * (rest / square).sqrt();
     let known = pairs.len() >= 4 * PAIRS && slope.abs() > SIGMAS * sigma;
-    known.then(|| Measure {
+    let most = slope.abs() + SIGMAS * sigma.max(2.0 * (stated / square).sqrt());
+    let said = (square / count).sqrt();
+    let stays = pairs.len() >= 4 * PAIRS && most < FOLLOWS && said > CLIMBS_MPS;
+    let first = evidence.fixes.iter().find(|fix| fix.has(2..3))?.height_m;
+    let mut heights = evidence.fixes.iter().filter(|fix| fix.has(2..3));
+    (known || stays).then(|| Measure {
         kind: Kind::Climbs,
-        size: if slope < 0.0 { 2.0 } else { 0.0 },
-        problem: "makes the heights move another way than the vertical velocities".into(),
+        size: if slope < 0.0 || stays { 2.0 } else { 0.0 },
+        problem: match stays {
+            false => "makes the heights move another way than the vertical velocities".into(),
+            true if heights.all(|fix| fix.height_m == first) => format!(
+                "is {first} m at all fixes, where the vertical velocities say {said:.3} m/s"
+            ),
+            true => format!(
+                "makes the heights move by {:.4} of the vertical velocities, which say {said:.3} \
+                 m/s",
+                slope.abs()
+            ),
+        },
         state: "heights and vertical velocities rise together".into(),
     })
 }

@@ -168,6 +168,10 @@ fn plain(measure: &Measure, says: &Says) -> Doubt {
             &says.fixes.velocity,
             "check columns, order and units of positions and velocities, and the fixes themselves",
         ),
+        Kind::Climbs if measure.problem.contains("at all fixes") => (
+            &says.fixes.height,
+            "leave the height out: a logger without one writes zeros; or check its column",
+        ),
         Kind::Climbs => (
             &says.fixes.height,
             "check the columns and units of the height and of the vertical velocity",
