@@ -421,8 +421,8 @@ fn why(bytes: &[u8]) -> String {
 fn greis(message: &[u8]) -> Vec<u8> {
     let sum = message
         .iter()
-        .fold(0_u8, |sum, byte| (sum << 2 | sum >> 6) ^ byte);
-    [message, &[sum << 2 | sum >> 6], b"\n"].concat()
+        .fold(0_u8, |sum, byte| sum.rotate_left(2) ^ byte);
+    [message, &[sum.rotate_left(2)], b"\n"].concat()
 }
 
 /// With CRC-24Q, bit by bit.
