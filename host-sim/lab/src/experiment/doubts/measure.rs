@@ -68,6 +68,9 @@ pub(super) struct Measure {
     pub(super) kind: Kind,
     /// The difference; from 1 on it is a contradiction.
     pub(super) size: f64,
+    /// Of what is fitted: the logarithm of the squares that are left. Of two changes after which
+    /// nothing contradicts, that which leaves less is the better one.
+    pub(super) left: f64,
     /// The contradiction, as the rest of a sentence that begins with the field.
     pub(super) problem: String,
     /// How it is, as a sentence without a full stop.
@@ -111,6 +114,7 @@ fn place(evidence: &Evidence, agrees: bool) -> Option<Measure> {
     let at = format!("{:.3}, {:.3} deg", first.lat_deg, first.lon_deg);
     Some(Measure {
         kind: Kind::Place,
+        left: 0.0,
         size: if near && !agrees { 2.0 } else { 0.0 },
         problem: format!("puts all fixes near {at}, into the Gulf of Guinea"),
         state: format!("the first fix is at {at}"),
@@ -155,6 +159,7 @@ fn apart(evidence: &Evidence, vertical: bool) -> Option<Measure> {
     };
     Some(Measure {
         kind: if vertical { Kind::Climbs } else { Kind::Moves },
+        left: 0.0,
         size: apart / APART,
         problem,
         state: format!(
@@ -188,6 +193,7 @@ fn way(evidence: &Evidence) -> Option<Measure> {
     let mut heights = evidence.fixes.iter().filter(|fix| fix.has(2..3));
     (known || stays).then(|| Measure {
         kind: Kind::Climbs,
+        left: 0.0,
         size: if slope < 0.0 || stays { 2.0 } else { 0.0 },
         problem: match stays {
             false => "makes the heights move another way than the vertical velocities".into(),
@@ -250,6 +256,7 @@ fn turns(evidence: &Evidence) -> Option<Measure> {
     let back = factor < 0.0;
     Some(Measure {
         kind: Kind::Turns,
+        left: 0.0,
         size: if back {
             2.0
         } else {
@@ -284,6 +291,7 @@ fn gravity(evidence: &Evidence, rests: &Rests) -> Option<Measure> {
     };
     Some(Measure {
         kind: Kind::Gravity,
+        left: 0.0,
         size: if wrong { 1.0 + off } else { off.min(0.99) },
         problem: format!("gives a specific force of {size:.3} m/s2 {when}{missing}"),
         state: format!("the specific force is {size:.3} m/s2 {when}"),
@@ -311,6 +319,7 @@ fn down(evidence: &Evidence, rests: &Rests) -> Option<Measure> {
     let tilt = (-force.z / force.norm()).clamp(-1.0, 1.0).acos();
     Some(Measure {
         kind: Kind::Down,
+        left: 0.0,
         size: if wrong { 1.0 + tilt } else { tilt.min(0.99) },
         problem: format!("makes the specific force point {way} the axis called {name}, not up"),
         state: "the specific force points up".into(),
@@ -323,6 +332,7 @@ fn earth(rests: &Rests) -> Option<Measure> {
     let off = (size / 15.041).ln().abs();
     Some(Measure {
         kind: Kind::Earth,
+        left: 0.0,
         size: if wrong { 1.0 + off } else { 0.0 },
         problem: format!("gives {size:.3} deg/h at rest, where the Earth turns by 15.041 deg/h"),
         state: format!("the rate at rest is {size:.3} deg/h"),

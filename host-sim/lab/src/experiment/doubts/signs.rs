@@ -78,6 +78,7 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     let ratio = given / least;
     (!used.is_empty() && ratio.is_finite()).then(|| Measure {
         kind: Kind::Signs,
+        left: given.ln(),
         size: ratio.ln().max(0.0) / BETTER.ln(),
         problem: match swapped {
             true => format!(
