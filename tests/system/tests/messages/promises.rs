@@ -202,7 +202,7 @@ const PROMISES: &[Promise] = &[
                 dir,
                 "x.json",
                 &gpsd(dir).replace("\"mode\":3", "\"mode\":2"),
-            )
+            );
         },
         args: "convert csv --header header.toml --fixes x.json --to kf-gins --out o",
         told: &["361 of 361 fixes lack position, height"],
