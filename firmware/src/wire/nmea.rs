@@ -12,7 +12,8 @@
 //!
 //! Loggers and terminals change what is around a sentence. So a line may end in LF alone, CR alone
 //! or CR CR LF, digits of the checksum may be in lower case, and whatever stands before the `$`
-//! (a tag block, a logger's time stamp) is skipped. **A line without a checksum** is
+//! (a tag block, a logger's time stamp) is skipped. Behind the checksum a quote, blank, comma,
+//! semicolon or tab ends the sentence, as in the cells of a table. **A line without a checksum** is
 //! [`Scan::Other`]: [`super::Receiver`] reads it on a line that is told to be NMEA and never had a
 //! checksum.
 //!
@@ -45,8 +46,8 @@ const PLAIN_M: f32 = 7.5;
 const DIFFERENTIAL_M: f32 = 1.9;
 const FLOAT_M: f32 = 0.5;
 const FIXED_M: f32 = 0.05;
-/// Dilution of precision where none is stated, as with RMC and GLL (assumed: some satellites are
-/// hidden).
+/// Dilution of precision where none is stated, as with RMC and GLL, or in an empty field (assumed:
+/// some satellites are hidden).
 const UNSTATED_HDOP: f32 = 2.0;
 /// Standard deviation of the height over that of the horizontal distance (assumed: satellites are
 /// above only).
@@ -154,6 +155,7 @@ pub fn scan(bytes: &[u8]) -> Scan {
         [a, b, b'\r', b'\n', ..] => ([a, b], star + 5),
         [_, _, b'\r'] => return Scan::Partial(star + 5),
         [a, b, b'\r' | b'\n', ..] => ([a, b], star + END),
+        [a, b, b'"' | b'\'' | b',' | b';' | b'\t' | b' ', ..] => ([a, b], star + END - 1),
         [_, _, _, ..] => return Scan::BadChecksum,
         _ => return Scan::Partial(star + END),
     };
@@ -259,7 +261,11 @@ fn gga(f: Fields, values: &mut Values) {
         b"2" => DIFFERENTIAL_M,
         b"4" => FIXED_M,
         b"5" => FLOAT_M,
-        _ => return, // none, estimated, by hand, simulated
+        b"0" | b"6" | b"7" | b"8" => {
+            values.refused = true; // none, estimated, by hand, simulated: a VTG may not say so
+            return;
+        }
+        _ => return,
     };
     position(f, 1, Some([8, 10]), values);
     dilution(range, f, values);
@@ -319,8 +325,9 @@ fn position(f: Fields, at: usize, heights: Option<[usize; 2]>, values: &mut Valu
 /// Standard deviations from the quality of the fix and HDOP, until GST states them.
 #[inline(never)]
 fn dilution(range: f32, f: Fields, values: &mut Values) {
-    let Some(hdop) = f.number(7).map(|hdop| hdop.value() as f32) else {
-        return;
+    let hdop = match f.get(7) {
+        b"" => UNSTATED_HDOP,
+        text => Number::of(text).map_or(0.0, |hdop| hdop.value() as f32),
     };
     if (0.1..50.0).contains(&hdop) {
         let distance = range * hdop;
@@ -333,6 +340,7 @@ fn dilution(range: f32, f: Fields, values: &mut Values) {
 #[inline(never)]
 fn rmc(f: Fields, values: &mut Values) {
     values.day = number::day_of_week(f.get(8));
+    values.refused |= f.get(1) == b"V"; // a VTG may not say so
     if f.get(1) == b"A" && is_measured(f.get(11)) {
         velocity(f.get(6), f.get(7), KNOT, values);
         place(f, 2, f.get(11), values);

@@ -103,11 +103,17 @@ impl Beside {
             rtklib::read(file)?.beside(record, origin_s);
             return Ok(("RTKLIB", Vec::new()));
         }
-        if told.is_none() && gpsd::is_one(file) {
-            gpsd::read(file, shown)?.beside(record, origin_s);
-            return Ok(("gpsd", Vec::new()));
-        }
-        let mut log = receiver::read(file, told, shown)?;
+        let reports = told.is_none() && gpsd::is_one(file);
+        let reports = reports.then(|| gpsd::read(file, shown));
+        let mut log = match reports {
+            Some(Ok(reports)) => {
+                reports.beside(record, origin_s);
+                return Ok(("gpsd", Vec::new()));
+            }
+            // `gpspipe -r`: the sentences of the receiver behind a few lines of JSON
+            Some(Err(none)) => receiver::read(file, told, shown).map_err(|_| none)?,
+            None => receiver::read(file, told, shown)?,
+        };
         let notes = std::mem::take(&mut log.notes);
         let name = receiver::name(log.format);
         log.beside(record, origin_s);

@@ -168,7 +168,9 @@ impl<'s> Judge<'s> {
         }
         let bytes = &self.stream.bytes[at.clone()];
         let around = self.stream.around(&at);
-        if around.iter().any(|piece| piece.frame == bytes) {
+        // of a sentence the end of the line may be damaged
+        let is_whole = |frame: &[u8]| frame == bytes || frame.strip_suffix(b"\r\n") == Some(bytes);
+        if around.iter().any(|piece| is_whole(&piece.frame)) {
             self.figures.whole += 1;
         } else if self.stream.speaker.protocol.is_right(bytes) {
             let touched = around.iter().find(|piece| {

@@ -135,7 +135,8 @@ fn receiver_is_right(format: ReceiverFormat, frame: &[u8]) -> bool {
         (
             ReceiverFormat::Nmea,
             [b'$', text @ .., b'*', a, b, b'\r', b'\n']
-            | [b'$', text @ .., b'*', a, b, b'\r' | b'\n'],
+            | [b'$', text @ .., b'*', a, b, b'\r' | b'\n']
+            | [b'$', text @ .., b'*', a, b],
         ) => {
             let sum = text.iter().fold(0, |sum, byte| sum ^ byte);
             format!("{sum:02X}")

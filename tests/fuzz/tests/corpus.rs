@@ -50,6 +50,7 @@ replayed! {
     configuration: 19,
     csv: 3,
     drive: 3,
+    fixes: 4,
     image: 15,
     mcap: 1,
     novatel: 6,

@@ -168,6 +168,49 @@ fn gga_decides_before_rmc_and_gll() {
     }
 }
 
+/// Old receivers send a VTG without a mode, or with a wrong one, while they have no fix.
+#[test]
+fn a_velocity_counts_only_in_an_epoch_with_a_fix() {
+    let fixed = |sentences: [&str; 2]| {
+        let mut values = Values::NONE;
+        for text in sentences {
+            read(format!("${text}*00\r\n").as_bytes(), &mut values);
+        }
+        values.given() & 0b11_1000 != 0
+    };
+    for vtg in [
+        "GPVTG,0.0,T,10.5,M,0.0,N,0.0,K",
+        "GPVTG,0.00,T,,,0.00,N,0.00,K,A",
+    ] {
+        assert!(fixed([
+            vtg,
+            "GPRMC,092725,A,4717.1,N,00833.9,E,0.0,0.0,221126,,"
+        ]));
+        for none in [
+            "GPRMC,092725,V,4717.1,N,00833.9,E,0.0,0.0,221126,10.5,W,S",
+            "GPGGA,092725,4717.1,N,00833.9,E,0,00,50.0,4.0,M,42.2,M,,",
+            "GPGGA,092725,4717.1,N,00833.9,E,8,10,2.0,268.8,M,-33.9,M,,",
+        ] {
+            assert!(!fixed([vtg, none]) && !fixed([none, vtg]), "{none}");
+        }
+    }
+}
+
+/// In a cell of a table, with or without quotes.
+#[test]
+fn a_sentence_may_end_in_a_cell() {
+    let bare = GGA.trim_end();
+    for behind in ["\"\n", "\",4\n", ",4\n", "; 4\n", "\t4\n", " 4\n", "'\n"] {
+        let cell = format!("{bare}{behind}");
+        assert_eq!(scan(cell.as_bytes()), Scan::Frame(bare.len()), "{cell}");
+    }
+    assert_eq!(scan(format!("{bare}0\r\n").as_bytes()), Scan::BadChecksum);
+    assert_eq!(
+        scan(format!("{}00\"", &bare[..bare.len() - 2]).as_bytes()),
+        Scan::BadChecksum
+    );
+}
+
 #[test]
 fn golden_accuracy_and_heading() {
     let none = NOT_MEASURED;
@@ -202,8 +245,16 @@ fn what_is_not_measured_is_not_reported() {
     assert!(own[0].is_finite() && own[2] == NOT_MEASURED);
     // four decimals less are 185 m
     assert!(close(own[0].into(), 185.2 / 12_f64.sqrt(), 1e-3), "{own:?}");
-    // neither dilution nor, later, GST: no standard deviation at all
-    assert_eq!(gga("1", ",499.6,M,48.1,M,,").assumed, NONE);
+    // without a dilution it is 2; one of 0 or 99.99 is none
+    let [unstated, two] = ["", "2"].map(|hdop| gga("1", &format!("{hdop},499.6,M,48.1,M,,")));
+    assert_eq!(
+        (unstated.assumed, unstated.assumed[0] > 10.0),
+        (two.assumed, true)
+    );
+    for none in ["0.0", "99.99", "x"] {
+        let part = gga("1", &format!("{none},499.6,M,48.1,M,,"));
+        assert_eq!(part.assumed, NONE, "{none}");
+    }
     for bad in [
         "GPGGA,092725,4760.1,N,00833.9,E,1",
         "GPGGA,092725,9100.0,N,00833.9,E,1",

@@ -6,6 +6,7 @@
 //! time.
 
 mod line;
+mod others;
 mod seen;
 mod unread;
 
@@ -71,7 +72,7 @@ pub fn read(
 ) -> Result<Log, Error> {
     let (mut lines, unread, is_cut) = lines(file, told, progress)?;
     let Some(best) = best(&lines) else {
-        return Err(seen::nothing(file, &lines, &unread));
+        return Err(nothing(file, &lines, &unread));
     };
     let others = lines
         .iter()
@@ -82,7 +83,7 @@ pub fn read(
         notes.push("the gzip stream is cut; the log is read up to there".to_owned());
     }
     let Some(line) = lines.iter_mut().find(|line| line.format == best) else {
-        return Err(seen::nothing(file, &[], &unread));
+        return Err(nothing(file, &[], &unread));
     };
     let dated = line.date();
     if !dated {
@@ -123,6 +124,15 @@ pub fn read(
         dated,
         notes,
     })
+}
+
+/// The error of a log without a fix.
+fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
+    let mut head = Vec::new();
+    let input = Input::text(file, &|_, _| ());
+    let read = input.map(|input| input.take(others::LOOK).read_to_end(&mut head));
+    let _ = read; // it was read before
+    seen::nothing(file, lines, unread, others::seen(&head))
 }
 
 /// What is in the log, by protocol, and what cannot be read; whether it is gzipped and cut.

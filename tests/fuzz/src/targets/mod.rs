@@ -7,6 +7,7 @@ pub mod command;
 pub mod configuration;
 pub mod csv;
 pub mod drive;
+pub mod fixes;
 pub mod image;
 pub mod mcap;
 pub mod novatel;

@@ -2,12 +2,15 @@
 //! in its page, and the program keeps it.
 
 use super::host_sim;
-use super::tried::edits::{fixes, gpsd, text, write};
+use super::tried::edits::{fixes, gpsd, gzip, header, lines, scaled, text, write};
 use crate::writers::{csv, drive, euroc};
 use std::path::Path;
 
 const YOUR_DATA: &str = include_str!("../../../../docs/your-data.md");
 const USING: &str = include_str!("../../../../docs/USING.md");
+
+const CSV: &str = "convert csv --header header.toml --to csv --out o";
+const BESIDE: &str = "convert csv --header header.toml --fixes x.json --to csv --out o";
 
 /// A sentence of a page, and how it is tried.
 struct Promise {
@@ -107,6 +110,158 @@ const PROMISES: &[Promise] = &[
         args: "convert csv --header header.toml --to csv --out o",
         told: &["36000 samples, 361 fixes"],
         code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "A key that is not in this table is refused.",
+        make: |dir| header(dir, "[gnss]\n", "[gnss]\nantenna = 'roof'\n"),
+        args: CSV,
+        told: &["antenna"],
+        code: 2,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "Rates above 35 rad/s, accelerations above 1000 m/s\u{b2} and times that do not rise \
+                   end the command.",
+        make: |dir| scaled(dir, &[3], 1e6),
+        args: CSV,
+        told: &["imu.csv:", "'gz'", "the limit is 35 rad/s"],
+        code: 2,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "plain or gzipped, relative to the header",
+        make: |dir| gzip(dir, "imu.csv", 1.0),
+        args: CSV,
+        told: &["36000 samples, 361 fixes"],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "one character, `tab` or `blank`; whether a line names the columns (else `\"1\"`, \
+                   `\"2\"`, ...)",
+        make: |dir| {
+            text(dir, "imu.csv", |old| {
+                let (_, rest) = old.split_once('\n').unwrap();
+                rest.replace(',', "\t")
+            });
+            text(dir, "header.toml", |old| {
+                let named = "[imu]\nseparator = 'tab'\nnames = false\n";
+                let numbered = old.replace("'gx', 'gy', 'gz'", "'2', '3', '4'");
+                let numbered = numbered.replace("'ax', 'ay', 'az'", "'5', '6', '7'");
+                let numbered = numbered.replacen("column = 't'", "column = '1'", 1);
+                numbered.replacen("[imu]\n", named, 1)
+            });
+        },
+        args: CSV,
+        told: &["36000 samples, 361 fixes"],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "three columns, or the two horizontal ones",
+        make: |dir| header(dir, "'vn', 've', 'vd'", "'vn', 've'"),
+        args: CSV,
+        told: &["36000 samples, 361 fixes"],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "only lines with such values hold a fix",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| {
+                old.replacen("vd\n", "vd,quality\n", 1)
+            });
+            lines(dir, "gnss.csv", |k, cells| cells.push(k.to_string()));
+            let valid = "[gnss]\nvalid = [{ column = 'quality', least = 10, most = 300 }]\n";
+            header(dir, "[gnss]\n", valid);
+        },
+        args: CSV,
+        told: &["36000 samples, 291 fixes"],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "seconds at rest from the first fix on, at least 90",
+        make: |dir| {
+            text(dir, "header.toml", |old| {
+                let rest = old.lines().filter(|line| !line.starts_with("standstill_s"));
+                let rest: String = rest.map(|line| format!("{line}\n")).collect();
+                rest.replace("[start]\n", "") + "[start]\nstandstill_s = 60\n"
+            });
+        },
+        args: "replay csv --header header.toml --unit tactical",
+        told: &["standstill_s", "90"],
+        code: 2,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "`mode` 0 and 1; `mode` 2 has no height.",
+        make: |dir| {
+            write(
+                dir,
+                "x.json",
+                &gpsd(dir).replace("\"mode\":3", "\"mode\":2"),
+            );
+        },
+        args: "convert csv --header header.toml --fixes x.json --to kf-gins --out o",
+        told: &["361 of 361 fixes lack position, height"],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "`alt` or `altMSL` alone count as above the ellipsoid, with a note",
+        make: |dir| write(dir, "x.json", &gpsd(dir).replace("altHAE", "altMSL")),
+        args: BESIDE,
+        told: &[
+            "361 fixes (gpsd)",
+            "heights are not said to be above the ellipsoid",
+        ],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "Of several receivers that with the most fixes counts",
+        make: |dir| {
+            let all = gpsd(dir);
+            let of =
+                |name: &str| all.replace("\"mode\"", &format!("\"device\":\"{name}\",\"mode\""));
+            let few: String = of("b")
+                .lines()
+                .take(20)
+                .map(|line| format!("{line}\n"))
+                .collect();
+            write(dir, "x.json", &(few + &of("a")));
+        },
+        args: BESIDE,
+        told: &[
+            "361 fixes (gpsd)",
+            "2 receivers are in the log; 'a' is used",
+        ],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "What `gpspipe -r` writes is read as the sentences that it holds.",
+        make: |dir| {
+            let report = "{\"class\":\"VERSION\",\"release\":\"3.25\"}\n";
+            let rmc = "$GPRMC,000101.00,A,4550.0,N,00543.0,E,,,,,*35\r\n";
+            write(dir, "x.json", &(report.to_owned() + rmc));
+        },
+        args: BESIDE,
+        told: &["1 fixes (NMEA)"],
+        code: 0,
+    },
+    Promise {
+        page: YOUR_DATA,
+        sentence: "A log without a fix is refused, and the message lists what is in it.",
+        make: |dir| {
+            let tsip = [0x10, 0x46, 0, 0, 0x10, 3].repeat(50);
+            std::fs::write(dir.join("x.json"), tsip).unwrap();
+        },
+        args: BESIDE,
+        told: &["has no fix; seen are TSIP (Trimble): 50 messages, not read"],
+        code: 2,
     },
     Promise {
         page: USING,

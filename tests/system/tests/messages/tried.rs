@@ -1,6 +1,7 @@
 //! What was tried with files as people have them, and the table of it in docs/your-data.md: every
 //! row is made here from one drive that is right, and read by the program.
 
+mod columns;
 pub mod edits;
 mod files;
 mod statements;
@@ -56,10 +57,10 @@ fn the_page_says_what_was_tried_and_reported() {
     let session = drive();
     let mut table = HEADING.to_owned();
     let mut wrong = Vec::new();
-    for case in statements::CASES.iter().chain(files::CASES) {
+    for case in [statements::CASES, columns::CASES, files::CASES].concat() {
         let dir = tempfile::tempdir().unwrap();
         prepare(dir.path(), &session);
-        let (told, result) = tried(dir.path(), case);
+        let (told, result) = tried(dir.path(), &case);
         let all = told.join("; ");
         if !case.told.iter().all(|part| all.contains(part)) || !result.contains(case.result) {
             wrong.push(format!("{}: {all} -> {result}", case.input));

@@ -52,6 +52,17 @@ fn alone(kinds: &'static [&'static str]) -> impl Fn(u32) -> Vec<u8> {
     move |n| lines(&nmea(n, "GN", kinds), "\r\n")
 }
 
+/// An old receiver without a fix, whose VTG says that it stands.
+fn without_a_fix(n: u32) -> Vec<u8> {
+    let time = nmea(n, "GP", &["GGA"])[0][7..16].to_owned();
+    let texts = [
+        format!("GPGGA,{time},,,,,0,00,99.99,,,,,,"),
+        format!("GPRMC,{time},V,,,,,0.0,0.0,271126,,"),
+        "GPVTG,0.0,T,,M,0.0,N,0.0,K".to_owned(),
+    ];
+    lines(&texts.map(|text| sentence(&text)), "\r\n")
+}
+
 /// Each line changed.
 fn changed(change: impl Fn(&str) -> String) -> Vec<u8> {
     log(|n| {
@@ -160,6 +171,16 @@ fn sentences() -> Vec<Case> {
             "nmea-logger.nmea",
             changed(|line| format!("2026-11-27T12:00:00.123Z {line}")),
             Ok((Nmea, 5)),
+        ),
+        case(
+            "nmea-cells.nmea",
+            changed(|line| format!("12:00:00.123,gps,\"{line}\"")),
+            Ok((Nmea, 5)),
+        ),
+        case(
+            "nmea-old-vtg.nmea",
+            log(without_a_fix),
+            Err("NMEA: 20 GGA, 20 RMC, 20 VTG, none with a fix"),
         ),
         case(
             "nmea-small-letters.nmea",

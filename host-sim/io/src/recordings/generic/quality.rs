@@ -29,6 +29,9 @@ const LEAST_TYPE: f64 = 2.0;
 /// Names of dilutions of precision. Receivers give 99 or more where they have no fix.
 const DILUTION: [&str; 4] = ["hdop", "pdop", "gps_hdop", "gps_pdop"];
 const NO_DILUTION: f64 = 99.0;
+/// Names of accuracies. Autopilots give 9999, or all bits, where there is no fix.
+const ACCURACY: [&str; 2] = ["eph", "gps_eph"];
+const NO_ACCURACY: f64 = 9999.0;
 /// Ends of the names of columns whose negative values mean no fix, as in ROS's `NavSatStatus`.
 const NEGATIVE: [&str; 2] = ["status", "fix_status"];
 
@@ -65,6 +68,7 @@ impl Quality {
                 name if ZERO.contains(&name) => (f64::MIN_POSITIVE, f64::INFINITY),
                 name if TYPE.iter().any(|end| name.ends_with(end)) => (LEAST_TYPE, f64::INFINITY),
                 name if DILUTION.contains(&name) => (f64::MIN, NO_DILUTION),
+                name if ACCURACY.contains(&name) => (f64::MIN, NO_ACCURACY),
                 name if NEGATIVE.iter().any(|end| name.ends_with(end)) => (0.0, f64::INFINITY),
                 _ => return None,
             };

@@ -62,7 +62,11 @@ impl Seen {
             }
         }
         if self.read > 0 || self.lacks_checksums() {
-            return text + ", none with a fix";
+            let none = ", none with a fix";
+            return match format {
+                ReceiverFormat::Nmea => text + none,
+                _ => text + none + " in three dimensions",
+            };
         }
         text + ", wanted " + wanted(format)
     }
@@ -95,8 +99,14 @@ fn listed(counts: &BTreeMap<String, usize>) -> String {
     texts.join(", ")
 }
 
-/// The error of a log without a fix.
-pub(super) fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
+/// The error of a log without a fix. `other`: a protocol that is not read, and whether it has
+/// positions.
+pub(super) fn nothing(
+    file: &Path,
+    lines: &[Line],
+    unread: &Unread,
+    other: Option<(String, bool)>,
+) -> Error {
     if let Some(error) = in_text(file, lines, unread) {
         return error;
     }
@@ -105,7 +115,10 @@ pub(super) fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
         let text = line.seen.text(line.format, line.told);
         format!("{}: {text}", name(line.format))
     });
-    let seen: Vec<String> = seen.collect();
+    let mut seen: Vec<String> = seen.collect();
+    let is_other = seen.is_empty() && other.is_some();
+    let positions = other.as_ref().is_some_and(|(_, positions)| *positions);
+    seen.extend(other.map(|(what, _)| format!("{what}, not read")));
     if seen.is_empty() {
         let told = lines.first().filter(|line| line.told);
         let (problem, remedy) = match told {
@@ -128,8 +141,15 @@ pub(super) fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
         let remedy = "give --fixes-protocol nmea: it reads sentences without a checksum";
         return complain(file, "fixes", problem, remedy);
     }
-    let remedy = "give a log with positions: UBX-NAV-PVT, GGA and RMC, BESTPOS and BESTVEL, or \
-                  PVTGeodetic, while the receiver sees satellites";
+    let remedy = match is_other && positions {
+        true => {
+            "set the receiver to NMEA 0183, or let gpsd read it and log its reports (gpspipe -w)"
+        }
+        false => {
+            "give a log with positions: UBX-NAV-PVT, GGA and RMC, BESTPOS and BESTVEL, or \
+             PVTGeodetic, while the receiver sees satellites"
+        }
+    };
     complain(file, "fixes", problem, remedy)
 }
 

@@ -116,7 +116,6 @@ fn nmea_is_in_utc_and_read_in_gps_time() {
 
 #[test]
 fn what_is_no_log_of_a_receiver_is_named() {
-    let why = |bytes: &[u8]| message(&log(bytes).unwrap_err());
     let text = why(&[b'x'; 5000]);
     assert!(
         text.starts_with("in.log: 'fixes' has no messages of a receiver"),
@@ -308,7 +307,6 @@ fn wild_times_are_no_defect_of_the_program() {
 
 #[test]
 fn what_was_seen_is_named() {
-    let why = |bytes: &[u8]| message(&log(bytes).unwrap_err());
     let frame = |class: u8, id: u8| {
         let mut frame = vec![0xB5, 0x62, class, id, 4, 0, 1, 2, 3, 4];
         let sum = frame[2..].iter().fold([0u8; 2], |[a, b], byte| {
@@ -349,4 +347,96 @@ fn what_was_seen_is_named() {
     assert_eq!(told(&bare, ReceiverFormat::Nmea).unwrap().fixes.len(), 1);
     let text = why(b"$@\x40\x0f\xa8\x17\x08\x00");
     assert!(text.contains("messages of a receiver"), "{text}");
+}
+
+fn summed(begin: &[u8], sum: u16, end: &[u8]) -> Vec<u8> {
+    [begin, &sum.to_be_bytes(), end].concat()
+}
+
+/// Messages of the protocols that are not read, after their descriptions.
+#[test]
+fn protocols_that_are_not_read_are_named() {
+    let dle = |inner: &[u8]| [&[0x10][..], inner, &[0x10, 3]].concat();
+    let zodiac = [0x81FF_u16, 1003, 1, 0].map(u16::to_le_bytes).concat();
+    let minus = 0_u16.wrapping_sub(0x81FF + 1003 + 1).to_le_bytes();
+    let garmin = [0x33, 2, 7, 5, 0_u8.wrapping_sub(0x33 + 2 + 7 + 5)];
+    let star: Vec<u8> = vec![1, 20, !20, 2, 7, 9];
+    let sum: u16 = star.iter().map(|byte| u16::from(*byte)).sum();
+    let named = [
+        (
+            "SiRF",
+            summed(&[0xA0, 0xA2, 0, 3, 2, 4, 6], 12, &[0xB0, 0xB3]),
+        ),
+        (
+            "SkyTraq",
+            [&[0xA0, 0xA1, 0, 2, 0xDF, 1, 0xDE][..], b"\r\n"].concat(),
+        ),
+        ("Zodiac", [&zodiac[..], &minus, &[9, 0, 247, 255]].concat()),
+        (
+            "iTalk",
+            [&b"<!\x26\x7F\x01\x00\x02"[..], &[5; 6], b">"].concat(),
+        ),
+        ("SuperStar", summed(&star, sum.swap_bytes(), &[])),
+        ("NCT", vec![2, 0x99, 0x66, 0x20, 4, 0, 0x20, 3]),
+        ("GREIS", greis(b"RT005\x01bcd")),
+        ("GeoStar", [&b"PSGG\x10\0\x01\0"[..], &[3; 8]].concat()),
+        ("Garmin", dle(&garmin)),
+        ("EverMore", dle(&[2, 5, 8, 9, 17])),
+        ("TSIP", dle(&[0x46, 0, 0x10, 0x10, 7])),
+        (
+            "AIS",
+            b"!AIVDM,1,1,,B,35MsUdPOh8JwI:0HUwquiIFH21>i,0*09\r\n".to_vec(),
+        ),
+        ("RTCM 3", rtcm(&[0x3E, 0xD0, 0, 3])),
+    ];
+    for (name, message) in named {
+        let text = why(&[b"# a receiver\n".to_vec(), message.repeat(8)].concat());
+        assert!(text.contains("messages, not read"), "{text}");
+        assert!(text.contains(&format!("seen are {name}")), "{text}");
+        assert!(text.contains(": 8 messages"), "{text}");
+        let is_position = text.contains("gpspipe -w");
+        assert_eq!(is_position, !["AIS", "RTCM 3"].contains(&name), "{text}");
+    }
+    // beside a protocol that is read and holds no fix
+    let both = [nmea("GPGSV,1,1,00"), rtcm(&[0x3E, 0xD0, 0, 3])].concat();
+    let text = why(&both.repeat(5));
+    let want = "NMEA: 5 GSV, wanted GGA, GNS, RMC or GLL of a receiver";
+    assert!(
+        text.contains(want) && text.contains("; RTCM 3 (corrections): 5 messages"),
+        "{text}"
+    );
+    let coded: Vec<u8> = (0..500_u32)
+        .map(|k| 0x40 | (k * k * 7 % 61) as u8)
+        .collect();
+    assert!(why(&coded.repeat(3)).contains("messages of a receiver that is known"));
+    let coded: Vec<u8> = (0..500_u32).map(|k| 0x40 | (k * 37 % 64) as u8).collect();
+    assert!(why(&coded).contains("seen are RTCM 2 (corrections), not read"));
+}
+
+fn why(bytes: &[u8]) -> String {
+    message(&log(bytes).unwrap_err())
+}
+
+/// Its last byte is the checksum.
+fn greis(message: &[u8]) -> Vec<u8> {
+    let sum = message
+        .iter()
+        .fold(0_u8, |sum, byte| sum.rotate_left(2) ^ byte);
+    [message, &[sum.rotate_left(2)], b"\n"].concat()
+}
+
+/// With CRC-24Q, bit by bit.
+fn rtcm(body: &[u8]) -> Vec<u8> {
+    let mut bytes = [&[0xD3, 0, body.len() as u8][..], body].concat();
+    let mut crc = 0_u32;
+    for bit in 0..8 * bytes.len() {
+        let new = u32::from(bytes[bit / 8] >> (7 - bit % 8) & 1);
+        let top = crc >> 23 & 1;
+        crc = (crc << 1) & 0xFF_FFFF;
+        if top != new {
+            crc ^= 0x86_4CFB;
+        }
+    }
+    bytes.extend(&crc.to_be_bytes()[1..]);
+    bytes
 }

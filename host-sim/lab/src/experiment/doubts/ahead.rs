@@ -62,6 +62,7 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     };
     Some(Measure {
         kind: Kind::Ahead,
+        left: 0.0,
         size: better / BETTER,
         problem: format!(
             "makes the vehicle push {} where the fixes {what}",

@@ -26,6 +26,10 @@ const CHORD_S: [f64; 2] = [10.0, 30.0];
 /// Least change that is compared, m/s, and in standard deviations.
 const LEAST_MPS: [f64; 2] = [1.0, 0.25];
 const SIGMAS: f64 = 5.0;
+/// Heights that follow the vertical velocities by less than this share do not follow them, where
+/// these are not small, m/s.
+const FOLLOWS: f64 = 0.5;
+const CLIMBS_MPS: f64 = 0.1;
 /// Least number of pairs of positions.
 const PAIRS: usize = 10;
 /// Longest time between two fixes whose velocities are averaged, s.
@@ -64,6 +68,9 @@ pub(super) struct Measure {
     pub(super) kind: Kind,
     /// The difference; from 1 on it is a contradiction.
     pub(super) size: f64,
+    /// Of what is fitted: the logarithm of the squares that are left. Of two changes after which
+    /// nothing contradicts, that which leaves less is the better one.
+    pub(super) left: f64,
     /// The contradiction, as the rest of a sentence that begins with the field.
     pub(super) problem: String,
     /// How it is, as a sentence without a full stop.
@@ -107,6 +114,7 @@ fn place(evidence: &Evidence, agrees: bool) -> Option<Measure> {
     let at = format!("{:.3}, {:.3} deg", first.lat_deg, first.lon_deg);
     Some(Measure {
         kind: Kind::Place,
+        left: 0.0,
         size: if near && !agrees { 2.0 } else { 0.0 },
         problem: format!("puts all fixes near {at}, into the Gulf of Guinea"),
         state: format!("the first fix is at {at}"),
@@ -151,6 +159,7 @@ fn apart(evidence: &Evidence, vertical: bool) -> Option<Measure> {
     };
     Some(Measure {
         kind: if vertical { Kind::Climbs } else { Kind::Moves },
+        left: 0.0,
         size: apart / APART,
         problem,
         state: format!(
@@ -160,25 +169,43 @@ fn apart(evidence: &Evidence, vertical: bool) -> Option<Measure> {
     })
 }
 
-/// Whether heights rise where the vertical velocities say so, or fall. Small slopes show it
-/// together, where each alone is less than the noise of the heights: by the slope of the one over
-/// the other, which is 1. Its standard deviation is that of its residuals, of which only every
-/// fourth is independent: neighbouring chords share three quarters.
+/// Whether heights rise where the vertical velocities say so, or fall, or do not follow them. Small
+/// slopes show it together, where each alone is less than the noise of the heights: by the slope of
+/// the one over the other, which is 1. Its standard deviation is that of its residuals, or that of
+/// the heights; only every fourth is independent, because neighbouring chords share three quarters.
 fn way(evidence: &Evidence) -> Option<Measure> {
-    let pairs: Vec<[f64; 2]> = chords(&evidence.fixes, CHORD_S[1])
+    let pairs: Vec<[f64; 3]> = chords(&evidence.fixes, CHORD_S[1])
         .filter(|(.., sigma)| sigma[1].is_finite())
-        .map(|(moved, said, _)| [moved.z, said.z])
+        .map(|(moved, said, sigma)| [moved.z, said.z, sigma[1]])
         .collect();
-    let sum = |of: &dyn Fn(&[f64; 2]) -> f64| pairs.iter().map(of).sum::<f64>();
-    let square = sum(&|[_, said]| said * said);
-    let slope = sum(&|[moved, said]| moved * said) / square;
-    let rest = sum(&|[moved, said]| (moved - slope * said).powi(2)) / pairs.len() as f64;
+    let sum = |of: &dyn Fn(&[f64; 3]) -> f64| pairs.iter().map(of).sum::<f64>();
+    let count = pairs.len() as f64;
+    let square = sum(&|[_, said, _]| said * said);
+    let slope = sum(&|[moved, said, _]| moved * said) / square;
+    let rest = sum(&|[moved, said, _]| (moved - slope * said).powi(2)) / count;
+    let stated = sum(&|[.., sigma]| sigma * sigma) / count;
     let sigma = 2.0 * (rest / square).sqrt();
     let known = pairs.len() >= 4 * PAIRS && slope.abs() > SIGMAS * sigma;
-    known.then(|| Measure {
+    let most = slope.abs() + SIGMAS * sigma.max(2.0 * (stated / square).sqrt());
+    let said = (square / count).sqrt();
+    let stays = pairs.len() >= 4 * PAIRS && most < FOLLOWS && said > CLIMBS_MPS;
+    let first = evidence.fixes.iter().find(|fix| fix.has(2..3))?.height_m;
+    let mut heights = evidence.fixes.iter().filter(|fix| fix.has(2..3));
+    (known || stays).then(|| Measure {
         kind: Kind::Climbs,
-        size: if slope < 0.0 { 2.0 } else { 0.0 },
-        problem: "makes the heights move another way than the vertical velocities".into(),
+        left: 0.0,
+        size: if slope < 0.0 || stays { 2.0 } else { 0.0 },
+        problem: match stays {
+            false => "makes the heights move another way than the vertical velocities".into(),
+            true if heights.all(|fix| fix.height_m == first) => format!(
+                "is {first} m at all fixes, where the vertical velocities say {said:.3} m/s"
+            ),
+            true => format!(
+                "makes the heights move by {:.4} of the vertical velocities, which say {said:.3} \
+                 m/s",
+                slope.abs()
+            ),
+        },
         state: "heights and vertical velocities rise together".into(),
     })
 }
@@ -229,6 +256,7 @@ fn turns(evidence: &Evidence) -> Option<Measure> {
     let back = factor < 0.0;
     Some(Measure {
         kind: Kind::Turns,
+        left: 0.0,
         size: if back {
             2.0
         } else {
@@ -263,6 +291,7 @@ fn gravity(evidence: &Evidence, rests: &Rests) -> Option<Measure> {
     };
     Some(Measure {
         kind: Kind::Gravity,
+        left: 0.0,
         size: if wrong { 1.0 + off } else { off.min(0.99) },
         problem: format!("gives a specific force of {size:.3} m/s2 {when}{missing}"),
         state: format!("the specific force is {size:.3} m/s2 {when}"),
@@ -290,6 +319,7 @@ fn down(evidence: &Evidence, rests: &Rests) -> Option<Measure> {
     let tilt = (-force.z / force.norm()).clamp(-1.0, 1.0).acos();
     Some(Measure {
         kind: Kind::Down,
+        left: 0.0,
         size: if wrong { 1.0 + tilt } else { tilt.min(0.99) },
         problem: format!("makes the specific force point {way} the axis called {name}, not up"),
         state: "the specific force points up".into(),
@@ -302,6 +332,7 @@ fn earth(rests: &Rests) -> Option<Measure> {
     let off = (size / 15.041).ln().abs();
     Some(Measure {
         kind: Kind::Earth,
+        left: 0.0,
         size: if wrong { 1.0 + off } else { 0.0 },
         problem: format!("gives {size:.3} deg/h at rest, where the Earth turns by 15.041 deg/h"),
         state: format!("the rate at rest is {size:.3} deg/h"),

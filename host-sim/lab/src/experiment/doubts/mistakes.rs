@@ -103,20 +103,36 @@ fn position_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
     })
 }
 
-/// A lost sign, and latitude and longitude in each other's place.
+/// A lost sign, and latitude and longitude in each other's place. Positions alone do not show which
+/// of the two has lost it: the one way is the other one turned by half a turn.
 fn position_order(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
     let latitude = &says.fixes.position;
     let field = |of: &str| latitude.name.replace("latitude", of);
-    let alone = match says.fixes.order.1 {
-        None => " (or the latitudes theirs: positions alone do not show which)",
-        Some(_) => "",
+    let minus = |lost: String| match &latitude.named {
+        Some((unit, _)) => format!("{lost}: the unit '-{unit}' would fit"),
+        None => format!("{lost}: give them with it"),
     };
-    let minus = |side: &str, of: &str| {
-        let or = if of == "longitude" { alone } else { "" };
-        let lost = format!("the {of}s seem to have lost their sign, {side} is negative{or}");
-        match &latitude.named {
-            Some((unit, _)) => format!("{lost}: the unit '-{unit}' would fit"),
-            None => format!("{lost}: give them with it"),
+    let seem = |of: &str, side: &str| {
+        minus(format!(
+            "the {of} seem to have lost their sign, {side} is negative"
+        ))
+    };
+    let [west, south] = match says.fixes.order.1 {
+        Some(_) => [
+            (field("longitude"), seem("longitudes", "west")),
+            (field("latitude"), seem("latitudes", "south")),
+        ],
+        None => {
+            let (one, other) = (field("latitude"), field("longitude"));
+            let fields = match one == other {
+                true => one,
+                false => format!("{one} or {other}"),
+            };
+            let either = "either the longitudes seem to have lost their sign (west is negative) \
+                          or the latitudes (south is negative), and positions alone do not show \
+                          which";
+            let either = (fields, minus(either.to_owned()));
+            [either.clone(), either]
         }
     };
     let candidate = |position: Place, field: String, remedy: String| Candidate {
@@ -131,16 +147,8 @@ fn position_order(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
         "latitudes and longitudes seem to have lost their signs: south and west are negative";
     let swapped = "latitude and longitude seem to have changed places: check their columns";
     vec![
-        candidate(
-            [(0, 1.0), (1, -1.0)],
-            field("longitude"),
-            minus("west", "longitude"),
-        ),
-        candidate(
-            [(0, -1.0), (1, 1.0)],
-            field("latitude"),
-            minus("south", "latitude"),
-        ),
+        candidate([(0, 1.0), (1, -1.0)], west.0, west.1),
+        candidate([(0, -1.0), (1, 1.0)], south.0, south.1),
         candidate([(0, -1.0), (1, -1.0)], field("latitude"), both.into()),
         candidate(
             [(1, 1.0), (0, 1.0)],
@@ -210,7 +218,7 @@ fn velocity_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
 }
 
 fn height_unit(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let known = [("ft", 0.3048), ("mm", 1e-3), ("cm", 1e-2)];
+    let known = [("ft", 0.3048), ("mm", 1e-3), ("cm", 1e-2), ("km", 1e3)];
     units(&says.fixes.height, &known, |height| Change {
         height,
         ..Change::NONE
@@ -234,33 +242,24 @@ fn axes(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
     .collect()
 }
 
-/// Gyros with the wrong sign: all of them first; then two in each other's place.
+/// Gyros with the wrong sign, and two in each other's place.
 fn gyro_signs(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
-    let all = signs::others().collect::<Vec<_>>().into_iter().rev();
-    let turned = all.map(|signs| {
-        let remedy = format!(
-            "check the signs: the gyros of the axes called {} seem to turn the other way",
-            signs::named(signs)
-        );
-        (Matrix3::from_diagonal(&signs.into()), remedy)
-    });
-    let swapped = [(0, 1), (0, 2), (1, 2)].map(|(a, b)| {
-        let mut places = Matrix3::identity();
-        places.swap_rows(a, b);
-        let moved = [0, 1, 2].map(|axis| if axis == a || axis == b { -1.0 } else { 1.0 });
-        let remedy = format!(
-            "check the columns: the gyros of the axes called {} seem to have changed places",
-            signs::named(moved)
-        );
-        (places, remedy)
-    });
-    let all = turned.chain(swapped).map(|(gyro, remedy)| Candidate {
+    let all = signs::others().map(|gyros| Candidate {
         change: Change {
-            gyro,
+            gyro: gyros.turn,
             ..Change::NONE
         },
-        field: gyros(says),
-        remedy,
+        field: self::gyros(says),
+        remedy: match gyros.swapped {
+            true => format!(
+                "check the columns: the gyros of the axes called {} seem to have changed places",
+                gyros.axes
+            ),
+            false => format!(
+                "check the signs: the gyros of the axes called {} seem to turn the other way",
+                gyros.axes
+            ),
+        },
     });
     all.collect()
 }

@@ -19,6 +19,10 @@ const FARTHEST_M: f64 = 3000.0;
 /// they say that they are faster than this, m/s.
 const HELD: usize = 3;
 const MOVES_MPS: f64 = 1.0;
+/// From what it holds a receiver jumps by so much, m, to the next fix within this time, s, and by
+/// more than it moves.
+const JUMP_M: f64 = 100.0;
+const NEAR_S: f64 = 2.5;
 /// Share by which what seems to be gravity may differ from it.
 const GRAVITY_SHARE: f64 = 0.05;
 
@@ -98,28 +102,49 @@ pub(super) fn jumps(fixes: &mut Vec<TimedFix>, says: &Says) -> Option<Doubt> {
     Some((field.to_owned(), problem, remedy.to_owned()))
 }
 
-/// Fixes in a row that repeat a position to the last digit, although they say that they move.
+/// Fixes in a row that repeat a position to the last digit, although they say that they move, or
+/// that end in a jump.
 pub(super) fn held(evidence: &Evidence, says: &Says) -> Option<Doubt> {
-    let fixes = &evidence.fixes;
-    let moves = |fix: &TimedFix| {
-        let speed = fix.measured_velocity().map(|[n, e, _]| n.hypot(e));
-        fix.has_position() && speed.is_some_and(|speed| speed > MOVES_MPS)
-    };
+    let fixes: Vec<&TimedFix> = evidence.fixes.iter().filter(|f| f.has_position()).collect();
+    let speed = |fix: &TimedFix| fix.measured_velocity().map(|[n, e, _]| n.hypot(e));
+    let moves = |fix: &TimedFix| speed(fix).is_some_and(|speed| speed > MOVES_MPS);
     let place = |fix: &TimedFix| [fix.lat_deg, fix.lon_deg];
-    let runs = fixes.chunk_by(|a, b| moves(a) && moves(b) && place(a) == place(b));
-    let long = |run: &&[TimedFix]| {
-        run.len() >= HELD && run[run.len() - 1].time - run[0].time >= HELD as f64
+    let same = |a: &TimedFix, b: &TimedFix| moves(a) == moves(b) && place(a) == place(b);
+    let jump = |last: &TimedFix, next: &[&TimedFix]| {
+        let first = next.first()?;
+        let far = first.position().ned_from(&last.position()).norm();
+        let step = next.get(1).map(|after| {
+            let way = after.position().ned_from(&first.position()).norm();
+            way / (after.time - first.time)
+        });
+        let passed = first.time - last.time;
+        let fast = speed(first).or(step)?;
+        (passed < NEAR_S && far > JUMP_M + 2.0 * fast * passed).then_some(far)
     };
-    let runs: Vec<&[TimedFix]> = runs.filter(long).collect();
-    let first = runs.first()?.first()?;
-    let count: usize = runs.iter().map(|run| run.len() - 1).sum();
+    let (mut count, mut begin, mut jumped, mut at) = (0, None, None, 0);
+    for run in fixes.chunk_by(|a, b| same(a, b)) {
+        at += run.len();
+        let (first, last) = (run[0], run[run.len() - 1]);
+        let far = jump(last, &fixes[at..]);
+        let is_long = run.len() >= HELD && last.time - first.time >= HELD as f64;
+        if !is_long || !moves(first) && far.is_none() {
+            continue;
+        }
+        count += run.len() - 1;
+        begin = begin.or(Some(first.time));
+        jumped = jumped.or(far.filter(|_| !moves(first)));
+    }
+    let but = match jumped {
+        Some(far) => format!("and jumps by {far:.0} m then"),
+        None => "while the velocities say that it moves".into(),
+    };
     let problem = format!(
-        "repeats a position {count} times, first from {} s on, while the velocities say that it \
-         moves",
-        first.time
+        "repeats a position {count} times, first from {} s on, {but}",
+        begin?
     );
     let remedy = "leave out what is no fix: receivers without one hold the last position, and say \
-                  so in another column ('gnss.valid')";
+                  so in another column ('gnss.valid'), as by a type of fix of 5 (time only) of \
+                  u-blox";
     let field = says.fixes.position.name.trim_end_matches(".unit");
     Some((field.to_owned(), problem, remedy.to_owned()))
 }

@@ -1,7 +1,8 @@
-//! The signs of the gyros: as they turn the specific force, it must be the changes of velocity and
-//! gravity, whatever the mounting is. Over a window the rotations by the gyros bring the specific
-//! force into the axes of its beginning, and the one rotation is fitted that brings it to north,
-//! east and down (Wahba's problem). Signs that leave much less than those given are the right ones.
+//! The signs and places of the gyros: as they turn the specific force, it must be the changes of
+//! velocity and gravity, whatever the mounting is. Over a window the rotations by the gyros bring
+//! the specific force into the axes of its beginning, and the one rotation is fitted that brings it
+//! to north, east and down (Wahba's problem). Signs or places that leave much less than those given
+//! are the right ones.
 
 use super::ahead::velocities;
 use super::evidence::Evidence;
@@ -20,19 +21,41 @@ const STEP_S: f64 = 0.1;
 /// Other signs must leave so much less: a ratio of sums of squares.
 const BETTER: f64 = 1.5;
 
-/// The signs of all gyros but the given ones.
-pub(super) fn others() -> impl Iterator<Item = [f64; 3]> {
-    (1..8u8).map(|bits| [0, 1, 2].map(|axis| if bits >> axis & 1 == 0 { 1.0 } else { -1.0 }))
+/// Another way to connect the gyros.
+pub(super) struct Gyros {
+    /// Turns the given rates into the right ones.
+    pub(super) turn: Matrix3<f64>,
+    /// The axes that it changes, in words.
+    pub(super) axes: String,
+    /// They are in each other's place, and not of the wrong sign.
+    pub(super) swapped: bool,
 }
 
-/// The gyros whose sign is another one, in words.
-pub(super) fn named(signs: [f64; 3]) -> String {
-    let names = ["forward", "right", "down"].into_iter().zip(signs);
-    let turned: Vec<&str> = names
-        .filter(|(_, sign)| *sign < 0.0)
-        .map(|(name, _)| name)
-        .collect();
-    turned.join(" and ")
+/// Wrong signs, all first, and two gyros in each other's place.
+pub(super) fn others() -> impl Iterator<Item = Gyros> {
+    let of = |swapped: bool| {
+        move |changed: [bool; 3]| {
+            let names = ["forward", "right", "down"].into_iter().zip(changed);
+            let axes: Vec<&str> = names.filter(|(_, it)| *it).map(|(name, _)| name).collect();
+            let signs = changed.map(|it| if it { -1.0 } else { 1.0 });
+            let mut turn = Matrix3::from_diagonal(&signs.into());
+            let both: Vec<usize> = (0..3).filter(|axis| changed[*axis]).collect();
+            if swapped {
+                turn = Matrix3::identity();
+                turn.swap_rows(both[0], both[1]);
+            }
+            Gyros {
+                turn,
+                axes: axes.join(" and "),
+                swapped,
+            }
+        }
+    };
+    let signs = (1..8u8)
+        .rev()
+        .map(|bits| [0, 1, 2].map(|axis| bits >> axis & 1 == 1));
+    let places = [0b011, 0b101, 0b110].map(|bits: u8| [0, 1, 2].map(|axis| bits >> axis & 1 == 1));
+    signs.map(of(false)).chain(places.into_iter().map(of(true)))
 }
 
 /// A second or so: rotation and velocity gained in steps of it, and the velocity gained from the
@@ -48,17 +71,25 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     let windows = windows(evidence);
     let every = windows.len().div_ceil(WINDOWS).max(1);
     let used: Vec<&Vec<Second>> = windows.iter().step_by(every).collect();
-    let left = |signs: [f64; 3]| used.iter().map(|window| left(window, signs)).sum::<f64>();
-    let (given, best) = (left([1.0; 3]), others().map(|signs| (left(signs), signs)));
-    let (least, signs) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let left = |turn: &Matrix3<f64>| used.iter().map(|window| left(window, turn)).sum::<f64>();
+    let given = left(&Matrix3::identity());
+    let best = others().map(|gyros| (left(&gyros.turn), gyros));
+    let (least, Gyros { axes, swapped, .. }) = best.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let ratio = given / least;
     (!used.is_empty() && ratio.is_finite()).then(|| Measure {
         kind: Kind::Signs,
+        left: given.ln(),
         size: ratio.ln().max(0.0) / BETTER.ln(),
-        problem: format!(
-            "turns the other way about the axis called {} than gravity and the changes of velocity",
-            named(signs)
-        ),
+        problem: match swapped {
+            true => format!(
+                "turns about the axes called {axes} in each other's place, by gravity and the \
+                 changes of velocity"
+            ),
+            false => format!(
+                "turns the other way about the axis called {axes} than gravity and the changes of \
+                 velocity"
+            ),
+        },
         state: "gravity and the changes of velocity turn as the gyros say".into(),
     })
 }
@@ -110,14 +141,13 @@ fn steps(evidence: &Evidence, from: f64, seconds: f64) -> Option<Vec<[Vector3<f6
 }
 
 /// What the best rotation leaves of a window, m2/s4.
-fn left(window: &[Second], signs: [f64; 3]) -> f64 {
-    let signs = Vector3::from(signs);
+fn left(window: &[Second], gyros: &Matrix3<f64>) -> f64 {
     let mut turned = Rotation3::identity();
     let (mut sum, mut squares) = (Matrix3::zeros(), 0.0);
     for second in window {
         let mut pushed = Vector3::zeros();
         for [angle, velocity] in &second.steps {
-            let angle = angle.component_mul(&signs);
+            let angle = gyros * angle;
             pushed += turned * Rotation3::new(0.5 * angle) * velocity;
             turned *= Rotation3::new(angle);
         }

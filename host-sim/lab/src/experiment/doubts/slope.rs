@@ -44,6 +44,7 @@ pub(super) fn measure(evidence: &Evidence) -> Option<Measure> {
     let ratio = product(0, 1) / (road * road);
     Some(Measure {
         kind: Kind::Climbs,
+        left: 0.0,
         size: match ratio > 0.0 {
             true => ratio.ln().abs() / STEEPER.ln(),
             false => 2.0,

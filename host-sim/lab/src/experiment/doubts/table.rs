@@ -90,6 +90,7 @@ fn measured(
     };
     measures.extend(clock.map(|clock| Measure {
         kind: Kind::Time,
+        left: 0.0,
         size: 2.0,
         problem: clock.problem(),
         state: String::new(),
@@ -97,7 +98,8 @@ fn measured(
     measures
 }
 
-/// By how much a change is better: contradictions less, then their sizes less, in tenths. What can
+/// By how much a change is better: contradictions less, then their sizes, and what is left, less,
+/// in tenths. What can
 /// no longer be compared is not explained.
 fn gain(before: &[Measure], after: &[Measure]) -> (i32, i64) {
     let explained = before.iter().filter(|m| is_explained(m, after)).count() as i32;
@@ -106,9 +108,10 @@ fn gain(before: &[Measure], after: &[Measure]) -> (i32, i64) {
         m.contradicts() && !was.is_some_and(Measure::contradicts)
     };
     let new = after.iter().filter(is_new).count() as i32;
-    let less = before
-        .iter()
-        .filter_map(|m| Some(m.size - of(m.kind, after)?.size));
+    let less = before.iter().filter_map(|m| {
+        let now = of(m.kind, after)?;
+        Some(m.size - now.size + m.left - now.left)
+    });
     (explained - new, (10.0 * less.sum::<f64>()) as i64)
 }
 
@@ -167,6 +170,10 @@ fn plain(measure: &Measure, says: &Says) -> Doubt {
         Kind::Moves => (
             &says.fixes.velocity,
             "check columns, order and units of positions and velocities, and the fixes themselves",
+        ),
+        Kind::Climbs if measure.problem.contains("at all fixes") => (
+            &says.fixes.height,
+            "leave the height out: a logger without one writes zeros; or check its column",
         ),
         Kind::Climbs => (
             &says.fixes.height,

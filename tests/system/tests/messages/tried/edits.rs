@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 /// An input.
+#[derive(Clone, Copy)]
 pub struct Case {
     /// The input in words, for the page.
     pub input: &'static str,

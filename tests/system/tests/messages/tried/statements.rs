@@ -178,7 +178,23 @@ pub const CASES: &[Case] = &[
             without_velocities(dir);
         },
         args: STRICT,
-        told: &["'gnss.longitude.unit'", "west is negative"],
+        told: &[
+            "'gnss.latitude.unit or gnss.longitude.unit'",
+            "positions alone do not show which",
+        ],
+        result: "warned",
+    },
+    Case {
+        input: "south latitudes without their sign, without velocities",
+        make: |dir| {
+            fixes(dir, &[1], |v| -v);
+            without_velocities(dir);
+        },
+        args: STRICT,
+        told: &[
+            "'gnss.latitude.unit or gnss.longitude.unit'",
+            "positions alone do not show which",
+        ],
         result: "warned",
     },
     Case {
@@ -200,6 +216,44 @@ pub const CASES: &[Case] = &[
         args: STRICT,
         told: &["repeats a position 19 times, first from 200 s on"],
         result: "warned",
+    },
+    Case {
+        input: "the same where a type of fix of 5 and velocities of 0 mean that there is none",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| {
+                old.replacen("vd\n", "vd,fixType\n", 1)
+            });
+            lines(dir, "gnss.csv", |k, cells| {
+                let none = (200..220).contains(&k);
+                if none {
+                    cells[1..4].clone_from_slice(&["45.84", "5.74", "310"].map(str::to_owned));
+                    cells[4..7].fill("0".into());
+                }
+                cells.push(if none { "5" } else { "3" }.into());
+            });
+        },
+        args: STRICT,
+        told: &["repeats a position 19 times, first from 200 s on, and jumps by"],
+        result: "warned",
+    },
+    Case {
+        input: "an accuracy `eph` of 9999, as of autopilots without a fix",
+        make: |dir| {
+            text(dir, "gnss.csv", |old| old.replacen("vd\n", "vd,eph\n", 1));
+            lines(dir, "gnss.csv", |k, cells| {
+                cells.push(
+                    if (200..220).contains(&k) {
+                        "9999"
+                    } else {
+                        "1.2"
+                    }
+                    .into(),
+                );
+            });
+        },
+        args: CONVERT,
+        told: &["20 lines from 200 to 219 s are no fixes: 'eph' is 9999"],
+        result: "36000 samples, 341 fixes",
     },
     Case {
         input: "velocities in km/h, given as m/s",
