@@ -52,7 +52,7 @@ impl Bench {
     /// Runs to this time in steps of a millisecond.
     fn run(&mut self, until_us: u64) {
         loop {
-            let now = self.device.time.0.get();
+            let now = self.device.time.get();
             if now >= until_us {
                 return;
             }
@@ -70,7 +70,7 @@ impl Bench {
             self.device.settle();
             self.device.lines.navigation.sent.clear();
             let now = now / 1000 * 1000;
-            self.device.time.0.set(now + 1000);
+            self.device.time.set(now + 1000);
         }
     }
 
