@@ -397,7 +397,7 @@ impl<'m> App<'m> {
         lines.sensor.poll();
         lines.command.poll();
         // frames go first, but the other links do not wait for ever
-        // a line that cannot tell that it is idle may have had none
+        // a line that never says that it is idle may have had none
         let took = self.link.taken != before;
         let pause = self.link.framer.pending() == 0 && !is_within(&mut lines.navigation) && !took;
         let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;

@@ -220,7 +220,8 @@ fn the_protocol_is_detected_or_configured() {
 }
 
 /// What u-blox receivers send each second, with NAV-SAT and NAV-SIG and with NMEA as delivered, at
-/// 115 200 bit/s: a device that detects the protocol has a fix each second, as one that is told.
+/// 115 200 bit/s: a device that detects the protocol has a fix each second, as one that is
+/// configured.
 #[test]
 fn a_usual_line_has_a_fix_each_second() {
     let long = |id: u8, len: usize| {

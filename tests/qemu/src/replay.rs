@@ -97,7 +97,7 @@ pub fn config(format: ImuFormat) -> Config {
     }
 }
 
-/// The same device while it learns from fixes; its corrections follow what is learnt.
+/// The device of [`config`] while it learns from fixes; its corrections follow what is learnt.
 #[must_use]
 pub fn learning_config(format: ImuFormat) -> Config {
     Config {
@@ -166,7 +166,7 @@ pub struct Cost {
     pub total: u64,
     /// All passes of the most expensive one.
     pub worst: u32,
-    /// The same from record `FIRST` on.
+    /// All passes of the most expensive record from `FIRST` on.
     pub later: u32,
     /// From the last byte of a record to the first byte sent, the longest from record `FIRST` on.
     pub latency: u32,

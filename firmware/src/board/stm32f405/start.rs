@@ -114,7 +114,7 @@ fn app(
         board.reset.core_hz,
         board.dma
     );
-    tell(&board.reset);
+    log_reset(&board.reset);
     // Erasing takes its time only after more than a hundred records, and no sensor waits yet. After
     // a reset of another kind one does, and without PLL the search alone takes too long.
     let at_ease = board.reset.causes & cause::POWER_ON != 0
@@ -136,7 +136,7 @@ fn source(clock: ClockSource) -> &'static str {
 
 /// Why it started, and what is not as it should be.
 #[inline(never)]
-fn tell(reset: &Reset) {
+fn log_reset(reset: &Reset) {
     defmt::println!("reset by {=u8:#x}", reset.causes);
     let known = &reset.crystal;
     if known.used_mhz != known.built_mhz && reset.clock != ClockSource::Simulator {

@@ -16,7 +16,7 @@ struct Promise {
     make: fn(&Path),
     args: &'static str,
     /// Parts of what is printed.
-    told: &'static [&'static str],
+    printed: &'static [&'static str],
     code: i32,
 }
 
@@ -34,7 +34,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "convert csv --header header.toml --fixes x.json --to csv --out o",
-        told: &[
+        printed: &[
             "361 fixes (gpsd)",
             "160 of them before or after the samples",
         ],
@@ -45,7 +45,7 @@ const PROMISES: &[Promise] = &[
         sentence: "`--gnss-order` gives another.",
         make: |_| (),
         args: "convert kf-gins k/imu.txt k/gnss.txt --gnss-order sigma-velocity --to csv --out o",
-        told: &["k/gnss.txt:1: column", "standard deviation"],
+        printed: &["k/gnss.txt:1: column", "standard deviation"],
         code: 2,
     },
     Promise {
@@ -59,7 +59,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "replay csv --header header.toml --unit tactical --part 3",
-        told: &["--part", "2"],
+        printed: &["--part", "2"],
         code: 2,
     },
     Promise {
@@ -72,7 +72,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "replay csv --header header.toml --unit tactical --strict",
-        told: &["-2.0"],
+        printed: &["-2.0"],
         code: 0,
     },
     Promise {
@@ -80,7 +80,7 @@ const PROMISES: &[Promise] = &[
         sentence: "the ground truth is thinned to fixes (`--fix-interval-s`, default 1,",
         make: |_| (),
         args: "convert euroc . --fix-interval-s 2 --to csv --out o",
-        told: &["36000 samples, 181 fixes"],
+        printed: &["36000 samples, 181 fixes"],
         code: 0,
     },
     Promise {
@@ -93,7 +93,7 @@ const PROMISES: &[Promise] = &[
             }
         },
         args: "convert csv --header header.toml other-imu.csv other-gnss.csv --to csv --out o",
-        told: &["36000 samples, 361 fixes"],
+        printed: &["36000 samples, 361 fixes"],
         code: 0,
     },
     Promise {
@@ -105,7 +105,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "convert csv --header header.toml --to csv --out o",
-        told: &["36000 samples, 361 fixes"],
+        printed: &["36000 samples, 361 fixes"],
         code: 0,
     },
     Promise {
@@ -113,7 +113,7 @@ const PROMISES: &[Promise] = &[
         sentence: "It does not stop the replay unless you give `--strict`.",
         make: |dir| fixes(dir, &[4, 5, 6], |v| 3.6 * v),
         args: "replay csv --header header.toml --unit tactical",
-        told: &["warning: 'gnss.velocity.unit'", "| device "],
+        printed: &["warning: 'gnss.velocity.unit'", "| device "],
         code: 0,
     },
 ];
@@ -147,8 +147,8 @@ fn promises_of_the_pages_are_kept() {
         let output = out.get_output();
         let printed = [&output.stdout[..], &output.stderr].concat();
         let printed = String::from_utf8_lossy(&printed).into_owned();
-        let told = promise.told.iter().all(|part| printed.contains(part));
-        if output.status.code() != Some(promise.code) || !told || printed.contains("panicked") {
+        let has_all = promise.printed.iter().all(|part| printed.contains(part));
+        if output.status.code() != Some(promise.code) || !has_all || printed.contains("panicked") {
             wrong.push(format!("{sentence}: {:?}: {printed}", output.status));
         }
     }

@@ -49,7 +49,7 @@ const LEAST: usize = 4;
 const LONGEST_S: f32 = 5.0;
 /// Errors of the times of the fixes, s (assumed).
 const TIMING_S: f32 = 0.03;
-/// The gyros' biases may be larger than the datasheet's by this: datasheets tell the typical one at
+/// The gyros' biases may be larger than the datasheet's by this: datasheets give the typical one at
 /// best, and sensors age.
 const WIDE: f32 = 10.0;
 /// But hardly than this, rad/s: 3 deg/s (assumed).
@@ -93,7 +93,7 @@ pub struct Places {
     credit: f32,
     /// Whether the guesses have begun.
     guessing: bool,
-    /// The receiver's noise by what it tells, variances.
+    /// The receiver's noise over the reported one, variances.
     noise: f32,
     /// Largest standard deviation of the fixes' ages, s.
     age_sigma: f32,
