@@ -163,7 +163,8 @@ mod tests {
 
     use crate::images::workspace;
 
-    /// Each line of the worked diff is in one of the two boards' files.
+    /// Each line of the worked diff is in one of the two boards' files, and each line that differs
+    /// is in the diff.
     #[test]
     fn the_worked_diff_is_of_these_boards() {
         let text = |path: &str| fs::read_to_string(workspace().join(path)).expect(path);
@@ -187,5 +188,16 @@ mod tests {
             }
         }
         assert!(seen > 30, "{seen} lines");
+        // ... and the diffs are complete, but for comments and the package's name
+        let comment = |line: &str| line.starts_with("//") || line.starts_with("/*");
+        let names = |line: &str| line.starts_with("name =") || line.starts_with("description =");
+        let page: Vec<&str> = page.lines().collect();
+        for (sign, of, other) in [("-", &from, &to), ("+", &to, &from)] {
+            let own = of.lines().filter(|line| !other.lines().any(|l| l == *line));
+            let own = own.filter(|line| !comment(line) && !names(line));
+            for line in own.filter(|line| !line.starts_with("   program begins")) {
+                assert!(page.contains(&&*format!("{sign}{line}")), "{sign}{line}");
+            }
+        }
     }
 }

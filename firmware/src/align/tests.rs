@@ -187,7 +187,7 @@ fn a_vehicle_under_way_is_not_aligned() {
     }
     assert!(align.gathered() < 5.0, "{}", align.gathered());
     assert!(align.finish(LATITUDE, HEIGHT).is_none());
-    // evenly and straight: only a receiver can tell
+    // evenly and straight: only a receiver can show it
     let mut align = Align::new(SENSORS, LSB, SAMPLE_S);
     samples.rate[1] = force;
     for k in 0..6_000 {

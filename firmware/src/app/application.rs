@@ -15,18 +15,18 @@ mod start_up;
 mod well;
 
 use super::config::Config;
-use super::flow::{Flow, configure};
+use super::flow::{Flow, Keep, configure};
 use super::job::{Done, Job};
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::reverse::Reverse;
 use super::server::wear::digest;
-use super::server::{self, Held, Renewal};
+use super::server::{self, Held, Renewal, Server};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
-use crate::configuration::record;
+use crate::configuration::record::{self, Record};
 use crate::fix::Fix;
-use crate::learn::exchange::{Answer, Background, Exchange, Port};
+use crate::learn::exchange::{Answer, Background, Exchange};
 use crate::learn::{Learner, Report, Solution, Trials};
 use crate::link::cut::Behind;
 use crate::link::{Clock, Line};
@@ -81,30 +81,43 @@ impl<'m> App<'m> {
             .map(record::encode)
             .unwrap_or_default();
         let stored = config.store && !record.is_empty();
-        App::of(config, Held::record(record, stored), learner)
+        let mut app = App::blank();
+        app.begin(config, Held::record(record, stored), learner);
+        app
     }
 
-    fn of(config: Config, held: Held, learner: Option<&'m mut dyn Learner>) -> App<'m> {
-        let mut learner = Port::here(learner);
-        configure(&mut learner, &config);
-        let (lines, receiver) = (config.lines(), config.receiver());
-        let as_recorded = App::agree(&config, &held.record);
-        // built where it will be: it is too large to be on the stack twice
+    /// An application before power-on, without a store, a learner or a configuration.
+    /// [`App::boot`] follows, in the place where it stays: it is too large to be on the stack
+    /// twice.
+    #[must_use]
+    #[inline(never)]
+    pub fn blank() -> App<'m> {
         App {
             machine: Machine::new(),
-            link: SensorLink::new(config.format),
-            flow: Flow::new(config, learner),
+            link: SensorLink::new(None),
+            flow: Flow::blank(),
             spi: SpiSensor::default(),
             reverse: Reverse::default(),
-            commands: Commands::new(held),
-            gnss: Gnss::new(receiver),
-            upkeep: Upkeep {
-                as_recorded,
-                ..Upkeep::default()
-            },
-            to_open: Some(lines).filter(|lines| *lines != SerialLines::DEFAULT),
+            commands: Commands::new(Held::record(Record::new(), false)),
+            gnss: Gnss::new(None),
+            upkeep: Upkeep::default(),
+            to_open: None,
             served_us: 0,
         }
+    }
+
+    /// The state at power-on of one that is [`App::blank`].
+    #[inline(never)]
+    fn begin(&mut self, config: Config, held: Held, learner: Option<&'m mut dyn Learner>) {
+        self.flow.learning.attach(learner);
+        configure(&mut self.flow.learning.port, &config);
+        self.upkeep.as_recorded = App::agree(&config, &held.record);
+        self.to_open = Some(config.lines()).filter(|lines| *lines != SerialLines::DEFAULT);
+        self.link = SensorLink::new(config.format);
+        self.commands.server = Server::new(held);
+        self.gnss.restart(config.receiver());
+        self.flow.pending = Keep::new(config.store && config.configuration.is_some());
+        self.flow.set_config(config);
     }
 
     /// State of the state machine.
@@ -384,7 +397,7 @@ impl<'m> App<'m> {
         lines.sensor.poll();
         lines.command.poll();
         // frames go first, but the other links do not wait for ever
-        // a line that cannot tell that it is idle may have had none
+        // a line that never says that it is idle may have had none
         let took = self.link.taken != before;
         let pause = self.link.framer.pending() == 0 && !is_within(&mut lines.navigation) && !took;
         let waited = now.saturating_sub(self.served_us) >= PATIENCE_US;

@@ -34,7 +34,7 @@ pub(super) use boxed::FOLLOWS;
 use continuity::Continuity;
 pub(super) use continuity::Units;
 use corrector::{Correction, Corrector};
-use keep::Keep;
+pub(super) use keep::Keep;
 use learning::Learning;
 pub(super) use memory::through_configuration;
 use session::Session;
@@ -56,19 +56,28 @@ pub(super) struct Flow<'m> {
 }
 
 impl<'m> Flow<'m> {
-    /// The learner has its unit's settings already ([`configure`]).
-    pub fn new(config: Config, learner: Port<'m>) -> Flow<'m> {
+    /// Before power-on, without a learner; [`Flow::set_config`] follows.
+    pub fn blank() -> Flow<'m> {
+        let config = Config::default();
         Flow {
             health: Health::new(&config),
             corrector: Corrector::new(of_nets(&config.nets)),
             continuity: Continuity::new(),
             session: Session::new(config.mode),
-            learning: Learning::new(learner),
-            pending: Keep::new(config.store && config.configuration.is_some()),
+            learning: Learning::new(),
+            pending: Keep::default(),
             heard: Heard::default(),
             blackbox: BlackBox::default(),
             config,
         }
+    }
+
+    /// Begins with this configuration, which the learner has already ([`configure`]).
+    pub fn set_config(&mut self, config: Config) {
+        self.health = Health::new(&config);
+        self.corrector = Corrector::new(of_nets(&config.nets));
+        self.session.restart(config.mode);
+        self.config = config;
     }
 
     /// Restarts with another configuration, which the learner has already ([`configure`]). The
@@ -77,13 +86,10 @@ impl<'m> Flow<'m> {
     #[inline(never)]
     pub fn restart(&mut self, config: Config) {
         let stim300 = self.config.sensor.stim300.config;
-        self.health = Health::new(&config);
-        self.corrector = Corrector::new(of_nets(&config.nets));
+        self.set_config(config);
         self.continuity.restart();
-        self.session.restart(config.mode);
         self.learning.restart();
         self.heard = Heard::default();
-        self.config = config;
         if self.continuity.units == Units::Reported {
             self.config.sensor.stim300.config = stim300;
         }
@@ -198,8 +204,7 @@ impl<'m> Flow<'m> {
     }
 }
 
-/// Tells the learner of the unit, which then begins from its datasheet. Not within [`Flow::new`],
-/// so that the stack does not hold both.
+/// Gives the learner the settings of its unit. It then begins from the datasheet.
 #[inline(never)]
 pub(super) fn configure(learner: &mut Port, config: &Config) {
     if let Some(configuration) = &config.configuration {

@@ -132,7 +132,9 @@ pub struct Stores<'m> {
 }
 
 impl Stores<'_> {
-    /// Carries out a job. False: there is none.
+    /// Carries out a job. False: there is none. Not inlined, so that its stack is free again
+    /// afterwards.
+    #[inline(never)]
     pub fn turn(&mut self, carry_out: impl FnOnce(&Job) -> Progress) -> bool {
         let Some(job) = self.jobs.take() else {
             return false;

@@ -1,12 +1,12 @@
 //! The command link: requests in, answers out.
 //!
 //! `guard` decides who may change something, `wear` what may be stored, both with `bucket`. `take`
-//! and `tell` carry out the requests.
+//! and `reports` carry out the requests.
 
 mod bucket;
 mod guard;
+mod reports;
 mod take;
-mod tell;
 pub(super) mod wear;
 
 use super::flow::Flow;
@@ -21,8 +21,8 @@ use crate::wire::command::{
 };
 use guard::{Guard, Ticket, Verdict};
 use heapless::Vec;
+pub(super) use reports::{counters, faults};
 use take::{may_exchange, set_mode};
-pub(super) use tell::{counters, faults};
 use wear::Wear;
 
 /// Slots of the store.
@@ -216,11 +216,11 @@ impl Server {
         buffer: &'b mut [u8; MAX_CHUNK],
     ) -> Response<'b> {
         let done = match *request {
-            Request::GetVersion => return Response::Version(tell::VERSION),
-            Request::GetHealth => return Response::Health(tell::health(flow, machine)),
+            Request::GetVersion => return Response::Version(reports::VERSION),
+            Request::GetHealth => return Response::Health(reports::health(flow, machine)),
             Request::GetCounters => return Response::Counters(counters(flow, machine)),
             Request::ReadImage { offset, length } => {
-                return tell::read_image(&flow.config.nets, offset, length, buffer);
+                return reports::read_image(&flow.config.nets, offset, length, buffer);
             }
             Request::SetMode(mode) => set_mode(mode, flow, machine),
             Request::WriteImage { offset, bytes } => self.write(offset, bytes),
@@ -230,17 +230,17 @@ impl Server {
             Request::WriteConfiguration { offset, bytes } => self.write(offset, bytes),
             Request::CommitConfiguration { length } => self.commit_configuration(length, flow),
             Request::ReadConfiguration { offset, length } => {
-                return tell::read_record(&self.record, offset, length, buffer);
+                return reports::read_record(&self.record, offset, length, buffer);
             }
-            Request::GetAntenna => match tell::antenna(flow) {
+            Request::GetAntenna => match reports::antenna(flow) {
                 Some(antenna) => return Response::Antenna(antenna),
                 None => Err(Reason::NotAvailable),
             },
-            Request::GetSolution => match tell::solution(flow) {
+            Request::GetSolution => match reports::solution(flow) {
                 Some(solution) => return Response::Solution(solution),
                 None => Err(Reason::NotAvailable),
             },
-            Request::GetTrials => match tell::trials(flow) {
+            Request::GetTrials => match reports::trials(flow) {
                 Some(trials) => return Response::Trials(trials),
                 None => Err(Reason::NotAvailable),
             },
@@ -263,10 +263,10 @@ impl Server {
             },
             Request::Record(order) => flow.blackbox.order(order),
             Request::ReadRecording { offset, length } => {
-                return tell::read_recording(&flow.blackbox, offset, length, buffer);
+                return reports::read_recording(&flow.blackbox, offset, length, buffer);
             }
             Request::ReadLearnt { offset, length } => {
-                return tell::read_learnt(flow, offset, length, buffer);
+                return reports::read_learnt(flow, offset, length, buffer);
             }
             Request::GetSecurity => return Response::Security(self.security(now_us)),
             Request::GetChallenge => match self.guard.challenge(now_us) {

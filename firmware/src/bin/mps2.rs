@@ -68,9 +68,16 @@ mod target {
 
     /// By itself, so that the stack is free again afterwards.
     #[inline(never)]
+    fn blank() -> Option<&'static mut App<'static>> {
+        APP.try_init_with(App::blank)
+    }
+
+    /// By itself, so that the stack is free again afterwards.
+    #[inline(never)]
     fn start(scb: &mut SCB, board: Board) -> Option<Background<'static>> {
         let learner = learners::combined(memory).map(|learner| learner as &mut dyn Learner);
-        let app = APP.try_init_with(|| App::power_on(Board::hardware(), None, learner))?;
+        let app = blank()?;
+        app.switch_on(Board::hardware(), None, learner);
         if let Some(memory) = blackbox::memory() {
             app.record_in(memory);
         }

@@ -153,7 +153,7 @@ pub struct Port<'u, S = NoStream> {
 }
 
 impl<S: Progress> Port<'_, S> {
-    /// The same of the line on which cut frames leave. As long as frames are cut, an interrupt
+    /// A port of the line on which cut frames leave. As long as frames are cut, an interrupt
     /// writes to the line, so a message ends the cutting, and has no room within a frame.
     #[must_use]
     pub fn with_cut(mut self, cut: Masked) -> Self {

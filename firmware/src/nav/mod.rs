@@ -328,7 +328,7 @@ impl Navigator {
         self.felt.at_rest()
     }
 
-    /// Such effects are those of a new interval.
+    /// Clears [`Self::felt`]: a new interval begins.
     pub(crate) fn feels_anew(&mut self) {
         self.felt.clear();
     }

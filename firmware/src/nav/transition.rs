@@ -239,7 +239,7 @@ impl Dynamics {
 
 /// A step is this long at least, s: two pieces.
 const STEP_S: f32 = 0.09;
-/// And at most this long where there is something else to do, s.
+/// A step is at most this long where there is something else to do, s.
 const LATEST_S: f32 = 0.45;
 
 /// Accumulates a [`Transition`].

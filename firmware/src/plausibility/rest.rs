@@ -34,8 +34,8 @@ pub(super) const STEADY: f32 = 1.5e-3;
 /// Noise of the difference of two blocks that is allowed, in standard deviations of one block.
 const NOISE: f32 = 8.5;
 
-/// What is turned or pushed by more than this from its mean does not rest: cosine of 12 degrees,
-/// and a share of the specific force.
+/// A vehicle that is turned or pushed by more than this from its mean does not rest: cosine of 12
+/// degrees, and a share of the specific force.
 const TURNED: f32 = 0.978;
 const PUSHED: f32 = 0.1;
 

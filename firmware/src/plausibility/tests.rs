@@ -132,7 +132,7 @@ fn rates_57_times_too_small_show_where_the_bias_does_not_hide_the_earth() {
             drive.raises(fault::EARTH_RATE, "rad for deg");
         }
     }
-    // with a bias above the Earth's rate nobody can tell
+    // with a bias above the Earth's rate nobody can know
     for sheet in [STIM, MEMS, CHIP] {
         let drive = Drive {
             mistake: |means| times(means, 1.0 / 57.3, 1.0),

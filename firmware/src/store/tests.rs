@@ -1,5 +1,4 @@
-//! Tests with a flash stricter than any chip: a byte is written once per erase, and power fails at
-//! any byte.
+//! Tests with a flash stricter than any chip.
 
 use super::*;
 use crate::compensator::Block;
@@ -7,10 +6,11 @@ use crate::learn::{Learner, Report};
 use crate::sample::StreamScale;
 use crate::wire::checksum::crc32_zlib;
 use crate::wire::command::key::Secret;
-use embedded_storage::nor_flash::{ErrorType, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use embedded_storage::nor_flash::{ErrorType, ReadNorFlash};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use proptest::prelude::*;
 use std::vec::Vec;
+use test_bench::flash::{Failure, Flash};
 
 mod append;
 mod damaged;
@@ -25,118 +25,6 @@ mod worn;
 
 const ERASE: usize = 4096;
 const WRITE: usize = 4;
-
-/// Flash with power cuts. `left` bytes may still be erased or written; the byte at which power
-/// fails holds anything.
-#[derive(Debug, Clone)]
-struct Flash<const UNIT: usize = ERASE> {
-    bytes: Vec<u8>,
-    written: Vec<bool>,
-    left: usize,
-    /// Value of the byte at the cut.
-    torn: u8,
-    /// Bytes erased or written in all.
-    work: usize,
-    /// Bytes that do not take what is written to them.
-    stuck: Vec<usize>,
-    /// Nothing changes any more, and nothing is reported.
-    dead: bool,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Failure {
-    PowerCut,
-    /// The chip would have been misused: never allowed.
-    Misuse,
-}
-
-impl NorFlashError for Failure {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
-impl<const UNIT: usize> Flash<UNIT> {
-    fn new(capacity: usize) -> Self {
-        Self {
-            bytes: std::vec![0xA5; capacity], // never erased
-            written: std::vec![true; capacity],
-            left: usize::MAX,
-            torn: 0,
-            work: 0,
-            stuck: Vec::new(),
-            dead: false,
-        }
-    }
-
-    fn change(&mut self, at: usize, value: u8) -> Result<(), Failure> {
-        if self.left == 0 {
-            return Err(Failure::PowerCut);
-        } else if self.dead {
-            return Ok(());
-        }
-        self.left -= 1;
-        self.work += 1;
-        if self.left == 0 {
-            self.bytes[at] = self.torn;
-            // a byte that still reads as erased may be written: it has no check bits of its own
-            self.written[at] = self.torn != 0xFF;
-            return Err(Failure::PowerCut);
-        }
-        self.bytes[at] = value ^ u8::from(self.stuck.contains(&at));
-        Ok(())
-    }
-}
-
-impl<const UNIT: usize> ErrorType for Flash<UNIT> {
-    type Error = Failure;
-}
-
-impl<const UNIT: usize> ReadNorFlash for Flash<UNIT> {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
-        bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl<const UNIT: usize> NorFlash for Flash<UNIT> {
-    const WRITE_SIZE: usize = WRITE;
-    const ERASE_SIZE: usize = UNIT;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
-        let (from, to) = (from as usize, to as usize);
-        if !from.is_multiple_of(UNIT) || !to.is_multiple_of(UNIT) || to > self.bytes.len() {
-            return Err(Failure::Misuse);
-        }
-        // from the middle, as no one should rely on an order
-        for at in (from..to).map(|at| from + (at - from + ERASE / 2) % (to - from)) {
-            self.change(at, 0xFF)?;
-            self.written[at] = false;
-        }
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
-        let offset = offset as usize;
-        if !offset.is_multiple_of(WRITE) || !bytes.len().is_multiple_of(WRITE) {
-            return Err(Failure::Misuse);
-        }
-        for (at, &byte) in (offset..).zip(bytes) {
-            if self.written[at] {
-                return Err(Failure::Misuse);
-            }
-            self.change(at, byte)?;
-            self.written[at] = true;
-        }
-        Ok(())
-    }
-}
 
 fn nets(n: u8) -> Nets {
     let mut weights = Weights::zero();

@@ -130,7 +130,7 @@ fn the_stream_goes_on_while_it_is_read() {
         device.order(&Request::Record(Order::Hold));
         read(&mut device);
         device.order(&Request::Record(Order::Release));
-        plain.time.0.set(device.time.0.get());
+        plain.time.set(device.time.get());
         plain.settle();
     }
     assert_eq!(
@@ -179,7 +179,7 @@ fn a_reset_is_survived_and_garbage_is_not_believed() {
         for index in 0..100 {
             device.lines.sensor.input.extend(frame(index));
             now += 1000;
-            device.time.0.set(now);
+            device.time.set(now);
             while app.poll(&mut device.lines, &device.time) {}
         }
         app.hold_recording();

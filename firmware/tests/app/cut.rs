@@ -90,7 +90,7 @@ fn run(config: Config, stream: &[u8], turns: &[usize], cuts: bool) -> (Vec<u8>, 
     let mut turns = turns.iter().cycle();
     let mut left = 0;
     for (place, &byte) in (0..).zip(stream) {
-        time.0.set(time.0.get() + 11);
+        time.set(time.get() + 11);
         let mut shared = output.0.borrow_mut();
         if cuts {
             let leaving = shared.cut.came(place, byte, 512);
@@ -107,7 +107,7 @@ fn run(config: Config, stream: &[u8], turns: &[usize], cuts: bool) -> (Vec<u8>, 
     }
     // the line falls silent, and the pending bytes leave
     for _ in 0..200 {
-        time.0.set(time.0.get() + 1000);
+        time.set(time.get() + 1000);
         while app.poll(&mut lines, &time) {}
     }
     let shared = output.0.borrow();

@@ -2,13 +2,13 @@
 
 use firmware::app::{App, Config, Lines};
 use firmware::learn::WindowLearner;
-use firmware::link::{Clock, Full, Line, Lost};
+use firmware::link::Line;
 use firmware::model::Nets;
 use firmware::wire::command::{Counters, MAX_PACKET, Packets, Request, Response, decode, encode};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;
-use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard};
+pub use test_bench::line::MockLine as Mock;
 
 /// State shared by a test and its learner.
 #[derive(Debug, Default)]
@@ -31,68 +31,8 @@ impl<T> Shared<T> {
     }
 }
 
-/// A line that keeps what is sent over it.
-#[derive(Debug)]
-pub struct Mock {
-    pub input: VecDeque<u8>,
-    /// Most bytes a call of `receive` gives.
-    pub piece: usize,
-    /// Every message sent, one by one.
-    pub sent: Vec<Vec<u8>>,
-    /// Room left, bytes.
-    pub room: usize,
-}
-
-impl Default for Mock {
-    fn default() -> Mock {
-        Mock {
-            input: VecDeque::new(),
-            piece: usize::MAX,
-            sent: Vec::new(),
-            room: usize::MAX,
-        }
-    }
-}
-
-impl Mock {
-    pub fn bytes(&self) -> Vec<u8> {
-        self.sent.concat()
-    }
-}
-
-impl Line for Mock {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        let len = buffer.len().min(self.input.len()).min(self.piece);
-        for (place, byte) in buffer.iter_mut().zip(self.input.drain(..len)) {
-            *place = byte;
-        }
-        Ok(len)
-    }
-
-    fn is_idle(&self) -> bool {
-        self.input.is_empty()
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        if message.len() > self.room {
-            return Err(Full);
-        }
-        self.room -= message.len();
-        if !message.is_empty() {
-            self.sent.push(message.to_vec());
-        }
-        Ok(())
-    }
-}
-
-#[derive(Debug, Default)]
-pub struct Time(pub Cell<u64>);
-
-impl Clock for Time {
-    fn now_us(&self) -> u64 {
-        self.0.get()
-    }
-}
+/// A clock that the test sets.
+pub type Time = Cell<u64>;
 
 /// A device between four mock lines.
 #[derive(Debug)]
@@ -146,7 +86,7 @@ impl<S: Line> Device<S> {
     }
 
     pub fn pass_us(&mut self, us: u64) {
-        self.time.0.set(self.time.0.get() + us);
+        self.time.set(self.time.get() + us);
     }
 
     /// Lets time pass in steps of 1 ms.

@@ -4,7 +4,6 @@
 use crate::device::{Device, nets};
 use crate::frames::{Kind, kinds};
 use crate::record::{HARDWARE, configured};
-use crate::stored::Flash;
 use firmware::app::{App, Config, Hardware};
 use firmware::configuration::record::encode;
 use firmware::control::{Mode, Reason};
@@ -46,7 +45,7 @@ fn turns(device: &mut Device, ms: u64) -> u8 {
     for _ in 0..ms {
         device.pass_us(1000);
         device.settle();
-        bits |= device.app.unwell(device.time.0.get());
+        bits |= device.app.unwell(device.time.get());
     }
     bits
 }
@@ -85,7 +84,7 @@ fn the_slowest_bytes_are_handled() {
 fn an_application_that_does_not_run_is_unhealthy() {
     let mut device = Device::new(Config::unconfigured(board(START)));
     assert_eq!(turns(&mut device, 10), 0);
-    let now = device.time.0.get();
+    let now = device.time.get();
     assert_eq!(device.app.unwell(now + 900_000), 0);
     // nobody noticed the silence, and nobody served the links
     let bits = device.app.unwell(now + 1_200_000);
@@ -157,7 +156,7 @@ fn a_safe_start_uses_no_stored_weights() {
     let nets = nets([1e-5; 3], [0.0; 3]);
     let record = encode(&configuration);
     let content = Content::new(&nets, &record);
-    let mut store = Store::new(Flash::new()).expect("room");
+    let mut store = Store::new(crate::stored::blank()).expect("room");
     assert!(store.save(&content).is_ok());
     for safe in [false, true] {
         let hardware = board(Reset { safe, ..START });

@@ -32,7 +32,7 @@ fn run(kind: Kind, seconds: u32, lost: u32, real: bool) -> (u32, u32, u32) {
             dma.extend(burst.drain(..64));
         }
         let due = u64::from(n) * 1_000_000 / u64::from(rate) + late;
-        let now = device.time.0.get();
+        let now = device.time.get();
         device.pass_us(due.saturating_sub(now));
         if dma.is_empty() {
             device.settle();

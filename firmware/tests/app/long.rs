@@ -58,7 +58,7 @@ fn idle_until(device: &mut Device, clock_s: u64) {
         device.pass_us(60_000_000);
         device.settle();
     }
-    while device.time.0.get() < clock_s * 1_000_000 {
+    while device.time.get() < clock_s * 1_000_000 {
         device.pass_us(1_000_000);
         device.settle();
     }
@@ -98,7 +98,7 @@ impl Run {
         self.observed.push(Observed {
             left: core::mem::take(&mut self.device.lines.navigation.sent).concat(),
             faults: app.faults(),
-            unwell: app.unwell(self.device.time.0.get()),
+            unwell: app.unwell(self.device.time.get()),
             phase: app.phase(),
         });
     }

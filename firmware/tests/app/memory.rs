@@ -33,7 +33,7 @@ struct Board {
 impl Board {
     /// With this unit stored.
     fn new(unit: &Configuration) -> Board {
-        let mut store = Store::new(Flash::new()).expect("room");
+        let mut store = Store::new(crate::stored::blank()).expect("room");
         let record = encode(unit);
         let nets = with(1e-3);
         let content = Content::new(&nets, &record);
@@ -43,8 +43,11 @@ impl Board {
 
     /// The device after power-on.
     fn power_on(&mut self) -> Bench {
-        let flash = core::mem::replace(&mut self.store, Store::new(Flash::new()).expect("room"))
-            .into_inner();
+        let flash = core::mem::replace(
+            &mut self.store,
+            Store::new(crate::stored::blank()).expect("room"),
+        )
+        .into_inner();
         self.store = Store::new(flash).expect("room");
         self.store.make_room().expect("room");
         let stored = self.store.load();

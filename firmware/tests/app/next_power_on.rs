@@ -30,7 +30,7 @@ fn unit() -> Configuration {
 
 /// A store with these networks and this unit.
 fn flash(nets: &Nets, unit: &Configuration) -> Flash {
-    let mut store = Store::new(Flash::new()).expect("room");
+    let mut store = Store::new(crate::stored::blank()).expect("room");
     let record = encode(unit);
     store.save(&Content::new(nets, &record)).expect("stored");
     store.into_inner()

@@ -52,7 +52,7 @@ impl Bench {
     /// Runs to this time in steps of a millisecond.
     fn run(&mut self, until_us: u64) {
         loop {
-            let now = self.device.time.0.get();
+            let now = self.device.time.get();
             if now >= until_us {
                 return;
             }
@@ -70,7 +70,7 @@ impl Bench {
             self.device.settle();
             self.device.lines.navigation.sent.clear();
             let now = now / 1000 * 1000;
-            self.device.time.0.set(now + 1000);
+            self.device.time.set(now + 1000);
         }
     }
 
@@ -220,7 +220,8 @@ fn the_protocol_is_detected_or_configured() {
 }
 
 /// What u-blox receivers send each second, with NAV-SAT and NAV-SIG and with NMEA as delivered, at
-/// 115 200 bit/s: a device that detects the protocol has a fix each second, as one that is told.
+/// 115 200 bit/s: a device that detects the protocol has a fix each second, as one that is
+/// configured.
 #[test]
 fn a_usual_line_has_a_fix_each_second() {
     let long = |id: u8, len: usize| {

@@ -4,7 +4,6 @@ use crate::adis::reply;
 use crate::device::{Mock, Time};
 use crate::frames::Kind;
 use crate::record::{HARDWARE, configured};
-use crate::stored::Flash;
 use firmware::app::run::{self, MainThread, turn};
 use firmware::app::{App, Config, Jobs, Lines};
 use firmware::configuration::SerialLines;
@@ -96,7 +95,7 @@ impl Bench {
     /// Turns with a millisecond between them, until there is no more to do in one.
     fn settle(&mut self, app: &mut App, jobs: Option<&mut firmware::app::Gives>) {
         let mut jobs = jobs;
-        self.time.0.set(self.time.0.get() + 1000);
+        self.time.set(self.time.get() + 1000);
         while turn(app, self, jobs.as_deref_mut(), &mut [0; LONGEST]) {}
     }
 
@@ -153,7 +152,7 @@ fn it_runs_again_while_bytes_wait() {
 fn a_commanded_record_goes_through_the_main_thread() {
     let mut configuration = configured(Kind::STIM);
     configuration.lines.sensor_baud = 1_843_200;
-    let mut store = Store::new(Flash::new()).ok();
+    let mut store = Store::new(crate::stored::blank()).ok();
     let mut app = App::start_up(HARDWARE, &mut store, true, None);
     let mut bench = Bench::default();
     let mut jobs = Jobs::new();

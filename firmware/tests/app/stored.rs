@@ -3,7 +3,6 @@
 use crate::device::{Device, constant, nets};
 use crate::frames::Kind;
 use crate::record::{HARDWARE, board, configure, configured, read, record, sealed, unconfigured};
-use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::app::{App, Config, Phase};
 use firmware::configuration::SCHEMA;
 use firmware::configuration::record::encode;
@@ -20,51 +19,11 @@ const STIM: Kind = Kind::STIM;
 const SLOT: usize = 8 * 8192;
 
 /// Flash of two slots in memory.
-#[derive(Debug, Clone)]
-pub struct Flash(Vec<u8>);
+pub type Flash = test_bench::flash::Flash<SLOT>;
 
-impl Flash {
-    /// Empty flash.
-    pub fn new() -> Flash {
-        Flash(vec![0xFF; 2 * SLOT])
-    }
-
-    /// The content of the flash.
-    pub fn bytes(&self) -> &[u8] {
-        &self.0
-    }
-}
-
-impl ErrorType for Flash {
-    type Error = core::convert::Infallible;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SLOT;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        self.0[from as usize..to as usize].fill(0xFF);
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
-        Ok(())
-    }
+/// Empty flash.
+pub fn blank() -> Flash {
+    Flash::blank(2 * SLOT)
 }
 
 /// A device after power-on with this flash.
@@ -94,7 +53,7 @@ fn stores(device: &mut Device, flash: &mut Flash) -> Response<'static> {
 /// was only committed is gone.
 #[test]
 fn a_power_cycle_brings_back_what_was_stored() {
-    let mut flash = Flash::new();
+    let mut flash = blank();
     let mut device = powered(&flash);
     assert!(board(&mut device, |board| board.stores && !board.configured));
     let mut first = configured(STIM);
@@ -135,7 +94,7 @@ fn the_store_reports_what_it_found() {
             other => panic!("{other:?}"),
         })
     };
-    let mut flash = Flash::new();
+    let mut flash = blank();
     let mut device = powered(&flash);
     assert_eq!(kept(&mut device), Kept::default());
     let record = record(&configured(STIM));
@@ -158,16 +117,16 @@ fn the_store_reports_what_it_found() {
     );
     assert_eq!(found.erased, [1, 0]);
     let starts = |flash: &Flash| -> Vec<usize> {
-        let places = (0..flash.0.len()).step_by(64);
+        let places = (0..flash.bytes.len()).step_by(64);
         places
-            .filter(|at| flash.0[*at..].starts_with(b"LRNS"))
+            .filter(|at| flash.bytes[*at..].starts_with(b"LRNS"))
             .collect()
     };
     let [_, newest] = starts(&flash)[..] else {
         panic!("two records");
     };
     let mut rotten = flash.clone();
-    rotten.0[newest + 700] ^= 1;
+    rotten.bytes[newest + 700] ^= 1;
     let mut device = powered(&rotten);
     let found = kept(&mut device);
     assert_eq!((found.generation, found.damaged), (Some(1), true));
@@ -180,7 +139,7 @@ fn the_store_reports_what_it_found() {
     // all words are rotten: like a new device
     for start in starts(&rotten) {
         if start != newest {
-            rotten.0[start + 700] ^= 1;
+            rotten.bytes[start + 700] ^= 1;
         }
     }
     assert_eq!(kept(&mut powered(&rotten)), Kept::default());
@@ -199,7 +158,7 @@ fn weights_of_another_unit_are_not_used() {
         (store::unit(&configured(STIM)), true),
         (17, false),
     ] {
-        let mut store = Store::new(Flash::new()).expect("room");
+        let mut store = Store::new(blank()).expect("room");
         let content = Content::new(&nets, &record);
         store.save(&Content { unit, ..content }).expect("room");
         let device = powered(&store.into_inner());
@@ -223,8 +182,10 @@ fn what_cannot_be_read_is_reported_and_not_used() {
         bytes.extend(record);
         let sum = crc32_zlib(&bytes);
         bytes.extend(sum.to_le_bytes());
-        bytes.resize(Flash::new().0.len(), 0xFF);
-        Flash(bytes)
+        let mut flash = blank();
+        flash.bytes[..bytes.len()].copy_from_slice(&bytes);
+        flash.written[..bytes.len()].fill(true);
+        flash
     };
     let good = record(&configured(STIM));
     let mut newer = good.clone();
@@ -239,7 +200,7 @@ fn what_cannot_be_read_is_reported_and_not_used() {
     ];
     for (version, bytes, kept) in cases {
         let mut flash = sealed_store(version, &bytes);
-        let before = flash.0.clone();
+        let before = flash.bytes.clone();
         let mut device = powered(&flash);
         let faults = device.app.faults();
         assert_eq!(faults & fault::STORE, fault::STORE, "{version}");
@@ -249,7 +210,7 @@ fn what_cannot_be_read_is_reported_and_not_used() {
         let answer = stores(&mut device, &mut flash);
         if let Some(version) = kept {
             assert_eq!(answer, Response::Refused(Reason::Newer(version)));
-            assert!(flash.0 == before);
+            assert!(flash.bytes == before);
         } else {
             assert_eq!(answer, Response::Done);
             assert_eq!(read(&mut powered(&flash)), good);
@@ -280,7 +241,7 @@ fn what_would_lock_the_device_is_not_used() {
     unit.correction.mode = Mode::Learn;
     unit.correction.slew.accel = 0.0;
     let (nets, record) = (nets([0.0; 3], [1e-3; 3]), encode(&unit));
-    let mut store = Store::new(Flash::new()).expect("room");
+    let mut store = Store::new(blank()).expect("room");
     store.save(&Content::new(&nets, &record)).expect("stored");
     let mut device = Device::new(Config::default());
     device.app = App::power_on(HARDWARE, Some(store.load()), None);

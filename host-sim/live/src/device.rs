@@ -135,7 +135,7 @@ impl Device {
                         around.record.log(&problem, true);
                     }
                     let t = around.hub.time_s();
-                    around.hub.tell("lost", &Lost { t, problem });
+                    around.hub.send("lost", &Lost { t, problem });
                     was_lost = true;
                     LOOK
                 }
@@ -155,12 +155,12 @@ impl Device {
         let restarted = had && status.per_second.is_none();
         if rounds.is_multiple_of(INFO_EVERY) || restarted {
             let configuration = configuration(link)?;
-            around.taps.tell(DecoderSettings::of(
+            around.taps.configure(DecoderSettings::of(
                 &configuration.clone().unwrap_or_default(),
             ));
             around
                 .hub
-                .tell("info", &self.what(info(link)?, configuration.as_ref()));
+                .send("info", &self.what(info(link)?, configuration.as_ref()));
         }
         *rounds += 1;
         let (in_force, network) = link.ask(&Request::GetEstimate, |answer| match answer {
@@ -186,7 +186,7 @@ impl Device {
             place: now.status.solution.as_ref().map(|of| of.place_deg),
         });
         around.record.now(&now);
-        around.hub.tell("status", &now);
+        around.hub.send("status", &now);
         Ok(())
     }
 

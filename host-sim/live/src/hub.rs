@@ -54,7 +54,7 @@ impl Hub {
     }
 
     /// Sends an event to all pages.
-    pub fn tell(&self, name: &'static str, what: &impl Serialize) {
+    pub fn send(&self, name: &'static str, what: &impl Serialize) {
         let json = serde_json::to_string(what).unwrap_or_default().into();
         let event = Event { name, json };
         if name != "samples" {
@@ -101,13 +101,13 @@ mod tests {
     #[test]
     fn a_page_that_opens_later_knows_what_is() {
         let hub = Hub::default();
-        hub.tell("status", &1);
-        hub.tell("info", &2);
-        hub.tell("samples", &3);
-        hub.tell("lost", &4);
+        hub.send("status", &1);
+        hub.send("info", &2);
+        hub.send("samples", &3);
+        hub.send("lost", &4);
         let names = |hub: &Hub| hub.listen().0.iter().map(|of| of.name).collect::<Vec<_>>();
         assert_eq!(names(&hub), ["history", "info", "lost"]);
-        hub.tell("status", &5);
+        hub.send("status", &5);
         assert_eq!(names(&hub), ["history", "info", "status"]);
     }
 
@@ -116,7 +116,7 @@ mod tests {
         let hub = Hub::default();
         let (_, mut receiver) = hub.listen();
         for number in 0..1000 {
-            hub.tell("samples", &number);
+            hub.send("samples", &number);
         }
         assert!(matches!(
             receiver.try_recv(),

@@ -121,7 +121,7 @@ impl Taps {
     }
 
     /// Replaces the settings of the decoders.
-    pub fn tell(&self, settings: DecoderSettings) {
+    pub fn configure(&self, settings: DecoderSettings) {
         self.state().settings = settings;
     }
 
@@ -225,7 +225,7 @@ impl Taps {
             let (raw, corrected) = (state.raw.end(), state.corrected.end());
             let broken = state.broken.clone();
             drop(state);
-            self.hub.tell(
+            self.hub.send(
                 "samples",
                 &Shown {
                     t: self.hub.time_s(),

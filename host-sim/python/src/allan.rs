@@ -199,7 +199,7 @@ pub fn allan_file<'py>(
         ));
     }
     let found = interruptible(py, move || {
-        // a line that is cut is left out; an array tells its length
+        // a line that is cut is left out; an array has its length
         let choice = Choice {
             columns,
             rate_hz,

@@ -116,7 +116,7 @@ impl Kalman {
     }
 
     /// A filter that has aligned itself on the standstill of a session, with the correlations
-    /// between attitude and biases that this gives. `epoch` tells where it stands then.
+    /// between attitude and biases that this gives. `epoch` says where it stands then.
     #[staticmethod]
     #[pyo3(signature = (session, *, errors="matrices", unit=None, walk_per_hour=None))]
     fn aligned(

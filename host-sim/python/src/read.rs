@@ -34,7 +34,7 @@ fn option(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Option<String>> {
 /// folder of an EuRoC recording, the header.toml of CSV files or its folder, and IMU and fixes of
 /// KF-GINS as path and second.
 ///
-/// options: what the file does not tell, by the names of the options of `host-sim replay FORM`
+/// options: what the file does not contain, by the names of the options of `host-sim replay FORM`
 /// with `_` for `-`, such as standstill_s=120, mounting="y x -z", imu_topic="/imu". True: an
 /// option without a value; a list: values that the program takes with commas.
 #[pyfunction]

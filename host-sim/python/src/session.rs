@@ -223,7 +223,7 @@ impl Session {
 
     /// Networks of the desktop (`rnn`), learnt from the fixes of the whole session.
     ///
-    /// scenario: tells how they are taught. unit: what is assumed of the sensor.
+    /// scenario: how they are taught. unit: what is assumed of the sensor.
     #[pyo3(signature = (scenario=None, *, unit=None))]
     fn fit(
         &self,

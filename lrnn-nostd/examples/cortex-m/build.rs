@@ -1,7 +1,7 @@
 //! Linker flags: cortex-m-rt's script, with the memory map beside this file.
 
 fn main() {
-    let here = std::env::var("CARGO_MANIFEST_DIR").expect("cargo tells it");
+    let here = std::env::var("CARGO_MANIFEST_DIR").expect("cargo sets it");
     println!("cargo:rustc-link-search={here}");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     println!("cargo:rustc-link-arg-bins=--nmagic");

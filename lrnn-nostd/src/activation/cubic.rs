@@ -32,7 +32,7 @@ impl Activation for Cubic {
         let i = (x * T::from_i32(PER_UNIT)).truncated();
         let d = x - T::from_i32(i) * T::from_f64(1.0 / f64::from(PER_UNIT));
         let row = i.clamp(-SIDE, SIDE - 1) + SIDE;
-        // The clamp keeps it in 0..256; the remainder tells the compiler so.
+        // The clamp keeps it in 0..256; the remainder shows that to the compiler.
         let [c0, c1, c2, c3] = TABLE[row as usize % TABLE.len()];
         // Written out: `map` is not always inlined.
         let c = |c: f32| T::from_f64(f64::from(c));

@@ -216,7 +216,7 @@ impl<T: Real> ForEachParameter<T> for OverflowCheck<T> {
 impl<T: Real> ForEachParameter<T> for DescendBlock<'_, T> {
     #[inline(always)]
     fn parameter(&mut self, k: usize, s: &[T; NEURONS]) {
-        // The remainder tells the compiler that it is one of them.
+        // The remainder shows the compiler that it is one of them.
         let theta = &mut self.theta[k % BLOCK];
         descend(theta, &self.g, s);
         self.check.watch(*theta);
@@ -231,7 +231,7 @@ impl<T: Real> ForEachParameter<T> for DescendLayer<'_, T> {
     #[inline(always)]
     fn parameter(&mut self, k: usize, s: &[T; NEURONS]) {
         let Layer { w, r, b } = self.layer;
-        // `k` is known at compile time; a remainder tells the compiler that it is in range.
+        // `k` is known at compile time; a remainder shows the compiler that it is in range.
         let (p, q) = (k / NEURONS % NEURONS, k % NEURONS);
         let theta = match k {
             0..R => &mut w[p][q],

@@ -27,7 +27,7 @@ struct Arguments {
     /// Only this protocol.
     #[arg(long)]
     protocol: Option<String>,
-    /// What is done stands here, a line for each 20 million bytes. An existing log is continued.
+    /// Log of the progress, a line for each 20 million bytes. An existing log is continued.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
 }

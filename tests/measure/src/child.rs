@@ -136,7 +136,7 @@ mod tests {
     fn a_process_that_sleeps_waits_for_no_core() {
         let mut child = Command::new("sleep").arg("2").spawn().expect("a shell");
         sleep(Duration::from_millis(200));
-        let waited = waiting(child.id()).expect("Linux tells");
+        let waited = waiting(child.id()).expect("Linux reports it");
         assert!(waited < 1.0, "{waited} s");
         child.kill().expect("it sleeps");
         child.wait().expect("it ends");
@@ -150,12 +150,12 @@ mod tests {
         // a string of 2^24 characters, then 0.2 s in which it is there
         let busy = "a=x; i=0; while [ $i -lt 24 ]; do a=$a$a; i=$((i+1)); done; sleep 0.2";
         let used = run(Command::new("sh").args(["-c", busy])).expect("a shell");
-        let peak = used.peak_mib.expect("Linux tells");
+        let peak = used.peak_mib.expect("Linux reports it");
         assert!(peak > 16.0 && peak < 1000.0, "{peak} MiB");
         let busy = "i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done";
         let used = run(Command::new("sh").args(["-c", busy])).expect("a shell");
-        let cpu = used.cpu_s.expect("Linux tells");
+        let cpu = used.cpu_s.expect("Linux reports it");
         assert!(cpu > 0.01 && cpu < 100.0, "{cpu} s");
-        assert!(used.peak_mib.expect("Linux tells") < peak);
+        assert!(used.peak_mib.expect("Linux reports it") < peak);
     }
 }

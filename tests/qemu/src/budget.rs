@@ -71,7 +71,7 @@ pub struct AloneBudget {
     /// Step, gradient and descent on a core with an FPU: at most this many times the instructions
     /// of opt-level 3 at every other level.
     pub times: f64,
-    /// The same limit for a learning pass of one step.
+    /// As `times`, for a learning pass of one step.
     pub learn_times: f64,
     /// By core.
     pub core: BTreeMap<String, AloneCore>,

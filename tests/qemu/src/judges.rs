@@ -89,7 +89,7 @@ pub fn ask(python: &Path, judge: &str, bytes: &[u8]) -> Result<Vec<String>> {
     ask_with(python, judge, &[], bytes)
 }
 
-/// The same with arguments for the judge.
+/// As [`ask`], with arguments for the judge.
 ///
 /// # Errors
 /// Those of [`ask`].

@@ -44,7 +44,8 @@ impl Live {
         Self::start_with(board, image, &[])
     }
 
-    /// The same with memory contents that exist before the board starts: address and file.
+    /// As [`Live::start`], with memory contents that exist before the board starts: address and
+    /// file.
     ///
     /// # Errors
     /// As [`Live::start`].

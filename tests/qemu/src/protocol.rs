@@ -98,7 +98,7 @@ pub fn set_up() -> Result<Vec<Vec<u8>>> {
     loaded(&record(), Mode::Frozen)
 }
 
-/// The same of another unit, in a mode.
+/// The packets of [`set_up`] for another unit and another mode.
 ///
 /// # Errors
 /// None with the committed networks.
@@ -269,7 +269,7 @@ fn ask(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// The same for requests that are answered by "done", by an image, or by an estimate, which is
+/// Repeats a request until it is answered by "done", by an image, or by an estimate, which is
 /// returned.
 fn answer(line: &mut TcpStream, number: u8, request: &[u8]) -> Result<Option<Estimate>> {
     line.set_read_timeout(Some(Duration::from_millis(500)))?;

@@ -9,6 +9,7 @@
 mod lines;
 mod timed;
 
+use core::cell::Cell;
 use firmware::app::blackbox::Memory;
 use firmware::app::{Activation, App, Config, Lines};
 use firmware::configuration::{Configuration, Sensor};
@@ -23,7 +24,7 @@ use heapless::Vec;
 use lrnn_nostd::{Net, Normalisation, Rational};
 use vectors::Digest;
 
-use lines::{CALIBRATION, Now, Tap};
+use lines::{CALIBRATION, Tap};
 pub use lines::{Feed, Wires};
 pub use timed::CYCLES;
 use timed::Timed;
@@ -96,7 +97,7 @@ pub fn config(format: ImuFormat) -> Config {
     }
 }
 
-/// The same device while it learns from fixes; its corrections follow what is learnt.
+/// The device of [`config`] while it learns from fixes; its corrections follow what is learnt.
 #[must_use]
 pub fn learning_config(format: ImuFormat) -> Config {
     Config {
@@ -165,7 +166,7 @@ pub struct Cost {
     pub total: u64,
     /// All passes of the most expensive one.
     pub worst: u32,
-    /// The same from record `FIRST` on.
+    /// All passes of the most expensive record from `FIRST` on.
     pub later: u32,
     /// From the last byte of a record to the first byte sent, the longest from record `FIRST` on.
     pub latency: u32,
@@ -198,7 +199,7 @@ pub struct Replay<'u, S = NoStream> {
     /// The learner, where it has a priority of its own.
     background: Option<Background<'static>>,
     lines: Lines<Port<'u, S>, Tap<'u, S>, Feed, Feed>,
-    now: Now,
+    now: Cell<u64>,
     pace: Pace,
     wires: Wires<'u, S>,
     sent: Vec<u8, { 2 * LONGEST }>,
@@ -236,7 +237,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
                 command: Feed::default(),
                 gnss: Feed::default(),
             },
-            now: Now(0),
+            now: Cell::new(0),
             pace,
             wires,
             sent: Vec::new(),
@@ -272,7 +273,7 @@ impl<'u, S: Progress + Copy> Replay<'u, S> {
             self.in_time(input, at_us, bytes);
             return &self.sent;
         }
-        self.now.0 = at_us.into();
+        self.now.set(at_us.into());
         match (input, self.pace) {
             (Input::Sensor, Pace::Byte | Pace::Dma) => self.interrupts(bytes),
             (Input::Sensor, Pace::Record | Pace::Time) => {

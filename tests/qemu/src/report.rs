@@ -40,7 +40,7 @@ pub struct Report {
     /// Instructions for a STIM300 sample, with the interrupts of all its bytes.
     #[serde(rename = "instructions_per_word")]
     pub instructions_per_sample: f64,
-    /// The same with lines by DMA, whose interrupts are included.
+    /// Instructions for a STIM300 sample with lines by DMA, with their interrupts.
     #[serde(rename = "instructions_per_word_dma")]
     pub instructions_per_sample_dma: f64,
     /// Instructions for the most expensive sample.

@@ -71,7 +71,7 @@ pub fn learning_on_desktop(format: ImuFormat, records: &[Record]) -> Outcome {
     learner_on_desktop(learning_config(format), records)
 }
 
-/// The same with a device that is configured for its sensor.
+/// As [`learning_on_desktop`], with a device that is configured for its sensor.
 #[must_use]
 pub fn configured_on_desktop(configuration: &Configuration, records: &[Record]) -> Outcome {
     learner_on_desktop(Config::of(configuration), records)
@@ -119,8 +119,8 @@ pub fn on_target(
     run_recording(image, machine, clock, &recording, limit)
 }
 
-/// The same at pace [`Pace::Time`], where the device learns and is configured for its sensor: the
-/// arguments of [`configured`](crate::replay::configured).
+/// As [`on_target`] at pace [`Pace::Time`], where the device learns and is configured for its
+/// sensor: the arguments of [`configured`](crate::replay::configured).
 ///
 /// # Errors
 /// As [`on_target`].

@@ -133,7 +133,7 @@ fn the_log_of_a_board_is_read_from_its_memory() {
 }
 
 /// The program runs its `main` once more with 16 bytes of stack left. QEMU has no memory below RAM
-/// either: the board starts anew and tells why.
+/// either: the board restarts and reports why.
 #[test]
 fn a_stack_that_overflows_is_told_after_the_reset() {
     for board in [BOARDS[0], BOARDS[3]] {

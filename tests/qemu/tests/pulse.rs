@@ -52,7 +52,7 @@ fn reported(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<
     )
 }
 
-/// The same for an image, with pulses of a width in cycles.
+/// As [`reported`], for an image, with pulses of a width in cycles.
 fn reported_by(
     image: &Path,
     pulse: bool,

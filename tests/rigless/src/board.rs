@@ -98,7 +98,7 @@ impl Ours {
         }
     }
 
-    /// The same after a write of the core. In rigless the USB of the H743 is plain memory, in which
+    /// Follows a write of the core. In rigless the USB of the H743 is plain memory, in which
     /// a flag that is cleared by writing 1 (RM0433 57.14.6) would stay set for ever.
     pub fn written(&mut self, address: u64, value: u64) {
         let Bench::H743(bench) = &mut self.bench else {

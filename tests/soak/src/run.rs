@@ -13,7 +13,6 @@ use firmware::configuration::record::{Record, encode as record_of};
 use firmware::configuration::{Configuration, Sensor as ConfiguredSensor};
 use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
-use firmware::link::Clock;
 use firmware::link::faulty::{Chances, Faulty};
 use firmware::model::Nets;
 use firmware::store::{Content, MEMORY_MAX, Store};
@@ -56,14 +55,6 @@ impl Memory {
         blackbox: blackbox::Memory::ZEROED,
         learnt: [0; MEMORY_MAX],
     };
-}
-
-struct Now(u64);
-
-impl Clock for Now {
-    fn now_us(&self) -> u64 {
-        self.0
-    }
 }
 
 /// State that survives a power-on.
@@ -256,7 +247,7 @@ impl Soak<'_> {
             held: [[0; 3]; 2],
             counters: Counters::default(),
         };
-        let mut now = Now(0);
+        let now = Cell::new(0);
         let mut number = 0u64;
         while self.sample < end && self.report.violation.is_none() {
             self.disturb.step();
@@ -264,7 +255,7 @@ impl Soak<'_> {
                 break;
             }
             (self.sample, number) = (self.sample + 1, number + 1);
-            now.0 = number * 1_000_000 / u64::from(self.plan.rate);
+            now.set(number * 1_000_000 / u64::from(self.plan.rate));
             self.feed(&mut drive, &mut lines, number, &record);
             if self.disturb.is(Kind::HeldUp) && !self.disturb.chance(4) {
                 continue;
@@ -380,7 +371,7 @@ impl Soak<'_> {
     }
 
     /// Runs passes until the application is idle.
-    fn settle(&mut self, app: &mut App, lines: &mut AppLines, now: &Now) {
+    fn settle(&mut self, app: &mut App, lines: &mut AppLines, now: &Cell<u64>) {
         let mut passes = 0;
         loop {
             lines.navigation.exact = app.correction() == [[0.0; 3]; 2];

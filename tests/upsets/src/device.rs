@@ -7,10 +7,12 @@ use firmware::app::{App, Config, Lines};
 use firmware::configuration::{Activation, Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
-use firmware::link::{Clock, Full, Line, Lost, NoLine};
+use firmware::link::NoLine;
 use firmware::wire::{ImuFormat, Settings as Configured};
 use host_core::simulator::imu::ImuSpec;
 use host_device::hil::{Input, Record, drive_configured, networks};
+use std::cell::Cell;
+use test_bench::line::MockLine;
 
 /// State of the device under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -28,37 +30,6 @@ const LEAD_S: u32 = 1500;
 /// Time at rest at its start, s.
 const STANDS_S: u32 = 120;
 
-/// A line in memory.
-#[derive(Debug, Default)]
-struct Wire {
-    received: std::collections::VecDeque<u8>,
-    sent: Vec<Vec<u8>>,
-}
-
-impl Line for Wire {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        let len = buffer.len().min(self.received.len());
-        for (slot, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
-            *slot = byte;
-        }
-        Ok(len)
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        self.sent.push(message.to_vec());
-        Ok(())
-    }
-}
-
-#[derive(Debug)]
-struct Now(u64);
-
-impl Clock for Now {
-    fn now_us(&self) -> u64 {
-        self.0
-    }
-}
-
 /// Output of the device in a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Left {
@@ -73,8 +44,8 @@ pub struct Left {
 /// A device, its lines and its drive.
 pub struct Device {
     app: *mut App<'static>,
-    lines: Lines<Wire, Wire, NoLine, Wire>,
-    now: Now,
+    lines: Lines<MockLine, MockLine, NoLine, MockLine>,
+    now: Cell<u64>,
     /// Records after the lead.
     rest: Vec<Record>,
     /// Memory whose bits may be flipped.
@@ -142,12 +113,12 @@ impl Device {
         let mut device = Device {
             app,
             lines: Lines {
-                sensor: Wire::default(),
-                navigation: Wire::default(),
+                sensor: MockLine::default(),
+                navigation: MockLine::default(),
                 command: NoLine,
-                gnss: Wire::default(),
+                gnss: MockLine::default(),
             },
-            now: Now(0),
+            now: Cell::new(0),
             rest: rest.to_vec(),
             regions,
             before: Vec::new(),
@@ -170,7 +141,7 @@ impl Device {
             "it does not navigate"
         );
         device.before = device.regions.iter().map(Region::copy).collect();
-        device.before_us = device.now.0;
+        device.before_us = device.now.get();
         Ok(device)
     }
 
@@ -209,18 +180,18 @@ impl Device {
         for (region, copy) in self.regions.iter_mut().zip(&self.before) {
             region.put_back(copy);
         }
-        self.now.0 = self.before_us;
-        self.lines.sensor = Wire::default();
-        self.lines.navigation = Wire::default();
-        self.lines.gnss = Wire::default();
+        self.now.set(self.before_us);
+        self.lines.sensor = MockLine::default();
+        self.lines.navigation = MockLine::default();
+        self.lines.gnss = MockLine::default();
     }
 
     /// Receives a record, and returns the output.
     fn take(&mut self, record: &Record) -> Vec<u8> {
-        self.now.0 = record.at_us.into();
+        self.now.set(record.at_us.into());
         match record.input {
-            Input::Sensor => self.lines.sensor.received.extend(&record.bytes),
-            Input::Gnss => self.lines.gnss.received.extend(&record.bytes),
+            Input::Sensor => self.lines.sensor.input.extend(&record.bytes),
+            Input::Gnss => self.lines.gnss.input.extend(&record.bytes),
         }
         let app = crate::memory::lent(self.app);
         while app.poll(&mut self.lines, &self.now) {}

@@ -23,7 +23,7 @@ pub trait Source {
     /// What fetches.
     type Fetch: Fetch;
 
-    /// What fetches, and a task that tells of new bursts. It goes on beside the loop, so that no
+    /// What fetches, and a task that announces new bursts. It goes on beside the loop, so that no
     /// edge comes while nobody waits for one.
     fn split(self, new: &'static New) -> (Self::Fetch, impl Future<Output = ()>);
 }

@@ -10,11 +10,12 @@ use firmware::wire::command::{ClockSource, Crystal};
 /// F4's internal oscillator. A crystal needs 2 ms (DS8626, table 39).
 #[cfg(not(feature = "m7"))]
 const PATIENCE: u32 = 100_000;
-/// The same at the 64 MHz of an H7's, which has its clock from a probe that starts, too: 62 ms.
+/// Looks at the flag at the 64 MHz of an H7's internal oscillator: 62 ms, since its clock comes
+/// from a probe that is starting, too.
 #[cfg(feature = "m7")]
 const PATIENCE: u32 = 1_000_000;
 
-/// What it was to be, and what is in use, MHz.
+/// Frequency of the crystal that the board has, and of the one in use, MHz.
 static BUILT: AtomicU8 = AtomicU8::new(0);
 static USED: AtomicU8 = AtomicU8::new(0);
 

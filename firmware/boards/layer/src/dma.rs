@@ -7,8 +7,8 @@
 //!
 //! **Errors.** The driver's own `RingBufferedUartRx` stops its stream at every error of the line
 //! and starts it again without telling its ring where, and a poll of it reads the data register
-//! beside the DMA. So the UART's interrupt is served here: it clears the error and tells the loop,
-//! and the stream goes on. How a UART is set up, and the streams, are the driver's.
+//! beside the DMA. So the UART's interrupt is served here: it clears the error and informs the
+//! loop, and the stream goes on. How a UART is set up, and the streams, are the driver's.
 //!
 //! **Sending.** Messages gather in one half of a buffer while the other half leaves in one
 //! transfer, which interrupts once, at its end. So no message has a gap.
@@ -59,7 +59,7 @@ impl Buffers {
     };
 }
 
-/// The same of all lines, in one place, which one region of a Cortex-M7's MPU covers.
+/// Buffers of all lines in one place, which one region of a Cortex-M7's MPU covers.
 #[cfg_attr(feature = "m7", repr(C, align(8192)))]
 struct Memory(
     [ConstStaticCell<Buffers>; LINES],
@@ -83,7 +83,7 @@ pub(crate) fn region() -> (u32, u32) {
     ((&raw const MEMORY) as u32, 13)
 }
 
-/// What a UART's interrupt tells the loop.
+/// What a UART's interrupt reports to the loop.
 pub struct Events {
     waker: AtomicWaker,
     idle: AtomicBool,
@@ -105,7 +105,7 @@ pub trait Served: Instance {
     /// Its registers.
     const REGISTERS: Usart;
 
-    /// What its interrupt tells.
+    /// What its interrupt reports.
     fn events() -> &'static Events;
 }
 
@@ -159,7 +159,7 @@ fn taken(uart: Usart) -> (bool, bool) {
     (status.idle(), lost)
 }
 
-/// The same for the UARTs of an F7 and an H7, whose flags are cleared by writing.
+/// What has happened at a UART of an F7 or an H7, whose flags are cleared by writing.
 #[cfg(feature = "m7")]
 fn taken(uart: Usart) -> (bool, bool) {
     let status = uart.isr().read();
@@ -340,7 +340,8 @@ impl Wire for Port {
     }
 }
 
-/// The same for the driver, which adds the parity to eight bits. An open line is silent.
+/// The settings of a line for the driver, which adds the parity to eight bits. An open line is
+/// silent.
 fn config(frame: &Frame) -> Config {
     use firmware::configuration::Parity as ConfiguredParity;
     let mut config = Config::default();

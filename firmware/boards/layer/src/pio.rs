@@ -15,7 +15,7 @@ use crate::through::{Through, ThroughLine};
 
 /// Its only rate, bit/s.
 const BAUD: u32 = 115_200;
-/// The same for the application, which then refuses another one.
+/// The only rate, for the application, which then refuses another one.
 pub const FIXED: Clock = Clock {
     hz: BAUD,
     least: 1,

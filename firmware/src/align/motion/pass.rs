@@ -58,7 +58,7 @@ pub struct Assumed {
     pub ratio: [f32; 2],
     /// Lever arm, m.
     pub arm: V32,
-    /// Variance of the receiver's noise by the one it tells.
+    /// Variance of the receiver's noise by the one it reports.
     pub scale: f32,
     /// The axis along which a vehicle on wheels moves; zero where it may move along any.
     pub forward: V32,
@@ -419,7 +419,7 @@ fn turned(m: &[V32; 3], v: V32) -> V32 {
     m.map(|row| dot(row, v))
 }
 
-/// The same the other way.
+/// A vector in the axes of `m`'s columns: the inverse of [`turned`].
 fn back(m: &[V32; 3], v: V32) -> V32 {
     core::array::from_fn(|i| m[0][i] * v[0] + m[1][i] * v[1] + m[2][i] * v[2])
 }

@@ -190,7 +190,7 @@ impl App<'_> {
             return false;
         };
         self.reverse.answer(&mut self.flow, navigation, now);
-        // only a sensor that sends frames: one that has just started tells it by itself, and in
+        // only a sensor that sends frames: one that has just started reports it by itself, and in
         // service mode the question would be a command
         let sends = !self.flow.health.counters.frames.is_zero() && self.link.framer.is_aligned();
         if mode != Mode::Bypass && sends {

@@ -27,12 +27,24 @@ impl<'m> App<'m> {
     ///
     /// A safe start uses the configuration for the lines and the format only. It stays in bypass
     /// with the built-in networks and neither reads nor writes the store any more.
-    #[inline(never)]
     pub fn power_on(
         hardware: Hardware,
         stored: Option<Result<Option<Stored>, Newer>>,
         learner: Option<&'m mut dyn Learner>,
     ) -> App<'m> {
+        let mut app = App::blank();
+        app.switch_on(hardware, stored, learner);
+        app
+    }
+
+    /// [`App::power_on`] of one that is [`App::blank`].
+    #[inline(never)]
+    pub fn switch_on(
+        &mut self,
+        hardware: Hardware,
+        stored: Option<Result<Option<Stored>, Newer>>,
+        learner: Option<&'m mut dyn Learner>,
+    ) {
         let (config, kept) = prepared(hardware, &stored);
         let (record, key) = match &stored {
             // one that is not understood is not used
@@ -55,7 +67,7 @@ impl<'m> App<'m> {
             kept,
             wear,
         };
-        App::of(config, held, learner)
+        self.begin(config, held, learner);
     }
 }
 

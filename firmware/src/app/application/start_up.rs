@@ -7,7 +7,20 @@ use crate::store::{MEMORY_MAX, Store};
 use embedded_storage::nor_flash::NorFlash;
 
 impl<'m> App<'m> {
-    /// Reads the store and makes the application from it ([`App::power_on`], [`App::recall`]).
+    /// [`App::boot`] of an application that is returned.
+    pub fn start_up<F: NorFlash>(
+        hardware: Hardware,
+        store: &mut Option<Store<F>>,
+        at_ease: bool,
+        learner: Option<&'m mut dyn Learner>,
+    ) -> App<'m> {
+        let mut app = App::blank();
+        app.boot(hardware, store, at_ease, learner);
+        app
+    }
+
+    /// Reads the store and begins with it ([`App::power_on`], [`App::recall`]), after
+    /// [`App::blank`].
     ///
     /// `at_ease`: the board was switched on and its clock is fast, so there is time to make room in
     /// the store. Else a sensor may be waiting, and nothing is erased. Nothing is erased in a safe
@@ -16,21 +29,21 @@ impl<'m> App<'m> {
     /// A safe start after a crash that came before the first pass leaves the store alone, since it
     /// may be the store that cannot be read: flash with check bits faults where a word is torn. The
     /// store is then `None` for this run.
-    pub fn start_up<F: NorFlash>(
+    pub fn boot<F: NorFlash>(
+        &mut self,
         hardware: Hardware,
         store: &mut Option<Store<F>>,
         at_ease: bool,
         learner: Option<&'m mut dyn Learner>,
-    ) -> App<'m> {
+    ) {
         if hardware.shuns_store() {
             *store = None;
         }
         let safe = hardware.starts_safely();
-        let mut app = App::read(hardware, store, at_ease && !safe, learner);
+        self.read(hardware, store, at_ease && !safe, learner);
         if !safe && let Some(store) = store {
-            recall(&mut app, store);
+            recall(self, store);
         }
-        app
     }
 
     /// Number of the record that was found at power-on; `None`: none was, or not one that this
@@ -43,11 +56,12 @@ impl<'m> App<'m> {
     /// Apart, like [`recall`], so that the stack does not hold both.
     #[inline(never)]
     fn read<F: NorFlash>(
+        &mut self,
         hardware: Hardware,
         store: &mut Option<Store<F>>,
         at_ease: bool,
         learner: Option<&'m mut dyn Learner>,
-    ) -> App<'m> {
+    ) {
         if let Some(store) = store {
             store.started(hardware.has_failed());
             if at_ease {
@@ -55,7 +69,7 @@ impl<'m> App<'m> {
             }
         }
         let stored = store.as_mut().map(Store::load);
-        App::power_on(hardware, stored, learner)
+        self.switch_on(hardware, stored, learner);
     }
 }
 

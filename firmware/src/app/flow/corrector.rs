@@ -20,8 +20,8 @@ pub(in crate::app) struct Correction {
 }
 
 impl Correction {
-    /// As before the first sample of this stream, by networks with this check sum. `None`: its
-    /// samples cannot be corrected.
+    /// Resets it to the state before the first sample of this stream, with networks of this check
+    /// sum. `None`: its samples cannot be corrected.
     pub fn renew(
         &mut self,
         stream: &Stream,

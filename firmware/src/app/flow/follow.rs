@@ -96,7 +96,7 @@ impl Flow<'_> {
         let correction = self.corrector.correction.get();
         let zero = correction.is_some_and(|c| c.state.is_zero());
         self.corrector.block = Some(*block);
-        self.learning.port.end_block();
+        self.learning.end_block();
         self.health
             .flag(fault::LEARNER, self.learning.port.is_stopped());
         self.judge(block);

@@ -7,7 +7,7 @@ use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::{Fix, Heading};
 use crate::learn::exchange::{Anew, Answer, Order, Port, Reply};
-use crate::learn::{Report, Solution, Trials};
+use crate::learn::{Learner, Report, Solution, Trials};
 use crate::sample::StreamScale;
 use crate::wire::command::{Estimate, fault};
 
@@ -32,13 +32,26 @@ pub(in crate::app) struct Learning<'m> {
 }
 
 impl<'m> Learning<'m> {
-    /// A learner that has not begun yet.
-    pub fn new(port: Port<'m>) -> Learning<'m> {
+    /// No learner yet.
+    pub fn new() -> Learning<'m> {
         Learning {
-            port,
+            port: Port::NONE,
             begun: None,
             verdict: None,
         }
+    }
+
+    /// A learner that has not begun yet, to be run at once.
+    #[inline(never)]
+    pub fn attach(&mut self, learner: Option<&'m mut dyn Learner>) {
+        self.port = Port::here(learner);
+    }
+
+    /// The answer to the last block but one comes into force. By itself, so that its stack is free
+    /// again afterwards.
+    #[inline(never)]
+    pub fn end_block(&mut self) {
+        self.port.end_block();
     }
 
     /// The learner begins again with the next stream.

@@ -191,11 +191,11 @@ impl Flow<'_> {
         {
             let celsius = block.sources.temperature;
             let configuration = self.config.configuration.as_ref();
-            let tells = configuration
+            let reports = configuration
                 .is_some_and(|configuration| configuration.has_thermometer() != Some(false));
             memo.learn(
                 seconds,
-                Some(celsius).filter(|t| tells && *t != REFERENCE_DEGC),
+                Some(celsius).filter(|t| reports && *t != REFERENCE_DEGC),
             );
         }
     }

@@ -99,7 +99,6 @@ mod tests {
     use super::*;
     use crate::app::config::Config;
     use crate::control::Mode;
-    use crate::learn::exchange::Port;
     use crate::link::NoLine;
     use crate::link::cut::Behind;
     use crate::wire::{Checked, Fields, ImuFormat};
@@ -120,7 +119,9 @@ mod tests {
             block: 0.01,
             ..Config::default()
         };
-        Flow::new(config, Port::NONE)
+        let mut flow = Flow::blank();
+        flow.set_config(config);
+        flow
     }
 
     /// Two blocks of frames.

@@ -23,9 +23,9 @@ use crate::wire::command::key::{Challenge, Direction, Key, Secret};
 use crate::wire::command::seal::{Seal, Sealer, encode_sealed};
 use crate::wire::command::{MAX_PACKET, Protection, Provision, Response};
 
-/// Wrong codes behind a right door at once.
+/// Wrong codes behind a right door that are accepted in a row.
 pub(super) const TRIES: u16 = 8;
-/// One more after each, microseconds.
+/// After each of these times one more wrong code is accepted, microseconds.
 const TRY_US: u64 = 250_000;
 /// Lifetime of an unused challenge, microseconds. Later it is replaced: requests that an attacker
 /// had the right host seal are of no use then.
@@ -163,7 +163,7 @@ impl Guard {
             session.challenge.session() == seal.session
                 && is_young(session.used_us, now_us, IDLE_US)
         });
-        // the code was on the line already, so that comparing it tells nothing
+        // the code was on the line already, so that comparing it reveals nothing
         if session.as_ref().is_some_and(|s| s.is_last(seal)) {
             return Ok(Verdict::Again);
         }

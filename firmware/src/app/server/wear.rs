@@ -14,9 +14,9 @@ use crate::control::{Alignment, Mode, Reason};
 use crate::model::{IMAGES_LEN, Nets};
 use crate::wire::command::key::{Digest, Key};
 
-/// Records at once.
+/// Records that are stored in a row.
 const RECORDS: u16 = 16;
-/// One more after each, microseconds.
+/// After each of these times one more record is stored, microseconds.
 const RECORD_US: u64 = 600_000_000;
 /// Looks at what would be stored at once, and one more after each, microseconds: a look takes a
 /// digest of all of it.

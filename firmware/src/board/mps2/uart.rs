@@ -113,7 +113,7 @@ impl Uart {
         }
     }
 
-    /// The same port, on which frames of [`SENSOR`] leave while they arrive.
+    /// As [`Self::open`]; frames of [`SENSOR`] leave on this port while they arrive.
     pub fn open_cut(&'static self, divider: u32, pend: fn()) -> Port<'static> {
         self.open(divider, pend).with_cut(masked)
     }

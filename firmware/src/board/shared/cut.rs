@@ -24,7 +24,7 @@ pub fn masked_cut<R>(work: impl FnOnce(&mut Cut) -> R) -> R {
     interrupt::free(|_| work(unsafe { &mut *CUT.0.get() }))
 }
 
-/// The same for the frame path's end of the line.
+/// [`masked_cut`] in the form that a port of the frame path takes.
 pub fn masked(work: &mut dyn FnMut(&mut Cut)) {
     masked_cut(work);
 }

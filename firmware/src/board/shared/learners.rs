@@ -31,7 +31,7 @@ pub fn combined(fixes: fn() -> Option<&'static mut FixMemory>) -> Option<&'stati
     let (fixes, references) = (fixes()?, windows()?);
     COMBINED.try_init_with(|| CombinedLearner {
         references,
-        // until the configuration tells others; without one it does not begin
+        // until the configuration gives others; without one it does not begin
         fixes: FixLearner::new(fixes, Settings::MEDIUM),
     })
 }

@@ -2,7 +2,7 @@
 //! `memory.x`).
 //!
 //! The core stops while flash is erased (1 to 2 s) or written (16 us a word), since it runs from
-//! the same flash. The lock bit, which a chip has set after reset, tells a simulator without flash
+//! the same flash. The lock bit, which a chip has set after reset, shows a simulator without flash
 //! controller apart. Nothing is written there.
 
 use core::cell::UnsafeCell;

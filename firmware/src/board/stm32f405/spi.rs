@@ -121,7 +121,7 @@ fn begin_bursts(form: Form) -> bool {
         .cr2()
         .write(|w| w.rxdmaen().enabled().txdmaen().enabled());
     BURSTS.found(length);
-    // An edge of before tells of an old burst, and the next one would come while that is fetched.
+    // An earlier edge announces an old burst, and the next one would come while that is fetched.
     data_ready_seen();
     NVIC::unpend(Interrupt::EXTI4);
     // SAFETY: what the handlers use is set up, and no critical section relies on a masked

@@ -3,9 +3,8 @@
 
 use cortex_m::peripheral::SCB;
 use firmware::app::run::{MainThread, turn};
-use firmware::app::{App, Gives, Jobs, Stores};
+use firmware::app::{App, Gives, Jobs};
 use firmware::learn::Learner;
-use firmware::learn::exchange::Background;
 use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::command::{ClockSource, CrashKind, Reset, cause};
@@ -34,6 +33,7 @@ struct Path {
 static FRAME: Frame<Path> = Frame::new();
 /// It is too large to be moved over the stack.
 static APP: StaticCell<App<'static>> = StaticCell::new();
+static STORE: StaticCell<Option<Store<Sectors>>> = StaticCell::new();
 static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
 
 #[cortex_m_rt::exception]
@@ -49,13 +49,8 @@ fn PendSV() {
 /// Starts the board and the application with a learner, which has the main thread from then on, as
 /// the store has. `adis`: look for one at the SPI.
 pub fn run(learner: Option<&'static mut dyn Learner>, adis: bool) -> ! {
-    let Some((background, stores, mut store)) = start(learner, adis) else {
+    let Some(mut thread) = start(learner, adis) else {
         SCB::sys_reset()
-    };
-    let mut thread = MainThread {
-        background,
-        stores: Some(stores),
-        store: store.as_mut().map(|store| store as _),
     };
     loop {
         if !thread.turn(record::during) {
@@ -64,18 +59,15 @@ pub fn run(learner: Option<&'static mut dyn Learner>, adis: bool) -> ! {
     }
 }
 
-/// What the main thread has.
-type Thread = (
-    Option<Background<'static>>,
-    Stores<'static>,
-    Option<Store<Sectors>>,
-);
-
 /// By itself, so that the stack is free again afterwards. `None` when called a second time.
 #[inline(never)]
-fn start(learner: Option<&'static mut dyn Learner>, adis: bool) -> Option<Thread> {
-    let (mut scb, mut store, mut board) = Board::start(adis)?;
-    let app = app(&board, &mut store, learner)?;
+fn start(
+    learner: Option<&'static mut dyn Learner>,
+    adis: bool,
+) -> Option<MainThread<'static, 'static>> {
+    let (mut scb, store, mut board) = Board::start(adis)?;
+    let store = STORE.try_init_with(|| store)?;
+    let app = app(&board, store, learner)?;
     if let Some(number) = app.stored_number() {
         defmt::println!("stored weights, number {=u32}", number);
     }
@@ -94,11 +86,21 @@ fn start(learner: Option<&'static mut dyn Learner>, adis: bool) -> Option<Thread
         frame: [0; LONGEST],
     };
     FRAME.start(&mut scb, path);
-    Some((background, stores, store))
+    Some(MainThread {
+        background,
+        stores: Some(stores),
+        store: store.as_mut().map(|store| store as _),
+    })
 }
 
-/// The application with what is stored. It is not inlined, so that its stack is free
-/// again afterwards.
+/// The application before power-on. `None` when called a second time. It is not inlined, so that
+/// its stack is free again afterwards.
+#[inline(never)]
+fn blank() -> Option<&'static mut App<'static>> {
+    APP.try_init_with(App::blank)
+}
+
+/// The application with what is stored.
 #[inline(never)]
 fn app(
     board: &Board,
@@ -112,12 +114,14 @@ fn app(
         board.reset.core_hz,
         board.dma
     );
-    tell(&board.reset);
+    log_reset(&board.reset);
     // Erasing takes its time only after more than a hundred records, and no sensor waits yet. After
     // a reset of another kind one does, and without PLL the search alone takes too long.
     let at_ease = board.reset.causes & cause::POWER_ON != 0
         && board.clocks.source != ClockSource::InternalDirect;
-    APP.try_init_with(|| App::start_up(board.hardware(), store, at_ease, learner))
+    let app = blank()?;
+    app.boot(board.hardware(), store, at_ease, learner);
+    Some(app)
 }
 
 /// Where the clock comes from, in words.
@@ -132,7 +136,7 @@ fn source(clock: ClockSource) -> &'static str {
 
 /// Why it started, and what is not as it should be.
 #[inline(never)]
-fn tell(reset: &Reset) {
+fn log_reset(reset: &Reset) {
     defmt::println!("reset by {=u8:#x}", reset.causes);
     let known = &reset.crystal;
     if known.used_mhz != known.built_mhz && reset.clock != ClockSource::Simulator {

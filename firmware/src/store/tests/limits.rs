@@ -3,40 +3,8 @@
 use super::*;
 use crate::learn::MEMORY_LEN;
 
-/// Flash with these units of reading and writing, of any size. Nothing in it works.
-struct Units<const READ: usize, const WRITE: usize>;
-
-impl<const READ: usize, const WRITE: usize> ErrorType for Units<READ, WRITE> {
-    type Error = Failure;
-}
-
-impl<const READ: usize, const WRITE: usize> ReadNorFlash for Units<READ, WRITE> {
-    const READ_SIZE: usize = READ;
-
-    fn read(&mut self, _: u32, _: &mut [u8]) -> Result<(), Failure> {
-        Err(Failure::Misuse)
-    }
-
-    fn capacity(&self) -> usize {
-        16 * ERASE
-    }
-}
-
-impl<const READ: usize, const WRITE: usize> NorFlash for Units<READ, WRITE> {
-    const WRITE_SIZE: usize = WRITE;
-    const ERASE_SIZE: usize = ERASE;
-
-    fn erase(&mut self, _: u32, _: u32) -> Result<(), Failure> {
-        Err(Failure::Misuse)
-    }
-
-    fn write(&mut self, _: u32, _: &[u8]) -> Result<(), Failure> {
-        Err(Failure::Misuse)
-    }
-}
-
 fn fits<const READ: usize, const WRITE: usize>() -> bool {
-    match Store::new(Units::<READ, WRITE>) {
+    match Store::new(Flash::<ERASE, WRITE, READ>::new(16 * ERASE)) {
         Ok(_) => true,
         Err(error) => {
             assert_eq!(error, Error::Geometry);

@@ -15,77 +15,36 @@ use sequential_storage::map::{MapConfig, MapStorage};
 const SECTOR: usize = 128 * 1024;
 const RECORDS: u8 = 100;
 
-/// Flash that notes what each call of its user erased and wrote, bytes.
+/// The flash with the traits that the rival wants.
 #[derive(Clone)]
-struct Noted {
-    flash: Flash<SECTOR>,
-    erased: usize,
-    wrote: usize,
-}
+struct Waits(Flash<SECTOR>);
 
-impl Noted {
-    fn new() -> Noted {
-        Noted {
-            flash: Flash::new(2 * SECTOR),
-            erased: 0,
-            wrote: 0,
-        }
-    }
-}
-
-impl ErrorType for Noted {
+impl ErrorType for Waits {
     type Error = Failure;
 }
 
-impl ReadNorFlash for Noted {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
-        self.flash.read(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        self.flash.capacity()
-    }
-}
-
-impl NorFlash for Noted {
-    const WRITE_SIZE: usize = WRITE;
-    const ERASE_SIZE: usize = SECTOR;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
-        self.erased += (to - from) as usize;
-        self.flash.erase(from, to)
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
-        self.wrote += bytes.len();
-        self.flash.write(offset, bytes)
-    }
-}
-
-impl nor::ReadNorFlash for Noted {
+impl nor::ReadNorFlash for Waits {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
-        ReadNorFlash::read(self, offset, bytes)
+        self.0.read(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
-        self.flash.capacity()
+        self.0.capacity()
     }
 }
 
-impl nor::NorFlash for Noted {
+impl nor::NorFlash for Waits {
     const WRITE_SIZE: usize = WRITE;
     const ERASE_SIZE: usize = SECTOR;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
-        NorFlash::erase(self, from, to)
+        self.0.erase(from, to)
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
-        NorFlash::write(self, offset, bytes)
+        self.0.write(offset, bytes)
     }
 }
 
@@ -109,9 +68,9 @@ struct Most {
 }
 
 impl Most {
-    fn see(&mut self, flash: &mut Noted) {
-        let (erased, wrote) = (flash.erased, flash.wrote);
-        (flash.erased, flash.wrote) = (0, 0);
+    fn see(&mut self, flash: &mut Flash<SECTOR>) {
+        let (erased, wrote) = (flash.erased, flash.work - flash.erased);
+        (flash.erased, flash.work) = (0, 0);
         self.erased = self.erased.max(erased);
         if erased == 0 {
             self.wrote = self.wrote.max(wrote);
@@ -121,15 +80,14 @@ impl Most {
 
 /// Ours, as the application uses it: room is made at power-on; in the stream a call writes a piece.
 fn ours(records: u8) -> Most {
-    let mut store = Store::new(Noted::new()).unwrap();
+    let mut store = Store::new(Flash::<SECTOR>::new(2 * SECTOR)).unwrap();
     let mut stream = Most::default();
     with(18, |content| store.save(content)).unwrap();
-    store.flash.erased = 0;
-    store.flash.wrote = 0;
+    (store.flash.erased, store.flash.work) = (0, 0);
     for n in 0..records {
         if n % 4 == 0 {
             store.make_room().unwrap(); // a power-on: no sensor waits
-            (store.flash.erased, store.flash.wrote) = (0, 0);
+            (store.flash.erased, store.flash.work) = (0, 0);
         }
         with(18, |content| {
             store.begin(content).unwrap();
@@ -150,16 +108,14 @@ fn theirs(records: u8) -> Most {
     let record = framed(18, 0);
     let mut buffer = std::vec![0; record.len() + 64];
     let config = MapConfig::new(0..2 * SECTOR as u32);
-    let mut blank = Noted::new();
-    NorFlash::erase(&mut blank, 0, 2 * SECTOR as u32).unwrap();
-    (blank.erased, blank.wrote) = (0, 0);
+    let blank = Waits(Flash::blank(2 * SECTOR));
     let mut map = MapStorage::<u8, _, _>::new(blank, config, Cache::new_uncached());
     let mut stream = Most::default();
     for n in 0..records {
         let mut record = record.clone();
         record[40] = n;
         now(map.store_item(&mut buffer, &1, &record.as_slice())).unwrap();
-        stream.see(map.flash());
+        stream.see(&mut map.flash().0);
         let found = now(map.fetch_item::<&[u8]>(&mut buffer, &1)).unwrap();
         assert_eq!(found, Some(record.as_slice()));
     }

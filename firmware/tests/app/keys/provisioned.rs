@@ -142,7 +142,7 @@ fn an_old_key_that_can_still_be_read_is_reported() {
     let mut unit = configured(STIM);
     unit.correction.mode = Mode::Bypass;
     let record = firmware::configuration::record::encode(&unit);
-    let mut store = Store::new(crate::stored::Flash::new()).expect("room");
+    let mut store = Store::new(crate::stored::blank()).expect("room");
     for key in [Key::Unprovisioned, Key::Secret(KEY)] {
         let content = Content::new(&Nets::NONE, &record);
         store.save(&Content { key, ..content }).expect("room");
@@ -169,7 +169,7 @@ fn an_old_key_that_can_still_be_read_is_reported() {
 /// The key comes back at power-on, from whichever record; none from before it is left in the flash.
 #[test]
 fn a_key_survives_power_off_and_nothing_older_is_left() {
-    let mut flash = crate::stored::Flash::new();
+    let mut flash = crate::stored::blank();
     let power_on = |flash: &crate::stored::Flash| {
         let mut store = Store::new(flash.clone()).expect("room");
         let mut device = new();
@@ -213,7 +213,7 @@ fn a_key_survives_power_off_and_nothing_older_is_left() {
     flash = store.into_inner();
     let (device, _) = power_on(&flash);
     assert_eq!(*device.app.key(), Key::Secret(OTHER));
-    let holds = |secret: &Secret| flash.bytes().windows(32).any(|bytes| bytes == secret.0);
+    let holds = |secret: &Secret| flash.bytes.windows(32).any(|bytes| bytes == secret.0);
     assert!(holds(&OTHER) && !holds(&KEY));
 }
 

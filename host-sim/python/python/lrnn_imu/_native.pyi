@@ -375,7 +375,7 @@ class Session:
     def fit(self, scenario: Scenario | None = None, *, unit: Unit | _Path | None = None) -> Learnt:
         """Networks of the desktop (`rnn`), learnt from the fixes of the whole session.
 
-        scenario: tells how they are taught. unit: what is assumed of the sensor.
+        scenario: how they are taught. unit: what is assumed of the sensor.
         """
     def __len__(self) -> int: ...
 
@@ -587,7 +587,7 @@ class Kalman:
         walk_per_hour: float | None = None,
     ) -> Kalman:
         """A filter that has aligned itself on the standstill of a session, with the correlations
-        between attitude and biases that this gives. `epoch` tells where it stands then.
+        between attitude and biases that this gives. `epoch` says where it stands then.
         """
     def run(self, dtheta: _F64, dv: _F64, dt: float) -> None:
         """Navigates over increments, (n, 3) each, rad and m/s, of dt seconds, less the errors that
@@ -738,7 +738,7 @@ def read(path: _Path, second: _Path | None = None, **options: Any) -> Recording:
     folder of an EuRoC recording, the header.toml of CSV files or its folder, and IMU and fixes of
     KF-GINS as path and second.
 
-    options: what the file does not tell, by the names of the options of `host-sim replay FORM`
+    options: what the file does not contain, by the names of the options of `host-sim replay FORM`
     with `_` for `-`, such as standstill_s=120, mounting="y x -z", imu_topic="/imu". True: an
     option without a value; a list: values that the program takes with commas.
     """

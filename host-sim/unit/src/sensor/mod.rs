@@ -50,7 +50,7 @@ table::sensor! {
     Xsens "xsens" xsens: Plain,
 }
 
-/// What the frames of a format do not tell.
+/// What the frames of a format do not contain.
 pub trait Section {
     /// Copies the table into the device's settings.
     ///

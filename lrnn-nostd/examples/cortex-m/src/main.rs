@@ -25,7 +25,7 @@ fn main() -> ! {
     let mut net: Net = Net::new(weights, normalisation);
     let (mut state, mut sensitivities) = (State::new(), Sensitivities::new());
 
-    // The gyro's true error: a bias that a reference tells, here 1e-5 rad/s on the first axis.
+    // The gyro's true error: a bias that a reference gives, here 1e-5 rad/s on the first axis.
     let truth = [1e-5, -5e-6, 0.0];
     // The network's own units: error / output_scale.
     let target = [1.0, -0.5, 0.0];

@@ -2,7 +2,7 @@
 //!
 //! With [`super::UnitBiases`] and [`super::UnitOutput`] a parameter set has two parts: the biases,
 //! which are new at every turn-on, and weights, which belong to the unit and stay. The mean and the
-//! covariance of the weights are then all that one drive has to tell the next. They are the
+//! covariance of the weights are then all that one drive leaves to the next. They are the
 //! marginal of the filter's own mean and covariance, so no smoother is needed: a turn-on bias is a
 //! parameter of its own, and what a drive says of the sum of both is divided between them by their
 //! variances. For a bias that is measured in K drives with the variance R each, with the turn-on

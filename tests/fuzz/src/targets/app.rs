@@ -4,53 +4,13 @@
 use firmware::app::{App, Config, Lines};
 use firmware::control::{Mode, Window};
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
-use firmware::link::{Clock, Full, Line, Lost};
 use firmware::model::Nets;
 use firmware::sample::RawSample;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::{Change, Checked, Fields, Framer, ImuFormat, Reading, framer, ubx};
 use lrnn_nostd::{Net, Normalisation, Weights};
 use std::cell::Cell;
-use std::collections::VecDeque;
-
-#[derive(Default)]
-struct Mock {
-    input: VecDeque<u8>,
-    sent: Vec<Vec<u8>>,
-    room: usize,
-    lost: bool,
-}
-
-impl Line for Mock {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        if std::mem::take(&mut self.lost) {
-            return Err(Lost);
-        }
-        let len = buffer.len().min(self.input.len());
-        buffer
-            .iter_mut()
-            .zip(self.input.drain(..len))
-            .for_each(|(a, b)| *a = b);
-        Ok(len)
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        if message.len() > self.room {
-            return Err(Full);
-        }
-        self.room -= message.len();
-        self.sent.push(message.to_vec());
-        Ok(())
-    }
-}
-
-struct Time(Cell<u64>);
-
-impl Clock for Time {
-    fn now_us(&self) -> u64 {
-        self.0.get()
-    }
-}
+use test_bench::line::MockLine;
 
 /// A good frame of one of the format's sensors with some of the fuzzer's bytes in its values.
 fn frame(format: ImuFormat, n: u8, bytes: &[u8]) -> Vec<u8> {
@@ -181,10 +141,20 @@ pub fn run(input: &[u8]) -> bool {
         fixes: FixLearner::new(&mut memory, Settings::MEDIUM),
     };
     let mut app = App::with_learner(config, Some(&mut learner));
-    let mut lines: Lines<Mock, Mock, Mock, Mock> = Lines::default();
+    let line = || MockLine {
+        room: 0,
+        never_idle: true,
+        ..MockLine::default()
+    };
+    let mut lines = Lines {
+        sensor: line(),
+        navigation: line(),
+        command: line(),
+        gnss: line(),
+    };
     lines.sensor.room = usize::MAX;
     lines.command.room = usize::MAX;
-    let time = Time(Cell::new(0));
+    let time = Cell::new(0_u64);
     let mut came: Vec<u8> = Vec::new();
     let mut left = 0;
     let mut rest = input;
@@ -207,9 +177,7 @@ pub fn run(input: &[u8]) -> bool {
                 }
             }
             5 => lines.gnss.input.extend(fix(*amount)),
-            6 => time
-                .0
-                .set(time.0.get() + (u64::from(*amount) << (step >> 3))),
+            6 => time.set(time.get() + (u64::from(*amount) << (step >> 3))),
             _ => {
                 lines.command.input.extend(bytes);
                 lines.sensor.lost = true;

@@ -2,7 +2,7 @@
 
 use firmware::link::progress::{NoStream, Progress};
 use firmware::link::uart::{Port, Uart};
-use firmware::link::{Clock, Full, Line, Lost};
+use firmware::link::{Full, Line, Lost};
 use heapless::Vec;
 
 use super::LONGEST;
@@ -111,15 +111,5 @@ impl<'u> Wires<'u> {
             ticks: || 0,
             let_through: None,
         }
-    }
-}
-
-/// Time of the recording.
-#[derive(Debug)]
-pub(super) struct Now(pub(super) u64);
-
-impl Clock for Now {
-    fn now_us(&self) -> u64 {
-        self.0
     }
 }

@@ -76,7 +76,7 @@ impl<S: Progress + Copy> Replay<'_, S> {
     fn timed_pass(&mut self) {
         let ticks = self.wires.ticks;
         let since = |begun: u32, then: u32| then.wrapping_sub(begun) & 0x00ff_ffff;
-        self.now.0 = self.timed.now_ns / 1000;
+        self.now.set(self.timed.now_ns / 1000);
         let begun = ticks();
         self.timed.busy = self.app.poll(&mut self.lines, &self.now);
         let pass = since(begun, ticks());

@@ -77,7 +77,7 @@ fn run(
     run_in(python, image, commands, frames, (period, baud), &world)
 }
 
-/// The same on a chip with other properties; `world` is added to the input of the model.
+/// Runs the image on a chip with other properties; `world` is added to the input of the model.
 fn run_in(
     python: &Path,
     image: &Path,

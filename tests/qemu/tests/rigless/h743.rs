@@ -1,9 +1,7 @@
 //! The board `h743` on an STM32H743.
 
-use std::convert::Infallible;
 use std::path::PathBuf;
 
-use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::configuration::{Configuration, record};
 use firmware::control::Mode;
 use firmware::store::{Content, Progress, Store};
@@ -12,6 +10,7 @@ use qemu::boards::Family;
 use qemu::emulator::{Asked, Chip, build_or_skip};
 use qemu::protocol::set_up_configured;
 use qemu::replay::nets;
+use test_bench::flash::Flash;
 
 use super::*;
 
@@ -26,41 +25,6 @@ fn board() -> PathBuf {
     family.build().expect("it builds")
 }
 
-/// The store's part of the flash.
-struct Flash(Vec<u8>);
-
-impl ErrorType for Flash {
-    type Error = Infallible;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
-        bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = 32;
-    const ERASE_SIZE: usize = SLOT;
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
-        self.0[from as usize..to as usize].fill(0xFF);
-        Ok(())
-    }
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
-        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
-        Ok(())
-    }
-}
-
 /// A unit whose samples are corrected from power-on.
 fn unit() -> Configuration {
     let mut configuration = Configuration::default();
@@ -72,7 +36,8 @@ fn unit() -> Configuration {
 /// The flash of a device that has stored this configuration and its networks: once, or until a slot
 /// has no room left. The other slot holds no record.
 fn stored(configuration: &Configuration, full: bool) -> Vec<u8> {
-    let flash = Flash(vec![0xA5; 2 * SLOT]);
+    // the words of an STM32H7, never erased
+    let flash = Flash::<SLOT, 32>::new(2 * SLOT);
     let mut store = Store::new(flash).expect("room");
     let (nets, record) = (nets(), record::encode(configuration));
     let content = Content::new(&nets, &record);
@@ -80,7 +45,7 @@ fn stored(configuration: &Configuration, full: bool) -> Vec<u8> {
     while full && store.begin(&content).is_ok() {
         while store.go_on(&content).expect("it works") == Progress::GoesOn {}
     }
-    store.into_inner().0
+    store.into_inner().bytes
 }
 
 fn digits(bytes: &[u8]) -> String {

@@ -5,7 +5,7 @@ use firmware::app::{App, Config, Hardware, Lines};
 use firmware::configuration::Configuration;
 use firmware::learn::{FixLearner, FixMemory, Learner, Settings};
 use firmware::link::rates::Clock as Rates;
-use firmware::link::{Clock, Full, Line, Lost};
+use firmware::link::{Clock, Full, Line, Lost, NoLine};
 use firmware::wire::framer::LONGEST;
 use firmware::wire::{Fields, ImuFormat};
 use std::io::{Read, Write};
@@ -110,19 +110,6 @@ impl Line for Sensor {
     }
 }
 
-/// A line with nothing connected.
-struct Nothing;
-
-impl Line for Nothing {
-    fn receive(&mut self, _: &mut [u8]) -> Result<usize, Lost> {
-        Ok(0)
-    }
-
-    fn send(&mut self, _: &[u8]) -> Result<(), Full> {
-        Ok(())
-    }
-}
-
 struct Real(Instant);
 
 impl Clock for Real {
@@ -182,8 +169,8 @@ fn run(kind: &Kind, command: Command, ended: &AtomicBool) {
     let begun = Instant::now();
     let mut lines = Lines {
         sensor: Sensor { begun, sent: 0 },
-        navigation: Nothing,
-        gnss: Nothing,
+        navigation: NoLine,
+        gnss: NoLine,
         command,
     };
     let clock = Real(begun);

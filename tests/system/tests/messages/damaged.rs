@@ -27,7 +27,7 @@ use Damage::{Column, Cut, Empty, Folder, Missing, Noise, NotANumber};
 const TEXT: &[Damage] = &[Missing, Empty, Folder, Noise, Cut, NotANumber, Column];
 /// Damage for a text of samples or fixes, whose end may be missing, and values too.
 const SAMPLES: &[Damage] = &[Missing, Empty, Folder, Noise, Column];
-/// The same where a value that is missing is a fault.
+/// Damage for a text of samples or fixes in which a missing value is a fault.
 const VALUES: &[Damage] = &[Missing, Empty, Folder, Noise, NotANumber, Column];
 /// Damage for a text with keys.
 const KEYS: &[Damage] = &[Missing, Empty, Folder, Noise, Cut];
@@ -410,10 +410,10 @@ fn a_text_that_is_cut_or_lacks_a_value_is_read_with_a_note() {
         let good = std::fs::read(dir.join(name)).unwrap();
         spoil(&dir.join("damaged"), &good, damage);
         let output = host_sim(dir, &args);
-        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(
-            output.status.success() && told.contains(note),
-            "{args}, {damage:?}: {told}"
+            output.status.success() && printed.contains(note),
+            "{args}, {damage:?}: {printed}"
         );
     }
 }

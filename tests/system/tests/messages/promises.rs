@@ -19,7 +19,7 @@ struct Promise {
     make: fn(&Path),
     args: &'static str,
     /// Parts of what is printed.
-    told: &'static [&'static str],
+    printed: &'static [&'static str],
     code: i32,
 }
 
@@ -37,7 +37,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "convert csv --header header.toml --fixes x.json --to csv --out o",
-        told: &[
+        printed: &[
             "361 fixes (gpsd)",
             "160 of them before or after the samples",
         ],
@@ -48,7 +48,7 @@ const PROMISES: &[Promise] = &[
         sentence: "`--gnss-order` gives another.",
         make: |_| (),
         args: "convert kf-gins k/imu.txt k/gnss.txt --gnss-order sigma-velocity --to csv --out o",
-        told: &["k/gnss.txt:1: column", "standard deviation"],
+        printed: &["k/gnss.txt:1: column", "standard deviation"],
         code: 2,
     },
     Promise {
@@ -62,7 +62,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "replay csv --header header.toml --unit tactical --part 3",
-        told: &["--part", "2"],
+        printed: &["--part", "2"],
         code: 2,
     },
     Promise {
@@ -75,7 +75,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "replay csv --header header.toml --unit tactical --strict",
-        told: &["-2.0"],
+        printed: &["-2.0"],
         code: 0,
     },
     Promise {
@@ -83,7 +83,7 @@ const PROMISES: &[Promise] = &[
         sentence: "the ground truth is thinned to fixes (`--fix-interval-s`, default 1,",
         make: |_| (),
         args: "convert euroc . --fix-interval-s 2 --to csv --out o",
-        told: &["36000 samples, 181 fixes"],
+        printed: &["36000 samples, 181 fixes"],
         code: 0,
     },
     Promise {
@@ -96,7 +96,7 @@ const PROMISES: &[Promise] = &[
             }
         },
         args: "convert csv --header header.toml other-imu.csv other-gnss.csv --to csv --out o",
-        told: &["36000 samples, 361 fixes"],
+        printed: &["36000 samples, 361 fixes"],
         code: 0,
     },
     Promise {
@@ -108,7 +108,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "convert csv --header header.toml --to csv --out o",
-        told: &["36000 samples, 361 fixes"],
+        printed: &["36000 samples, 361 fixes"],
         code: 0,
     },
     Promise {
@@ -116,7 +116,7 @@ const PROMISES: &[Promise] = &[
         sentence: "A key that is not in this table is refused.",
         make: |dir| header(dir, "[gnss]\n", "[gnss]\nantenna = 'roof'\n"),
         args: CSV,
-        told: &["antenna"],
+        printed: &["antenna"],
         code: 2,
     },
     Promise {
@@ -125,7 +125,7 @@ const PROMISES: &[Promise] = &[
                    end the command.",
         make: |dir| scaled(dir, &[3], 1e6),
         args: CSV,
-        told: &["imu.csv:", "'gz'", "the limit is 35 rad/s"],
+        printed: &["imu.csv:", "'gz'", "the limit is 35 rad/s"],
         code: 2,
     },
     Promise {
@@ -133,7 +133,7 @@ const PROMISES: &[Promise] = &[
         sentence: "plain or gzipped, relative to the header",
         make: |dir| gzip(dir, "imu.csv", 1.0),
         args: CSV,
-        told: &["36000 samples, 361 fixes"],
+        printed: &["36000 samples, 361 fixes"],
         code: 0,
     },
     Promise {
@@ -154,7 +154,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: CSV,
-        told: &["36000 samples, 361 fixes"],
+        printed: &["36000 samples, 361 fixes"],
         code: 0,
     },
     Promise {
@@ -162,7 +162,7 @@ const PROMISES: &[Promise] = &[
         sentence: "three columns, or the two horizontal ones",
         make: |dir| header(dir, "'vn', 've', 'vd'", "'vn', 've'"),
         args: CSV,
-        told: &["36000 samples, 361 fixes"],
+        printed: &["36000 samples, 361 fixes"],
         code: 0,
     },
     Promise {
@@ -177,7 +177,7 @@ const PROMISES: &[Promise] = &[
             header(dir, "[gnss]\n", valid);
         },
         args: CSV,
-        told: &["36000 samples, 291 fixes"],
+        printed: &["36000 samples, 291 fixes"],
         code: 0,
     },
     Promise {
@@ -191,7 +191,7 @@ const PROMISES: &[Promise] = &[
             });
         },
         args: "replay csv --header header.toml --unit tactical",
-        told: &["standstill_s", "90"],
+        printed: &["standstill_s", "90"],
         code: 2,
     },
     Promise {
@@ -205,7 +205,7 @@ const PROMISES: &[Promise] = &[
             );
         },
         args: "convert csv --header header.toml --fixes x.json --to kf-gins --out o",
-        told: &["361 of 361 fixes lack position, height"],
+        printed: &["361 of 361 fixes lack position, height"],
         code: 0,
     },
     Promise {
@@ -213,7 +213,7 @@ const PROMISES: &[Promise] = &[
         sentence: "`alt` or `altMSL` alone count as above the ellipsoid, with a note",
         make: |dir| write(dir, "x.json", &gpsd(dir).replace("altHAE", "altMSL")),
         args: BESIDE,
-        told: &[
+        printed: &[
             "361 fixes (gpsd)",
             "heights are not said to be above the ellipsoid",
         ],
@@ -234,7 +234,7 @@ const PROMISES: &[Promise] = &[
             write(dir, "x.json", &(few + &of("a")));
         },
         args: BESIDE,
-        told: &[
+        printed: &[
             "361 fixes (gpsd)",
             "2 receivers are in the log; 'a' is used",
         ],
@@ -249,7 +249,7 @@ const PROMISES: &[Promise] = &[
             write(dir, "x.json", &(report.to_owned() + rmc));
         },
         args: BESIDE,
-        told: &["1 fixes (NMEA)"],
+        printed: &["1 fixes (NMEA)"],
         code: 0,
     },
     Promise {
@@ -260,7 +260,7 @@ const PROMISES: &[Promise] = &[
             std::fs::write(dir.join("x.json"), tsip).unwrap();
         },
         args: BESIDE,
-        told: &["has no fix; seen are TSIP (Trimble): 50 messages, not read"],
+        printed: &["has no fix; seen are TSIP (Trimble): 50 messages, not read"],
         code: 2,
     },
     Promise {
@@ -268,7 +268,7 @@ const PROMISES: &[Promise] = &[
         sentence: "It does not stop the replay unless you give `--strict`.",
         make: |dir| fixes(dir, &[4, 5, 6], |v| 3.6 * v),
         args: "replay csv --header header.toml --unit tactical",
-        told: &["warning: 'gnss.velocity.unit'", "| device "],
+        printed: &["warning: 'gnss.velocity.unit'", "| device "],
         code: 0,
     },
 ];
@@ -302,8 +302,8 @@ fn promises_of_the_pages_are_kept() {
         let output = out.get_output();
         let printed = [&output.stdout[..], &output.stderr].concat();
         let printed = String::from_utf8_lossy(&printed).into_owned();
-        let told = promise.told.iter().all(|part| printed.contains(part));
-        if output.status.code() != Some(promise.code) || !told || printed.contains("panicked") {
+        let has_all = promise.printed.iter().all(|part| printed.contains(part));
+        if output.status.code() != Some(promise.code) || !has_all || printed.contains("panicked") {
             wrong.push(format!("{sentence}: {:?}: {printed}", output.status));
         }
     }

@@ -37,18 +37,18 @@ fn tried(dir: &Path, case: &Case) -> (Vec<String>, String) {
         let note = line.strip_prefix("- ");
         note.or_else(|| line.strip_prefix("doubtful: "))
     });
-    let mut told: Vec<String> = notes.map(str::to_owned).collect();
+    let mut printed: Vec<String> = notes.map(str::to_owned).collect();
     let mine = stderr.lines().filter(|line| {
         let usual = ["no unit is given", "--strict: was given"];
         !usual.iter().any(|part| line.contains(part))
     });
-    told.extend(mine.map(|line| line.trim_start_matches("host-sim: ").to_owned()));
+    printed.extend(mine.map(|line| line.trim_start_matches("host-sim: ").to_owned()));
     let result = match code {
         Some(0) => stdout.lines().last().unwrap_or_default(),
         _ if stderr.contains("--strict: was given") => "warned",
         _ => "refused",
     };
-    (told, result.to_owned())
+    (printed, result.to_owned())
 }
 
 /// Every case reports what its writer says, and the table of the page is what they report.
@@ -60,22 +60,22 @@ fn the_page_says_what_was_tried_and_reported() {
     for case in [statements::CASES, columns::CASES, files::CASES].concat() {
         let dir = tempfile::tempdir().unwrap();
         prepare(dir.path(), &session);
-        let (told, result) = tried(dir.path(), &case);
-        let all = told.join("; ");
-        if !case.told.iter().all(|part| all.contains(part)) || !result.contains(case.result) {
+        let (printed, result) = tried(dir.path(), &case);
+        let all = printed.join("; ");
+        if !case.printed.iter().all(|part| all.contains(part)) || !result.contains(case.result) {
             wrong.push(format!("{}: {all} -> {result}", case.input));
         }
         let code = |text: &str| match text {
             "" => "nothing".to_owned(),
             text => format!("`{}`", text.replace('|', "\\|")),
         };
-        let told: Vec<String> = told.iter().map(|text| code(text)).collect();
-        let told = if told.is_empty() {
+        let printed: Vec<String> = printed.iter().map(|text| code(text)).collect();
+        let printed = if printed.is_empty() {
             code("")
         } else {
-            told.join("; ")
+            printed.join("; ")
         };
-        writeln!(table, "| {} | {told} | {result} |", case.input).unwrap();
+        writeln!(table, "| {} | {printed} | {result} |", case.input).unwrap();
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     system::compare_table("your-data.md", HEADING, &table);

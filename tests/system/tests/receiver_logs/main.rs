@@ -21,7 +21,7 @@ use writers::*;
 /// A log, the protocol that is given, and what is read.
 struct Case {
     name: &'static str,
-    told: Option<ReceiverFormat>,
+    given: Option<ReceiverFormat>,
     bytes: Vec<u8>,
     /// Protocol, and how many values of a fix it gives.
     want: Result<(ReceiverFormat, usize), &'static str>,
@@ -36,7 +36,7 @@ fn case(
 ) -> Case {
     Case {
         name,
-        told: None,
+        given: None,
         bytes,
         want,
         note: "",
@@ -91,7 +91,7 @@ fn binary() -> Vec<Case> {
             ..case("ubx-nmea.ubx", mixed.clone(), Ok((Ubx, 6)))
         },
         Case {
-            told: Some(Nmea),
+            given: Some(Nmea),
             ..case("ubx-nmea.ubx", mixed, Ok((Nmea, 5)))
         },
         case("ubx-7.ubx", log(|n| pvt(n, 84)), Ok((Ubx, 6))),
@@ -201,7 +201,7 @@ fn sentences() -> Vec<Case> {
             Err("NMEA: 20 GGA, 20 RMC without a checksum; remedy: give --fixes-protocol nmea"),
         ),
         Case {
-            told: Some(Nmea),
+            given: Some(Nmea),
             ..case("nmea-no-checksum.nmea", bare, Ok((Nmea, 5)))
         },
         case("nmea-rmc.nmea", log(alone(&["RMC"])), Ok((Nmea, 4))),
@@ -244,8 +244,8 @@ fn printed(dir: &Path, out: &str, case: &Case, path: &Path) -> String {
     command.current_dir(dir);
     command.args(["convert", "csv", "--header", "header.toml", "--to", "csv"]);
     command.args(["--out", out, "--fixes", log]);
-    if let Some(told) = case.told {
-        command.args(["--fixes-protocol", &receiver::name(told).to_lowercase()]);
+    if let Some(given) = case.given {
+        command.args(["--fixes-protocol", &receiver::name(given).to_lowercase()]);
     }
     let out = command.output().unwrap();
     let text = String::from_utf8_lossy(&out.stderr).into_owned();
@@ -273,7 +273,7 @@ axes = "x y z"
 /// The fixes that a device has at these bytes at 115 200 bit/s: an epoch a second, in pieces of the
 /// device's length. Time of the week, position, velocity.
 fn on_device(case: &Case) -> Vec<(u32, [f64; 6])> {
-    let mut receiver = Receiver::new(case.told);
+    let mut receiver = Receiver::new(case.given);
     let mut fixes = Vec::new();
     let mut take = |receiver: &mut Receiver| {
         while let Some(solution) = receiver.next_fix() {
@@ -329,16 +329,16 @@ fn every_kind_of_log_is_read_or_named() {
         let path = fixture(&case);
         let text = printed(dir.path(), &format!("out{k}"), &case, &path);
         let name = case.name;
-        let option = case.told.map_or(String::new(), |told| {
+        let option = case.given.map_or(String::new(), |given| {
             format!(
                 " (`--fixes-protocol {}`)",
-                receiver::name(told).to_lowercase()
+                receiver::name(given).to_lowercase()
             )
         });
-        let told = text.trim_end().replace("host-sim: ", "");
-        let told = told.replace(&format!("{}/", path.parent().unwrap().display()), "");
-        let told = told.replace('\n', "`; `").replace('|', "\\|");
-        writeln!(table, "| `{name}`{option} | `{told}` |").unwrap();
+        let printed = text.trim_end().replace("host-sim: ", "");
+        let printed = printed.replace(&format!("{}/", path.parent().unwrap().display()), "");
+        let printed = printed.replace('\n', "`; `").replace('|', "\\|");
+        writeln!(table, "| `{name}`{option} | `{printed}` |").unwrap();
         let (format, values) = match case.want {
             Err(why) => {
                 assert!(text.contains(why), "{name}: {text}");
@@ -355,7 +355,7 @@ fn every_kind_of_log_is_read_or_named() {
             text.contains(&count) && text.contains(case.note),
             "{name}: {text}"
         );
-        let log = receiver::read(&path, case.told, &|_, _| ()).unwrap();
+        let log = receiver::read(&path, case.given, &|_, _| ()).unwrap();
         for (k, fix) in (0..).zip(&log.fixes) {
             let place = [fix.lat_deg - PLACE[0], fix.lon_deg - longitude(k)];
             assert!(
@@ -382,7 +382,7 @@ fn every_kind_of_log_is_read_or_named() {
 fn a_device_has_the_same_fixes() {
     for case in binary().into_iter().chain(sentences()) {
         let path = fixture(&case);
-        let log = receiver::read(&path, case.told, &|_, _| ());
+        let log = receiver::read(&path, case.given, &|_, _| ());
         let desktop = log.map_or(Vec::new(), |log| {
             let shift = if log.format == Nmea { 18.0 } else { 0.0 };
             let fix = |fix: &host_io::recordings::record::TimedFix| {

@@ -1,6 +1,6 @@
 //! The ring that a stream fills, read without an interrupt.
 //!
-//! A stream tells how many bytes are left until the end of its ring (NDTR), and in a flag that it
+//! A stream reports how many bytes are left until the end of its ring (NDTR), and in a flag that it
 //! has begun anew (TCIF, RM0090 10.3.8). The flag is looked at, it does not interrupt. So the ring
 //! must be looked at once in a round of it, which is 5.6 ms at 921 600 bit/s; the loop looks each
 //! millisecond. Bytes that were overwritten are reported as lost, but not always after a longer
@@ -109,7 +109,7 @@ impl Received {
         let (len, from) = (waits.min(buffer.len()), self.taken as usize % RING);
         let first = len.min(RING - from);
         // SAFETY: both pieces are within the ring, and as long as the buffer together. The stream
-        // does not write to them, for else the look below tells that they are lost.
+        // does not write to them, for else the look below reports them as lost.
         unsafe {
             copy_nonoverlapping(self.ring.add(from), buffer.as_mut_ptr(), first);
             copy_nonoverlapping(self.ring, buffer.as_mut_ptr().add(first), len - first);

@@ -135,7 +135,7 @@ datasheet! {
         #[serde(default, skip_serializing_if = "is_zero")]
         g_square_dphpg2: Gyro::of(Group::Nonlinear),
         /// Ageing: random walk of the bias with the time since calibration, deg/h/sqrt(year).
-        /// Datasheets tell it as stability over a year (STIM300, TS1524).
+        /// Datasheets give it as stability over a year (STIM300, TS1524).
         #[serde(default, skip_serializing_if = "is_zero")]
         ageing_dphpsqrtyr: Gyro::of(Group::Constant)
             .acts(|s, to| to.environment.ageing = s.ageing_dphpsqrtyr * DEG_PER_H),
@@ -227,7 +227,7 @@ datasheet! {
             .within(Range::Positive)
             .acts(|s, to| to.environment.shaken_knee = s.vibration_knee_g2 * (G0 * G0)),
         /// Ageing: random walk of the bias with the time since calibration, ug/sqrt(year).
-        /// Datasheets tell it as stability over a year (STIM300, TS1524).
+        /// Datasheets give it as stability over a year (STIM300, TS1524).
         #[serde(default, skip_serializing_if = "is_zero")]
         ageing_ugpsqrtyr: Accel::of(Group::Constant)
             .acts(|s, to| to.environment.ageing = s.ageing_ugpsqrtyr * UG),

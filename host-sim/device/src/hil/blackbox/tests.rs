@@ -7,39 +7,19 @@ use firmware::app::blackbox::read::{Content, HEAD_LEN, Head};
 use firmware::app::blackbox::{LEN, Memory, PAGES, State};
 use firmware::app::{App, Config, Lines};
 use firmware::control::Mode;
-use firmware::link::{Full, Line, Lost, NoLine};
+use firmware::link::NoLine;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::fault;
-
-/// The sensor's line.
-struct Sensor {
-    line: MemoryLine,
-    /// Whether the line reports that it is idle.
-    tells: bool,
-}
-
-impl Line for Sensor {
-    fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
-        self.line.receive(buffer)
-    }
-
-    fn is_idle(&self) -> bool {
-        self.tells && self.line.received.is_empty()
-    }
-
-    fn send(&mut self, message: &[u8]) -> Result<(), Full> {
-        self.line.send(message)
-    }
-}
+use test_bench::line::MockLine;
 
 /// Recording of a device after `frames` frames of a drive; `disturb` changes their bytes.
 fn recorded(format: ImuFormat, frames: usize, disturb: impl Fn(usize, &mut Vec<u8>)) -> Vec<u8> {
     recorded_at(true, format, frames, disturb)
 }
 
-/// As [`recorded`]; `tells`: whether the line reports that it is idle.
+/// As [`recorded`]; `says_idle`: whether the line reports that it is idle.
 fn recorded_at(
-    tells: bool,
+    says_idle: bool,
     format: ImuFormat,
     frames: usize,
     disturb: impl Fn(usize, &mut Vec<u8>),
@@ -58,10 +38,10 @@ fn recorded_at(
     let memory = Box::leak(Box::new(Memory::ZEROED));
     let mut app = App::new(config);
     app.record_in(memory);
-    let mut lines: Lines<Sensor, MemoryLine, NoLine, NoLine> = Lines {
-        sensor: Sensor {
-            line: MemoryLine::default(),
-            tells,
+    let mut lines: Lines<MockLine, MemoryLine, NoLine, NoLine> = Lines {
+        sensor: MockLine {
+            never_idle: !says_idle,
+            ..MockLine::default()
         },
         navigation: MemoryLine::default(),
         command: NoLine,
@@ -73,7 +53,7 @@ fn recorded_at(
         let mut bytes = record.bytes.clone();
         disturb(n, &mut bytes);
         clock.0 = record.at_us.into();
-        lines.sensor.line.received.extend(&bytes);
+        lines.sensor.input.extend(&bytes);
         while app.poll(&mut lines, &clock) {}
     }
     stopped(&mut app)
@@ -155,8 +135,8 @@ fn faults_are_recorded_and_played() {
 /// poll finds no bytes, and one of them detects the silence.
 #[test]
 fn a_silence_is_recorded_and_played() {
-    for tells in [true, false] {
-        let memory = recorded_at(tells, ImuFormat::Stim300, 500, |n, bytes| {
+    for says_idle in [true, false] {
+        let memory = recorded_at(says_idle, ImuFormat::Stim300, 500, |n, bytes| {
             if (300..400).contains(&n) {
                 bytes.clear();
             }
@@ -164,14 +144,14 @@ fn a_silence_is_recorded_and_played() {
         let pages = play_as(ImuFormat::Stim300, &memory);
         assert!(
             pages.iter().all(|page| page.verdict == Verdict::Agrees),
-            "{tells}: {pages:?}"
+            "{says_idle}: {pages:?}"
         );
         let silent = (0..PAGES).filter_map(|n| firmware::app::blackbox::read::page(&memory, n));
         let silent = silent.flat_map(|page| page.entries().collect::<Vec<_>>());
         let silent = silent.filter(
             |entry| matches!(entry.content, Content::Faults(_, bits) if bits & fault::SILENT != 0),
         );
-        assert_eq!(silent.count(), 1, "{tells}: {pages:?}");
+        assert_eq!(silent.count(), 1, "{says_idle}: {pages:?}");
     }
 }
 

@@ -35,14 +35,14 @@ pub const CASES: &[Case] = &[
         input: "heights in km, given as m",
         make: |dir| fixes(dir, &[3], |v| v / 1e3),
         args: STRICT,
-        told: &["'gnss.height.unit'", "seem to be in km"],
+        printed: &["'gnss.height.unit'", "seem to be in km"],
         result: "warned",
     },
     Case {
         input: "heights of 0 beside vertical velocities",
         make: |dir| fixes(dir, &[3], |_| 0.0),
         args: STRICT,
-        told: &[
+        printed: &[
             "'gnss.height.unit' is 0 m at all fixes",
             "leave the height out",
         ],
@@ -52,7 +52,7 @@ pub const CASES: &[Case] = &[
         input: "the columns of the gyros y and z in each other's place",
         make: |dir| exchanged(dir, "'gx', 'gz', 'gy'"),
         args: STRICT,
-        told: &[
+        printed: &[
             "'imu.gyro'",
             "the axes called right and down seem to have changed places",
         ],
@@ -65,7 +65,7 @@ pub const CASES: &[Case] = &[
             without_velocities(dir);
         },
         args: STRICT,
-        told: &[
+        printed: &[
             "'imu.gyro'",
             "the axes called right and down seem to have changed places",
         ],
@@ -78,7 +78,7 @@ pub const CASES: &[Case] = &[
             without_velocities(dir);
         },
         args: STRICT,
-        told: &[
+        printed: &[
             "'imu.gyro'",
             "the axes called forward and down seem to have changed places",
         ],
@@ -91,7 +91,7 @@ pub const CASES: &[Case] = &[
             lines(dir, "imu.csv", |_, cells| cells.swap(1, 2));
         },
         args: SIMULATED,
-        told: &["the axes called forward and right seem to have changed places"],
+        printed: &["the axes called forward and right seem to have changed places"],
         result: "warned",
     },
     Case {
@@ -101,14 +101,14 @@ pub const CASES: &[Case] = &[
             lines(dir, "imu.csv", |_, cells| cells.swap(2, 3));
         },
         args: SIMULATED,
-        told: &["the axes called right and down seem to have changed places"],
+        printed: &["the axes called right and down seem to have changed places"],
         result: "warned",
     },
     Case {
         input: "sentences behind lines of JSON, as `gpspipe -r` writes them, beside the samples",
         make: piped,
         args: "convert csv --header header.toml --fixes x.nmea --to csv --out o",
-        told: &["361 fixes (NMEA)"],
+        printed: &["361 fixes (NMEA)"],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -118,7 +118,7 @@ pub const CASES: &[Case] = &[
             std::fs::write(dir.join("x.log"), message.repeat(100)).unwrap();
         },
         args: "convert csv --header header.toml --fixes x.log --to csv --out o",
-        told: &[
+        printed: &[
             "seen are SiRF (binary): 100 messages",
             "log its reports (gpspipe -w)",
         ],

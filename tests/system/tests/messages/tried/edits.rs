@@ -13,7 +13,7 @@ pub struct Case {
     /// The command.
     pub args: &'static str,
     /// Parts of what is reported.
-    pub told: &'static [&'static str],
+    pub printed: &'static [&'static str],
     /// A part of the result.
     pub result: &'static str,
 }

@@ -10,14 +10,14 @@ pub const CASES: &[Case] = &[
         input: "a table without heights, to CSV",
         make: |dir| header(dir, "height = { column = 'h', unit = 'm' }\n", ""),
         args: CONVERT,
-        told: &[],
+        printed: &[],
         result: "36000 samples, 361 fixes",
     },
     Case {
         input: "the same, to KF-GINS text",
         make: |dir| header(dir, "height = { column = 'h', unit = 'm' }\n", ""),
         args: "convert csv --header header.toml --to kf-gins --out o",
-        told: &["361 of 361 fixes lack position, height"],
+        printed: &["361 of 361 fixes lack position, height"],
         result: "36000 samples, 0 fixes",
     },
     Case {
@@ -30,14 +30,14 @@ pub const CASES: &[Case] = &[
             });
         },
         args: "convert csv --header header.toml --to kf-gins --velocity --out o",
-        told: &["10 of 361 fixes lack position, height or velocity"],
+        printed: &["10 of 361 fixes lack position, height or velocity"],
         result: "36000 samples, 351 fixes",
     },
     Case {
         input: "fixes before the first and after the last sample",
         make: |dir| fixes(dir, &[0], |t| 1.2 * t - 30.0),
         args: CONVERT,
-        told: &["60 of 361 fixes are outside the time of the samples"],
+        printed: &["60 of 361 fixes are outside the time of the samples"],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -52,7 +52,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: "convert kf-gins k/imu.txt k/gnss.txt --to csv --out o",
-        told: &[
+        printed: &[
             "are read as standard deviations of position, velocity",
             "--gnss-order",
         ],
@@ -62,7 +62,7 @@ pub const CASES: &[Case] = &[
         input: "the same in the usual order",
         make: |_| (),
         args: "convert kf-gins k/imu.txt k/gnss.txt --to csv --out o",
-        told: &["are read as velocity, then the standard deviations"],
+        printed: &["are read as velocity, then the standard deviations"],
         result: "35999 samples, 361 fixes",
     },
     Case {
@@ -80,14 +80,14 @@ pub const CASES: &[Case] = &[
             write(dir, "x.pos", &out);
         },
         args: "convert csv --header header.toml --fixes x.pos --to csv --out o",
-        told: &["x.pos: 361 fixes (RTKLIB)"],
+        printed: &["x.pos: 361 fixes (RTKLIB)"],
         result: "36000 samples, 361 fixes",
     },
     Case {
         input: "reports of gpsd (lines of JSON) beside the samples",
         make: |dir| write(dir, "x.json", &gpsd(dir)),
         args: "convert csv --header header.toml --fixes x.json --to csv --out o",
-        told: &["x.json: 361 fixes (gpsd)"],
+        printed: &["x.json: 361 fixes (gpsd)"],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -97,7 +97,7 @@ pub const CASES: &[Case] = &[
             wide(dir, "x.json", &text[..text.len() - 30]);
         },
         args: "convert csv --header header.toml --fixes x.json --to csv --out o",
-        told: &["x.json: 360 fixes (gpsd)", "ends within a line"],
+        printed: &["x.json: 360 fixes (gpsd)", "ends within a line"],
         result: "36000 samples, 360 fixes",
     },
     Case {
@@ -107,7 +107,7 @@ pub const CASES: &[Case] = &[
             header(dir, "[imu]", "[imu]\nseparator = 'tab'");
         },
         args: CONVERT,
-        told: &[],
+        printed: &[],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -117,7 +117,7 @@ pub const CASES: &[Case] = &[
             text(dir, "imu.csv", |old| format!("{before}{old}"));
         },
         args: CONVERT,
-        told: &[],
+        printed: &[],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -132,14 +132,14 @@ pub const CASES: &[Case] = &[
             text(dir, "imu.csv", |old| old.replace('\n', "\r"));
         },
         args: CONVERT,
-        told: &[],
+        printed: &[],
         result: "36000 samples, 361 fixes",
     },
     Case {
         input: "columns that are separated by semicolons, with a header that says commas",
         make: |dir| text(dir, "imu.csv", |old| old.replace(',', ";")),
         args: CONVERT,
-        told: &["the columns seem to be separated by ';': say so in 'imu.separator'"],
+        printed: &["the columns seem to be separated by ';': say so in 'imu.separator'"],
         result: "refused",
     },
     Case {
@@ -152,21 +152,21 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["4 lines of imu.csv hold no whole sample"],
+        printed: &["4 lines of imu.csv hold no whole sample"],
         result: "35996 samples, 361 fixes",
     },
     Case {
         input: "a last line that a power cut has cut",
         make: |dir| text(dir, "imu.csv", |old| old[..old.len() - 60].to_owned()),
         args: CONVERT,
-        told: &["imu.csv:36001: the file ends within this line"],
+        printed: &["imu.csv:36001: the file ends within this line"],
         result: "35999 samples, 361 fixes",
     },
     Case {
         input: "a last line that lacks digits of its last number, and no end of a line",
         make: |dir| text(dir, "imu.csv", |old| old[..old.len() - 4].to_owned()),
         args: CONVERT,
-        told: &["imu.csv:36001: the file ends within this line"],
+        printed: &["imu.csv:36001: the file ends within this line"],
         result: "35999 samples, 361 fixes",
     },
     Case {
@@ -175,7 +175,7 @@ pub const CASES: &[Case] = &[
             gzip(dir, "imu.csv", 0.5);
         },
         args: CONVERT,
-        told: &[
+        printed: &[
             "the gzip stream is cut after this line; the file is read up to it",
             "of 361 fixes are outside the time of the samples",
         ],
@@ -185,7 +185,7 @@ pub const CASES: &[Case] = &[
         input: "KF-GINS text with a first and a last line that are cut",
         make: |dir| text(dir, "k/imu.txt", |old| old[40..old.len() - 40].to_owned()),
         args: "convert kf-gins k/imu.txt k/gnss.txt --to csv --out o",
-        told: &[
+        printed: &[
             "k/imu.txt:1: the first line of data is not whole",
             "k/imu.txt:35999: the file ends within this line",
         ],
@@ -198,28 +198,28 @@ pub const CASES: &[Case] = &[
             write(dir, "imu.csv", pointer);
         },
         args: CONVERT,
-        told: &["imu.csv: is only a pointer of git-lfs", "git lfs pull"],
+        printed: &["imu.csv: is only a pointer of git-lfs", "git lfs pull"],
         result: "refused",
     },
     Case {
         input: "a web page in place of the file",
         make: |dir| write(dir, "gnss.csv", "<!DOCTYPE html>\n<html>Log in</html>\n"),
         args: CONVERT,
-        told: &["gnss.csv: is a web page (HTML)", "download the file itself"],
+        printed: &["gnss.csv: is a web page (HTML)", "download the file itself"],
         result: "refused",
     },
     Case {
         input: "a spreadsheet (.xlsx) in place of the file",
         make: |dir| write(dir, "gnss.csv", "PK\u{3}\u{4}\u{14}"),
         args: CONVERT,
-        told: &["gnss.csv: is a zip archive or a spreadsheet", "as CSV"],
+        printed: &["gnss.csv: is a zip archive or a spreadsheet", "as CSV"],
         result: "refused",
     },
     Case {
         input: "a gzipped file of which only the first bytes are there",
         make: |dir| gzip(dir, "imu.csv", 1e-6),
         args: CONVERT,
-        told: &["imu.csv: the compressed data end after 0 unpacked bytes"],
+        printed: &["imu.csv: the compressed data end after 0 unpacked bytes"],
         result: "refused",
     },
     Case {
@@ -231,7 +231,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["1 lines from 199 to 199 s are no fixes: the time is that of the line before"],
+        printed: &["1 lines from 199 to 199 s are no fixes: the time is that of the line before"],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -243,7 +243,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &[
+        printed: &[
             "imu.csv:202: column 't': time 2 follows 2",
             "the same time comes twice",
         ],
@@ -258,7 +258,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["10 lines from 0 to 9 s are no fixes: 'valid' says that there is none"],
+        printed: &["10 lines from 0 to 9 s are no fixes: 'valid' says that there is none"],
         result: "36000 samples, 351 fixes",
     },
     Case {
@@ -269,7 +269,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["'imu.file' has 1 whole samples"],
+        printed: &["'imu.file' has 1 whole samples"],
         result: "refused",
     },
     Case {
@@ -282,7 +282,7 @@ pub const CASES: &[Case] = &[
             );
         },
         args: "allan rest.csv",
-        told: &[
+        printed: &[
             "rest.csv: has a mean specific force of 97",
             "hold rates (rad/s, m/s2), not increments",
         ],
@@ -298,7 +298,7 @@ pub const CASES: &[Case] = &[
             );
         },
         args: "allan rest.csv",
-        told: &["column 't_s'", "in ms they would be 100 samples a second"],
+        printed: &["column 't_s'", "in ms they would be 100 samples a second"],
         result: "refused",
     },
     Case {
@@ -313,14 +313,14 @@ pub const CASES: &[Case] = &[
             wide(dir, "rest.csv", &text.replace(',', ";"));
         },
         args: "allan rest.csv --column wx_radps",
-        told: &["the lines before line 3 are left out"],
+        printed: &["the lines before line 3 are left out"],
         result: "",
     },
     Case {
         input: "accelerometers in m/s2 under names of g, to `allan`",
         make: |dir| rest(dir, "t_s,wx_radps,wy_radps,wz_radps,ax_g,ay_g,az_g", 1.0),
         args: "allan rest.csv",
-        told: &["the accelerometers are in m/s2, not in g"],
+        printed: &["the accelerometers are in m/s2, not in g"],
         result: "refused",
     },
     Case {
@@ -332,7 +332,7 @@ pub const CASES: &[Case] = &[
             std::fs::write(dir.join("drive.mcap"), bytes).unwrap();
         },
         args: "convert mcap drive.mcap --to csv --out o",
-        told: &["has the time", "--bag-time"],
+        printed: &["has the time", "--bag-time"],
         result: "refused",
     },
     Case {
@@ -342,21 +342,21 @@ pub const CASES: &[Case] = &[
             std::fs::write(dir.join("flight.ulg"), three_of_four(&log)).unwrap();
         },
         args: "convert ulog flight.ulg --to csv --out o",
-        told: &["is logged for 75"],
+        printed: &["is logged for 75"],
         result: "refused",
     },
     Case {
         input: "a simulation into the folder of a recording",
         make: |_| (),
         args: "simulate --out .",
-        told: &["--out: has the file", "--force"],
+        printed: &["--out: has the file", "--force"],
         result: "refused",
     },
     Case {
         input: "a recording converted into its own folder",
         make: |_| (),
         args: "convert csv --header header.toml --to csv --out .",
-        told: &["--out: has the file", "--force"],
+        printed: &["--out: has the file", "--force"],
         result: "refused",
     },
     Case {
@@ -373,7 +373,7 @@ pub const CASES: &[Case] = &[
             );
         },
         args: "unit check u.toml",
-        told: &[
+        printed: &[
             "is 0.0025 deg/sqrt(h), less than gyros of 10.8 deg/h have",
             "multiply by 60",
         ],

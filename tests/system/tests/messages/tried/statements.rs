@@ -16,7 +16,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["40 lines from 0 to 39 s are no fixes: latitude and longitude are 0"],
+        printed: &["40 lines from 0 to 39 s are no fixes: latitude and longitude are 0"],
         result: "36000 samples, 321 fixes",
     },
     Case {
@@ -29,7 +29,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["5 lines from 200 to 204 s are no fixes"],
+        printed: &["5 lines from 200 to 204 s are no fixes"],
         result: "36000 samples, 356 fixes",
     },
     Case {
@@ -48,7 +48,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &[
+        printed: &[
             "30 lines from 0 to 29 s are no fixes: 'fix_type' is 0",
             "20 lines from 30 to 49 s",
         ],
@@ -65,7 +65,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["10 lines from 0 to 9 s are no fixes: 'field.status.status' is -1"],
+        printed: &["10 lines from 0 to 9 s are no fixes: 'field.status.status' is -1"],
         result: "36000 samples, 351 fixes",
     },
     Case {
@@ -84,7 +84,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &[
+        printed: &[
             "10 lines from 0 to 9 s are no fixes: 'gps.fix_type' is 1",
             "20 lines from 10 to 29 s are no fixes: 'valid' is 0",
         ],
@@ -100,28 +100,28 @@ pub const CASES: &[Case] = &[
             });
         },
         args: STRICT,
-        told: &["'gnss.latitude' puts 20 fixes from 200 to 219 s up to"],
+        printed: &["'gnss.latitude' puts 20 fixes from 200 to 219 s up to"],
         result: "warned",
     },
     Case {
         input: "heights in mm, given as m",
         make: |dir| fixes(dir, &[3], |v| 1e3 * v),
         args: CONVERT,
-        told: &["not a height of a vehicle", "the height may be in mm or cm"],
+        printed: &["not a height of a vehicle", "the height may be in mm or cm"],
         result: "refused",
     },
     Case {
         input: "heights in feet, given as m",
         make: |dir| fixes(dir, &[3], |v| v / 0.3048),
         args: STRICT,
-        told: &["'gnss.height.unit'", "the unit 'ft' would fit"],
+        printed: &["'gnss.height.unit'", "the unit 'ft' would fit"],
         result: "warned",
     },
     Case {
         input: "positions in rad, given as deg",
         make: |dir| fixes(dir, &[1, 2], f64::to_radians),
         args: STRICT,
-        told: &["'gnss.latitude.unit'", "the unit 'rad' would fit"],
+        printed: &["'gnss.latitude.unit'", "the unit 'rad' would fit"],
         result: "warned",
     },
     Case {
@@ -132,7 +132,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["not on Earth", "the positions are in deg"],
+        printed: &["not on Earth", "the positions are in deg"],
         result: "refused",
     },
     Case {
@@ -144,21 +144,21 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["may have changed places"],
+        printed: &["may have changed places"],
         result: "refused",
     },
     Case {
         input: "latitude and longitude in each other's column, both possible",
         make: |dir| lines(dir, "gnss.csv", |_, cells| cells.swap(1, 2)),
         args: STRICT,
-        told: &["'gnss.latitude'", "seem to have changed places"],
+        printed: &["'gnss.latitude'", "seem to have changed places"],
         result: "warned",
     },
     Case {
         input: "west longitudes without their sign",
         make: |dir| fixes(dir, &[2], |v| -v),
         args: STRICT,
-        told: &["'gnss.longitude.unit'", "west is negative: the unit '-deg'"],
+        printed: &["'gnss.longitude.unit'", "west is negative: the unit '-deg'"],
         result: "warned",
     },
     Case {
@@ -168,7 +168,7 @@ pub const CASES: &[Case] = &[
             header(dir, "'lon', unit = 'deg'", "'lon', unit = '-deg'");
         },
         args: CONVERT,
-        told: &[],
+        printed: &[],
         result: "36000 samples, 361 fixes",
     },
     Case {
@@ -178,7 +178,7 @@ pub const CASES: &[Case] = &[
             without_velocities(dir);
         },
         args: STRICT,
-        told: &[
+        printed: &[
             "'gnss.latitude.unit or gnss.longitude.unit'",
             "positions alone do not show which",
         ],
@@ -191,7 +191,7 @@ pub const CASES: &[Case] = &[
             without_velocities(dir);
         },
         args: STRICT,
-        told: &[
+        printed: &[
             "'gnss.latitude.unit or gnss.longitude.unit'",
             "positions alone do not show which",
         ],
@@ -201,7 +201,7 @@ pub const CASES: &[Case] = &[
         input: "south latitudes without their sign",
         make: |dir| fixes(dir, &[1], |v| -v),
         args: STRICT,
-        told: &["'gnss.latitude.unit'", "south is negative"],
+        printed: &["'gnss.latitude.unit'", "south is negative"],
         result: "warned",
     },
     Case {
@@ -214,7 +214,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: STRICT,
-        told: &["repeats a position 19 times, first from 200 s on"],
+        printed: &["repeats a position 19 times, first from 200 s on"],
         result: "warned",
     },
     Case {
@@ -233,7 +233,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: STRICT,
-        told: &["repeats a position 19 times, first from 200 s on, and jumps by"],
+        printed: &["repeats a position 19 times, first from 200 s on, and jumps by"],
         result: "warned",
     },
     Case {
@@ -252,21 +252,21 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &["20 lines from 200 to 219 s are no fixes: 'eph' is 9999"],
+        printed: &["20 lines from 200 to 219 s are no fixes: 'eph' is 9999"],
         result: "36000 samples, 341 fixes",
     },
     Case {
         input: "velocities in km/h, given as m/s",
         make: |dir| fixes(dir, &[4, 5, 6], |v| 3.6 * v),
         args: STRICT,
-        told: &["'gnss.velocity.unit'", "the unit 'km/h' would fit"],
+        printed: &["'gnss.velocity.unit'", "the unit 'km/h' would fit"],
         result: "warned",
     },
     Case {
         input: "velocities in knots, given as m/s",
         make: |dir| fixes(dir, &[4, 5, 6], |v| v * 3600.0 / 1852.0),
         args: STRICT,
-        told: &["'gnss.velocity.unit'", "the unit 'knots' would fit"],
+        printed: &["'gnss.velocity.unit'", "the unit 'knots' would fit"],
         result: "warned",
     },
     Case {
@@ -276,21 +276,21 @@ pub const CASES: &[Case] = &[
             lines(dir, "gnss.csv", |_, cells| cells.swap(4, 5));
         },
         args: STRICT,
-        told: &["'gnss.velocity.order'", "the order 'enu' would fit"],
+        printed: &["'gnss.velocity.order'", "the order 'enu' would fit"],
         result: "warned",
     },
     Case {
         input: "velocities north-east-up, given as ned",
         make: |dir| fixes(dir, &[6], |v| -v),
         args: STRICT,
-        told: &["'gnss.velocity.order'", "the order 'neu' would fit"],
+        printed: &["'gnss.velocity.order'", "the order 'neu' would fit"],
         result: "warned",
     },
     Case {
         input: "velocities to the west, given as to the east",
         make: |dir| fixes(dir, &[5], |v| -v),
         args: STRICT,
-        told: &[
+        printed: &[
             "'gnss.velocity.order'",
             "they seem to hold north, west, down",
         ],
@@ -300,7 +300,7 @@ pub const CASES: &[Case] = &[
         input: "one column named for two axes",
         make: |dir| header(dir, "'gx', 'gy', 'gz'", "'gx', 'gy', 'gy'"),
         args: CONVERT,
-        told: &["'imu.gyro' names column 'gy', which 'gyro' names already"],
+        printed: &["'imu.gyro' names column 'gy', which 'gyro' names already"],
         result: "refused",
     },
     Case {
@@ -310,7 +310,7 @@ pub const CASES: &[Case] = &[
             header(dir, "'ax', 'ay', 'az'", "'az', 'ay', 'ax'");
         },
         args: STRICT,
-        told: &["'imu.axes'", "the axis that points down"],
+        printed: &["'imu.axes'", "the axis that points down"],
         result: "warned",
     },
     Case {
@@ -320,14 +320,14 @@ pub const CASES: &[Case] = &[
             header(dir, "'ax', 'ay', 'az'", "'ay', 'ax', 'az'");
         },
         args: STRICT,
-        told: &["'imu.axes'", "forward seems to be what is called right"],
+        printed: &["'imu.axes'", "forward seems to be what is called right"],
         result: "warned",
     },
     Case {
         input: "one gyro with the wrong sign",
         make: |dir| scaled(dir, &[3], -1.0),
         args: STRICT,
-        told: &["'imu.gyro'", "the gyros of the axes called down"],
+        printed: &["'imu.gyro'", "the gyros of the axes called down"],
         result: "warned",
     },
     Case {
@@ -338,7 +338,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: STRICT,
-        told: &[
+        printed: &[
             "'imu.accel.unit'",
             "with gravity; it seems to have been taken off",
         ],
@@ -352,28 +352,28 @@ pub const CASES: &[Case] = &[
             header(dir, "'Ax', 'Ay', 'Az'", "'ax', 'ay', 'az'");
         },
         args: STRICT,
-        told: &["gyros and accelerometers seem to have changed places"],
+        printed: &["gyros and accelerometers seem to have changed places"],
         result: "warned",
     },
     Case {
         input: "rates in deg/s, given as rad/s",
         make: |dir| scaled(dir, &[1, 2, 3], 1f64.to_degrees()),
         args: STRICT,
-        told: &["'imu.gyro.unit'", "the unit 'deg/s' would fit"],
+        printed: &["'imu.gyro.unit'", "the unit 'deg/s' would fit"],
         result: "warned",
     },
     Case {
         input: "accelerometers in g, given as m/s^2",
         make: |dir| scaled(dir, &[4, 5, 6], 1.0 / 9.80665),
         args: STRICT,
-        told: &["'imu.accel.unit'", "the unit 'g' would fit"],
+        printed: &["'imu.accel.unit'", "the unit 'g' would fit"],
         result: "warned",
     },
     Case {
         input: "fixes in UTC, samples in GPS time",
         make: |dir| fixes(dir, &[0], |t| t - 18.0),
         args: STRICT,
-        told: &[
+        printed: &[
             "'gnss.time_offset_s'",
             "GPS time is 18 s ahead of UTC since 2017",
         ],
@@ -383,7 +383,7 @@ pub const CASES: &[Case] = &[
         input: "fixes in local time, 8 h ahead",
         make: |dir| fixes(dir, &[0], |t| t + 28_800.0),
         args: STRICT,
-        told: &[
+        printed: &[
             "'time' has no whole second",
             "give -28800 s",
             "8 h is the difference of a time zone",
@@ -394,7 +394,7 @@ pub const CASES: &[Case] = &[
         input: "times of the fixes in ms, given as s",
         make: |dir| fixes(dir, &[0], |t| 1000.0 * (t + 400_000.0)),
         args: STRICT,
-        told: &[
+        printed: &[
             "'time' has no whole second",
             "the times of the fixes seem to be in ms",
         ],
@@ -404,7 +404,7 @@ pub const CASES: &[Case] = &[
         input: "the same, with samples and fixes that begin at 0",
         make: |dir| fixes(dir, &[0], |t| 1e3 * t),
         args: STRICT,
-        told: &[
+        printed: &[
             "360 of 361 fixes outside the time of the samples",
             "fixes seem to be in ms",
         ],
@@ -414,7 +414,7 @@ pub const CASES: &[Case] = &[
         input: "fixes that are 100 s late",
         make: |dir| fixes(dir, &[0], |t| t + 100.0),
         args: STRICT,
-        told: &[
+        printed: &[
             "'gnss.time_offset_s'",
             "samples and fixes match best at -100.0",
         ],
@@ -427,7 +427,7 @@ pub const CASES: &[Case] = &[
             fixes(dir, &[0], |t| t + 100.0);
         },
         args: SIMULATED,
-        told: &[
+        printed: &[
             "'gnss.time_offset_s'",
             "samples and fixes match best at -100.0",
         ],
@@ -440,7 +440,7 @@ pub const CASES: &[Case] = &[
             fixes(dir, &[0], |t| t + 17.0);
         },
         args: SIMULATED,
-        told: &[
+        printed: &[
             "'gnss' and 'imu' contradict each other",
             "the clock of the fixes",
         ],
@@ -453,7 +453,7 @@ pub const CASES: &[Case] = &[
             scaled(dir, &[1, 2, 4, 5], -1.0);
         },
         args: SIMULATED,
-        told: &[
+        printed: &[
             "makes the vehicle push against the axis called forward where the fixes speed up",
             "forward seems to be against what is called forward",
         ],
@@ -465,7 +465,7 @@ pub const CASES: &[Case] = &[
             scaled(dir, &[0], 1000.0);
         },
         args: CONVERT,
-        told: &["'imu.time' has a median step of 10 s", "'ms' would fit"],
+        printed: &["'imu.time' has a median step of 10 s", "'ms' would fit"],
         result: "refused",
     },
     Case {
@@ -478,7 +478,7 @@ pub const CASES: &[Case] = &[
             });
         },
         args: CONVERT,
-        told: &[
+        printed: &[
             "seconds of week of the samples begin anew",
             "seconds of week of the fixes",
         ],
