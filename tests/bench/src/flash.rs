@@ -67,6 +67,16 @@ impl<const ERASE: usize, const WRITE: usize, const READ: usize> Flash<ERASE, WRI
         }
     }
 
+    /// What another flash held; it must be erased before it is written.
+    #[must_use]
+    pub fn holding(bytes: Vec<u8>) -> Self {
+        Self {
+            written: vec![true; bytes.len()],
+            bytes,
+            ..Self::new(0)
+        }
+    }
+
     fn change(&mut self, at: usize, value: u8) -> Result<(), Failure> {
         if self.left == 0 {
             return Err(Failure::PowerCut);

@@ -12,7 +12,7 @@ fn the_same_memory_stays_through_other_records() {
         ..Content::new(&Nets::NONE, &record)
     };
     store.save(&empty).unwrap();
-    assert_eq!(memory(&mut store), [], "there is none");
+    assert_eq!(memory(&mut store), [0_u8; 0], "there is none");
     with(3, |content| store.save(content)).unwrap();
     let first = memory(&mut store);
     assert_eq!(first.len(), NOTES_LEN + learnt(3).len());
@@ -35,7 +35,7 @@ fn the_same_memory_stays_through_other_records() {
         assert_eq!(memory(&mut store), first, "{n}");
     }
     store.save(&Content::new(&nets(2), &record_of(2))).unwrap();
-    assert_eq!(memory(&mut store), []);
+    assert_eq!(memory(&mut store), [0_u8; 0]);
 }
 
 /// A pass of the frame path writes no more than 64 bytes.

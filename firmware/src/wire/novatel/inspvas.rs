@@ -108,7 +108,7 @@ mod tests {
         ];
         let printed = ASCII.split([',', ';']).skip(4);
         for (number, text) in numbers.concat().into_iter().zip(printed) {
-            assert_eq!(number, text.parse().unwrap());
+            assert_eq!(number, text.parse::<f64>().unwrap());
         }
         assert_eq!((log.week, log.status), (1264, 7));
         assert_eq!(log.emit(), GOLDEN);

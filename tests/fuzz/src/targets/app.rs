@@ -113,6 +113,15 @@ fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
     }
 }
 
+/// A line that takes so many bytes and never rests.
+fn line(room: usize) -> MockLine {
+    MockLine {
+        room,
+        never_idle: true,
+        ..MockLine::default()
+    }
+}
+
 /// Whether the device found a frame.
 pub fn run(input: &[u8]) -> bool {
     let [which, setting, weight, input @ ..] = input else {
@@ -141,19 +150,12 @@ pub fn run(input: &[u8]) -> bool {
         fixes: FixLearner::new(&mut memory, Settings::MEDIUM),
     };
     let mut app = App::with_learner(config, Some(&mut learner));
-    let line = || MockLine {
-        room: 0,
-        never_idle: true,
-        ..MockLine::default()
-    };
     let mut lines = Lines {
-        sensor: line(),
-        navigation: line(),
-        command: line(),
-        gnss: line(),
+        sensor: line(usize::MAX),
+        navigation: line(0),
+        command: line(usize::MAX),
+        gnss: line(0),
     };
-    lines.sensor.room = usize::MAX;
-    lines.command.room = usize::MAX;
     let time = Cell::new(0_u64);
     let mut came: Vec<u8> = Vec::new();
     let mut left = 0;

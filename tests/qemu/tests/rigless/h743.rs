@@ -117,7 +117,7 @@ fn a_full_store_is_renewed_and_survives_a_reset() {
         return;
     };
     let flash = stored(&unit(), true);
-    let mut before = Store::new(Flash(flash.clone())).expect("room");
+    let mut before = Store::new(Flash::<SLOT, 32>::holding(flash.clone())).expect("room");
     let before = before.load().expect("this version").expect("a record");
     let mut asked = Asked::new(&board(), Chip::H743);
     asked.instructions = 40_000_000; // the core waits most of the time
@@ -132,7 +132,8 @@ fn a_full_store_is_renewed_and_survives_a_reset() {
     assert!(H743.sent(&outcome).0 == desktops(&requests, &frames));
     let after_reset = &outcome.memory[0];
     assert!(after_reset[..SLOT] == flash[..SLOT], "the old record stays");
-    let after = Store::new(Flash(after_reset.clone())).expect("room").load();
+    let mut after = Store::new(Flash::<SLOT, 32>::holding(after_reset.clone())).expect("room");
+    let after = after.load();
     let after = after.expect("this version").expect("a record");
     assert_eq!(after.generation, before.generation + 1);
     assert!(after.nets == before.nets && after.record == before.record);
