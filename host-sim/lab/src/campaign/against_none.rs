@@ -3,10 +3,8 @@
 use super::memory::without_memory;
 use super::{Group, Ratio, Row, Summary};
 use crate::experiment::run::TIMES_MIN;
+use crate::learning::NONE;
 use std::collections::BTreeMap;
-
-/// The scheme that corrects nothing.
-pub const NONE: &str = "uncorrected";
 
 /// Comparison of a scheme with [`NONE`] at the end of the judged drive.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 //! The classical filters store mean and covariance of each of their models ([`Belief`]), and the
 //! likelihood of all fixes so far. The device is the firmware's own application with its store.
 
-use super::against_none::NONE;
+use super::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
 use super::limit::corrected;
 use super::rivals::{self, Known};

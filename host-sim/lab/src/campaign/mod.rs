@@ -29,7 +29,8 @@ mod tuning;
 mod turn_on;
 mod zupt;
 
-pub use against_none::{AgainstNone, Decided, NONE, against_none, missing};
+pub use crate::learning::NONE;
+pub use against_none::{AgainstNone, Decided, against_none, missing};
 pub use group::{FixErrors, Group};
 pub use ratios::{Ratio, ratios};
 pub use results::results;

@@ -1,6 +1,6 @@
 //! The rivals of `replay sessions` in campaigns. They take part where they are named.
 
-use super::against_none::NONE;
+use super::NONE;
 use super::schemes::{Case, none};
 use crate::learning::recall::{self, FILTERS, Passed, biases, less, mean_rate};
 use crate::learning::teacher::{aligned, aligned_knowing};

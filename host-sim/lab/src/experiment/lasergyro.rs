@@ -1,11 +1,11 @@
 //! The real laser-gyro recording: alignment and learning at the known site, then free-inertial
 //! navigation to the end, raw and compensated.
 
-use crate::campaign::NONE;
 use crate::experiment::outcome::Bench;
 use crate::experiment::protocol::{self, Begins, Settings, Split};
 use crate::experiment::results::{Curves, Report, Results, SCHEMA};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
+use crate::learning::NONE;
 use crate::learning::device::Device;
 use crate::learning::fit::{FittedNetworks, fit};
 use crate::learning::teacher::{Assumptions, aligned};

@@ -13,3 +13,6 @@ pub mod promotion;
 pub mod recall;
 pub mod teacher;
 pub mod window;
+
+/// The scheme that corrects nothing.
+pub const NONE: &str = "uncorrected";
