@@ -276,6 +276,29 @@ fn an_unknown_mounting_makes_no_heading_of_the_course() {
     }
 }
 
+/// Positions that jump, as those among houses do, do not keep a receiver with velocities from
+/// aligning: nothing of the velocities before a jump is lost.
+#[test]
+fn positions_that_jump_do_no_harm_beside_velocities() {
+    let jumps: fn(&mut Fix, f64) = |fix, time| {
+        let side = f64::from(u8::from((time / 5.0) as u32 % 2 == 0));
+        fix.position = fix.position.displaced([40.0 * side, -60.0 * side, 0.0]);
+    };
+    for (name, motion, rolls) in [
+        ("car", world::car as Motion, true),
+        ("ship", world::ship, false),
+    ] {
+        let case = Case::new(motion, STIM300, rolls);
+        for seed in 1..=8 {
+            let (outcome, progress) = case.run(seed, 60, jumps);
+            let outcome = outcome.unwrap_or_else(|| panic!("{name} {seed}: {progress:?}"));
+            let [error, sigma] = outcome.heading;
+            assert!(error.abs() <= 4.0 * sigma, "{name} {seed}: {outcome:?}");
+            assert_eq!(progress.refused, 0, "{name} {seed}");
+        }
+    }
+}
+
 /// Data that contradicts itself is refused and never starts the navigator.
 #[test]
 fn contradictions_are_refused() {

@@ -62,7 +62,12 @@ impl Pass {
             let ahead = velocity[i] * (node.late - self.constants[AGE]);
             let z = node.place[i] - (self.position[i] + arm[i] + ahead);
             let before = self.fit;
-            self.wild |= self.take(&row, z, sigma * sigma * assumed.scale) > GATE;
+            let variance = sigma * sigma * assumed.scale;
+            if node.speed_sigma[0].is_finite() && self.is_far(&row, z, variance) {
+                // the velocities hold, only the position has jumped
+                self.forget_position(i, z);
+            }
+            self.wild |= self.take(&row, z, variance) > GATE;
             if lasts {
                 self.fit = before;
             }
@@ -74,6 +79,21 @@ impl Pass {
         if node.rest.is_finite() {
             self.stands(node, &axes, assumed);
         }
+    }
+
+    /// Whether an observation is too far from its prediction.
+    fn is_far(&self, row: &Row, z: f32, variance: f32) -> bool {
+        let left = z - product_of(&self.x, row);
+        left * left > GATE * (self.variance(row) + variance)
+    }
+
+    /// A coordinate of the position may be anywhere as far as `z`.
+    fn forget_position(&mut self, i: usize, z: f32) {
+        let at = POSITION + i;
+        for j in 0..N {
+            self.set(at, j, 0.0);
+        }
+        self.set(at, at, z * z);
     }
 
     /// The velocity of a fix, by the mean rotation and acceleration of the interval before it.
