@@ -20,6 +20,8 @@ const STANDS: f32 = 0.02;
 const LEAST_PASSES: u16 = 5;
 /// Passes after which a contradiction is one.
 const PATIENCE: u16 = 12;
+/// Rounds in a row that refusals add at most.
+const MOST_PASSES: u32 = 40;
 /// Two guesses are the same attitude up to this angle, rad.
 const SAME: f32 = 0.15;
 /// Another guess is ruled out when it is less likely by so much, as twice a logarithm: by e^9.
@@ -267,7 +269,9 @@ impl InMotion {
         } else {
             0
         };
-        if self.passes >= PASSES {
+        // of many attempts one agrees by chance: after each that was refused it must do so for longer
+        let refused = self.refused.min(MOST_PASSES) as u8;
+        if self.passes >= PASSES + refused {
             Stage::Good(best, next)
         } else {
             Stage::Waits
