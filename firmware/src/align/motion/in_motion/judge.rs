@@ -269,7 +269,7 @@ impl InMotion {
         } else {
             0
         };
-        // of many attempts one agrees by chance: after each that was refused it must do so for longer
+        // of many attempts one agrees by chance: each that was refused asks for one round more
         let refused = self.refused.min(MOST_PASSES) as u8;
         if self.passes >= PASSES + refused {
             Stage::Good(best, next)
