@@ -1,7 +1,7 @@
 //! Alignment in motion: attitude from samples and fixes, whatever the heading and the mounting.
 //!
-//! The last fixes and what the sensors gained between them are retained ([`window`]). Several
-//! guesses of the heading, all around, are each improved by passes over all of it ([`pass`]), in
+//! The last fixes and what the sensors gained between them are retained (`window.rs`). Several
+//! guesses of the heading, all around, are each improved by passes over all of it (`pass.rs`), in
 //! which the sensors' biases, a lever arm and a delay are found too. So no error of a start is left
 //! in linear equations. The guess under which the fixes are the most likely is believed if every
 //! other one has come to the same attitude, or is far less likely (`in_motion/judge.rs`).

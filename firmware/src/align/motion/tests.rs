@@ -281,7 +281,7 @@ fn an_unknown_mounting_makes_no_heading_of_the_course() {
 #[test]
 fn positions_that_jump_do_no_harm_beside_velocities() {
     let jumps: fn(&mut Fix, f64) = |fix, time| {
-        let side = f64::from(u8::from((time / 5.0) as u32 % 2 == 0));
+        let side = f64::from(u8::from(((time / 5.0) as u32).is_multiple_of(2)));
         fix.position = fix.position.displaced([40.0 * side, -60.0 * side, 0.0]);
     };
     for (name, motion, rolls) in [
