@@ -136,11 +136,14 @@ fn accidents<'e>(
     found.iter().filter(reaches).collect()
 }
 
-/// A sentence of NMEA is the same with CR alone at its end, and with small letters in its checksum.
+/// A sentence of NMEA is the same with CR alone at its end, with a tab in place of CR, and with
+/// small letters in its checksum.
 fn changes_nothing(format: Any, frame: &[u8], bit: usize) -> bool {
     let from_end = frame.len() - bit / 8;
     let letter = frame[bit / 8].is_ascii_alphabetic() && bit % 8 == 5;
-    format == Any::Receiver(ReceiverFormat::Nmea) && (from_end == 1 || (from_end <= 4 && letter))
+    let tab = from_end == 2 && bit % 8 == 2;
+    format == Any::Receiver(ReceiverFormat::Nmea)
+        && (from_end == 1 || tab || (from_end <= 4 && letter))
 }
 
 /// Parts of a stream: what a part is, and random bytes for it.

@@ -9,7 +9,7 @@ use host_core::inertial::units::DEG;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::{Curve, Curves};
 use host_lab::experiment::user_recording::{self, Wanted};
-use host_report::verdict;
+use host_report::{json, verdict};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -53,7 +53,7 @@ impl Replay {
     /// The results as `host-sim replay --json` writes them.
     #[getter]
     fn json(&self) -> PyResult<String> {
-        let text = serde_json::to_string_pretty(&[&self.0]);
+        let text = serde_json::to_string_pretty(&json::outcomes(std::slice::from_ref(&self.0)));
         text.map_err(|e| refused("results", e.to_string(), "look for the first bad sample"))
     }
 
