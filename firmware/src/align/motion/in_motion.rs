@@ -7,7 +7,7 @@ use super::pass::{
     ACCEL, AGE, ARM, Assumed, CONSTANTS, Earth, GYRO, Pass, Row, SPIN, VELOCITY, product_of,
 };
 use super::window::{Place, Window};
-use super::{Config, ERRORS, FAR_M, Found, Progress};
+use super::{Config, ERRORS, FAR_M, Found, Progress, TIMING_S};
 use crate::control::Way;
 use crate::fix::{Fix, Heading, Position};
 use crate::nav::State;
@@ -24,8 +24,6 @@ const STEP_S: f32 = 2e-3;
 const LEAST: usize = 4;
 /// Longest time without a fix, s.
 const LONGEST_S: f32 = 5.0;
-/// Errors of the times of the fixes, s (assumed).
-const TIMING_S: f32 = 0.03;
 /// The biases may be larger than the unit file's by this: datasheets give the typical one at best,
 /// and sensors age.
 const WIDE: f32 = 10.0;

@@ -45,6 +45,8 @@ const PASSES: u8 = 3;
 const GOOD_RESIDUAL: f32 = 2.0;
 /// Above this the alignment restarts.
 const BAD_RESIDUAL: f32 = 3.5;
+/// Errors of the times of the fixes, s (assumed).
+const TIMING_S: f32 = 0.03;
 /// A fix is wild that is farther than this from the first one, m.
 const FAR_M: f32 = 2e4;
 

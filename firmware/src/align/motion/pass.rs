@@ -158,14 +158,10 @@ impl Pass {
             self.velocity[2] = 0.0;
         }
         if first.speed_sigma[0].is_finite() {
-            let down = if first.speed_sigma[1].is_finite() {
-                2
-            } else {
-                1
-            };
-            let measured = first.velocity.iter().take(1 + down);
-            for (velocity, measured) in self.velocity.iter_mut().zip(measured) {
-                *velocity = *measured;
+            let [north, east, down] = first.velocity;
+            (self.velocity[0], self.velocity[1]) = (north, east);
+            if first.speed_sigma[1].is_finite() {
+                self.velocity[2] = down;
             }
         }
         let [place, speed] = [first.sigma[0], first.speed_sigma[0]];

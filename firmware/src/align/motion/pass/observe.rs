@@ -2,6 +2,7 @@
 
 use super::{AGE, ARM, Assumed, GYRO, N, POSITION, Pass, Row, SPIN, VELOCITY};
 use super::{add_times, product_of, turned};
+use crate::align::motion::TIMING_S;
 use crate::align::motion::window::Node;
 use crate::nav::vector::{V32, add, cross, dot, scale};
 
@@ -15,8 +16,6 @@ const GATE: f32 = 25.0;
 /// Errors of a receiver's positions last for some seconds, those of its velocities do not: beside
 /// velocities the positions' standard deviation counts so many times.
 const LASTING: f32 = 3.0;
-/// Errors of the times of the fixes, s (assumed).
-const TIMING_S: f32 = 0.03;
 /// Share of the velocity by the lever arm that varies within an interval (assumed).
 const VARIES: f32 = 0.3;
 /// A course is one from this speed on, m/s, and from this many times its own standard deviation.
