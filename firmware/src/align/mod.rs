@@ -22,7 +22,7 @@ pub mod motion;
 mod standstill;
 mod wahba;
 
-pub use standstill::{Sensors, Standstill};
+pub use standstill::{Rest, Sensors, Standstill};
 
 use crate::nav::earth::{Local, OMEGA_IE};
 use crate::nav::gather::Gather;
@@ -91,12 +91,9 @@ pub struct Align {
     /// Samples in a second, and those left of the second in progress.
     second_samples: u32,
     left: u32,
-    /// The second in progress: its beginning, its velocity in `b0`, sums of its pieces in body
-    /// axes.
+    /// The second in progress: its beginning, and its velocity in `b0`.
     began: f64,
     velocity: V,
-    angle: V,
-    force: V,
     /// Sums of velocities times the change of each function of time.
     sums: [V; 3],
     gathered: f64,
@@ -119,7 +116,7 @@ impl Align {
         let piece_samples = (libm::round(PIECE_S / sample_s) as u16).max(1);
         let second_samples = (libm::round(SECOND / sample_s) as u32).max(1);
         Self {
-            standstill: Standstill::new(&sensors),
+            standstill: Standstill::new(&sensors, lsb, sample_s),
             sensors,
             gather: Gather::new(lsb, sample_s, piece_samples),
             commanded: false,
@@ -130,8 +127,6 @@ impl Align {
             left: second_samples,
             began: 0.0,
             velocity: [0.0; 3],
-            angle: [0.0; 3],
-            force: [0.0; 3],
             sums: [[0.0; 3]; 3],
             gathered: 0.0,
             solved: None,
@@ -169,7 +164,7 @@ impl Align {
 
     /// Samples are missing: restarts.
     pub fn gap(&mut self) {
-        self.standstill.moves();
+        self.standstill.gap();
         self.restart(self.commanded);
     }
 
@@ -189,7 +184,11 @@ impl Align {
     /// Takes a sample.
     pub fn sample(&mut self, counts: &Counts) {
         self.gather.sample(counts);
+        self.standstill.sample(counts);
         self.left = self.left.saturating_sub(1);
+        if self.left == self.second_samples / 2 || self.left == 0 {
+            self.standstill.end_window();
+        }
         if self.gather.is_full() || self.left == 0 {
             self.end_piece();
         }
@@ -206,6 +205,18 @@ impl Align {
         }
     }
 
+    /// A receiver shows a speed at which a vehicle is under way: as [`Self::moves`], and what the
+    /// sensors feel now is no standstill ([`Standstill::is_under_way`]).
+    pub fn is_under_way(&mut self) {
+        self.standstill.is_under_way();
+        self.moves();
+    }
+
+    /// A receiver shows that the vehicle stands, as the detector finds.
+    pub fn is_right(&mut self) {
+        self.standstill.is_right();
+    }
+
     /// The navigation computer says that the vehicle stands.
     #[must_use]
     pub fn is_commanded(&self) -> bool {
@@ -216,6 +227,12 @@ impl Align {
     #[must_use]
     pub fn still(&self) -> u32 {
         self.standstill.seconds()
+    }
+
+    /// The rest in progress.
+    #[must_use]
+    pub fn rest(&self) -> Option<Rest> {
+        self.standstill.rest()
     }
 
     /// The velocity that the vehicle may have gained in the last of them, m/s: see
@@ -279,7 +296,7 @@ impl Align {
         Some(Aligned {
             q_bn,
             by: by(self.time, &here, q_bn),
-            rest: self.rest(&here, gathered),
+            rest: self.of_noise(&here, gathered),
             time_s: gathered,
         })
     }
@@ -292,17 +309,13 @@ impl Align {
         let piece = self.gather.end();
         let (phi, velocity) = (piece.phi(), piece.velocity());
         self.velocity = add(self.velocity, rotated(self.q_b0b, velocity));
-        self.angle = add(self.angle, phi);
-        self.force = add(self.force, velocity);
         self.q_b0b = renormalised(product(self.q_b0b, from_rotvec(phi)));
         self.time += piece.time();
     }
 
     fn end_second(&mut self) {
         let (from, to) = (self.began, self.time);
-        let per = 1.0 / (to - from);
-        let (rate, force) = (scale(self.angle, per), scale(self.force, per));
-        let still = self.standstill.second(narrow(rate), narrow(force));
+        let still = self.standstill.passes();
         if !(still || self.commanded) {
             self.moved();
         } else if !self.closed {
@@ -329,13 +342,11 @@ impl Align {
         self.began = self.time;
         self.left = self.second_samples;
         self.velocity = [0.0; 3];
-        self.angle = [0.0; 3];
-        self.force = [0.0; 3];
     }
 
     /// Covariance of the errors caused by white noise. It acts on the tilt as on a mean and on the
     /// heading as on the slope of a line; the gyros' random walk since the middle adds to both.
-    fn rest(&self, here: &Local, gathered: f64) -> [[f32; 3]; 3] {
+    fn of_noise(&self, here: &Local, gathered: f64) -> [[f32; 3]; 3] {
         let square = |x: f32| x * x;
         let [gyro, accel] = self.sensors.noise;
         let (gyro, accel) = (square(gyro), square(accel / here.g as f32));

@@ -1,12 +1,22 @@
-//! Detection of standstill, second by second, from the means of the samples.
+//! Detection of standstill from the samples, half a second after the other.
 //!
-//! A second passes when two conditions hold. Its mean rate and specific force differ from those of
-//! the standstill so far by no more than noise and sway explain (5 sigma an axis). And, biases
-//! allowed for, the rate is at most the Earth's and the force is gravity's. A vehicle that moves
-//! straight and evenly can pass too: a caller that knows a velocity reports motion by
-//! [`Standstill::moves`].
+//! Such a window passes when four conditions hold:
+//!
+//! - **quiet**: the samples scatter no more than 1.5 times as much as in the quietest two seconds
+//!   so far. An idling engine shakes a car less than a road does, whatever the sensor's noise is.
+//! - **steady**: mean rate and specific force differ from those of the standstill so far by no more
+//!   than noise and sway explain (5 sigma an axis).
+//! - **slow**: biases allowed for, the rate is at most the Earth's.
+//! - **level**: biases allowed for, the force is gravity's.
+//!
+//! An engine that is started at a standstill shakes more from one moment to the next, while mean
+//! rate and force stay: after two such seconds its level counts as quiet.
+//!
+//! A vehicle that moves straight and evenly from power-on can pass too: a caller that knows a
+//! velocity reports motion by [`Standstill::moves`].
 
 use crate::nav::vector::{V32, add, dot, scale};
+use crate::sample::{Counts, Lsb};
 
 /// Datasheet of the sensors, for the detector.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,9 +27,19 @@ pub struct Sensors {
     pub bias: [f32; 2],
 }
 
-/// Sway of a standing vehicle by people and wind: standard deviations of angle (rad) and velocity
-/// (m/s). Assumed, the velocity as in `host_sim::learning::teacher`.
-const SWAY: [f32; 2] = [1e-4, 0.01];
+/// Length of a window, s.
+pub const WINDOW_S: f32 = 0.5;
+/// Windows in a row from which a standstill is one.
+pub const RESTS: u32 = 4;
+/// Windows over which the quietest scatter is taken, and after which a louder one is believed.
+const LEVELS: usize = 4;
+/// Largest scatter, in units of the quietest (`docs/REAL.md`: five real units).
+const QUIET: f32 = 1.5;
+/// Scatter at rest, in units of that of a vehicle under way (assumed).
+const QUIETER: f32 = 0.95;
+/// Sway of a standing vehicle by people and wind: standard deviations of the mean rate (rad/s) and
+/// specific force (m/s2) of a window. Assumed: 1e-4 rad and 5 mm/s at each end.
+const SWAY: [f32; 2] = [2.8e-4, 0.014];
 /// Largest deviation, in standard deviations.
 const GATE: f32 = 5.0;
 /// Earth rate, rad/s.
@@ -35,79 +55,270 @@ pub struct Standstill {
     /// Largest rate, and largest distance of the force from gravity's range.
     rate: f32,
     force: f32,
+    window: Window,
+    /// Scatter of the last windows, the oldest first, and the least mean of them.
+    levels: [[f32; 2]; LEVELS],
+    quietest: [f32; 2],
+    /// Windows so far, up to [`LEVELS`].
+    known: usize,
+    /// Windows in a row that were steady but not quiet.
+    louder: u32,
+    /// Means of the standstill, and the number of its windows.
     mean: [V32; 2],
-    seconds: u32,
-    /// Difference of the last second's force from the mean before it, m/s2.
+    windows: u32,
+    /// A receiver has shown a standstill to be one.
+    confirmed: bool,
+    /// A standstill has ended since [`Standstill::passes`] was called last.
+    broken: bool,
+    /// Difference of the last window's force from the mean before it, m/s2.
     change: f32,
 }
 
-impl Standstill {
-    /// A detector with thresholds from the sensors' noise and biases.
-    #[must_use]
-    pub fn new(sensors: &Sensors) -> Self {
-        let [gyro, accel] = [0, 1].map(|i| {
-            let (noise, sway) = (sensors.noise[i], SWAY[i]);
-            // the mean over a second has the noise once; sway is the difference of two ends
-            libm::sqrtf(noise * noise + 2.0 * sway * sway)
-        });
-        let root2 = core::f32::consts::SQRT_2;
-        Self {
-            step: [GATE * root2 * gyro, GATE * root2 * accel],
-            rate: EARTH + GATE * (gyro + sensors.bias[0]),
-            force: GATE * (accel + sensors.bias[1]),
+/// The window in progress.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Window {
+    /// Rate and force of a count, rad/s and m/s2.
+    worth: [f32; 2],
+    first: Counts,
+    samples: u32,
+    /// Sums of the differences to the first sample, and of their squares over the axes, counts.
+    sums: [V32; 2],
+    squares: [f32; 2],
+}
+
+/// A rest in progress.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rest {
+    /// Mean rate of its windows, rad/s.
+    pub rate: V32,
+    /// Their time, s.
+    pub seconds: f32,
+    /// Scatter of the last samples' rates, rad/s: the root of the variances' sum over the axes.
+    pub scatter: f32,
+}
+
+/// Mean rate and force of a window, and their scatter from sample to sample: the root of the
+/// variances' sum over the axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Of {
+    mean: [V32; 2],
+    scatter: [f32; 2],
+}
+
+impl Window {
+    fn sample(&mut self, counts: &Counts) {
+        if self.samples == 0 {
+            self.first = *counts;
+            (self.sums, self.squares) = ([[0.0; 3]; 2], [0.0; 2]);
+        }
+        self.samples = self.samples.saturating_add(1);
+        let first = [self.first.dtheta, self.first.dv];
+        let now = [counts.dtheta, counts.dv];
+        for k in 0..2 {
+            for i in 0..3 {
+                let off = now[k][i].wrapping_sub(first[k][i]) as f32;
+                self.sums[k][i] += off;
+                self.squares[k] += off * off;
+            }
+        }
+    }
+
+    /// The window ends; `None`: it has no sample.
+    fn end(&mut self) -> Option<Of> {
+        let n = core::mem::take(&mut self.samples) as f32;
+        if n == 0.0 {
+            return None;
+        }
+        let first = [self.first.dtheta, self.first.dv];
+        let mut of = Of {
             mean: [[0.0; 3]; 2],
-            seconds: 0,
+            scatter: [0.0; 2],
+        };
+        for k in 0..2 {
+            for i in 0..3 {
+                of.mean[k][i] = (first[k][i] as f32 + self.sums[k][i] / n) * self.worth[k];
+            }
+            let squares = self.squares[k] - dot(self.sums[k], self.sums[k]) / n;
+            // no finer than a count on each axis
+            let variance = (squares / (n - 1.0).max(1.0)).max(3.0);
+            of.scatter[k] = libm::sqrtf(variance) * self.worth[k];
+        }
+        Some(of)
+    }
+}
+
+impl Standstill {
+    /// A detector with thresholds from the sensors' noise and biases, for samples of this count
+    /// value, one every `sample_s` seconds (> 0).
+    #[must_use]
+    pub fn new(sensors: &Sensors, lsb: Lsb, sample_s: f64) -> Self {
+        let sway = [0, 1].map(|k| {
+            let noise = sensors.noise[k];
+            libm::sqrtf(noise * noise / WINDOW_S + SWAY[k] * SWAY[k])
+        });
+        Self {
+            step: sway.map(|sway| GATE * core::f32::consts::SQRT_2 * sway),
+            rate: EARTH + GATE * (sway[0] + sensors.bias[0]),
+            force: GATE * (sway[1] + sensors.bias[1]),
+            window: Window {
+                worth: [lsb.rad, lsb.mps].map(|worth| (worth / sample_s) as f32),
+                first: Counts::default(),
+                samples: 0,
+                sums: [[0.0; 3]; 2],
+                squares: [0.0; 2],
+            },
+            levels: [[0.0; 2]; LEVELS],
+            quietest: [f32::INFINITY; 2],
+            known: 0,
+            louder: 0,
+            mean: [[0.0; 3]; 2],
+            windows: 0,
+            confirmed: false,
+            broken: false,
             change: 0.0,
         }
     }
 
-    /// Takes the mean rate (rad/s) and specific force (m/s2) of a second. True: it passed.
-    pub fn second(&mut self, rate: V32, force: V32) -> bool {
-        let now = [rate, force];
+    /// Takes a sample.
+    pub fn sample(&mut self, counts: &Counts) {
+        self.window.sample(counts);
+    }
+
+    /// Ends a window of [`WINDOW_S`].
+    pub fn end_window(&mut self) {
+        let Some(of) = self.window.end() else {
+            return;
+        };
+        let quiet = self.hears(of.scatter);
+        let [rate, force] = of.mean;
         let difference = add(force, scale(self.mean[1], -1.0));
         self.change = libm::sqrtf(dot(difference, difference));
-        let within = |i: usize| {
-            let pairs = now[i].iter().zip(&self.mean[i]);
-            pairs.fold(true, |all, (a, b)| all & ((a - b).abs() <= self.step[i]))
-        };
-        let steady = self.seconds == 0 || (within(0) & within(1));
+        let steady = self.windows > 0 && self.is_steady(&of.mean);
         let size = libm::sqrtf(dot(force, force));
         let slow = dot(rate, rate) <= self.rate * self.rate;
         let level = size >= GRAVITY[0] - self.force && size <= GRAVITY[1] + self.force;
-        if slow && level {
-            // a second that ends a standstill may begin another one
-            self.seconds = if steady {
-                self.seconds.saturating_add(1)
-            } else {
-                1
-            };
-            let share = 1.0 / self.seconds as f32;
-            for (mean, now) in self.mean.iter_mut().zip(&now) {
-                for (mean, now) in mean.iter_mut().zip(now) {
-                    *mean += (now - *mean) * share;
-                }
-            }
-        } else {
-            self.seconds = 0;
+        let stands = slow && level;
+        if stands && !quiet && steady && self.windows >= RESTS {
+            self.gets_louder();
+            return;
         }
-        steady && self.seconds > 0
+        self.louder = 0;
+        self.broken |= self.windows > 0 && !(stands && quiet && steady);
+        if !(stands && quiet) {
+            self.windows = 0;
+            return;
+        }
+        // a window that ends a standstill may begin another one
+        self.windows = if steady {
+            self.windows.saturating_add(1)
+        } else {
+            1
+        };
+        let share = 1.0 / self.windows as f32;
+        for (mean, now) in self.mean.iter_mut().zip(&of.mean) {
+            for (mean, now) in mean.iter_mut().zip(now) {
+                *mean += (now - *mean) * share;
+            }
+        }
+    }
+
+    /// Notes the scatter of a window: whether it is quiet.
+    fn hears(&mut self, scatter: [f32; 2]) -> bool {
+        self.levels.rotate_left(1);
+        if let Some(last) = self.levels.last_mut() {
+            *last = scatter;
+        }
+        self.known = (self.known + 1).min(LEVELS);
+        let mut quiet = true;
+        for (k, quietest) in self.quietest.iter_mut().enumerate() {
+            let all: f32 = self.levels.iter().map(|level| level[k]).sum();
+            let level = all / self.known as f32; // those before the first are 0
+            *quietest = quietest.min(level);
+            quiet &= scatter[k] <= QUIET * *quietest;
+        }
+        quiet
+    }
+
+    /// A standstill in which it shakes more: neither one nor none, until it has lasted.
+    fn gets_louder(&mut self) {
+        self.louder += 1;
+        if self.louder >= LEVELS as u32 {
+            self.louder = 0;
+            let sum = |k: usize| self.levels.iter().map(|level| level[k]).sum::<f32>();
+            self.quietest = [0, 1].map(|k| self.quietest[k].max(sum(k) / LEVELS as f32));
+        }
+    }
+
+    fn is_steady(&self, now: &[V32; 2]) -> bool {
+        [0, 1].into_iter().all(|k| {
+            let mut pairs = now[k].iter().zip(&self.mean[k]);
+            pairs.all(|(a, b)| (a - b).abs() <= self.step[k])
+        })
+    }
+
+    /// Whether the vehicle has stood since the last call.
+    pub fn passes(&mut self) -> bool {
+        !core::mem::take(&mut self.broken) && self.windows > 0 && self.louder == 0
     }
 
     /// Another source shows that the vehicle moves.
     pub fn moves(&mut self) {
-        self.seconds = 0;
+        (self.windows, self.louder) = (0, 0);
     }
 
-    /// The velocity that a vehicle may have gained in the last second although it passed, m/s: a
-    /// smooth departure begins below the thresholds.
+    /// Another source shows that the vehicle stands, as the detector finds.
+    pub fn is_right(&mut self) {
+        self.confirmed = true;
+    }
+
+    /// Another source shows that the vehicle is under way. Where no standstill has been confirmed,
+    /// only what is quieter than the present moment may be one: a train that was never seen at rest
+    /// is quiet on a straight line.
+    pub fn is_under_way(&mut self) {
+        if self.windows >= RESTS && !self.confirmed {
+            let [.., level] = self.levels;
+            for (quietest, level) in self.quietest.iter_mut().zip(level) {
+                *quietest = quietest.min(QUIETER * level / QUIET);
+            }
+        }
+        self.moves();
+    }
+
+    /// Samples are missing: the window in progress restarts, and the vehicle may have moved.
+    pub fn gap(&mut self) {
+        self.window.samples = 0;
+        self.moves();
+    }
+
+    /// The velocity that a vehicle may have gained in a second although it passed, m/s: a smooth
+    /// departure begins below the thresholds.
     #[must_use]
     pub fn gain_mps(&self) -> f32 {
         self.change // over one second
     }
 
+    /// The rest in progress, from [`RESTS`] windows on.
+    #[must_use]
+    pub fn rest(&self) -> Option<Rest> {
+        let [.., [scatter, _]] = self.levels;
+        let [rate, _] = self.mean;
+        (self.windows >= RESTS && self.louder == 0).then(|| Rest {
+            rate,
+            seconds: self.windows as f32 * WINDOW_S,
+            scatter,
+        })
+    }
+
     /// Seconds in a row that the vehicle has stood.
     #[must_use]
     pub fn seconds(&self) -> u32 {
-        self.seconds
+        if self.louder == 0 {
+            self.windows / 2
+        } else {
+            0
+        }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,6 +14,7 @@
 mod considered;
 mod gates;
 mod hypothesis;
+mod rest;
 mod table;
 mod update;
 
@@ -31,10 +32,14 @@ use crate::fix::OBSERVATIONS;
 use crate::inputs::settles;
 use crate::inputs::{Inputs, OWN};
 use considered::Considered;
+use gates::index;
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{Correction, FixedWeights, Maps, OUTPUTS, TRIADS};
 use lrnn_nostd::{Real, State, Weights};
 use table::Hypotheses;
+
+/// Observations that can be refused.
+const REFUSED: usize = OBSERVATIONS + rest::AXES;
 
 /// The hypotheses over one navigator.
 #[derive(Clone, Debug)]
@@ -44,7 +49,8 @@ pub struct Bank<T: Real = f32> {
     gates: Gates<T>,
     /// Standard deviation of a sensor error, for which [`ZERO_CORRECTION`] has no parameter.
     unmodelled: [T; OUTPUTS],
-    refused: [Refusals; OBSERVATIONS],
+    /// Of each component of a fix, and of each gyro at rest.
+    refused: [Refusals; REFUSED],
     leading: usize,
     /// Hypotheses that have not fallen behind the best after the last fix; one bit each.
     open: u8,
@@ -83,7 +89,7 @@ impl<T: Real> Bank<T> {
             enabled: 0,
         },
         unmodelled: [T::ZERO; OUTPUTS],
-        refused: [Refusals::NONE; OBSERVATIONS],
+        refused: [Refusals::NONE; REFUSED],
         leading: ZERO_CORRECTION,
         open: 0,
         believed: false,
@@ -117,7 +123,7 @@ impl<T: Real> Bank<T> {
         if !self.settles {
             self.gates.enabled &= !(1 << CURVED); // no temperature that could rule
         }
-        self.refused = [Refusals::NONE; OBSERVATIONS];
+        self.refused = [Refusals::NONE; REFUSED];
         self.leading = ZERO_CORRECTION;
         self.open = self.gates.enabled;
         self.believed = false;
@@ -485,11 +491,6 @@ impl<T: Real> Bank<T> {
     pub fn nets_of(&self, index: usize) -> [LearnerNet<T>; TRIADS] {
         self.get(index).nets()
     }
-}
-
-/// State observed by observation `k`: position first, then velocity.
-fn index(k: usize) -> usize {
-    if k < 3 { 6 + k } else { k }
 }
 
 /// Floor of the navigator's errors, left by f32 arithmetic and an imperfect navigator: rad, m/s, m

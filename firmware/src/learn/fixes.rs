@@ -28,6 +28,7 @@ mod learner;
 mod observe;
 mod parts;
 mod proportional;
+mod rests;
 mod shown;
 mod start;
 mod take;

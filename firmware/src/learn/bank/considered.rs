@@ -115,9 +115,20 @@ impl<T: Real> Considered<T> {
     /// A fix has taught the hypothesis that is followed by these gains, by error `i` of the
     /// navigator.
     #[inline(never)]
-    pub fn fix(&mut self, i: usize, (of_x, of_e): &Gains<T>) {
+    pub fn fix(&mut self, i: usize, gains: &Gains<T>) {
+        self.learns(gains, |column| column.x.get(i).copied());
+    }
+
+    /// A rest has taught it by these gains, by the error of gyro `k`.
+    #[inline(never)]
+    pub fn rest(&mut self, k: usize, gains: &Gains<T>) {
+        self.learns(gains, |column| column.e.get(k).copied());
+    }
+
+    #[inline(always)]
+    fn learns(&mut self, (of_x, of_e): &Gains<T>, by: impl Fn(&Column<T>) -> Option<T>) {
         for column in self.columns.as_flattened_mut() {
-            let seen = column.x.get(i).copied().unwrap_or(T::ZERO);
+            let seen = by(column).unwrap_or(T::ZERO);
             for (x, gain) in column.x.iter_mut().zip(of_x) {
                 *x -= *gain * seen;
             }

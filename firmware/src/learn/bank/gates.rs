@@ -83,3 +83,8 @@ impl<T: Real> Default for Gates<T> {
         }
     }
 }
+
+/// State observed by observation `k`: position first, then velocity.
+pub(super) fn index(k: usize) -> usize {
+    if k < 3 { 6 + k } else { k }
+}

@@ -17,13 +17,15 @@ const LONGEST_WAIT_S: f64 = 0.2;
 const SECOND_MS: f32 = 1000.0;
 /// A vehicle that is faster by the receiver does not stand, m/s.
 pub(super) const STANDS_MPS: f32 = 0.3;
+/// A vehicle that is faster by the receiver is under way, m/s: no creeping (assumed).
+const UNDER_WAY_MPS: f32 = 2.0;
 /// Seconds after which a standstill is believed, and the standard deviation of its velocity, m/s
 /// (as in `host_sim::learning::teacher`).
-const STILL_S: u32 = 3;
-const STILL_MPS: f32 = 0.01;
+pub(super) const STILL_S: u32 = 3;
+pub(super) const STILL_MPS: f32 = 0.01;
 /// Weight of the velocity that may have been gained since: a departure always has the same sign, so
 /// its errors do not average out as those of sway do (assumed).
-const DEPARTURE: f32 = 10.0;
+pub(super) const DEPARTURE: f32 = 10.0;
 /// A motion beyond so many standard deviations is one.
 const SURE: f32 = 5.0;
 /// Fixes whose mean velocity is taken.
@@ -205,8 +207,12 @@ impl FixLearner<'_> {
             align.restart(false);
         }
         self.motion.mean.moving %= MOVES;
-        if fast {
+        if fast && speed > UNDER_WAY_MPS {
+            align.is_under_way();
+        } else if fast {
             align.moves();
+        }
+        if fast {
             return None;
         }
         if !still {
@@ -217,6 +223,7 @@ impl FixLearner<'_> {
             align.moves();
             return None;
         }
+        align.is_right();
         let standing = libm::hypotf(standing, libm::hypotf(mean, unknown));
         Some(standing).filter(|standing| *standing < sigma)
     }

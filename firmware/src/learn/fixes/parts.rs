@@ -6,6 +6,7 @@ use super::held::Held;
 use super::judged::Judged;
 use super::observe::{Mean, Rest};
 use super::proportional::Proportional;
+use super::rests::Rests;
 use super::start::{Probation, Started};
 use super::{NOWHERE, ZERO_CORRECTION};
 use crate::align::Align;
@@ -70,6 +71,8 @@ pub(super) struct Motion {
     pub rest: Option<Rest>,
     /// Motion by a receiver that measures it, while the sensors are at rest.
     pub mean: Mean,
+    /// What the rest in progress has taught.
+    pub rests: Rests,
 }
 
 /// Times of the fixes.

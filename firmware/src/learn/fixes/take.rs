@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! sample   standstill - navigator - the turn of a fix that waits
-//! block    interval: transition, means, antenna, rehearsals - feedback - covariances - networks
+//! block    interval: transition, means, antenna, rehearsals - feedback - covariances - rest -
+//!          networks
 //! fix      interval - innovation - antenna - covariances, hypotheses - rehearsals - choice
 //! ```
 
@@ -74,7 +75,8 @@ impl FixLearner<'_> {
         if moved {
             bank.propagate_covariance(&mut self.memory.scratch);
         }
-        bank.step(inputs);
+        self.learn_from_rest();
+        self.memory.bank.step(inputs);
     }
 
     /// A fix that arrived after sample `number`.
@@ -107,6 +109,7 @@ impl FixLearner<'_> {
         }
         rehearsal.fix(&z, &variance);
         let (z, variance) = of_antenna.unwrap_or((z, variance));
+        self.motion.rests.fix();
         let refused = bank.fix(&z, &variance, counts) != 0;
         rehearsal.start(bank);
         self.tally.refused = self.tally.refused.saturating_add(u32::from(refused));

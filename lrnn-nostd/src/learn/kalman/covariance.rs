@@ -5,7 +5,7 @@ use super::blocks::{
 };
 use super::deferred::Deferred;
 use super::packed::{diagonal, packed, place, times};
-use super::row::{Rows, axpy, axpy_rows, axpy_three, transform};
+use super::row::{Rows, axpy, axpy_rows, axpy_three, dot, transform};
 use crate::real::Real;
 
 /// P in three blocks: P_xx of the navigation errors (X x X), P_xt of navigation errors by
@@ -260,6 +260,42 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         if let Some(row) = self.xt.get_mut(i) {
             for (entry, c) in row.iter_mut().zip(ct) {
                 *entry = left * c;
+            }
+        }
+    }
+
+    /// The products of one output's row of J, e_k = J_k theta: c_x = P_xt J_k', c_t = P_tt J_k', and
+    /// its variance J_k P_tt J_k'. All zeros for an output that is none of the three.
+    pub fn of_output(&mut self, rows: &Rows<'_, T>, k: usize) -> ([T; X], [T; N], T) {
+        self.apply_deferred();
+        let mut row = [T::ZERO; N];
+        for (entry, values) in row.iter_mut().skip(rows.start).zip(rows.values) {
+            *entry = values.get(k).copied().unwrap_or(T::ZERO);
+        }
+        let of_x = self.xt.map(|of| dot(&of, &row));
+        let mut of_theta = [T::ZERO; N];
+        for (i, entry) in of_theta.iter_mut().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                *entry += self.parameter(i, j) * *value;
+            }
+        }
+        let variance = dot(&of_theta, &row);
+        (of_x, of_theta, variance)
+    }
+
+    /// Measurement update with an observation whose products with the errors are these
+    /// ([`Self::of_output`]), and whose innovation has the variance 1 / `weight`: P -= c c' weight.
+    pub fn update_output(&mut self, of_x: &[T; X], of_theta: &[T; N], weight: T) {
+        self.apply_deferred();
+        let factors = of_x.map(|c| -(weight * c));
+        for (row, &factor) in self.xx.iter_mut().zip(&factors) {
+            axpy(row, factor, of_x);
+        }
+        axpy_rows(self.xt.as_flattened_mut(), &factors, of_theta);
+        for (i, &c) in of_theta.iter().enumerate() {
+            for (j, &d) in of_theta.iter().enumerate().take(i + 1) {
+                let left = self.parameter(i, j) - weight * c * d;
+                self.set_parameter(i, j, left);
             }
         }
     }

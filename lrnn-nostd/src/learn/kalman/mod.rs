@@ -29,6 +29,7 @@ mod blocks;
 mod covariance;
 mod deferred;
 mod model;
+mod output;
 mod packed;
 mod parameters;
 mod remember;

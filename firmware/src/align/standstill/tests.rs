@@ -1,0 +1,141 @@
+use super::*;
+
+const LSB: Lsb = Lsb {
+    rad: 1e-8,
+    mps: 1e-6,
+};
+const SAMPLE_S: f64 = 0.01;
+const SAMPLES: u32 = 50;
+const SENSORS: Sensors = Sensors {
+    noise: [1e-6, 1e-4],
+    bias: [5e-8, 1e-3],
+};
+const LEVEL: V32 = [0.0, 0.0, -9.81];
+
+/// A window of samples with this mean rate and force, and sines of a vibration about them.
+fn window(detector: &mut Standstill, rate: V32, force: V32, vibration: [f32; 2]) -> bool {
+    for k in 0..SAMPLES {
+        // 7 Hz, and whole periods in a window would need 8
+        let sine = libm::sinf(core::f32::consts::TAU * 7.0 * (k as f32 + 0.5) / SAMPLES as f32);
+        let counts = |of: V32, amplitude: f32, worth: f64| {
+            of.map(|x| (f64::from(x + amplitude * sine) * SAMPLE_S / worth) as i32)
+        };
+        detector.sample(&Counts {
+            dtheta: counts(rate, vibration[0], LSB.rad),
+            dv: counts(force, vibration[1], LSB.mps),
+        });
+    }
+    detector.end_window();
+    detector.passes()
+}
+
+fn new(sensors: &Sensors) -> Standstill {
+    Standstill::new(sensors, LSB, SAMPLE_S)
+}
+
+const CALM: [f32; 2] = [1e-4, 0.01];
+
+/// The thresholds follow from noise and sway: a change well within them passes, one well beyond
+/// does not.
+#[test]
+fn thresholds_follow_the_datasheet() {
+    for (noise, step) in [([1e-6, 1e-4], 0.1), ([1e-3, 0.1], 1.0)] {
+        let sensors = Sensors { noise, ..SENSORS };
+        let mut detector = new(&sensors);
+        let edge = |k: f32| [0.0, k * step, -9.81];
+        assert!(window(&mut detector, [0.0; 3], LEVEL, CALM));
+        assert!(
+            window(&mut detector, [0.0; 3], edge(0.7), CALM),
+            "{noise:?}"
+        );
+        assert!(
+            !window(&mut detector, [0.0; 3], edge(2.5), CALM),
+            "{noise:?}"
+        );
+    }
+    let mut detector = new(&SENSORS);
+    assert!(window(&mut detector, [7e-5, 0.0, 0.0], LEVEL, CALM));
+    assert!(!window(&mut detector, [2e-3, 0.0, 0.0], LEVEL, CALM));
+    let mut detector = new(&SENSORS);
+    assert!(!window(&mut detector, [0.0; 3], [0.0, 0.0, -9.0], CALM));
+}
+
+/// An engine that idles is as quiet as a car gets; the road is louder, however straight it is.
+#[test]
+fn the_road_is_louder_than_an_idling_engine() {
+    let (idles, road) = ([8e-3, 0.5], [16e-3, 0.9]);
+    let mut detector = new(&SENSORS);
+    let runs = |detector: &mut Standstill, of, n| {
+        (0..n)
+            .filter(|_| window(detector, [0.0; 3], LEVEL, of))
+            .count()
+    };
+    // it is driving when the power comes: nothing is known yet
+    assert_eq!(runs(&mut detector, road, 6), 6);
+    assert_eq!(runs(&mut detector, idles, 8), 8);
+    assert_eq!(detector.seconds(), 7);
+    // it drives off
+    window(&mut detector, [0.0; 3], [1.0, 0.0, -9.81], road);
+    assert_eq!(runs(&mut detector, road, 20), 0);
+    assert_eq!(runs(&mut detector, idles, 8), 8);
+}
+
+/// The engine is started while the car stands: after a pause of two seconds that is a standstill
+/// as well, and later ones are found at once.
+#[test]
+fn an_engine_that_is_started_counts_after_two_seconds() {
+    let (off, idles, road) = ([2e-3, 0.1], [8e-3, 0.5], [16e-3, 0.9]);
+    let mut detector = new(&SENSORS);
+    let mut stands = |n: u32, of| {
+        (0..n)
+            .map(|_| window(&mut detector, [0.0; 3], LEVEL, of))
+            .collect::<std::vec::Vec<_>>()
+    };
+    assert_eq!(stands(10, off), [true; 10]);
+    assert_eq!(stands(5, idles), [false, false, false, true, true]);
+    assert_eq!(detector.seconds(), 5);
+    window(&mut detector, [0.0; 3], [1.0, 0.0, -9.81], road);
+    let mut stands = |n: u32, of| {
+        (0..n)
+            .filter(|_| window(&mut detector, [0.0; 3], LEVEL, of))
+            .count()
+    };
+    assert_eq!(stands(20, road), 0);
+    assert_eq!(stands(4, idles), 4);
+}
+
+/// Values that are constant, or coarser than the noise, do not make the next window a loud one.
+#[test]
+fn a_count_more_or_less_is_quiet() {
+    let mut detector = new(&SENSORS);
+    for _ in 0..8 {
+        assert!(window(&mut detector, [0.0; 3], LEVEL, [0.0; 2]));
+    }
+    let count = [1.4e-6, 1.4e-4]; // rad/s and m/s2: 1.4 counts a sample
+    assert!(window(&mut detector, [0.0; 3], LEVEL, count));
+    assert!(!window(
+        &mut detector,
+        [0.0; 3],
+        LEVEL,
+        count.map(|x| 4.0 * x)
+    ));
+}
+
+/// A gap ends the standstill, and half a window before it counts for nothing.
+#[test]
+fn a_gap_ends_it() {
+    let mut detector = new(&SENSORS);
+    window(&mut detector, [0.0; 3], LEVEL, CALM);
+    window(&mut detector, [0.0; 3], LEVEL, CALM);
+    assert_eq!(detector.seconds(), 1);
+    detector.sample(&Counts {
+        dtheta: [i32::MAX; 3],
+        dv: [i32::MIN; 3],
+    });
+    detector.gap();
+    assert_eq!(detector.seconds(), 0);
+    assert!(window(&mut detector, [0.0; 3], LEVEL, CALM));
+    // and a window without samples is none
+    detector.end_window();
+    assert_eq!(detector.seconds(), 0);
+}

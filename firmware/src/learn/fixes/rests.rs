@@ -1,0 +1,175 @@
+//! What rests teach, with and without a receiver: the gyros' errors, and that the velocity is zero.
+//!
+//! The mean rate of a rest of `T` seconds is the gyros' error and the Earth's rotation. Its own
+//! errors are white noise, the angles by which a standing vehicle sways at both ends, and what is
+//! not known of the Earth's rotation in the sensor's axes:
+//!
+//! ```text
+//! variance = noise^2 / T + 2 sway^2 / T^2 + unknown^2
+//! ```
+//!
+//! While nothing navigates, nothing is known of the Earth's rotation: what a rest teaches then is
+//! no better than that. While the navigator runs, its attitude gives it.
+//!
+//! A rest teaches each time that it knows a quarter more. What it has taught already must not count
+//! twice: with the mean m and the information I = 1 / variance before and now, the news are
+//!
+//! ```text
+//! z = (I m - I_0 m_0) / (I - I_0)       variance 1 / (I - I_0)
+//! ```
+//!
+//! Accelerometers learn nothing directly: their mean is gravity on an unknown tilt.
+
+use super::FixLearner;
+use super::observe::{DEPARTURE, STILL_MPS, STILL_S};
+use crate::align::Rest;
+use crate::configuration::VehicleKind;
+use crate::fix::{NOT_MEASURED, OBSERVATIONS};
+use crate::nav;
+use crate::nav::earth::{Local, OMEGA_IE};
+use crate::nav::vector::{V32, add, narrow, rotated, scale};
+
+/// Sway of a standing vehicle by people and wind, rad (assumed, as in
+/// `host_sim::learning::teacher`).
+const SWAY: f32 = 1e-4;
+/// How much more vibration adds to a mean than white noise of its scatter would: it has low
+/// frequencies as well (assumed).
+const COLOUR: f32 = 4.0;
+/// Information, in units of what has been taught, from which a rest teaches again.
+const MORE: f32 = 1.25;
+/// What is not known of the Earth's rotation while the attitude is known, as a share of the
+/// heading's standard deviation, in rad, at most 1; and the least, rad/s.
+const LEAST_UNKNOWN: f32 = 1e-8;
+/// Specific force at rest, m/s2.
+const GRAVITY: f32 = 9.8;
+/// Time without a fix from which a rest shows the velocity, s; and between two of its observations.
+const ALONE_S: f32 = 2.0;
+const EVERY_S: f32 = 1.0;
+
+/// What the rest in progress has taught.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Rests {
+    /// Its information, s2/rad2, and mean error of the gyros, rad/s.
+    information: f32,
+    mean: V32,
+    /// Its time then, s.
+    seconds: f32,
+    /// Time since the last fix, and since the last observation of the velocity, s.
+    since_fix_s: f32,
+    since_zero_s: f32,
+}
+
+/// News of a rest: errors of the gyros, rad/s, and the variance of each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct News {
+    errors: V32,
+    variance: f32,
+}
+
+impl Rests {
+    /// A fix was used.
+    pub fn fix(&mut self) {
+        self.since_fix_s = 0.0;
+    }
+
+    /// The rest in progress, less the Earth's rotation as far as it is known.
+    fn rest(&mut self, rest: Option<(V32, f32, f32)>) -> Option<News> {
+        let Some((mean, variance, seconds)) = rest else {
+            (self.information, self.seconds) = (0.0, 0.0);
+            return None;
+        };
+        if seconds < self.seconds {
+            self.information = 0.0; // another one
+        }
+        let information = 1.0 / variance;
+        let more = information - self.information;
+        if !(more > (MORE - 1.0) * self.information && information.is_finite()) {
+            return None;
+        }
+        let news = |i: usize| (information * mean[i] - self.information * self.mean[i]) / more;
+        let errors = core::array::from_fn(news);
+        (self.information, self.mean, self.seconds) = (information, mean, seconds);
+        Some(News {
+            errors,
+            variance: 1.0 / more,
+        })
+    }
+}
+
+impl FixLearner<'_> {
+    /// A block has ended: a rest in progress teaches. The interval up to now must be processed.
+    pub(super) fn learn_from_rest(&mut self) {
+        if self.settings.vehicle == VehicleKind::Ship {
+            return;
+        }
+        let rest = self
+            .navigation
+            .align
+            .as_ref()
+            .and_then(|align| align.rest());
+        let of_gyros = rest.map(|rest| self.of_gyros(&rest));
+        if let Some(News { errors, variance }) = self.motion.rests.rest(of_gyros) {
+            self.memory.bank.rest(&errors, variance);
+        }
+        self.learn_from_zero_velocity();
+    }
+
+    /// Mean errors of the gyros in a rest, rad/s, their variance, and its time.
+    fn of_gyros(&self, rest: &Rest) -> (V32, f32, f32) {
+        let (earth, unknown) = self.earth_rate();
+        let white = self.settings.noise.gyro;
+        let sample_s = self.samples.stream.map_or(0.0, |stream| stream.period_s) as f32;
+        let vibration = rest.scatter * rest.scatter / 3.0 * sample_s * COLOUR;
+        let noise = (white * white).max(vibration);
+        let sway = SWAY / rest.seconds;
+        let of_force = self.settings.g_sensitivity * GRAVITY;
+        let variance =
+            noise / rest.seconds + 2.0 * sway * sway + unknown * unknown + of_force * of_force;
+        (add(rest.rate, scale(earth, -1.0)), variance, rest.seconds)
+    }
+
+    /// The Earth's rotation in the sensor's axes as far as it is known, and what is not known of
+    /// it, rad/s.
+    fn earth_rate(&self) -> (V32, f32) {
+        let earth = OMEGA_IE as f32;
+        let Some(navigator) = self.navigation.course.navigator() else {
+            return ([0.0; 3], earth);
+        };
+        let nav::State { position, q_bn, .. } = navigator.state();
+        let [w, x, y, z] = q_bn;
+        let rate = Local::at(position.latitude, position.height).omega_ie();
+        let doubt = self.memory.bank.error_doubt(2).min(1.0);
+        let unknown = (earth * doubt).max(LEAST_UNKNOWN);
+        (narrow(rotated([w, -x, -y, -z], rate)), unknown)
+    }
+
+    /// While no fixes come, a standstill shows the velocity.
+    fn learn_from_zero_velocity(&mut self) -> Option<()> {
+        let stream = self.samples.stream?;
+        let rests = &mut self.motion.rests;
+        rests.since_fix_s += stream.block_s();
+        rests.since_zero_s += stream.block_s();
+        let align = self.navigation.align.as_ref()?;
+        let navigator = self.navigation.course.navigator()?;
+        let stands = align.still() >= STILL_S;
+        if !stands || rests.since_fix_s < ALONE_S || rests.since_zero_s < EVERY_S {
+            return None;
+        }
+        rests.since_zero_s = 0.0;
+        let sigma = libm::hypotf(STILL_MPS, DEPARTURE * align.gain_mps());
+        let [north, east, down] = narrow(navigator.state().velocity);
+        let z: [f32; OBSERVATIONS] = [0.0, 0.0, 0.0, north, east, down];
+        let (none, sigma) = (NOT_MEASURED, sigma * sigma);
+        let variance: [f32; OBSERVATIONS] = [none, none, none, sigma, sigma, sigma];
+        let (bank, rehearsal) = (&mut self.memory.bank, &mut self.memory.rehearsal);
+        rehearsal.fix(&z, &variance);
+        // refusals do not count: no number of quiet moments makes a vehicle stand
+        bank.fix(&z, &variance, false);
+        rehearsal.start(bank);
+        self.choose();
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
