@@ -1,6 +1,7 @@
 //! One frame through the device: read, correct, send. All other work follows when the frame has
 //! left.
 
+mod at_rest;
 mod boxed;
 mod channels;
 mod continuity;

@@ -139,6 +139,11 @@ impl State {
         }
     }
 
+    /// The networks' states.
+    pub fn nets(&self) -> [NetState; 2] {
+        [self.gyro, self.accel]
+    }
+
     /// Takes the networks' states from networks that have processed the same blocks.
     pub fn set_nets(&mut self, [gyro, accel]: [NetState; 2]) {
         self.gyro = gyro;

@@ -1,6 +1,6 @@
 //! Two learners side by side: from references and from fixes.
 
-use super::{Learner, Report, Settings, Solution, Trials, Winner};
+use super::{Learner, Report, Resting, Settings, Solution, Trials, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
@@ -77,6 +77,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
 
     fn for_next_power_on(&mut self) -> Option<Winner> {
         self.fixes.for_next_power_on()
+    }
+
+    fn rest(&self) -> Option<Resting> {
+        self.fixes.rest()
     }
 
     fn remember(&mut self) -> usize {

@@ -94,6 +94,15 @@ pub struct Winner {
     pub estimate: [[f32; 3]; 2],
 }
 
+/// What the rest in progress has shown, and memory before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resting {
+    /// Errors of the gyros, rad/s.
+    pub gyro: [f32; 3],
+    /// What is less than this is noise, sway or the Earth's rotation, rad/s.
+    pub doubt: f32,
+}
+
 /// State of the learner's navigator, for reports.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
@@ -191,6 +200,11 @@ pub trait Learner: Send {
     /// is new at every turn-on.
     fn for_next_power_on(&mut self) -> Option<Winner> {
         self.winner()
+    }
+
+    /// What the rest in progress has shown; `None`: the vehicle moves, or nothing is known yet.
+    fn rest(&self) -> Option<Resting> {
+        None
     }
 
     /// Takes down what is known of the unit, for [`Learner::write_memory`]; at most [`MEMORY_LEN`]

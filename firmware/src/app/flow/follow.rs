@@ -1,6 +1,7 @@
 //! Work after a frame has left: gaps, repeated samples, sensors whose values do not change or that
 //! restart, and the networks' and the learner's share of the sample.
 
+use super::at_rest::FirstRest;
 use super::channels::Kind;
 use super::{Correction, Flow};
 use crate::app::blackbox::What;
@@ -276,6 +277,7 @@ impl Flow<'_> {
         self.session.demote();
         self.learning.end();
         self.session.stands = None;
+        self.session.first_rest = FirstRest::default();
         if let Some(nets) = self.pending.take_next() {
             self.take_nets(nets);
         }

@@ -117,8 +117,10 @@ impl Flow<'_> {
         let correction = self.corrector.correction.get();
         let block_s = correction.map(|c| c.compensator.scale().block_s());
         self.retain(block, block_s.unwrap_or_default());
-        if self.config.activation == Activation::NextPowerOn {
-            return;
+        match self.config.activation {
+            Activation::NextPowerOn => return,
+            Activation::FirstRest => return self.correct_at_rest(block_s.unwrap_or_default()),
+            Activation::Commanded | Activation::Standstill | Activation::Faded => {}
         }
         let answer = self.learning.port.answer();
         let still_s = answer.map_or(0, |answer| answer.still_s);

@@ -227,6 +227,7 @@ impl Flow<'_> {
             Some(Correction { compensator, state }) if fade && !zero(state) => {
                 state.off = off;
                 compensator.set_slew(Some(self.config.slew));
+                self.session.first_rest.drop_added();
                 if core::mem::take(&mut self.session.learner_nets) {
                     compensator.exchange(state, self.config.nets, Default::default());
                 }

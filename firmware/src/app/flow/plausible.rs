@@ -89,6 +89,7 @@ impl Flow<'_> {
         if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
             // networks that stay go on from their states: they are a function of the time since
             // power-on, too
+            self.session.first_rest.drop_added();
             if core::mem::take(&mut self.session.learner_nets) {
                 compensator.exchange(state, self.config.nets, Default::default());
             }

@@ -1,6 +1,7 @@
 //! State of the device: its mode, the navigation computer's alignment, and whether a learnt
 //! correction is in force.
 
+use super::at_rest::FirstRest;
 use crate::app::config::Activation;
 use crate::control::{Alignment, Mode};
 
@@ -17,6 +18,8 @@ pub(in crate::app) struct Session {
     pub stood: bool,
     /// The last fix: whether it shows a standstill, and the number of the sample before it.
     pub stands: Option<(bool, u64)>,
+    /// With activation `FirstRest`: the first rest since power-on.
+    pub first_rest: FirstRest,
     /// Latitude of the last fix, rad.
     pub latitude: Option<f64>,
 }
@@ -31,6 +34,7 @@ impl Session {
             learner_nets: false,
             stood: false,
             stands: None,
+            first_rest: FirstRest::default(),
             latitude: None,
         }
     }
@@ -46,6 +50,7 @@ impl Session {
     /// The learnt correction is no longer in force.
     pub fn demote(&mut self) {
         (self.promoted, self.learner_nets) = (false, false);
+        self.first_rest.drop_added();
     }
 
     /// Corrections change no faster than the slew limit: from the beginning of an alignment on, and
@@ -56,6 +61,7 @@ impl Session {
 
     /// Whether the stored networks act on all samples of mode learn.
     pub fn acts_from_power_on(&self, activation: Activation) -> bool {
-        self.mode == Mode::Learn && activation == Activation::NextPowerOn
+        let acts = matches!(activation, Activation::NextPowerOn | Activation::FirstRest);
+        self.mode == Mode::Learn && acts
     }
 }

@@ -4,6 +4,7 @@
 //! Networks and configuration, from which it is made, are checked once a second.
 
 use super::{Correction, Flow};
+use crate::app::config::Activation;
 use crate::app::setup::{compensator, lsb};
 use crate::compensator::of_nets;
 use crate::model::Nets;
@@ -63,8 +64,10 @@ impl Flow<'_> {
             }
             _ => self.corrector.correction.clear(),
         }
-        if learner_nets {
-            self.activate(false);
+        match (learner_nets, self.config.activation) {
+            (true, Activation::FirstRest) => self.restore_at_rest(),
+            (true, _) => self.activate(false),
+            _ => {}
         }
         self.health.mended();
         let correction = self.corrector.correction.get_mut();

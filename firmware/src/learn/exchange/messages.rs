@@ -1,6 +1,6 @@
 //! What goes between the frame path and the learner.
 
-use super::super::{Learner, Report, Settings, Solution, Trials, Winner};
+use super::super::{Learner, Report, Resting, Settings, Solution, Trials, Winner};
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
@@ -63,6 +63,8 @@ pub struct Answer {
     pub winner: Option<Winner>,
     /// [`Learner::for_next_power_on`].
     pub next: Option<Winner>,
+    /// [`Learner::rest`].
+    pub rest: Option<Resting>,
     /// [`Learner::learnt`].
     pub learnt: (Nets, [State; 2]),
     /// [`Report::still_s`].
@@ -101,6 +103,7 @@ impl Answer {
             number,
             winner: learner.winner(),
             next: learner.for_next_power_on(),
+            rest: learner.rest(),
             learnt: learner.learnt(),
             still_s: report.still_s,
             navigates: report.navigates,

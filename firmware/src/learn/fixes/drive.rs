@@ -266,6 +266,12 @@ impl<'m> Drive<'m> {
         }
     }
 
+    /// Nothing navigates, as at power-on.
+    pub fn begin_unaligned(&mut self) {
+        let scale = self.compensator.0.scale();
+        self.learner.begin(&Nets::NONE, scale);
+    }
+
     pub fn seconds(&mut self, seconds: u32) {
         for _ in 0..seconds * HZ {
             self.sample();

@@ -9,7 +9,7 @@ use crate::learn::bank::{STORED, ZERO_CORRECTION};
 use crate::learn::prior::Shapes;
 use crate::learn::quantise::{Scale, split};
 use crate::learn::settings::Settings;
-use crate::learn::{Learner, Report, Solution, Trials, Winner};
+use crate::learn::{Learner, Report, Resting, Solution, Trials, Winner};
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
 use lrnn_nostd::State;
@@ -112,6 +112,10 @@ impl Learner for FixLearner<'_> {
 
     fn for_next_power_on(&mut self) -> Option<Winner> {
         self.of_unit()
+    }
+
+    fn rest(&self) -> Option<Resting> {
+        self.resting()
     }
 
     fn remember(&mut self) -> usize {

@@ -25,6 +25,8 @@ use super::observe::{DEPARTURE, STILL_MPS, STILL_S};
 use crate::align::Rest;
 use crate::configuration::VehicleKind;
 use crate::fix::{NOT_MEASURED, OBSERVATIONS};
+use crate::learn::Resting;
+use crate::learn::quantise::split;
 use crate::nav;
 use crate::nav::earth::{Local, OMEGA_IE};
 use crate::nav::vector::{V32, add, narrow, rotated, scale};
@@ -40,6 +42,8 @@ const MORE: f32 = 1.25;
 /// What is not known of the Earth's rotation while the attitude is known, as a share of the
 /// heading's standard deviation, in rad, at most 1; and the least, rad/s.
 const LEAST_UNKNOWN: f32 = 1e-8;
+/// Standard deviations of noise beyond which a mean is an error.
+const SURE: f32 = 3.0;
 /// Specific force at rest, m/s2.
 const GRAVITY: f32 = 9.8;
 /// Time without a fix from which a rest shows the velocity, s; and between two of its observations.
@@ -52,11 +56,24 @@ pub(super) struct Rests {
     /// Its information, s2/rad2, and mean error of the gyros, rad/s.
     information: f32,
     mean: V32,
-    /// Its time then, s.
+    /// Its time then, s, and what is doubtful of its mean, rad/s: [`Resting::doubt`].
     seconds: f32,
+    doubt: f32,
     /// Time since the last fix, and since the last observation of the velocity, s.
     since_fix_s: f32,
     since_zero_s: f32,
+}
+
+/// Mean of a rest.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    /// Errors of the gyros, rad/s.
+    mean: V32,
+    /// Variance by noise and sway, and what is not known of the Earth's rotation, rad/s.
+    noise: f32,
+    unknown: f32,
+    /// Time, s.
+    seconds: f32,
 }
 
 /// News of a rest: errors of the gyros, rad/s, and the variance of each.
@@ -73,15 +90,21 @@ impl Rests {
     }
 
     /// The rest in progress, less the Earth's rotation as far as it is known.
-    fn rest(&mut self, rest: Option<(V32, f32, f32)>) -> Option<News> {
-        let Some((mean, variance, seconds)) = rest else {
+    fn rest(&mut self, rest: Option<Shown>) -> Option<News> {
+        let Some(Shown {
+            mean,
+            noise,
+            unknown,
+            seconds,
+        }) = rest
+        else {
             (self.information, self.seconds) = (0.0, 0.0);
             return None;
         };
         if seconds < self.seconds {
             self.information = 0.0; // another one
         }
-        let information = 1.0 / variance;
+        let information = 1.0 / (noise + unknown * unknown);
         let more = information - self.information;
         if !(more > (MORE - 1.0) * self.information && information.is_finite()) {
             return None;
@@ -89,6 +112,7 @@ impl Rests {
         let news = |i: usize| (information * mean[i] - self.information * self.mean[i]) / more;
         let errors = core::array::from_fn(news);
         (self.information, self.mean, self.seconds) = (information, mean, seconds);
+        self.doubt = unknown + SURE * libm::sqrtf(noise);
         Some(News {
             errors,
             variance: 1.0 / more,
@@ -114,8 +138,18 @@ impl FixLearner<'_> {
         self.learn_from_zero_velocity();
     }
 
-    /// Mean errors of the gyros in a rest, rad/s, their variance, and its time.
-    fn of_gyros(&self, rest: &Rest) -> (V32, f32, f32) {
+    /// What the rest in progress has taught.
+    pub(super) fn resting(&self) -> Option<Resting> {
+        let Rests {
+            information, doubt, ..
+        } = self.motion.rests;
+        let bank = &self.memory.bank;
+        let [gyro, _] = split(bank.estimate_of(bank.biases()));
+        (information > 0.0).then_some(Resting { gyro, doubt })
+    }
+
+    /// Errors of the gyros by a rest.
+    fn of_gyros(&self, rest: &Rest) -> Shown {
         let (earth, unknown) = self.earth_rate();
         let white = self.settings.noise.gyro;
         let sample_s = self.samples.stream.map_or(0.0, |stream| stream.period_s) as f32;
@@ -123,9 +157,12 @@ impl FixLearner<'_> {
         let noise = (white * white).max(vibration);
         let sway = SWAY / rest.seconds;
         let of_force = self.settings.g_sensitivity * GRAVITY;
-        let variance =
-            noise / rest.seconds + 2.0 * sway * sway + unknown * unknown + of_force * of_force;
-        (add(rest.rate, scale(earth, -1.0)), variance, rest.seconds)
+        Shown {
+            mean: add(rest.rate, scale(earth, -1.0)),
+            noise: noise / rest.seconds + 2.0 * sway * sway,
+            unknown: libm::hypotf(unknown, of_force),
+            seconds: rest.seconds,
+        }
     }
 
     /// The Earth's rotation in the sensor's axes as far as it is known, and what is not known of

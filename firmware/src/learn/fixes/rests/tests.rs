@@ -1,1 +1,174 @@
+use super::*;
+use crate::learn::fixes::Memory;
+use crate::learn::fixes::drive::{Drive, Receiver, Road};
+use crate::learn::prior::Datasheet;
+use crate::learn::{Learner, Settings};
+use crate::nav::Noise;
 
+const PARKED: Road = Road {
+    speed: |_| 0.0,
+    heading: |_| 0.4,
+    sway: 0.0,
+};
+/// Drives for a minute, stands for a minute, again and again.
+const STOPS: Road = Road {
+    speed: |t| {
+        if t % 120.0 < 60.0 {
+            6.0 * (1.0 - libm::cos(t * core::f64::consts::TAU / 60.0))
+        } else {
+            0.0
+        }
+    },
+    heading: |t| {
+        if t % 120.0 < 60.0 {
+            0.2 * (1.0 - libm::cos(t * core::f64::consts::TAU / 60.0))
+        } else {
+            0.0
+        }
+    },
+    sway: 0.0,
+};
+/// A receiver that measures nothing.
+const NONE: Receiver = Receiver {
+    sigmas: [NOT_MEASURED; OBSERVATIONS],
+    ..Receiver::GOOD
+};
+const PERFECT: [[f64; 3]; 2] = [[0.0; 3]; 2];
+const MEMS: [[f64; 3]; 2] = [[6e-3, -9e-3, 4e-3], [0.1, -0.06, 0.08]];
+const LASER: [[f64; 3]; 2] = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
+const EARTH: f64 = 7.292e-5;
+
+fn mems() -> Settings {
+    Settings {
+        sheet: Datasheet {
+            scale: Settings::MEDIUM.sheet.scale,
+            misalignment: Settings::MEDIUM.sheet.misalignment,
+            ..Datasheet::land_vehicle(8.7e-3, 0.1)
+        },
+        noise: Noise {
+            gyro: 5e-5,
+            accel: 7e-4,
+        },
+        ..Settings::MEDIUM
+    }
+}
+
+fn memory() -> Box<Memory> {
+    Box::new(Memory::ZEROED)
+}
+
+/// Errors of the gyros' biases by the six biases, rad/s, and the standard deviations claimed.
+fn of_gyros(drive: &Drive, biases: [[f64; 3]; 2]) -> [(f64, f64); 3] {
+    let bank = drive.learner.bank();
+    let (estimate, sigma) = (bank.estimate_of(1), bank.bias_sigma());
+    core::array::from_fn(|i| (f64::from(estimate[i]) - biases[0][i], f64::from(sigma[i])))
+}
+
+/// What a rest teaches at several times is together what the whole of it shows.
+#[test]
+fn news_do_not_count_twice() {
+    let mut rests = Rests::default();
+    let (mut sum, mut information, mut times) = (0.0, 0.0, 0);
+    let variance = |seconds: f32| 1e-8 / seconds + 2e-10;
+    let mean = |seconds: f32| [1e-3 + 1e-4 / seconds; 3];
+    for k in 4..200 {
+        let seconds = 0.5 * k as f32;
+        if let Some(news) = rests.rest(shown(mean(seconds), variance(seconds), seconds)) {
+            sum += news.errors[0] / news.variance;
+            information += 1.0 / news.variance;
+            times += 1;
+            assert!((information * variance(seconds) - 1.0).abs() < 1e-4);
+            assert!((sum / information / mean(seconds)[0] - 1.0).abs() < 1e-4);
+        }
+    }
+    assert!((8..20).contains(&times), "{times}");
+    // another rest begins at nothing
+    assert!(rests.rest(shown(mean(2.0), variance(2.0), 2.0)).is_some());
+    assert!(rests.rest(None).is_none());
+    assert!(rests.rest(shown(mean(9.0), variance(9.0), 9.0)).is_some());
+    assert!(rests.rest(shown([0.0; 3], f32::NAN, 9.5)).is_none());
+    assert!(rests.rest(shown([0.0; 3], 0.0, 9.5)).is_none());
+}
+
+fn shown(mean: V32, noise: f32, seconds: f32) -> Option<Shown> {
+    Some(Shown {
+        mean,
+        noise,
+        unknown: 0.0,
+        seconds,
+    })
+}
+
+/// A parked vehicle without a receiver: the gyros' errors are found as well as is claimed, and
+/// without an attitude no better than the Earth's rotation is known.
+#[test]
+fn a_parked_vehicle_learns_its_gyros() {
+    for (settings, biases, seconds) in [(mems(), MEMS, 30), (Settings::MEDIUM, LASER, 300)] {
+        for navigates in [true, false] {
+            let mut squares = 0.0;
+            for seed in 0..8 {
+                let mut memory = memory();
+                let mut drive = Drive::new(&mut memory, settings, PARKED, NONE, biases, seed);
+                if !navigates {
+                    drive.begin_unaligned();
+                }
+                drive.seconds(seconds);
+                for (error, sigma) in of_gyros(&drive, biases) {
+                    squares += error * error / (sigma * sigma) / 24.0;
+                    if settings == mems() {
+                        let claims = if navigates { 2.1e-5 } else { EARTH };
+                        assert!((sigma / claims - 1.0).abs() < 0.15, "{sigma} {claims}");
+                    }
+                }
+            }
+            assert!((0.01..2.5).contains(&squares), "{navigates}: {squares}");
+        }
+    }
+}
+
+/// Sensors without errors stay uncorrected, at rest as well, whatever the Earth does.
+#[test]
+fn the_earth_is_no_error() {
+    for settings in [mems(), Settings::MEDIUM] {
+        let mut memory = memory();
+        let mut drive = Drive::new(&mut memory, settings, PARKED, NONE, PERFECT, 3);
+        drive.begin_unaligned();
+        drive.seconds(200);
+        assert_eq!(drive.learner.bank().leading(), 0);
+        assert_eq!(drive.learner.report().winner, 0);
+    }
+}
+
+/// Without fixes, standstills keep the navigator's velocity, and what it learns of the sensors.
+#[test]
+fn without_fixes_stops_show_the_velocity() {
+    let after = |road: Road, seconds: u32| {
+        let mut memory = memory();
+        let mut drive = Drive::new(&mut memory, mems(), road, Receiver::GOOD, MEMS, 5);
+        drive.seconds(120);
+        drive.receiver = NONE;
+        drive.seconds(seconds);
+        let [_, velocity] = drive.error();
+        velocity
+    };
+    let standing = after(STOPS, 4 * 120 - 2);
+    assert!(standing < 0.1, "{standing}");
+    // a quiet cruise is no standstill, whatever the sensors feel
+    let under_way = after(Road::STRAIGHT, 60);
+    assert!(under_way < 5.0, "{under_way}");
+}
+
+/// A ship does not rest.
+#[test]
+fn a_ship_does_not_rest() {
+    let mut memory = memory();
+    let settings = Settings {
+        vehicle: VehicleKind::Ship,
+        ..mems()
+    };
+    let mut drive = Drive::new(&mut memory, settings, PARKED, NONE, MEMS, 1);
+    drive.begin_unaligned();
+    drive.seconds(60);
+    assert!(drive.learner.report().still_s > 50);
+    assert_eq!(*drive.learner.bank().estimate_of(1), [0.0; 6]);
+}
