@@ -198,6 +198,7 @@ impl Device {
                 Activation::Standstill => "standstill",
                 Activation::Faded => "faded",
                 Activation::NextPowerOn => "next-power-on",
+                Activation::FirstRest => "first-rest",
             }),
             port: self.port.clone(),
             has_key: self.key.is_some(),

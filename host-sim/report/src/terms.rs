@@ -88,6 +88,10 @@ fn of_name(name: &str) -> Option<&'static str> {
              itself is stored, and corrects from the next power-on on. Until then \
              nothing is corrected"
         }
+        "device-first-rest" => {
+            "the device with activation first-rest: as device, and the gyros' errors that the \
+             first rest after power-on shows as well"
+        }
         "rest" => "the mean rate of the gyros over the standstill, less the Earth's, taken off",
         "last" => "the biases that ekf6 had at the end of the drive before, taken off",
         "zupt" => {

@@ -183,6 +183,9 @@ pub enum Activation {
     /// The correction is stored, and applied to all samples from the next power-on.
     #[default]
     NextPowerOn,
+    /// As next-power-on, and the gyros' errors that the first rest after power-on shows as well:
+    /// for a vehicle that stands when it is switched on. Needs no receiver.
+    FirstRest,
 }
 
 impl Default for Receiver {
@@ -280,6 +283,7 @@ impl From<Activation> for configuration::Activation {
             Activation::Standstill => Self::Standstill,
             Activation::Faded => Self::Faded,
             Activation::NextPowerOn => Self::NextPowerOn,
+            Activation::FirstRest => Self::FirstRest,
         }
     }
 }

@@ -154,6 +154,7 @@ fn correction(settings: &configuration::Correction) -> Correction {
             configuration::Activation::Standstill => Activation::Standstill,
             configuration::Activation::Faded => Activation::Faded,
             configuration::Activation::NextPowerOn => Activation::NextPowerOn,
+            configuration::Activation::FirstRest => Activation::FirstRest,
         },
         limit_gyro_dph: Some(scaled(limit.gyro, DEG_PER_H)),
         limit_accel_ug: Some(scaled(limit.accel, UG)),

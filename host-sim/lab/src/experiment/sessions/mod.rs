@@ -14,6 +14,7 @@
 //! | the same with `-memory` | the same, after what the filter remembers of the unit |
 //! | `zupt` | `rest`'s mean, and zero velocity wherever the vehicle stands |
 //! | `device` | what the firmware's own application takes off |
+//! | `device-first-rest` | the same with activation `first-rest` |
 
 mod coasts;
 mod device;
@@ -33,7 +34,7 @@ use crate::learning::device::{Device, configured, course};
 use crate::learning::recall::{FILTERS, biases, less};
 use crate::learning::teacher::Assumptions;
 use coasts::{Coasts, Scheme, Starts};
-use firmware::configuration::Configuration;
+use firmware::configuration::{Activation, Configuration};
 use host_core::error::Error;
 use host_core::inertial::ekf::{Aided, Noise, Prior};
 use host_core::inertial::sins::{Increment, NavState};
@@ -281,29 +282,29 @@ impl Unit {
         &self,
         timeline: &Timeline,
         ends: &[f64],
-    ) -> (
-        Vec<Vec<Increment>>,
-        (Device, crate::learning::device::Drive),
-    ) {
+    ) -> (Vec<Samples>, (Device, crate::learning::device::Drive)) {
         let until: Vec<f64> = std::iter::once(0.0)
             .chain(FIXES_S)
             .chain(ends.iter().copied())
-            .chain([f64::INFINITY])
             .collect();
-        let mut drives: Vec<_> = until
-            .par_iter()
-            .map(|until| {
-                let mut device = self.device.clone();
-                let drive = device::drive(&mut device, timeline, *until);
-                (device, drive)
-            })
-            .collect();
-        let whole = drives.pop().expect("one without a limit");
-        let increments = drives
-            .iter()
-            .map(|(_, drive)| device::increments(timeline, drive))
-            .collect();
-        (increments, whole)
+        let mut resting = self.device.configuration().clone();
+        resting.correction.activation = Activation::FirstRest;
+        let drive = |configuration: &Configuration, until: f64| {
+            let mut device = self.device.clone();
+            device.configure(configuration);
+            let drive = device::drive(&mut device, timeline, until);
+            (device, drive)
+        };
+        let own = self.device.configuration();
+        let whole = drive(own, f64::INFINITY);
+        let samples = |configuration: &Configuration, until: f64| {
+            device::increments(timeline, &drive(configuration, until).1)
+        };
+        let each = until.par_iter().map(|until| Samples {
+            device: samples(own, *until),
+            resting: samples(&resting, *until),
+        });
+        (each.collect(), whole)
     }
 
     /// The passes of all filters, and what they remember afterwards.
@@ -346,6 +347,14 @@ impl Unit {
     }
 }
 
+/// Samples that the device has corrected.
+struct Samples {
+    /// As its configuration says.
+    device: Vec<Increment>,
+    /// With activation `first-rest`.
+    resting: Vec<Increment>,
+}
+
 /// The schemes of one session.
 struct Session<'a> {
     number: usize,
@@ -354,7 +363,7 @@ struct Session<'a> {
     before: &'a Memory,
     /// The device's samples in each phase: without fixes, with those of the first seconds, and
     /// before each last coast.
-    drives: &'a [Vec<Increment>],
+    drives: &'a [Samples],
     own_start: bool,
     /// Times of the passes' states, s.
     times: &'a [f64],
@@ -405,13 +414,7 @@ impl Session<'_> {
     }
 
     /// The rows of a phase; `at`: which state of the passes has its fixes, `None`: no fix.
-    fn phase(
-        &self,
-        phase: &str,
-        at: Option<usize>,
-        device: &[Increment],
-        starts: Starts,
-    ) -> Vec<Row> {
+    fn phase(&self, phase: &str, at: Option<usize>, device: &Samples, starts: Starts) -> Vec<Row> {
         let (coasts, number) = (&self.coasts, self.number);
         let timeline = coasts.timeline;
         if self.own_start && at.is_none() {
@@ -472,7 +475,8 @@ impl Session<'_> {
             let memory = format!("{name}-memory");
             filtered(&memory, passes.remembering.as_ref(), knowing);
         }
-        rows.extend(with("device", device));
+        rows.extend(with("device", &device.device));
+        rows.extend(with("device-first-rest", &device.resting));
         rows
     }
 }
