@@ -99,8 +99,10 @@ pub struct Winner {
 pub struct Resting {
     /// Errors of the gyros, rad/s.
     pub gyro: [f32; 3],
-    /// What is less than this is noise, sway or the Earth's rotation, rad/s.
-    pub doubt: f32,
+    /// How much of them the Earth's rotation may be, rad/s.
+    pub unknown: f32,
+    /// How much of them noise and sway may be, rad/s (three standard deviations).
+    pub noise: f32,
 }
 
 /// State of the learner's navigator, for reports.

@@ -18,6 +18,7 @@
 //! z = (I m - I_0 m_0) / (I - I_0)       variance 1 / (I - I_0)
 //! ```
 //!
+//! What gravity adds to a gyro by its g-sensitivity counts as its bias, as everywhere in the learner.
 //! Accelerometers learn nothing directly: their mean is gravity on an unknown tilt.
 
 use super::FixLearner;
@@ -44,8 +45,6 @@ const MORE: f32 = 1.25;
 const LEAST_UNKNOWN: f32 = 1e-8;
 /// Standard deviations of noise beyond which a mean is an error.
 const SURE: f32 = 3.0;
-/// Specific force at rest, m/s2.
-const GRAVITY: f32 = 9.8;
 /// Time without a fix from which a rest shows the velocity, s; and between two of its observations.
 const ALONE_S: f32 = 2.0;
 const EVERY_S: f32 = 1.0;
@@ -56,9 +55,10 @@ pub(super) struct Rests {
     /// Its information, s2/rad2, and mean error of the gyros, rad/s.
     information: f32,
     mean: V32,
-    /// Its time then, s, and what is doubtful of its mean, rad/s: [`Resting::doubt`].
+    /// Its time then, s, and what is doubtful of its mean: see [`Resting`].
     seconds: f32,
-    doubt: f32,
+    unknown: f32,
+    noise: f32,
     /// Time since the last fix, and since the last observation of the velocity, s.
     since_fix_s: f32,
     since_zero_s: f32,
@@ -112,7 +112,7 @@ impl Rests {
         let news = |i: usize| (information * mean[i] - self.information * self.mean[i]) / more;
         let errors = core::array::from_fn(news);
         (self.information, self.mean, self.seconds) = (information, mean, seconds);
-        self.doubt = unknown + SURE * libm::sqrtf(noise);
+        (self.unknown, self.noise) = (unknown, SURE * libm::sqrtf(noise));
         Some(News {
             errors,
             variance: 1.0 / more,
@@ -141,11 +141,18 @@ impl FixLearner<'_> {
     /// What the rest in progress has taught.
     pub(super) fn resting(&self) -> Option<Resting> {
         let Rests {
-            information, doubt, ..
+            information,
+            unknown,
+            noise,
+            ..
         } = self.motion.rests;
         let bank = &self.memory.bank;
         let [gyro, _] = split(bank.estimate_of(bank.biases()));
-        (information > 0.0).then_some(Resting { gyro, doubt })
+        (information > 0.0).then_some(Resting {
+            gyro,
+            unknown,
+            noise,
+        })
     }
 
     /// Errors of the gyros by a rest.
@@ -156,11 +163,10 @@ impl FixLearner<'_> {
         let vibration = rest.scatter * rest.scatter / 3.0 * sample_s * COLOUR;
         let noise = (white * white).max(vibration);
         let sway = SWAY / rest.seconds;
-        let of_force = self.settings.g_sensitivity * GRAVITY;
         Shown {
             mean: add(rest.rate, scale(earth, -1.0)),
             noise: noise / rest.seconds + 2.0 * sway * sway,
-            unknown: libm::hypotf(unknown, of_force),
+            unknown,
             seconds: rest.seconds,
         }
     }
