@@ -103,7 +103,7 @@ fn the_first_rest_corrects_the_gyros() {
     let drive = drive(&configuration(), &samples(BIASES, moves, 130), &[]);
     let of = &drive.correction;
     assert_eq!(of[1], [[0.0; 3]; 2]);
-    for (second, of) in of.iter().enumerate().skip(6) {
+    for (second, of) in of.iter().enumerate().skip(9) {
         // the icm-42688's noise over six seconds, and the Earth
         assert!(left(of, BIASES) < 1.5e-4, "{second}: {of:?}");
         assert_eq!(of[1], [0.0; 3]);
@@ -158,4 +158,131 @@ fn an_alignment_keeps_what_was_found() {
     let of = &drive.correction;
     assert!(left(&of[19], BIASES) < 1e-4, "{:?}", of[19]);
     assert!(of[21..].iter().all(|later| *later == of[21]));
+}
+
+/// What may happen to a vehicle that is switched on, in its first minute: the true rate (rad/s) and
+/// specific force (m/s2) beside gravity and the Earth's rotation, at a time (s).
+type Happens = fn(f64) -> [[f64; 3]; 2];
+
+const STANDS: [[f64; 3]; 2] = [NONE; 2];
+
+/// Disturbances, and what they may leave of an error, rad/s: nothing more than the rest would.
+const HAPPENS: [(&str, Happens, f64); 8] = [
+    ("stands", |_| STANDS, 1.5e-4),
+    // tilted by a degree within a second, and back
+    (
+        "someone sits down and rises",
+        |t| {
+            let turns = |from: f64| {
+                if (from..from + 1.0).contains(&t) {
+                    0.0175
+                } else {
+                    0.0
+                }
+            };
+            let tilt = if (11.0..21.0).contains(&t) {
+                0.0175 * 9.807
+            } else {
+                0.0
+            };
+            [[0.0, turns(10.0) - turns(20.0), 0.0], [tilt, 0.0, 0.0]]
+        },
+        1.5e-4,
+    ),
+    (
+        "it is loaded",
+        |t| {
+            let knock = if (t % 3.0) < 0.2 {
+                0.05 * (60.0 * t).sin()
+            } else {
+                0.0
+            };
+            [[knock, 0.4 * knock, 0.0], [4.0 * knock, 0.0, 9.0 * knock]]
+        },
+        3e-4,
+    ),
+    (
+        "a lift",
+        |t| {
+            let pushes = |from: f64| {
+                if (from..from + 2.0).contains(&t) {
+                    0.8
+                } else {
+                    0.0
+                }
+            };
+            [NONE, [0.0, 0.0, pushes(20.0) - pushes(8.0)]]
+        },
+        1.5e-4,
+    ),
+    (
+        "a ferry in swell",
+        |t| {
+            let roll = 0.02 * (0.7 * t).cos();
+            [
+                [0.7 * roll, 0.0, 0.0],
+                [0.0, 9.8 * 0.02 * (0.7 * t).sin(), 0.0],
+            ]
+        },
+        f64::INFINITY,
+    ),
+    (
+        "turned, then set down",
+        |t| [[0.0, 0.0, if t < 15.0 { 0.02 } else { 0.0 }], NONE],
+        1.5e-4,
+    ),
+    (
+        "the engine idles",
+        |t| {
+            let shakes = (150.0 * t).sin();
+            [
+                [8e-3 * shakes; 3],
+                [0.5 * shakes, 0.3 * shakes, 0.4 * shakes],
+            ]
+        },
+        6e-4,
+    ),
+    (
+        "towed from the first sample on",
+        |t| {
+            let road = 0.02 * (40.0 * t).sin() * (7.0 * t).cos();
+            [
+                [road, 0.7 * road, 0.01 * (0.5 * t).sin()],
+                [9.0 * road, 0.3, 20.0 * road],
+            ]
+        },
+        f64::INFINITY,
+    ),
+];
+
+/// None of them makes the gyros worse than they are, of sensors with errors and of perfect ones, and
+/// after most of them hardly an error is left.
+#[test]
+fn what_happens_at_power_on_does_no_harm() {
+    for (what, happens, least) in HAPPENS {
+        for biases in [BIASES, NONE] {
+            let mut noise = Noise(11);
+            let each = (0..50 * HZ).map(|k| {
+                let [turn, push] = happens(k as f64 / HZ as f64);
+                let mut of = |mean: f64, density: f64, worth: f64| {
+                    let noise = density * noise.next() / (HZ as f64).sqrt();
+                    ((mean / HZ as f64 + noise) / worth).round() as i32
+                };
+                let gravity = [0.0, 0.0, -9.807];
+                Counts {
+                    dtheta: core::array::from_fn(|i| {
+                        of(biases[i] + EARTH[i] + turn[i], 5e-5, LSB.rad)
+                    }),
+                    dv: core::array::from_fn(|i| of(gravity[i] + push[i], 7e-4, LSB.mps)),
+                }
+            });
+            let drive = drive(&configuration(), &List::collected(each, IN_MEMORY), &[]);
+            let end = drive.correction.last().unwrap();
+            let without = biases.iter().fold(0.0, |most: f64, b| most.max(b.abs()));
+            let left = left(end, biases);
+            assert!(left <= without.max(0.0), "{what}: {left} {end:?}");
+            assert!(left <= least, "{what}: {left} {end:?}");
+            assert_eq!(end[1], [0.0; 3], "{what}");
+        }
+    }
 }

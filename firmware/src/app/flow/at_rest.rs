@@ -3,7 +3,8 @@
 //!
 //! A rest that has begun within [`BEGINS_S`] of power-on shows the gyros' errors to some hundredths
 //! of a degree per second, before the navigation computer has aligned itself. While it lasts, the
-//! correction follows what it shows; afterwards it stays as it is until the next power-on. What the
+//! correction follows what it shows; afterwards it stays as it is until the next power-on. Should
+//! the vehicle have been turned meanwhile, the next rest in that time takes its place. What the
 //! Earth's rotation may be is not corrected, and without a stored correction what noise may be
 //! neither, so that sensors without errors stay as they are. The accelerometers have what is
 //! stored.
@@ -11,13 +12,13 @@
 use super::{Correction, Flow};
 use crate::model::Nets;
 
-/// A rest that begins later is not the first one, s.
+/// A rest that begins later does not count, s.
 const BEGINS_S: f32 = 30.0;
 
 /// Course of the first rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Course {
-    /// It may come.
+    /// It may come, or come again.
     #[default]
     Awaited,
     /// It lasts.
@@ -48,9 +49,14 @@ impl FirstRest {
         self.time_s += block_s;
         self.course = match (self.course, rested) {
             _ if aligns => Course::Over,
-            (Course::Awaited, false) if self.time_s <= BEGINS_S => Course::Awaited,
-            (Course::Awaited, true) if self.time_s <= BEGINS_S => Course::Lasts,
             (Course::Lasts, true) => Course::Lasts,
+            (Course::Awaited | Course::Lasts, _) if self.time_s <= BEGINS_S => {
+                if rested {
+                    Course::Lasts
+                } else {
+                    Course::Awaited
+                }
+            }
             _ => Course::Over,
         };
         self.course == Course::Lasts
@@ -131,9 +137,9 @@ mod tests {
             .collect()
     }
 
-    /// The first rest counts if it begins in time, and no later one.
+    /// A rest counts if it begins in time, and no later one.
     #[test]
-    fn one_rest_in_time() {
+    fn a_rest_in_time() {
         let of = |waits: usize, rests: usize| {
             let first = std::iter::repeat_n(false, waits).chain(std::iter::repeat_n(true, rests));
             let later = [false].into_iter().chain(std::iter::repeat_n(true, 9));
@@ -143,6 +149,7 @@ mod tests {
                 .count()
         };
         assert_eq!(of(2, 40), 40);
+        assert_eq!(of(2, 10), 10 + 9);
         assert_eq!(of(29, 5), 5);
         assert_eq!(of(30, 5), 0);
     }

@@ -23,7 +23,7 @@
 
 use super::FixLearner;
 use super::observe::{DEPARTURE, STILL_MPS, STILL_S};
-use crate::align::Rest;
+use crate::align::{Align, Rest};
 use crate::configuration::VehicleKind;
 use crate::fix::{NOT_MEASURED, OBSERVATIONS};
 use crate::learn::Resting;
@@ -38,6 +38,8 @@ const SWAY: f32 = 1e-4;
 /// How much more vibration adds to a mean than white noise of its scatter would: it has low
 /// frequencies as well (assumed).
 const COLOUR: f32 = 4.0;
+/// Shortest rest that teaches, s: a vehicle on a smooth road turns evenly for less (assumed).
+const LEAST_S: f32 = 5.0;
 /// Information, in units of what has been taught, from which a rest teaches again.
 const MORE: f32 = 1.25;
 /// What is not known of the Earth's rotation while the attitude is known, as a share of the
@@ -59,6 +61,8 @@ pub(super) struct Rests {
     seconds: f32,
     unknown: f32,
     noise: f32,
+    /// Before the first rest: mean and variance of each gyro's error.
+    before: Option<[V32; 2]>,
     /// Time since the last fix, and since the last observation of the velocity, s.
     since_fix_s: f32,
     since_zero_s: f32,
@@ -130,8 +134,15 @@ impl FixLearner<'_> {
             .navigation
             .align
             .as_ref()
-            .and_then(|align| align.rest());
+            .and_then(Align::rest)
+            .filter(|rest| rest.seconds >= LEAST_S);
         let of_gyros = rest.map(|rest| self.of_gyros(&rest));
+        if self.motion.rests.before.is_none() && of_gyros.is_some() {
+            let bank = &self.memory.bank;
+            let [mean, _] = split(bank.estimate_of(bank.biases()));
+            let [sigma, _] = split(&bank.bias_sigma());
+            self.motion.rests.before = Some([mean, sigma.map(|sigma| sigma * sigma)]);
+        }
         if let Some(News { errors, variance }) = self.motion.rests.rest(of_gyros) {
             self.memory.bank.rest(&errors, variance);
         }
@@ -142,13 +153,19 @@ impl FixLearner<'_> {
     pub(super) fn resting(&self) -> Option<Resting> {
         let Rests {
             information,
+            mean,
             unknown,
             noise,
+            before,
             ..
         } = self.motion.rests;
-        let bank = &self.memory.bank;
-        let [gyro, _] = split(bank.estimate_of(bank.biases()));
-        (information > 0.0).then_some(Resting {
+        let [memory, variance] = before.filter(|_| information > 0.0)?;
+        // of this rest alone: an earlier one may have been none
+        let gyro = core::array::from_fn(|i| {
+            let share = information * variance[i] / (1.0 + information * variance[i]);
+            memory[i] + share * (mean[i] - memory[i])
+        });
+        Some(Resting {
             gyro,
             unknown,
             noise,

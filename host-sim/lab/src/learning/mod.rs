@@ -11,6 +11,7 @@ pub mod fix_learner;
 pub mod in_motion;
 pub mod promotion;
 pub mod recall;
+pub mod rests;
 pub mod teacher;
 pub mod window;
 

@@ -19,6 +19,7 @@ pub fn markdown(command: &str, summaries: &[Summary]) -> String {
         .replace("{classes}", &classes(summaries))
         .replace("{starts}", &rows(of(Goal::Start)))
         .replace("{traps}", &rows(of(Goal::Trap)))
+        .replace("{rests}", &rests(summaries))
 }
 
 /// Heads of the columns of a table of results.
@@ -92,6 +93,31 @@ fn rows<'a>(summaries: impl Iterator<Item = &'a Summary>) -> String {
     table(&HEADS.map(String::from), &rows)
 }
 
+/// The rests that the detector found without a receiver.
+fn rests(summaries: &[Summary]) -> String {
+    let share =
+        |of: Option<f64>, digits: usize| of.map_or_else(String::new, |x| format!("{x:.digits$}"));
+    let rows = summaries.iter().map(|summary| {
+        let of = &summary.rests;
+        let minutes = |seconds: u32| format!("{:.0}", f64::from(seconds) / 60.0);
+        vec![
+            summary.class.to_owned(),
+            minutes(of.standing_s),
+            share(of.found(), 2),
+            minutes(of.moving_s),
+            share(of.false_per_minute(), 2),
+        ]
+    });
+    let head = [
+        "class",
+        "standing, min",
+        "found",
+        "above 1 m/s, min",
+        "taken for a rest, s a minute",
+    ];
+    table(&head.map(String::from), &rows.collect::<Vec<_>>())
+}
+
 fn classes(summaries: &[Summary]) -> String {
     let of = |summary: &Summary| CLASSES.iter().find(|class| class.name == summary.class);
     let rows = summaries.iter().filter_map(|summary| {
@@ -122,7 +148,7 @@ mod tests {
         assert!(text.contains("the command"));
         for class in CLASSES {
             let places = text.matches(&format!("\n| {} |", class.name)).count();
-            assert_eq!(places, 2, "{}", class.name);
+            assert_eq!(places, 3, "{}", class.name);
         }
     }
 

@@ -3,6 +3,7 @@
 use super::class::{Class, Goal};
 use super::trial::{Attitude, Trial};
 use crate::campaign::statistics::quantile;
+use crate::learning::rests::Rests;
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
@@ -99,6 +100,8 @@ pub struct Summary {
     /// Mean of the squared heading errors divided by the claimed variances, at the same times: 1 if
     /// the claims are right.
     pub normalised_square: [Option<f64>; 3],
+    /// The rests that the detector found without a receiver, in all trials together.
+    pub rests: Rests,
 }
 
 impl Summary {
@@ -143,6 +146,7 @@ impl Summary {
             claimed_deg: times.map(|i| Spread::of(at(i).iter().map(|a| a.sigma_deg))),
             tilt_deg: Spread::of(at(0).iter().map(|a| a.tilt_deg)),
             normalised_square: times.map(|i| mean(at(i))),
+            rests: (trials.iter()).fold(Rests::default(), |sum, trial| sum.and(&trial.rests)),
         }
     }
 }
@@ -228,6 +232,10 @@ mod tests {
             fixes: 0,
             refused: 0,
             late: 0,
+            rests: Rests {
+                standing_s: 10,
+                ..Rests::default()
+            },
         };
         let trials = [
             trial(0, Some((-0.5, Some(0.25))), None),
@@ -249,5 +257,6 @@ mod tests {
         assert_eq!(summary.normalised_square[0], Some(535.0));
         assert_eq!(summary.normalised_square[1], Some(0.25));
         assert_eq!(summary.ways["gyrocompass"], 3);
+        assert_eq!(summary.rests.standing_s, 40);
     }
 }

@@ -5,12 +5,13 @@ use super::class::{Class, JOURNEY_S};
 use super::receiver::{Receiver, Sent, fixes};
 use crate::campaign::Seeds;
 use crate::learning::fix_learner::Device;
+use crate::learning::rests::{Detector, Rests};
 use firmware::compensator::Compensator;
 use firmware::configuration::{Configuration, UNKNOWN};
 use firmware::control::Way;
 use firmware::learn::{FixMemory, Settings};
 use firmware::model::Nets;
-use firmware::sample::RawSample;
+use firmware::sample::{Counts, RawSample};
 use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::sins::{Increment, NavState};
@@ -97,6 +98,8 @@ pub struct Trial {
     pub refused: u32,
     /// Fixes that arrived too late.
     pub late: u32,
+    /// The rests that its detector found without a receiver.
+    pub rests: Rests,
 }
 
 impl Attitude {
@@ -226,6 +229,8 @@ impl Prepared {
         let settings = Settings::of(&self.configuration);
         let mut device = Device::new(&mut memory, settings, self.compensator());
         let mut imu = Imu::new(&self.spec, seeds.unit, seeds.turn_on);
+        let dt = 1.0 / f64::from(self.spec.rate_hz);
+        let mut detector = Detector::new(&settings, Imu::lsb(&self.spec), dt);
         let mut judge = Judge::new(self.class.name, seed);
         let mounting = self.mounting();
         let samples_per_s = self.spec.rate_hz as usize;
@@ -236,31 +241,33 @@ impl Prepared {
                 imu.set_field(mounting.inverse_transform_vector(&body));
                 device.temperature(imu.readings().axes.mean() as f32);
             }
-            device.sample(&measured(&mut imu, increment, &mounting));
+            let counts = measured(&mut imu, increment, &mounting);
+            detector.sample(&counts);
+            device.sample(&RawSample::Counts {
+                gyro: counts.dtheta,
+                accel: counts.dv,
+            });
             let came = k + 1;
             if came % samples_per_s == 0 {
                 let now = &truth.epochs[came / truth.samples_per_epoch];
                 judge.second((came / samples_per_s) as u32, &mut device, now, &mounting);
+                detector.second(now.velocity.norm());
             }
             while let Some(Sent { fix, .. }) = sent.next_if(|sent| sent.sample <= came) {
                 device.fix(&fix);
             }
         }
-        judge.end(&device)
+        judge.end(&device, detector.rests())
     }
 }
 
 /// A sample of the sensor in its own axes.
-fn measured(imu: &mut Imu, body: &Increment, mounting: &UnitQuaternion<f64>) -> RawSample {
+fn measured(imu: &mut Imu, body: &Increment, mounting: &UnitQuaternion<f64>) -> Counts {
     let sensor = Increment {
         dtheta: mounting.inverse_transform_vector(&body.dtheta),
         dv: mounting.inverse_transform_vector(&body.dv),
     };
-    let (counts, _) = imu.measure(&sensor);
-    RawSample::Counts {
-        gyro: counts.dtheta,
-        accel: counts.dv,
-    }
+    imu.measure(&sensor).0
 }
 
 /// Compares the device with the truth once a second.
@@ -284,6 +291,7 @@ impl Judge {
                 fixes: 0,
                 refused: 0,
                 late: 0,
+                rests: Rests::default(),
             },
             navigated: false,
         }
@@ -325,8 +333,9 @@ impl Judge {
         }
     }
 
-    fn end(mut self, device: &Device<'_>) -> Trial {
+    fn end(mut self, device: &Device<'_>, rests: Rests) -> Trial {
         let report = device.report();
+        self.trial.rests = rests;
         self.trial.fixes = report.fixes;
         self.trial.refused = report.refused;
         self.trial.late = report.late;

@@ -1,8 +1,12 @@
 //! The device in a session: the firmware's own application on its samples and fixes.
 
+use super::reference::Reference;
 use super::timeline::Timeline;
 use crate::learning::device::{Device, Drive, Input, arrived};
+use crate::learning::rests::{Detector, Rests};
+use firmware::configuration::Configuration;
 use firmware::fix;
+use firmware::learn::Settings;
 use host_core::inertial::sins::Increment;
 
 /// One power-on of the device, with the fixes of the first `fixes_s` seconds.
@@ -31,4 +35,38 @@ pub fn drive(device: &mut Device, timeline: &Timeline, fixes_s: f64) -> Drive {
 #[must_use]
 pub fn increments(timeline: &Timeline, drive: &Drive) -> Vec<Increment> {
     timeline.session.navigable(drive.corrected.each())
+}
+
+/// Samples that the device has corrected.
+pub struct Samples {
+    /// As its configuration says.
+    pub device: Vec<Increment>,
+    /// With activation `first-rest`.
+    pub resting: Vec<Increment>,
+}
+
+/// The rests that the device's detector finds in a session without a receiver.
+pub fn found(timeline: &Timeline, reference: &Reference, configuration: &Configuration) -> Rests {
+    let session = &timeline.session;
+    let settings = Settings::of(configuration);
+    let mut detector = Detector::new(&settings, session.lsb, session.dt);
+    let second = (1.0 / session.dt).round().max(1.0) as usize;
+    for (k, counts) in session.counts.each().enumerate() {
+        detector.sample(&counts);
+        if (k + 1).is_multiple_of(second) {
+            let (_, nav) = reference.near(timeline.step_at((k + 1) as f64 * session.dt));
+            detector.second(nav.velocity.norm());
+        }
+    }
+    detector.rests()
+}
+
+/// A note on them; `None`: it never stood.
+pub fn of_rests(rests: &Rests) -> Option<String> {
+    rests.found()?;
+    Some(format!(
+        "From samples alone the device found {} of the {} s in which the vehicle stood, and took \
+         {} of {} s above 1 m/s for a rest.",
+        rests.found_s, rests.standing_s, rests.false_s, rests.moving_s
+    ))
 }

@@ -32,8 +32,10 @@ pub use timeline::Timeline;
 
 use crate::learning::device::{Device, configured, course};
 use crate::learning::recall::{FILTERS, biases, less};
+use crate::learning::rests::Rests;
 use crate::learning::teacher::Assumptions;
 use coasts::{Coasts, Scheme, Starts};
+use device::{Samples, found, of_rests};
 use firmware::configuration::{Activation, Configuration};
 use host_core::error::Error;
 use host_core::inertial::ekf::{Aided, Noise, Prior};
@@ -116,6 +118,8 @@ pub struct Judged {
     pub residual: f64,
     /// What the device did with all fixes.
     pub device: Course,
+    /// The rests that its detector found without a receiver.
+    pub rests: Rests,
     /// What `ekf6-memory` remembers afterwards.
     pub remembered: Option<Remembered>,
     /// Notes for the reader, in sentences.
@@ -213,6 +217,8 @@ impl Unit {
                  {y:+.2} m right of the IMU, for all schemes: there they contradict the samples least."
             ));
         }
+        let rests = found(&timeline, &reference, &self.plan.configuration);
+        timeline.notes.extend(of_rests(&rests));
         if self.plan.no_fixes {
             timeline.fixes.clear();
         }
@@ -261,6 +267,7 @@ impl Unit {
             name: timeline.name.clone(),
             duration_s: timeline.duration_s(),
             residual: reference.residual,
+            rests,
             device: course,
             remembered: self.remembered(),
             notes: timeline.notes,
@@ -345,14 +352,6 @@ impl Unit {
             }),
         })
     }
-}
-
-/// Samples that the device has corrected.
-struct Samples {
-    /// As its configuration says.
-    device: Vec<Increment>,
-    /// With activation `first-rest`.
-    resting: Vec<Increment>,
 }
 
 /// The schemes of one session.

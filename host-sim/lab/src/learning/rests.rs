@@ -1,0 +1,132 @@
+//! How well the device finds rests from its samples alone: its own detector against a known speed.
+
+use firmware::align::Align;
+use firmware::learn::Settings;
+use firmware::sample::{Counts, Lsb};
+use serde::{Deserialize, Serialize};
+
+/// A vehicle stands below this speed, and is under way above the second one, m/s.
+const STANDS_MPS: f64 = 0.1;
+const UNDER_WAY_MPS: f64 = 1.0;
+
+/// Seconds in which the vehicle stood or was under way, and in which the device saw a rest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rests {
+    /// It stood, at the beginning and the end of the second.
+    pub standing_s: u32,
+    /// Of these, the device saw a rest.
+    pub found_s: u32,
+    /// It was under way.
+    pub moving_s: u32,
+    /// Of these, the device saw a rest.
+    pub false_s: u32,
+}
+
+impl Rests {
+    /// Share of the standing time that was found; `None`: it never stood.
+    #[must_use]
+    pub fn found(&self) -> Option<f64> {
+        (self.standing_s > 0).then(|| f64::from(self.found_s) / f64::from(self.standing_s))
+    }
+
+    /// Seconds of a minute under way that were taken for a rest; `None`: it was never under way.
+    #[must_use]
+    pub fn false_per_minute(&self) -> Option<f64> {
+        (self.moving_s > 0).then(|| 60.0 * f64::from(self.false_s) / f64::from(self.moving_s))
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn and(self, other: &Self) -> Self {
+        Self {
+            standing_s: self.standing_s + other.standing_s,
+            found_s: self.found_s + other.found_s,
+            moving_s: self.moving_s + other.moving_s,
+            false_s: self.false_s + other.false_s,
+        }
+    }
+}
+
+/// The device's detector without a receiver, and what it has found.
+pub struct Detector {
+    align: Align,
+    before_mps: f64,
+    rests: Rests,
+}
+
+impl Detector {
+    /// For samples of this count value, one every `dt` seconds.
+    #[must_use]
+    pub fn new(settings: &Settings, lsb: Lsb, dt: f64) -> Self {
+        Self {
+            align: Align::new(settings.sensors(), lsb, dt),
+            before_mps: f64::INFINITY,
+            rests: Rests::default(),
+        }
+    }
+
+    /// A sample.
+    pub fn sample(&mut self, counts: &Counts) {
+        self.align.sample(counts);
+    }
+
+    /// A second is over, at the end of which the vehicle had this speed, m/s.
+    pub fn second(&mut self, mps: f64) {
+        let before = std::mem::replace(&mut self.before_mps, mps);
+        let rests = self.align.rest().is_some();
+        let of = &mut self.rests;
+        if before.max(mps) < STANDS_MPS {
+            of.standing_s += 1;
+            of.found_s += u32::from(rests);
+        } else if before.min(mps) > UNDER_WAY_MPS {
+            of.moving_s += 1;
+            of.false_s += u32::from(rests);
+        }
+    }
+
+    /// What it has found so far.
+    #[must_use]
+    pub fn rests(&self) -> Rests {
+        self.rests
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_are_counted_by_the_speed_at_both_ends() {
+        let lsb = Lsb {
+            rad: 1e-8,
+            mps: 1e-6,
+        };
+        let mut detector = Detector::new(&Settings::MEDIUM, lsb, 0.01);
+        let mut seconds = |speeds: &[f64]| {
+            for mps in speeds {
+                for _ in 0..100 {
+                    detector.sample(&Counts {
+                        dtheta: [0; 3],
+                        dv: [0, 0, -98_070],
+                    });
+                }
+                detector.second(*mps);
+            }
+            detector.rests()
+        };
+        let stands = seconds(&[0.0; 5]);
+        assert_eq!(
+            (stands.standing_s, stands.found_s, stands.moving_s),
+            (4, 4, 0)
+        );
+        // it looks the same to the sensors
+        let cruises = seconds(&[0.5, 2.0, 2.0, 2.0]);
+        assert_eq!((cruises.moving_s, cruises.false_s), (2, 2));
+        assert_eq!(
+            (cruises.found(), cruises.false_per_minute()),
+            (Some(1.0), Some(60.0))
+        );
+        assert_eq!(Rests::default().found(), None);
+        assert_eq!(cruises.and(&stands).standing_s, 8);
+    }
+}
