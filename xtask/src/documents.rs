@@ -190,7 +190,8 @@ mod tests {
 
     #[test]
     fn commands_are_found_where_they_stand() {
-        let text = "Run `a b\nc` or `d`.\n\n    SEED=1 run --out 'x y' \\\n      --fast   quickly\n\n```sh\nrun # now\n```\n";
+        let text = "Run `a b\nc` or `d`.\n\n    SEED=1 run --out 'x y' \\\n      --fast   quickly\n\n\
+                    ```sh\nrun # now\n```\n";
         let found = pieces(text);
         assert_eq!(found[0], (1, "a b c".to_owned(), false));
         assert_eq!(found[1].1, "d");

@@ -1,6 +1,6 @@
 //! The pages: each link leads somewhere, in the tree and in the built book; each page is in the
-//! book's table of contents; worked diffs apply to the tree; the front page is short. Commands, paths
-//! and tests that the documents name exist.
+//! book's table of contents; worked diffs apply to the tree; the front page is short. Commands,
+//! paths and tests that the documents name exist.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -272,7 +272,8 @@ fn is_path(word: &str) -> bool {
     ];
     let top = word.split('/').next().unwrap_or_default();
     let plain = |c: char| c.is_alphanumeric() || "/._-".contains(c);
-    word.contains('/') && folders.contains(&top) && word.chars().all(plain)
+    let known = word.contains('/') && !word.contains("NAME");
+    known && folders.contains(&top) && word.chars().all(plain)
 }
 
 /// Each path that a document names is there: a file with or without `.rs`, or a folder. A worked
@@ -284,8 +285,16 @@ fn paths_in_the_documents_are_there() {
     for shown in shown().iter().filter(|shown| !shown.whole) {
         for path in shown.words.iter().filter(|word| is_path(word)) {
             let path = path.trim_end_matches('/');
+            // from the top, or in the package whose page it is
+            let page = shown.at.rsplit_once('/').map_or("", |(folder, _)| folder);
             let there = |file: &String| {
-                let rest = file.strip_prefix(path).unwrap_or("-");
+                let own = file
+                    .strip_prefix(page)
+                    .map_or("", |file| file.trim_start_matches('/'));
+                let rest = [file.as_str(), own]
+                    .into_iter()
+                    .find_map(|f| f.strip_prefix(path));
+                let rest = rest.unwrap_or("-");
                 rest.is_empty() || rest == ".rs" || rest.starts_with('/')
             };
             seen += 1;
