@@ -123,6 +123,9 @@ fn pieces(text: &str) -> Vec<(usize, String, bool)> {
 
 /// The words of a line. Quotes hold blanks together.
 fn words(line: &str) -> Vec<String> {
+    // `[--option VALUE]` may be left out, and is read as given
+    let line = line.replace(" [", " ").replace("] ", " ");
+    let line = line.strip_suffix(']').unwrap_or(&line);
     let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
     for c in line.chars() {
         match (quote, c) {
@@ -162,10 +165,11 @@ pub fn judge(shown: &Shown, given: clap::error::Result<impl Sized>) -> Result<()
         return Ok(());
     };
     let open = !shown.whole || shown.words.iter().any(|word| stands_for_another(word));
-    let value = match error.get(ContextKind::InvalidValue) {
+    let named = |kind| match error.get(kind) {
         Some(ContextValue::String(value)) => value.as_str(),
         _ => "",
     };
+    let value = named(ContextKind::InvalidValue);
     let lacks = [
         ErrorKind::MissingRequiredArgument,
         ErrorKind::MissingSubcommand,
@@ -176,6 +180,9 @@ pub fn judge(shown: &Shown, given: clap::error::Result<impl Sized>) -> Result<()
         ErrorKind::InvalidValue | ErrorKind::ValueValidation => {
             stands_for_another(value) || (value.is_empty() && open)
         }
+        ErrorKind::InvalidSubcommand => stands_for_another(named(ContextKind::InvalidSubcommand)),
+        // `convert --to FORMAT`, in a sentence about the commands below `convert`: the parser's tip
+        ErrorKind::UnknownArgument => !shown.whole && error.to_string().contains("' exists"),
         kind => open && lacks.contains(&kind),
     };
     match good {
