@@ -92,11 +92,12 @@ fn wrong(text: &str, names: &[String], sizes: &[f64], seen: &mut usize) -> Vec<S
         for size in stated(&piece) {
             let of_memory = [" of flash", " of RAM"];
             let memory = of_memory.iter().any(|of| size.after.starts_with(of));
-            if !(of_an_image || memory) || NOT_MEASURED.contains(&size.text) {
+            if !(of_an_image || memory) {
                 continue;
             }
             *seen += 1;
-            if !sizes.iter().any(|is| (is - size.bytes).abs() <= size.half) {
+            let of_a_chip = NOT_MEASURED.contains(&size.text);
+            if !of_a_chip && !sizes.iter().any(|is| (is - size.bytes).abs() <= size.half) {
                 wrong.push(format!("{line}: {} is no image's size", size.text));
             }
         }
@@ -119,7 +120,7 @@ fn sizes_in_the_documents_are_measured() {
         "{}\nremedy: docs/figures/images.csv has them",
         all.join("\n")
     );
-    assert!(seen > 0, "no size in the documents stands for an image");
+    assert!(seen > 5, "{seen} sizes beside images");
 }
 
 #[test]
