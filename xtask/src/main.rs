@@ -218,3 +218,27 @@ fn main() -> ExitCode {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use xtask::documents::{judge, shown};
+
+    /// What the pages show of `cargo xtask` are tasks with their options. Those of tests/measure
+    /// are parsed there.
+    #[test]
+    fn tasks_in_the_documents_are_tasks() {
+        let (mut seen, mut wrong) = (0, Vec::new());
+        for shown in shown() {
+            let Some(words) = shown.after("cargo xtask") else {
+                continue;
+            };
+            let words = words.iter().filter(|word| *word != "...");
+            let given = ["xtask"].into_iter().chain(words.map(String::as_str));
+            wrong.extend(judge(&shown, Arguments::try_parse_from(given)).err());
+            seen += 1;
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+        assert!(seen > 30, "{seen} commands");
+    }
+}

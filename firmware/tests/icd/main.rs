@@ -1,10 +1,11 @@
 //! The interface control document says what the code does: its tables, row by row.
 
+use firmware::control::Reason;
 use firmware::control::recording::Order;
 use firmware::fix::Heading;
 use firmware::model::IMAGES_LEN;
 use firmware::wire::command::{
-    MAX_CHUNK, MAX_PACKET, Provision, Request, WIRE_VERSION, encode, fault,
+    MAX_CHUNK, MAX_PACKET, Provision, Request, Response, WIRE_VERSION, encode, fault,
 };
 use firmware::wire::{
     Change, Checked, Fields, ImuFormat, Settings, Simulated, cobs, epson, framer, hg4930, kvh,
@@ -338,6 +339,45 @@ fn requests() {
         let len = packet.len() - 1;
         let len = cobs::decode_in_place(&mut packet[..len]).expect("our own packet");
         assert_eq!(usize::from(packet[..len][1]), n);
+    }
+}
+
+/// The names of an enumeration's variants by their numbers: zeros behind a number are a value.
+fn variants<'de, T: serde::Deserialize<'de> + core::fmt::Debug>(
+    zeros: &'de [[u8; 512]],
+) -> Vec<String> {
+    let known = zeros
+        .iter()
+        .map_while(|bytes| postcard::from_bytes::<T>(bytes).ok());
+    let names = known.map(|value| format!("{value:?}"));
+    names
+        .map(|name| {
+            name.split(|c: char| !c.is_alphanumeric())
+                .next()
+                .unwrap_or_default()
+                .to_owned()
+        })
+        .collect()
+}
+
+/// The numbers of the answers and of the reasons for a refusal are postcard's.
+#[test]
+fn answers_and_reasons() {
+    let zeros: Vec<[u8; 512]> = (0..64)
+        .map(|n| core::array::from_fn(|at| if at == 0 { n } else { 0 }))
+        .collect();
+    let answers = variants::<Response>(&zeros);
+    let reasons = variants::<Reason>(&zeros);
+    assert_eq!((answers.len(), reasons.len()), (18, 21));
+    for (n, name) in answers.iter().enumerate() {
+        assert_eq!(rows(&format!("{name}, {n}")).len(), 1, "{name}, {n}");
+    }
+    for (n, name) in reasons.iter().enumerate() {
+        let stated = [format!("| {name}, {n}"), format!("; {name}, {n}")];
+        assert!(
+            stated.iter().any(|stated| ICD.contains(stated)),
+            "{name}, {n}"
+        );
     }
 }
 

@@ -93,3 +93,30 @@ fn main() -> ExitCode {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use xtask::documents::{judge, shown};
+
+    /// What the pages show of the tasks of this program has its options.
+    #[test]
+    fn tasks_in_the_documents_have_these_options() {
+        let (mut seen, mut wrong) = (0, Vec::new());
+        for shown in shown() {
+            let words = shown.after("cargo xtask").unwrap_or_default();
+            let tasks = <Arguments as clap::CommandFactory>::command();
+            let ours = |word: &String| tasks.find_subcommand(word).is_some();
+            if !words.first().is_some_and(ours) {
+                continue;
+            }
+            let given = ["xtask"]
+                .into_iter()
+                .chain(words.iter().map(String::as_str));
+            wrong.extend(judge(&shown, Arguments::try_parse_from(given)).err());
+            seen += 1;
+        }
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+        assert!(seen > 20, "{seen} commands");
+    }
+}

@@ -1,10 +1,12 @@
 //! The pages: each link leads somewhere, in the tree and in the built book; each page is in the
-//! book's table of contents; worked diffs apply to the tree; the front page is short.
+//! book's table of contents; worked diffs apply to the tree; the front page is short. Commands,
+//! paths and tests that the documents name exist.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+use xtask::documents::{judge, shown};
 
 /// Most words of README.md: a page and a half.
 const SHORT: usize = 800;
@@ -221,54 +223,170 @@ fn rust_in_the_book_is_tested() {
     assert!(seen > 0);
 }
 
-/// The commands of `host-sim` that pages show.
-const COMMANDS: [&str; 14] = [
-    "run",
-    "replay",
-    "convert",
-    "learnability",
-    "campaign",
-    "fleet",
-    "allan",
-    "device",
-    "hil",
-    "start",
-    "abuse",
-    "simulate",
-    "soak",
-    "unit",
-];
-
-/// Each command that a page shows as code has options that the program knows.
+/// Each command of `host-sim` that a document shows is parsed by the program's own parser.
 #[test]
-fn commands_of_the_pages_are_known() {
-    let mut seen = 0;
-    for path in pages().into_keys() {
-        let text = std::fs::read_to_string(&path).expect("a page");
-        for line in text.lines().filter_map(|line| line.strip_prefix("    ")) {
-            let line = line.trim_start_matches("cargo run --release -- ");
-            let line = line.split("  ").next().unwrap_or_default();
-            let line = line.split(" #").next().unwrap_or_default();
-            let words: Vec<_> = line.split_whitespace().collect();
-            let whole = !line.contains(['|', '$']) && !line.contains("...");
-            if !whole || !words.first().is_some_and(|word| COMMANDS.contains(word)) {
-                continue;
+fn commands_of_the_documents_are_parsed() {
+    let definition = host_sim::cli::Cli::definition();
+    let (mut seen, mut wrong) = (0, Vec::new());
+    for shown in shown() {
+        let from_cargo = shown.after("cargo run --release");
+        let words = match (from_cargo, shown.words.as_slice()) {
+            (Some([]), _) => continue,
+            (Some([dashes, words @ ..]), _) if dashes == "--" => words,
+            (None, [program, words @ ..]) if program == "host-sim" => words,
+            // a command without the program's name; `unit = ...` is a line of a file
+            (None, words @ [first, second, ..])
+                if second != "=" && definition.find_subcommand(first).is_some() =>
+            {
+                words
             }
-            let asked = std::process::Command::new(system::host_sim_binary())
-                .args(&words)
-                .arg("--help")
-                .output()
-                .expect("host-sim runs");
-            let errors = String::from_utf8_lossy(&asked.stderr).into_owned();
-            assert!(
-                asked.status.success(),
-                "{}: {line}: {errors}",
-                path.display()
-            );
+            _ => continue,
+        };
+        let words = words.iter().filter(|word| *word != "...");
+        let given = ["host-sim"].into_iter().chain(words.map(String::as_str));
+        let given = definition.clone().try_get_matches_from(given);
+        wrong.extend(judge(&shown, given).err());
+        seen += 1;
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(seen > 100, "{seen} commands");
+}
+
+/// The files that git knows.
+fn tracked() -> BTreeSet<String> {
+    let listed = std::process::Command::new("git")
+        .args(["ls-files"])
+        .current_dir(workspace())
+        .output()
+        .expect("git runs");
+    let listed = String::from_utf8(listed.stdout).expect("names");
+    listed.lines().map(str::to_owned).collect()
+}
+
+/// Whether a word is a path from the top of the tree, as the documents write it.
+fn is_path(word: &str) -> bool {
+    let folders = [
+        "deploy",
+        "docs",
+        "firmware",
+        "host-sim",
+        "lrnn-nostd",
+        "tests",
+        "xtask",
+    ];
+    let top = word.split('/').next().unwrap_or_default();
+    let plain = |c: char| c.is_alphanumeric() || "/._-".contains(c);
+    let known = word.contains('/') && !word.contains("NAME");
+    known && folders.contains(&top) && word.chars().all(plain)
+}
+
+/// Each path that a document names is there: a file with or without `.rs`, or a folder. A worked
+/// diff makes the files that are in it.
+#[test]
+fn paths_in_the_documents_are_there() {
+    let files = tracked();
+    let (mut seen, mut wrong) = (0, Vec::new());
+    for shown in shown().iter().filter(|shown| !shown.whole) {
+        for path in shown.words.iter().filter(|word| is_path(word)) {
+            let path = path.trim_end_matches('/');
+            // from the top, or in the package whose page it is
+            let page = shown.at.rsplit_once('/').map_or("", |(folder, _)| folder);
+            let there = |file: &String| {
+                let own = file
+                    .strip_prefix(page)
+                    .map_or("", |file| file.trim_start_matches('/'));
+                let rest = [file.as_str(), own]
+                    .into_iter()
+                    .find_map(|f| f.strip_prefix(path));
+                let rest = rest.unwrap_or("-");
+                rest.is_empty() || rest == ".rs" || rest.starts_with('/')
+            };
             seen += 1;
+            if !files.iter().any(there) {
+                wrong.push(format!("{}: no {path}", shown.at));
+            }
         }
     }
-    assert!(seen > 50, "{seen} commands");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(seen > 100, "{seen} paths");
+}
+
+/// The names of tests and modules in the sources.
+fn names_in_sources() -> String {
+    let files = tracked();
+    let sources = files.iter().filter(|file| file.ends_with(".rs"));
+    let mut names = String::new();
+    for file in sources {
+        let text = std::fs::read_to_string(workspace().join(file)).unwrap_or_default();
+        for line in text.lines() {
+            let line = line.trim_start().trim_start_matches("pub ");
+            let named = ["fn ", "mod "]
+                .iter()
+                .find_map(|word| line.strip_prefix(word));
+            if let Some(name) = named {
+                names += name
+                    .split(|c: char| !c.is_alphanumeric() && c != '_')
+                    .next()
+                    .unwrap_or_default();
+                names.push(' ');
+            }
+        }
+        names += file.trim_end_matches(".rs");
+        names.push(' ');
+    }
+    names
+}
+
+/// The tests that the pages about failures name: each filter selects a test or a module, each
+/// package and each file of tests exists.
+#[test]
+fn tests_in_the_documents_are_there() {
+    let names = names_in_sources();
+    let budgets = std::fs::read_to_string(workspace().join("budgets.toml")).expect("budgets");
+    let manifests: String = tracked()
+        .iter()
+        .filter(|file| file.ends_with("Cargo.toml"))
+        .map(|file| std::fs::read_to_string(workspace().join(file)).expect("a manifest"))
+        .collect();
+    let (mut seen, mut wrong) = (0, Vec::new());
+    for shown in shown() {
+        let of_a_table = ["docs/RELIABILITY.md", "docs/MUTANTS.md"];
+        let filters = of_a_table.iter().any(|page| shown.at.starts_with(page));
+        let words = match (shown.after("cargo nextest run"), shown.after("...")) {
+            (Some(words), _) | (None, Some(words)) => words,
+            (None, None) if filters && shown.words[0] == "-p" => &shown.words[..],
+            (None, None) if filters && shown.words.len() == 1 && shown.words[0].contains('_') => {
+                &shown.words[..]
+            }
+            _ => continue,
+        };
+        let mut words = words.iter();
+        while let Some(word) = words.next() {
+            let there = match word.as_str() {
+                "-p" | "--package" => {
+                    let name = words.next().expect("a package");
+                    manifests.contains(&format!("name = \"{name}\""))
+                }
+                "--test" => {
+                    let name = words.next().expect("a file of tests");
+                    names.contains(&format!("tests/{name} "))
+                        || names.contains(&format!("tests/{name}/"))
+                }
+                "-E" => words.next().is_some(),
+                option if option.starts_with('-') => true,
+                path if path.contains(['/', '.']) || path.chars().any(char::is_uppercase) => true,
+                filter => {
+                    filter.split("::").all(|part| names.contains(part)) || budgets.contains(filter)
+                }
+            };
+            seen += 1;
+            if !there {
+                wrong.push(format!("{}: no {word}", shown.at));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(seen > 100, "{seen} names");
 }
 
 #[test]

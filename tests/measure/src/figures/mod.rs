@@ -5,6 +5,8 @@ mod drive;
 mod list;
 mod measured;
 mod real;
+#[cfg(test)]
+mod sizes;
 mod tables;
 
 use std::fs;

@@ -9,31 +9,33 @@ use super::pictures::CLOCK;
 use super::{Measured, Point, scaling};
 use crate::table::{markdown, thousands};
 
+/// Equal things, of which only the cost of one more is shown.
+const SEVERAL: [(&str, &str); 3] = [
+    (
+        "candidates",
+        "hypothesis of 24 output weights that learns a fix",
+    ),
+    (
+        "navigators",
+        "navigator that shares nothing, a second of 200 samples",
+    ),
+    (
+        "coasts",
+        "coast of the rehearsals, a second of eight shadow navigators, with start and end",
+    ),
+];
+
 /// All tables with their pictures.
 pub fn part(measured: &Measured) -> Result<String> {
     let mut out = String::new();
     rates(&mut out, &measured.points("rate")?)?;
     nets(&mut out, &measured.points("nets")?)?;
     weights(&mut out, &measured.points("weights")?)?;
-    several(
-        &mut out,
-        &measured.points("candidates")?,
-        "**Candidates**: one fix learnt by several hypotheses of 24 output weights each.",
-        "candidates",
-    )?;
-    several(
-        &mut out,
-        &measured.points("navigators")?,
-        "**Navigators**: a second of 200 samples in several navigators that share nothing.",
-        "navigators",
-    )?;
-    several(
-        &mut out,
-        &measured.points("coasts")?,
-        "**Coasts**: a second of several coasts of the rehearsals, each of eight shadow navigators \
-         that share the transition of the device's navigator, with start and end.",
-        "coasts",
-    )?;
+    out.push_str("**One more** costs on the Cortex-M4F:\n\n");
+    for (kind, what) in SEVERAL {
+        several(&mut out, &measured.points(kind)?, what)?;
+    }
+    out.push('\n');
     runs(&mut out, measured)?;
     drives(&mut out, measured)?;
     Ok(out)
@@ -150,20 +152,10 @@ fn weights(out: &mut String, points: &[Point]) -> Result<()> {
     picture(out, "weights", "cost of a fix against parameters")
 }
 
-/// A table of several equal things, and the cost of one more.
-fn several(out: &mut String, points: &[Point], what: &str, name: &str) -> Result<()> {
-    writeln!(out, "{what}\n")?;
-    let header = [name, "Cortex-M4F, instructions", "desktop, us"];
-    let rows = points.iter().map(|p| {
-        vec![
-            p.size.to_string(),
-            thousands(p.instructions),
-            format!("{:.1}", p.nanoseconds / 1e3),
-        ]
-    });
-    out.push_str(&markdown(&header.map(str::to_owned), rows));
+/// What one more of several equal things costs.
+fn several(out: &mut String, points: &[Point], what: &str) -> Result<()> {
     let more = one_more(points).context("too few sizes")?;
-    writeln!(out, "\nOne more costs {} instructions.\n", thousands(more))?;
+    writeln!(out, "- {what}: {} instructions.", thousands(more))?;
     Ok(())
 }
 

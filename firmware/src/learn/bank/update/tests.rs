@@ -47,3 +47,23 @@ fn the_wrong_component_is_refused() {
         assert_eq!(second(z, variance), 0, "{k}");
     }
 }
+
+/// A hypothesis whose covariance is not finite has no evidence, however much it had.
+#[test]
+fn what_is_not_healthy_has_no_evidence() {
+    let sheet = Settings::MEDIUM.sheet;
+    for sick in 0..HYPOTHESES {
+        let mut bank = Box::new(Bank::new(&sheet, 1.0, [1e-2; NAV], Gates::default()));
+        if !bank.takes_part(sick) {
+            continue;
+        }
+        bank.hypotheses.each_of(1 << sick, |h| {
+            h.believe(1000.0);
+            h.inflate(&[f32::NAN; NAV]);
+            h.update(3, h.innovation(3, 0.1, 0.01));
+            h.finish_update();
+        });
+        assert!(!bank.is_healthy(sick), "{sick}");
+        assert_eq!(bank.score(sick), f64::NEG_INFINITY, "{sick}");
+    }
+}
