@@ -113,12 +113,13 @@ impl Window {
         }
         self.samples = self.samples.saturating_add(1);
         let first = [self.first.dtheta, self.first.dv];
-        let now = [counts.dtheta, counts.dv];
-        for k in 0..2 {
-            for i in 0..3 {
-                let off = now[k][i].wrapping_sub(first[k][i]) as f32;
-                self.sums[k][i] += off;
-                self.squares[k] += off * off;
+        let triads = [counts.dtheta, counts.dv].into_iter().zip(first);
+        let sums = self.sums.iter_mut().zip(&mut self.squares);
+        for ((now, first), (sums, squares)) in triads.zip(sums) {
+            for ((now, first), sum) in now.into_iter().zip(first).zip(sums) {
+                let off = now.wrapping_sub(first) as f32;
+                *sum += off;
+                *squares += off * off;
             }
         }
     }
@@ -130,20 +131,18 @@ impl Window {
             return None;
         }
         let first = [self.first.dtheta, self.first.dv];
-        let mut of = Of {
-            mean: [[0.0; 3]; 2],
-            scatter: [0.0; 2],
-        };
-        for k in 0..2 {
-            for i in 0..3 {
-                of.mean[k][i] = (first[k][i] as f32 + self.sums[k][i] / n) * self.worth[k];
-            }
-            let squares = self.squares[k] - dot(self.sums[k], self.sums[k]) / n;
-            // no finer than a count on each axis
-            let variance = (squares / (n - 1.0).max(1.0)).max(3.0);
-            of.scatter[k] = libm::sqrtf(variance) * self.worth[k];
-        }
-        Some(of)
+        Some(Of {
+            mean: [0, 1].map(|k| {
+                let mean = |i: usize| first[k][i] as f32 + self.sums[k][i] / n;
+                [0, 1, 2].map(|i| mean(i) * self.worth[k])
+            }),
+            scatter: [0, 1].map(|k| {
+                let squares = self.squares[k] - dot(self.sums[k], self.sums[k]) / n;
+                // no finer than a count on each axis
+                let variance = (squares / (n - 1.0).max(1.0)).max(3.0);
+                libm::sqrtf(variance) * self.worth[k]
+            }),
+        })
     }
 }
 
@@ -302,7 +301,7 @@ impl Standstill {
     pub fn rest(&self) -> Option<Rest> {
         let [.., [scatter, _]] = self.levels;
         let [rate, _] = self.mean;
-        (self.windows >= RESTS && self.louder == 0).then(|| Rest {
+        (self.windows >= RESTS && self.louder == 0).then_some(Rest {
             rate,
             seconds: self.windows as f32 * WINDOW_S,
             scatter,

@@ -223,8 +223,8 @@ pub enum Activation {
     /// What was stored before this drive corrects all of it, from its first sample, unchanged.
     #[default]
     NextPowerOn,
-    /// As `NextPowerOn`, and the gyros' errors that the first rest after power-on shows as well: for
-    /// a vehicle that stands when it is switched on, and a navigation computer that aligns itself
+    /// As `NextPowerOn`, and the gyros' errors that the first rest after power-on shows: for a
+    /// vehicle that stands when it is switched on, and a navigation computer that aligns itself
     /// afterwards. Needs no receiver.
     FirstRest,
 }

@@ -62,11 +62,11 @@ fn samples(gyro: [f64; 3], moves: Moves, seconds: usize) -> List<Counts> {
 
 /// Consumer MEMS: 0.5 deg/s.
 fn configuration() -> Configuration {
-    let mut unit = Unit::preset("icm-42688").unwrap();
+    let mut unit = Unit::preset("icm-42688").expect("a preset");
     unit.sensor.rate_hz = Some(HZ as f64);
     unit.correction.mode = around::Mode::Learn;
     unit.correction.activation = around::Activation::FirstRest;
-    unit.configuration().unwrap()
+    unit.configuration().expect("a unit file that a device takes")
 }
 
 fn drive(
@@ -255,8 +255,8 @@ const HAPPENS: [(&str, Happens, f64); 8] = [
     ),
 ];
 
-/// None of them makes the gyros worse than they are, of sensors with errors and of perfect ones, and
-/// after most of them hardly an error is left.
+/// None of them makes the gyros worse than they are, of sensors with errors and of perfect ones,
+/// and after most of them hardly an error is left.
 #[test]
 fn what_happens_at_power_on_does_no_harm() {
     for (what, happens, least) in HAPPENS {
@@ -277,7 +277,9 @@ fn what_happens_at_power_on_does_no_harm() {
                 }
             });
             let drive = drive(&configuration(), &List::collected(each, IN_MEMORY), &[]);
-            let end = drive.correction.last().unwrap();
+            let Some(end) = drive.correction.last() else {
+                panic!("{what}: no second")
+            };
             let without = biases.iter().fold(0.0, |most: f64, b| most.max(b.abs()));
             let left = left(end, biases);
             assert!(left <= without.max(0.0), "{what}: {left} {end:?}");

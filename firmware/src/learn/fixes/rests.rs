@@ -18,7 +18,7 @@
 //! z = (I m - I_0 m_0) / (I - I_0)       variance 1 / (I - I_0)
 //! ```
 //!
-//! What gravity adds to a gyro by its g-sensitivity counts as its bias, as everywhere in the learner.
+//! What gravity adds to a gyro by its g-sensitivity counts as its bias, as everywhere here.
 //! Accelerometers learn nothing directly: their mean is gravity on an unknown tilt.
 
 use super::FixLearner;

@@ -264,8 +264,8 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// The products of one output's row of J, e_k = J_k theta: c_x = P_xt J_k', c_t = P_tt J_k', and
-    /// its variance J_k P_tt J_k'. All zeros for an output that is none of the three.
+    /// The products of one output's row of J, e_k = J_k theta: c_x = P_xt J_k', c_t = P_tt J_k',
+    /// and its variance J_k P_tt J_k'. All zeros for an output that is none of the three.
     pub fn of_output(&mut self, rows: &Rows<'_, T>, k: usize) -> ([T; X], [T; N], T) {
         self.apply_deferred();
         let mut row = [T::ZERO; N];

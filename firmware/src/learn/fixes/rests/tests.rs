@@ -177,8 +177,8 @@ fn a_ship_does_not_rest() {
     assert_eq!(*drive.learner.bank().estimate_of(1), [0.0; 6]);
 }
 
-/// A turntable turns evenly, and its rate passes for an error of the gyros. When the vehicle drives,
-/// the fixes put that right.
+/// A turntable turns evenly, and its rate passes for an error of the gyros. When the vehicle
+/// drives, the fixes put that right.
 #[test]
 fn fixes_put_a_turntable_right() {
     for (road, rate) in [(TABLE_SLOW, 0.1), (TABLE, 0.5), (TABLE_FAST, 2.0)] {
