@@ -222,7 +222,7 @@ fn rust_in_the_book_is_tested() {
 }
 
 /// The commands of `host-sim` that pages show.
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "run",
     "replay",
     "convert",
@@ -235,6 +235,7 @@ const COMMANDS: [&str; 14] = [
     "start",
     "abuse",
     "simulate",
+    "report",
     "soak",
     "unit",
 ];
@@ -249,6 +250,7 @@ fn commands_of_the_pages_are_known() {
             let line = line.trim_start_matches("cargo run --release -- ");
             let line = line.split("  ").next().unwrap_or_default();
             let line = line.split(" #").next().unwrap_or_default();
+            let line = line.split(" -- ").next().unwrap_or_default();
             let words: Vec<_> = line.split_whitespace().collect();
             let whole = !line.contains(['|', '$']) && !line.contains("...");
             if !whole || !words.first().is_some_and(|word| COMMANDS.contains(word)) {
