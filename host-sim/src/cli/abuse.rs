@@ -8,7 +8,7 @@ use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_io::output::write_atomic;
 use host_lab::abuse::{
-    Abuse, Activation, Case, Computer, Judged, Sensor, Summary, Times, chosen, fix_learner,
+    Abuse, Activation, Case, Computer, Judged, Sensor, Summary, Times, chosen, csv, fix_learner,
     markdown, merge, summarise,
 };
 use std::path::PathBuf;
@@ -74,7 +74,7 @@ struct What {
 struct Files {
     #[command(flatten)]
     json: JsonOption,
-    /// Write the tables with explanations as Markdown
+    /// Write a page in Markdown with what matters, and all rows beside it as CSV
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
 }
@@ -104,7 +104,7 @@ impl What {
                 let (case, key) = path.rsplit_once('.')?;
                 Some((case, key, value.parse::<f64>().ok()?))
             });
-            let (row, key, value) = split.ok_or_else(|| wrong("is no assignment".into()))?;
+            let (row, key, value) = split.ok_or_else(|| wrong("is not an assignment".into()))?;
             let of_row = |case: &&mut Case| case.name().split(['+', ':']).any(|part| part == row);
             let mut found = cases.iter_mut().filter(of_row).peekable();
             if found.peek().is_none() {
@@ -186,7 +186,10 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
     files.json.write(&all)?;
     if let Some(file) = &files.results {
         let command = format!("cargo run --release -- {}", arguments());
-        write_atomic(file, markdown(&command, times, &all).as_bytes())?;
+        let rows = file.with_extension("csv");
+        let name = rows.file_name().unwrap_or_default().to_string_lossy();
+        write_atomic(file, markdown(&command, &name, times, &all).as_bytes())?;
+        write_atomic(&rows, csv(&all).as_bytes())?;
     }
     print(&all);
     Ok(())

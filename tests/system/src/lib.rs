@@ -21,24 +21,22 @@ pub fn host_sim_binary() -> PathBuf {
     profile.join(name)
 }
 
-/// Compares a table with that of a page in docs, or writes it there (`LRNN_WRITE_TABLES`).
+/// Compares a table with that of `fixtures/tried.md`, or writes it there (`LRNN_WRITE_TABLES`).
 /// `heading`: its first two lines, with which `table` begins.
 ///
 /// # Panics
-/// The page has no such table, or another one.
-pub fn compare_table(page: &str, heading: &str, table: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../docs")
-        .join(page);
-    let text = std::fs::read_to_string(&path).expect("there is such a page");
-    let (before, rest) = text.split_once(heading).expect("the page has the table");
+/// The file has no such table, or another one.
+pub fn compare_table(heading: &str, table: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/tried.md");
+    let text = std::fs::read_to_string(&path).expect("there is such a file");
+    let (before, rest) = text.split_once(heading).expect("the file has the table");
     let end = rest.find("\n\n").map_or(rest.len(), |at| at + 1);
     if format!("{heading}{}", &rest[..end]) == table {
         return;
     }
     assert!(
         std::env::var_os("LRNN_WRITE_TABLES").is_some(),
-        "the table of docs/{page} is to be:\n{table}(LRNN_WRITE_TABLES=1 writes it)"
+        "the table of fixtures/tried.md is to be:\n{table}(LRNN_WRITE_TABLES=1 writes it)"
     );
     std::fs::write(path, format!("{before}{table}{}", &rest[end..])).expect("it can be written");
 }

@@ -64,6 +64,8 @@ fn two_cases_give_rows_and_a_page_and_merge_to_the_same() {
         page.contains("--results page.md") && page.contains("| `none` |"),
         "{page}"
     );
+    let csv = std::fs::read_to_string(d.join("page.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + rows.len(), "{csv}");
     // existing results are not computed again, and two shards give the same
     let resumed = [&cases[..], &["--resume", "--json", "again.json"]].concat();
     with(&resumed);

@@ -1,4 +1,4 @@
-//! `docs/ABUSE.md`: prose of `assets/abuse.md` around generated tables.
+//! `docs/ABUSE.md`: prose of `assets/abuse.md` around generated tables, and all rows as CSV.
 
 use super::case::Row;
 use super::names::{Activation, Computer, Sensor};
@@ -16,16 +16,23 @@ const ACTIVATIONS: [Activation; 3] = [
     Activation::Live,
 ];
 
-/// The page, made by `command`.
+/// The activations that have columns in the tables of kinds and cases.
+const SHOWN: [Activation; 2] = [Activation::NextPowerOn, Activation::Live];
+
+/// The page, made by `command`; all rows are in the file `csv` beside it.
 #[must_use]
-pub fn markdown(command: &str, times: &Times, all: &[Summary]) -> String {
-    let harming_rows: Vec<&Summary> = all.iter().filter(|of| of.harms()).collect();
-    let estimating =
-        |of: &&&Summary| of.activation == Activation::Live && of.computer != Computer::Plain;
-    let losing_rows = all.iter().filter(|of| of.loses()).count();
-    let number = |number: usize| number.to_string();
+pub fn markdown(command: &str, csv: &str, times: &Times, all: &[Summary]) -> String {
+    let harming = |activation| {
+        let of = all.iter().filter(move |of| of.activation == activation);
+        of.filter(|of| of.harms())
+    };
+    let rows_of = |activation| all.iter().filter(|of| of.activation == activation).count();
+    let [usual, live] = SHOWN;
+    let estimating = harming(live).filter(|of| of.computer != Computer::Plain);
+    let names: Vec<String> = Computer::ALL.iter().map(|of| format!("`{of}`")).collect();
     let values = [
         ("command", command.to_owned()),
+        ("csv", csv.to_owned()),
         ("standstill", times.standstill_s.to_string()),
         ("aided", times.aided_s.to_string()),
         ("free", times.free_s.to_string()),
@@ -35,36 +42,66 @@ pub fn markdown(command: &str, times: &Times, all: &[Summary]) -> String {
         ),
         ("median", format!("{:.2}", LIMITS[0])),
         ("worst", format!("{:.2}", LIMITS[1])),
-        ("harming", number(harming_rows.len())),
-        ("rows", number(all.len())),
-        (
-            "estimating",
-            number(harming_rows.iter().filter(estimating).count()),
-        ),
+        ("gain", format!("{:.2}", 1.0 / LIMITS[0])),
+        ("usual harming", harming(usual).count().to_string()),
+        ("usual rows", rows_of(usual).to_string()),
+        ("live harming", harming(live).count().to_string()),
+        ("live rows", rows_of(live).to_string()),
+        ("estimating", estimating.count().to_string()),
         ("recovery", RECOVERY_S.to_string()),
         ("share", format!("{:.0}", 100.0 * GAIN_KEPT)),
-        ("losing", number(losing_rows)),
-        ("counts of harm", counts(all, harm)),
         (
-            "rows that harm usually",
-            harming(all, &[Activation::NextPowerOn]),
+            "losing",
+            all.iter().filter(|of| of.loses()).count().to_string(),
         ),
+        ("counts of harm", counts(all, harm)),
         (
             "counts of losses",
             counts(all, |of| {
                 (of.iter().filter(|of| of.loses()).count(), String::new())
             }),
         ),
-        ("rows that harm", harming(all, &ACTIVATIONS)),
-        ("rows that lose", losing(all)),
-        ("tables", tables(all)),
-        ("cases", cases()),
+        ("rows that harm", harming_table(harming(usual))),
+        ("kinds", kinds(all)),
+        ("computers", names.join(", ")),
+        ("cases", cases(all)),
     ];
     values
         .iter()
         .fold(TEMPLATE.to_owned(), |page, (key, value)| {
             page.replace(&format!("{{{key}}}"), value)
         })
+}
+
+/// All rows, one a line.
+#[must_use]
+pub fn csv(all: &[Summary]) -> String {
+    let mut out =
+        "case,activation,sensor,computer,runs,raw_m,corrected_m,ratio_median,ratio_worst,\
+                   worst_run,corrected_share,given_up_share,gain_kept,harms\n"
+            .to_owned();
+    for of in all {
+        let gain = of.gain_kept.map(|gain| format!("{gain:.2}"));
+        let _ = writeln!(
+            out,
+            "{},{},{},{},{},{},{},{:.2},{:.2},{},{:.2},{:.2},{},{}",
+            of.case,
+            of.activation,
+            of.sensor,
+            of.computer,
+            of.runs,
+            metres(of.raw_median_m),
+            metres(of.corrected_median_m),
+            of.ratio_median,
+            of.ratio_worst,
+            of.ratio_worst_run,
+            of.promoted_share,
+            of.rolled_back_share,
+            gain.unwrap_or_default(),
+            u8::from(of.harms()),
+        );
+    }
+    out
 }
 
 /// Number of rows that harm, and the worst run of them.
@@ -115,52 +152,23 @@ fn rows(all: &[Summary], activation: Activation, sensor: Sensor) -> impl Iterato
         .filter(move |of| of.sensor == sensor && of.activation == activation)
 }
 
-/// The rows for which this holds, in the order of these activations.
-fn of_activations<'a>(
-    all: &'a [Summary],
-    activations: &'a [Activation],
-    holds: fn(&Summary) -> bool,
-) -> impl Iterator<Item = &'a Summary> {
-    let rows_of = move |activation| all.iter().filter(move |of| of.activation == activation);
-    let rows = activations.iter().copied().flat_map(rows_of);
-    rows.filter(move |of| holds(of))
-}
-
-/// The first cells of a row in a list, which identify it.
-fn head(of: &Summary) -> String {
-    format!(
-        "| `{}` | {} | {} | {} |",
-        of.case, of.activation, of.sensor, of.computer
-    )
-}
-
-/// A table of the rows that harm with one of these activations.
-fn harming(all: &[Summary], activations: &[Activation]) -> String {
-    let mut out = "| case | activation | sensor | computer | raw, m | corrected, m \
-                   | worst run, times | its number |\n|---|---|---|---|---|---|---|---|\n"
+/// A table of these rows.
+fn harming_table<'a>(rows: impl Iterator<Item = &'a Summary>) -> String {
+    let mut out = "| case | sensor | computer | raw, m | corrected, m | worst run, times raw \
+                   | its number |\n|---|---|---|---|---|---|---|\n"
         .to_owned();
-    for of in of_activations(all, activations, Summary::harms) {
+    for of in rows {
         let _ = writeln!(
             out,
-            "{} {} | {} | {:.2} | {} |",
-            head(of),
+            "| `{}` | {} | {} | {} | {} | {:.2} | {} |",
+            of.case,
+            of.sensor,
+            of.computer,
             metres(of.raw_median_m),
             metres(of.corrected_median_m),
             of.ratio_worst,
             of.ratio_worst_run,
         );
-    }
-    out
-}
-
-/// A table of the rows in which too little of the gain is recovered.
-fn losing(all: &[Summary]) -> String {
-    let mut out =
-        "| case | activation | sensor | computer | of the gain, % |\n|---|---|---|---|---|\n"
-            .to_owned();
-    for of in of_activations(all, &ACTIVATIONS, Summary::loses) {
-        let gain = 100.0 * of.gain_kept.unwrap_or(f64::NAN);
-        let _ = writeln!(out, "{} {gain:.0} |", head(of));
     }
     out
 }
@@ -173,73 +181,71 @@ fn metres(x: f64) -> String {
     }
 }
 
-/// A table for each sensor and activation: all cases, with columns for the computers.
-fn tables(all: &[Summary]) -> String {
-    let mut out = String::new();
-    for activation in ACTIVATIONS {
-        for &sensor in Sensor::ALL {
-            let of: Vec<&Summary> = rows(all, activation, sensor).collect();
-            if !of.is_empty() {
-                let _ = writeln!(out, "\n### {activation}, {sensor}\n");
-                out.push_str(&table_of(&of));
-            }
+/// The sensor of the tables of kinds and cases: the one with errors, or else the last.
+fn shown_sensor(all: &[Summary]) -> Sensor {
+    let has_errors = all.iter().any(|of| of.sensor == Sensor::Errors);
+    let last = all.iter().map(|of| of.sensor).max();
+    last.filter(|_| !has_errors).unwrap_or(Sensor::Errors)
+}
+
+/// How many rows of each kind gain and harm.
+fn kinds(all: &[Summary]) -> String {
+    let mut out = "| kind |".to_owned();
+    for activation in SHOWN {
+        let _ = write!(out, " {activation}: gain | harm | neither |");
+    }
+    let _ = writeln!(out, "\n|---|{}", "---|".repeat(3 * SHOWN.len()));
+    let sensor = shown_sensor(all);
+    let headings = PARTS.iter().map(|(heading, _)| *heading).chain([COMBINED]);
+    for heading in headings {
+        let _ = write!(out, "| {heading} |");
+        for activation in SHOWN {
+            let of = rows(all, activation, sensor);
+            let of: Vec<_> = of
+                .filter(|of| table::part_of(&of.case) == heading)
+                .collect();
+            let harm = of.iter().filter(|of| of.harms()).count();
+            let gain = of.iter().filter(|of| of.gains()).count();
+            let _ = write!(out, " {gain} | {harm} | {} |", of.len() - gain - harm);
         }
+        out.push('\n');
     }
     out
 }
 
-fn table_of(of: &[&Summary]) -> String {
-    let computers: Vec<Computer> = Computer::ALL
-        .iter()
-        .copied()
-        .filter(|computer| of.iter().any(|one| one.computer == *computer))
-        .collect();
+/// The last cells of a case: the ratios of its rows by activation, and the gain that is back.
+fn found(all: &[Summary], case: &str) -> String {
     let mut out = String::new();
-    let _ = write!(out, "| case | corrected in | given up in |");
-    for computer in &computers {
-        let _ = write!(out, " {computer}: raw | corrected | median | worst |");
-    }
-    let _ = write!(out, " kept |\n|---|---|---|");
-    let _ = writeln!(out, "{}---|", "---|---|---|---|".repeat(computers.len()));
-    let mut names: Vec<&str> = of.iter().map(|one| one.case.as_str()).collect();
-    names.dedup();
-    let mut seen = std::collections::BTreeSet::new();
-    for name in names.into_iter().filter(|name| seen.insert(*name)) {
-        let rows: Vec<&&Summary> = of.iter().filter(|one| one.case == name).collect();
-        let _ = write!(
-            out,
-            "| `{name}` | {:.0} % | {:.0} % |",
-            100.0 * rows[0].promoted_share,
-            100.0 * rows[0].rolled_back_share,
-        );
-        for row in &rows {
-            let mark = if row.harms() { "**" } else { "" };
-            let _ = write!(
-                out,
-                " {} | {} | {mark}{:.2}{mark} | {mark}{:.2}{mark} |",
-                metres(row.raw_median_m),
-                metres(row.corrected_median_m),
-                row.ratio_median,
-                row.ratio_worst,
-            );
+    let sensor = shown_sensor(all);
+    let of_case = |activation| rows(all, activation, sensor).filter(|of| of.case == case);
+    for activation in SHOWN {
+        let ratios = of_case(activation).map(|of| {
+            let mark = if of.harms() { "**" } else { "" };
+            format!("{mark}{:.2}{mark}", of.ratio_median)
+        });
+        let mut ratios: Vec<String> = ratios.collect();
+        if ratios.iter().all(|ratio| ratio == "1.00") {
+            ratios.truncate(1);
         }
-        let gain = rows.iter().filter_map(|row| row.gain_kept).reduce(f64::min);
-        let _ = writeln!(
-            out,
-            " {} |",
-            gain.map_or(String::new(), |gain| format!("{:.0} %", 100.0 * gain))
-        );
+        let _ = write!(out, " {} |", ratios.join(" / "));
     }
+    let gain = of_case(SHOWN[0]).filter_map(|of| of.gain_kept);
+    let gain = gain
+        .reduce(f64::min)
+        .map(|of| format!("{:.0} %", 100.0 * of));
+    let _ = write!(out, " {} |", gain.unwrap_or_default());
     out
 }
 
-/// The description of the cases, with their parameters.
-fn cases() -> String {
+/// The cases with their parameters, and what was found.
+fn cases(all: &[Summary]) -> String {
+    let [usual, live] = SHOWN;
+    let tail = format!(" {usual} | {live} | gain back |");
     let mut out = String::new();
     for (heading, rows) in PARTS {
         let _ = writeln!(
             out,
-            "### {heading}\n\n| case | what happens | parameters |\n|---|---|---|"
+            "### {heading}\n\n| case | what happens | parameters |{tail}\n|---|---|---|---|---|---|"
         );
         for Row {
             name, about, given, ..
@@ -249,14 +255,14 @@ fn cases() -> String {
                 .iter()
                 .map(|given| format!("`{}` {}", given.key, given.value))
                 .collect();
-            let _ = writeln!(out, "| `{name}` | {about} | {} |", given.join(", "));
+            let found = found(all, name);
+            let _ = writeln!(out, "| `{name}` | {about} | {} |{found}", given.join(", "));
         }
         out.push('\n');
     }
-    let more: Vec<String> = table::usual()
-        .filter(|name| table::part_of(name) == COMBINED)
-        .map(|name| format!("`{name}`"))
-        .collect();
-    let _ = writeln!(out, "### {COMBINED}\n\n{}", more.join(", "));
+    let _ = writeln!(out, "### {COMBINED}\n\n| cases |{tail}\n|---|---|---|---|");
+    for name in table::usual().filter(|name| table::part_of(name) == COMBINED) {
+        let _ = writeln!(out, "| `{name}` |{}", found(all, name));
+    }
     out
 }

@@ -28,7 +28,7 @@ mod times;
 mod world;
 
 pub use case::{Case, chosen};
-pub use markdown::markdown;
+pub use markdown::{csv, markdown};
 pub use names::{Activation, Computer, Sensor};
 pub use run::{Judged, Teach, fix_learner};
 pub use summary::{LIMITS, Summary, summarise};

@@ -61,6 +61,12 @@ impl Summary {
         !(self.ratio_median <= median && self.ratio_worst <= worst)
     }
 
+    /// Whether correcting gains: the reverse of harm in the median, and no harm.
+    #[must_use]
+    pub fn gains(&self) -> bool {
+        !self.harms() && self.ratio_median < 1.0 / LIMITS[0]
+    }
+
     /// Whether too little of the gain is recovered after the disturbance.
     #[must_use]
     pub fn loses(&self) -> bool {

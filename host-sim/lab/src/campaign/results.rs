@@ -30,24 +30,17 @@ pub fn results(
         .collect();
     let ratios: Vec<&Ratio> = ratios.iter().filter(|r| r.t_min == T_MIN).collect();
     let runs = last.iter().map(|s| s.n).max().unwrap_or(0);
-    let mut out = TEMPLATE
+    TEMPLATE
         .replace("{command}", command)
         .replace("{runs}", &runs.to_string())
         .replace("{version}", env!("CARGO_PKG_VERSION"))
         .replace("{fingerprint}", &super::fingerprint(&campaign.fingerprint))
-        .replace("{medians}", &by_scheme(&last, |s| metres(s.median_m)))
+        .replace("{medians}", &medians(&last))
         .replace("{goals}", &goals(&last))
-        .replace("{spread}", &spread(&last))
         .replace("{overall}", &overall(&ratios))
         .replace("{tuning}", &tuning(campaign, &last))
-        .replace("{studies}", &of_studies(studies));
-    for (name, _) in SCHEMES {
-        let key = format!("{{ratios {name}}}");
-        if out.contains(&key) {
-            out = out.replace(&key, &against(name, &ratios));
-        }
-    }
-    out
+        .replace("{studies}", &of_studies(studies))
+        .replace("{ratios device}", &against(LEARNER, &ratios))
 }
 
 /// The part of the file about the studies: prose of `assets/studies.md` around their tables.
@@ -121,22 +114,35 @@ pub(super) fn header<'a>(first: &'a str, rest: impl IntoIterator<Item = &'a str>
     [first].into_iter().chain(rest).map(String::from).collect()
 }
 
-/// A table with one row for each group of errors and one column for each scheme.
-fn by_scheme(last: &[&Summary], cell: impl Fn(&Summary) -> String) -> String {
-    let rows: Vec<Vec<String>> = models(last)
+/// Median and worst error of each scheme by group of errors. The schemes of an ablation come before
+/// the floor.
+fn medians(last: &[&Summary]) -> String {
+    let mut schemes = names();
+    let floor = schemes.pop();
+    for summary in last {
+        let name = summary.scheme.as_str();
+        if !schemes.contains(&name) && name != FLOOR {
+            schemes.push(name);
+        }
+    }
+    let models = models(last);
+    let rows: Vec<Vec<String>> = schemes
         .into_iter()
-        .map(|model| {
-            let found = |name: &str| {
+        .chain(floor)
+        .map(|scheme| {
+            let cell = |model: &Group| {
                 last.iter()
-                    .find(|s| s.error_model == model && s.scheme == name)
-                    .map_or_else(String::new, |s| cell(s))
+                    .find(|s| s.error_model == *model && s.scheme == scheme)
+                    .map_or_else(String::new, |s| {
+                        format!("{} / {}", metres(s.median_m), metres(s.max_m))
+                    })
             };
-            let mut row = vec![model.to_string()];
-            row.extend(names().into_iter().map(found));
-            row
+            let row = [scheme.to_owned()].into_iter();
+            row.chain(models.iter().map(cell)).collect()
         })
         .collect();
-    table(&header("errors", names()), &rows)
+    let groups: Vec<String> = models.iter().map(ToString::to_string).collect();
+    table(&header("scheme", groups.iter().map(String::as_str)), &rows)
 }
 
 /// The classical filters, which could be used instead.
@@ -192,58 +198,39 @@ fn goals(last: &[&Summary]) -> String {
 
 type Measure = fn(&Summary) -> f64;
 
-/// All statistics of the last time.
-fn spread(last: &[&Summary]) -> String {
-    let rows: Vec<Vec<String>> = last
-        .iter()
-        .map(|s| {
-            vec![
-                s.error_model.to_string(),
-                s.scheme.clone(),
-                metres(s.median_m),
-                between(s.lo95_m.zip(s.hi95_m), metres),
-                metres(s.mean_m),
-                metres(s.max_m),
-            ]
-        })
-        .collect();
-    let head = ["scheme", "median", "95 % of the median", "mean", "worst"];
-    table(&header("errors", head), &rows)
-}
-
 /// One scheme against each of the others, by group of errors and over all.
 fn against(scheme: &str, ratios: &[&Ratio]) -> String {
-    let baselines: Vec<&str> = names().into_iter().filter(|n| *n != scheme).collect();
     let mut groups: Vec<Option<Group>> = Vec::new();
     for r in ratios {
         if !groups.contains(&r.error_model) {
             groups.push(r.error_model);
         }
     }
-    let rows: Vec<Vec<String>> = groups
-        .into_iter()
-        .map(|group| {
-            let cell = |baseline: &&str| {
-                ratios
-                    .iter()
-                    .find(|r| {
-                        r.error_model == group && r.scheme == scheme && r.baseline == *baseline
-                    })
-                    .map_or_else(String::new, |r| {
-                        format!("{}, {} of {}", interval(r), r.better, r.n)
-                    })
-            };
-            let name = group.map_or("all groups".to_string(), |m| m.to_string());
-            [name]
-                .into_iter()
-                .chain(baselines.iter().map(cell))
+    let cell = |baseline: &str, group: &Option<Group>| {
+        let of =
+            |r: &&&Ratio| (r.error_model, &*r.scheme, &*r.baseline) == (*group, scheme, baseline);
+        ratios.iter().find(of).map_or_else(String::new, |r| {
+            let better = format!(", {} of {}", r.better, r.n);
+            interval(r) + if group.is_none() { &better } else { "" }
+        })
+    };
+    let others = names().into_iter().filter(|name| *name != scheme);
+    let rows: Vec<Vec<String>> = others
+        .map(|other| {
+            let row = [other.to_owned()].into_iter();
+            row.chain(groups.iter().map(|group| cell(other, group)))
                 .collect()
         })
         .collect();
-    table(&header("errors", baselines), &rows)
+    let name = |group: &Option<Group>| group.map_or("all groups".to_owned(), |g| g.to_string());
+    let heads: Vec<String> = groups.iter().map(name).collect();
+    table(&header("against", heads.iter().map(String::as_str)), &rows)
 }
 
-/// Every scheme against every other, over all groups.
+/// Columns of the table over all groups.
+const BASELINES: [&str; 5] = ["uncorrected", "ekf6", "ekf-exp", "oracle", LEARNER];
+
+/// Every scheme against some others, over all groups.
 fn overall(ratios: &[&Ratio]) -> String {
     let rows: Vec<Vec<String>> = names()
         .into_iter()
@@ -258,11 +245,11 @@ fn overall(ratios: &[&Ratio]) -> String {
             };
             [scheme.to_string()]
                 .into_iter()
-                .chain(names().into_iter().map(cell))
+                .chain(BASELINES.map(cell))
                 .collect()
         })
         .collect();
-    table(&header("scheme / baseline", names()), &rows)
+    table(&header("scheme / baseline", BASELINES), &rows)
 }
 
 fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
@@ -316,14 +303,13 @@ mod tests {
         );
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("| hot, all | 200 |"), "{text}");
-        assert!(text.contains("the command") && text.contains("| all | 200 | 400 |"));
+        assert!(text.contains("the command") && text.contains("| uncorrected | 200 / 300 |"));
         // device is the nineteenth scheme, ekf6 the second and the best classical one, the
         // oracle the seventeenth
         assert!(
             text.contains("| all | 9.50 (ekf6) | 9.50 (ekf6) | 1.12 / 1.12 |"),
             "{text}"
         );
-        // rnn-window is the eighteenth
-        assert!(text.contains("9.00 (too few runs), 0 of 3"), "{text}");
+        assert!(text.contains("19.00 (too few runs), 0 of 3 |"), "{text}");
     }
 }

@@ -56,7 +56,7 @@ pub const FIGURES: &[Figure] = &[
     },
     Figure {
         name: "abuse",
-        files: &["docs/ABUSE.md"],
+        files: &["docs/ABUSE.md", "docs/ABUSE.csv"],
         what: "the device in a hostile world",
         how: How::HostSim(&[
             "abuse",

@@ -5,10 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
+use qemu::committed::Committed;
 use qemu::images::{target_directory, workspace};
 use serde_json::Value;
 
 use crate::stage::{cargo_with, succeed};
+use crate::table::markdown;
 
 /// A unit: name of its table, unit file, folder of its sessions.
 const UNITS: [(&str, &str, &str); 5] = [
@@ -152,6 +154,31 @@ fn csv(folder: &str, rows: &[Value], sessions: usize) -> String {
         }
     }
     out
+}
+
+/// The table of a page: a row for each scheme, a column for each phase, with the errors after two
+/// of the horizons.
+pub fn table(of: &Committed) -> Result<String> {
+    let mut phases: Vec<&str> = of.rows.iter().map(|row| row[0].as_str()).collect();
+    phases.dedup();
+    let mut header = vec!["scheme".to_owned()];
+    header.extend(phases.iter().map(|phase| match *phase {
+        "none" => "no fixes".to_owned(),
+        "all" => "all fixes".to_owned(),
+        time => format!("{time} of fixes"),
+    }));
+    let first = of.rows.iter().take_while(|row| row[0] == phases[0]);
+    let rows = first.map(|row| {
+        let cell = |phase: &&str| {
+            let key = format!("{phase},{}", row[1]);
+            let [soon, late] = ["10 s", "60 s"].map(|horizon| of.cell(&key, horizon));
+            Ok(format!("{} / {}", soon?, late?))
+        };
+        let cells = phases.iter().map(cell).collect::<Result<Vec<_>>>()?;
+        Ok([vec![row[1].clone()], cells].concat())
+    });
+    let rows = rows.collect::<Result<Vec<_>>>()?;
+    Ok(markdown(&header, rows.into_iter()))
 }
 
 fn median(mut of: Vec<f64>) -> String {

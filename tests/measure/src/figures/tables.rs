@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use qemu::committed::{Committed, file};
 
-use super::{drive, measured};
+use super::{drive, measured, real};
 use crate::markers::between;
 use crate::table::markdown;
 
@@ -22,6 +22,9 @@ pub fn table(name: &str) -> Result<String> {
         "drive" => drive::drive_table(&of),
         "path" => measured::path_table(&of),
         "works" => measured::works_table(&of),
+        "real-rc-car" | "real-car" | "real-hand-a" | "real-hand-b" | "real-hand-c" => {
+            real::table(&of)
+        }
         _ => Ok(markdown(&of.header, of.rows.iter().cloned())),
     }
     .with_context(|| file(name))

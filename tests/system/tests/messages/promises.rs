@@ -221,7 +221,7 @@ const PROMISES: &[Promise] = &[
     },
     Promise {
         page: YOUR_DATA,
-        sentence: "Of several receivers that with the most fixes counts",
+        sentence: "With several receivers the one with the most fixes counts",
         make: |dir| {
             let all = gpsd(dir);
             let of =

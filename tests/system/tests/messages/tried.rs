@@ -1,4 +1,4 @@
-//! What was tried with files as people have them, and the table of it in docs/your-data.md: every
+//! What was tried with files as people have them, and the table of it in fixtures/tried.md: every
 //! row is made here from one drive that is right, and read by the program.
 
 mod columns;
@@ -51,9 +51,9 @@ fn tried(dir: &Path, case: &Case) -> (Vec<String>, String) {
     (printed, result.to_owned())
 }
 
-/// Every case reports what its writer says, and the table of the page is what they report.
+/// Every case reports what its writer says, and the table of the file is what they report.
 #[test]
-fn the_page_says_what_was_tried_and_reported() {
+fn the_file_says_what_was_tried_and_reported() {
     let session = drive();
     let mut table = HEADING.to_owned();
     let mut wrong = Vec::new();
@@ -78,5 +78,5 @@ fn the_page_says_what_was_tried_and_reported() {
         writeln!(table, "| {} | {printed} | {result} |", case.input).unwrap();
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    system::compare_table("your-data.md", HEADING, &table);
+    system::compare_table(HEADING, &table);
 }

@@ -319,7 +319,7 @@ fn on_device(case: &Case) -> Vec<(u32, [f64; 6])> {
 
 const HEADING: &str = "| log | what is reported |\n|---|---|\n";
 
-/// Every kind of log is read or named, and the table of docs/your-data.md is what is reported.
+/// Every kind of log is read or named, and the table of fixtures/tried.md is what is reported.
 #[test]
 fn every_kind_of_log_is_read_or_named() {
     let mut table = HEADING.to_owned();
@@ -374,7 +374,7 @@ fn every_kind_of_log_is_read_or_named() {
             assert!(moves || values == 3, "{name} {:?}", fix.velocity);
         }
     }
-    system::compare_table("your-data.md", HEADING, &table);
+    system::compare_table(HEADING, &table);
 }
 
 /// Of two protocols the device may have the first epoch of the other one, too.

@@ -40,7 +40,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "cruise",
-        about: "A smooth cruise while the receiver tells a speed accuracy of 4 m/s.",
+        about: "A smooth cruise while the receiver states a speed accuracy of 4 m/s.",
         span: Span::Ends,
         given: &[given("speed_mps", 10.0), given("speed_accuracy_mps", 4.0)],
         acts: |v| {
@@ -108,14 +108,14 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "aircraft",
-        about: "An aircraft, which is told to be a land vehicle.",
+        about: "An aircraft, configured as a land vehicle.",
         span: Span::Always,
         given: &[],
         acts: |_| vec![Act::Motion(Motion::In(VehicleName::Aircraft))],
     },
     Row {
         name: "ship",
-        about: "A ship in waves, which is told to be a land vehicle.",
+        about: "A ship in waves, configured as a land vehicle.",
         span: Span::Always,
         given: &[],
         acts: |_| vec![Act::Motion(Motion::In(VehicleName::Ship))],
@@ -136,7 +136,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "align-moving",
-        about: "The navigation computer tells an alignment while the vehicle drives.",
+        about: "The navigation computer reports an alignment while the vehicle drives.",
         span: Span::Ends,
         given: &[given("after_s", 60.0)],
         acts: |v| vec![Act::Asked(Asked::Aligns(v[0]))],

@@ -10,7 +10,7 @@ use super::given;
 pub(super) const ROWS: &[Row] = &[
     Row {
         name: "late-0.15",
-        about: "Fixes arrive 0.15 s after they were valid; 0.1 s is told.",
+        about: "Fixes arrive 0.15 s after they were valid; 0.1 s is configured.",
         span: Span::Always,
         given: &[given("delay_s", 0.15)],
         acts: |v| vec![Act::Receiver(Fault::Late(v[0]))],
@@ -38,14 +38,14 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "jitter-0.3",
-        about: "Each fix is late by another time, up to 0.3 s more.",
+        about: "Each fix is late by a different time, up to 0.3 s more.",
         span: Span::Always,
         given: &[given("up_to_s", 0.3)],
         acts: |v| vec![Act::Receiver(Fault::Jitter(v[0]))],
     },
     Row {
         name: "lever-arm-2",
-        about: "The antenna is 2 m away; it is told to be at the sensors.",
+        about: "The antenna is 2 m from the sensors; 0 m is configured.",
         span: Span::Always,
         given: &[
             given("forward_m", 1.5),
@@ -56,7 +56,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "lever-arm-5",
-        about: "The antenna is 5 m away.",
+        about: "The antenna is 5 m from the sensors; 0 m is configured.",
         span: Span::Always,
         given: &[
             given("forward_m", -4.0),
@@ -67,7 +67,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "coloured",
-        about: "Errors of the fixes last for minutes; white ones are told.",
+        about: "Errors of the fixes last for minutes; white ones are stated.",
         span: Span::Always,
         given: &[
             given("position_m", 3.0),
@@ -91,21 +91,21 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "optimistic",
-        about: "Errors of the fixes are three times what is told.",
+        about: "Errors of the fixes are three times as large as stated.",
         span: Span::Always,
         given: &[given("factor", 3.0)],
         acts: |v| vec![Act::Receiver(Fault::Noise(v[0]))],
     },
     Row {
         name: "pessimistic",
-        about: "The fixes are three times better than told.",
+        about: "The fixes are three times better than stated.",
         span: Span::Always,
         given: &[given("factor", 3.0)],
         acts: |v| vec![Act::Receiver(Fault::Configured(v[0]))],
     },
     Row {
         name: "sigma-constant",
-        about: "Errors are six times as large now and then; what is told stays the same.",
+        about: "Errors are six times as large now and then; the stated accuracy stays the same.",
         span: Span::Drive,
         given: &[given("factor", 6.0), given("interval_s", 60.0)],
         acts: |v| vec![Act::Receiver(Fault::Bouts([v[0], v[1]]))],
@@ -154,7 +154,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "extrapolates",
-        about: "Without satellites the receiver goes on straight and tells nothing of it.",
+        about: "Without satellites the receiver extrapolates a straight line and does not say so.",
         span: Span::Drive,
         given: &[given("interval_s", 60.0), given("length_s", 20.0)],
         acts: |v| vec![Act::Receiver(Fault::Extrapolates([v[0], v[1]]))],
@@ -189,14 +189,14 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "velocity-not-measured",
-        about: "The velocity is 0 and told to be off by 20 m/s.",
+        about: "The velocity is 0, with a stated accuracy of 20 m/s.",
         span: Span::Always,
         given: &[],
         acts: |_| vec![Act::Receiver(Fault::NoVelocity)],
     },
     Row {
         name: "velocity-zero",
-        about: "For 60 s the velocity is told to be 0, as exactly as ever.",
+        about: "For 60 s the velocity is 0, with the usual stated accuracy.",
         span: Span::For(60),
         given: &[],
         acts: |_| vec![Act::Receiver(Fault::VelocityZero)],
@@ -252,7 +252,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "swapped",
-        about: "Fixes come in the wrong order by twos.",
+        about: "Fixes come in pairs, in the wrong order.",
         span: Span::Always,
         given: &[],
         acts: |_| vec![Act::Receiver(Fault::Swapped)],

@@ -77,7 +77,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "dead-band",
-        about: "Rates below 0.05 deg/s are told as 0.",
+        about: "Rates below 0.05 deg/s are reported as 0.",
         span: Span::Always,
         given: &[given("gyro_dps", 0.05)],
         acts: |v| vec![Act::Sensor(Fault::DeadBand(v[0]))],

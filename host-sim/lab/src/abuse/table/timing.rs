@@ -57,7 +57,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "holes",
-        about: "Six frames are lost every 10 s; their times tell it.",
+        about: "Six frames are lost every 10 s; the time stamps show it.",
         span: Span::Always,
         given: &[given("frames", 6.0), given("every_s", 10.0)],
         acts: |v| vec![Act::Line(Fault::Holes([v[0], v[1]]))],
@@ -99,7 +99,7 @@ pub(super) const ROWS: &[Row] = &[
     },
     Row {
         name: "bursts",
-        about: "Frames come by eights, as through a USB adapter.",
+        about: "Frames come eight at a time, as through a USB adapter.",
         span: Span::Always,
         given: &[given("frames", 8.0)],
         acts: |v| vec![Act::Line(Fault::Bursts(v[0]))],

@@ -212,7 +212,7 @@ pub const CLASSES: [Class; 21] = [
     ),
     trap(moving(
         "hand-held",
-        "somebody walks with the device and swings it, and the device is told a land vehicle",
+        "somebody walks with the device and swings it, configured as a land vehicle",
         "icm-42688",
         Vehicle::HandHeld(SURVEY),
         Kind::Land,
@@ -250,7 +250,7 @@ pub const CLASSES: [Class; 21] = [
     )),
     trap(moving(
         "air-as-land",
-        "an aircraft in a wind of 15 m/s, and the device is told a land vehicle",
+        "an aircraft in a wind of 15 m/s, configured as a land vehicle",
         "stim300",
         Vehicle::Aircraft(Aircraft {
             wind_mps: 15.0,
