@@ -42,6 +42,8 @@ const QUIETER: f32 = 0.95;
 const SWAY: [f32; 2] = [2.8e-4, 0.014];
 /// Largest deviation, in standard deviations.
 const GATE: f32 = 5.0;
+/// The same for biases: datasheets are wrong by up to ten times.
+const BIASES: f32 = 10.0;
 /// Earth rate, rad/s.
 const EARTH: f32 = 7.292e-5;
 /// Gravity on Earth from 9 km high at the equator to the pole, m/s2.
@@ -157,8 +159,8 @@ impl Standstill {
         });
         Self {
             step: sway.map(|sway| GATE * core::f32::consts::SQRT_2 * sway),
-            rate: EARTH + GATE * (sway[0] + sensors.bias[0]),
-            force: GATE * (sway[1] + sensors.bias[1]),
+            rate: EARTH + GATE * sway[0] + BIASES * sensors.bias[0],
+            force: GATE * sway[1] + BIASES * sensors.bias[1],
             window: Window {
                 worth: [lsb.rad, lsb.mps].map(|worth| (worth / sample_s) as f32),
                 first: Counts::default(),

@@ -99,10 +99,8 @@ pub struct Winner {
 pub struct Resting {
     /// Errors of the gyros, rad/s.
     pub gyro: [f32; 3],
-    /// How much of them the Earth's rotation may be, rad/s.
-    pub unknown: f32,
-    /// How much of them noise and sway may be, rad/s (three standard deviations).
-    pub noise: f32,
+    /// How much of them noise, sway and the Earth's rotation may be, rad/s.
+    pub doubt: f32,
 }
 
 /// State of the learner's navigator, for reports.

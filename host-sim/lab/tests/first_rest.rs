@@ -66,7 +66,8 @@ fn configuration() -> Configuration {
     unit.sensor.rate_hz = Some(HZ as f64);
     unit.correction.mode = around::Mode::Learn;
     unit.correction.activation = around::Activation::FirstRest;
-    unit.configuration().expect("a unit file that a device takes")
+    unit.configuration()
+        .expect("a unit file that a device takes")
 }
 
 fn drive(

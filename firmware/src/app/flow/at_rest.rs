@@ -4,10 +4,10 @@
 //! A rest that has begun within [`BEGINS_S`] of power-on shows the gyros' errors to some hundredths
 //! of a degree per second, before the navigation computer has aligned itself. While it lasts, the
 //! correction follows what it shows; afterwards it stays as it is until the next power-on. Should
-//! the vehicle have been turned meanwhile, the next rest in that time takes its place. What the
-//! Earth's rotation may be is not corrected, and without a stored correction what noise may be
-//! neither, so that sensors without errors stay as they are. The accelerometers have what is
-//! stored.
+//! the vehicle have been turned meanwhile, the next rest in that time takes its place. What noise
+//! or the Earth's rotation may be changes nothing: sensors without errors stay as they are, and
+//! what is stored, which has proved itself, stays unless the rest contradicts it. The
+//! accelerometers have what is stored.
 
 use super::{Correction, Flow};
 use crate::model::Nets;
@@ -75,11 +75,9 @@ impl Flow<'_> {
         let Some(rest) = rest else { return };
         let [output, _] = self.corrector.network_output();
         let before = first.added;
-        let is_new = self.config.nets.same_images(&Nets::NONE);
-        let doubt = rest.unknown + if is_new { rest.noise } else { 0.0 };
         for (i, added) in first.added.iter_mut().enumerate() {
             let more = rest.gyro[i] - (output[i] - before[i]);
-            *added = if more.abs() > doubt { more } else { 0.0 };
+            *added = if more.abs() > rest.doubt { more } else { 0.0 };
         }
         if before != first.added {
             self.add_at_rest(before);

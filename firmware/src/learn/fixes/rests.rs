@@ -59,8 +59,7 @@ pub(super) struct Rests {
     mean: V32,
     /// Its time then, s, and what is doubtful of its mean: see [`Resting`].
     seconds: f32,
-    unknown: f32,
-    noise: f32,
+    doubt: f32,
     /// Before the first rest: mean and variance of each gyro's error.
     before: Option<[V32; 2]>,
     /// Time since the last fix, and since the last observation of the velocity, s.
@@ -116,7 +115,7 @@ impl Rests {
         let news = |i: usize| (information * mean[i] - self.information * self.mean[i]) / more;
         let errors = core::array::from_fn(news);
         (self.information, self.mean, self.seconds) = (information, mean, seconds);
-        (self.unknown, self.noise) = (unknown, SURE * libm::sqrtf(noise));
+        self.doubt = unknown + SURE * libm::sqrtf(noise);
         Some(News {
             errors,
             variance: 1.0 / more,
@@ -154,8 +153,7 @@ impl FixLearner<'_> {
         let Rests {
             information,
             mean,
-            unknown,
-            noise,
+            doubt,
             before,
             ..
         } = self.motion.rests;
@@ -165,11 +163,7 @@ impl FixLearner<'_> {
             let share = information * variance[i] / (1.0 + information * variance[i]);
             memory[i] + share * (mean[i] - memory[i])
         });
-        Some(Resting {
-            gyro,
-            unknown,
-            noise,
-        })
+        Some(Resting { gyro, doubt })
     }
 
     /// Errors of the gyros by a rest.

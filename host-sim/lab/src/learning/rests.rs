@@ -3,10 +3,13 @@
 use firmware::align::Align;
 use firmware::learn::Settings;
 use firmware::sample::{Counts, Lsb};
+use host_core::inertial::sins::NavState;
 use serde::{Deserialize, Serialize};
 
-/// A vehicle stands below this speed, and is under way above the second one, m/s.
+/// A vehicle stands if it moves slower than this, m/s, and turns less than this in a second, rad.
 const STANDS_MPS: f64 = 0.1;
+const STANDS_RAD: f64 = 0.01;
+/// It is under way above this speed, m/s.
 const UNDER_WAY_MPS: f64 = 1.0;
 
 /// Seconds in which the vehicle stood or was under way, and in which the device saw a rest.
@@ -50,7 +53,7 @@ impl Rests {
 /// The device's detector without a receiver, and what it has found.
 pub struct Detector {
     align: Align,
-    before_mps: f64,
+    before: Option<NavState>,
     rests: Rests,
 }
 
@@ -60,7 +63,7 @@ impl Detector {
     pub fn new(settings: &Settings, lsb: Lsb, dt: f64) -> Self {
         Self {
             align: Align::new(settings.sensors(), lsb, dt),
-            before_mps: f64::INFINITY,
+            before: None,
             rests: Rests::default(),
         }
     }
@@ -70,15 +73,20 @@ impl Detector {
         self.align.sample(counts);
     }
 
-    /// A second is over, at the end of which the vehicle had this speed, m/s.
-    pub fn second(&mut self, mps: f64) {
-        let before = std::mem::replace(&mut self.before_mps, mps);
+    /// A second is over, at the end of which this is the vehicle's true state.
+    pub fn second(&mut self, truth: &NavState) {
+        let Some(before) = self.before.replace(*truth) else {
+            return;
+        };
+        let speeds = [before.velocity.norm(), truth.velocity.norm()];
+        let turn = before.q_bn.angle_to(&truth.q_bn);
+        let [slower, faster] = [speeds[0].min(speeds[1]), speeds[0].max(speeds[1])];
         let rests = self.align.rest().is_some();
         let of = &mut self.rests;
-        if before.max(mps) < STANDS_MPS {
+        if faster < STANDS_MPS && turn < STANDS_RAD {
             of.standing_s += 1;
             of.found_s += u32::from(rests);
-        } else if before.min(mps) > UNDER_WAY_MPS {
+        } else if slower > UNDER_WAY_MPS {
             of.moving_s += 1;
             of.false_s += u32::from(rests);
         }
@@ -94,6 +102,8 @@ impl Detector {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use host_core::inertial::earth::Geodetic;
+    use nalgebra::{UnitQuaternion, Vector3};
 
     #[test]
     fn seconds_are_counted_by_the_speed_at_both_ends() {
@@ -102,6 +112,15 @@ mod tests {
             mps: 1e-6,
         };
         let mut detector = Detector::new(&Settings::MEDIUM, lsb, 0.01);
+        let state = NavState {
+            position: Geodetic {
+                lat: 0.8,
+                lon: 0.1,
+                h: 0.0,
+            },
+            velocity: Vector3::zeros(),
+            q_bn: UnitQuaternion::identity(),
+        };
         let mut seconds = |speeds: &[f64]| {
             for mps in speeds {
                 for _ in 0..100 {
@@ -110,7 +129,10 @@ mod tests {
                         dv: [0, 0, -98_070],
                     });
                 }
-                detector.second(*mps);
+                detector.second(&NavState {
+                    velocity: Vector3::new(*mps, 0.0, 0.0),
+                    ..state
+                });
             }
             detector.rests()
         };

@@ -251,7 +251,7 @@ impl Prepared {
             if came % samples_per_s == 0 {
                 let now = &truth.epochs[came / truth.samples_per_epoch];
                 judge.second((came / samples_per_s) as u32, &mut device, now, &mounting);
-                detector.second(now.velocity.norm());
+                detector.second(now);
             }
             while let Some(Sent { fix, .. }) = sent.next_if(|sent| sent.sample <= came) {
                 device.fix(&fix);

@@ -55,7 +55,7 @@ pub fn found(timeline: &Timeline, reference: &Reference, configuration: &Configu
         detector.sample(&counts);
         if (k + 1).is_multiple_of(second) {
             let (_, nav) = reference.near(timeline.step_at((k + 1) as f64 * session.dt));
-            detector.second(nav.velocity.norm());
+            detector.second(nav);
         }
     }
     detector.rests()
