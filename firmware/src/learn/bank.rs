@@ -21,6 +21,7 @@ mod update;
 pub(super) use considered::Sizes;
 pub use gates::Gates;
 pub(super) use gates::Refusals;
+pub use rest::AtRest;
 pub use table::{
     ALL, CURVED, DRIVEN, EXTENDING, HYPOTHESES, KEYS, MAP, NAMES, REMEMBERED, REMEMBERING,
     SIX_BIASES, STEP, STEPPED, STEPS, STORED, WITH_NETWORKS, ZERO_CORRECTION,

@@ -119,10 +119,14 @@ impl<T: Real> Considered<T> {
         self.learns(gains, |column| column.x.get(i).copied());
     }
 
-    /// A rest has taught it by these gains, by the error of gyro `k`.
+    /// A rest has taught it by these gains, by the error of gyro `k` and by the navigator's.
     #[inline(never)]
-    pub fn rest(&mut self, k: usize, gains: &Gains<T>) {
-        self.learns(gains, |column| column.e.get(k).copied());
+    pub fn rest(&mut self, k: usize, by: &[T; NAV], gains: &Gains<T>) {
+        self.learns(gains, |column| {
+            let of_attitude = by.iter().zip(&column.x);
+            let own = column.e.get(k).copied()?;
+            Some(of_attitude.fold(own, |sum, (&by, &x)| sum + by * x))
+        });
     }
 
     #[inline(always)]

@@ -25,8 +25,9 @@ pub trait Hypothesis<T: Real> {
     fn score(&mut self, innovation: Innovation<T>, cap: T);
     fn gains(&self, i: usize, variance: T) -> Gains<T>;
     fn update(&mut self, i: usize, innovation: Innovation<T>);
-    fn innovation_of_output(&mut self, k: usize, z: T, variance: T) -> Innovation<T>;
-    fn update_output(&mut self, k: usize, innovation: Innovation<T>) -> Gains<T>;
+    fn innovation_of_output(&mut self, k: usize, by: &[T; NAV], z: T, variance: T)
+    -> Innovation<T>;
+    fn update_output(&mut self, k: usize, by: &[T; NAV], innovation: Innovation<T>) -> Gains<T>;
     fn finish_update(&mut self);
     fn feedback(&mut self, e: &[T; NAV]);
     fn align_mean(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
@@ -97,11 +98,17 @@ where
     fn update(&mut self, i: usize, innovation: Innovation<T>) {
         Kalman::update(self, i, innovation);
     }
-    fn innovation_of_output(&mut self, k: usize, z: T, variance: T) -> Innovation<T> {
-        Kalman::innovation_of_output(self, k, z, variance)
+    fn innovation_of_output(
+        &mut self,
+        k: usize,
+        by: &[T; NAV],
+        z: T,
+        variance: T,
+    ) -> Innovation<T> {
+        Kalman::innovation_of_output(self, k, by, z, variance)
     }
-    fn update_output(&mut self, k: usize, innovation: Innovation<T>) -> Gains<T> {
-        Kalman::update_output(self, k, innovation)
+    fn update_output(&mut self, k: usize, by: &[T; NAV], innovation: Innovation<T>) -> Gains<T> {
+        Kalman::update_output(self, k, by, innovation)
     }
     fn finish_update(&mut self) {
         Kalman::finish_update(self);

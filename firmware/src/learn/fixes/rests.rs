@@ -9,7 +9,10 @@
 //! ```
 //!
 //! While nothing navigates, nothing is known of the Earth's rotation: what a rest teaches then is
-//! no better than that. While the navigator runs, its attitude gives it.
+//! no better than that. While the navigator runs, its attitude gives it: with `C_est = (I - phi x)
+//! C_true`, the mean rate less `C_est' w` is the gyros' error and `C' (w x phi)`. That part is in the
+//! observation, because the attitude of a gyrocompass has errors by the same gyros: what looked
+//! like the Earth's rotation there must not be news here.
 //!
 //! A rest teaches each time that it knows a quarter more. What it has taught already must not count
 //! twice: with the mean m and the information I = 1 / variance before and now, the news are
@@ -22,15 +25,17 @@
 //! Accelerometers learn nothing directly: their mean is gravity on an unknown tilt.
 
 use super::FixLearner;
-use super::observe::{DEPARTURE, STILL_MPS, STILL_S};
+use super::observe::{DEPARTURE, STANDS_MPS, STILL_MPS, STILL_S};
 use crate::align::{Align, Rest};
 use crate::configuration::VehicleKind;
 use crate::fix::{NOT_MEASURED, OBSERVATIONS};
 use crate::learn::Resting;
+use crate::learn::bank::AtRest;
+use crate::learn::prior::NAV;
 use crate::learn::quantise::split;
 use crate::nav;
 use crate::nav::earth::{Local, OMEGA_IE};
-use crate::nav::vector::{V32, add, narrow, rotated, scale};
+use crate::nav::vector::{V32, add, cross, narrow, rotated, scale};
 
 /// Sway of a standing vehicle by people and wind, rad (assumed, as in
 /// `host_sim::learning::teacher`).
@@ -42,9 +47,12 @@ const COLOUR: f32 = 4.0;
 const LEAST_S: f32 = 5.0;
 /// Information, in units of what has been taught, from which a rest teaches again.
 const MORE: f32 = 1.25;
-/// What is not known of the Earth's rotation while the attitude is known, as a share of the
-/// heading's standard deviation, in rad, at most 1; and the least, rad/s.
+/// What is not known of the Earth's rotation while the attitude is known, rad/s, beside the second
+/// order of the attitude's error.
 const LEAST_UNKNOWN: f32 = 1e-8;
+/// A vehicle stands if the navigator's velocity is less than this, m/s, and so many standard
+/// deviations.
+const STANDS_SIGMAS: f32 = 5.0;
 /// Standard deviations of noise beyond which a mean is an error.
 const SURE: f32 = 3.0;
 /// Time without a fix from which a rest shows the velocity, s; and between two of its observations.
@@ -134,7 +142,7 @@ impl FixLearner<'_> {
             .align
             .as_ref()
             .and_then(Align::rest)
-            .filter(|rest| rest.seconds >= LEAST_S);
+            .filter(|rest| rest.seconds >= LEAST_S && self.may_stand());
         let of_gyros = rest.map(|rest| self.of_gyros(&rest));
         if self.motion.rests.before.is_none() && of_gyros.is_some() {
             let bank = &self.memory.bank;
@@ -143,9 +151,45 @@ impl FixLearner<'_> {
             self.motion.rests.before = Some([mean, sigma.map(|sigma| sigma * sigma)]);
         }
         if let Some(News { errors, variance }) = self.motion.rests.rest(of_gyros) {
-            self.memory.bank.rest(&errors, variance);
+            let by = self.by_attitude();
+            let shown: [AtRest; 3] = core::array::from_fn(|i| AtRest {
+                error: errors[i],
+                by: by[i],
+            });
+            self.memory.bank.rest(&shown, variance);
         }
         self.learn_from_zero_velocity();
+    }
+
+    /// Whether the navigator's velocity may be zero; true while nothing navigates.
+    fn may_stand(&self) -> bool {
+        let Some(navigator) = self.navigation.course.navigator() else {
+            return true;
+        };
+        let bank = &self.memory.bank;
+        let velocity = narrow(navigator.state().velocity);
+        let mut axes = velocity.into_iter().enumerate();
+        axes.all(|(i, v)| v.abs() <= STANDS_MPS.max(STANDS_SIGMAS * bank.error_doubt(3 + i)))
+    }
+
+    /// What an error of the navigator adds to the mean rate less the Earth's rotation, for each
+    /// gyro.
+    fn by_attitude(&self) -> [[f32; NAV]; 3] {
+        let mut by = [[0.0; NAV]; 3];
+        if let Some(navigator) = self.navigation.course.navigator() {
+            let nav::State { position, q_bn, .. } = navigator.state();
+            let [w, x, y, z] = q_bn;
+            let earth = Local::at(position.latitude, position.height).omega_ie();
+            for axis in 0..3 {
+                let mut phi = [0.0; 3];
+                phi[axis] = 1.0;
+                let adds = rotated([w, -x, -y, -z], cross(earth, phi));
+                for (by, adds) in by.iter_mut().zip(narrow(adds)) {
+                    by[axis] = adds;
+                }
+            }
+        }
+        by
     }
 
     /// What the rest in progress has taught.
@@ -193,7 +237,7 @@ impl FixLearner<'_> {
         let [w, x, y, z] = q_bn;
         let rate = Local::at(position.latitude, position.height).omega_ie();
         let doubt = self.memory.bank.error_doubt(2).min(1.0);
-        let unknown = (earth * doubt).max(LEAST_UNKNOWN);
+        let unknown = (earth * doubt * doubt).max(LEAST_UNKNOWN);
         (narrow(rotated([w, -x, -y, -z], rate)), unknown)
     }
 
@@ -204,13 +248,14 @@ impl FixLearner<'_> {
         rests.since_fix_s += stream.block_s();
         rests.since_zero_s += stream.block_s();
         let align = self.navigation.align.as_ref()?;
-        let navigator = self.navigation.course.navigator()?;
-        let stands = align.still() >= STILL_S;
+        let stands = align.still() >= STILL_S && self.may_stand();
+        let rests = &mut self.motion.rests;
         if !stands || rests.since_fix_s < ALONE_S || rests.since_zero_s < EVERY_S {
             return None;
         }
         rests.since_zero_s = 0.0;
         let sigma = libm::hypotf(STILL_MPS, DEPARTURE * align.gain_mps());
+        let navigator = self.navigation.course.navigator()?;
         let [north, east, down] = narrow(navigator.state().velocity);
         let z: [f32; OBSERVATIONS] = [0.0, 0.0, 0.0, north, east, down];
         let (none, sigma) = (NOT_MEASURED, sigma * sigma);

@@ -264,22 +264,33 @@ impl<const X: usize, const N: usize, const PACKED: usize, T: Real> Covariance<X,
         }
     }
 
-    /// The products of one output's row of J, e_k = J_k theta: c_x = P_xt J_k', c_t = P_tt J_k',
-    /// and its variance J_k P_tt J_k'. All zeros for an output that is none of the three.
-    pub fn of_output(&mut self, rows: &Rows<'_, T>, k: usize) -> ([T; X], [T; N], T) {
+    /// Covariances of the observation e_k + `by` x with the navigation errors and with the
+    /// parameters' errors theta', and its variance. The truth of an output is e_k = J_k (theta -
+    /// theta'); `rows`: J, of which it is row `k`, 0 to 2.
+    ///
+    /// ```text
+    /// c_x = P_xx by' - P_xt J_k',   c_t = P_tx by' - P_tt J_k',   by c_x - J_k c_t
+    /// ```
+    pub fn of_output(&mut self, rows: &Rows<'_, T>, k: usize, by: &[T; X]) -> ([T; X], [T; N], T) {
         self.apply_deferred();
         let mut row = [T::ZERO; N];
         for (entry, values) in row.iter_mut().skip(rows.start).zip(rows.values) {
             *entry = values.get(k).copied().unwrap_or(T::ZERO);
         }
-        let of_x = self.xt.map(|of| dot(&of, &row));
+        let mut of_x = [T::ZERO; X];
         let mut of_theta = [T::ZERO; N];
+        for (entry, (xx, xt)) in of_x.iter_mut().zip(self.xx.iter().zip(&self.xt)) {
+            *entry = dot(xx, by) - dot(xt, &row);
+        }
+        for (&by, xt) in by.iter().zip(&self.xt) {
+            axpy(&mut of_theta, by, xt);
+        }
         for (i, entry) in of_theta.iter_mut().enumerate() {
             for (j, value) in row.iter().enumerate() {
-                *entry += self.parameter(i, j) * *value;
+                *entry -= self.parameter(i, j) * *value;
             }
         }
-        let variance = dot(&of_theta, &row);
+        let variance = dot(by, &of_x) - dot(&row, &of_theta);
         (of_x, of_theta, variance)
     }
 

@@ -1,7 +1,8 @@
-//! Observations of an output itself: the error of a sensor, as a rest shows it.
+//! Observations of an output itself, the error of a sensor, as a rest shows it; beside it they may
+//! depend on the navigator's errors.
 
 use super::covariance::Innovation;
-use super::row::{axpy, of_outputs};
+use super::row::{Rows, axpy, dot, of_outputs};
 use super::{Kalman, NEURONS, OUTPUTS, ParameterSet};
 use crate::activation::Activation;
 use crate::real::Real;
@@ -12,45 +13,55 @@ where
     H: Activation,
     T: Real,
 {
-    /// The innovation of an observation `z` of output `k`, rad/s or m/s^2: at rest the mean of a
-    /// gyro, less the Earth's rotation. An output beyond [`OUTPUTS`] has variance 0.
-    pub fn innovation_of_output(&mut self, k: usize, z: T, variance: T) -> Innovation<T> {
-        let expected = self.model.estimate().get(k).copied().unwrap_or(T::ZERO);
-        let (_, _, own) = self.of_output(k);
+    /// The innovation of an observation `z` = e_k + `by` x of output `k`, rad/s or m/s^2, and of
+    /// the navigator's errors: at rest the mean of a gyro, less the Earth's rotation by the
+    /// navigator's attitude. An output beyond [`OUTPUTS`] is 0 and known.
+    pub fn innovation_of_output(
+        &mut self,
+        k: usize,
+        by: &[T; X],
+        z: T,
+        variance: T,
+    ) -> Innovation<T> {
+        let estimate = self.model.estimate().get(k).copied().unwrap_or(T::ZERO);
+        let (_, _, own) = self.of_output(k, by);
         Innovation {
-            value: z - expected,
+            value: z - (estimate + dot(by, &self.x)),
             variance: own + variance,
         }
     }
 
-    /// Measurement update with an observation of output `k`. Gives the gains in the form of
+    /// Measurement update with such an observation. Gives the gains in the form of
     /// [`Kalman::gains`]: of the navigator's errors, and of the estimate of the sensors', which
     /// takes its own off.
     ///
-    /// The truth is `estimate - J theta'` with the parameters' errors `theta'`, so an innovation
-    /// above 0 shows that they are below 0:
-    ///
     /// ```text
-    /// x -= P_xt J_k' v / s,   theta' = -P_tt J_k' v / s,   P -= c c' / s
+    /// x += c_x v / s,   theta' = c_t v / s,   P -= c c' / s
     /// ```
-    pub fn update_output(&mut self, k: usize, innovation: Innovation<T>) -> ([T; X], [T; OUTPUTS]) {
+    pub fn update_output(
+        &mut self,
+        k: usize,
+        by: &[T; X],
+        innovation: Innovation<T>,
+    ) -> ([T; X], [T; OUTPUTS]) {
         let weight = T::ONE / innovation.variance;
-        let (of_x, of_theta, _) = self.of_output(k);
+        let (of_x, of_theta, _) = self.of_output(k, by);
         self.covariance.update_output(&of_x, &of_theta, weight);
-        let change = -(weight * innovation.value);
+        let change = weight * innovation.value;
         axpy(&mut self.x, change, &of_x);
-        let of_e = of_outputs(&self.model.jacobian(), &of_theta, -weight);
+        let of_e = of_outputs(&self.model.jacobian(), &of_theta, weight);
         self.model.subtract(&of_theta.map(|c| change * c));
-        (of_x.map(|c| -(weight * c)), of_e)
+        (of_x.map(|c| weight * c), of_e)
     }
 
-    /// Products of the covariance with row `k` of J, and the variance of output `k`.
-    fn of_output(&mut self, k: usize) -> ([T; X], [T; N], T) {
+    fn of_output(&mut self, k: usize, by: &[T; X]) -> ([T; X], [T; N], T) {
+        let none = Rows {
+            start: 0,
+            values: &[],
+        };
         let rows = self.model.jacobian();
-        match rows.get(k / NEURONS) {
-            Some(rows) => self.covariance.of_output(rows, k % NEURONS),
-            None => ([T::ZERO; X], [T::ZERO; N], T::ZERO),
-        }
+        let rows = rows.get(k / NEURONS).unwrap_or(&none);
+        self.covariance.of_output(rows, k % NEURONS, by)
     }
 }
 

@@ -5,6 +5,7 @@ use std::vec::Vec;
 
 const PARAMETERS: usize = 30;
 const ALL: usize = OUTPUTS + PARAMETERS;
+const NOTHING: [f64; OUTPUTS] = [0.0; OUTPUTS];
 
 type Filter = Kalman<UnitOutput, OUTPUTS, PARAMETERS, 465, Rational, f64>;
 
@@ -80,17 +81,18 @@ fn dense(filter: &mut Filter) -> Dense {
     }
 }
 
-/// The update is the textbook's, `K = P H' / s` with `H = [0, -J_k]`, over the whole state.
+/// The update is the textbook's, `K = P H' / s` with `H = [by, -J_k]`, over the whole state.
 #[test]
 fn an_observed_output_is_the_textbook_update() {
-    for k in 0..OUTPUTS {
+    let slanting: [f64; OUTPUTS] = core::array::from_fn(|i| 0.3 * (2.0 + i as f64).sin());
+    for (k, by) in (0..OUTPUTS).flat_map(|k| [(k, [0.0; OUTPUTS]), (k, slanting)]) {
         let mut filter = driven();
         let before = dense(&mut filter);
         let (z, variance) = (0.25, 0.05);
         let h: Vec<f64> = (0..ALL)
             .map(|i| {
                 if i < OUTPUTS {
-                    0.0
+                    by[i]
                 } else {
                     -before.j[k][i - OUTPUTS]
                 }
@@ -100,12 +102,13 @@ fn an_observed_output_is_the_textbook_update() {
             .map(|row| row.iter().zip(&h).map(|(p, h)| p * h).sum())
             .collect();
         let s: f64 = c.iter().zip(&h).map(|(c, h)| c * h).sum::<f64>() + variance;
-        let v = z - before.e[k];
+        let seen: f64 = by.iter().zip(&before.x).map(|(by, x)| by * x).sum();
+        let v = z - before.e[k] - seen;
 
-        let innovation = filter.innovation_of_output(k, z, variance);
+        let innovation = filter.innovation_of_output(k, &by, z, variance);
         assert!((innovation.value - v).abs() < 1e-12);
         assert!((innovation.variance - s).abs() < 1e-12 * s, "{s}");
-        let (of_x, of_e) = filter.update_output(k, innovation);
+        let (of_x, of_e) = filter.update_output(k, &by, innovation);
         let after = dense(&mut filter);
         for i in 0..ALL {
             for j in 0..ALL {
@@ -123,7 +126,9 @@ fn an_observed_output_is_the_textbook_update() {
             assert!((after.e[i] - before.e[i] + theta * v).abs() < 1e-12);
             assert!((of_e[i] - theta).abs() < 1e-12);
         }
-        assert!(after.e[k] > before.e[k], "towards what was observed");
+        if by == [0.0; OUTPUTS] {
+            assert!(after.e[k] > before.e[k], "towards what was observed");
+        }
     }
 }
 
@@ -131,14 +136,14 @@ fn an_observed_output_is_the_textbook_update() {
 #[test]
 fn an_output_that_is_known_stays_as_it_is() {
     let mut filter = driven();
-    let innovation = filter.innovation_of_output(1, 0.6, 1e-9);
-    filter.update_output(1, innovation);
+    let innovation = filter.innovation_of_output(1, &NOTHING, 0.6, 1e-9);
+    filter.update_output(1, &NOTHING, innovation);
     assert!((filter.model().estimate()[1] - 0.6).abs() < 1e-8);
-    let again = filter.innovation_of_output(1, 0.6, 0.0);
+    let again = filter.innovation_of_output(1, &NOTHING, 0.6, 0.0);
     assert!(again.variance < 1.1e-9, "{}", again.variance);
-    let none = filter.innovation_of_output(OUTPUTS, 1.0, 0.5);
+    let none = filter.innovation_of_output(OUTPUTS, &NOTHING, 1.0, 0.5);
     assert_eq!((none.value, none.variance), (1.0, 0.5));
     let before = filter.clone();
-    filter.update_output(OUTPUTS, none);
+    filter.update_output(OUTPUTS, &NOTHING, none);
     assert_eq!(filter, before);
 }
