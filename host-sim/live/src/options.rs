@@ -1,7 +1,7 @@
 //! The command line of `host-sim-serve`.
 
 use clap::{ArgGroup, Parser};
-use host_sim::cli::simulated::SimulatedOptions;
+use host_sim::cli::simulated::{SIMULATED, SimulatedOptions};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[command(group(ArgGroup::new("what").required(true).args(["device", "simulate"])))]
 pub struct Options {
     /// Port at the device's command link: a serial device (/dev/ttyUSB0, COM3) or tcp:HOST:PORT
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, value_name = "PORT", conflicts_with_all = SIMULATED)]
     pub device: Option<String>,
     /// Bit rate of the command link; sockets ignore it
     #[arg(long, default_value_t = 921_600)]

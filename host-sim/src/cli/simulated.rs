@@ -16,26 +16,28 @@ const MODES: [(&str, Mode); 4] = [
     ("learn", Mode::Learn),
 ];
 
+/// Names of these options, with which the port of another device conflicts.
+pub const SIMULATED: [&str; 5] = ["unit", "rate", "seconds", "speed", "mode"];
+
 /// What is simulated; for a command with an option `--simulate`.
 #[derive(Debug, Args)]
 #[group(skip)] // several commands have it
 pub struct SimulatedOptions {
     /// Unit of the simulated device: a preset's name (host-sim unit list) or a unit file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "stim300")]
-    #[arg(requires = "simulate")]
     unit: String,
     /// Samples a second of the simulated sensor; without it those of the unit
-    #[arg(long, value_name = "HZ", requires = "simulate")]
+    #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// Length of a simulated drive, s, the first 60 at rest; then the device is switched off and on
-    #[arg(long, value_name = "S", default_value_t = 1800, requires = "simulate")]
+    #[arg(long, value_name = "S", default_value_t = 1800)]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=4000))]
     seconds: u32,
     /// Simulated time over real time
-    #[arg(long, default_value_t = 1.0, value_parser = speed, requires = "simulate")]
+    #[arg(long, default_value_t = 1.0, value_parser = speed)]
     speed: f64,
     /// Mode of the simulated device at power-on
-    #[arg(long, default_value = "learn", value_parser = mode(), requires = "simulate")]
+    #[arg(long, default_value = "learn", value_parser = mode())]
     mode: Mode,
 }
 

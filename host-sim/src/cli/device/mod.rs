@@ -8,6 +8,7 @@ mod weights;
 
 use super::interrupt::asked;
 use super::options::refused;
+use super::simulated::SIMULATED;
 use super::stdout;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Subcommand};
@@ -28,6 +29,7 @@ use std::time::Duration;
 pub struct Args {
     /// Port at the device's command link: a serial device (/dev/ttyUSB0, COM3) or tcp:HOST:PORT
     #[arg(long, value_name = "PORT", required_unless_present = "simulate")]
+    #[arg(conflicts_with = "listen", conflicts_with_all = SIMULATED)]
     port: Option<String>,
     /// Bit rate of the command link; sockets ignore it
     #[arg(long, default_value_t = 921_600)]

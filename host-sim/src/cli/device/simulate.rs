@@ -20,7 +20,6 @@ pub(super) struct Args {
     /// Address and port of its command link; the stream to the navigation computer is at the next
     /// port. Port 0 is any two that are free
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:5557")]
-    #[arg(requires = "simulate")]
     listen: SocketAddr,
     #[command(flatten)]
     simulated: SimulatedOptions,

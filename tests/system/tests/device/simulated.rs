@@ -108,6 +108,9 @@ fn what_does_not_fit_is_refused_in_words() {
     let text = refused(&["device", "--port", &at]);
     assert!(text.contains("a command is missing"), "{text}");
     let text = refused(&["device", "--port", &at, "--speed", "3", "info"]);
-    assert!(text.contains("--simulate"), "{text}");
+    assert!(
+        text.contains("--port <PORT>' cannot be used with '--speed"),
+        "{text}"
+    );
     refused(&["device"]);
 }
