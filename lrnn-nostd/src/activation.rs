@@ -1,6 +1,8 @@
 //! The activation function f and its derivative.
 
 mod cubic;
+#[cfg(feature = "micromath")]
+mod micro;
 
 use core::fmt::Debug;
 
@@ -10,6 +12,8 @@ pub use cubic::Cubic;
 #[cfg(target_arch = "arm")]
 #[allow(unused_imports, reason = "for the kernel in assembly")]
 pub(crate) use cubic::{MIDDLE, TABLE};
+#[cfg(feature = "micromath")]
+pub use micro::MicroMath;
 
 /// The activation function f of a layer: [`Rational`], [`Cubic`], [`Tanh`] or [`Identity`].
 ///

@@ -1,5 +1,6 @@
 //! One step of the network (eq. 1, 2).
 
+use core::fmt;
 use core::marker::PhantomData;
 
 use crate::activation::{Activation, Identity, Rational};
@@ -38,6 +39,8 @@ pub struct Net<H = Rational, O = Identity, F = Full, T = f32> {
 }
 
 /// The result of one step.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub struct Step<T = f32> {
@@ -51,6 +54,8 @@ pub struct Step<T = f32> {
 }
 
 /// Faults of a step. State, sensitivities and results stay finite in any case.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// An input is infinite or NaN. The step is not made; the last output is repeated.
@@ -63,6 +68,23 @@ pub enum Fault {
     /// to a change of the weights after this step.
     SensitivityOverflow,
 }
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NonFiniteInput => "an input is infinite or NaN; the last output is repeated",
+            Self::Overflow => {
+                "the step overflowed, since weights or scales are huge or not finite; the last \
+                 output is repeated"
+            }
+            Self::SensitivityOverflow => {
+                "the sensitivities overflowed, since the feedback is too strong; they begin again"
+            }
+        })
+    }
+}
+
+impl core::error::Error for Fault {}
 
 /// Everything that one step computes.
 #[repr(C)] // the kernel writes it

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![deny(unsafe_code)]
 // Matrix and vector elements are written with their indices, as in the equations.
 #![allow(clippy::needless_range_loop)]
@@ -20,6 +21,8 @@ pub mod shape;
 pub mod state;
 pub mod weights;
 
+#[cfg(feature = "micromath")]
+pub use activation::MicroMath;
 pub use activation::{Activation, Cubic, Identity, Rational, Tanh};
 pub use gradient::Sensitivities;
 pub use infer::{Fault, Net, Step};

@@ -22,6 +22,8 @@ use crate::shape::NEURONS;
 /// assert_eq!(scales.input([10.0, 0.0, 9.81]), [0.5, 0.0, 0.0]);
 /// assert_eq!(scales.error([0.5, 0.0, 0.0]), [0.005, 0.0, 0.0]); // m/s^2
 /// ```
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct Normalisation<T = f32> {

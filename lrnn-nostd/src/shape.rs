@@ -26,6 +26,8 @@ pub(crate) const R: usize = NEURONS * NEURONS;
 pub(crate) const B: usize = 2 * NEURONS * NEURONS;
 
 /// The kind of a parameter. The paper gives each kind its own step size (eq. 7-9).
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// R: from unit to unit of the same layer, one step later (step size eta).

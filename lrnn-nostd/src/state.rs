@@ -5,7 +5,8 @@ use crate::shape::{LAYERS, NEURONS};
 
 /// The outputs y_1, y_2, y_3 of the last step: 9 values, 36 bytes in `f32`.
 ///
-/// A copy of the state is enough to replay or fork a run. All values are always finite.
+/// A copy of the state is enough to replay or fork a run. All values are always finite: with the
+/// feature `serde` a state that is not is refused.
 ///
 /// ```
 /// use lrnn_nostd::{Net, Normalisation, State, Weights};
@@ -18,6 +19,8 @@ use crate::shape::{LAYERS, NEURONS};
 /// assert_eq!(second, net.step(&mut fork, [0.1; 3]));
 /// assert_ne!(second, first); // the network remembers
 /// ```
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)] // the kernel reads it
 pub struct State<T = f32> {
@@ -46,5 +49,20 @@ impl<T: Real> State<T> {
     pub fn output(&self) -> [T; NEURONS] {
         let [_, _, output] = self.y;
         output
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de, T: Real + serde::Deserialize<'de>> serde::Deserialize<'de> for State<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        #[derive(serde::Deserialize)]
+        struct State<T> {
+            y: [[T; NEURONS]; LAYERS],
+        }
+        let State { y } = State::deserialize(from)?;
+        match y.as_flattened().iter().all(|value: &T| value.is_finite()) {
+            true => Ok(Self { y }),
+            false => Err(serde::de::Error::custom("a state that is not finite")),
+        }
     }
 }

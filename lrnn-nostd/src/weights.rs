@@ -4,6 +4,8 @@ use crate::real::Real;
 use crate::shape::{B, LAYERS, NEURONS, PARAMS, PARAMS_PER_LAYER, R};
 
 /// The parameters of one layer: x = W y_below + R y_last + b.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)] // parameter order
 pub struct Layer<T = f32> {
@@ -60,6 +62,8 @@ impl<T: Real> Layer<T> {
 /// assert_eq!(Weights::from_array(&weights.to_array()), weights);
 /// assert_eq!(weights.get(63), None);
 /// ```
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C)]
 pub struct Weights<T = f32> {

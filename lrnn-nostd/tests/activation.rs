@@ -40,8 +40,16 @@ fn measured<A: Activation>(stride: usize) -> (f64, f32) {
         A::default()
     );
     assert_eq!(A::apply(0.0_f32), 0.0);
-    assert!(A::apply(f32::NAN).is_nan());
     (error, fall)
+}
+
+#[cfg(feature = "micromath")]
+#[test]
+fn micromath_is_coarse() {
+    let (error, fall) = measured::<lrnn_nostd::MicroMath>(331);
+    assert!(error < 3.5e-4 && error > 3.0e-4, "{error:e}");
+    assert_eq!(fall, 0.0);
+    assert_eq!(lrnn_nostd::MicroMath::apply(f32::INFINITY), 1.0);
 }
 
 fn check(stride: usize) {
@@ -58,6 +66,7 @@ fn check(stride: usize) {
         "{error:e}"
     );
     assert!(Cubic::apply(f32::INFINITY).is_nan());
+    assert!(Rational::apply(f32::NAN).is_nan() && Cubic::apply(f32::NAN).is_nan());
 }
 
 #[test]
@@ -133,6 +142,8 @@ fn layers() {
                 check::<Tanh>([a, b, c]);
                 check::<Identity>([a, b, c]);
                 check::<Cubic>([a, b, c]);
+                #[cfg(feature = "micromath")]
+                check::<lrnn_nostd::MicroMath>([a, b, c]);
             }
         }
     }

@@ -244,6 +244,10 @@ impl Server {
                 Some(trials) => return Response::Trials(trials),
                 None => Err(Reason::NotAvailable),
             },
+            Request::GetProgress => match reports::progress(flow) {
+                Some(progress) => return Response::Progress(progress),
+                None => Err(Reason::NotAvailable),
+            },
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::GetReceiver => return Response::Receiver(flow.heard),
             Request::GetStore => return Response::Kept(self.kept),

@@ -21,7 +21,7 @@ mod reset;
 pub mod seal;
 mod security;
 
-pub use learning::{Solution, Trials};
+pub use learning::{Progress, Solution, Trials};
 pub use packets::{Packets, decode, encode};
 pub use reset::{ClockSource, Crash, CrashKind, Crystal, LoopPhase, Reset, cause, unwell};
 pub use security::{Protection, Provision, Security};
@@ -37,7 +37,7 @@ use seal::SEAL_LEN;
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 10;
+pub const WIRE_VERSION: u16 = 11;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, a
@@ -176,6 +176,8 @@ pub enum Request<'a> {
     GetSolution,
     /// Answer: [`Response::Trials`], or refused by a board without a learner.
     GetTrials,
+    /// Answer: [`Response::Progress`], or refused by a board without a learner.
+    GetProgress,
 }
 
 /// The versions of the device.
@@ -386,6 +388,8 @@ pub enum Response<'a> {
     Solution(Solution),
     /// To [`Request::GetTrials`].
     Trials(Trials),
+    /// To [`Request::GetProgress`].
+    Progress(Progress),
 }
 
 /// Memory of the unit from earlier drives, in the store.

@@ -1,5 +1,5 @@
 //! What the learner knows and what its rehearsals have shown, as reported over the command link:
-//! `GetSolution` and `GetTrials`.
+//! `GetSolution`, `GetTrials` and `GetProgress`.
 
 use crate::activation::PLACE;
 use crate::device::{Device, Mock};
@@ -27,6 +27,14 @@ fn solution(device: &mut Device<Mock>) -> Result<command::Solution, Reason> {
 fn trials(device: &mut Device<Mock>) -> Result<command::Trials, Reason> {
     device.ask(&Request::GetTrials, |answer| match answer {
         Response::Trials(trials) => Ok(trials),
+        Response::Refused(reason) => Err(reason),
+        other => panic!("{other:?}"),
+    })
+}
+
+fn progress(device: &mut Device<Mock>) -> Result<command::Progress, Reason> {
+    device.ask(&Request::GetProgress, |answer| match answer {
+        Response::Progress(progress) => Ok(progress),
         Response::Refused(reason) => Err(reason),
         other => panic!("{other:?}"),
     })
@@ -118,12 +126,52 @@ fn each_value_is_reported_in_its_field() {
         check: [-0.25, -1.25, -2.25, -3.25, -4.25, -5.25, -6.25, -7.25],
     };
     assert_eq!(trials(&mut device), Ok(expected));
+    // 2 and 6 have proved themselves; 7 has more capital, but no proof
+    let near = progress(&mut device).expect("it has a learner");
+    assert_eq!(
+        (near.nearest, near.proof, near.proved),
+        (6, 106.5, true),
+        "{near:?}"
+    );
+}
+
+/// Of hypotheses that are not proved the richest is the nearest, but not the zero correction, and
+/// none that does not take part.
+#[test]
+fn the_richest_hypothesis_is_the_nearest_to_its_proof() {
+    let standing = |proof| Standing {
+        proof,
+        check: 1.0,
+        longest: 1.0,
+        score: 0.0,
+    };
+    let mut tried = Trials {
+        leading: 0,
+        ended: [0; 6],
+        each: [80.0, 3.0, 20.0, 90.0, 20.0, 1.0, 1.0, 19.0].map(|proof| Trial {
+            enabled: proof < 85.0,
+            proved: false,
+            evidence: 0.0,
+            standing: standing(proof),
+        }),
+    };
+    let near = |tried| {
+        let of = progress(&mut device(Knows(None, Some(tried)))).expect("it has a learner");
+        (of.nearest, of.proof, of.proved)
+    };
+    assert_eq!(near(tried), (2, 20.0, false));
+    for trial in &mut tried.each[1..] {
+        trial.enabled = false;
+    }
+    assert_eq!(near(tried), (0, 0.0, false));
 }
 
 /// A board without a learner has neither, nor has a learner that only knows references, nor one
 /// that knows nothing yet.
 #[test]
 fn what_is_not_known_is_not_reported() {
+    let none = progress(&mut Device::new(config()));
+    assert_eq!(none, Err(Reason::NotAvailable));
     for mut device in [
         Device::new(config()),
         Device::learning(config()),

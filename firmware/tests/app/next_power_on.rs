@@ -11,7 +11,7 @@ use firmware::configuration::record::{Record, encode};
 use firmware::control::{Alignment, Mode};
 use firmware::model::Nets;
 use firmware::store::{Content, Store};
-use firmware::wire::command::Request;
+use firmware::wire::command::{Progress, Request, Response};
 
 const KIND: Kind = Kind::RAWIMUSX;
 /// Errors that were stored and that are learnt, m/s2.
@@ -59,6 +59,45 @@ fn wanted(bench: &mut Bench) -> Option<(Nets, Record)> {
 
 fn near(correction: f64, error: f32, bench: &Bench) -> bool {
     (correction - f64::from(error)).abs() <= 1.01 * bench.count()
+}
+
+/// What the device reports of its way to a correction.
+fn progress(bench: &mut Bench) -> Progress {
+    bench
+        .device
+        .ask(&Request::GetProgress, |answer| match answer {
+            Response::Progress(progress) => progress,
+            other => panic!("{other:?}"),
+        })
+}
+
+/// The steps to a correction: networks that are proved and stored act at the next power-on only.
+/// Zero networks in the store are no correction.
+#[test]
+fn the_way_to_a_correction_is_reported() {
+    let steps = |bench: &mut Bench| {
+        let of = progress(bench);
+        (of.navigates, of.stored, of.in_force)
+    };
+    let mut flash = flash(&Nets::NONE, &unit());
+    let mut bench = powered(&flash);
+    bench.run(20.0);
+    assert_eq!(steps(&mut bench), (true, false, false));
+    bench.says.winner.set(Some(NEW));
+    bench.run(25.0);
+    assert_eq!(steps(&mut bench), (true, false, false), "it waits");
+    let (nets, kept) = wanted(&mut bench).expect("it is proved");
+    assert_eq!(steps(&mut bench), (true, true, false));
+    let mut store = Store::new(flash.clone()).expect("room");
+    store.save(&Content::new(&nets, &kept)).expect("stored");
+    flash = store.into_inner();
+    let mut bench = powered(&flash);
+    bench.run(20.0);
+    assert_eq!(steps(&mut bench), (true, false, true));
+    bench.says.stored_harms.set(true);
+    bench.run(11.0);
+    assert_eq!(wanted(&mut bench).expect("it does harm").0, Nets::NONE);
+    assert_eq!(steps(&mut bench), (true, false, true));
 }
 
 /// All words of a drive are corrected by what was stored before it, whatever is learnt, and it is

@@ -326,6 +326,7 @@ fn requests() {
         Request::GetReset,
         Request::GetSolution,
         Request::GetTrials,
+        Request::GetProgress,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");

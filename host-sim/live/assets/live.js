@@ -1,6 +1,7 @@
 // The page: events of the server in, plots, tables and track out.
 import { errors, proofs, samples } from "./plots.js";
-import { alignment, axes, bound, counters, faults, now, trials, what } from "./tables.js";
+import { alignment, axes, bound, counters, faults, now, trials, way, what } from "./tables.js";
+import { attitude } from "./attitude.js";
 import { Track } from "./track.js";
 import { buttons } from "./orders.js";
 
@@ -14,7 +15,7 @@ const gyro = errors(at("plot-gyro"), 0);
 const accel = errors(at("plot-accel"), 3);
 const proven = proofs(at("plot-proof"));
 const track = new Track(at("track"), at("track-scale"));
-const pictures = [rates, forces, gyro, accel, proven, track];
+const pictures = [...rates.lanes, ...forces.lanes, gyro, accel, proven, track];
 const orders = buttons();
 
 let drawn = 0;
@@ -31,12 +32,12 @@ requestAnimationFrame(draw);
 function device(state, problem) {
   const badge = at("device");
   badge.textContent = state;
-  badge.className = `badge ${state === "found" ? "found" : "lost"}`;
+  badge.className = `badge ${state === "connected" ? "connected" : "lost"}`;
   const target = at("problem");
   target.hidden = !problem;
   if (target.textContent !== (problem ?? "")) target.textContent = problem ?? "";
-  document.querySelector("main").classList.toggle("stale", state !== "found");
-  orders.enable(state === "found");
+  document.querySelector("main").classList.toggle("stale", state !== "connected");
+  orders.enable(state === "connected");
 }
 
 /** One point of what changes slowly. */
@@ -65,11 +66,14 @@ const on = {
     if (s.broken.length) at("samples-note").textContent = s.broken.join("; ");
   },
   status(s) {
-    device("found");
+    device("connected");
     at("mode").textContent = s.mode;
     const acts = s.in_force.some((value) => value !== 0);
     at("acts").textContent = acts ? "corrections act now" : "no correction acts";
     orders.mode(s.mode);
+    orders.knows(s);
+    way(s.steps);
+    attitude(s.solution?.attitude_deg);
     faults(s.faults);
     counters(s);
     alignment(s);
@@ -85,6 +89,7 @@ const on = {
   info(i) {
     at("unit").textContent = i.name ? `${i.name}${i.serial ? ` ${i.serial}` : ""}` : "IMU co-processor";
     at("activation").textContent = i.activation ?? "none";
+    orders.is(i);
     what(i);
   },
   lost(l) { device("lost", l.problem); },

@@ -34,7 +34,7 @@ class Plot {
 
   size() {
     const width = Math.max(200, this.container.clientWidth);
-    return { width, height: Math.max(120, this.container.clientHeight) };
+    return { width, height: Math.max(60, this.container.clientHeight) };
   }
 
   resize() {
@@ -50,10 +50,10 @@ class Plot {
     };
     const options = {
       ...this.size(), bands, series: [{}, ...series],
-      scales: { x: { time: false, range: this.options.x }, y: this.options.y ?? {} },
+      scales: { x: { time: false }, y: this.options.y ?? {} },
       axes: [
-        { ...axis, values: (_, ticks) => ticks.map(clock) },
-        { ...axis, size: 62 },
+        { ...axis, values: (_, ticks) => ticks.map(this.options.ticks === false ? () => "" : clock), size: this.options.ticks === false ? 8 : 34 },
+        { ...axis, size: 62, space: 24 },
       ],
       legend: { show: false }, cursor: { drag: { x: true, y: false } },
     };
@@ -78,33 +78,48 @@ class Plot {
   }
 }
 
-/** Raw and corrected samples of three axes from `first` on. */
+/** Raw and corrected samples of the axes from `first` on: a lane for each, in its own scale. */
 export function samples(container, first) {
-  const plot = new Plot(container, () => ({
-    series: AXES.flatMap((axis) => [
-      { stroke: colour(axis), width: 1, dash: [3, 3], points: { show: false } },
-      { stroke: colour(axis), width: 1.6, points: { show: false } },
-      HIDDEN, HIDDEN,
-    ]),
-    bands: AXES.map((axis, k) => ({ series: [4 * k + 4, 4 * k + 3], fill: faint(axis) })),
-  }), { x: (_, _low, high) => [Math.max(0, (high ?? 0) - WINDOW), Math.max(high ?? 0, WINDOW)] });
-  return Object.assign(plot, {
-    add(t, raw, corrected) {
-      const values = [t];
-      for (let axis = first; axis < first + 3; axis += 1) {
-        values.push(raw?.mean[axis], corrected.mean[axis], corrected.min[axis], corrected.max[axis]);
-      }
-      this.push(values);
-      let old = 0;
-      while (this.data[0][old] < t - WINDOW) old += 1;
-      if (old > 20) this.data.forEach((column) => column.splice(0, old));
-    },
+  const lanes = AXES.map((axis, k) => {
+    const lane = container.appendChild(document.createElement("div"));
+    lane.className = "plot";
+    return new Plot(lane, () => ({
+      series: [
+        { stroke: colour(axis), width: 1, dash: [3, 3], points: { show: false } },
+        { stroke: colour(axis), width: 1.6, points: { show: false } },
+        HIDDEN, HIDDEN,
+      ],
+      bands: [{ series: [4, 3], fill: faint(axis) }],
+    }), { ticks: k === AXES.length - 1 });
   });
+  return {
+    lanes,
+    add(t, raw, corrected) {
+      lanes.forEach((lane, k) => {
+        const axis = first + k;
+        lane.push([t, raw?.mean[axis], corrected.mean[axis], corrected.min[axis], corrected.max[axis]]);
+        let old = 0;
+        while (lane.data[0][old] < t - WINDOW) old += 1;
+        if (old > 20) lane.data.forEach((column) => column.splice(0, old));
+      });
+    },
+  };
 }
 
 /** Keeps a plot bounded: of too many points every second one goes. */
 function halved(plot) {
   if (plot.data[0].length > MOST) plot.data = plot.data.map((column) => column.filter((_, n) => n % 2 === 0));
+}
+
+/** The range of estimates, of what is in force, and of the newest bands: the wide bands of the start may leave it. */
+function span(data) {
+  const last = data.map((column) => column.findLast((value) => value != null));
+  const all = AXES.flatMap((_, k) => [...data[4 * k + 1], ...data[4 * k + 4], last[4 * k + 2], last[4 * k + 3]]);
+  const known = all.filter((value) => value != null);
+  if (!known.length) return [-1, 1];
+  const [low, high] = known.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+  const room = 0.08 * (high - low) || 1;
+  return [low - room, high + room];
 }
 
 /** Estimated errors with their standard deviations, and the correction in force. */
@@ -116,7 +131,7 @@ export function errors(container, first) {
       { stroke: colour(axis), width: 1, dash: [5, 3], points: { show: false } },
     ]),
     bands: AXES.map((axis, k) => ({ series: [4 * k + 3, 4 * k + 2], fill: faint(axis) })),
-  }));
+  }), { y: { range: (plot) => span(plot.data) } });
   return Object.assign(plot, {
     add(t, estimate, sigma, force) {
       const values = [t];

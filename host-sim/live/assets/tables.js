@@ -4,6 +4,9 @@ const at = (id) => document.getElementById(id);
 /** A number with so many decimals. */
 const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 
+/** A whole number in groups of three. */
+const grouped = (value) => String(value).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
+
 /** An element with text, and attributes. */
 function element(name, text, attributes = {}) {
   const made = document.createElement(name);
@@ -28,6 +31,26 @@ export function axes(s) {
   }
 }
 
+/** The steps to a correction, a bar each. */
+export function way(steps) {
+  const target = at("way");
+  if (target.children.length !== steps.length || target.querySelector(".none")) {
+    target.replaceChildren(...steps.map(({ name }) => {
+      const row = element("li", null, { "data-step": name });
+      row.append(element("span", name, { class: "name" }), element("progress", null, { max: 1, "aria-label": name }),
+        element("span", null, { class: "says" }));
+      return row;
+    }));
+  }
+  steps.forEach((step, k) => {
+    const row = target.children[k];
+    const [, bar, says] = row.children;
+    row.classList.toggle("done", step.done);
+    bar.value = step.share;
+    if (says.textContent !== step.says) says.textContent = step.says;
+  });
+}
+
 let shownFaults = "";
 /** Each fault with its remedy. */
 export function faults(list) {
@@ -47,19 +70,33 @@ const WORDS = {
   raw_bytes: "bytes passed raw", missed_frames: "missed frames", blocks_given_up: "blocks given up",
 };
 
-/** Counters and how they grow. */
+/** Counters and how they grow; those that are 0 are folded. */
 export function counters(s) {
   const body = at("counters").tBodies[0];
+  const zeros = [];
   for (const [name, count] of Object.entries(s.counters)) {
+    const words = WORDS[name] ?? name.replaceAll("_", " ");
     let row = body.querySelector(`[data-counter="${name}"]`);
+    if (!count) {
+      row?.remove();
+      zeros.push(words);
+      continue;
+    }
     if (!row) {
       row = element("tr", null, { "data-counter": name });
-      row.append(element("th", WORDS[name] ?? name.replaceAll("_", " "), { scope: "row" }), element("td"), element("td"));
+      row.append(element("th", words, { scope: "row" }), element("td"), element("td"));
       body.append(row);
     }
-    row.cells[1].textContent = count;
+    row.cells[1].textContent = grouped(count);
     const rate = s.per_second?.[name];
     row.cells[2].textContent = rate == null ? "–" : fixed(rate, rate < 10 ? 1 : 0);
+  }
+  const folded = at("zeros");
+  folded.hidden = !zeros.length;
+  const [summary, list] = folded.children;
+  if (list.children.length !== zeros.length || list.textContent !== zeros.join("")) {
+    summary.textContent = `${zeros.length} ${zeros.length === 1 ? "counter is" : "counters are"} 0`;
+    list.replaceChildren(...zeros.map((words) => element("li", words)));
   }
 }
 
@@ -95,12 +132,12 @@ export function alignment(s) {
 /** The harm bound. */
 export function bound(metres) {
   const cells = at("bound").querySelectorAll("td");
-  metres.forEach((m, k) => { cells[k].textContent = m; });
+  metres.forEach((m, k) => { cells[k].textContent = grouped(m); });
 }
 
 /** How the candidates stand. */
 export function trials(s) {
-  put("says", s.says.map((sentence) => `${sentence}.`).join(" "));
+  put("says", s.says.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
   const body = at("trials").tBodies[0];
   if (!s.trials) {
     body.replaceChildren();
@@ -124,7 +161,7 @@ export function trials(s) {
     if (trial.enabled && k > 0 && trial.check < 0.5) state.push("harm found");
     row.className = `c${k}${trial.proved ? " proved" : ""}`;
     const numbers = trial.enabled && k > 0
-      ? [`${trial.proof} of 100`, fixed(trial.check, 2), fixed(trial.evidence, 1)]
+      ? [`${trial.proof}`, fixed(trial.check, 2), fixed(trial.evidence, 1)]
       : ["–", "–", "–"];
     numbers.forEach((text, column) => { row.cells[column + 1].textContent = text; });
     row.cells[4].textContent = state.join(", ");

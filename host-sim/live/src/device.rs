@@ -13,7 +13,6 @@ use crate::record::Record;
 use crate::taps::{DecoderSettings, Taps};
 use firmware::configuration::{Activation, Configuration};
 use firmware::wire::command::key::Secret;
-use firmware::wire::command::{Request, Response};
 use host_core::error::Error;
 use host_device::device::{Info, Last, Link, Status, Trials, configuration, info, usual};
 use serde::Serialize;
@@ -151,6 +150,9 @@ impl Device {
     fn look(&self, found: &mut Found, last: &mut Last, around: &Around) -> Result<(), Error> {
         let Found { link, rounds } = found;
         let had = last.answered();
+        if *rounds == 0 {
+            last.reread(); // an order may have changed the configuration
+        }
         let status = Status::ask(link, around.hub.begun, last)?;
         let restarted = had && status.per_second.is_none();
         if rounds.is_multiple_of(INFO_EVERY) || restarted {
@@ -163,10 +165,8 @@ impl Device {
                 .send("info", &self.what(info(link)?, configuration.as_ref()));
         }
         *rounds += 1;
-        let (in_force, network) = link.ask(&Request::GetEstimate, |answer| match answer {
-            Response::Estimate(of) => Some((of.in_force, of.network_output)),
-            _ => None,
-        })?;
+        let estimate = link.estimate()?;
+        let (in_force, network) = (estimate.in_force, estimate.network_output);
         let [gyro, accel] = in_force.map(|triad| triad.map(f64::from));
         let [[a, b, c], [x, y, z]] = [gyro, accel];
         around.taps.in_force([a, b, c, x, y, z]);

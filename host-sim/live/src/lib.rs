@@ -17,7 +17,6 @@ mod pairs;
 mod record;
 mod samples;
 mod serve;
-mod simulated;
 mod taps;
 mod web;
 mod window;

@@ -1,7 +1,7 @@
 //! The command line of `host-sim-serve`.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{ArgGroup, Parser};
+use host_sim::cli::simulated::{SIMULATED, SimulatedOptions};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[command(group(ArgGroup::new("what").required(true).args(["device", "simulate"])))]
 pub struct Options {
     /// Port at the device's command link: a serial device (/dev/ttyUSB0, COM3) or tcp:HOST:PORT
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, value_name = "PORT", conflicts_with_all = SIMULATED)]
     pub device: Option<String>,
     /// Bit rate of the command link; sockets ignore it
     #[arg(long, default_value_t = 921_600)]
@@ -34,27 +34,9 @@ pub struct Options {
     /// A simulated device on a simulated drive, which begins again when it is over
     #[arg(long)]
     pub simulate: bool,
-    /// Unit of the simulated device: a preset's name (host-sim unit list) or a unit file
-    #[arg(
-        long,
-        value_name = "NAME|FILE.toml",
-        default_value = "stim300",
-        conflicts_with = "device"
-    )]
-    pub unit: String,
-    /// Samples a second of the simulated sensor; without it those of the unit
-    #[arg(long, value_name = "HZ", conflicts_with = "device")]
-    pub rate: Option<f64>,
-    /// Length of the simulated drive, s, the first 60 at rest
-    #[arg(long, default_value_t = 1800, conflicts_with = "device")]
-    #[arg(value_parser = clap::value_parser!(u32).range(2..=4000))]
-    pub seconds: u32,
-    /// Simulated time over real time
-    #[arg(long, default_value_t = 1.0, value_parser = speed, conflicts_with = "device")]
-    pub speed: f64,
-    /// Mode of the simulated device
-    #[arg(long, default_value = "learn", value_parser = modes(), conflicts_with = "device")]
-    pub mode: String,
+    /// What is simulated.
+    #[command(flatten)]
+    pub simulated: SimulatedOptions,
     /// Address and port of the page
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8210")]
     pub listen: SocketAddr,
@@ -83,18 +65,6 @@ Examples:
   host-sim serve --device tcp:127.0.0.1:5557 --foxglove --mcap drive.mcap
 
 Ctrl-C ends it. Exit codes: 0 ended, 2 bad input or a port that cannot be had.";
-
-fn speed(text: &str) -> Result<f64, String> {
-    let speed: f64 = text.parse().map_err(|_| "give a number".to_owned())?;
-    if (0.1..=100.0).contains(&speed) {
-        return Ok(speed);
-    }
-    Err("give a number from 0.1 to 100".into())
-}
-
-fn modes() -> impl TypedValueParser<Value = String> {
-    PossibleValuesParser::new(["bypass", "frozen", "shadow", "learn"])
-}
 
 impl Options {
     /// Whether the page has buttons: on this computer unless `--read-only`, beyond it with

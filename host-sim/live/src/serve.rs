@@ -4,14 +4,12 @@ use crate::device::{Around, Device};
 use crate::hub::Hub;
 use crate::options::Options;
 use crate::record::Record;
-use crate::simulated::{Simulated, Simulation, start};
 use crate::taps::{Side, Taps};
 use crate::web::Server;
 use host_core::error::Error;
-use host_device::device::{MODES, mode_name, read_key};
+use host_device::device::read_key;
+use host_device::hil::simulated::Simulated;
 use host_sim::cli::stdout;
-use host_unit::Unit;
-use host_unit::around::Mode;
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -106,21 +104,11 @@ fn ports(
             options.sensor.clone(),
         ));
     }
-    let mut unit = Unit::load(&options.unit)?;
-    unit.sensor.rate_hz = options.rate.or(unit.sensor.rate_hz);
-    let modes = [Mode::Bypass, Mode::Frozen, Mode::Shadow, Mode::Learn];
-    let named = modes.into_iter().zip(MODES);
-    let mut named = named.filter(|(_, mode)| mode_name(*mode) == options.mode);
-    if let Some((mode, _)) = named.next() {
-        unit.correction.mode = mode;
-    }
-    let simulated = Simulated::new(&Simulation {
-        unit,
-        seconds: options.seconds,
-        speed: options.speed,
-    })?;
+    let any = ([127, 0, 0, 1], 0).into();
+    let simulated = Simulated::new(&options.simulated.simulation(any)?)?;
     let [command, stream] = simulated.ports.clone();
-    threads.push(start(simulated, stop));
+    let stop = Arc::clone(stop);
+    threads.push(thread::spawn(move || simulated.run(&stop, &mut |_| {})));
     Ok((command, Some(stream), None))
 }
 

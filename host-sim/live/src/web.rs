@@ -43,7 +43,7 @@ const LONGEST: usize = 256 * 1024;
 const PAGE: &str = include_str!("../assets/index.html");
 
 /// The page's files: path, type, contents.
-const FILES: [(&str, &str, &str); 9] = [
+const FILES: [(&str, &str, &str); 10] = [
     ("/live.css", "text/css", include_str!("../assets/live.css")),
     (
         "/live.js",
@@ -59,6 +59,11 @@ const FILES: [(&str, &str, &str); 9] = [
         "/tables.js",
         "text/javascript",
         include_str!("../assets/tables.js"),
+    ),
+    (
+        "/attitude.js",
+        "text/javascript",
+        include_str!("../assets/attitude.js"),
     ),
     (
         "/track.js",

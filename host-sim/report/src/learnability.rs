@@ -6,6 +6,7 @@ use super::axis::{Axis, extent};
 use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::palette::{self, INK, Look, SOFT};
 use super::replay::Head;
+use super::terminal::fitted;
 use super::terms::schemes;
 use super::{html, page};
 use comfy_table::{Table, presets};
@@ -146,11 +147,11 @@ fn over_axes(rows: &[Vec<f64>], quantities: &[usize], si: f64) -> Vec<f64> {
     rows.iter().map(mean).collect()
 }
 
-/// The bounds against time, and what was reached at the end, as text.
+/// The bounds against time, and what was reached at the end, as text of at most `width` columns.
 ///
 /// # Errors
 /// [`Error::BadResult`] for a bound that is not finite.
-pub fn table(answer: &Answer) -> Result<String, Error> {
+pub fn table(answer: &Answer, width: usize) -> Result<String, Error> {
     let lines = answer.lines();
     if let Some(bad) = lines.iter().find(|l| !l.bound.is_finite()) {
         return Err(Error::BadResult {
@@ -185,9 +186,15 @@ pub fn table(answer: &Answer) -> Result<String, Error> {
                 .chain(SCHEMES.iter().map(cell)),
         );
     }
+    // the end, and the schemes beside the bound, stay longest
+    let times = (3..2 + answer.times_s.len()).chain([2]);
+    let bounds = fitted(bounds, width, times);
     Ok(match answer.units {
-        0 => bounds.to_string(),
-        n => format!("{bounds}\n\n{n} simulated units:\n\n{ends}"),
+        0 => bounds,
+        n => {
+            let ends = fitted(ends, width, 3..2 + SCHEMES.len());
+            format!("{bounds}\n\n{n} simulated units:\n\n{ends}")
+        }
     })
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Only the command line uses this crate, and `cargo xtask growth` its charts.
 
+pub mod abuse;
 pub mod allan;
 mod axis;
 pub mod campaign;
@@ -9,6 +10,7 @@ mod chart;
 mod document;
 mod drawn;
 mod figures;
+pub mod fleet;
 mod front;
 pub mod growth;
 mod html;

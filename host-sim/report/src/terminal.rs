@@ -49,6 +49,14 @@ pub(super) fn fitted(
     }
 }
 
+/// Whether the lines of a table, up to its notes, have at most so many columns.
+#[cfg(test)]
+pub(super) fn is_within(text: &str, notes: &str, width: usize) -> bool {
+    let rows = text.lines().take_while(|line| !line.starts_with(notes));
+    let mut rows = rows.filter(|line| !line.starts_with('('));
+    rows.all(|line| line.chars().count() <= width)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,12 +4,13 @@ use super::interrupt::asked;
 use super::options::{arguments, pool, refused, shard};
 use super::output::JsonOption;
 use super::progress::bar;
+use super::stdout;
 use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_io::output::write_atomic;
 use host_lab::abuse::{
-    Abuse, Activation, Case, Computer, Judged, Sensor, Summary, Times, chosen, csv, fix_learner,
-    markdown, merge, summarise,
+    Abuse, Activation, Case, Computer, Judged, Sensor, Times, chosen, csv, fix_learner, markdown,
+    merge, summarise,
 };
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -191,46 +192,6 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
         write_atomic(file, markdown(&command, &name, times, &all).as_bytes())?;
         write_atomic(&rows, csv(&all).as_bytes())?;
     }
-    print(&all);
+    println!("{}", host_report::abuse::table(&all, stdout::width()));
     Ok(())
-}
-
-/// Prints one line a row.
-fn print(all: &[Summary]) {
-    println!(
-        "{:34} {:9} {:13} {:12} {:>4} {:>8} {:>9} {:>7} {:>7} {:>5} {:>5}",
-        "case",
-        "sensor",
-        "activation",
-        "computer",
-        "runs",
-        "raw m",
-        "corr. m",
-        "median",
-        "worst",
-        "prom.",
-        "gone"
-    );
-    for of in all {
-        let mark = if of.harms() { " harms" } else { "" };
-        let kept = of
-            .gain_kept
-            .map_or(String::new(), |kept| format!(" kept {kept:.2}"));
-        println!(
-            "{:34} {:9} {:13} {:12} {:4} {:8.1} {:9.1} {:7.3} {:7.3} {:5.2} {:5.2}{mark}{kept}",
-            of.case,
-            of.sensor,
-            of.activation,
-            of.computer,
-            of.runs,
-            of.raw_median_m,
-            of.corrected_median_m,
-            of.ratio_median,
-            of.ratio_worst,
-            of.promoted_share,
-            of.rolled_back_share,
-        );
-    }
-    let harming = all.iter().filter(|of| of.harms()).count();
-    println!("{harming} of {} rows harm", all.len());
 }

@@ -2,9 +2,10 @@
 
 use super::output::JsonOption;
 use clap::Args as ClapArgs;
-use firmware::app::blackbox::What;
 use firmware::app::blackbox::read::events;
+use firmware::app::blackbox::{Stage, What};
 use host_core::error::Error;
+use host_device::device::{MODES, mode_name};
 use host_device::hil::blackbox::{self, Verdict, names, play, read};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -60,6 +61,36 @@ impl Page {
     }
 }
 
+const STAGES: [(Stage, &str); 5] = [
+    (Stage::Start, "start"),
+    (Stage::Detect, "looking for the format"),
+    (Stage::Run, "run"),
+    (
+        Stage::FaultUnits,
+        "bytes pass: the units of the samples are not known",
+    ),
+    (Stage::FaultNetwork, "bytes pass: the networks failed"),
+];
+
+/// The value of an event in words; the number itself where it has no name.
+fn value(what: What, value: u32) -> String {
+    let stage = STAGES.iter().find(|(stage, _)| *stage as u32 == value);
+    let mode = MODES.into_iter().find(|mode| *mode as u32 == value);
+    let name = match (what, value) {
+        (What::Faults, _) => return names(value),
+        (What::Nets, _) => return format!("{value:#010x}"),
+        (What::Fix, _) => return format!("valid at {:.3} s", f64::from(value) * 1e-3),
+        (What::Mode, _) => mode.map(mode_name),
+        (What::Stage, _) => stage.map(|(_, name)| *name),
+        (What::Start, 0) => Some("with blank memory"),
+        (What::Start, 1) => Some("after a reset"),
+        (What::Alignment, 1) => Some("begun"),
+        (What::Alignment, 2) => Some("finished"),
+        _ => None,
+    };
+    name.map_or_else(|| value.to_string(), str::to_owned)
+}
+
 impl Blackbox {
     pub(super) fn run(&self) -> Result<(), Error> {
         let (configuration, memory) = read(&self.file)?;
@@ -67,10 +98,7 @@ impl Blackbox {
             .map(|event| Event {
                 at_s: f64::from(event.at_ms) * 1e-3,
                 what: format!("{:?}", event.what),
-                value: match event.what {
-                    What::Faults => names(event.value),
-                    _ => event.value.to_string(),
-                },
+                value: value(event.what, event.value),
             })
             .collect();
         let pages = play(configuration.as_ref(), &memory);
@@ -108,5 +136,20 @@ impl Blackbox {
             "play it with the host-sim of the device's version; if it still differs, the device's \
              memory or processor has failed",
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_and_stages_have_names() {
+        assert_eq!(value(What::Mode, 3), "learn");
+        assert_eq!(value(What::Stage, 2), "run");
+        assert_eq!(value(What::Stage, 9), "9");
+        assert_eq!(value(What::Start, 1), "after a reset");
+        assert_eq!(value(What::Restart, 2), "2");
+        assert_eq!(value(What::Nets, 255), "0x000000ff");
     }
 }

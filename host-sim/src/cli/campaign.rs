@@ -8,10 +8,11 @@ use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_io::output::{check_writable, write_atomic};
 use host_lab::campaign::{
-    Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Topic, merge, missing, ratios,
-    results, studies, summarise, to_csv,
+    Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Summary, Topic, merge, missing,
+    ratios, results, studies, summarise, to_csv,
 };
 use host_report::campaign::Made;
+use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -321,6 +322,14 @@ fn warn_of_gaps(merged: &Merged) {
     ));
 }
 
+/// The output of `--json`.
+#[derive(Serialize)]
+struct Said<'a> {
+    /// The first sentence of the verdict; none without the scheme `uncorrected`.
+    verdict: Option<&'a str>,
+    rows: &'a [Summary],
+}
+
 fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result<(), Error> {
     let setting = &done.tuning.setting;
     if files.results.is_some() && (setting.drives != [0] || !setting.fixes) {
@@ -328,7 +337,11 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
     }
     let summary = summarise(&done.rows, setting.start);
     let ratios = ratios(&done.rows, setting.start);
-    files.json.write(&summary)?;
+    let said = host_report::campaign::verdict(done, &summary, &ratios, further);
+    files.json.write(&Said {
+        verdict: said.first().map(String::as_str),
+        rows: &summary,
+    })?;
     if let Some(file) = &files.ratios {
         write_json(file, &ratios)?;
     }
@@ -346,9 +359,11 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
         };
         let page = host_report::campaign::document(done, &summary, &ratios, further, &made)?;
         write_atomic(file, page.page()?.as_bytes())?;
-        for sentence in page.verdict() {
-            println!("{sentence}");
-        }
+    }
+    for sentence in &said {
+        println!("{sentence}");
+    }
+    if !said.is_empty() {
         println!();
     }
     println!(

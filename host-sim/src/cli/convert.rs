@@ -1,7 +1,7 @@
 //! `host-sim convert`.
 
 use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
-use super::output::check_free;
+use super::output::{JsonOption, WrittenRecording, check_free};
 use super::progress::{self, Shown};
 use super::source::{Csv, KfGins, Novatel};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
@@ -102,6 +102,8 @@ struct Target {
     /// Replace files that are there
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    json: JsonOption,
 }
 
 impl Args {
@@ -154,6 +156,8 @@ impl Target {
                 "{outside} of {all} fixes are outside the time of the samples."
             ));
         }
+        let of = WrittenRecording::of(&self.out, files, &record, written, &notes);
+        self.json.write(&of)?;
         drop(shown);
         for note in notes {
             println!("- {note}");

@@ -174,6 +174,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "device",
         &[
+            "device --simulate --speed 10",
             "device --port /dev/ttyUSB2 info",
             "device --port /dev/ttyUSB2 configure unit.toml",
             "device --port tcp:192.168.0.7:4001 watch --json",

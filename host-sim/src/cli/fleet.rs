@@ -3,6 +3,7 @@
 use super::options::{ScenarioOption, UnitOption, arguments, pool, refused, shard};
 use super::output::JsonOption;
 use super::progress::bar;
+use super::stdout;
 use clap::{Args as ClapArgs, Subcommand};
 use firmware::inputs::{Inputs as DeviceInputs, Source};
 use firmware::model::IMAGES_LEN;
@@ -12,7 +13,7 @@ use host_lab::campaign::fleet::{Fleet, Origin, PROGRESS, folders, learn, merge};
 use host_lab::campaign::{Campaign, Group};
 use host_unit::Unit;
 use host_unit::networks::Input;
-use host_unit::prior::{Prior, Triad};
+use host_unit::prior::Prior;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `fleet`.
@@ -234,9 +235,7 @@ fn finish(
     let prior = learn(&units, inputs, unit, &|| bar.inc(1));
     bar.finish_and_clear();
     let prior = prior?;
-    println!("{} units, {} drives", prior.units, prior.drives);
-    report("gyros", "deg/h", &prior.gyro);
-    report("accelerometers", "ug", &prior.accel);
+    println!("{}", host_report::fleet::table(&prior, stdout::width()));
     written.json.write(&prior)?;
     if let Some(file) = &written.weights {
         let mut image = [0; IMAGES_LEN];
@@ -259,24 +258,4 @@ fn write(file: &Path, unit: &Unit, prior: Prior) -> Result<(), Error> {
     write_atomic(file, text.as_bytes())?;
     println!("written: {}", file.display());
     Ok(())
-}
-
-fn report(name: &str, unit: &str, triad: &Triad) {
-    let inputs = triad.inputs.map(Input::name).join(", ");
-    let [network, line, biases] = triad.left.map(|left| 100.0 * left);
-    println!(
-        "{name}, by {inputs}: of the errors' squares in the last drive of units that were not \
-         learnt from, {network:.1} % are left by the network, {line:.1} % by a linear law of the \
-         same inputs, {biases:.1} % by biases (medians)"
-    );
-    println!(
-        "  new at each turn-on: {:.3} {unit}; output layer: {:.2} {:.2} {:.2}, biases {:.2}, in \
-         units of {:.3} {unit}",
-        triad.sigma_turn_on * triad.output,
-        triad.sigma_w[0],
-        triad.sigma_w[1],
-        triad.sigma_w[2],
-        triad.sigma_b,
-        triad.output
-    );
 }

@@ -3,6 +3,7 @@
 use super::options::{UnitOption, arguments, seed, within};
 use super::output::Output;
 use super::progress::bar;
+use super::stdout;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::gnss::GnssSpec;
@@ -70,7 +71,7 @@ impl Args {
         bar.tick();
         let answer = answer(&question, &|| bar.inc(1));
         bar.finish_and_clear();
-        let table = host_report::learnability::table(&answer)?;
+        let table = host_report::learnability::table(&answer, usize::MAX)?;
         let head = Head {
             title: format!(
                 "What can be learnt of a {} IMU in {} min",
@@ -85,6 +86,7 @@ impl Args {
             &table,
         )?;
         self.output.json.write(&answer.lines())?;
+        let table = host_report::learnability::table(&answer, stdout::width())?;
         println!("{}\n\n{table}\n\nreport: {}", head.title, page.display());
         Ok(())
     }

@@ -32,6 +32,7 @@ mod serve;
 mod sessions;
 mod shell;
 mod simulate;
+pub mod simulated;
 mod soak;
 mod source;
 mod start;

@@ -6,6 +6,7 @@ use super::stdout;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_io::output::write_atomic;
+use host_io::recordings::record::Record;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Report;
 use host_report::replay::Head;
@@ -59,6 +60,43 @@ pub(super) fn check_free(dir: &Path, names: &[&str], force: bool) -> Result<(), 
             ),
             "give another directory, or --force to replace the files",
         )),
+    }
+}
+
+/// A recording that was written, as JSON.
+#[derive(Debug, Serialize)]
+pub(super) struct WrittenRecording<'a> {
+    files: Vec<PathBuf>,
+    samples: usize,
+    /// Times of the first and the last sample, s.
+    times_s: Option<[f64; 2]>,
+    rate_hz: usize,
+    fixes: usize,
+    /// Times of the first and the last fix, s.
+    fix_times_s: Option<[f64; 2]>,
+    notes: &'a [String],
+}
+
+impl<'a> WrittenRecording<'a> {
+    /// Of a recording in the files `names` of `dir`, with so many of its fixes.
+    pub(super) fn of(
+        dir: &Path,
+        names: &[&str],
+        record: &Record,
+        fixes: usize,
+        notes: &'a [String],
+    ) -> Self {
+        let ends = record.time.start().zip(record.time.end());
+        let of_fixes = record.fixes.first().zip(record.fixes.last());
+        Self {
+            files: names.iter().map(|name| dir.join(name)).collect(),
+            samples: record.samples.len(),
+            times_s: ends.map(<[f64; 2]>::from),
+            rate_hz: record.rate_hz,
+            fixes,
+            fix_times_s: of_fixes.map(|(first, last)| [first.time, last.time]),
+            notes,
+        }
     }
 }
 

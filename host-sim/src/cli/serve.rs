@@ -30,7 +30,8 @@ impl Args {
             ErrorKind::NotFound => refused(
                 "serve",
                 format!("the program {PROGRAM} is neither beside host-sim nor in the path"),
-                "build it: cargo build --release --package live",
+                "build it: cargo build --release --package live; or take host-sim-serve of the same \
+                 release and put it beside host-sim",
             ),
             _ => refused("serve", format!("{PROGRAM}: {error}"), "build it again"),
         })

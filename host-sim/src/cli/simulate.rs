@@ -1,7 +1,7 @@
 //! `host-sim simulate`.
 
 use super::options::Simulation;
-use super::output::check_free;
+use super::output::{JsonOption, WrittenRecording, check_free};
 use super::progress;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -31,6 +31,8 @@ pub struct Args {
     /// Replace files of a recording that is no simulation
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    json: JsonOption,
 }
 
 /// The files that are written.
@@ -69,6 +71,8 @@ impl Args {
         generic::write(&record, Some(scenario.unit()), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
         generic::write_readings(&session, &self.out.join("temperature.csv"))?;
+        let of = WrittenRecording::of(&self.out, &FILES, &record, record.fixes.len(), &[]);
+        self.json.write(&of)?;
         drop(shown);
         println!(
             "{} samples, {} fixes in {}",

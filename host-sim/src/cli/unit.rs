@@ -28,6 +28,9 @@ enum Action {
         /// Replace the file if it is there
         #[arg(long)]
         force: bool,
+        /// Print JSON: the unit's name, the files, and the findings as of `unit check`
+        #[arg(long)]
+        json: bool,
     },
     /// Print all faults and doubts of a unit file, with line, field and remedy
     Check {
@@ -60,7 +63,8 @@ impl Args {
                 from,
                 output,
                 force,
-            } => new(from.as_deref(), output, *force),
+                json,
+            } => new(from.as_deref(), output, *force, *json),
             Action::Check { file, json } => check(file, *json),
             Action::List { json: true } => {
                 let preset = |(name, text): &(&str, &str)| {
@@ -92,7 +96,7 @@ impl Args {
     }
 }
 
-fn new(from: Option<&str>, output: &Path, force: bool) -> Result<(), Error> {
+fn new(from: Option<&str>, output: &Path, force: bool, json: bool) -> Result<(), Error> {
     if output.exists() && !force {
         return Err(refused(
             output.display().to_string(),
@@ -114,15 +118,23 @@ fn new(from: Option<&str>, output: &Path, force: bool) -> Result<(), Error> {
         ));
     };
     let (unit, found) = examine(&text);
-    if unit.is_none() {
+    let Some(unit) = unit else {
         progress::say("nothing is written, because the answers do not fit together:");
         let faults = found.into_iter().filter(|finding| !finding.doubt);
         return Err(Error::Several(faults.map(|f| f.error(output)).collect()));
-    }
+    };
     write_atomic(output, text.as_bytes())?;
     let beside = output.with_file_name(schema::FILE);
     if !beside.exists() {
         write_atomic(&beside, schema::text().as_bytes())?;
+    }
+    if json {
+        let of = serde_json::json!({
+            "unit": unit.name, "file": output, "schema": beside,
+            "findings": found.iter().map(finding).collect::<Vec<_>>(),
+        });
+        println!("{of:#}");
+        return Ok(());
     }
     doubts(output, found);
     println!(
@@ -161,16 +173,17 @@ fn check(file: &Path, json: bool) -> Result<(), Error> {
     }
 }
 
+fn finding(found: &Finding) -> serde_json::Value {
+    serde_json::json!({
+        "kind": if found.doubt { "doubt" } else { "fault" },
+        "line": found.line,
+        "field": found.key,
+        "problem": found.problem,
+        "remedy": found.remedy,
+    })
+}
+
 fn check_json(file: &Path, unit: Option<&Unit>, found: Vec<Finding>) -> Result<(), Error> {
-    let finding = |found: &Finding| {
-        serde_json::json!({
-            "kind": if found.doubt { "doubt" } else { "fault" },
-            "line": found.line,
-            "field": found.key,
-            "problem": found.problem,
-            "remedy": found.remedy,
-        })
-    };
     let findings: Vec<_> = found.iter().map(finding).collect();
     let name = unit.map(|unit| &unit.name);
     println!(

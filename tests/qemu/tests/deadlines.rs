@@ -80,6 +80,7 @@ const ASKED: [Request; 10] = [
     Request::GetBoard,
     Request::GetSolution,
     Request::GetTrials,
+    Request::GetProgress,
 ];
 
 /// A drive with this sensor. The fixes arrive at the end of a block, from 20 ms before it to 20 ms

@@ -190,6 +190,7 @@ impl Disturb {
                 angle_sigma: 1e-5,
                 velocity_sigma: 1e-3,
             }),
+            8 if offset.is_multiple_of(2) => Request::GetProgress,
             8 => Request::GetCounters,
             9 if offset.is_multiple_of(2) => Request::GetEstimate,
             9 => Request::GetSolution,

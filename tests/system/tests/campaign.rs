@@ -31,7 +31,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
         let args: Vec<&str> = base.iter().chain(extra).copied().collect();
         campaign(d, &args)
     };
-    run(&[
+    let printed = run(&[
         "--jobs",
         "1",
         "--out",
@@ -45,6 +45,15 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     ])
     .success();
     let page = text(d, "page.html");
+    // terminal, JSON and page begin with one sentence
+    let data: serde_json::Value = serde_json::from_slice(&read(d, "one.json")).unwrap();
+    let verdict = data["verdict"].as_str().unwrap();
+    let printed = String::from_utf8_lossy(&printed.get_output().stdout).into_owned();
+    assert!(
+        printed.lines().any(|line| line == verdict),
+        "{verdict}: {printed}"
+    );
+    assert!(page.contains(verdict), "{verdict}");
     run(&[
         "--jobs",
         "2",
@@ -176,7 +185,7 @@ fn threads_shards_and_interruptions_do_not_change_a_byte() {
     // With white noise only, the gate leaves the correction at zero, so the networks cost nothing.
     let summary: serde_json::Value = serde_json::from_slice(&read(d, "one.json")).unwrap();
     let median = |scheme: &str| {
-        let cells = summary.as_array().unwrap();
+        let cells = summary["rows"].as_array().unwrap();
         let cell = cells
             .iter()
             .find(|c| c["scheme"] == scheme && c["t_min"] == 22)
@@ -240,7 +249,13 @@ fn earlier_drives_can_be_interrupted_and_divided() {
     for row in &rows {
         assert!(starts.contains(&row["start"].as_str().unwrap()) && row["drives"].is_u64());
     }
-    let summary = json("whole.json");
+    let whole: serde_json::Value = serde_json::from_slice(&read(d, "whole.json")).unwrap();
+    let summary = whole["rows"].as_array().unwrap();
+    let verdict = whole["verdict"].as_str().unwrap();
+    assert!(
+        verdict.starts_with("Verdict after 2 earlier drives: "),
+        "{verdict}"
+    );
     assert_eq!(summary.len(), 5 * 3 * 5);
     assert!(summary.iter().all(|cell| cell["start"] == "mixed"));
     let ratios = json("r.json");

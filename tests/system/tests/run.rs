@@ -260,9 +260,50 @@ fn simulate_writes_three_tables_with_units() {
     )
     .unwrap();
     host_sim(dir.path())
-        .args(["simulate", "--scenario", "short.toml", "--out", "data"])
+        .args([
+            "simulate",
+            "--scenario",
+            "short.toml",
+            "--out",
+            "data",
+            "--json",
+            "s.json",
+        ])
         .assert()
         .success();
+    let args = "convert csv --header data/header.toml --to kf-gins --out text --json c.json";
+    host_sim(dir.path())
+        .args(args.split(' '))
+        .assert()
+        .success();
+    let [made, converted] = ["s.json", "c.json"].map(|name| json(&dir.path().join(name)));
+    for (of, count, last) in [
+        (&made, 6, "data/header.toml"),
+        (&converted, 2, "text/gnss.txt"),
+    ] {
+        let files = of["files"].as_array().unwrap();
+        assert_eq!(
+            (files.len(), files[count - 1].as_str().unwrap()),
+            (count, last)
+        );
+        assert!(
+            files
+                .iter()
+                .all(|file| dir.path().join(file.as_str().unwrap()).is_file())
+        );
+    }
+    for field in ["samples", "times_s", "rate_hz", "fixes"] {
+        assert!(
+            !made[field].is_null() && made[field] == converted[field],
+            "{field}"
+        );
+    }
+    assert!(
+        converted["notes"][0]
+            .as_str()
+            .unwrap()
+            .contains("velocities are left out")
+    );
     let lines = |name: &str| {
         let text = std::fs::read_to_string(dir.path().join("data").join(name)).unwrap();
         (

@@ -26,8 +26,6 @@ pub mod learning;
 #[cfg(feature = "device")]
 pub mod list;
 #[cfg(feature = "device")]
-pub mod micro;
-#[cfg(feature = "device")]
 pub mod navigation;
 mod network;
 pub mod work;

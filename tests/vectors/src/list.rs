@@ -4,12 +4,11 @@
 
 use core::fmt;
 
-use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
+use lrnn_nostd::{Activation, Cubic, MicroMath, Rational, Tanh};
 
 use crate::learning::{
     AntennaSecondWork, LearnerFixWork, LearnerSecondWork, LearnerStepWork, ShadowSecondWork,
 };
-use crate::micro::MicroMath;
 use crate::navigation::{NavPieceWork, NavSampleWork, NavSecondWork};
 use crate::work::{Engine, Found, LearnWork, M4, M7, NetworkWork, Portable, activate};
 

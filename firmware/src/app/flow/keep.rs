@@ -53,6 +53,12 @@ impl Keep {
         self.waits || self.memo.waits()
     }
 
+    /// Networks for the next power-on are in the store, and are not zero.
+    pub fn holds_next(&self) -> bool {
+        let next = self.next.as_ref().filter(|_| !self.waits);
+        next.is_some_and(|next| !next.same_images(&Nets::NONE))
+    }
+
     /// Something is to be stored, and all of it is there.
     pub fn is_due(&self) -> bool {
         (self.commanded || self.waits()) && !self.memo.is_asked()

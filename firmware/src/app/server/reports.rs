@@ -11,8 +11,8 @@ use crate::control::Reason;
 use crate::model::{IMAGES_LEN, Nets};
 use crate::nav::State;
 use crate::wire::command::{
-    Antenna, Board, Counters, Health, MAX_CHUNK, Response, Security, Solution, Trials, Version,
-    WIRE_VERSION, fault,
+    Antenna, Board, Counters, Health, MAX_CHUNK, Progress, Response, Security, Solution, Trials,
+    Version, WIRE_VERSION, fault,
 };
 
 /// This firmware's version, from its manifest.
@@ -109,6 +109,30 @@ pub(super) fn trials(flow: &Flow) -> Option<Trials> {
         (*proof, *check) = (trial.standing.proof, trial.standing.check);
     }
     Some(report)
+}
+
+/// How far the learner is on its way to a correction; `None` without a learner.
+#[inline(never)]
+pub(super) fn progress(flow: &Flow) -> Option<Progress> {
+    let report = flow.learning.report();
+    let mut progress = Progress {
+        navigates: report.navigates,
+        used_fixes: report.fixes,
+        stored: flow.pending.holds_next(),
+        in_force: flow.corrector.in_force(),
+        ..Progress::default()
+    };
+    let trials = flow.learning.trials();
+    let each = trials.iter().flat_map(|known| &known.each);
+    // the first is the zero correction
+    for (trial, number) in each.zip(0..).skip(1).filter(|(trial, _)| trial.enabled) {
+        let (proof, proved) = (trial.standing.proof, trial.proved);
+        let nearer = proved == progress.proved && proof > progress.proof;
+        if progress.nearest == 0 || proved && !progress.proved || nearer {
+            (progress.nearest, progress.proof, progress.proved) = (number, proof, proved);
+        }
+    }
+    flow.learning.exists().then_some(progress)
 }
 
 pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {

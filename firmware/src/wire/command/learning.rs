@@ -20,6 +20,27 @@ pub struct Solution {
     pub sigma: [[f32; 3]; 2],
 }
 
+/// The answer to [`Request::GetProgress`](super::Request::GetProgress): how far the learner is on
+/// its way to a correction, in few bytes. Each field is one step of the way.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Progress {
+    /// The learner is aligned and compares itself with fixes.
+    pub navigates: bool,
+    /// Fixes learnt from.
+    pub used_fixes: u32,
+    /// The hypothesis that is nearest to its proof: its number in `crate::learn::bank::NAMES`. 0:
+    /// none takes part yet.
+    pub nearest: u8,
+    /// Greatest capital of its bets, in stakes, as in [`Trials::proof`].
+    pub proof: f32,
+    /// It has proved itself.
+    pub proved: bool,
+    /// Networks that proved themselves in this drive are in the store, for the next power-on.
+    pub stored: bool,
+    /// A correction other than zero is in force.
+    pub in_force: bool,
+}
+
 /// The answer to [`Request::GetTrials`](super::Request::GetTrials): how each hypothesis stands, in
 /// the order of `crate::learn::bank::NAMES`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

@@ -87,7 +87,8 @@ impl Request<'_> {
             | Request::GetSecurity
             | Request::GetChallenge
             | Request::GetSolution
-            | Request::GetTrials => false,
+            | Request::GetTrials
+            | Request::GetProgress => false,
         }
     }
 }

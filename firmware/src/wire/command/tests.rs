@@ -15,7 +15,7 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 /// Any request; the bytes of a chunk are given apart because it borrows them.
 fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
-    match kind % 16 {
+    match kind % 17 {
         0 => Request::GetVersion,
         1 => Request::GetHealth,
         2 => Request::SetMode(mode),
@@ -47,6 +47,7 @@ fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Req
         }),
         13 => Request::GetSolution,
         14 => Request::GetTrials,
+        15 => Request::GetProgress,
         _ => Request::CommitLearnt,
     }
 }
@@ -75,6 +76,19 @@ fn trials(number: u8) -> Trials {
         evidence: core::array::from_fn(value),
         proof: core::array::from_fn(|n| value(n + 8)),
         check: core::array::from_fn(|n| value(n + 16)),
+    }
+}
+
+/// Every value another one.
+fn progress(used_fixes: u32) -> Progress {
+    Progress {
+        navigates: true,
+        used_fixes,
+        nearest: 3,
+        proof: 12.5,
+        proved: false,
+        stored: true,
+        in_force: false,
     }
 }
 
@@ -122,6 +136,7 @@ proptest! {
         for response in [
             Response::Solution(solution(f64::from(offset) * 1e-9)),
             Response::Trials(trials(number)),
+            Response::Progress(progress(frames)),
             Response::Estimate(estimate),
             Response::Done,
             Response::Refused(Reason::Unsupported),
@@ -243,7 +258,7 @@ fn a_short_buffer_is_an_error() {
     }
 }
 
-/// The two requests of version 10 and their answers are the last variants, with their fields in
+/// The requests of versions 10 and 11 and their answers are the last variants, with their fields in
 /// this order, so that nobody changes them unawares.
 #[test]
 fn golden_solution_and_trials() {
@@ -272,6 +287,10 @@ fn golden_solution_and_trials() {
     assert_eq!(plain(3, &Response::Trials(tried)), expected);
     assert_eq!(plain(3, &Request::GetSolution), [3, 29]);
     assert_eq!(plain(3, &Request::GetTrials), [3, 30]);
+    assert_eq!(plain(3, &Request::GetProgress), [3, 31]);
+    // 300 is AC 02 as postcard's varint, 12.5 is 0x4148_0000
+    let expected = [3, 18, 1, 0xAC, 0x02, 3, 0, 0, 0x48, 0x41, 0, 1, 0];
+    assert_eq!(plain(3, &Response::Progress(progress(300))), expected);
 }
 
 /// A byte too few or too many, with the right checksum, is no answer; nor is a request that
@@ -281,6 +300,7 @@ fn solutions_and_trials_of_another_length_are_refused() {
     for response in [
         Response::Solution(solution(0.7)),
         Response::Trials(trials(1)),
+        Response::Progress(progress(1)),
     ] {
         let message = plain(5, &response);
         let refused = |message: &[u8]| decode::<Response>(&mut packed(message)).unwrap_err();
@@ -290,7 +310,7 @@ fn solutions_and_trials_of_another_length_are_refused() {
         }
         assert_eq!(refused(&[&message[..], &[0]].concat()), Error::Field);
     }
-    for kind in [29, 30] {
+    for kind in 29..=31 {
         assert!(decode::<Request>(&mut packed(&[5, kind])).is_ok());
         for more in 1..40 {
             let message = [&[5, kind][..], &std::vec![0; more]].concat();

@@ -4,7 +4,7 @@ use super::link::Link;
 use super::proof;
 use firmware::control::Reason;
 use firmware::learn::bank::{KEYS, NAMES};
-use firmware::wire::command::{Request, Response};
+use firmware::wire::command::{Progress, Request, Response};
 use host_core::error::Error;
 use serde::Serialize;
 
@@ -145,6 +145,17 @@ impl Link {
                 each: KEYS.iter().zip(&NAMES).enumerate().map(trial).collect(),
                 rehearsals: trials.ended,
             })
+        })
+    }
+
+    /// How far the learner is on its way to a correction; `None` on a board without a learner.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn progress(&mut self) -> Result<Option<Progress>, Error> {
+        self.perhaps(&Request::GetProgress, |answer| match answer {
+            Response::Progress(progress) => Some(*progress),
+            _ => None,
         })
     }
 

@@ -9,8 +9,8 @@ use firmware::model::{IMAGES_LEN, NETS_LEN, Nets};
 use firmware::wire::command::key::Secret;
 use firmware::wire::command::seal::{Opened, open};
 use firmware::wire::command::{
-    Antenna, Counters, Health, Kept, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request, Response,
-    Security, Version, WIRE_VERSION, encode,
+    Antenna, Counters, Estimate, Health, Kept, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request,
+    Response, Security, Version, WIRE_VERSION, encode,
 };
 use host_core::error::Error;
 use std::time::{Duration, Instant};
@@ -270,6 +270,17 @@ impl Link {
     pub fn health(&mut self) -> Result<Health, Error> {
         self.ask(&Request::GetHealth, |answer| match answer {
             Response::Health(health) => Some(*health),
+            _ => None,
+        })
+    }
+
+    /// Correction in force, and what was learnt from references.
+    ///
+    /// # Errors
+    /// As [`Link::ask`].
+    pub fn estimate(&mut self) -> Result<Estimate, Error> {
+        self.ask(&Request::GetEstimate, |answer| match answer {
+            Response::Estimate(estimate) => Some(*estimate),
             _ => None,
         })
     }

@@ -5,6 +5,7 @@
 
 pub mod biases;
 mod blackbox;
+mod commit;
 mod configure;
 pub mod faults;
 mod info;
@@ -17,11 +18,13 @@ mod provision;
 mod receiver;
 pub mod refusal;
 mod reset;
+pub mod steps;
 mod store;
 mod watch;
 mod weights;
 
 pub use blackbox::{Fetched, fetch, recording};
+pub use commit::{commit, patiently};
 pub use configure::{configuration, configure, record, send};
 pub use info::{Info, Kept, LineInfo, Memory, Protected, info};
 pub use key::{make_key, read_key};

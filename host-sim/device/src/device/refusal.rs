@@ -48,7 +48,8 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetReceiver
         | Request::GetReset
         | Request::GetSolution
-        | Request::GetTrials => "tell its state",
+        | Request::GetTrials
+        | Request::GetProgress => "report its state",
     }
 }
 

@@ -3,10 +3,12 @@
 use super::biases::{large, sheet};
 use super::configure::record;
 use super::faults::{self, Fault};
+use super::info::board;
 use super::learning::{Solution, Trials};
 use super::link::Link;
 use super::mode_name;
 use super::proof::{Interruption, Nearest, Proofs};
+use super::steps::{Settled, Step, Way as Towards};
 use firmware::configuration::record::decode;
 use firmware::control::Way;
 use firmware::wire::command::{self, Counters, Health};
@@ -44,6 +46,8 @@ pub struct Status {
     pub nearest: Option<Nearest>,
     /// The last interruption of the navigation since the watch began, in s of the watch.
     pub interruption: Option<Interruption>,
+    /// The steps on the way to a correction.
+    pub steps: Vec<Step>,
     /// Proof, interruption and biases that are too large in words, for the reader.
     pub says: Vec<String>,
     /// Lever arm and delay of the fixes; `None` on a board without a learner.
@@ -219,6 +223,9 @@ fn wait_until(due: Instant, stop: &AtomicBool) {
     }
 }
 
+/// Configuration and board are read once in so many statuses.
+const REREAD: u32 = 10;
+
 /// What a watch remembers of its last status.
 #[derive(Debug, Default)]
 pub struct Last {
@@ -227,12 +234,37 @@ pub struct Last {
     proofs: Proofs,
     /// Standard deviations of the biases as configured, rad/s, m/s2.
     sheet: Option<[f64; 2]>,
+    settled: Settled,
+    /// Until configuration and board are read again, statuses.
+    rereads: u32,
 }
 
 impl Last {
     /// The device does not answer any more.
     pub fn lost(&mut self) {
         self.counted = None;
+    }
+
+    /// The configuration of the device may have changed.
+    pub fn reread(&mut self) {
+        self.rereads = 0;
+    }
+
+    /// Reads configuration and board, from time to time and after a restart.
+    fn settle(&mut self, link: &mut Link, restarted: bool) -> Result<(), Error> {
+        if restarted || self.rereads == 0 {
+            let configuration = record(link)?.and_then(|bytes| decode(&bytes).ok());
+            self.sheet = configuration.as_ref().map(sheet);
+            let board = board(link)?;
+            self.settled = Settled {
+                activation: configuration.map(|of| of.correction.activation),
+                stores: board.stores,
+                stored: board.stored,
+            };
+            self.rereads = REREAD;
+        }
+        self.rereads -= 1;
+        Ok(())
     }
 
     /// Whether it has answered since it was found.
@@ -280,12 +312,17 @@ impl Status {
             trials: link.trials()?,
             ..Self::new(time_s, &health, &counters, (now, before))
         };
-        if status.per_second.is_none() {
-            let record = record(link)?;
-            let configuration = record.and_then(|bytes| decode(&bytes).ok());
-            last.sheet = configuration.as_ref().map(sheet);
-        }
+        last.settle(link, status.per_second.is_none())?;
         last.complete(&mut status, before.map(|of| of.1), &counters);
+        let way = Towards {
+            mode: health.mode,
+            learner: &status.learner,
+            progress: link.progress()?,
+            nearest: status.nearest.as_ref(),
+            good_fixes: counters.good_fixes,
+            settled: last.settled,
+        };
+        status.steps = way.steps();
         Ok(status)
     }
 
@@ -309,6 +346,7 @@ impl Status {
             trials: None,
             nearest: None,
             interruption: None,
+            steps: Vec::new(),
             says: Vec::new(),
             antenna: None,
             error_bound_m: health.error_bound_m,

@@ -11,6 +11,7 @@ mod board;
 mod drive;
 mod judge;
 mod memory;
+pub mod simulated;
 mod software;
 mod stream;
 #[cfg(test)]

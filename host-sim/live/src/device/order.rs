@@ -1,22 +1,15 @@
 //! Orders of the page's buttons.
 
-use firmware::control::{Alignment, Mode, Reason};
+use firmware::control::{Alignment, Mode};
 use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use host_core::error::Error;
-use host_device::device::{Link, MODES, configure, mode_name, store};
+use host_device::device::{Link, MODES, commit, configure, mode_name, patiently, store};
 use host_unit::Unit;
 use serde::Deserialize;
 use std::fs;
 use std::path::Path;
-use std::thread;
-use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
-
-/// Time between two tries of an order that a busy device refuses.
-const AGAIN: Duration = Duration::from_millis(50);
-/// Longest wait for a busy device.
-const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Result of an order, in words.
 pub type Reply = Result<String, String>;
@@ -77,8 +70,7 @@ impl Order {
                 let done = link.order(&Request::Heading(heading));
                 done.map(|()| format!("the heading {deg} deg is taken"))
             }
-            Self::CommitLearnt {} => patiently(link, &Request::CommitLearnt)
-                .map(|()| "the learnt weights are in use; store keeps them".into()),
+            Self::CommitLearnt {} => commit(link),
             Self::Store {} => link.health().and_then(|health| {
                 store(link, health.mode)?;
                 Ok("configuration and weights are stored".into())
@@ -86,18 +78,6 @@ impl Order {
             Self::Configure { unit, store } => return configured(link, unit, *store),
         };
         done.map_err(|error| error.to_string())
-    }
-}
-
-/// Gives an order that may have to wait for the learner's work; repeats it for up to 5 s.
-fn patiently(link: &mut Link, request: &Request) -> Result<(), Error> {
-    let begun = Instant::now();
-    loop {
-        match link.try_order(request)? {
-            Ok(()) => return Ok(()),
-            Err(Reason::Busy) if begun.elapsed() < PATIENCE => thread::sleep(AGAIN),
-            Err(_) => return link.order(request), // the refusal in words
-        }
     }
 }
 

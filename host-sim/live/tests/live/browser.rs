@@ -100,6 +100,12 @@ fn sent(axis: usize) -> f64 {
     f64::from(COUNTS[axis / 3][axis % 3]) * COUNT[axis / 3] * RATE
 }
 
+/// A number whose digits are in groups.
+fn ungrouped(text: &str) -> f64 {
+    let digits = text.replace('\u{a0}', "");
+    digits.parse().unwrap_or_else(|_| panic!("{text}"))
+}
+
 fn number(page: &mut Chromium, id: &str) -> f64 {
     let text = page.text(id);
     text.parse().unwrap_or_else(|_| panic!("{id}: {text}"))
@@ -114,13 +120,41 @@ fn order(page: &mut Chromium, selector: &str, answer: &str) {
     assert!(says.contains(answer), "{selector}: {says}");
 }
 
-/// Gives the unit file to the page and has it sent.
-fn configure(page: &mut Chromium, text: &str, answer: &str) {
+/// Presses a button that asks first: it says what is lost, a no sends nothing, and a yes sends it.
+fn asked(page: &mut Chromium, selector: &str, lost: &[&str], answer: &str) {
+    page.value("document.getElementById('order-answer').textContent = ''");
+    for button in ["[value=no]", "#ask-yes"] {
+        page.click(selector);
+        page.waits_for("document.getElementById('ask').open");
+        let says = page.text("ask-lost");
+        assert!(lost.iter().all(|part| says.contains(part)), "{says}");
+        page.click(&format!("#ask {button}"));
+        page.waits_for(
+            "/^(Nothing|Done|Refused)/.test(document.getElementById('order-answer').textContent)",
+        );
+        let says = page.text("order-answer");
+        let expected = if button == "#ask-yes" {
+            answer
+        } else {
+            "Nothing was sent"
+        };
+        assert!(says.contains(expected), "{selector}: {says}");
+        page.value("document.getElementById('order-answer').textContent = ''");
+    }
+}
+
+/// Gives a unit file to the page.
+fn give(page: &mut Chromium, text: &str) {
     let text = serde_json::to_string(text).unwrap();
     page.value(&format!(
         "{{ const files = new DataTransfer(); files.items.add(new File([{text}], 'unit.toml')); \
          document.getElementById('unit-file').files = files.files; }}"
     ));
+}
+
+/// Gives the unit file to the page and has it sent to a device without a configuration.
+fn configure(page: &mut Chromium, text: &str, answer: &str) {
+    give(page, text);
     order(page, "#configure", answer);
 }
 
@@ -159,7 +193,7 @@ fn a_board_is_shown_steered_lost_and_found() {
         file.to_str().unwrap(),
     ]);
     let mut page = Chromium::open(chromium, &format!("http://{}/", server.at));
-    page.waits_for("document.getElementById('device')?.textContent === 'found'");
+    page.waits_for("document.getElementById('device')?.textContent === 'connected'");
 
     // a new device says what is wrong, and what to do
     page.waits_for("!!document.querySelector('[data-fault=NOT_CONFIGURED]')");
@@ -201,7 +235,7 @@ fn a_board_is_shown_steered_lost_and_found() {
     page.waits_for(
         "document.querySelector('[data-counter=frames] td:last-child').textContent === '0.0'",
     );
-    let frames: u32 = page.value(count).as_str().unwrap().parse().unwrap();
+    let frames = ungrouped(page.value(count).as_str().unwrap()) as u32;
     alignment_is_ordered(&mut page);
     lost_and_found(&mut board, &mut page);
     mode(&mut page, "bypass");
@@ -234,7 +268,8 @@ fn corrections_are_shown(page: &mut Chromium) {
 fn alignment_is_ordered(page: &mut Chromium) {
     order(page, "#align-started", "the alignment has begun");
     let other = UNIT.replace("N25581", "N25582");
-    configure(page, &other, "alignment");
+    give(page, &other);
+    asked(page, "#configure", &["Lost: ", "begins again"], "alignment");
     order(page, "#align-finished", "the alignment is done");
     order(page, "#heading", "Refused");
 }
@@ -249,7 +284,7 @@ fn lost_and_found(board: &mut Listening, page: &mut Chromium) {
         true
     );
     board.stands_still(false).unwrap();
-    page.waits_for("document.getElementById('device').textContent === 'found'");
+    page.waits_for("document.getElementById('device').textContent === 'connected'");
     assert_eq!(
         page.value("document.getElementById('problem').hidden"),
         true
@@ -273,6 +308,28 @@ fn is_recorded(file: &std::path::Path, frames: u32) {
     assert!(topics["/log"] >= 12, "{topics:?}");
 }
 
+/// The five steps with their bars, the orientation, and no counter that is 0 outside of its fold.
+fn the_way_is_shown(page: &mut Chromium) {
+    page.waits_for("document.querySelectorAll('#way progress').length === 5");
+    page.waits_for("document.querySelector('[data-step=aligned]').className === 'done'");
+    let bar = "document.querySelector('[data-step=aligned] progress').value";
+    assert_eq!(page.value(bar), 1);
+    page.waits_for("/ of 100/.test(document.querySelector('[data-step=proof] .says').textContent)");
+    let attitude = page.text("attitude-now");
+    let shown = attitude.starts_with("roll ") && attitude.contains(", heading ");
+    assert!(shown, "{attitude}");
+    let turned = "document.getElementById('needle').getAttribute('transform')";
+    let turned = page.value(turned);
+    assert!(turned.as_str().unwrap().starts_with("rotate("), "{turned}");
+    let zeros = "[...document.querySelectorAll('#counters td:nth-child(2)')].some((cell) => cell.textContent === '0')";
+    assert_eq!(page.value(zeros), false);
+    let folded = page.text("zeros");
+    assert!(
+        folded.contains("counters are 0") && folded.contains("sensor restarts"),
+        "{folded}"
+    );
+}
+
 #[test]
 fn a_simulated_device_is_shown_at_any_width() {
     let Some(chromium) = here_or_skip() else {
@@ -281,6 +338,7 @@ fn a_simulated_device_is_shown_at_any_width() {
     let server = Server::start(&["--simulate", "--rate", "250", "--speed", "30"]);
     let mut page = Chromium::open(chromium, &format!("http://{}/", server.at));
     page.waits_for("/ m\\/s$/.test(document.getElementById('place')?.textContent)");
+    the_way_is_shown(&mut page);
     let sigma = page.text("gyro-now");
     assert!(
         sigma.contains(" \u{b1} ") && sigma.ends_with("deg/h"),
@@ -288,7 +346,7 @@ fn a_simulated_device_is_shown_at_any_width() {
     );
     // a few rehearsals have ended, and the harm check of a candidate has moved
     page.waits_for(
-        "(([proof, check]) => proof?.textContent.endsWith(' of 100') && check.textContent !== '1.00')\
+        "(([proof, check]) => proof?.textContent > 0 && check.textContent !== '1.00')\
          (document.querySelectorAll('[data-candidate=biases] td'))",
     );
     page.waits_for(
@@ -299,10 +357,7 @@ fn a_simulated_device_is_shown_at_any_width() {
         8
     );
     let bound = page.value("document.querySelectorAll('#bound td')[4].textContent");
-    assert!(
-        bound.as_str().unwrap().parse::<f64>().unwrap() > 0.0,
-        "{bound}"
-    );
+    assert!(ungrouped(bound.as_str().unwrap()) > 0.0, "{bound}");
     if std::env::var_os("LRNN_PICTURES").is_some() {
         page.waits_for("/proved/.test(document.getElementById('trials').textContent)");
     }
@@ -316,7 +371,7 @@ fn a_simulated_device_is_shown_at_any_width() {
             );
         }
     }
-    for (width, height) in [(1400, 1960), (390, 3900)] {
+    for (width, height) in [(1280, 2100), (390, 3900)] {
         page.resize(width, height);
         let fits = "document.documentElement.scrollWidth <= innerWidth";
         page.waits_for(fits);

@@ -76,6 +76,9 @@ fn orders_from_elsewhere_are_refused() {
         "{says}"
     );
     server.events(|name, event| name == "status" && event["mode"] == "bypass");
+    let (status, says) = order(&server, &good, r#"{"order":"commit-learnt"}"#);
+    let truth = says.contains("nothing has proved itself yet");
+    assert_eq!((status, truth), (409, true), "{says}");
     let (status, says) = order(&server, &good, r#"{"order":"store"}"#);
     assert_eq!((status, says.contains("are stored")), (200, true), "{says}");
     assert_eq!(server.interrupt(), Some(0));

@@ -1,6 +1,7 @@
 //! The page of a campaign.
 
-use super::{T_MIN, forest, groups, quotient, studies, verdict};
+use super::verdict::{UNREACHABLE, sentences};
+use super::{T_MIN, forest, groups, quotient, studies};
 use crate::axis::grouped;
 use crate::document::{Document, Figure, Part, Table};
 use crate::front::Front;
@@ -43,33 +44,20 @@ pub fn document(
     }
     let setting = &campaign.tuning.setting;
     let several = setting.drives.len() > 1;
-    let mut verdict = vec![];
     let mut parts = vec![];
-    let mut each: Vec<&[AgainstNone]> = all.chunk_by(|a, b| a.drives == b.drives).collect();
-    each.reverse(); // the verdict is that after most drives
+    let each = by_drives(&all);
     let front = each.first().map(|of| front(of));
     for of in each {
         let drives = of.first().map_or(0, |of| of.drives);
-        let earlier = counted(drives, "earlier drive");
         let after = match several {
-            true => format!(", after {earlier}"),
+            true => format!(", after {}", counted(drives, "earlier drive")),
             false => String::new(),
         };
-        let sentences = verdict::sentences(&of.iter().collect::<Vec<_>>());
-        verdict.extend(sentences.into_iter().map(|text| match several {
-            true => match text.strip_prefix("Verdict: ") {
-                Some(rest) => format!("Verdict after {earlier}: {rest}"),
-                None => format!("After {earlier}: {text}"),
-            },
-            false => text,
-        }));
         let groups = of.chunk_by(|a, b| a.group == b.group);
         parts.extend(groups.map(|of| part(of, drives, &after)));
     }
     let studied = studies::compared(studied, setting.start);
-    verdict.extend(studies::sentence(&studied));
     parts.extend(studies::parts(&studied));
-    verdict.extend(gaps(campaign));
     parts.push(measured(campaign, &all));
     parts.push(schemes(&all));
     parts.push(versions(campaign, made));
@@ -79,11 +67,55 @@ pub fn document(
             "Campaign of {}: each scheme against no correction",
             counted(runs as u64, "run")
         ),
-        verdict,
+        verdict: said(campaign, &all, &studied),
         front,
         parts,
         ..Document::default()
     })
+}
+
+/// The rows by the number of earlier drives, the most first: the verdict is that after most drives.
+fn by_drives(all: &[AgainstNone]) -> Vec<&[AgainstNone]> {
+    let mut each: Vec<&[AgainstNone]> = all.chunk_by(|a, b| a.drives == b.drives).collect();
+    each.reverse();
+    each
+}
+
+/// The verdict of a campaign, the shortest answer first: the same sentences for terminal, JSON and
+/// page. Empty where nothing is compared with the scheme `uncorrected`.
+#[must_use]
+pub fn verdict(
+    campaign: &Merged,
+    summary: &[Summary],
+    ratios: &[Ratio],
+    studied: &[(Topic, Vec<Row>)],
+) -> Vec<String> {
+    let all = against_none(&campaign.rows, ratios, summary);
+    if all.is_empty() {
+        return vec![];
+    }
+    let studied = studies::compared(studied, campaign.tuning.setting.start);
+    said(campaign, &all, &studied)
+}
+
+fn said(campaign: &Merged, all: &[AgainstNone], studied: &[studies::Compared]) -> Vec<String> {
+    let several = campaign.tuning.setting.drives.len() > 1;
+    let mut all_said = vec![];
+    for of in by_drives(all) {
+        let drives = of.first().map_or(0, |of| of.drives);
+        let earlier = counted(drives, "earlier drive");
+        let of_drives = sentences(&of.iter().collect::<Vec<_>>());
+        all_said.extend(of_drives.into_iter().map(|text| match several {
+            true => match text.strip_prefix("Verdict: ") {
+                Some(rest) => format!("Verdict after {earlier}: {rest}"),
+                None => format!("After {earlier}: {text}"),
+            },
+            false => text,
+        }));
+    }
+    all_said.extend(studies::sentence(studied));
+    all_said.extend(gaps(campaign));
+    all_said
 }
 
 /// Schemes in the picture of the first screen.
@@ -94,7 +126,7 @@ fn front(all: &[AgainstNone]) -> Front {
     let group = all.iter().find(|of| of.scheme == DEVICE).or(all.first());
     let group = group.and_then(|of| of.group);
     let mut rows: Vec<AgainstNone> = all.iter().filter(|of| of.group == group).cloned().collect();
-    rows.retain(|of| !verdict::UNREACHABLE.contains(&of.scheme.as_str()));
+    rows.retain(|of| !UNREACHABLE.contains(&of.scheme.as_str()));
     rows.sort_by(|a, b| a.ratio.total_cmp(&b.ratio));
     let rank = rows.iter().position(|of| of.scheme == DEVICE);
     let built = rows.len();

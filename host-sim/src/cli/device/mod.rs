@@ -3,10 +3,12 @@
 mod blackbox;
 mod configure;
 mod print;
+mod simulate;
 mod weights;
 
 use super::interrupt::asked;
 use super::options::refused;
+use super::simulated::SIMULATED;
 use super::stdout;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, Subcommand};
@@ -15,7 +17,7 @@ use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use host_core::error::Error;
 use host_device::device::{
-    Link, MODES, Watch, info, mode_name, open_by_choice, provision, read_key, store, watch,
+    Link, MODES, Watch, commit, info, mode_name, open_by_choice, provision, read_key, store, watch,
 };
 use serde::Serialize;
 use std::io::{self, IsTerminal};
@@ -26,8 +28,9 @@ use std::time::Duration;
 #[derive(Debug, ClapArgs)]
 pub struct Args {
     /// Port at the device's command link: a serial device (/dev/ttyUSB0, COM3) or tcp:HOST:PORT
-    #[arg(long, value_name = "PORT")]
-    port: String,
+    #[arg(long, value_name = "PORT", required_unless_present = "simulate")]
+    #[arg(conflicts_with = "listen", conflicts_with_all = SIMULATED)]
+    port: Option<String>,
     /// Bit rate of the command link; sockets ignore it
     #[arg(long, default_value_t = 921_600)]
     baud: u32,
@@ -38,8 +41,10 @@ pub struct Args {
     // not named `json`: the default command has an argument of that name and another type
     #[arg(long = "json", global = true)]
     as_json: bool,
+    #[command(flatten)]
+    simulation: simulate::Args,
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -130,13 +135,16 @@ fn mode_parser() -> impl TypedValueParser<Value = Mode> {
 impl Args {
     /// Runs the command and prints.
     pub(super) fn run(&self) -> Result<(), Error> {
-        if let Command::Watch { seconds } = self.command {
+        let Some(command) = self.command()? else {
+            return self.simulation.run();
+        };
+        if let Command::Watch { seconds } = *command {
             return self.watch(seconds);
         }
-        self.check_files()?;
+        check_files(command)?;
         let mut link = self.open()?;
         let link = &mut link;
-        match &self.command {
+        match command {
             Command::Info => {
                 let info = info(link)?;
                 self.tell(&info, || print::info(&info))
@@ -156,9 +164,8 @@ impl Args {
                 command: Learnt::Commit,
             } => {
                 link.version()?;
-                link.order(&Request::CommitLearnt)?;
-                let says = "the learnt weights are in use; `device store` keeps them";
-                self.tell(&Done::new(says), || println!("{says}"))
+                let says = commit(link)?;
+                self.tell(&Done::new(&says), || println!("{says}"))
             }
             Command::Heading { deg, sigma } => {
                 link.version()?;
@@ -185,18 +192,29 @@ impl Args {
         }
     }
 
-    /// Refuses a bad file before anything is sent.
-    fn check_files(&self) -> Result<(), Error> {
-        match &self.command {
-            Command::Configure { unit, .. } => configure::of_unit(unit).map(drop),
-            Command::Weights { command } => command.check_file(),
-            _ => Ok(()),
+    /// The command; `None` for a simulated device.
+    fn command(&self) -> Result<Option<&Command>, Error> {
+        match (&self.command, self.simulation.simulate) {
+            (None, true) => Ok(None),
+            (Some(command), false) => Ok(Some(command)),
+            (Some(_), true) => Err(refused(
+                "device --simulate",
+                "it runs until Ctrl-C and takes no command",
+                "run it alone, and give the command to its port in another terminal",
+            )),
+            (None, false) => Err(refused(
+                "device",
+                "a command is missing",
+                "give one, for example `host-sim device --port PORT info`; \
+                 `host-sim device --help` lists them",
+            )),
         }
     }
 
     fn open(&self) -> Result<Link, Error> {
         let key = self.key.as_deref().map(read_key).transpose()?;
-        Ok(Link::open("--port", &self.port, self.baud)?.with_key(key))
+        let port = self.port.as_deref().unwrap_or_default();
+        Ok(Link::open("--port", port, self.baud)?.with_key(key))
     }
 
     fn provision(&self, link: &mut Link, file: Option<&Path>) -> Result<(), Error> {
@@ -265,15 +283,24 @@ impl Args {
     }
 }
 
-/// Result of a command that only prints a sentence.
-#[derive(Serialize)]
-struct Done {
-    done: bool,
-    says: &'static str,
+/// Refuses a bad file before anything is sent.
+fn check_files(command: &Command) -> Result<(), Error> {
+    match command {
+        Command::Configure { unit, .. } => configure::of_unit(unit).map(drop),
+        Command::Weights { command } => command.check_file(),
+        _ => Ok(()),
+    }
 }
 
-impl Done {
-    fn new(says: &'static str) -> Self {
+/// Result of a command that only prints a sentence.
+#[derive(Serialize)]
+struct Done<'a> {
+    done: bool,
+    says: &'a str,
+}
+
+impl<'a> Done<'a> {
+    fn new(says: &'a str) -> Self {
         Self { done: true, says }
     }
 }

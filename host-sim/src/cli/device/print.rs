@@ -221,6 +221,9 @@ fn status(status: &Status) -> String {
         );
     }
     rates(&mut text, status);
+    for step in &status.steps {
+        let _ = writeln!(text, "{:14} {} {}", step.name, bar(step.share), step.says);
+    }
     learner_lines(&mut text, &status.learner);
     for says in &status.says {
         let _ = writeln!(text, "               {says}");
@@ -230,6 +233,12 @@ fn status(status: &Status) -> String {
     }
     error_bound_line(&mut text, status.error_bound_m);
     text
+}
+
+/// A bar of ten characters.
+fn bar(share: f64) -> String {
+    let full = (share * 10.0).floor() as usize;
+    format!("[{}{}]", "#".repeat(full), ".".repeat(10 - full.min(10)))
 }
 
 /// The largest error that the corrections can add.
@@ -254,9 +263,12 @@ fn learner_lines(text: &mut String, learner: &Learner) {
     };
     let _ = writeln!(
         text,
-        "learner        {navigates}, hypothesis {} in force, {} fixes used, {} refused, \
-         {} promotions, {} given up",
-        learner.winner,
+        "learner        {navigates}, {} promoted, {} fixes used, {} refused, {} promotions, \
+         {} given up",
+        match learner.winner {
+            0 => "no hypothesis".to_owned(),
+            winner => format!("hypothesis {winner}"),
+        },
         learner.used_fixes,
         learner.refused_fixes,
         learner.promotions,

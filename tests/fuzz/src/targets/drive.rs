@@ -198,6 +198,7 @@ impl Device<'_> {
             10 => Request::GetEstimate,
             11 => Request::GetSolution,
             12 => Request::GetTrials,
+            13 => Request::GetProgress,
             _ => Request::GetHealth,
         });
     }

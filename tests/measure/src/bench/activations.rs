@@ -2,10 +2,9 @@
 
 use anyhow::Result;
 use comfy_table::Table;
-use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
+use lrnn_nostd::{Activation, Cubic, MicroMath, Rational, Tanh};
 use qemu::count::Counts;
 use serde::Serialize;
-use vectors::micro::MicroMath;
 
 use super::{Times, named};
 use crate::table::numbers;

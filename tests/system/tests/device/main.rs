@@ -7,6 +7,7 @@
 
 mod keys;
 mod report;
+mod simulated;
 mod software;
 mod watching;
 

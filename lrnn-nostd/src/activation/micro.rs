@@ -1,12 +1,25 @@
-//! tanh by `micromath`, to compare: nothing uses it.
+//! tanh by `micromath`.
 
 use core::any::Any;
 
-use lrnn_nostd::{Activation, Real};
 use micromath::F32Ext;
 
-/// `1 - 2 / (exp(2 |x|) + 1)` with the exponential of `micromath`, which has no tanh. Always in
-/// `f32`.
+use super::Activation;
+use crate::real::Real;
+
+/// tanh as `1 - 2 / (exp(2 |x|) + 1)` with the exponential of the crate `micromath`, which has no
+/// tanh of its own. For programs that link that crate already.
+///
+/// It is coarse, and not faster than [`Rational`](super::Rational): in `f32` |f(x) - tanh x| <
+/// 3.5e-4 for every x, |f(x)| <= 1 and f(-x) = -f(x), and where x rises f does not fall. In `f64` it
+/// is computed in `f32`. The slope is 1 - y^2, as for tanh. f of NaN is some number, which no step
+/// sees: [`Activation::layer`] refuses a NaN before.
+///
+/// ```
+/// use lrnn_nostd::{Activation, MicroMath, Tanh};
+///
+/// assert!((MicroMath::apply(0.7_f32) - Tanh::apply(0.7_f32)).abs() < 3.5e-4);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MicroMath;
 
@@ -14,7 +27,7 @@ pub struct MicroMath;
 const END: f32 = 10.0;
 
 impl Activation for MicroMath {
-    const CODE: u8 = 255; // in no weight image
+    const CODE: u8 = 4;
 
     #[inline(always)]
     fn apply<T: Real>(x: T) -> T {

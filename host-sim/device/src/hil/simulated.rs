@@ -1,0 +1,286 @@
+//! A device without hardware: the application of the firmware with its store in (simulated) flash,
+//! a simulated drive at its sensor's and receiver's line, and its other lines at sockets, as those
+//! of a board in QEMU.
+//!
+//! At the end of the drive it is switched off and on, and drives again with what it has stored.
+
+mod socket;
+
+use super::{Drive, Input, MemoryFlash, MemoryLine, SetClock, drive_configured};
+use firmware::app::{App, Hardware, Lines};
+use firmware::configuration::Configuration;
+use firmware::configuration::record::encode;
+use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
+use firmware::model::Nets;
+use firmware::store::{Content, Progress, Step, Store, unit};
+use firmware::wire::ImuFormat;
+use host_core::error::Error;
+use host_unit::Unit;
+use socket::Socket;
+use std::io;
+use std::net::{SocketAddr, TcpListener};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Standstill before each drive, s.
+const STANDS_S: u32 = 60;
+/// Time that the thread sleeps between two runs of the application.
+const SLEEP: Duration = Duration::from_millis(1);
+
+const HARDWARE: Hardware = Hardware {
+    name: "simulated",
+    ..Hardware::DESKTOP
+};
+
+/// Settings of a simulation.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// The unit, whose errors the sensor has.
+    pub unit: Unit,
+    /// Length of a drive, s.
+    pub seconds: u32,
+    /// Simulated time over real time.
+    pub speed: f64,
+    /// Address of the command link. The stream to the navigation computer has the next port, or any
+    /// that is free where this port is 0.
+    pub listen: SocketAddr,
+}
+
+/// A device that runs.
+pub struct Simulated {
+    /// Ports of its command link and of its stream to the navigation computer.
+    pub ports: [String; 2],
+    configuration: Configuration,
+    drive: Drive,
+    speed: f64,
+    listeners: [TcpListener; 2],
+}
+
+impl Simulated {
+    /// Opens the ports and simulates the drive.
+    ///
+    /// # Errors
+    /// The unit cannot be simulated; a port is taken.
+    pub fn new(of: &Simulation) -> Result<Self, Error> {
+        let listeners = ports(of.listen)?;
+        let configuration = of.unit.configuration().map_err(|wrong| Error::Option {
+            option: format!("--unit: {}", wrong.key),
+            problem: wrong.problem,
+            remedy: wrong.remedy,
+        })?;
+        let format = of.unit.sensor.imu_format().unwrap_or(ImuFormat::Stim300);
+        let seconds = [of.seconds, STANDS_S];
+        let drive = drive_configured(&configuration, format, &of.unit.simulated(), seconds)?;
+        let port = |listener: &TcpListener| {
+            let at = listener.local_addr().map(|at| format!("tcp:{at}"));
+            at.map_err(|error| taken(of.listen, &error))
+        };
+        let [command, stream] = &listeners;
+        Ok(Self {
+            ports: [port(command)?, port(stream)?],
+            // the axes of the simulated sensor are the vehicle's
+            configuration: configuration.in_body_axes(),
+            drive,
+            speed: of.speed,
+            listeners,
+        })
+    }
+
+    /// Runs until it is stopped. `says` gets a line at each power-on but the first.
+    pub fn run(self, stop: &AtomicBool, says: &mut dyn FnMut(&str)) {
+        let [command, stream] = self.listeners.map(Socket::new);
+        let mut outside = Outside { command, stream };
+        let mut flash = configured(&self.configuration);
+        for number in 1.. {
+            power_on(&mut flash, &self.drive, self.speed, &mut outside, stop);
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            says(&format!(
+                "drive {number} is over: the device is switched off and on, and what it has \
+                 stored acts in drive {}",
+                number + 1
+            ));
+        }
+    }
+}
+
+/// Listeners for the command link and for the stream.
+fn ports(listen: SocketAddr) -> Result<[TcpListener; 2], Error> {
+    let open = |at: SocketAddr| {
+        let listener = TcpListener::bind(at).and_then(|listener| {
+            listener.set_nonblocking(true)?;
+            Ok(listener)
+        });
+        listener.map_err(|error| taken(at, &error))
+    };
+    let mut next = listen;
+    if listen.port() != 0 {
+        next.set_port(listen.port().checked_add(1).ok_or_else(|| Error::Option {
+            option: format!("--listen {listen}"),
+            problem: "there is no next port for the stream".into(),
+            remedy: "give a port from 1 to 65534, or 0 for any that is free".into(),
+        })?);
+    }
+    Ok([open(listen)?, open(next)?])
+}
+
+fn taken(at: SocketAddr, error: &io::Error) -> Error {
+    let problem = match error.kind() {
+        io::ErrorKind::AddrInUse => "another program has this port".to_owned(),
+        io::ErrorKind::PermissionDenied => "ports below 1024 are the system's".to_owned(),
+        _ => format!("this port does not open ({error})"),
+    };
+    Error::Option {
+        option: format!("--listen {at}"),
+        problem,
+        remedy: "end that program, or give --listen ADDRESS:PORT with another port; it and the \
+                 next one must be free, and 0 is any that is free"
+            .into(),
+    }
+}
+
+/// The flash of a device that was configured and has stored its configuration.
+fn configured(configuration: &Configuration) -> MemoryFlash {
+    let Ok(mut store) = Store::new(MemoryFlash::default()) else {
+        return MemoryFlash::default();
+    };
+    let record = encode(configuration);
+    let content = Content {
+        unit: unit(configuration),
+        ..Content::new(&Nets::NONE, &record)
+    };
+    let _ = store.carry_out(Step::Save, &content); // erased flash with room
+    store.into_inner()
+}
+
+/// The sockets.
+struct Outside {
+    command: Socket,
+    stream: Socket,
+}
+
+/// One drive, from power-on to its end.
+fn power_on(
+    flash: &mut MemoryFlash,
+    drive: &Drive,
+    speed: f64,
+    outside: &mut Outside,
+    stop: &AtomicBool,
+) {
+    let mut memory = Box::new(FixMemory::ZEROED);
+    let mut references = Box::new(WindowLearner::new());
+    let mut learner = CombinedLearner {
+        references: &mut *references,
+        fixes: FixLearner::new(&mut memory, Settings::MEDIUM), // until it is configured
+    };
+    let mut store = Store::new(std::mem::take(flash)).ok();
+    let app = App::start_up(HARDWARE, &mut store, true, Some(&mut learner));
+    let mut app = Box::new(app);
+    let mut lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine> = Lines::default();
+    let mut clock = SetClock(0);
+    let mut random = [0; 32];
+    if getrandom::fill(&mut random).is_ok() {
+        app.seed(random); // else a device with a key has no challenges
+    }
+    let begun = Instant::now();
+    let mut records = drive.records.iter().peekable();
+    while records.peek().is_some() && !stop.load(Ordering::Relaxed) {
+        let now_us = (begun.elapsed().as_secs_f64() * speed * 1e6) as u64;
+        let mut poll = |lines: &mut Lines<_, _, _, _>, clock: &SetClock| {
+            while app.poll(lines, clock) {}
+            while app.wants_to_store() {
+                app.store(|step, content| match &mut store {
+                    Some(store) => store.carry_out(step, content),
+                    None => Progress::Failed,
+                });
+            }
+            app.to_open();
+        };
+        while let Some(record) = records.next_if(|of| u64::from(of.at_us) <= now_us) {
+            clock.0 = record.at_us.into();
+            match record.input {
+                Input::Sensor => lines.sensor.received.extend(&record.bytes),
+                Input::Gnss => lines.gnss.received.extend(&record.bytes),
+            }
+            poll(&mut lines, &clock);
+            outside.stream.send(&lines.navigation.sent);
+            lines.navigation.sent.clear();
+            lines.sensor.sent.clear();
+        }
+        clock.0 = clock.0.max(now_us);
+        poll(&mut lines, &clock);
+        // the learner runs within the pass, so an answer is there at once, for who asked
+        for client in outside.command.clients() {
+            if client.receive(&mut lines.command.received) {
+                poll(&mut lines, &clock);
+                client.send(&lines.command.sent);
+            }
+            lines.command.sent.clear();
+        }
+        outside.stream.send(&lines.navigation.sent);
+        lines.navigation.sent.clear();
+        thread::sleep(SLEEP);
+    }
+    *flash = store.map(Store::into_inner).unwrap_or_default();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::{Link, Port, configuration, info};
+    use std::sync::Arc;
+
+    fn simulation(seconds: u32, listen: SocketAddr) -> Simulation {
+        Simulation {
+            unit: Unit::load("stim300").expect("a preset"),
+            seconds,
+            speed: 100.0,
+            listen,
+        }
+    }
+
+    const ANY: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 0);
+
+    /// It answers as the unit's device, keeps what is stored over its power cycle, and ends.
+    #[test]
+    fn it_is_the_unit_and_keeps_its_store_over_a_power_cycle() {
+        let device = Simulated::new(&simulation(20, ANY)).expect("a device");
+        let command = device.ports[0].clone();
+        let stop = Arc::new(AtomicBool::new(false));
+        let ends = Arc::clone(&stop);
+        let (says, said) = std::sync::mpsc::channel();
+        let thread = thread::spawn(move || {
+            device.run(&ends, &mut |line| {
+                let _ = says.send(line.to_owned());
+            });
+        });
+        let port = Port::open("--port", &command, 0).expect("it listens");
+        let mut link = Link::new(port, "--port");
+        let known = info(&mut link).expect("it answers");
+        assert_eq!(known.name.as_deref(), Some("STIM300"));
+        assert!(known.stored && known.stores, "{known:?}");
+        let held = configuration(&mut link).expect("it answers");
+        let line = said.recv().expect("a power cycle");
+        assert!(line.starts_with("drive 1 is over"), "{line}");
+        assert_eq!(configuration(&mut link).expect("it answers"), held);
+        stop.store(true, Ordering::Relaxed);
+        thread.join().expect("it ends");
+    }
+
+    #[test]
+    fn a_port_that_is_taken_is_refused_by_name() {
+        let taken = TcpListener::bind(ANY).expect("a port");
+        let at = taken.local_addr().expect("its address");
+        let error = Simulated::new(&simulation(2, at)).err().expect("taken");
+        let text = error.to_string();
+        assert!(
+            text.starts_with(&format!("--listen {at}: another program")),
+            "{text}"
+        );
+        let last = SocketAddr::new(ANY.ip(), u16::MAX);
+        let error = Simulated::new(&simulation(2, last)).err().expect("none");
+        assert!(error.to_string().contains("65534"), "{error}");
+    }
+}
