@@ -369,7 +369,7 @@ fn answers_and_reasons() {
         .collect();
     let answers = variants::<Response>(&zeros);
     let reasons = variants::<Reason>(&zeros);
-    assert_eq!((answers.len(), reasons.len()), (18, 21));
+    assert_eq!((answers.len(), reasons.len()), (19, 21));
     for (n, name) in answers.iter().enumerate() {
         assert_eq!(rows(&format!("{name}, {n}")).len(), 1, "{name}, {n}");
     }

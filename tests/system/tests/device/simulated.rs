@@ -35,8 +35,8 @@ impl Practice {
     /// Ends it as Ctrl-C does, and gives its exit code.
     fn interrupt(mut self) -> Option<i32> {
         let pid = self.child.id().to_string();
-        let sent = std::process::Command::new("kill").args(["-INT", &pid]);
-        assert!({ sent }.status().unwrap().success());
+        let mut kill = std::process::Command::new("kill");
+        assert!(kill.args(["-INT", &pid]).status().unwrap().success());
         self.child.wait().unwrap().code()
     }
 }
