@@ -3,9 +3,7 @@
 //! Only the command line uses this crate, and `cargo xtask growth` its charts.
 
 pub mod allan;
-mod axis;
 pub mod campaign;
-mod chart;
 mod document;
 mod drawn;
 mod figures;
@@ -15,7 +13,6 @@ mod html;
 pub mod json;
 pub mod learnability;
 pub mod page;
-mod palette;
 pub mod replay;
 #[cfg(test)]
 mod sample;

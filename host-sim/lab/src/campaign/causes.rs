@@ -10,12 +10,12 @@
 //! | multipath | the accuracy without the cause | the standard deviation with it, during bursts |
 
 use super::group::{FixErrors, Group};
-use crate::learning::teacher::Assumptions;
 use firmware::configuration::{Configuration, LIMIT_SIGMAS};
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::Increment;
 use host_core::simulator::gnss::{AntennaPrior, Coloured, Gaps, GnssSpec, Multipath};
 use host_core::simulator::session::{Drive, Fixes};
+use host_estimation::learning::teacher::Assumptions;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 

@@ -3,12 +3,12 @@
 use super::causes::{Size, beside, enlarged, fixes, receiver};
 use super::measuring::Measuring;
 use super::*;
-use crate::learning::teacher::Assumptions;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::sins::Increment;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::session::Drive;
 use host_core::simulator::truth::Vehicle;
+use host_estimation::learning::teacher::Assumptions;
 use nalgebra::Vector3;
 
 fn group(name: &str) -> Group {

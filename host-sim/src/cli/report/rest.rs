@@ -2,10 +2,10 @@
 
 use host_core::error::Error;
 use host_core::list::{Writer, median};
+use host_estimation::analysis::allan::{Column, Kind};
 use host_io::recordings::InitialAttitude;
 use host_io::recordings::columns::IMU;
 use host_io::recordings::record::{Kind as Samples, Record};
-use host_lab::analysis::allan::{Column, Kind};
 use host_report::unit::Found;
 
 /// Number of bytes of a column that stay in memory.

@@ -1,9 +1,9 @@
 //! The device in a session: the firmware's own application on its samples and fixes.
 
 use super::timeline::Timeline;
-use crate::learning::device::{Device, Drive, Input, arrived};
 use firmware::fix;
 use host_core::inertial::sins::Increment;
+use host_estimation::learning::device::{Device, Drive, Input, arrived};
 
 /// One power-on of the device, with the fixes of the first `fixes_s` seconds.
 pub fn drive(device: &mut Device, timeline: &Timeline, fixes_s: f64) -> Drive {

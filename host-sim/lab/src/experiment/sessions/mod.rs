@@ -23,20 +23,20 @@ mod reference;
 mod rivals;
 mod timeline;
 
-pub use crate::learning::device::Course;
 pub use coasts::median;
+pub use host_estimation::learning::device::Course;
 pub use paper::{PaperRow, paper};
 pub(in crate::experiment) use reference::{CONTRADICTS, state_at};
 pub use timeline::Timeline;
 
-use crate::learning::device::{Device, configured, course};
-use crate::learning::recall::{FILTERS, biases, less};
-use crate::learning::teacher::Assumptions;
 use coasts::{Coasts, Scheme, Starts};
 use firmware::configuration::Configuration;
 use host_core::error::Error;
 use host_core::inertial::ekf::{Aided, Noise, Prior};
 use host_core::inertial::sins::{Increment, NavState};
+use host_estimation::learning::device::{Device, configured, course};
+use host_estimation::learning::recall::{FILTERS, biases, less};
+use host_estimation::learning::teacher::Assumptions;
 use nalgebra::Vector3;
 use order::Span;
 use rayon::prelude::*;
@@ -98,7 +98,7 @@ pub struct Remembered {
     pub mean: [f64; 6],
     /// Their standard deviations: the larger of what the filter claims and of what it can know that
     /// does not estimate scale factors, misalignments and g-sensitivity
-    /// ([`considered`](crate::learning::considered)), by the best session so far.
+    /// ([`considered`](host_estimation::learning::considered)), by the best session so far.
     pub sigma: [f64; 6],
 }
 
@@ -283,7 +283,7 @@ impl Unit {
         ends: &[f64],
     ) -> (
         Vec<Vec<Increment>>,
-        (Device, crate::learning::device::Drive),
+        (Device, host_estimation::learning::device::Drive),
     ) {
         let until: Vec<f64> = std::iter::once(0.0)
             .chain(FIXES_S)

@@ -4,11 +4,11 @@
 use super::*;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::Begins;
-use crate::experiment::time_offset::{contradicted, settle};
 use crate::experiment::user_recording::Plan;
-use crate::learning::device::Device;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::EPOCH_S;
+use host_estimation::analysis::time_offset::{contradicted, settle};
+use host_estimation::learning::device::Device;
 use host_io::recordings::record::Record;
 use host_io::recordings::track::Track;
 use host_unit::Unit;
