@@ -56,7 +56,7 @@ pub fn open(from: &[PathBuf], options: &[String]) -> Result<Opened, Error> {
 }
 
 fn opened(mut loaded: Loaded, options: &Options) -> Result<Opened, Error> {
-    let given = options.tell(&mut loaded.record, loaded.named.as_ref())?;
+    let given = options.apply(&mut loaded.record, loaded.named.as_ref())?;
     Ok(Opened {
         form: loaded.name,
         record: loaded.record,

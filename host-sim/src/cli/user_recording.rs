@@ -307,7 +307,7 @@ impl Options {
 
     /// Sets the values of the options, else of the unit, in a recording that is only read. Returns
     /// the unit of the options.
-    pub(super) fn tell(
+    pub(super) fn apply(
         &self,
         record: &mut Record,
         named: Option<&Unit>,

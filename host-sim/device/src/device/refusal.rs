@@ -48,7 +48,7 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetReceiver
         | Request::GetReset
         | Request::GetSolution
-        | Request::GetTrials => "tell its state",
+        | Request::GetTrials => "report its state",
     }
 }
 

@@ -90,7 +90,7 @@ impl Unknown {
         match self {
             Self::Stationary => "fewer than 20 pairs of fixes show the vehicle moving",
             Self::Even => {
-                "it moves too evenly for the fixes to tell, or samples and fixes do not belong \
+                "it moves too evenly for the fixes to show it, or samples and fixes do not belong \
                  together"
             }
             Self::Far => "the best match is at the end of the range of 40 s either way",
@@ -107,7 +107,7 @@ impl Unknown {
 pub fn estimate(record: &Record) -> Result<Estimate, Unknown> {
     let motion = Motion::of(record).ok_or(Unknown::Stationary)?;
     match within(&motion, 0.0, MOST_S) {
-        // most recordings have a small one, which more of the recording can tell
+        // most recordings have a small one, which more of the recording can show
         Ok(found) if found.offset_s.abs() < LEAST_S - 1.0 => {
             within(&motion, 0.0, LEAST_S).or(Ok(found))
         }

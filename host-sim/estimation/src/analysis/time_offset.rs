@@ -14,7 +14,7 @@ const METHOD_S: f64 = 0.02;
 /// The same by positions alone, whose differences are means over seconds, s (0.29 s were seen in a
 /// simulated flight).
 const BY_POSITIONS_S: f64 = 0.1;
-/// Number of measured velocities from which on they tell the offset.
+/// Number of measured velocities from which on they show the offset.
 const VELOCITIES: usize = 20;
 
 /// Moves the fixes of `record` by the offset of the data if `wanted`, or if the recording asks for
@@ -23,7 +23,7 @@ pub fn settle(record: &mut Record, wanted: bool) -> Option<String> {
     if !wanted && !record.estimates_offset {
         return None;
     }
-    let stated = record.told_offset_s.unwrap_or(0.0);
+    let stated = record.given_offset_s.unwrap_or(0.0);
     let found = match estimate(record) {
         Ok(found) => found,
         Err(why) => {
@@ -35,7 +35,7 @@ pub fn settle(record: &mut Record, wanted: bool) -> Option<String> {
     };
     let offset = stated + found.offset_s;
     record.move_fixes(found.offset_s);
-    record.told_offset_s = Some(offset);
+    record.given_offset_s = Some(offset);
     let named = clocks::named(offset).map_or(String::new(), |name| format!(" ({name})"));
     Some(format!(
         "The time offset of the fixes is estimated: {offset:.3} s{named} are added to their times, \
@@ -47,7 +47,7 @@ pub fn settle(record: &mut Record, wanted: bool) -> Option<String> {
 /// The stated offset of a recording, if the data contradict it.
 #[must_use]
 pub fn contradicted(record: &Record) -> Option<TimeDoubt> {
-    let stated_s = record.told_offset_s.unwrap_or(0.0);
+    let stated_s = record.given_offset_s.unwrap_or(0.0);
     let found = estimate(record).ok()?;
     let with_velocity = record.fixes.iter().filter(|fix| fix.has(3..5)).count();
     let method_s = if with_velocity < VELOCITIES {

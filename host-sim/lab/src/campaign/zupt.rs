@@ -79,7 +79,7 @@ mod tests {
     /// No second counts in which the true vehicle moves, and nearly all count in which it has stood
     /// for some seconds. Engine and wind rock it at up to 2 cm/s.
     #[test]
-    fn samples_tell_when_the_vehicle_stands() {
+    fn stops_are_detected_from_samples() {
         let campaign: Campaign = tests::of_one_run();
         let (mut found, mut all) = (0, 0);
         let each = |group, case: &Case<'_>| {

@@ -157,7 +157,7 @@ impl Args {
         let unit = unit.or(of_device).unwrap_or_default();
         progress::stage(LEARNABLE);
         let learnable = Ok(bound(&unit, USUAL_MIN));
-        let cannot = |what: &str| format!("a device at its command link does not tell {what}");
+        let cannot = |what: &str| format!("a device does not report {what} over its command link");
         let mut commands = vec![format!("host-sim {}", arguments())];
         commands.push(format!("host-sim device --port {port} info --json"));
         commands.extend(self.parts_alone(USUAL_MIN));

@@ -34,8 +34,8 @@ pub(super) fn of(record: &Record) -> Result<Found<Rest>, Error> {
     match span(record) {
         Some(span) => within(record, span),
         None => Ok(Err(
-            "the recording tells no standstill: its start names none (as --standstill-s does where \
-             replay has it), and not all of its fixes are at one place"
+            "the recording has no known standstill: its start names none (--standstill-s does where \
+             replay has it), and its fixes are not all at one place"
                 .into(),
         )),
     }

@@ -9,13 +9,13 @@ impl Scenario {
     #[must_use]
     pub fn receiver(&self) -> GnssSpec {
         let unit = &self.unit().receiver;
-        let told_antenna = AntennaPrior {
+        let assumed_antenna = AntennaPrior {
             age_s: [unit.fix_delay_ms, unit.fix_delay_sigma_ms].map(|ms| 1e-3 * ms),
             lever_arm_m: unit.lever_arm_m,
             lever_arm_sigma_m: unit.lever_arm_sigma(),
         };
         GnssSpec {
-            told_antenna,
+            assumed_antenna,
             ..self.gnss
         }
     }
@@ -62,7 +62,7 @@ impl Scenario {
                 text.push_str(&format!("; {name}"));
             }
         }
-        let antenna = gnss.told_of_antenna();
+        let antenna = gnss.antenna_prior();
         if let Some(latency_s) = gnss.latency_s {
             let [configured_s, _] = antenna.age_s;
             text.push_str(&format!(
@@ -194,7 +194,7 @@ mod tests {
         assert!(message("[gnss]\nrate_hz = 0").contains("'gnss.rate_hz' is 0"));
         assert!(message("[gnss]\nrate_hz = 21").contains("'gnss.rate_hz' is 21"));
         assert!(message("[gnss]\nrate_hz = 2.5").contains(":2: 'rate_hz'"));
-        assert!(message("[gnss]\ntold_antenna = 1").contains(":2: 'told_antenna'"));
+        assert!(message("[gnss]\nassumed_antenna = 1").contains(":2: 'assumed_antenna'"));
     }
 
     /// Lever arm and delay that filters assume are the unit's, where the scenario gives them.
@@ -212,7 +212,7 @@ mod tests {
             let file = dir.path().join("s.toml");
             std::fs::write(&file, format!("unit = 'u.toml'\n[gnss]\n{keys}")).unwrap();
             let scenario = Scenario::load(&file.to_string_lossy()).unwrap();
-            (scenario.receiver().told_of_antenna(), scenario.fixes())
+            (scenario.receiver().antenna_prior(), scenario.fixes())
         };
         assert_eq!(receiver("").0, AntennaPrior::default());
         let (antenna, text) = receiver("latency_s = 0.5");

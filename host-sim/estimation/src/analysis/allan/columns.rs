@@ -151,7 +151,7 @@ fn no_rate(file: &Path) -> Error {
     Error::Option {
         option: "--rate".to_owned(),
         problem: format!(
-            "{} has no column 't_s' or 'time_s' to tell the sample rate",
+            "{} has no column 't_s' or 'time_s' that gives the sample rate",
             file.display()
         ),
         remedy: "give the samples per second, for example --rate 200".to_owned(),

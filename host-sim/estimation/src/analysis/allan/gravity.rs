@@ -101,7 +101,7 @@ mod tests {
         }
         let note = checked([0.0, 0.0, -4.5], 100.0).unwrap().unwrap();
         assert!(note.contains("4.500 m/s2"), "{note}");
-        // two axes cannot tell
+        // two axes cannot show it
         let two = [9.8, 0.0].map(|value| Mean {
             kind: Kind::Accel,
             value,

@@ -13,7 +13,7 @@ const COURSE_MPS: f64 = 3.0;
 /// Least number of pairs, and least standard deviation of an acceleration that is compared, m/s2.
 const PAIRS: usize = 40;
 const LEAST: f64 = 0.3;
-/// Least correlation of the best axes, and by how much that of those told is smaller where they
+/// Least correlation of the best axes, and by how much that of those given is smaller where they
 /// contradict the fixes.
 const TOGETHER: f64 = 0.6;
 const BETTER: f64 = 0.6;

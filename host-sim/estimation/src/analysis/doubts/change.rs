@@ -3,10 +3,10 @@
 use host_io::recordings::record::TimedFix;
 use nalgebra::{Matrix3, Vector3};
 
-/// For north, east and down: which of the told north, east and down it is, and with which sign.
+/// For north, east and down: which of the given north, east and down it is, and with which sign.
 pub(super) type Order = [(usize, f64); 3];
 
-/// For latitude and longitude: which of the told ones it is, and with which factor.
+/// For latitude and longitude: which of the given ones it is, and with which factor.
 pub(super) type Place = [(usize, f64); 2];
 
 const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
@@ -86,8 +86,8 @@ impl Change {
         for (axis, (of, _)) in self.order.iter().enumerate() {
             sigmas[3 + axis] = fix.sigmas[3 + of];
         }
-        let told = [fix.lat_deg, fix.lon_deg];
-        let [lat_deg, lon_deg] = self.position.map(|(of, factor)| told[of] * factor);
+        let given = [fix.lat_deg, fix.lon_deg];
+        let [lat_deg, lon_deg] = self.position.map(|(of, factor)| given[of] * factor);
         TimedFix {
             time: self.time(fix.time),
             lat_deg,

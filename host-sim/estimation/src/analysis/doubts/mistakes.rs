@@ -185,14 +185,14 @@ fn velocity_order(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
     all.collect()
 }
 
-/// What the columns hold if the velocity is `order` of the told one.
-fn order_remedy(told: Option<Order>, order: Order) -> String {
-    let told = told.unwrap_or(Change::NONE.order);
+/// What the columns hold if the velocity is `order` of the given one.
+fn order_remedy(given: Option<Order>, order: Order) -> String {
+    let given = given.unwrap_or(Change::NONE.order);
     let mut columns = ["?"; 3];
     let names = [["north", "south"], ["east", "west"], ["down", "up"]];
     for (axis, (of, sign)) in order.into_iter().enumerate() {
-        let (column, told_sign) = told[of];
-        columns[column] = names[axis][usize::from(sign * told_sign < 0.0)];
+        let (column, given_sign) = given[of];
+        columns[column] = names[axis][usize::from(sign * given_sign < 0.0)];
     }
     let known = match columns {
         ["north", "east", "down"] => "the order 'ned' would fit: ",
@@ -269,7 +269,7 @@ pub(super) fn gyros(says: &Says) -> String {
     says.gyro.name.trim_end_matches(".unit").to_owned()
 }
 
-/// What is forward, right and down if `axes` turns the told ones into the right ones.
+/// What is forward, right and down if `axes` turns the given ones into the right ones.
 fn axes_remedy(axes: &Matrix3<f64>, example: &str) -> String {
     let names = ["forward", "right", "down"];
     let now = names.iter().enumerate().map(|(row, name)| {

@@ -5,7 +5,7 @@
 //! without a rest with gravity.
 //!
 //! A contradiction does not say which of two statements is wrong. So the mistakes that people make
-//! are fitted, in the order of one table (`mistakes`), and the one that explains most is told.
+//! are fitted, in the order of one table (`mistakes`), and the one that explains most is reported.
 
 mod ahead;
 mod change;

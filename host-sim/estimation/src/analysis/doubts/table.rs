@@ -1,6 +1,6 @@
-//! Each mistake is fitted to the recording; the one that explains most contradictions is told, and
-//! of several that explain the same the first. What it leaves is explained in the same way, with
-//! that change.
+//! Each mistake is fitted to the recording; the one that explains most contradictions is reported,
+//! and of several that explain the same the first. What it leaves is explained in the same way,
+//! with that change.
 
 use super::change::Change;
 use super::evidence::Evidence;
@@ -9,7 +9,7 @@ use super::mistakes::{Candidate, TABLE, gyros};
 use super::{Doubt, Says, TimeDoubt};
 use firmware::plausibility::Expected;
 
-/// Most mistakes that are told of one recording.
+/// Most mistakes that are reported of one recording.
 const MOST: usize = 4;
 
 /// The contradictions of a recording, each with the mistake that explains it if there is one.
@@ -60,7 +60,7 @@ pub(super) fn doubts(
             clock = again(&next);
             after = measured(evidence, expected, &next, clock.as_ref());
         }
-        out.push(told(candidate, &now, &after));
+        out.push(reported(candidate, &now, &after));
         (change, now) = (next, after);
     }
     out.extend(
@@ -135,7 +135,7 @@ fn of(kind: Kind, all: &[Measure]) -> Option<&Measure> {
 }
 
 /// A mistake with what it explains, and how the recording is without it.
-fn told(candidate: Candidate, before: &[Measure], after: &[Measure]) -> Doubt {
+fn reported(candidate: Candidate, before: &[Measure], after: &[Measure]) -> Doubt {
     let Candidate {
         field,
         remedy,
@@ -144,10 +144,10 @@ fn told(candidate: Candidate, before: &[Measure], after: &[Measure]) -> Doubt {
     let is_clock = change.is_of_clock();
     let explained = before.iter().filter(|m| is_explained(m, after));
     // what the clocks seemed to be is only of interest where they are the mistake
-    let told = explained
+    let reported = explained
         .clone()
         .filter(|m| m.kind != Kind::Time || is_clock);
-    let problems: Vec<&str> = told.map(|m| m.problem.as_str()).collect();
+    let problems: Vec<&str> = reported.map(|m| m.problem.as_str()).collect();
     let states = explained.filter_map(|m| {
         let now = of(m.kind, after)?;
         (!now.state.is_empty()).then_some(now.state.as_str())

@@ -96,7 +96,7 @@ struct Known<'a> {
 
 impl Known<'_> {
     /// Errors of the constants `theta` and of the mean errors that follow from them. `estimated`
-    /// tells whether biases and matrices are estimates.
+    /// says whether biases and matrices are estimates.
     fn of_constants(&self, theta: &DVector<f64>, until: usize, estimated: [bool; 2]) -> Vec<f64> {
         let mut means = Means::new(CONSTANTS);
         (0..until).for_each(|k| means.add(self.model, self.truth, k));

@@ -161,7 +161,7 @@ fn more_knowledge_never_widens_the_bound() {
         assert!(coarse[1][q] <= coarse[0][q] * least && coarse[2][q] <= coarse[1][q] * least);
         assert!(fine[2][q] <= coarse[2][q] * least);
     }
-    // only the fixes tell the vertical, so fixes ten times as good must show
+    // only the fixes show the vertical, so fixes ten times as good must show
     assert!(fine[2][29] < 0.7 * coarse[2][29]);
 }
 

@@ -185,7 +185,7 @@ fn a_false_latency_is_found_as_far_as_it_is_doubted() {
     let found = |sigma_s: f64| {
         let gnss = GnssSpec {
             latency_s: Some(0.4),
-            told_antenna: AntennaPrior {
+            assumed_antenna: AntennaPrior {
                 age_s: [0.1, sigma_s],
                 ..AntennaPrior::default()
             },

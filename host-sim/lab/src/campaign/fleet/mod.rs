@@ -201,7 +201,7 @@ pub fn learn(
         return Err(Error::Option {
             option: "fleet".into(),
             problem: format!(
-                "{} units have two drives or more, which is too few to tell a type from a unit",
+                "only {} units have two drives or more, too few to separate a type from a unit",
                 several.len()
             ),
             remedy: format!("give at least {LEAST_UNITS} units, each with several drives"),

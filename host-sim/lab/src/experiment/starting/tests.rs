@@ -203,7 +203,7 @@ fn fixes_off_by_2_9_s() {
         record.move_fixes(-2.9);
         let note = settle(record, true);
         assert!(note.unwrap().contains("estimated"));
-        assert!((record.told_offset_s.unwrap() - 2.9).abs() < 0.1);
+        assert!((record.given_offset_s.unwrap() - 2.9).abs() < 0.1);
     });
     let (mut record, _) = drive(1);
     assert_eq!(settle(&mut record, false), None);

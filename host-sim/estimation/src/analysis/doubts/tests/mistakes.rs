@@ -1,5 +1,5 @@
-//! Every mistake of the table, made with a drive that is right: the mistake itself is told, first
-//! and alone, with the right remedy.
+//! Every mistake of the table, made with a drive that is right: the mistake itself is reported,
+//! first and alone, with the right remedy.
 
 use super::*;
 use host_core::inertial::units::G0;
@@ -73,7 +73,7 @@ fn turned_gyros(sample: Increment, signs: [f64; 3]) -> Increment {
     }
 }
 
-/// A mistake in a recording, the field that is told, and a part of the remedy.
+/// A mistake in a recording, the field that is reported, and a part of the remedy.
 type Made = (&'static str, fn(&mut Record), &'static str, &'static str);
 
 const MADE: [Made; 19] = [
@@ -233,7 +233,7 @@ const MADE: [Made; 19] = [
 ];
 
 #[test]
-fn every_mistake_is_told_by_its_name_and_no_other() {
+fn every_mistake_is_reported_by_its_name_and_no_other() {
     let right = Record::from_session(&drive("tactical", 120));
     assert_eq!(doubts_of(&right), []);
     let mut wrong = Vec::new();
@@ -241,19 +241,19 @@ fn every_mistake_is_told_by_its_name_and_no_other() {
         let mut record = right.clone();
         make(&mut record);
         let found = doubts_of(&record);
-        let told: Vec<String> = found.iter().map(ToString::to_string).collect();
-        println!("{name}: {told:#?}");
+        let reported: Vec<String> = found.iter().map(ToString::to_string).collect();
+        println!("{name}: {reported:#?}");
         let first = found.first();
         if found.len() != 1 || first.is_none_or(|w| w.field != field || !w.remedy.contains(part)) {
-            wrong.push((name, told));
+            wrong.push((name, reported));
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// Two mistakes are told one after the other.
+/// Two mistakes are reported one after the other.
 #[test]
-fn two_mistakes_are_told_both() {
+fn two_mistakes_are_both_reported() {
     let mut record = Record::from_session(&drive("tactical", 120));
     record.move_fixes(-18.0);
     each_sample(&mut record, |s| Increment { dv: s.dv / G0, ..s });
@@ -273,12 +273,12 @@ fn heights_in_feet_and_up_for_down_show_in_a_climb() {
         f.height_m += 0.75 * s;
         f.velocity[2] -= if s > 0.0 { 0.75 } else { 0.0 };
     });
-    let told = |change: fn(&mut TimedFix)| {
+    let reported = |change: fn(&mut TimedFix)| {
         let mut record = right.clone();
         each_fix(&mut record, change);
         doubts_of(&record)
     };
-    assert_eq!(told(|_| ()), []);
+    assert_eq!(reported(|_| ()), []);
     for (change, field, part) in [
         (
             (|f| f.height_m /= 0.3048) as fn(&mut TimedFix),
@@ -291,7 +291,7 @@ fn heights_in_feet_and_up_for_down_show_in_a_climb() {
             "the order 'neu' would fit",
         ),
     ] {
-        let found = told(change);
+        let found = reported(change);
         let names = fields(&found);
         assert!(
             matches!(names[..], [(f, r)] if f == field && r.contains(part)),
@@ -303,7 +303,7 @@ fn heights_in_feet_and_up_for_down_show_in_a_climb() {
 /// Hills that the noise of the heights hides one by one show together which way is up.
 #[test]
 fn up_for_down_shows_in_gentle_hills() {
-    let told = |turned: f64| {
+    let reported = |turned: f64| {
         let mut record = Record::from_session(&drive("tactical", 120));
         each_fix(&mut record, |f| {
             let phase = f.time * std::f64::consts::TAU / 100.0;
@@ -313,9 +313,9 @@ fn up_for_down_shows_in_gentle_hills() {
         });
         doubts_of(&record)
     };
-    assert_eq!(told(1.0), []);
-    assert_eq!(told(0.0), [], "no vertical velocity");
-    let found = told(-1.0);
+    assert_eq!(reported(1.0), []);
+    assert_eq!(reported(0.0), [], "no vertical velocity");
+    let found = reported(-1.0);
     let names = fields(&found);
     assert!(
         matches!(names[..], [("gnss.velocity.order", r)] if r.contains("the order 'neu' would fit")),
