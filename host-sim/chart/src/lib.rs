@@ -4,5 +4,5 @@
 #![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
 
 pub mod axis;
-pub mod chart;
 pub mod palette;
+pub mod picture;

@@ -3,8 +3,8 @@
 //! Each is a separate SVG file with colours for a dark screen.
 
 use host_chart::axis::{Axis, extent};
-use host_chart::chart::{Legend, Mark, Panel as Axes, Picture};
 use host_chart::palette::{self, Look, REFERENCE};
+use host_chart::picture::{Legend, Mark, Panel as Axes, Picture};
 use host_core::error::Error;
 use host_lab::experiment::results::Curve;
 

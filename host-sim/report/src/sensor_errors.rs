@@ -4,8 +4,8 @@
 //! estimates as faint dots.
 
 use host_chart::axis::{Axis, extent, snapped, widened};
-use host_chart::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use host_chart::palette::{INK, Look, RNN, TEACHER};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_lab::experiment::results::ErrorTrace;
 
 /// Largest number of the teacher's dots in a panel: enough to show the spread, few enough to stay

@@ -2,8 +2,8 @@
 
 use crate::front::SIZES;
 use host_chart::axis::{Axis, extent};
-use host_chart::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use host_chart::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_lab::campaign::{AgainstNone, Decided};
 
 /// Width for the longest name of a scheme, CSS pixels.

@@ -6,7 +6,7 @@ use super::{Document, Figure, Part, Table};
 use crate::front;
 use crate::html::{fold, frame, sentences};
 use crate::text::{prose, unbroken};
-use host_chart::chart::Picture;
+use host_chart::picture::Picture;
 use host_core::error::Error;
 use maud::{Markup, PreEscaped, html};
 

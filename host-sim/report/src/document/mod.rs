@@ -6,7 +6,7 @@
 mod html;
 
 use super::front::Front;
-use host_chart::chart::Picture;
+use host_chart::picture::Picture;
 use host_core::error::Error;
 use serde_json::{Value, json};
 

@@ -6,8 +6,8 @@ use crate::front::{Each, Front, SIZES, three};
 use crate::text::{counted, thousands};
 use crate::verdict::{Device, Effect, Several, times, waits};
 use host_chart::axis::{Axis, extent, widened};
-use host_chart::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use host_chart::palette::{Look, RNN, SOFT, scheme as look};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_lab::experiment::sessions::{Judged, PHASES, Row};
 use serde_json::json;
 
