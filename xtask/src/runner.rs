@@ -21,7 +21,8 @@ const SLOW: [&str; 6] = ["damage", "live", "qemu", "soak", "system", "upsets"];
 const QUICK: [&str; 1] = ["agreement"];
 
 /// Further slow tests, as a filter of nextest.
-const CAMPAIGNS: &str = "package(=host-lab) & kind(lib) & test(/^campaign::/)";
+const CAMPAIGNS: &str = "(package(=host-lab) & kind(lib) & test(/^campaign::/)) | \
+     (package(=host-estimation) & kind(lib) & test(/^learning::fleet::/))";
 
 /// A part of the tests.
 #[derive(Clone, Copy, Debug, PartialEq)]

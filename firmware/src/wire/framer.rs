@@ -193,7 +193,7 @@ impl Unread {
         wanted: usize,
         read: impl FnOnce(&mut [u8]) -> Result<usize, E>,
     ) -> Result<usize, E> {
-        // the two comparisons always hold; they tell the compiler that `copy_within` cannot fail
+        // the two comparisons always hold; they show the compiler that `copy_within` cannot fail
         if wanted > CAPACITY - self.end && self.start <= self.end && self.end <= CAPACITY {
             self.buffer.copy_within(self.start..self.end, 0);
             self.end -= self.start;
@@ -312,7 +312,7 @@ impl<F: Framing> Finder<F> {
         Some(self.found(kind, if turns { len.min(known) } else { len }))
     }
 
-    /// Notes so many bytes of this kind. Tells garbage from a long message and from an unknown
+    /// Notes so many bytes of this kind. Separates garbage from a long message and from an unknown
     /// format, and gives the bytes that are of this kind.
     fn found(&mut self, kind: Kind, len: usize) -> (Kind, usize) {
         self.needed = 0;

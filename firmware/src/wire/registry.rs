@@ -28,7 +28,7 @@ macro_rules! imu_formats {
             pub rate: f64,
             /// The sensor is an ADIS at an SPI; then its format has no meaning.
             pub adis: Option<adis::Settings>,
-            $(#[doc = concat!("What [`", stringify!($module), "`] frames do not tell.")]
+            $(#[doc = concat!("What [`", stringify!($module), "`] frames do not contain.")]
             pub $module: <$module::Protocol as ImuProtocol>::Settings,)+
         }
 

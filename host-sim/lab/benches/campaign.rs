@@ -4,7 +4,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use host_core::simulator::imu::ErrorModelName;
 use host_lab::campaign::{Campaign, Tuning};
-use host_lab::experiment::scenario::Scenario;
+use host_unit::scenario::Scenario;
 use std::hint::black_box;
 
 fn one_run(c: &mut Criterion) {

@@ -5,7 +5,7 @@ use firmware::configuration::{Activation, Configuration, VehicleKind};
 use firmware::control::{Alignment, Mode};
 use firmware::sample::{Counts, Lsb};
 use host_core::list::{IN_MEMORY, List};
-use host_lab::learning::device::{Device, Drive, Input};
+use host_estimation::learning::device::{Device, Drive, Input};
 use host_unit::{Unit, around};
 
 const HZ: usize = 100;

@@ -3,9 +3,9 @@
 use crate::arrays::{array, given, named};
 use crate::errors::{raised, refused};
 use crate::long::interruptible;
-use host_lab::analysis::allan::columns::{Choice, load};
-use host_lab::analysis::allan::findings::Findings;
-use host_lab::analysis::allan::{Analysis, Deviation, Kind, Series, analyse};
+use host_estimation::analysis::allan::columns::{Choice, load};
+use host_estimation::analysis::allan::findings::Findings;
+use host_estimation::analysis::allan::{Analysis, Deviation, Kind, Series, analyse};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};

@@ -12,7 +12,7 @@ use host_core::inertial::ekf::{Aided, ErrorModel, InitialSigma, NAV, Prior};
 use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::sins::NavState;
-use host_lab::learning::teacher::{Assumptions, aid, aligned};
+use host_estimation::learning::teacher::{Assumptions, aid, aligned};
 use numpy::{PyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 

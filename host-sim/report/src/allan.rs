@@ -8,19 +8,19 @@ mod verdict;
 pub(crate) use verdict::against;
 pub use verdict::verdict;
 
-use super::axis::Axis;
-use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::front::{Front, SIZES};
 use super::html;
 use super::page::PAGE;
-use super::palette::{self, INK, Look};
 use super::terminal::fitted;
 use super::text::prose;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
+use host_chart::axis::Axis;
+use host_chart::palette::{self, INK, Look};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_core::error::Error;
+use host_estimation::analysis::allan::findings::Findings;
+use host_estimation::analysis::allan::{Analysis, Kind};
 use host_io::output::write_atomic;
-use host_lab::analysis::allan::findings::Findings;
-use host_lab::analysis::allan::{Analysis, Kind};
 use maud::{Markup, PreEscaped, html};
 use std::path::{Path, PathBuf};
 
@@ -342,7 +342,7 @@ pub(super) fn figures(value: f64) -> String {
 mod tests {
     use super::*;
     use host_core::simulator::imu::ImuSpec;
-    use host_lab::analysis::allan::at_rest;
+    use host_estimation::analysis::allan::at_rest;
 
     /// Findings of a minute of a simulated IMU.
     fn findings() -> Findings {

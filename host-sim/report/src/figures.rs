@@ -1,9 +1,9 @@
-//! The contents of the four pictures of a run or a replay. [`super::chart`] draws them.
+//! The contents of the four pictures of a run or a replay. [`host_chart::picture`] draws them.
 
-use super::axis::{Axis, extent, grouped, snapped, widened};
-use super::chart::{Legend, MOST_POINTS, Mark, Panel, Picture, WIDTH};
-use super::palette::{self, Look};
 use super::sensor_errors::sensor_errors;
+use host_chart::axis::{Axis, extent, grouped, snapped, widened};
+use host_chart::palette::{self, Look};
+use host_chart::picture::{Legend, MOST_POINTS, Mark, Panel, Picture, WIDTH};
 use host_lab::experiment::results::{Curve, Curves};
 
 /// A picture of the report.

@@ -1,11 +1,11 @@
 //! The first screen of a page: one sentence, one picture, three figures.
 
-use super::axis::{Axis, extent, snapped, widened};
-use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use super::figures::{length, length_unit};
-use super::palette::{self, Look};
 use super::text::prose;
 use super::verdict::{Device, is_device, times};
+use host_chart::axis::{Axis, extent, snapped, widened};
+use host_chart::palette::{self, Look};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_core::error::Error;
 use host_lab::experiment::results::Curve;
 use maud::{Markup, PreEscaped, html};

@@ -2,9 +2,9 @@
 //!
 //! Each is a separate SVG file with colours for a dark screen.
 
-use super::axis::{Axis, extent};
-use super::chart::{Legend, Mark, Panel as Axes, Picture};
-use super::palette::{self, Look, REFERENCE};
+use host_chart::axis::{Axis, extent};
+use host_chart::palette::{self, Look, REFERENCE};
+use host_chart::picture::{Legend, Mark, Panel as Axes, Picture};
 use host_core::error::Error;
 use host_lab::experiment::results::Curve;
 

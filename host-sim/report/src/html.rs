@@ -2,14 +2,14 @@
 //!
 //! It has no script and fetches nothing.
 
-use super::axis::grouped;
 use super::drawn::Drawn;
 use super::front::{Front, SIZES, over_time, three};
-use super::palette::{self, Colour};
 use super::table::{blocks, change_percent, is_best, percent};
 use super::terms::terms;
 use super::text::{prose, signed};
 use super::verdict::{beside, device_of_results, is_device, of_results};
+use host_chart::axis::grouped;
+use host_chart::palette::{self, Colour};
 use host_core::error::Error;
 use host_lab::experiment::results::{Report, Results, Row};
 use maud::{DOCTYPE, Markup, PreEscaped, html};

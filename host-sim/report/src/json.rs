@@ -2,7 +2,7 @@
 
 use super::{allan, verdict};
 use host_core::error::Error;
-use host_lab::analysis::allan::findings::Findings;
+use host_estimation::analysis::allan::findings::Findings;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Results;
 use serde::Serialize;

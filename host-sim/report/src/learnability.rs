@@ -2,17 +2,17 @@
 //!
 //! They show the bound over learning time beside what the schemes reached.
 
-use super::axis::{Axis, extent};
-use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
-use super::palette::{self, INK, Look, SOFT};
 use super::replay::Head;
 use super::terminal::fitted;
 use super::terms::schemes;
 use super::{html, page};
 use comfy_table::{Table, presets};
+use host_chart::axis::{Axis, extent};
+use host_chart::palette::{self, INK, Look, SOFT};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_core::error::Error;
 use host_core::inertial::units::MIN;
-use host_lab::analysis::learnability::{Answer, SCHEMES, quantity};
+use host_estimation::analysis::learnability::{Answer, SCHEMES, quantity};
 use maud::{PreEscaped, html};
 use std::path::{Path, PathBuf};
 

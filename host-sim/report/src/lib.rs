@@ -4,9 +4,7 @@
 
 pub mod abuse;
 pub mod allan;
-mod axis;
 pub mod campaign;
-mod chart;
 mod document;
 mod drawn;
 mod figures;
@@ -17,7 +15,6 @@ mod html;
 pub mod json;
 pub mod learnability;
 pub mod page;
-mod palette;
 pub mod replay;
 #[cfg(test)]
 mod sample;

@@ -1,6 +1,5 @@
 //! The page of a replay: the table of all its cases, and the pictures of each.
 
-use super::axis::grouped;
 use super::drawn::{Drawn, draw};
 use super::figures::Figure;
 use super::front::{Each, Front, SIZES, over_time, three};
@@ -13,6 +12,7 @@ use super::verdict::{
 };
 use super::{html, page};
 use comfy_table::{Table, presets};
+use host_chart::axis::grouped;
 use host_core::error::Error;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Curves;

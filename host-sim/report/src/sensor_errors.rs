@@ -3,9 +3,9 @@
 //! Each axis has a panel with the output of the network, the true error, and the teacher's error
 //! estimates as faint dots.
 
-use super::axis::{Axis, extent, snapped, widened};
-use super::chart::{Legend, Mark, Panel, Picture, WIDTH};
-use super::palette::{INK, Look, RNN, TEACHER};
+use host_chart::axis::{Axis, extent, snapped, widened};
+use host_chart::palette::{INK, Look, RNN, TEACHER};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_lab::experiment::results::ErrorTrace;
 
 /// Largest number of the teacher's dots in a panel: enough to show the spread, few enough to stay

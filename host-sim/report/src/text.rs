@@ -1,6 +1,6 @@
 //! Texts and numbers of a page.
 
-use super::axis::grouped;
+use host_chart::axis::grouped;
 use maud::{Markup, html};
 
 /// `text` with non-breaking hyphens, so that `ls-3x3` stays in one piece.

@@ -11,10 +11,10 @@ pub(crate) use device::{Device, Effect, Several, times, waits};
 
 use super::figures::length;
 use super::table::BASELINE;
+use host_estimation::learning::device::Course;
 use host_lab::campaign::NONE;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Results;
-use host_lab::learning::device::Course;
 
 /// Smallest differences that count.
 const SHARE: f64 = 0.02;

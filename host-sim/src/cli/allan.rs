@@ -8,11 +8,11 @@ use super::{progress, recording, stdout};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
+use host_estimation::analysis::allan::columns::{Choice, load};
+use host_estimation::analysis::allan::findings::Findings;
+use host_estimation::analysis::allan::{Column, at_rest};
 use host_io::recordings::record::Record;
 use host_io::recordings::{euroc, generic, kfgins};
-use host_lab::analysis::allan::columns::{Choice, load};
-use host_lab::analysis::allan::findings::Findings;
-use host_lab::analysis::allan::{Column, at_rest};
 use host_unit::Unit;
 use nalgebra::Rotation3;
 use std::path::{Path, PathBuf};
@@ -241,7 +241,7 @@ impl Args {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_lab::analysis::allan::{Coefficient, Kind};
+    use host_estimation::analysis::allan::{Coefficient, Kind};
     use host_unit::presets;
 
     /// Distance of `truth` from the interval, in half widths of it. 0 inside.

@@ -98,12 +98,12 @@ impl Beside {
         record: &mut Record,
         origin_s: Option<f64>,
     ) -> Result<(&'static str, Vec<String>), Error> {
-        let told = self.fixes_protocol.map(ReceiverFormat::from);
+        let given = self.fixes_protocol.map(ReceiverFormat::from);
         if rtklib::is_one(file) {
             rtklib::read(file)?.beside(record, origin_s);
             return Ok(("RTKLIB", Vec::new()));
         }
-        let reports = told.is_none() && gpsd::is_one(file);
+        let reports = given.is_none() && gpsd::is_one(file);
         let reports = reports.then(|| gpsd::read(file, shown));
         let mut log = match reports {
             Some(Ok(reports)) => {
@@ -111,8 +111,8 @@ impl Beside {
                 return Ok(("gpsd", Vec::new()));
             }
             // `gpspipe -r`: the sentences of the receiver behind a few lines of JSON
-            Some(Err(none)) => receiver::read(file, told, shown).map_err(|_| none)?,
-            None => receiver::read(file, told, shown)?,
+            Some(Err(none)) => receiver::read(file, given, shown).map_err(|_| none)?,
+            None => receiver::read(file, given, shown)?,
         };
         let notes = std::mem::take(&mut log.notes);
         let name = receiver::name(log.format);

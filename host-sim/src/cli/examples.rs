@@ -112,7 +112,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "abuse",
         &[
-            "abuse --runs 10 --cases jam --json abuse.json",
+            "abuse --runs 10 --cases jump --json abuse.json",
             "abuse --results abuse.md --resume",
         ],
     ),
@@ -261,7 +261,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("soak", &["soak --hours 24 --seed 5"]),
     (
         "start",
-        &["start --class nav-road --seeds 20 --json start.json"],
+        &["start --class tactical --seeds 20 --json start.json"],
     ),
     (
         "unit",

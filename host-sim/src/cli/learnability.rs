@@ -8,7 +8,7 @@ use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
-use host_lab::analysis::learnability::{Question, answer};
+use host_estimation::analysis::learnability::{Question, answer};
 use host_report::replay::Head;
 use host_unit::Unit;
 

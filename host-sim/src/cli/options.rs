@@ -2,8 +2,8 @@
 
 use clap::Args as ClapArgs;
 use host_core::error::Error;
-use host_lab::experiment::scenario::Scenario;
 use host_unit::Unit;
+use host_unit::scenario::Scenario;
 
 /// `--scenario`.
 #[derive(Debug, ClapArgs)]

@@ -43,8 +43,8 @@ impl RecordOptions {
     pub(super) fn apply(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
         if let Some(offset) = self.time_offset {
             let offset = within("--time-offset", offset, [-1e9, 1e9])?;
-            record.move_fixes(offset - record.told_offset_s.unwrap_or(0.0));
-            record.told_offset_s = Some(offset);
+            record.move_fixes(offset - record.given_offset_s.unwrap_or(0.0));
+            record.given_offset_s = Some(offset);
         }
         let metres = |arm: &[f64; 3]| arm.iter().all(|x| x.abs() <= 100.0);
         match (

@@ -7,8 +7,8 @@ use super::report::form::{self, Form};
 use super::report::given::{parsed, words};
 use super::user_recording::{Loaded, Options};
 use host_core::error::Error;
+use host_estimation::analysis::doubts::Says;
 use host_io::recordings::record::Record;
-use host_lab::experiment::doubts::Says;
 use host_unit::Unit;
 use std::path::PathBuf;
 
@@ -56,7 +56,7 @@ pub fn open(from: &[PathBuf], options: &[String]) -> Result<Opened, Error> {
 }
 
 fn opened(mut loaded: Loaded, options: &Options) -> Result<Opened, Error> {
-    let given = options.tell(&mut loaded.record, loaded.named.as_ref())?;
+    let given = options.apply(&mut loaded.record, loaded.named.as_ref())?;
     Ok(Opened {
         form: loaded.name,
         record: loaded.record,

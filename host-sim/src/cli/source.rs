@@ -8,11 +8,11 @@ use host_core::error::Error;
 use host_core::inertial::axes::Axes;
 use host_core::inertial::rotation::from_euler;
 use host_core::inertial::units::DEG;
+use host_estimation::analysis::doubts::{Field, FixFields, Says};
 use host_io::recordings::corrected::Original;
 use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, generic, kfgins, novatel};
-use host_lab::experiment::doubts::{Field, FixFields, Says};
 use host_unit::Unit;
 use std::path::PathBuf;
 

@@ -12,10 +12,10 @@ use super::source::{Csv, KfGins, Novatel};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
+use host_estimation::analysis::doubts::{Says, Warning};
 use host_io::recordings::corrected::Original;
 use host_io::recordings::novatel;
 use host_io::recordings::record::Record;
-use host_lab::experiment::doubts::{Says, Warning};
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::user_recording::{self, Step, Wanted, replay};
 use host_unit::Unit;
@@ -307,7 +307,7 @@ impl Options {
 
     /// Sets the values of the options, else of the unit, in a recording that is only read. Returns
     /// the unit of the options.
-    pub(super) fn tell(
+    pub(super) fn apply(
         &self,
         record: &mut Record,
         named: Option<&Unit>,

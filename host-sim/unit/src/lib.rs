@@ -13,6 +13,7 @@ pub mod mounting;
 pub mod networks;
 pub mod presets;
 pub mod prior;
+pub mod scenario;
 pub mod schema;
 pub mod sensor;
 pub mod triads;

@@ -147,7 +147,7 @@ pub(super) fn not_given(unit: &Unit, configuration: &Configuration) -> Vec<Findi
     let needy = inputs.filter(|(_, three)| three.iter().any(|one| one.needs_thermometer()));
     let finding = |(key, _)| {
         let problem = format!(
-            "names a temperature, but as configured the frames of {} tell none that is read",
+            "names a temperature, but as configured the frames of {} hold none that is read",
             format.name()
         );
         Finding::wrong(key, problem, remedy)
@@ -176,7 +176,7 @@ mod tests {
             (
                 "gyro_inputs = ['temperature', 'vibration', 'rate-x']",
                 "u.toml:9: 'networks.gyro_inputs' names a temperature, but as configured the \
-                 frames of stim300 tell none that is read; remedy: set the sensor to a datagram \
+                 frames of stim300 hold none that is read; remedy: set the sensor to a datagram \
                  with temperatures, and sensor.stim300.datagram to it, such as '0xA5'",
             ),
             (

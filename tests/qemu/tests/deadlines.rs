@@ -63,7 +63,7 @@ fn fastest(format: ImuFormat) -> Sensor {
 
 /// Time between two requests, us. They arrive from the third second on.
 const ASKED_US: u32 = 97_000;
-const ASKED: [Request; 10] = [
+const ASKED: [Request; 11] = [
     Request::GetHealth,
     Request::ReadLearnt {
         offset: 0,

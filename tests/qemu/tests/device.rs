@@ -335,7 +335,10 @@ fn info_reports_receiver_antenna_and_alignment() {
     let listening = Listening::start(BOARDS[1], &image).expect("QEMU listens");
     let mut board = Board::connect(&listening).expect("it connects");
     let new = device::info(&mut board.link).expect("it answers");
-    assert_eq!((new.receiver.told, new.receiver.protocol), (None, None));
+    assert_eq!(
+        (new.receiver.configured, new.receiver.protocol),
+        (None, None)
+    );
     assert!(new.receiver.missing[0].contains("no message"), "{new:?}");
     assert_eq!((&new.antenna, new.learner.way), (&None, "none"));
     let mut configuration = unit("hg4930", false)

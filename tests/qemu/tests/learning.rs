@@ -13,7 +13,7 @@ use firmware::wire::novatel::ImuType;
 use firmware::wire::ubx::Pvt;
 use firmware::wire::{Checked, ImuFormat};
 use host_core::inertial::session::Session;
-use host_lab::learning::fix_learner::Device;
+use host_estimation::learning::fix_learner::Device;
 use qemu::drive::{Record, drive_from};
 use qemu::images::REPLAY;
 use qemu::machine::{Clock, NETDUINOPLUS2};

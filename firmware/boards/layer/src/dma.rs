@@ -6,7 +6,7 @@
 //! `ReadableRingBuffer` divides once for each byte, and interrupts twice in each round.
 //!
 //! **Errors.** The driver's own `RingBufferedUartRx` stops its stream at every error of the line
-//! and starts it again without telling its ring where, and a poll of it reads the data register
+//! and starts it again without its ring knowing where, and a poll of it reads the data register
 //! beside the DMA. So the UART's interrupt is served here: it clears the error and informs the
 //! loop, and the stream goes on. How a UART is set up, and the streams, are the driver's.
 //!

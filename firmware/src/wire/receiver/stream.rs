@@ -6,11 +6,11 @@
 //!
 //! A line that was silent for [`SILENCE_US`] has ended its epoch.
 //!
-//! **Which protocol?** Where none is told, all are looked for all the time. A good message with
-//! values is evidence by itself: its checksum and its header are right. The first protocol is used
-//! from its first message on. Another one takes its place when it gives more values of a fix (NMEA
-//! has no vertical velocity), or when the one in use has left the line. What stands between the
-//! messages does not matter.
+//! **Which protocol?** Where none is configured, all are looked for all the time. A good message
+//! with values is evidence by itself: its checksum and its header are right. The first protocol is
+//! used from its first message on. Another one takes its place when it gives more values of a fix
+//! (NMEA has no vertical velocity), or when the one in use has left the line. What stands between
+//! the messages does not matter.
 
 use super::ReceiverFormat;
 use super::epoch::{Arrival, Head, Joiner, Solution, Values};
@@ -166,7 +166,7 @@ impl Receiver {
         }
         self.has_checksums |= format == ReceiverFormat::Nmea && kind == Kind::Frame;
         if kind == Kind::Other && (self.configured.is_none() || self.has_checksums) {
-            return Some(()); // a checksum is missing, and it is not told that there is none
+            return Some(()); // a checksum is missing, and nothing says that there is none
         }
         let head = format.head(message);
         if self.configured.is_none() {

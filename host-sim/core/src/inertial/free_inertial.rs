@@ -82,7 +82,7 @@ pub fn aligned_free_inertial(session: &Session, increments: &[Increment]) -> Opt
     };
     Some(free_inertial(
         session,
-        increments,
+        &increments,
         nav,
         first,
         session.epochs(),
@@ -94,7 +94,7 @@ pub fn aligned_free_inertial(session: &Session, increments: &[Increment]) -> Opt
 #[must_use]
 pub fn free_inertial(
     session: &Session,
-    increments: &(impl Motion + ?Sized),
+    increments: &dyn Motion,
     nav: NavState,
     from: usize,
     to: usize,

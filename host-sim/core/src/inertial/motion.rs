@@ -20,7 +20,7 @@ pub trait Motion {
     }
 }
 
-impl Motion for [Increment] {
+impl Motion for &[Increment] {
     fn epoch(&self, k: usize, steps: usize) -> Cow<'_, [Increment]> {
         self[k * steps..(k + 1) * steps].into()
     }
@@ -32,11 +32,11 @@ impl Motion for [Increment] {
 
 impl Motion for Vec<Increment> {
     fn epoch(&self, k: usize, steps: usize) -> Cow<'_, [Increment]> {
-        self.as_slice().epoch(k, steps)
+        self[k * steps..(k + 1) * steps].into()
     }
 
     fn beginning(&self, epochs: usize, steps: usize) -> Cow<'_, [Increment]> {
-        self.as_slice().beginning(epochs, steps)
+        self[..epochs * steps].into()
     }
 }
 

@@ -64,7 +64,7 @@ pub struct GnssSpec {
     /// Assumed age and lever arm, used where the true ones are given above. A scenario takes them
     /// from its unit.
     #[serde(skip)]
-    pub told_antenna: AntennaPrior,
+    pub assumed_antenna: AntennaPrior,
 }
 
 impl Default for GnssSpec {
@@ -81,7 +81,7 @@ impl Default for GnssSpec {
             latency_s: None,
             lever_arm_m: None,
             rate_hz: 1,
-            told_antenna: AntennaPrior::default(),
+            assumed_antenna: AntennaPrior::default(),
         }
     }
 }
@@ -106,12 +106,12 @@ impl GnssSpec {
     /// Assumed latency and lever arm. They are zero where the true ones are not given, because then
     /// there are none.
     #[must_use]
-    pub fn told_of_antenna(&self) -> AntennaPrior {
+    pub fn antenna_prior(&self) -> AntennaPrior {
         let AntennaPrior {
             age_s,
             lever_arm_m,
             lever_arm_sigma_m,
-        } = self.told_antenna;
+        } = self.assumed_antenna;
         let arm = self.lever_arm_m.map(|_| (lever_arm_m, lever_arm_sigma_m));
         let (lever_arm_m, lever_arm_sigma_m) = arm.unwrap_or_default();
         AntennaPrior {
@@ -143,7 +143,7 @@ impl GnssSpec {
             }
         };
         let states: Vec<NavState> = arrivals.iter().map(antenna_at).collect();
-        let [age_s, _] = self.told_of_antenna().age_s;
+        let [age_s, _] = self.antenna_prior().age_s;
         let arrived = |(arrival, fix): (f64, Option<Fix>)| {
             let valid = fix.filter(|_| arrival >= late_s);
             (arrival, valid.map(|fix| Fix { age_s, ..fix }))

@@ -187,7 +187,7 @@ pub fn measured(
         });
     }
     let samples = (counts, Imu::lsb(spec));
-    let assumed = config.gnss.told_of_antenna();
+    let assumed = config.gnss.antenna_prior();
     let session = Session {
         lever_arm: assumed.lever_arm_m.into(),
         antenna_sigmas: [assumed.lever_arm_sigma_m, assumed.age_s[1]],

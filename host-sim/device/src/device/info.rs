@@ -161,7 +161,7 @@ pub struct LineInfo {
     /// Clock of its UART, Hz, if it is known.
     pub clock_hz: Option<u32>,
     /// Configured bit rate, bit/s; `None` without a configuration.
-    pub told: Option<u32>,
+    pub configured: Option<u32>,
     /// Actual bit rate, bit/s, if it is known.
     pub bit_rate: Option<u32>,
     /// Error of the actual bit rate relative to the configured one, %.
@@ -275,7 +275,7 @@ impl LineInfo {
         Self {
             line,
             clock_hz: known(clock),
-            told: configured,
+            configured,
             bit_rate,
             error_percent: configured.zip(bit_rate).map(error),
         }

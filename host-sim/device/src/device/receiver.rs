@@ -12,7 +12,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Receiver {
     /// Configured protocol; `None` without a configuration.
-    pub told: Option<&'static str>,
+    pub configured: Option<&'static str>,
     /// Protocol on the line; `None` while no message has been decoded.
     pub protocol: Option<&'static str>,
     /// Time of validity of the last good fix, s of the GPS week.
@@ -61,7 +61,7 @@ impl Receiver {
             );
         }
         Receiver {
-            told: configuration.map(|of| protocol_name(of.receiver.protocol)),
+            configured: configuration.map(|of| protocol_name(of.receiver.protocol)),
             protocol: heard.format.map(format_name),
             fix_time_s: heard.time_ms.map(|ms| f64::from(ms) / 1e3),
             fix_age_ms: heard.age_us.map(|us| f64::from(us) / 1e3),
@@ -110,6 +110,9 @@ mod tests {
         heard.age_us = Some(90_000);
         assert!(missing(&heard).is_empty());
         let unconfigured = Receiver::new(&Heard::default(), None);
-        assert_eq!((unconfigured.told, unconfigured.missing.len()), (None, 1));
+        assert_eq!(
+            (unconfigured.configured, unconfigured.missing.len()),
+            (None, 1)
+        );
     }
 }

@@ -158,7 +158,7 @@ pub struct Watch<'w> {
     /// Ends the watch when set.
     pub stop: &'w AtomicBool,
     /// Receives the events. An error ends the watch: nobody reads any more.
-    pub tell: &'w mut dyn FnMut(&Event) -> io::Result<()>,
+    pub report: &'w mut dyn FnMut(&Event) -> io::Result<()>,
 }
 
 /// Watches a device. Tries to reach a lost device again once a second.
@@ -198,7 +198,7 @@ pub fn watch(watch: &mut Watch<'_>) -> Result<(), Error> {
             Err(_) => {} // still lost
         }
         for event in &events {
-            if (watch.tell)(event).is_err() {
+            if (watch.report)(event).is_err() {
                 return Ok(());
             }
         }

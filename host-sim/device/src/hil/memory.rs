@@ -18,9 +18,11 @@ pub struct MemoryLine {
 impl Line for MemoryLine {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         let len = buffer.len().min(self.received.len());
-        for (slot, byte) in buffer.iter_mut().zip(self.received.drain(..len)) {
-            *slot = byte;
-        }
+        let (first, second) = self.received.as_slices();
+        let first = &first[..len.min(first.len())];
+        buffer[..first.len()].copy_from_slice(first);
+        buffer[first.len()..len].copy_from_slice(&second[..len - first.len()]);
+        self.received.drain(..len);
         Ok(len)
     }
 

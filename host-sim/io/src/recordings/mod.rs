@@ -16,7 +16,6 @@ pub mod lasergyro;
 pub mod mcap;
 pub mod novatel;
 pub(crate) mod nowhere;
-pub mod offset;
 pub mod read;
 pub mod receiver;
 pub mod record;

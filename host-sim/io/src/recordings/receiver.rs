@@ -1,7 +1,7 @@
 //! Fixes from the log of a receiver that stands beside the recording of another IMU: UBX, NMEA,
 //! `NovAtel` or SBF, detected and decoded by the code of the device ([`firmware::wire::receiver`]).
 //!
-//! All protocols are read at once, each as the device reads it when it is told. That with the
+//! All protocols are read at once, each as the device reads it when it is configured. That with the
 //! better fixes is used: more values, then more fixes, but not if they cover less than half of the
 //! time.
 
@@ -61,16 +61,16 @@ pub const fn name(format: ReceiverFormat) -> &'static str {
     }
 }
 
-/// Reads the fixes of a log. `told`: the protocol; `None`: that with the better fixes.
+/// Reads the fixes of a log. `given`: the protocol; `None`: that with the better fixes.
 ///
 /// # Errors
 /// [`Error::Missing`], [`Error::Unreadable`]; there is no fix; times do not rise.
 pub fn read(
     file: &Path,
-    told: Option<ReceiverFormat>,
+    given: Option<ReceiverFormat>,
     progress: Progress<'_>,
 ) -> Result<Log, Error> {
-    let (mut lines, unread, is_cut) = lines(file, told, progress)?;
+    let (mut lines, unread, is_cut) = lines(file, given, progress)?;
     let Some(best) = best(&lines) else {
         return Err(nothing(file, &lines, &unread));
     };
@@ -138,13 +138,13 @@ fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
 /// What is in the log, by protocol, and what cannot be read; whether it is gzipped and cut.
 fn lines(
     file: &Path,
-    told: Option<ReceiverFormat>,
+    given: Option<ReceiverFormat>,
     progress: Progress<'_>,
 ) -> Result<(Vec<Line>, Unread, bool), Error> {
     let formats = ReceiverFormat::ALL.into_iter();
-    let heard = formats.filter(|format| told.is_none_or(|told| told == *format));
+    let heard = formats.filter(|format| given.is_none_or(|given| given == *format));
     let mut lines: Vec<Line> = heard
-        .map(|format| Line::new(format, told.is_some()))
+        .map(|format| Line::new(format, given.is_some()))
         .collect();
     let mut unread = Unread::default();
     let mut input = Input::text(file, progress)?;
@@ -250,7 +250,7 @@ impl Log {
         };
         record.fixes = self.fixes.into_iter().map(moved).collect();
         record.truth = None;
-        record.told_offset_s = None;
+        record.given_offset_s = None;
         record.estimates_offset = false;
     }
 }

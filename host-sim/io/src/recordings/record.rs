@@ -134,7 +134,7 @@ pub struct Record {
     /// Longest step between rates that is interpolated, s. Three samples or 0.1 s by default.
     pub max_gap_s: Option<f64>,
     /// Offset that was added to the times of the fixes to give the IMU's, s, if one was given.
-    pub told_offset_s: Option<f64>,
+    pub given_offset_s: Option<f64>,
     /// Whether that offset is to be estimated from the data.
     pub estimates_offset: bool,
     /// True states of the IMU, if the recording has better ones than its fixes.
@@ -157,7 +157,7 @@ impl Default for Record {
             initial_attitude: None,
             rough_heading: None,
             max_gap_s: None,
-            told_offset_s: None,
+            given_offset_s: None,
             estimates_offset: false,
             truth: None,
             notes: Vec::new(),

@@ -362,7 +362,7 @@ impl Solutions {
         };
         record.fixes = self.fixes.into_iter().map(moved).collect();
         record.truth = None;
-        record.told_offset_s = None;
+        record.given_offset_s = None;
         record.estimates_offset = false;
         record.notes.extend(self.notes);
         week::join(record);

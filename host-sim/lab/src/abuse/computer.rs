@@ -2,11 +2,11 @@
 //! are fixes, and knows the datasheet, whatever the device's configuration says.
 
 use super::names::Computer;
-use crate::learning::teacher::{Assumptions, aid, aligned};
 use host_core::inertial::ekf::{Aided, ErrorModel, InitialSigma, Prior};
 use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::Increment;
+use host_estimation::learning::teacher::{Assumptions, aid, aligned};
 
 /// Correlation time of Gauss-Markov biases and scale factors, s: four hours, as in the
 /// configuration that comes with KF-GINS (`corrtime`).
@@ -49,13 +49,13 @@ pub(super) fn error(
     let model = model(computer, &assumptions.prior);
     let start = match session.standstill > 0 && *finds_north {
         false => Some((0, known(session, model, &assumptions))),
-        true => aligned(session, increments).map(|at| (at.first, at.filter(model, &assumptions))),
+        true => aligned(session, &increments).map(|at| (at.first, at.filter(model, &assumptions))),
     };
     let Some((first, mut filter)) = start else {
         return LOST_M;
     };
     for k in first..until {
-        aid(&mut filter, session, increments, k);
+        aid(&mut filter, session, &increments, k);
     }
     let free = from_filter(&filter, session, increments, until);
     let end = free.position.last().map(|error| error.xy().norm());

@@ -3,7 +3,7 @@
 use super::memory::without_memory;
 use super::{Group, Ratio, Row, Summary};
 use crate::experiment::run::TIMES_MIN;
-use crate::learning::NONE;
+use host_estimation::learning::NONE;
 use std::collections::BTreeMap;
 
 /// Comparison of a scheme with [`NONE`] at the end of the judged drive.

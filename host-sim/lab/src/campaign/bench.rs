@@ -4,8 +4,6 @@
 
 use super::laws::{self, exponentials};
 use super::schemes::{Case, FILTERS};
-use crate::learning::aiding::fix_at;
-use crate::learning::teacher::{Aligned, Assumptions, aid, aligned};
 use host_core::inertial::PLACES;
 use host_core::inertial::ekf::{
     Aided, Beside, ErrorModel, Flight, Known, Noise, Prior, alike, flies, free_abreast, pass,
@@ -15,6 +13,8 @@ use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::Increment;
+use host_estimation::learning::aiding::fix_at;
+use host_estimation::learning::teacher::{Aligned, Assumptions, aid, aligned};
 use nalgebra::Vector3;
 use std::cell::{OnceCell, RefCell};
 use std::ops::Range;
@@ -122,7 +122,7 @@ impl Bench {
                     continue;
                 }
                 if start.is_none() {
-                    start = Some(aligned(case.session, case.increments())?);
+                    start = Some(aligned(case.session, &case.increments())?);
                 }
                 let start: &Aligned = start.as_ref()?;
                 keys.push(key);
@@ -294,7 +294,7 @@ pub(super) fn scored(tasks: Vec<Task<'_>>) -> Vec<Scored> {
         let course = Course::index_of(&mut courses, &task);
         let mut filter = task.filter;
         let score = match task.first < task.until {
-            true => aid(&mut filter, task.session, task.increments, task.first),
+            true => aid(&mut filter, task.session, &task.increments, task.first),
             false => -0.0,
         };
         runs.push((course, task.increments, (filter, score)));
@@ -333,7 +333,7 @@ fn abreast(runs: &mut [Run<'_>], group: &[usize], courses: &[Course<'_>]) {
     if group.len() < PAYS {
         for &one in group {
             let (_, increments, (filter, score)) = &mut runs[one];
-            (start..end).for_each(|k| *score += aid(filter, course.session, *increments, k));
+            (start..end).for_each(|k| *score += aid(filter, course.session, &*increments, k));
         }
         return;
     }

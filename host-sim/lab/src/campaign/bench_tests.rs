@@ -20,7 +20,7 @@ fn filters_side_by_side_are_the_filters_alone() {
         let all = (0..FILTERS.len()).flat_map(|filter| walks.map(|walk| (filter, walk)));
         let wanted: Vec<(usize, f64)> = all.collect();
         case.bench.prepare(case, &wanted).unwrap();
-        let start = aligned(case.session, case.increments()).unwrap();
+        let start = aligned(case.session, &case.increments()).unwrap();
         for (filter, walk) in wanted {
             let assumptions = case.knows.assumptions.walking(walk);
             let models = models(case.bench, filter, case.session, &assumptions.prior);
@@ -29,7 +29,7 @@ fn filters_side_by_side_are_the_filters_alone() {
                     model,
                     &assumptions,
                     case.session,
-                    case.increments(),
+                    &case.increments(),
                     case.until,
                 )
             });

@@ -10,12 +10,12 @@
 //! | multipath | the accuracy without the cause | the standard deviation with it, during bursts |
 
 use super::group::{FixErrors, Group};
-use crate::learning::teacher::Assumptions;
 use firmware::configuration::{Configuration, LIMIT_SIGMAS};
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::Increment;
 use host_core::simulator::gnss::{AntennaPrior, Coloured, Gaps, GnssSpec, Multipath};
 use host_core::simulator::session::{Drive, Fixes};
+use host_estimation::learning::teacher::Assumptions;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -66,10 +66,10 @@ pub(super) fn receiver(own: &GnssSpec, group: Group) -> GnssSpec {
         FixErrors::Multipath => out.multipath = MULTIPATH,
     }
     match group.fixes {
-        FixErrors::Late => out.told_antenna.age_s = [0.0; 2],
+        FixErrors::Late => out.assumed_antenna.age_s = [0.0; 2],
         FixErrors::LeverArm => {
-            out.told_antenna = AntennaPrior {
-                age_s: own.told_antenna.age_s,
+            out.assumed_antenna = AntennaPrior {
+                age_s: own.assumed_antenna.age_s,
                 ..AntennaPrior::default()
             }
         }
@@ -77,8 +77,8 @@ pub(super) fn receiver(own: &GnssSpec, group: Group) -> GnssSpec {
     }
     if group.told {
         match group.fixes {
-            FixErrors::Late => out.told_antenna.age_s = [LATENCY_S, 0.0],
-            FixErrors::LeverArm => out.told_antenna.lever_arm_m = LEVER_ARM_M,
+            FixErrors::Late => out.assumed_antenna.age_s = [LATENCY_S, 0.0],
+            FixErrors::LeverArm => out.assumed_antenna.lever_arm_m = LEVER_ARM_M,
             _ => {}
         }
     }

@@ -3,12 +3,12 @@
 use super::causes::{Size, beside, enlarged, fixes, receiver};
 use super::measuring::Measuring;
 use super::*;
-use crate::learning::teacher::Assumptions;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::sins::Increment;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::session::Drive;
 use host_core::simulator::truth::Vehicle;
+use host_estimation::learning::teacher::Assumptions;
 use nalgebra::Vector3;
 
 fn group(name: &str) -> Group {
@@ -77,12 +77,12 @@ fn the_reported_accuracy_is_true_only_where_the_group_says_so() {
 #[test]
 fn latency_and_lever_arm_are_known_or_not() {
     let own = GnssSpec::default();
-    let antenna = |name: &str| receiver(&own, group(name)).told_of_antenna();
+    let antenna = |name: &str| receiver(&own, group(name)).antenna_prior();
     assert_eq!(antenna("late-fixes").age_s, [0.0; 2]);
     assert_eq!(antenna("late-fixes+told").age_s, [0.5, 0.0]);
     assert_eq!(antenna("lever-arm").lever_arm_m, [0.0; 3]);
     let with = receiver(&own, group("lever-arm+told"));
-    assert_eq!(Some(with.told_of_antenna().lever_arm_m), with.lever_arm_m);
+    assert_eq!(Some(with.antenna_prior().lever_arm_m), with.lever_arm_m);
 }
 
 /// A bias of two on one axis of a unit and none on another, and a ramp of 3 in an hour: closed

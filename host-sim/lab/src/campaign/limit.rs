@@ -2,9 +2,8 @@
 //! new at the turn-on.
 
 use super::schemes::{Case, aided_free_inertial, oracle, without_beyond};
-use host_core::inertial::ekf::{ErrorModel, Parameter, SlowErrors};
+use host_core::inertial::ekf::{ErrorModel, Parameter};
 use host_core::inertial::free_inertial::FreeInertial;
-use host_core::inertial::sins::Increment;
 use nalgebra::DVector;
 
 /// The errors that the unit has at every turn-on are subtracted, and a filter with parameters for
@@ -29,27 +28,7 @@ pub(super) fn limit(case: &Case<'_>) -> Option<FreeInertial> {
         known: model.known.clone(),
         delay_s: 0.0,
     };
-    let corrected = corrected(
-        case,
-        &without_beyond(case),
-        &model,
-        &DVector::from_vec(values),
-    );
-    aided_free_inertial(case, &corrected, case.knows.assumptions, fresh)
-}
-
-/// The increments without the errors of a model with known parameters.
-pub(super) fn corrected(
-    case: &Case<'_>,
-    increments: &[Increment],
-    model: &ErrorModel,
-    theta: &DVector<f64>,
-) -> Vec<Increment> {
     let dt = case.session.step_s();
-    let mut slow = SlowErrors::default();
-    let each = increments.iter().enumerate().map(|(k, w)| {
-        let around = [&increments[k.saturating_sub(1)], w];
-        model.corrected(theta, around, dt, (k as f64 + 0.5) * dt, &mut slow)
-    });
-    each.collect()
+    let corrected = model.all_corrected(&DVector::from_vec(values), &without_beyond(case), dt);
+    aided_free_inertial(case, &corrected, case.knows.assumptions, fresh)
 }

@@ -3,8 +3,6 @@
 use super::bench::Bench;
 use super::schemes::{Case, Knowledge, Tuned};
 use super::{Campaign, GATHER, Group, Part, STANDSTILL_S, Seeds, causes};
-use crate::learning::device::Device;
-use crate::learning::teacher::Assumptions;
 use host_core::error::Error;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::Session;
@@ -13,6 +11,8 @@ use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::{Draws, ErrorModelName, ImuSpec, UnitErrors};
 use host_core::simulator::session::{Drive, SessionConfig, measured};
 use host_core::simulator::truth::Vehicle;
+use host_estimation::learning::device::Device;
+use host_estimation::learning::teacher::Assumptions;
 use std::cell::OnceCell;
 
 /// One drive, measured by one unit with different errors: the random numbers are drawn once.

@@ -5,15 +5,14 @@
 
 use super::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
-use super::limit::corrected;
 use super::rivals::{self, Known};
 use super::schemes::{Case, FILTERS, before_drive};
-use crate::learning::device::Device;
-use crate::learning::teacher::{Assumptions, aligned_knowing};
 use host_core::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::free_inertial::from_filter;
 use host_core::inertial::sins::Increment;
+use host_estimation::learning::device::Device;
+use host_estimation::learning::teacher::{Assumptions, aligned_knowing};
 
 /// Filters with a memory: the names of their schemes, the same filters without it (of [`FILTERS`]),
 /// and their models.
@@ -146,7 +145,7 @@ pub(super) fn pass(
         let known = unit.turned_on(&model, turn_on);
         let aligned = aligned_knowing(session, increments, &model, &known)?;
         let filter = aligned.filter_knowing(model, &assumptions, &known);
-        let (filter, score) = aligned.scored_from(filter, session, increments, case.until);
+        let (filter, score) = aligned.scored_from(filter, session, &increments, case.until);
         Some(Passed {
             filter,
             score: score + stored.get(i).map_or(0.0, |k| k.score),
@@ -166,7 +165,8 @@ pub(super) fn corrected_by_memory(
     let (_, models) = models(index, case);
     let each = models.iter().zip(stored);
     let (model, stored) = each.max_by(|a, b| a.1.score.total_cmp(&b.1.score))?;
-    Some(corrected(case, case.increments(), model, &stored.unit.mean))
+    let dt = case.session.step_s();
+    Some(model.all_corrected(&stored.unit.mean, case.increments(), dt))
 }
 
 /// The models that are stored after a drive.

@@ -1,9 +1,9 @@
 //! Campaigns with earlier drives, on short drives and few runs.
 
 use super::*;
-use crate::learning::teacher::Assumptions;
 use host_core::inertial::ekf::{Regressor, Triad, TurnOn};
 use host_core::inertial::units::{DEG_PER_H, UG};
+use host_estimation::learning::teacher::Assumptions;
 use host_unit::Unit;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

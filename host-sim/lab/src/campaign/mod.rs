@@ -29,9 +29,9 @@ mod tuning;
 mod turn_on;
 mod zupt;
 
-pub use crate::learning::NONE;
 pub use against_none::{AgainstNone, Decided, against_none, missing};
 pub use group::{FixErrors, Group};
+pub use host_estimation::learning::NONE;
 pub use ratios::{Ratio, ratios};
 pub use results::results;
 pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, hypotheses, oracle};
@@ -41,10 +41,10 @@ pub use studies::{Study, Topic, studies};
 pub use table::{fingerprint, to_csv};
 pub use tuning::{Setting, Simulated, Tuning};
 
-use crate::experiment::scenario::Scenario;
 use host_core::error::Error;
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
+use host_unit::scenario::Scenario;
 use rayon::prelude::*;
 use std::path::PathBuf;
 

@@ -2,11 +2,11 @@
 
 use super::bench::Bench;
 use super::*;
-use crate::learning::device::Device;
-use crate::learning::teacher::Assumptions;
 use host_core::inertial::session::Session;
 use host_core::simulator::imu::Draws;
 use host_core::simulator::session::{SessionConfig, drive, measured};
+use host_estimation::learning::device::Device;
+use host_estimation::learning::teacher::Assumptions;
 use std::cell::OnceCell;
 
 fn campaign(preset: &str) -> (Campaign, ImuSpec) {

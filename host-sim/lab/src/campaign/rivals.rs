@@ -2,11 +2,11 @@
 
 use super::NONE;
 use super::schemes::{Case, none};
-use crate::learning::recall::{self, FILTERS, Passed, biases, less, mean_rate};
-use crate::learning::teacher::{aligned, aligned_knowing};
 use host_core::inertial::earth::Local;
 use host_core::inertial::ekf::{Aided, Belief};
 use host_core::inertial::free_inertial::{FreeInertial, from_filter};
+use host_estimation::learning::recall::{self, FILTERS, Passed, biases, less, mean_rate};
+use host_estimation::learning::teacher::{aligned, aligned_knowing};
 use nalgebra::Vector3;
 
 /// The gyros' mean over the standstill.
@@ -43,7 +43,7 @@ pub(super) fn without_memory(scheme: &str) -> Option<&'static str> {
 /// alignment. Of a level axis only what the alignment has not taken for the heading is left.
 pub(super) fn rest(case: &Case<'_>) -> Option<FreeInertial> {
     let (session, increments) = (case.session, case.increments());
-    let nav = aligned(session, increments)?.nav;
+    let nav = aligned(session, &increments)?.nav;
     let standing = &increments[..session.standstill * session.steps_per_epoch()];
     let earth = Local::at(nav.position.lat, nav.position.h).omega_ie();
     let mean = mean_rate(standing, session.step_s()) - nav.q_bn.inverse() * earth;
@@ -86,7 +86,7 @@ fn through(filter: usize, case: &Case<'_>, known: &Known) -> Option<Passed<Score
     let run = |prior: &Belief| {
         let aligned = aligned_knowing(session, increments, &model, prior)?;
         let filter = aligned.filter_knowing(model.clone(), &assumptions, prior);
-        Some(aligned.scored_from(filter, session, increments, case.until))
+        Some(aligned.scored_from(filter, session, &increments, case.until))
     };
     let Some(belief) = &known.beliefs[filter] else {
         return recall::new(&model, run);

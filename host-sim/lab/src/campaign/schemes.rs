@@ -7,11 +7,6 @@ use super::limit::limit;
 use super::memory::{Memory, REMEMBERING, corrected_by_memory, recalled};
 use super::rivals;
 use super::zupt::zupt;
-use crate::learning::device::Device;
-use crate::learning::fit::{Use, fit};
-use crate::learning::fix_learner;
-use crate::learning::teacher::{Assumptions, IN_RUN, aligned};
-use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use firmware::learn::bank::{
     ALL, Gates, HYPOTHESES, KEYS, MAP, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
@@ -20,6 +15,12 @@ use host_core::inertial::free_inertial::{FreeInertial, from_filter};
 use host_core::inertial::session::{Session, Surroundings};
 use host_core::inertial::sins::Increment;
 use host_core::simulator::imu::{ImuSpec, UnitErrors};
+use host_estimation::learning::device::Device;
+use host_estimation::learning::fit::{Use, fit};
+use host_estimation::learning::fix_learner;
+use host_estimation::learning::teacher::{Assumptions, IN_RUN, aligned};
+use host_estimation::learning::window::{compensator, corrected_increments};
+use host_unit::scenario::network::NetworkSpec;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -291,7 +292,7 @@ pub(super) fn nones(
     factors: &[f64],
 ) -> Option<Vec<FreeInertial>> {
     let (session, until) = (case.session, case.until);
-    let aligned = aligned(session, increments)?;
+    let aligned = aligned(session, &increments)?;
     let of = |factor: &f64| {
         let mut assumptions = *case.knows.assumptions;
         assumptions.noise = Noise {
@@ -334,8 +335,8 @@ pub(super) fn aided_free_inertial(
     model: ErrorModel,
 ) -> Option<FreeInertial> {
     let session = case.session;
-    let aligned = aligned(session, increments)?;
-    let filter = aligned.aided(model, assumptions, session, increments, case.until);
+    let aligned = aligned(session, &increments)?;
+    let filter = aligned.aided(model, assumptions, session, &increments, case.until);
     Some(from_filter(&filter, session, increments, case.until))
 }
 
@@ -349,7 +350,7 @@ pub fn rnn_increments<'a>(case: &Case<'a>) -> Option<Cow<'a, [Increment]>> {
     let session = case.session;
     let learnt = fit(
         session,
-        case.increments(),
+        &case.increments(),
         assumptions,
         &NetworkSpec::default(),
         case.until,

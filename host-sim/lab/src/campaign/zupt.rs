@@ -4,10 +4,10 @@
 
 use super::schemes::Case;
 use super::statistics::median;
-use crate::learning::aiding::ZERO_VELOCITY_MPS;
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::gnss::{Fix, NOT_MEASURED};
-use host_core::inertial::session::{Session, to_si};
+use host_core::inertial::session::Session;
+use host_estimation::learning::aiding::{ZERO_VELOCITY_MPS, roughness};
 use nalgebra::Vector3;
 
 /// Its number among the classical filters.
@@ -50,14 +50,7 @@ pub(super) fn zupt(case: &Case<'_>) -> Option<FreeInertial> {
 /// Whether the vehicle stands, second by second from second `from` on: a slow start or stop is
 /// smooth, so the two seconds beside a rough one do not count.
 fn standing(session: &Session, from: usize) -> Vec<bool> {
-    let n = session.samples_per_epoch();
-    let roughness = |second: usize| {
-        let around = second.saturating_sub(1) * n..((second + 2) * n).min(session.counts.len());
-        let around = session.counts.block(around);
-        let si: Vec<_> = around.iter().map(|c| to_si(c, &session.lsb)).collect();
-        let dtheta = variance(si.iter().map(|w| w.dtheta));
-        [dtheta, variance(si.iter().map(|w| w.dv))]
-    };
+    let roughness = |second: usize| roughness(session, second);
     let epochs = session.epochs();
     let standstill: Vec<[f64; 2]> = (0..session.standstill.min(epochs)).map(roughness).collect();
     let limits = [0, 1].map(|triad| {
@@ -77,13 +70,6 @@ fn standing(session: &Session, from: usize) -> Vec<bool> {
         .collect()
 }
 
-/// Mean square of the distance from the mean.
-fn variance(of: impl Iterator<Item = Vector3<f64>> + Clone) -> f64 {
-    let n = of.clone().count() as f64;
-    let mean = of.clone().sum::<Vector3<f64>>() / n;
-    of.map(|x| (x - mean).norm_squared()).sum::<f64>() / n
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,7 +79,7 @@ mod tests {
     /// No second counts in which the true vehicle moves, and nearly all count in which it has stood
     /// for some seconds. Engine and wind rock it at up to 2 cm/s.
     #[test]
-    fn samples_tell_when_the_vehicle_stands() {
+    fn stops_are_detected_from_samples() {
         let campaign: Campaign = tests::of_one_run();
         let (mut found, mut all) = (0, 0);
         let each = |group, case: &Case<'_>| {

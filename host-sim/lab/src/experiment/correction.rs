@@ -11,10 +11,10 @@
 //!
 //! Before the first epoch nothing is subtracted. After the last one the last correction stays.
 
-use crate::learning::baseline::LinearModel;
 use host_core::inertial::ekf::Aided;
 use host_core::inertial::session::EPOCH_S;
 use host_core::inertial::sins::Increment;
+use host_estimation::learning::baseline::LinearModel;
 use host_io::recordings::gaps::{gaps, pairs};
 use host_io::recordings::record::{Kind, Record, median_step};
 use nalgebra::Vector3;

@@ -3,15 +3,15 @@
 
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Begins, Settings, Split, judge};
-use crate::learning::device::Device;
-use crate::learning::teacher::Assumptions;
-use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
 use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
+use host_estimation::learning::device::Device;
+use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::fog_mems::SIGMAS;
 use host_unit::Unit;
+use host_unit::scenario::network::NetworkSpec;
 
 /// Name of the preset of the recorded MEMS unit.
 pub const UNIT: &str = "fog-mems";

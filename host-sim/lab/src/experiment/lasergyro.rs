@@ -5,11 +5,6 @@ use crate::experiment::outcome::Bench;
 use crate::experiment::protocol::{self, Begins, Settings, Split};
 use crate::experiment::results::{Curves, Report, Results, SCHEMA};
 use crate::experiment::run::{Judged, judge, learning_curves, traces};
-use crate::learning::NONE;
-use crate::learning::device::Device;
-use crate::learning::fit::{FittedNetworks, fit};
-use crate::learning::teacher::{Assumptions, aligned};
-use crate::learning::window::NetworkSpec;
 use firmware::sample::{Counts, Lsb};
 use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
@@ -19,8 +14,13 @@ use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{EPOCH_S, Session};
 use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::DEG;
+use host_estimation::learning::NONE;
+use host_estimation::learning::device::Device;
+use host_estimation::learning::fit::{FittedNetworks, fit};
+use host_estimation::learning::teacher::{Assumptions, aligned};
 use host_io::recordings::lasergyro::Recording;
 use host_unit::Unit;
+use host_unit::scenario::network::NetworkSpec;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Shortest learning part, s. A third of it is alignment.
@@ -103,11 +103,11 @@ fn aid_all(
     let (until, end) = (session.standstill, session.epochs());
     let increments = session.increments();
     let plain = |increments: &[Increment]| {
-        let aligned = aligned(session, increments)?;
-        let filter = aligned.aided(ErrorModel::default(), a, session, increments, until);
+        let aligned = aligned(session, &increments)?;
+        let filter = aligned.aided(ErrorModel::default(), a, session, &increments, until);
         Some(free_inertial(
             session,
-            increments,
+            &increments,
             filter.sins.nav,
             until,
             end,

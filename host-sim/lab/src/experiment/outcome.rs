@@ -1,14 +1,14 @@
 //! Result of a replay: errors of each scheme some seconds into free-inertial navigation.
 
-use crate::experiment::doubts::Warning;
-use crate::experiment::error_bound::error_bound;
 use crate::experiment::protocol::Judged;
 use crate::experiment::results::{Curves, Row};
-use crate::learning::device::{Course, Diary, Entry};
 use firmware::compensator::Limit;
 use firmware::model::Nets;
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::session::Session;
+use host_estimation::analysis::doubts::Warning;
+use host_estimation::analysis::error_bound::error_bound;
+use host_estimation::learning::device::{Course, Diary, Entry};
 use serde::Serialize;
 use std::ops::Range;
 

@@ -1,10 +1,10 @@
 //! Results of an experiment: rows of the table, curves, and the other contents of a report.
 
 use crate::experiment::outcome::Bench;
-use crate::learning::device::Course;
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::session::EPOCH_S;
 use host_core::inertial::units::MIN;
+use host_estimation::learning::device::Course;
 
 /// Version of the JSON of `run` and `replay`. 1 had no version, and the row `rnn-kalman` in place
 /// of `device`; in 2 the navigators of a replay began at states of their own, and `start` is not

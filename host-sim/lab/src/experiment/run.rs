@@ -3,15 +3,7 @@
 
 mod device;
 
-use crate::experiment::error_bound::error_bound;
 use crate::experiment::results::{Curve, Curves, ErrorTrace, Report, Results, Row, SCHEMA};
-use crate::experiment::scenario::{DriveSpec, Scenario};
-use crate::learning::baseline::LinearModel;
-use crate::learning::corrected::estimates;
-use crate::learning::device::Device;
-use crate::learning::fit::{FittedNetworks, fit};
-use crate::learning::teacher::Assumptions;
-use crate::learning::window::{compensate, compensator};
 use host_core::error::Error;
 use host_core::inertial::free_inertial::{FreeInertial, aligned_free_inertial};
 use host_core::inertial::gnss::Fix;
@@ -20,6 +12,14 @@ use host_core::inertial::sins::Increment;
 use host_core::inertial::units::{DEG_PER_H, UG};
 use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate_drive};
+use host_estimation::analysis::error_bound::error_bound;
+use host_estimation::learning::baseline::LinearModel;
+use host_estimation::learning::corrected::estimates;
+use host_estimation::learning::device::Device;
+use host_estimation::learning::fit::{FittedNetworks, fit};
+use host_estimation::learning::teacher::Assumptions;
+use host_estimation::learning::window::{compensate, compensator};
+use host_unit::scenario::{DriveSpec, Scenario};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

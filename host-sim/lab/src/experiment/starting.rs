@@ -5,8 +5,6 @@
 //! deviations, the same for all schemes. After a long gap of samples the attitude is found again in
 //! the same way. All schemes continue from there and keep their estimates of the sensors.
 
-use crate::learning::in_motion::{self, Aligned, Known};
-use crate::learning::teacher::Assumptions;
 use firmware::align::motion::Progress;
 use firmware::control::Way;
 use host_core::error::Error;
@@ -15,6 +13,8 @@ use host_core::inertial::rotation::to_euler;
 use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
 use host_device::device::biases::large;
+use host_estimation::learning::in_motion::{self, Aligned, Known};
+use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, Prepared};
 use host_unit::{Unit, around};

@@ -7,16 +7,16 @@ mod replay;
 pub use replay::{Replayed, Step, Wanted, no_attitude, replay};
 
 use crate::experiment::correction::Correction;
-use crate::experiment::doubts::{Class, Says, Warning, doubts};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::{Begins, Settings, Split, judge_and_correct};
-use crate::experiment::time_offset::{contradicted, settle};
-use crate::learning::device::Device;
-use crate::learning::teacher::Assumptions;
-use crate::learning::window::NetworkSpec;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
+use host_estimation::analysis::doubts::{Class, Says, Warning, doubts};
+use host_estimation::analysis::time_offset::{contradicted, settle};
+use host_estimation::learning::device::Device;
+use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::record::Record;
+use host_unit::scenario::network::NetworkSpec;
 use std::ops::Range;
 
 /// Shortest part to learn from after the standstill, and shortest part to be judged on, s.

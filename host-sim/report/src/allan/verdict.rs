@@ -1,8 +1,8 @@
 //! The sentence on the noise at rest, and the figures of the first screen.
 
 use super::figures;
-use host_lab::analysis::allan::findings::Findings;
-use host_lab::analysis::allan::{Analysis, Coefficient, Kind};
+use host_estimation::analysis::allan::findings::Findings;
+use host_estimation::analysis::allan::{Analysis, Coefficient, Kind};
 
 /// Ratio of the noise to the datasheet's from which on the verdict reports it.
 const WORSE: f64 = 1.3;

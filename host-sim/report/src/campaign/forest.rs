@@ -1,9 +1,9 @@
 //! The forest plot of a group of errors: the ratio of each scheme to none with its interval.
 
-use crate::axis::{Axis, extent};
-use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::front::SIZES;
-use crate::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
+use host_chart::axis::{Axis, extent};
+use host_chart::palette::{BETTER, INK, Look, UNDECIDED, WORSE};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_lab::campaign::{AgainstNone, Decided};
 
 /// Width for the longest name of a scheme, CSS pixels.
@@ -107,7 +107,7 @@ fn marks(rows: &[AgainstNone]) -> Vec<Mark> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::palette::RNN;
+    use host_chart::palette::RNN;
 
     fn row(scheme: &str, ratio: f64, width: f64) -> AgainstNone {
         AgainstNone {

@@ -2,12 +2,12 @@
 
 use super::verdict::{UNREACHABLE, sentences};
 use super::{T_MIN, forest, groups, quotient, studies};
-use crate::axis::grouped;
 use crate::document::{Document, Figure, Part, Table};
 use crate::front::Front;
 use crate::terms::scheme;
 use crate::text::{counted, thousands};
 use crate::verdict::{DEVICE, times};
+use host_chart::axis::grouped;
 use host_core::error::Error;
 use host_lab::campaign::{
     AgainstNone, Decided, FEWEST, Group, Merged, NONE, Ratio, Row, Summary, Topic, against_none,

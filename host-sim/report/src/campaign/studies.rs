@@ -2,10 +2,10 @@
 
 use super::page::decided;
 use super::{quotient, verdict};
-use crate::axis::grouped;
 use crate::document::{Part, Table};
 use crate::text::counted;
 use crate::verdict::DEVICE;
+use host_chart::axis::grouped;
 use host_core::simulator::imu::world::StartName;
 use host_lab::campaign::{
     AgainstNone, Decided, Row, Topic, against_none, between, ratios, summarise,

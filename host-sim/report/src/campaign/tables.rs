@@ -1,9 +1,9 @@
 //! The tables that a campaign prints.
 
 use super::T_MIN;
-use crate::axis::grouped;
 use crate::terminal::{fitted, named};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
+use host_chart::axis::grouped;
 use host_lab::campaign::{Ratio, Summary, between};
 use std::collections::BTreeSet;
 

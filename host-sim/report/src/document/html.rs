@@ -3,10 +3,10 @@
 //! The page is readable without the script, which adds zooming and reading of values.
 
 use super::{Document, Figure, Part, Table};
-use crate::chart::Picture;
 use crate::front;
 use crate::html::{fold, frame, sentences};
 use crate::text::{prose, unbroken};
+use host_chart::picture::Picture;
 use host_core::error::Error;
 use maud::{Markup, PreEscaped, html};
 

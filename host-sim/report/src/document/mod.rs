@@ -5,8 +5,8 @@
 
 mod html;
 
-use super::chart::Picture;
 use super::front::Front;
+use host_chart::picture::Picture;
 use host_core::error::Error;
 use serde_json::{Value, json};
 

@@ -4,9 +4,9 @@ mod page;
 
 pub use page::{document, verdict};
 
-use crate::axis::grouped;
 use crate::terminal::{MARK, fitted, named};
 use comfy_table::{CellAlignment, Table, presets};
+use host_chart::axis::grouped;
 use host_lab::experiment::sessions::{self, Judged, PHASES, PaperRow, Row};
 use std::collections::BTreeSet;
 use std::fmt::Write;

@@ -1,13 +1,13 @@
 //! The page of several sessions of one unit.
 
 use super::{figure, median, of_phase, schemes};
-use crate::axis::{Axis, extent, widened};
-use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
 use crate::document::{Document, Figure, Part, Table};
 use crate::front::{Each, Front, SIZES, three};
-use crate::palette::{Look, RNN, SOFT, scheme as look};
 use crate::text::{counted, thousands};
 use crate::verdict::{Device, Effect, Several, times, waits};
+use host_chart::axis::{Axis, extent, widened};
+use host_chart::palette::{Look, RNN, SOFT, scheme as look};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_lab::experiment::sessions::{Judged, PHASES, Row};
 use serde_json::json;
 

@@ -1,7 +1,7 @@
 //! The sentence on the device. Terminal, JSON and pages share it.
 
 use super::{Against, against, metres};
-use host_lab::learning::device::Course;
+use host_estimation::learning::device::Course;
 
 /// The device beside no correction, after one drive or several.
 #[derive(Debug, Clone, Default)]

@@ -147,25 +147,25 @@ impl Args {
         match command {
             Command::Info => {
                 let info = info(link)?;
-                self.tell(&info, || print::info(&info))
+                self.print(&info, || print::info(&info))
             }
             Command::Configure { unit, no_store } => {
                 let info = configure::run(link, unit, !no_store)?;
-                self.tell(&info, || print::info(&info))
+                self.print(&info, || print::info(&info))
             }
             Command::Show => self.show(link),
             Command::Mode { mode } => self.mode(link, *mode),
             Command::Weights { command } => {
                 link.version()?;
                 let written = command.run(link)?;
-                self.tell(&written, || println!("{}", written.says))
+                self.print(&written, || println!("{}", written.says))
             }
             Command::Learnt {
                 command: Learnt::Commit,
             } => {
                 link.version()?;
                 let says = commit(link)?;
-                self.tell(&Done::new(&says), || println!("{says}"))
+                self.print(&Done::new(&says), || println!("{says}"))
             }
             Command::Heading { deg, sigma } => {
                 link.version()?;
@@ -174,18 +174,18 @@ impl Args {
                     sigma: sigma.to_radians() as f32,
                 }))?;
                 let says = "the heading is taken for the alignment in progress";
-                self.tell(&Done::new(says), || println!("{says}"))
+                self.print(&Done::new(says), || println!("{says}"))
             }
             Command::Blackbox { output, release } => {
                 let saved = blackbox::run(link, output, *release)?;
-                self.tell(&saved, || println!("{}", saved.says))
+                self.print(&saved, || println!("{}", saved.says))
             }
             Command::Store => {
                 link.version()?;
                 let mode = link.health()?.mode;
                 store(link, mode)?;
                 let says = "configuration and weights are stored";
-                self.tell(&Done::new(says), || println!("{says}"))
+                self.print(&Done::new(says), || println!("{says}"))
             }
             Command::Provision { key_file, .. } => self.provision(link, key_file.as_deref()),
             Command::Watch { .. } => Ok(()), // above
@@ -229,11 +229,11 @@ impl Args {
                 "the device is open by choice: anybody at its command link can change it"
             }
         };
-        self.tell(&Done::new(says), || println!("{says}"))
+        self.print(&Done::new(says), || println!("{says}"))
     }
 
     /// Prints a value as JSON, or in the words of `print`.
-    fn tell<T: Serialize>(&self, value: &T, print: impl FnOnce()) -> Result<(), Error> {
+    fn print<T: Serialize>(&self, value: &T, print: impl FnOnce()) -> Result<(), Error> {
         if self.as_json {
             let text = serde_json::to_string_pretty(value)
                 .map_err(|error| refused("--json", error.to_string(), "report it"))?;
@@ -248,7 +248,7 @@ impl Args {
         let unit = configure::show(link)?;
         let text =
             toml::to_string(&unit).map_err(|error| link.error(error.to_string(), "report it"))?;
-        self.tell(&unit, || print!("{text}"))
+        self.print(&unit, || print!("{text}"))
     }
 
     fn mode(&self, link: &mut Link, mode: Option<Mode>) -> Result<(), Error> {
@@ -261,7 +261,7 @@ impl Args {
             link.order(&Request::SetMode(mode))?;
         }
         let mode = mode_name(link.health()?.mode);
-        self.tell(&ModeReport { mode }, || println!("{mode}"))
+        self.print(&ModeReport { mode }, || println!("{mode}"))
     }
 
     fn watch(&self, seconds: Option<u32>) -> Result<(), Error> {
@@ -271,7 +271,7 @@ impl Args {
             open: &mut || self.open(),
             lasts: seconds.map(|seconds| Duration::from_secs(seconds.into())),
             stop: &stop,
-            tell: &mut |event| {
+            report: &mut |event| {
                 let text = if self.as_json {
                     serde_json::to_string(event)? + "\n"
                 } else {

@@ -80,7 +80,7 @@ fn teachers(info: &Info) -> String {
     let _ = write!(
         text,
         "fixes          {} configured, {} on the line",
-        receiver.told.unwrap_or("no protocol"),
+        receiver.configured.unwrap_or("no protocol"),
         receiver.protocol.unwrap_or("nothing")
     );
     if let Some(time) = receiver.fix_time_s {
@@ -174,7 +174,7 @@ fn configured(info: &Info) -> String {
 
 /// A line's bit rate, with its error.
 fn bit_rate(line: &LineInfo) -> String {
-    let mut text = match (line.told, line.bit_rate) {
+    let mut text = match (line.configured, line.bit_rate) {
         (Some(nominal), Some(is)) => {
             format!("{nominal} bit/s configured, {is} bit/s in fact")
         }

@@ -40,8 +40,8 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
         );
     }
     missing.push(
-        "A device does not tell: samples, a track, the course of its learning, and a course of \
-         temperatures."
+        "A device does not report samples, a track, the course of its learning, or the course of \
+         its temperatures."
             .into(),
     );
     let pair = |label: &str, value: String| (label.to_owned(), value);

@@ -2,10 +2,10 @@
 
 use host_core::error::Error;
 use host_core::list::{Writer, median};
+use host_estimation::analysis::allan::{Column, Kind};
 use host_io::recordings::InitialAttitude;
 use host_io::recordings::columns::IMU;
 use host_io::recordings::record::{Kind as Samples, Record};
-use host_lab::analysis::allan::{Column, Kind};
 use host_report::unit::Found;
 
 /// Number of bytes of a column that stay in memory.
@@ -34,8 +34,8 @@ pub(super) fn of(record: &Record) -> Result<Found<Rest>, Error> {
     match span(record) {
         Some(span) => within(record, span),
         None => Ok(Err(
-            "the recording tells no standstill: its start names none (as --standstill-s does where \
-             replay has it), and not all of its fixes are at one place"
+            "the recording has no known standstill: its start names none (--standstill-s does where \
+             replay has it), and its fixes are not all at one place"
                 .into(),
         )),
     }

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
-use host_lab::analysis::allan::at_rest;
+use host_estimation::analysis::allan::at_rest;
 use qemu::images::workspace;
 use serde::Deserialize;
 

@@ -18,9 +18,9 @@ use host_core::inertial::session::Session;
 use host_core::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM};
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
+use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::kfgins::{self, Form};
 use host_io::recordings::record::Record;
-use host_lab::learning::teacher::Assumptions;
 use host_unit::Unit;
 use serde::Deserialize;
 

@@ -12,9 +12,9 @@ mod target {
     use qemu::target::{exit, output, stack_left};
     use soak::{Memory, Plan, Report, Watch, run};
 
-    struct Tell(HostStream);
+    struct Printed(HostStream);
 
-    impl Watch for Tell {
+    impl Watch for Printed {
         fn minute(&mut self, report: &Report) {
             let _ = writeln!(self.0, "minute {:?}", report.lines);
         }
@@ -40,7 +40,7 @@ mod target {
             rate: u32::from_le_bytes([e, f, g, h]),
         };
         let memory = cortex_m::singleton!(: Memory = Memory::ZEROED)?;
-        let report = run(memory, &plan, &mut Tell(output()));
+        let report = run(memory, &plan, &mut Printed(output()));
         let mut out = output();
         writeln!(out, "digest {}", report.digest).ok()?;
         writeln!(out, "samples {}", report.samples).ok()?;

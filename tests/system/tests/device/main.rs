@@ -107,7 +107,7 @@ fn a_new_device_is_configured_and_shows_its_configuration() {
     // 25 MHz / 54 = 462 963 bit/s, 0.47 % above 460 800
     let line = &answer["lines"][0];
     assert_eq!(
-        (&line["told"], &line["bit_rate"]),
+        (&line["configured"], &line["bit_rate"]),
         (&460_800.into(), &462_963.into())
     );
     let percent = line["error_percent"].as_f64().unwrap();

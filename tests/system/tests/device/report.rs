@@ -63,7 +63,7 @@ fn a_device_is_reported_and_not_changed() {
     );
     for id in ["noise", "navigation", "rehearsals", "learnt"] {
         let why = part(&reported, id)["left_out"].as_str().unwrap().to_owned();
-        assert!(why.contains("does not tell"), "{id}: {why}");
+        assert!(why.contains("does not report"), "{id}: {why}");
     }
     let same = part(&reported, "identity")["sentences"].to_string();
     assert!(!same.contains("not configured for this unit"), "{same}");

@@ -311,6 +311,22 @@ impl ErrorModel {
         out
     }
 
+    /// Increments from power-on without the errors of the sensors for parameters `theta`.
+    #[must_use]
+    pub fn all_corrected(
+        &self,
+        theta: &DVector<f64>,
+        increments: &[Increment],
+        dt: f64,
+    ) -> Vec<Increment> {
+        let mut slow = SlowErrors::default();
+        let each = increments.iter().enumerate().map(|(k, w)| {
+            let around = [&increments[k.saturating_sub(1)], w];
+            self.corrected(theta, around, dt, (k as f64 + 0.5) * dt, &mut slow)
+        });
+        each.collect()
+    }
+
     /// The second of two increments without the errors of the sensors for parameters `theta`, at
     /// `time` seconds after power-on. `slow` as for [`Self::error`].
     #[must_use]

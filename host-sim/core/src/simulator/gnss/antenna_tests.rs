@@ -153,13 +153,13 @@ fn states_between_epochs_are_on_the_drive() {
 #[test]
 fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
     let truth = drive(90.0);
-    let told_antenna = AntennaPrior {
+    let assumed_antenna = AntennaPrior {
         age_s: [0.1, 0.1],
         lever_arm_m: [1.0, 2.0, 3.0],
         lever_arm_sigma_m: 0.5,
     };
     let spec = GnssSpec {
-        told_antenna,
+        assumed_antenna,
         ..GnssSpec::default()
     };
     let plain = spec.fixes(&truth.epochs, 1.0, &mut ChaCha8Rng::seed_from_u64(7));
@@ -168,7 +168,7 @@ fn without_the_keys_fixes_are_prompt_and_at_the_imu() {
         .map(|(_, fix)| fix)
         .collect();
     assert_eq!(got, plain);
-    assert_eq!(spec.told_of_antenna(), AntennaPrior::default());
+    assert_eq!(spec.antenna_prior(), AntennaPrior::default());
     // the assumed latency changes the age of the fix, and nothing else
     let late = GnssSpec {
         latency_s: Some(0.0),

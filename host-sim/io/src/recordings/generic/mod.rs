@@ -132,11 +132,11 @@ pub fn read_with_truth(
     }
     match offset(&read)? {
         Some(Offset::Word(_)) => record.estimates_offset = true,
-        Some(Offset::Given(seconds)) => record.told_offset_s = Some(*seconds),
+        Some(Offset::Given(seconds)) => record.given_offset_s = Some(*seconds),
         None => {}
     }
-    record.truth = truth::named(&read, record.told_offset_s, &mut record.notes)?;
-    if let Some(seconds) = record.told_offset_s {
+    record.truth = truth::named(&read, record.given_offset_s, &mut record.notes)?;
+    if let Some(seconds) = record.given_offset_s {
         record.move_fixes(seconds);
     }
     week::join(&mut record);

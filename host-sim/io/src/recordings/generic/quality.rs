@@ -60,7 +60,7 @@ impl Quality {
         }
     }
 
-    /// The columns of a file whose names tell what they are.
+    /// The columns of a file whose names say what they are.
     pub(super) fn known(names: &[String]) -> impl Iterator<Item = Self> {
         names.iter().filter_map(|name| {
             let small = name.trim().to_ascii_lowercase();

@@ -202,14 +202,14 @@ fn lines_before_the_data_are_left_out_with_a_note() {
     }
 }
 
-/// Two forms of 13 columns are in use; the numbers tell which one a file has.
+/// Two forms of 13 columns are in use; the numbers show which one a file has.
 #[test]
 fn both_orders_of_thirteen_columns_are_read_and_told() {
     let dir = tempfile::tempdir().unwrap();
     let (imu, gnss) = (dir.path().join("imu"), dir.path().join("gnss"));
     let line = |k: usize| format!("{:.2} 0 0 0 0 0 -0.0981\n", 100.0 + 0.01 * k as f64);
     std::fs::write(&imu, (0..300).map(line).collect::<String>()).unwrap();
-    // all velocities above 0, so that the signs do not tell
+    // all velocities above 0, so that the signs do not show it
     for (v, other) in [("3 4 0.1", false), ("-3 4 0.1", false), ("3 4 0.1", true)] {
         let fix = |k: usize| {
             let (k, north) = (k as f64, if v.starts_with('-') { -3.0 } else { 3.0 });
@@ -225,11 +225,11 @@ fn both_orders_of_thirteen_columns_are_read_and_told() {
         let fix = record.fixes[2];
         assert_eq!(fix.velocity[1..], [4.0, 0.1], "{v}, {other}");
         assert_eq!(fix.sigmas, [1.0, 1.0, 2.0, 0.05, 0.06, 0.07]);
-        let told = record
+        let noted = record
             .notes
             .iter()
             .any(|note| note.contains("--gnss-order"));
-        assert!(told, "{:?}", record.notes);
+        assert!(noted, "{:?}", record.notes);
         let wrong = match other {
             false => Order::SigmaVelocity,
             true => Order::VelocitySigma,

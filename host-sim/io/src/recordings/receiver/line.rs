@@ -20,8 +20,8 @@ pub(super) struct Solved {
 #[derive(Debug)]
 pub(super) struct Line {
     pub(super) format: ReceiverFormat,
-    /// It is told: no other one is looked for.
-    pub(super) told: bool,
+    /// The user has given it: no other one is looked for.
+    pub(super) given: bool,
     receiver: Receiver,
     framer: Framer<ReceiverFormat>,
     pub(super) seen: Seen,
@@ -29,10 +29,10 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub(super) fn new(format: ReceiverFormat, told: bool) -> Self {
+    pub(super) fn new(format: ReceiverFormat, given: bool) -> Self {
         Self {
             format,
-            told,
+            given,
             receiver: Receiver::new(Some(format)),
             framer: Framer::new(format),
             seen: Seen::default(),
@@ -50,8 +50,8 @@ impl Line {
         let us = if bytes.is_empty() { SILENCE_US } else { 0 };
         self.receiver.push(bytes, Arrival { us, sample: 0 });
         while let Some(solution) = self.receiver.next_fix() {
-            // without a checksum anything may be a fix: only where that is told
-            let counts = self.told || !self.seen.lacks_checksums();
+            // without a checksum anything may be a fix: only where it is given
+            let counts = self.given || !self.seen.lacks_checksums();
             if let Some(fix) = solution.fix.filter(|_| counts) {
                 let dated = solution.dated;
                 self.fixes.push(Solved { fix, dated });

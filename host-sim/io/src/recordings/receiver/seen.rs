@@ -52,12 +52,12 @@ impl Seen {
     }
 
     /// "412 PVTCartesian, wanted PVTGeodetic"
-    fn text(&self, format: ReceiverFormat, told: bool) -> String {
+    fn text(&self, format: ReceiverFormat, given: bool) -> String {
         let mut text = listed(&self.good);
         if self.lacks_checksums() {
             let join = if text.is_empty() { "" } else { ", " };
             text += &format!("{join}{} without a checksum", listed(&self.unchecked));
-            if !told {
+            if !given {
                 return text;
             }
         }
@@ -112,7 +112,7 @@ pub(super) fn nothing(
     }
     let heard = lines.iter().filter(|line| !line.seen.is_empty());
     let seen = heard.map(|line| {
-        let text = line.seen.text(line.format, line.told);
+        let text = line.seen.text(line.format, line.given);
         format!("{}: {text}", name(line.format))
     });
     let mut seen: Vec<String> = seen.collect();
@@ -120,8 +120,8 @@ pub(super) fn nothing(
     let positions = other.as_ref().is_some_and(|(_, positions)| *positions);
     seen.extend(other.map(|(what, _)| format!("{what}, not read")));
     if seen.is_empty() {
-        let told = lines.first().filter(|line| line.told);
-        let (problem, remedy) = match told {
+        let given = lines.first().filter(|line| line.given);
+        let (problem, remedy) = match given {
             Some(line) => (
                 format!("has no {} messages", name(line.format)),
                 "leave --fixes-protocol out: the protocol is then detected",
@@ -136,7 +136,7 @@ pub(super) fn nothing(
     let problem = format!("has no fix; seen are {}", seen.join("; "));
     let unchecked = lines
         .iter()
-        .any(|line| line.seen.lacks_checksums() && !line.told);
+        .any(|line| line.seen.lacks_checksums() && !line.given);
     if unchecked {
         let remedy = "give --fixes-protocol nmea: it reads sentences without a checksum";
         return complain(file, "fixes", problem, remedy);

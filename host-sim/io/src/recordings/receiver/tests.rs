@@ -155,7 +155,7 @@ fn a_clock_that_goes_back_divides_the_log() {
     assert!(found.notes[0].starts_with(note), "{:?}", found.notes);
 }
 
-fn told(bytes: &[u8], format: ReceiverFormat) -> Result<Log, Error> {
+fn read_as(bytes: &[u8], format: ReceiverFormat) -> Result<Log, Error> {
     let (_dir, path) = file("in.log", bytes);
     read(&path, Some(format), &|_, _| ())
 }
@@ -200,12 +200,12 @@ fn of_two_protocols_the_better_fixes_are_used() {
         note.contains("UBX is in the log, too, with 30 fixes; --fixes-protocol ubx"),
         "{note}"
     );
-    let log = told(&mixed, ReceiverFormat::Ubx).unwrap();
+    let log = read_as(&mixed, ReceiverFormat::Ubx).unwrap();
     assert_eq!(
         (log.format, log.fixes.len(), log.notes.len()),
         (ReceiverFormat::Ubx, 30, 0)
     );
-    let text = message(&told(&mixed, ReceiverFormat::Sbf).unwrap_err());
+    let text = message(&read_as(&mixed, ReceiverFormat::Sbf).unwrap_err());
     assert!(text.contains("has no SBF messages"), "{text}");
     // fixes with more values do not make up for most of the time
     for (good, want) in [(30, ReceiverFormat::Nmea), (80, ReceiverFormat::Ubx)] {
@@ -344,7 +344,7 @@ fn what_was_seen_is_named() {
         text.contains("1 GGA, 1 RMC without a checksum; remedy: give --fixes-protocol nmea"),
         "{text}"
     );
-    assert_eq!(told(&bare, ReceiverFormat::Nmea).unwrap().fixes.len(), 1);
+    assert_eq!(read_as(&bare, ReceiverFormat::Nmea).unwrap().fixes.len(), 1);
     let text = why(b"$@\x40\x0f\xa8\x17\x08\x00");
     assert!(text.contains("messages of a receiver"), "{text}");
 }

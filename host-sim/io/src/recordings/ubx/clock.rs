@@ -94,7 +94,7 @@ impl Clock {
     pub(super) fn note(&self, delay_s: f64) -> String {
         format!(
             "time tags count {:.1} a second; the promptest fix counts as {delay_s} s old, which \
-             --fix-delay-s tells",
+             --fix-delay-s gives",
             self.rate
         )
     }

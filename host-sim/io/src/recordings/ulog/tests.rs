@@ -277,9 +277,9 @@ fn damage_and_cuts_are_passed_with_a_note() {
     );
 }
 
-/// How much is logged is told: a topic of which a quarter of the messages is missing is not whole.
+/// The share that is logged is reported: a topic without a quarter of its messages is not whole.
 #[test]
-fn the_share_that_is_logged_is_told() {
+fn the_share_that_is_logged_is_reported() {
     let three_of_four = |k: u64| match k % 4 {
         0 => Vec::new(),
         _ => combined(k),

@@ -5,27 +5,26 @@
 //! common hidden layers of the units (`fit`, `shape`), and the scatter of their output layers and
 //! turn-on biases (`linear`).
 
-mod fit;
-mod linear;
 mod recorded;
 mod series;
-mod shape;
 
 pub use recorded::{folders, readings};
 pub use series::{Drive, Error10};
 
 use super::runs::{Runs, Stamp, gathered, same_stamp};
 use super::{AIDED_S, Campaign, Group, Part, STANDSTILL_S, Seeds};
-use crate::learning::teacher::Assumptions;
 use firmware::inputs::{Inputs, settles};
 use firmware::learn::prior::Datasheet;
-use fit::{DriveData, Fitted, Law, Parts, STARTS, UnitData, mean_of};
 use host_core::error::Error;
 use host_core::inertial::units::{DEG_PER_H, UG};
+use host_estimation::learning::fleet::fit::{
+    self, DriveData, Fitted, Law, Parts, STARTS, UnitData, mean_of,
+};
+use host_estimation::learning::fleet::linear::Point;
+use host_estimation::learning::teacher::Assumptions;
 use host_unit::Unit;
 use host_unit::networks::Networks;
 use host_unit::prior::{Prior, Triad};
-use linear::Point;
 use lrnn_nostd::Normalisation;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -202,7 +201,7 @@ pub fn learn(
         return Err(Error::Option {
             option: "fleet".into(),
             problem: format!(
-                "{} units have two drives or more, which is too few to tell a type from a unit",
+                "only {} units have two drives or more, too few to separate a type from a unit",
                 several.len()
             ),
             remedy: format!("give at least {LEAST_UNITS} units, each with several drives"),

@@ -5,11 +5,11 @@
 use super::series::{Drive, useless};
 use crate::experiment::starting::{Started, Wishes, start};
 
-use crate::learning::teacher::Assumptions;
 use firmware::inputs::Inputs;
 use host_core::error::Error;
 use host_core::inertial::session::{Readings, Session};
 use host_core::inertial::units::DEG;
+use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::{generic, read};
 use host_unit::Unit;
 use nalgebra::Vector3;

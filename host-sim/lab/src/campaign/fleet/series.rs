@@ -2,17 +2,19 @@
 //! deviation, and every second the possible inputs of networks.
 //!
 //! The errors are the biases of a filter that is aided by fixes and lets them walk fast, smoothed
-//! over the whole drive ([`crate::learning::teacher`]). Neighbouring ones share the fixes between
-//! them. A bias that walks by `q` in a second and is known to the variance P is smoothed over some
-//! `2 P / q` seconds; the variance is enlarged accordingly, for the smaller number of independent
-//! errors.
+//! over the whole drive ([`host_estimation::learning::teacher`]). Neighbouring ones share the fixes
+//! between them. A bias that walks by `q` in a second and is known to the variance P is smoothed
+//! over some `2 P / q` seconds; the variance is enlarged accordingly, for the smaller number of
+//! independent errors.
 
-use crate::learning::teacher::{Assumptions, Nominal, navigate, navigate_from, references};
-use crate::learning::window::{compensator, inputs};
 use firmware::inputs::Inputs;
 use firmware::model::Nets;
 use host_core::error::Error;
 use host_core::inertial::session::{EPOCH_S, Session};
+use host_estimation::learning::teacher::{
+    Assumptions, Nominal, navigate, navigate_from, references,
+};
+use host_estimation::learning::window::{compensator, inputs};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

@@ -11,7 +11,7 @@ const INPUTS: [Source; 3] = [
 ];
 
 fn fleet(out: PathBuf, shard: (u32, u32)) -> Fleet {
-    let mut scenario = crate::experiment::scenario::Scenario::default();
+    let mut scenario = host_unit::scenario::Scenario::default();
     scenario.set_start("mixed").unwrap();
     let name = ErrorModelName::ThermalLag;
     let campaign = Campaign {

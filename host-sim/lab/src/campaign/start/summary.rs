@@ -3,7 +3,7 @@
 use super::class::{Class, Goal};
 use super::trial::{Attitude, Trial};
 use crate::campaign::statistics::quantile;
-use crate::learning::rests::Rests;
+use host_estimation::learning::rests::Rests;
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;

@@ -4,8 +4,6 @@
 use super::class::{Class, JOURNEY_S};
 use super::receiver::{Receiver, Sent, fixes};
 use crate::campaign::Seeds;
-use crate::learning::fix_learner::Device;
-use crate::learning::rests::{Detector, Rests};
 use firmware::compensator::Compensator;
 use firmware::configuration::{Configuration, UNKNOWN};
 use firmware::control::Way;
@@ -19,6 +17,8 @@ use host_core::inertial::units::DEG;
 use host_core::simulator::imu::magnetic::dipole_field;
 use host_core::simulator::imu::{Imu, ImuSpec};
 use host_core::simulator::truth::{Journey, Truth};
+use host_estimation::learning::fix_learner::Device;
+use host_estimation::learning::rests::{Detector, Rests};
 use host_unit::Unit;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rand::SeedableRng;

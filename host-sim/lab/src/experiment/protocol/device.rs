@@ -2,13 +2,13 @@
 //! fixes.
 
 use super::{Settings, Split, learnt};
-use crate::learning::device::{Course, Diary, Drive, course, since};
 use firmware::configuration::Activation;
 use firmware::model::Nets;
 use firmware::sample::Counts;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
 use host_core::list::{IN_MEMORY, List};
+use host_estimation::learning::device::{Course, Diary, Drive, course, since};
 
 /// What the device did.
 pub(in crate::experiment) struct Judged {

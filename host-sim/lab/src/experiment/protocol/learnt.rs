@@ -2,18 +2,20 @@
 
 use super::{Judged, Settings, Split, judged};
 use crate::experiment::correction::Correction;
-use crate::learning::considered::considered as of_biases;
-use crate::learning::corrected::estimates;
-use crate::learning::fit::{FittedNetworks, fit_from};
-use crate::learning::fix_learner::learn;
-use crate::learning::teacher::{Assumptions, Nominal, Start, aid, aligned, navigate_from};
-use crate::learning::window::compensator;
 use firmware::learn::bank::Gates;
 use host_core::error::Error;
 use host_core::inertial::align;
 use host_core::inertial::ekf::{Aided, ErrorModel};
 use host_core::inertial::motion::Motion;
 use host_core::inertial::session::Session;
+use host_estimation::learning::considered::considered as of_biases;
+use host_estimation::learning::corrected::estimates;
+use host_estimation::learning::fit::{FittedNetworks, fit_from};
+use host_estimation::learning::fix_learner::learn;
+use host_estimation::learning::teacher::{
+    Assumptions, Nominal, Start, aid, aligned, navigate_from,
+};
+use host_estimation::learning::window::compensator;
 use nalgebra::Vector3;
 
 /// The classical filters beside the networks, with the walk of the biases by the datasheet.
@@ -109,7 +111,7 @@ impl Learnt {
 /// start, else the reference's.
 fn begin(
     session: &Session,
-    increments: &(impl Motion + ?Sized),
+    increments: &dyn Motion,
     settings: &Settings,
 ) -> Option<(usize, Start)> {
     let first = session.standstill;
@@ -139,7 +141,7 @@ fn begin(
 /// state; and the epoch at which it begins.
 fn begun(
     session: &Session,
-    increments: &(impl Motion + ?Sized),
+    increments: &dyn Motion,
     settings: &Settings,
 ) -> Option<(usize, impl Fn(ErrorModel) -> Aided)> {
     let a = settings.assumptions;
@@ -162,7 +164,7 @@ fn begun(
 /// A filter with fixes up to epoch `until`.
 pub(super) fn aided(
     session: &Session,
-    increments: &(impl Motion + ?Sized),
+    increments: &dyn Motion,
     model: ErrorModel,
     settings: &Settings,
     until: usize,
@@ -176,7 +178,7 @@ pub(super) fn aided(
 }
 
 /// Standard deviations of six biases that are learnt from a session, after each second, infinite
-/// before the first: see [`learning::considered`](crate::learning::considered).
+/// before the first: see [`learning::considered`](host_estimation::learning::considered).
 pub(super) fn considered(session: &Session, settings: &Settings) -> Vec<[f64; 6]> {
     let increments = session.motion();
     let Some((first, filter)) = begun(session, &increments, settings) else {

@@ -1,11 +1,11 @@
 use super::*;
 use crate::experiment::correction::SCHEMES;
 use crate::experiment::starting::{Started, Wishes, start};
-use crate::learning::in_motion::Known;
-use crate::learning::window::{normalisation, start as weights_of};
 use firmware::model::Nets;
 use host_core::inertial::sins::Increment;
 use host_core::inertial::units::{DEG, G0};
+use host_estimation::learning::in_motion::Known;
+use host_estimation::learning::window::{normalisation, start as weights_of};
 use host_io::recordings::generic;
 use host_io::recordings::record::{Kind, Record};
 use host_unit::Unit;

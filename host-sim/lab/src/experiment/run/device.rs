@@ -2,10 +2,10 @@
 //! same unit with fixes corrects a drive without fixes.
 
 use super::Sessions;
-use crate::learning::device::{Course, Device, course, since};
 use host_core::error::Error;
 use host_core::inertial::free_inertial::{FreeInertial, aligned_free_inertial};
 use host_core::inertial::session::Session;
+use host_estimation::learning::device::{Course, Device, course, since};
 use rayon::prelude::*;
 use std::iter;
 

@@ -2,12 +2,12 @@
 
 use super::reference::Reference;
 use super::timeline::Timeline;
-use crate::learning::device::{Device, Drive, Input, arrived};
-use crate::learning::rests::{Detector, Rests};
 use firmware::configuration::Configuration;
 use firmware::fix;
 use firmware::learn::Settings;
 use host_core::inertial::sins::Increment;
+use host_estimation::learning::device::{Device, Drive, Input, arrived};
+use host_estimation::learning::rests::{Detector, Rests};
 
 /// One power-on of the device, with the fixes of the first `fixes_s` seconds.
 pub fn drive(device: &mut Device, timeline: &Timeline, fixes_s: f64) -> Drive {

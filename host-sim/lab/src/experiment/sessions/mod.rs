@@ -24,22 +24,22 @@ mod reference;
 mod rivals;
 mod timeline;
 
-pub use crate::learning::device::Course;
 pub use coasts::median;
+pub use host_estimation::learning::device::Course;
 pub use paper::{PaperRow, paper};
 pub(in crate::experiment) use reference::{CONTRADICTS, state_at};
 pub use timeline::Timeline;
 
-use crate::learning::device::{Device, configured, course};
-use crate::learning::recall::{FILTERS, biases, less};
-use crate::learning::rests::Rests;
-use crate::learning::teacher::Assumptions;
 use coasts::{Coasts, Scheme, Starts};
 use device::{Samples, found, of_rests};
 use firmware::configuration::{Activation, Configuration};
 use host_core::error::Error;
 use host_core::inertial::ekf::{Aided, Noise, Prior};
 use host_core::inertial::sins::{Increment, NavState};
+use host_estimation::learning::device::{Device, configured, course};
+use host_estimation::learning::recall::{FILTERS, biases, less};
+use host_estimation::learning::rests::Rests;
+use host_estimation::learning::teacher::Assumptions;
 use nalgebra::Vector3;
 use order::Span;
 use rayon::prelude::*;
@@ -101,7 +101,7 @@ pub struct Remembered {
     pub mean: [f64; 6],
     /// Their standard deviations: the larger of what the filter claims and of what it can know that
     /// does not estimate scale factors, misalignments and g-sensitivity
-    /// ([`considered`](crate::learning::considered)), by the best session so far.
+    /// ([`considered`](host_estimation::learning::considered)), by the best session so far.
     pub sigma: [f64; 6],
 }
 
@@ -289,7 +289,10 @@ impl Unit {
         &self,
         timeline: &Timeline,
         ends: &[f64],
-    ) -> (Vec<Samples>, (Device, crate::learning::device::Drive)) {
+    ) -> (
+        Vec<Samples>,
+        (Device, host_estimation::learning::device::Drive),
+    ) {
         let until: Vec<f64> = std::iter::once(0.0)
             .chain(FIXES_S)
             .chain(ends.iter().copied())

@@ -11,13 +11,14 @@ use super::reference::{Reference, reference};
 use super::rivals;
 use super::timeline::Timeline;
 use super::{Assumed, Plan, contradiction, device};
-use crate::learning::device::{Device, configured};
-use crate::learning::fit::fit_from;
-use crate::learning::recall::FILTERS;
-use crate::learning::teacher::{Start, navigate_from};
-use crate::learning::window::{NetworkSpec, compensator, corrected_increments};
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
+use host_estimation::learning::device::{Device, configured};
+use host_estimation::learning::fit::fit_from;
+use host_estimation::learning::recall::FILTERS;
+use host_estimation::learning::teacher::{Start, navigate_from};
+use host_estimation::learning::window::{compensator, corrected_increments};
+use host_unit::scenario::network::NetworkSpec;
 use serde::Serialize;
 
 /// The protocols.
@@ -152,7 +153,7 @@ impl Case<'_> {
         let nominal = navigate_from(&session, &increments, a, &start, 0, session.epochs());
         let spec = NetworkSpec::short();
         let fitted = fit_from(&session, &increments, &nominal, *a, &spec, false);
-        let linear = |model: &crate::learning::baseline::LinearModel| {
+        let linear = |model: &host_estimation::learning::baseline::LinearModel| {
             let all = judged.increments.iter();
             all.map(|w| model.correct(w, judged.step_s)).collect()
         };

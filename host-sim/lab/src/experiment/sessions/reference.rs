@@ -3,7 +3,7 @@
 //! They are smoothed from all samples and all fixes of the session with a model of its own: of some
 //! classes of sensors the one under which the fixes are likeliest, whatever the unit file says,
 //! with biases of three times its sigmas and 3x3 matrices of a third of them. (Where motion does
-//! not tell matrices, accelerometer biases and tilts apart, wide matrices spoil the tilts: with the
+//! not separate matrices, accelerometer biases and tilts, wide matrices spoil the tilts: with the
 //! whole sigmas the remembered biases of ten RC-car sessions navigate twice as badly.) No judged
 //! scheme's parameters shape them.
 //! Where the recording gives no attitude, the filter begins level, by the mean specific force, with

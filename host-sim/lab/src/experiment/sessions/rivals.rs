@@ -1,17 +1,17 @@
 //! The schemes that the device is compared with, on the same samples and fixes from the same start.
 //!
 //! The filters estimate with every fix and freeze when the fixes end. Their memory is that of
-//! [`recall`](crate::learning::recall).
+//! [`recall`](host_estimation::learning::recall).
 
 use super::Assumed;
 use super::reference::Reference;
 use super::timeline::Timeline;
-use crate::learning::considered::considered as of_biases;
-use crate::learning::recall::{self, Passed, mean_rate, model};
-use crate::learning::teacher::Assumptions;
 use host_core::inertial::ekf::{Aided, Belief, ErrorModel, InitialSigma, NAV};
 use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::DEG;
+use host_estimation::learning::considered::considered as of_biases;
+use host_estimation::learning::recall::{self, Passed, mean_rate, model};
+use host_estimation::learning::teacher::Assumptions;
 use nalgebra::Vector3;
 
 /// Errors of the start that the filters assume: tilt, heading, deg; m/s; m.

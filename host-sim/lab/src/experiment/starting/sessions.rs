@@ -20,7 +20,7 @@ fn sessions(of: &str) -> Vec<PathBuf> {
     all
 }
 
-/// How a session starts, told this kind of vehicle and gyros of this bias by the datasheet, deg/s.
+/// How a session starts if configured with this kind of vehicle and this gyro bias, deg/s.
 fn found(header: &Path, vehicle: Kind, gyro_dps: f64) -> (f64, Result<Aligned, Progress>) {
     let file = data_dir().unwrap().join("sessions/dot.toml");
     let unit = Unit::load(file.to_str().unwrap()).unwrap();
@@ -65,8 +65,8 @@ fn moves(header: &Path) -> f64 {
     record.fixes.iter().find(away).map_or(0.0, |fix| fix.time)
 }
 
-/// Positions alone, mounting not told, gyros of a degree a second, told as good or five times worse
-/// than they are: most sessions start within half a minute of driving, all that drive for 80 s do,
+/// Positions alone, mounting unknown, gyros of a degree a second, configured as they are or five
+/// times worse: most sessions start within half a minute of driving, all that drive for 80 s do,
 /// the biases are those of the unit, and the headings those of the cars.
 #[test]
 fn real_sessions_start_in_motion() {

@@ -4,11 +4,11 @@
 use super::*;
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::Begins;
-use crate::experiment::time_offset::{contradicted, settle};
 use crate::experiment::user_recording::Plan;
-use crate::learning::device::Device;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::EPOCH_S;
+use host_estimation::analysis::time_offset::{contradicted, settle};
+use host_estimation::learning::device::Device;
 use host_io::recordings::record::Record;
 use host_io::recordings::track::Track;
 use host_unit::Unit;
@@ -203,7 +203,7 @@ fn fixes_off_by_2_9_s() {
         record.move_fixes(-2.9);
         let note = settle(record, true);
         assert!(note.unwrap().contains("estimated"));
-        assert!((record.told_offset_s.unwrap() - 2.9).abs() < 0.1);
+        assert!((record.given_offset_s.unwrap() - 2.9).abs() < 0.1);
     });
     let (mut record, _) = drive(1);
     assert_eq!(settle(&mut record, false), None);

@@ -3,14 +3,14 @@
 
 use super::{LEAST_S, Plan};
 use crate::experiment::correction::Correction;
-use crate::experiment::doubts::{Says, Warning};
 use crate::experiment::outcome::Outcome;
 use crate::experiment::protocol::Begins;
 use crate::experiment::starting::{Started, Wishes, start};
-use crate::learning::device::Device;
-use crate::learning::teacher::Assumptions;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
+use host_estimation::analysis::doubts::{Says, Warning};
+use host_estimation::learning::device::Device;
+use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::record::Record;
 use host_io::recordings::track::Track;
 use host_unit::Unit;

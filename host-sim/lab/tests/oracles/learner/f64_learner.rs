@@ -5,9 +5,9 @@ use host_core::inertial::ekf::{Block, Linearised, NAV, displaced};
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{EPOCH_S, Session};
 use host_core::inertial::sins::{Increment, NavState, Sins};
-use host_lab::learning::aiding::fix_at;
-use host_lab::learning::fix_learner::datasheet;
-use host_lab::learning::teacher::{Assumptions, Start, aligned};
+use host_estimation::learning::aiding::fix_at;
+use host_estimation::learning::fix_learner::datasheet;
+use host_estimation::learning::teacher::{Assumptions, Start, aligned};
 use lrnn_nostd::learn::kalman::{Correction, Transition};
 use nalgebra::{DVector, SMatrix, Vector3};
 
@@ -31,7 +31,7 @@ impl F64Learner {
         assumptions: &Assumptions,
         until: usize,
     ) -> Option<Self> {
-        let aligned = aligned(session, increments)?;
+        let aligned = aligned(session, &increments)?;
         let Start { nav, sigma } = aligned.start(assumptions);
         let (a, v, p) = (sigma.tilt, sigma.velocity, sigma.position);
         let error_sigma = [a, a, sigma.heading, v, v, v, p, p, p];

@@ -14,9 +14,9 @@ use host_core::inertial::units::DEG;
 use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
 use host_core::simulator::session::{SessionConfig, simulate};
-use host_lab::learning::aiding::fix_at;
-use host_lab::learning::fix_learner::{datasheet, learn};
-use host_lab::learning::teacher::{Assumptions, aligned};
+use host_estimation::learning::aiding::fix_at;
+use host_estimation::learning::fix_learner::{datasheet, learn};
+use host_estimation::learning::teacher::{Assumptions, aligned};
 use lrnn_nostd::learn::kalman::{
     AllWeights, Correction, ErrorModel as Networks, Kalman, NoParameters, OutputWeights, Prior,
     Transition,

@@ -4,7 +4,7 @@ use super::super::{Contents, Figure, Part, Table};
 use super::data;
 use crate::learnability::{figures, picture, table};
 use host_core::error::Error;
-use host_lab::analysis::learnability::{Answer, Line};
+use host_estimation::analysis::learnability::{Answer, Line};
 
 const TITLE: &str = "What is learnable, and when";
 

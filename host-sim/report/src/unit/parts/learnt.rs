@@ -3,14 +3,14 @@
 use super::super::{Contents, Figure, Part, Table};
 use super::{benches, case};
 use crate::allan::figures;
-use crate::axis::{Axis, extent, widened};
-use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
-use crate::palette::{Look, RNN, SOFT};
 use crate::sensor_errors::sensor_errors;
 use firmware::learn::bank::NAMES;
+use host_chart::axis::{Axis, extent, widened};
+use host_chart::palette::{Look, RNN, SOFT};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
 use host_core::inertial::units::{DEG_PER_H, UG};
+use host_estimation::learning::device::{EVERY_S, Entry};
 use host_lab::experiment::outcome::Bench;
-use host_lab::learning::device::{EVERY_S, Entry};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Learnt errors";

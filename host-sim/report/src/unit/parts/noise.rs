@@ -4,7 +4,7 @@ use super::super::{Contents, Figure, Part, Table};
 use super::data;
 use crate::allan::{against, caption, picture, rows};
 use host_core::error::Error;
-use host_lab::analysis::allan::{Analysis, Kind};
+use host_estimation::analysis::allan::{Analysis, Kind};
 
 const TITLE: &str = "Noise at rest";
 

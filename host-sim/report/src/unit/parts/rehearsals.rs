@@ -3,14 +3,14 @@
 use super::super::{Contents, Figure, Part, Table};
 use super::{benches, case};
 use crate::allan::figures;
-use crate::axis::Axis;
-use crate::chart::{Legend, Mark, Panel, Picture, WIDTH};
-use crate::palette::{Look, numbered};
 use crate::text::{counted, thousands};
 use firmware::learn::bank::{HYPOTHESES, NAMES, ZERO_CORRECTION};
 use firmware::learn::rehearsal::{HORIZONS_S, PROVED, of_100};
+use host_chart::axis::Axis;
+use host_chart::palette::{Look, numbered};
+use host_chart::picture::{Legend, Mark, Panel, Picture, WIDTH};
+use host_estimation::learning::device::{Candidate, Diary, Entry};
 use host_lab::experiment::outcome::Bench;
-use host_lab::learning::device::{Candidate, Diary, Entry};
 use serde_json::{Value, json};
 
 const TITLE: &str = "Rehearsals and gates";

@@ -1,4 +1,4 @@
-//! Lines as receivers and loggers make them, with a protocol that is detected unless it is told.
+//! Lines as receivers and loggers make them. The protocol is configured or detected.
 
 use super::*;
 use crate::wire::checksum::{fletcher8, xmodem};
@@ -7,8 +7,12 @@ use crate::wire::checksum::{fletcher8, xmodem};
 type Fixes = Vec<(u32, u64, u64, u8)>;
 
 /// Reads seconds of a line at 115 200 bit/s in pieces of this size.
-fn read(told: Option<ReceiverFormat>, seconds: &[Vec<u8>], piece: usize) -> (Receiver, Fixes) {
-    let mut wire = Wire::new(told);
+fn read(
+    configured: Option<ReceiverFormat>,
+    seconds: &[Vec<u8>],
+    piece: usize,
+) -> (Receiver, Fixes) {
+    let mut wire = Wire::new(configured);
     (wire.piece, wire.byte_us) = (piece, 87);
     for (second, bytes) in (1..).zip(seconds) {
         wire.silent_until(1_000_000 * second);
@@ -64,7 +68,7 @@ fn seconds(of: impl Fn(u32) -> Vec<u8>) -> Vec<Vec<u8>> {
 }
 
 /// What a u-blox receiver sends each second, and a Septentrio with two long blocks: no epoch is
-/// lost, whether the protocol is told or not, however the line is cut.
+/// lost, whether the protocol is configured or not, however the line is cut.
 #[test]
 fn long_messages_between_fixes_cost_none() {
     use ReceiverFormat::{Sbf, Ubx};
@@ -78,11 +82,11 @@ fn long_messages_between_fixes_cost_none() {
     });
     for (format, line) in [(Ubx, ubx), (Sbf, sbf)] {
         let times: Vec<u32> = (0..60).map(|n| n * 1000).collect();
-        for told in [None, Some(format)] {
+        for configured in [None, Some(format)] {
             for piece in [1, 16, 64, 256] {
-                let (receiver, fixes) = read(told, &line, piece);
+                let (receiver, fixes) = read(configured, &line, piece);
                 let found: Vec<_> = fixes.iter().map(|(ms, ..)| *ms).collect();
-                assert_eq!(found, times, "{format:?} {told:?} {piece}");
+                assert_eq!(found, times, "{format:?} {configured:?} {piece}");
                 assert!(fixes.iter().all(|(.., given)| *given == 6));
                 assert_eq!(receiver.format(), Some(format));
             }
@@ -162,11 +166,11 @@ fn lines_of_loggers() {
                 text.lines().map(|line| resealed(&change(line))).collect();
             changed.into_bytes()
         });
-        for told in [None, Some(ReceiverFormat::Nmea)] {
+        for configured in [None, Some(ReceiverFormat::Nmea)] {
             for piece in [1, 50, 256] {
-                let (receiver, fixes) = read(told, &line, piece);
+                let (receiver, fixes) = read(configured, &line, piece);
                 let found: Vec<_> = fixes.iter().map(|(ms, ..)| *ms).collect();
-                assert_eq!(found, times, "change {at} {told:?} {piece}");
+                assert_eq!(found, times, "change {at} {configured:?} {piece}");
                 assert_eq!(receiver.format(), Some(ReceiverFormat::Nmea));
                 // complete with the last sentence, or after a silence where only that ends it
                 let late = fixes.iter().map(|(_, us, at, _)| us - at).max().unwrap();
@@ -188,7 +192,7 @@ fn resealed(line: &str) -> std::string::String {
     }
 }
 
-/// Sentences without a checksum count where NMEA is told and none has one.
+/// Sentences without a checksum count where NMEA is configured and none has one.
 #[test]
 fn missing_checksums_are_read_where_they_are_told() {
     let bare = |n: u32| {
@@ -199,9 +203,9 @@ fn missing_checksums_are_read_where_they_are_told() {
         lines.collect::<std::string::String>().into_bytes()
     };
     let line = seconds(bare);
-    let told = Some(ReceiverFormat::Nmea);
+    let configured = Some(ReceiverFormat::Nmea);
     for piece in [1, 64] {
-        assert_eq!(read(told, &line, piece).1.len(), 60);
+        assert_eq!(read(configured, &line, piece).1.len(), 60);
         let (receiver, fixes) = read(None, &line, piece);
         assert_eq!((receiver.format(), fixes.len()), (None, 0));
     }
@@ -210,7 +214,7 @@ fn missing_checksums_are_read_where_they_are_told() {
         0 => nmea(n, "221126", 0, &["RMC", "GGA"]),
         _ => bare(n),
     });
-    assert_eq!(read(told, &mixed, 64).1.len(), 30);
+    assert_eq!(read(configured, &mixed, 64).1.len(), 30);
 }
 
 /// The day of the week is known from the first date on, by RMC or ZDA. Here it comes behind a fix

@@ -1,4 +1,0 @@
-//! Analyses of sensors: Allan variance, and the limits of learning their errors.
-
-pub mod allan;
-pub mod learnability;
