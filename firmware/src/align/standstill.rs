@@ -3,7 +3,7 @@
 //! Such a window passes when four conditions hold:
 //!
 //! - **quiet**: the samples scatter no more than 1.5 times as much as in the quietest two seconds
-//!   so far. An idling engine shakes a car less than a road does, whatever the sensor's noise is.
+//!   so far, or than sway explains. An idling engine shakes a car less than a road does, whatever the sensor's noise is.
 //! - **steady**: mean rate and specific force differ from those of the standstill so far by no more
 //!   than noise and sway explain (5 sigma an axis).
 //! - **slow**: biases allowed for, the rate is at most the Earth's.
@@ -35,6 +35,9 @@ pub const RESTS: u32 = 4;
 const LEVELS: usize = 4;
 /// Largest scatter, in units of the quietest (`docs/REAL.md`: five real units).
 const QUIET: f32 = 1.5;
+/// Scatter that counts as quiet whatever the quietest was, rad/s and m/s2: people and wind sway a
+/// standing vehicle so much, now and then (assumed).
+const SWAYS: [f32; 2] = [1.5e-3, 0.07];
 /// Scatter at rest, in units of that of a vehicle under way (assumed).
 const QUIETER: f32 = 0.95;
 /// Sway of a standing vehicle by people and wind: standard deviations of the mean rate (rad/s) and
@@ -235,7 +238,7 @@ impl Standstill {
             let all: f32 = self.levels.iter().map(|level| level[k]).sum();
             let level = all / self.known as f32; // those before the first are 0
             *quietest = quietest.min(level);
-            quiet &= scatter[k] <= QUIET * *quietest;
+            quiet &= scatter[k] <= (QUIET * *quietest).max(SWAYS[k]);
         }
         quiet
     }
