@@ -1,16 +1,17 @@
 //! Detection of standstill from the samples, half a second after the other.
 //!
-//! Such a window passes when four conditions hold:
+//! Such a window passes when three conditions hold:
 //!
-//! - **quiet**: the samples scatter no more than 1.5 times as much as in the quietest two seconds
-//!   so far, or than sway explains. An idling engine shakes a car less than a road does, whatever the sensor's noise is.
 //! - **steady**: mean rate and specific force differ from those of the standstill so far by no more
 //!   than noise and sway explain (5 sigma an axis).
 //! - **slow**: biases allowed for, the rate is at most the Earth's.
 //! - **level**: biases allowed for, the force is gravity's.
 //!
-//! An engine that is started at a standstill shakes more from one moment to the next, while mean
-//! rate and force stay: after two such seconds its level counts as quiet.
+//! A *rest*, which is believed without a receiver, is also **quiet**: its samples scatter no more
+//! than 1.5 times as much as in the quietest two seconds so far, or than sway explains. An idling
+//! engine shakes a car less than a road does, whatever the sensor's noise is. An engine that is
+//! started at a standstill shakes more from one moment to the next, while mean rate and force stay:
+//! after two such seconds its level counts as quiet.
 //!
 //! A vehicle that moves straight and evenly from power-on can pass too: a caller that knows a
 //! velocity reports motion by [`Standstill::moves`].
@@ -66,7 +67,12 @@ pub struct Standstill {
     quietest: [f32; 2],
     /// Windows so far, up to [`LEVELS`].
     known: usize,
-    /// Windows in a row that were steady but not quiet.
+    /// Windows in a row of the standstill that were quiet, and the mean rate of these.
+    quiet: u32,
+    rest: V32,
+    /// The standstill has had a rest.
+    rested: bool,
+    /// Windows in a row since then that were not quiet.
     louder: u32,
     /// Means of the standstill, and the number of its windows.
     mean: [V32; 2],
@@ -174,6 +180,9 @@ impl Standstill {
             levels: [[0.0; 2]; LEVELS],
             quietest: [f32::INFINITY; 2],
             known: 0,
+            quiet: 0,
+            rest: [0.0; 3],
+            rested: false,
             louder: 0,
             mean: [[0.0; 3]; 2],
             windows: 0,
@@ -202,27 +211,41 @@ impl Standstill {
         let slow = dot(rate, rate) <= self.rate * self.rate;
         let level = size >= GRAVITY[0] - self.force && size <= GRAVITY[1] + self.force;
         let stands = slow && level;
-        if stands && !quiet && steady && self.windows >= RESTS {
-            self.gets_louder();
-            return;
+        self.broken |= self.windows > 0 && !(stands && steady);
+        if !(stands && steady) {
+            self.moves();
         }
-        self.louder = 0;
-        self.broken |= self.windows > 0 && !(stands && quiet && steady);
-        if !(stands && quiet) {
-            self.windows = 0;
+        if !stands {
             return;
         }
         // a window that ends a standstill may begin another one
-        self.windows = if steady {
-            self.windows.saturating_add(1)
-        } else {
-            1
-        };
+        self.windows = self.windows.saturating_add(1);
         let share = 1.0 / self.windows as f32;
         for (mean, now) in self.mean.iter_mut().zip(&of.mean) {
             for (mean, now) in mean.iter_mut().zip(now) {
                 *mean += (now - *mean) * share;
             }
+        }
+        if quiet {
+            self.louder = 0;
+            self.rests(rate);
+        } else {
+            self.quiet = 0;
+            self.gets_louder();
+        }
+    }
+
+    /// A quiet window goes on with a rest, or begins one.
+    fn rests(&mut self, rate: V32) {
+        self.quiet = self.quiet.saturating_add(1);
+        self.rested |= self.quiet >= RESTS;
+        let share = 1.0 / self.quiet as f32;
+        for (mean, now) in self.rest.iter_mut().zip(rate) {
+            *mean = if self.quiet == 1 {
+                now
+            } else {
+                *mean + (now - *mean) * share
+            };
         }
     }
 
@@ -243,9 +266,9 @@ impl Standstill {
         quiet
     }
 
-    /// A standstill in which it shakes more: neither one nor none, until it has lasted.
+    /// A window of a standstill shakes more: its level counts as quiet when it has lasted.
     fn gets_louder(&mut self) {
-        self.louder += 1;
+        self.louder = if self.rested { self.louder + 1 } else { 0 };
         if self.louder >= LEVELS as u32 {
             self.louder = 0;
             let sum = |k: usize| self.levels.iter().map(|level| level[k]).sum::<f32>();
@@ -262,12 +285,13 @@ impl Standstill {
 
     /// Whether the vehicle has stood since the last call.
     pub fn passes(&mut self) -> bool {
-        !core::mem::take(&mut self.broken) && self.windows > 0 && self.louder == 0
+        !core::mem::take(&mut self.broken) && self.windows > 0
     }
 
     /// Another source shows that the vehicle moves.
     pub fn moves(&mut self) {
-        (self.windows, self.louder) = (0, 0);
+        (self.windows, self.quiet, self.louder) = (0, 0, 0);
+        self.rested = false;
     }
 
     /// Another source shows that the vehicle stands, as the detector finds.
@@ -279,7 +303,7 @@ impl Standstill {
     /// only what is quieter than the present moment may be one: a train that was never seen at rest
     /// is quiet on a straight line.
     pub fn is_under_way(&mut self) {
-        if self.windows >= RESTS && !self.confirmed {
+        if self.quiet >= RESTS && !self.confirmed {
             let [.., level] = self.levels;
             for (quietest, level) in self.quietest.iter_mut().zip(level) {
                 *quietest = quietest.min(QUIETER * level / QUIET);
@@ -305,10 +329,9 @@ impl Standstill {
     #[must_use]
     pub fn rest(&self) -> Option<Rest> {
         let [.., [scatter, _]] = self.levels;
-        let [rate, _] = self.mean;
-        (self.windows >= RESTS && self.louder == 0).then_some(Rest {
-            rate,
-            seconds: self.windows as f32 * WINDOW_S,
+        (self.quiet >= RESTS).then_some(Rest {
+            rate: self.rest,
+            seconds: self.quiet as f32 * WINDOW_S,
             scatter,
         })
     }

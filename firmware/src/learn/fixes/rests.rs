@@ -248,7 +248,8 @@ impl FixLearner<'_> {
         rests.since_fix_s += stream.block_s();
         rests.since_zero_s += stream.block_s();
         let align = self.navigation.align.as_ref()?;
-        let stands = align.still() >= STILL_S && self.may_stand();
+        let rest_s = align.rest().map_or(0.0, |rest| rest.seconds);
+        let stands = rest_s >= STILL_S as f32 && self.may_stand();
         let rests = &mut self.motion.rests;
         if !stands || rests.since_fix_s < ALONE_S || rests.since_zero_s < EVERY_S {
             return None;
