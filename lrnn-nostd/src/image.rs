@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNN` |
 //! | 4 | 1 | version of this format, 1 |
-//! | 5 | 1 | hidden activation ([`Activation::CODE`]): 0 identity, 1 tanh, 2 rational, 3 cubics, 4 `micromath` |
+//! | 5 | 1 | hidden [`Activation::CODE`]: 0 identity, 1 tanh, 2 rational, 3 cubics, 4 `micromath` |
 //! | 6 | 1 | output activation, likewise |
 //! | 7 | 1 | feedback ([`Feedback::CODE`]): 0 full, 1 diagonal |
 //! | 8 | 4 | total length, u32: 304 |

@@ -33,6 +33,7 @@ use crate::fix::OBSERVATIONS;
 use crate::inputs::settles;
 use crate::inputs::{Inputs, OWN};
 use considered::Considered;
+pub(super) use gates::error_floor;
 use gates::index;
 use hypothesis::Hypothesis;
 use lrnn_nostd::learn::kalman::{Correction, FixedWeights, Maps, OUTPUTS, TRIADS};
@@ -492,11 +493,4 @@ impl<T: Real> Bank<T> {
     pub fn nets_of(&self, index: usize) -> [LearnerNet<T>; TRIADS] {
         self.get(index).nets()
     }
-}
-
-/// Floor of the navigator's errors, left by f32 arithmetic and an imperfect navigator: rad, m/s, m
-/// (assumed; far below the effect of any sensor).
-pub(super) fn error_floor<T: Real>() -> [T; NAV] {
-    let [a, v, p] = [1e-7, 1e-5, 1e-4].map(T::from_f64);
-    [a, a, a, v, v, v, p, p, p]
 }

@@ -1,5 +1,6 @@
 //! When an observation is refused and when a hypothesis is trusted.
 
+use super::NAV;
 use super::table::ALL;
 use lrnn_nostd::Real;
 
@@ -87,4 +88,11 @@ impl<T: Real> Default for Gates<T> {
 /// State observed by observation `k`: position first, then velocity.
 pub(super) fn index(k: usize) -> usize {
     if k < 3 { 6 + k } else { k }
+}
+
+/// Floor of the navigator's errors, left by f32 arithmetic and an imperfect navigator: rad, m/s, m
+/// (assumed; far below the effect of any sensor).
+pub(in crate::learn) fn error_floor<T: Real>() -> [T; NAV] {
+    let [a, v, p] = [1e-7, 1e-5, 1e-4].map(T::from_f64);
+    [a, a, a, v, v, v, p, p, p]
 }

@@ -10,8 +10,8 @@
 //!
 //! While nothing navigates, nothing is known of the Earth's rotation: what a rest teaches then is
 //! no better than that. While the navigator runs, its attitude gives it: with `C_est = (I - phi x)
-//! C_true`, the mean rate less `C_est' w` is the gyros' error and `C' (w x phi)`. That part is in the
-//! observation, because the attitude of a gyrocompass has errors by the same gyros: what looked
+//! C_true`, the mean rate less `C_est' w` is the gyros' error and `C' (w x phi)`. That part is in
+//! the observation, because the attitude of a gyrocompass has errors by the same gyros: what looked
 //! like the Earth's rotation there must not be news here.
 //!
 //! A rest teaches each time that it knows a quarter more. What it has taught already must not count
