@@ -12,8 +12,8 @@ use crate::real::Real;
 ///
 /// It is coarse, and not faster than [`Rational`](super::Rational): in `f32` |f(x) - tanh x| <
 /// 3.5e-4 for every x, |f(x)| <= 1 and f(-x) = -f(x), and where x rises f does not fall. In `f64`
-/// it is computed in `f32`. The slope is 1 - y^2, as for tanh. f of NaN is some number, which no step
-/// sees: [`Activation::layer`] refuses a NaN before.
+/// it is computed in `f32`. The slope is 1 - y^2, as for tanh. f of NaN is some number, which no
+/// step sees: [`Activation::layer`] refuses a NaN before.
 ///
 /// ```
 /// use lrnn_nostd::{Activation, MicroMath, Tanh};
