@@ -197,7 +197,7 @@ impl Standstill {
         self.window.sample(counts);
     }
 
-    /// Ends a window of [`WINDOW_S`].
+    /// Ends a window of half a second.
     pub fn end_window(&mut self) {
         let Some(of) = self.window.end() else {
             return;
@@ -325,7 +325,7 @@ impl Standstill {
         self.change // over one second
     }
 
-    /// The rest in progress, from [`RESTS`] windows on.
+    /// The rest in progress, from two seconds on.
     #[must_use]
     pub fn rest(&self) -> Option<Rest> {
         let [.., [scatter, _]] = self.levels;

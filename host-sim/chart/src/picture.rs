@@ -1,7 +1,7 @@
 //! Charts: pictures as plain data, drawn by plotters as SVG or as PNG.
 //!
 //! All lengths are CSS pixels. Plotters takes whole numbers only, so a drawing has
-//! [`draw::UNITS`] units a pixel, which keeps lines smooth. The PNG is drawn at that size and
+//! `draw::UNITS` units a pixel, which keeps lines smooth. The PNG is drawn at that size and
 //! reduced, which smooths its edges.
 
 mod data;
