@@ -129,6 +129,7 @@ const WORKS: &[(&str, &str)] = &[
 
 /// Commands that print as others do, and why they are not in the other table.
 const OTHERS: &[(&str, &str)] = &[
+    ("device", "with --simulate it runs until it is stopped"),
     ("replay lasergyro", "needs recorded data"),
     ("replay fog-mems", "needs recorded data"),
     ("replay kitti", "needs recorded data"),
