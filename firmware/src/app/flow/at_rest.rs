@@ -88,14 +88,12 @@ impl Flow<'_> {
     fn add_at_rest(&mut self, before: [f32; 3]) {
         let added = self.session.first_rest.added;
         let [mut gyro, accel] = self.corrector.network_output();
-        let nets = more(&self.config.nets, added);
+        for (i, gyro) in gyro.iter_mut().enumerate() {
+            *gyro += added[i] - before[i];
+        }
+        self.restore_at_rest();
         if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
-            for (i, gyro) in gyro.iter_mut().enumerate() {
-                *gyro += added[i] - before[i];
-            }
-            compensator.exchange(state, nets, state.nets());
             compensator.force(state, &[gyro, accel]);
-            self.session.learner_nets = true;
         }
     }
 

@@ -27,7 +27,7 @@ pub trait Hypothesis<T: Real> {
     fn update(&mut self, i: usize, innovation: Innovation<T>);
     fn innovation_of_output(&mut self, k: usize, by: &[T; NAV], z: T, variance: T)
     -> Innovation<T>;
-    fn update_output(&mut self, k: usize, by: &[T; NAV], innovation: Innovation<T>) -> Gains<T>;
+    fn update_output(&mut self, k: usize, by: &[T; NAV], z: T, variance: T) -> Gains<T>;
     fn finish_update(&mut self);
     fn feedback(&mut self, e: &[T; NAV]);
     fn align_mean(&mut self, by: &[[T; OUTPUTS]; NAV], applied: &[T; OUTPUTS]);
@@ -107,8 +107,8 @@ where
     ) -> Innovation<T> {
         Kalman::innovation_of_output(self, k, by, z, variance)
     }
-    fn update_output(&mut self, k: usize, by: &[T; NAV], innovation: Innovation<T>) -> Gains<T> {
-        Kalman::update_output(self, k, by, innovation)
+    fn update_output(&mut self, k: usize, by: &[T; NAV], z: T, variance: T) -> Gains<T> {
+        Kalman::update_output(self, k, by, z, variance)
     }
     fn finish_update(&mut self) {
         Kalman::finish_update(self);

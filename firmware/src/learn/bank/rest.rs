@@ -50,15 +50,13 @@ impl<T: Real> Bank<T> {
         let followed = 1 << self.navigating();
         let mut gains = None;
         self.some(followed, |h| {
-            let innovation = h.innovation_of_output(k, by, error, variance);
-            gains = Some(h.update_output(k, by, innovation));
+            gains = Some(h.update_output(k, by, error, variance));
         });
         if let Some(gains) = gains {
             self.considered.rest(k, by, &gains);
         }
         self.some(!followed, |h| {
-            let innovation = h.innovation_of_output(k, by, error, variance);
-            h.update_output(k, by, innovation);
+            h.update_output(k, by, error, variance);
         });
     }
 }

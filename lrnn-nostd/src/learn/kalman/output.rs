@@ -23,11 +23,15 @@ where
         z: T,
         variance: T,
     ) -> Innovation<T> {
-        let estimate = self.model.estimate().get(k).copied().unwrap_or(T::ZERO);
         let (_, _, own) = self.of_output(k, by);
+        self.innovation_with(k, by, z, own + variance)
+    }
+
+    fn innovation_with(&self, k: usize, by: &[T; X], z: T, variance: T) -> Innovation<T> {
+        let estimate = self.model.estimate().get(k).copied().unwrap_or(T::ZERO);
         Innovation {
             value: z - (estimate + dot(by, &self.x)),
-            variance: own + variance,
+            variance,
         }
     }
 
@@ -42,10 +46,12 @@ where
         &mut self,
         k: usize,
         by: &[T; X],
-        innovation: Innovation<T>,
+        z: T,
+        variance: T,
     ) -> ([T; X], [T; OUTPUTS]) {
+        let (of_x, of_theta, own) = self.of_output(k, by);
+        let innovation = self.innovation_with(k, by, z, own + variance);
         let weight = T::ONE / innovation.variance;
-        let (of_x, of_theta, _) = self.of_output(k, by);
         self.covariance.update_output(&of_x, &of_theta, weight);
         let change = weight * innovation.value;
         axpy(&mut self.x, change, &of_x);

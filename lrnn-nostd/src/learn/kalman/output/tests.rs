@@ -108,7 +108,7 @@ fn an_observed_output_is_the_textbook_update() {
         let innovation = filter.innovation_of_output(k, &by, z, variance);
         assert!((innovation.value - v).abs() < 1e-12);
         assert!((innovation.variance - s).abs() < 1e-12 * s, "{s}");
-        let (of_x, of_e) = filter.update_output(k, &by, innovation);
+        let (of_x, of_e) = filter.update_output(k, &by, z, variance);
         let after = dense(&mut filter);
         for i in 0..ALL {
             for j in 0..ALL {
@@ -136,14 +136,13 @@ fn an_observed_output_is_the_textbook_update() {
 #[test]
 fn an_output_that_is_known_stays_as_it_is() {
     let mut filter = driven();
-    let innovation = filter.innovation_of_output(1, &NOTHING, 0.6, 1e-9);
-    filter.update_output(1, &NOTHING, innovation);
+    filter.update_output(1, &NOTHING, 0.6, 1e-9);
     assert!((filter.model().estimate()[1] - 0.6).abs() < 1e-8);
     let again = filter.innovation_of_output(1, &NOTHING, 0.6, 0.0);
     assert!(again.variance < 1.1e-9, "{}", again.variance);
     let none = filter.innovation_of_output(OUTPUTS, &NOTHING, 1.0, 0.5);
     assert_eq!((none.value, none.variance), (1.0, 0.5));
     let before = filter.clone();
-    filter.update_output(OUTPUTS, &NOTHING, none);
+    filter.update_output(OUTPUTS, &NOTHING, 1.0, 0.5);
     assert_eq!(filter, before);
 }
