@@ -187,8 +187,9 @@ class Faulty(Chip):
         if self.rcc.stop_crystal():
             self.enter(NMI)
 
-    def make_overflow(self, _):
-        """The program enters an endless recursion: push {r0-r7, lr}; b back."""
+    def make_overflow(self, left):
+        """The program enters an endless recursion: push {r0-r7, lr}; b back. The ninth push fails, with so many bytes of the stack left."""
+        self.cpu.reg_write(arm.UC_ARM_REG_SP, SRAM[0] + 8 * 36 + left)
         self.pc = FLASH[0] + 0xB_FF00  # nothing else is there
         self.cpu.mem_write(self.pc, bytes.fromhex("ffb5fde7"))
         self.cpu.reg_write(arm.UC_ARM_REG_PC, self.pc)

@@ -5,7 +5,8 @@
 //!
 //! The entries first move the stack pointer to the top of the stack: after an overflow there is no
 //! stack to run on, and nobody returns to what was there. What the core has stacked is read before,
-//! if the stack pointer is within the stack. If it is not, the stack has overflowed.
+//! if the stack pointer is within the stack. If it is not, the stack has overflowed; so it has if the
+//! bus fault is just below it ([`overflowed`]).
 #![allow(
     unsafe_code,
     reason = "memory over a reset; each block says why it is sound"
@@ -70,18 +71,29 @@ pub fn keep(kept: &Kept) {
         .clean_dcache_by_address(place as usize, size_of::<Words>());
 }
 
+/// Whether a precise bus fault was just below the stack (PM0214 section 4.4.2): what has overflowed
+/// was a push of more than the 32 bytes that the core then stacked without an error.
+fn overflowed(scb: &cortex_m::peripheral::scb::RegisterBlock) -> bool {
+    const LARGEST_PUSH: u32 = 128; // vpush {d0-d15}
+    const PRECISE: u32 = 0x8200; // BFARVALID, PRECISERR
+    let bottom = (&raw const _stack_end) as u32;
+    let below = bottom.wrapping_sub(scb.bfar.read());
+    scb.cfsr.read() & PRECISE == PRECISE && (1..=LARGEST_PUSH).contains(&below)
+}
+
 /// Stores the record of a crash and restarts the board. `kind`: as the entries count them;
 /// `frame`: PSR, LR and PC, 0 where unknown.
 pub fn record(kind: u32, [xpsr, lr, pc]: [u32; 3], uptime_ms: u32) -> ! {
+    // SAFETY: reading these registers does nothing.
+    let scb = unsafe { &*SCB::PTR };
     let kind = match kind {
+        0 if overflowed(scb) => CrashKind::StackOverflow,
         0 => CrashKind::Fault,
         1 => CrashKind::StackOverflow,
         2 => CrashKind::ClockStopped,
         3 => CrashKind::NotFed,
         _ => CrashKind::Panic,
     };
-    // SAFETY: reading these registers does nothing.
-    let scb = unsafe { &*SCB::PTR };
     let crash = Crash {
         kind,
         phase: phase(PHASE.load(Ordering::Relaxed)),
@@ -112,7 +124,7 @@ unsafe extern "C" {
 /// An entry of the core: reads the frame that it has stacked (Armv7-M B1.5.6), if the stack pointer
 /// is within the stack, and goes on from the top of the stack with the board's `crashed(kind, xpsr,
 /// lr, pc)`. The core pushes 32 bytes even where it cannot (PM0214 section 4.4), so an overflow
-/// always leaves the stack pointer below the stack. `first`: instructions before.
+/// leaves the stack pointer below the stack, unless those just fit. `first`: instructions before.
 #[allow(unused_macros, reason = "a board without a record of crashes")]
 macro_rules! entry {
     (
