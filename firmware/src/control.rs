@@ -161,4 +161,6 @@ pub enum Field {
     HeadingOffset,
     /// Cut-through of a format that cannot be cut.
     CutThrough,
+    /// Wheels.
+    Wheels,
 }

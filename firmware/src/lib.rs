@@ -46,4 +46,5 @@ pub mod remainder;
 pub mod sample;
 pub mod store;
 pub mod units;
+pub mod wheels;
 pub mod wire;

@@ -212,6 +212,14 @@ impl Align {
         self.moves();
     }
 
+    /// The wheels stand, or turn.
+    pub fn wheels(&mut self, stand: bool) {
+        if !stand {
+            self.moves();
+        }
+        self.standstill.wheels(stand);
+    }
+
     /// A receiver shows that the vehicle stands, as the detector finds.
     pub fn is_right(&mut self) {
         self.standstill.is_right();

@@ -13,6 +13,10 @@
 //! started at a standstill shakes more from one moment to the next, while mean rate and force stay:
 //! after two such seconds its level counts as quiet.
 //!
+//! Where wheels are reported, only windows in which they stand are looked at, so that the quietest
+//! of them is a rest's. Wheels that stand do not make a rest of what is none: a vehicle on a ferry,
+//! or with locked wheels.
+//!
 //! A vehicle that moves straight and evenly from power-on can pass too: a caller that knows a
 //! velocity reports motion by [`Standstill::moves`].
 
@@ -83,6 +87,16 @@ pub struct Standstill {
     broken: bool,
     /// Difference of the last window's force from the mean before it, m/s2.
     change: f32,
+    wheels: Wheels,
+}
+
+/// What the wheels have shown in the window in progress, or in the last one if they have shown
+/// nothing since.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Wheels {
+    Unknown,
+    Stand { fresh: bool },
+    Turn { fresh: bool },
 }
 
 /// The window in progress.
@@ -189,7 +203,28 @@ impl Standstill {
             confirmed: false,
             broken: false,
             change: 0.0,
+            wheels: Wheels::Unknown,
         }
+    }
+
+    /// The wheels stand, or turn. While they turn no window passes, and none counts as quiet; a
+    /// speed of wheels is believed for up to a second.
+    pub fn wheels(&mut self, stand: bool) {
+        self.wheels = match (self.wheels, stand) {
+            (Wheels::Turn { fresh: true }, true) | (_, false) => Wheels::Turn { fresh: true },
+            (_, true) => Wheels::Stand { fresh: true },
+        };
+    }
+
+    /// Whether the wheels have turned in the window that ends.
+    fn turned(&mut self) -> bool {
+        let now = self.wheels;
+        self.wheels = match now {
+            Wheels::Stand { fresh: true } => Wheels::Stand { fresh: false },
+            Wheels::Turn { fresh: true } => Wheels::Turn { fresh: false },
+            _ => Wheels::Unknown,
+        };
+        matches!(now, Wheels::Turn { .. })
     }
 
     /// Takes a sample.
@@ -202,6 +237,10 @@ impl Standstill {
         let Some(of) = self.window.end() else {
             return;
         };
+        if self.turned() {
+            self.broken |= self.windows > 0;
+            return self.moves();
+        }
         let quiet = self.hears(of.scatter);
         let [rate, force] = of.mean;
         let difference = add(force, scale(self.mean[1], -1.0));

@@ -280,6 +280,7 @@ impl Server {
             Request::Provision(with) => self.provision(&with, ticket, flow, now_us),
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),
+            Request::WheelSpeed(speed) => flow.wheel_speed(speed),
             Request::StoreImage => self.store(flow, now_us),
             Request::Alignment(alignment) => {
                 flow.align(alignment);

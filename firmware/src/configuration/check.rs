@@ -1,6 +1,6 @@
 //! Ranges of all values.
 
-use super::{Configuration, Sensor, Triad, UNKNOWN};
+use super::{Configuration, Sensor, Triad, UNKNOWN, Wheels};
 use crate::align::LEAST_S;
 use crate::control::Field;
 
@@ -74,6 +74,10 @@ impl Configuration {
                 (1000..=10_000_000).contains(&correction.silence_us)
                     && f64::from(correction.silence_us) * self.rate >= PERIODS * 1e6,
             ),
+            (
+                Field::Wheels,
+                self.wheels.is_none_or(|wheels| rolls(&wheels)),
+            ),
         ];
         tests
             .iter()
@@ -96,6 +100,23 @@ fn fades(limit: [f32; 2], slew: [f32; 2]) -> bool {
     pairs
         .into_iter()
         .all(|(limit, slew)| *limit <= FADE_S * slew)
+}
+
+/// All values of the wheels are in their ranges.
+fn rolls(wheels: &Wheels) -> bool {
+    let Wheels {
+        lever_arm,
+        ahead,
+        scale,
+        noise,
+        delay,
+    } = *wheels;
+    lever_arm.iter().all(|m| m.abs() <= 100.0)
+        && (0.0..=100.0).contains(&ahead)
+        && (0.0..=0.5).contains(&scale)
+        && noise > 0.0
+        && noise <= 10.0
+        && (0.0..=1.0).contains(&delay)
 }
 
 /// ASCII without control characters, of at least `least` bytes.

@@ -23,7 +23,7 @@ use heapless::String;
 use serde::{Deserialize, Serialize};
 
 /// Version of the record's content. A device reads older ones too and refuses newer ones.
-pub const SCHEMA: u16 = 5;
+pub const SCHEMA: u16 = 6;
 /// Most bytes of the unit's name.
 pub const NAME_LEN: usize = 32;
 /// Most bytes of the sensor's serial number.
@@ -59,6 +59,10 @@ pub struct Configuration {
     /// Inputs of the networks. Those that need a thermometer stay constant where the sensor has
     /// none.
     pub inputs: Inputs,
+    /// Speed of the wheels; `None`: nobody reports it. At the record's end, since earlier schemas
+    /// do not have it.
+    #[serde(skip)]
+    pub wheels: Option<Wheels>,
 }
 
 /// Identity of unit and sensor.
@@ -178,6 +182,23 @@ pub enum ReceiverProtocol {
     Sbf,
     /// Any of these that the line carries.
     Detect,
+}
+
+/// Wheels whose speed a host reports ([`crate::wheels`]).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Wheels {
+    /// From the IMU to the middle of the axle that does not steer, in body axes (forward, right,
+    /// down), m, each -100 to 100.
+    pub lever_arm: [f32; 3],
+    /// Distance of the axle whose speed is reported ahead of that one, m, 0 to 100: the wheelbase
+    /// for front wheels that steer. 0: that one's speed is reported.
+    pub ahead: f32,
+    /// Standard deviation of the speed's scale, as a ratio, 0 to 0.5.
+    pub scale: f32,
+    /// Standard deviation of a reported speed, resolution included, m/s, > 0 to 10.
+    pub noise: f32,
+    /// Time from a speed's validity to its message, which its age comes on top of, s, 0 to 1.
+    pub delay: f32,
 }
 
 /// The vehicle.

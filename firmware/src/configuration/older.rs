@@ -8,8 +8,8 @@ use super::{
 use crate::inputs::Inputs;
 use serde::Deserialize;
 
-/// Schemas 1 to 3, with which schemas 4 and 5 begin: without the networks' inputs, which follow,
-/// and without cut-through, which follows these in schema 5.
+/// Schemas 1 to 3, with which later ones begin: without the networks' inputs, which follow from
+/// schema 4 on, cut-through (5) and wheels (6).
 #[derive(Deserialize)]
 pub struct Older<R> {
     identity: Identity,
@@ -45,6 +45,7 @@ impl<R: Into<Receiver>> Older<R> {
             vehicle: self.vehicle,
             correction: self.correction,
             inputs,
+            wheels: None,
         }
     }
 }

@@ -3,13 +3,13 @@
 //! | offset | length | content |
 //! |---|---|---|
 //! | 0 | 4 | magic `LRNC` |
-//! | 4 | 2 | [`SCHEMA`]; 1 to 4 are read too |
+//! | 4 | 2 | [`SCHEMA`]; 1 to 5 are read too |
 //! | 6 | 2 | length n of the body |
 //! | 8 | n | the [`Configuration`] in postcard's encoding |
 //! | 8 + n | 4 | CRC-32 (zlib's) of bytes 0 to 8 + n |
 
 use super::older::{Schema1, Schema3};
-use super::{Configuration, SCHEMA};
+use super::{Configuration, SCHEMA, Wheels};
 use crate::control::Reason;
 use crate::inputs::{Inputs, OWN};
 use crate::wire::checksum::crc32_zlib;
@@ -34,8 +34,12 @@ pub fn encode(configuration: &Configuration) -> Record {
     let Some(body) = bytes.get_mut(HEADER_LEN..MAX_LEN - CRC_LEN) else {
         return Record::new();
     };
-    let Ok(body) = postcard::to_slice(&(configuration, configuration.lines.cut_through), body)
-    else {
+    let whole = (
+        configuration,
+        configuration.lines.cut_through,
+        configuration.wheels,
+    );
+    let Ok(body) = postcard::to_slice(&whole, body) else {
         return Record::new();
     };
     let body = body.len();
@@ -72,6 +76,14 @@ pub fn decode(bytes: &[u8]) -> Result<Configuration, Reason> {
     let body = bytes.get(HEADER_LEN..end).unwrap_or_default();
     let configuration: Configuration = match u16::from_le_bytes(take(bytes, 4)) {
         SCHEMA => {
+            type Whole = (Schema3, Inputs, bool, Option<Wheels>);
+            let (configuration, inputs, cut_through, wheels) = whole::<Whole>(body)?;
+            let mut configuration = configuration.with(inputs);
+            configuration.lines.cut_through = cut_through;
+            configuration.wheels = wheels;
+            configuration
+        }
+        5 => {
             let (configuration, inputs, cut_through) = whole::<(Schema3, Inputs, bool)>(body)?;
             let mut configuration = configuration.with(inputs);
             configuration.lines.cut_through = cut_through;

@@ -71,6 +71,13 @@ pub(crate) fn example(format: ImuFormat) -> Configuration {
             ],
             [Source::ForceX, Source::RateMagnitude, Source::ForceZ],
         ],
+        wheels: Some(Wheels {
+            lever_arm: [-1.5, 0.1, 0.5],
+            ahead: 2.7,
+            scale: 0.02,
+            noise: 0.05,
+            delay: 0.02,
+        }),
     }
 }
 
@@ -125,6 +132,19 @@ fn another_schema_and_values_out_of_range_are_named() {
     refused(|r| r.fix_delay_sigma = 1.1, Field::FixDelaySigma);
     refused(|r| r.fix_delay_sigma = f32::NAN, Field::FixDelaySigma);
     refused(|r| r.heading_offset = 3.2, Field::HeadingOffset);
+    let wheels: [fn(&mut Wheels); 5] = [
+        |w| w.lever_arm[2] = f32::NAN,
+        |w| w.ahead = -1.0,
+        |w| w.scale = 0.6,
+        |w| w.noise = 0.0,
+        |w| w.delay = 1.1,
+    ];
+    for change in wheels {
+        let mut configuration = example(ImuFormat::Kvh);
+        configuration.wheels.as_mut().map(change);
+        let refused = Err(Reason::Field(Field::Wheels));
+        assert_eq!(decode(&encode(&configuration)), refused);
+    }
 }
 
 /// Cut-through is refused where the format cannot, or is not configured.
@@ -160,6 +180,7 @@ fn a_record_of_schema_1_is_read_with_the_new_values_at_their_defaults() {
     };
     configuration.inputs = OWN;
     configuration.lines.cut_through = false;
+    configuration.wheels = None;
     assert_eq!(decode(SCHEMA_1), Ok(configuration.clone()));
     // of this schema it becomes a record that reads back
     assert_eq!(decode(&encode(&configuration)), Ok(configuration));
@@ -181,22 +202,26 @@ fn records_of_schemas_2_and_3_are_read_as_they_were_written() {
     let mut configuration = example(ImuFormat::Stim300);
     configuration.inputs = OWN;
     configuration.lines.cut_through = false;
+    configuration.wheels = None;
     let now = encode(&configuration);
     for (number, older) in [(2, SCHEMA_2), (3, SCHEMA_3)] {
         assert_eq!(decode(older), Ok(configuration.clone()), "{number}");
         assert_eq!((older[4], now[4]), (number, SCHEMA as u8));
-        // the inputs are one byte each, and cut-through is one
-        assert_eq!(older.len() + 6 + 1, now.len());
+        // the inputs are one byte each, cut-through and no wheels are one
+        assert_eq!(older.len() + 6 + 2, now.len());
     }
-    // schema 4 ends before the last of these
-    let mut four: Vec<u8> = now.to_vec();
-    four.remove(four.len() - 5);
-    four[4] = 4;
-    four[6] -= 1;
-    let end = four.len() - 4;
-    let sum = crate::wire::checksum::crc32_zlib(&four[..end]);
-    four[end..].copy_from_slice(&sum.to_le_bytes());
-    assert_eq!(decode(&four), Ok(configuration.clone()));
+    // schema 5 ends before the last of these, schema 4 before the last two
+    let mut older: Vec<u8> = now.to_vec();
+    for schema in [5, 4] {
+        older.remove(older.len() - 5);
+        older[4] = schema;
+        let body = u16::from_le_bytes([older[6], older[7]]) - 1;
+        older[6..8].copy_from_slice(&body.to_le_bytes());
+        let end = older.len() - 4;
+        let sum = crate::wire::checksum::crc32_zlib(&older[..end]);
+        older[end..].copy_from_slice(&sum.to_le_bytes());
+        assert_eq!(decode(&older), Ok(configuration.clone()), "{schema}");
+    }
     let mut later = configuration;
     later.correction.activation = Activation::default();
     assert_eq!(later.correction.activation, Activation::NextPowerOn);

@@ -66,6 +66,7 @@ impl Default for Configuration {
                 check_rate: true,
             },
             inputs: OWN,
+            wheels: None,
         }
     }
 }

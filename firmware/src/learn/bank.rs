@@ -14,14 +14,14 @@
 mod considered;
 mod gates;
 mod hypothesis;
-mod rest;
+mod row;
 mod table;
 mod update;
 
 pub(super) use considered::Sizes;
 pub use gates::Gates;
 pub(super) use gates::Refusals;
-pub use rest::AtRest;
+pub use row::Row;
 pub use table::{
     ALL, CURVED, DRIVEN, EXTENDING, HYPOTHESES, KEYS, MAP, NAMES, REMEMBERED, REMEMBERING,
     SIX_BIASES, STEP, STEPPED, STEPS, STORED, WITH_NETWORKS, ZERO_CORRECTION,
@@ -41,7 +41,7 @@ use lrnn_nostd::{Real, State, Weights};
 use table::Hypotheses;
 
 /// Observations that can be refused.
-const REFUSED: usize = OBSERVATIONS + rest::AXES;
+const REFUSED: usize = OBSERVATIONS + row::AXES;
 
 /// The hypotheses over one navigator.
 #[derive(Clone, Debug)]

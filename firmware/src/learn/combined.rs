@@ -6,6 +6,7 @@ use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
+use crate::wheels::WheelSpeed;
 use lrnn_nostd::State;
 
 /// References go to the one, fixes to the other. [`Learner::learnt`] gives the networks learnt from
@@ -69,6 +70,10 @@ impl<R: Learner, F: Learner> Learner for CombinedLearner<'_, R, F> {
 
     fn fix(&mut self, number: u32, fix: &Fix) {
         self.fixes.fix(number, fix);
+    }
+
+    fn wheel_speed(&mut self, number: u32, speed: &WheelSpeed) {
+        self.fixes.wheel_speed(number, speed);
     }
 
     fn winner(&mut self) -> Option<Winner> {

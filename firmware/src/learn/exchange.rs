@@ -51,6 +51,7 @@ fn carry_out(order: &Order, learner: &mut dyn Learner) -> Outcome {
         Order::Gap => learner.gap(),
         Order::ForgetUnit => learner.recall(&[]),
         Order::Fix(number, fix) => learner.fix(*number, fix),
+        Order::WheelSpeed(number, speed) => learner.wheel_speed(*number, speed),
         Order::Align(alignment) => learner.align(*alignment),
         Order::Block(number, last, block) => {
             learner.block(*last, block);

@@ -32,6 +32,7 @@ mod rests;
 mod shown;
 mod start;
 mod take;
+mod wheels;
 
 use super::Winner;
 use super::antenna::Antenna;

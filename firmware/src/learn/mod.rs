@@ -33,6 +33,7 @@ use crate::fix::{Fix, Heading};
 use crate::model::Nets;
 use crate::nav;
 use crate::sample::{RawSample, StreamScale};
+use crate::wheels::WheelSpeed;
 use bank::HYPOTHESES;
 use lrnn_nostd::State;
 use rehearsal::Standing;
@@ -189,6 +190,9 @@ pub trait Learner: Send {
 
     /// A fix of the receiver, which arrived after sample `number`.
     fn fix(&mut self, _number: u32, _fix: &Fix) {}
+
+    /// Speed by the wheels, which arrived after sample `number`.
+    fn wheel_speed(&mut self, _number: u32, _speed: &WheelSpeed) {}
 
     /// The networks that have proved themselves and may correct the samples; `None`: no correction
     /// may.

@@ -3,7 +3,7 @@
 use super::bank::{Gates, Sizes};
 use super::prior::{Datasheet, TURN_ON};
 use crate::align::Sensors;
-use crate::configuration::{Configuration, Triad, VehicleKind};
+use crate::configuration::{Configuration, Triad, UNKNOWN, VehicleKind};
 use crate::inputs::{Inputs, OWN};
 use crate::nav::Noise;
 
@@ -39,6 +39,42 @@ pub struct Settings {
     /// Rotation from the sensor's axes to body axes: unit quaternion w, x, y, z. Only for what the
     /// learner reports.
     pub mounting: [f32; 4],
+    /// Wheels whose speed is reported.
+    pub wheels: Option<Wheels>,
+}
+
+/// Wheels in the sensor's axes: see [`crate::configuration::Wheels`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wheels {
+    /// From the IMU to the axle that does not steer, m.
+    pub lever_arm: [f32; 3],
+    /// The vehicle's forward, right and down axis: unit vectors; `None` where the mounting is
+    /// unknown.
+    pub axes: Option<[[f32; 3]; 3]>,
+    /// Distance of the measured axle ahead of that one, m.
+    pub ahead: f32,
+    /// Standard deviation of the speed's scale, as a ratio.
+    pub scale: f32,
+    /// Standard deviation of a speed, m/s.
+    pub noise: f32,
+    /// Age of a speed when its message leaves, beyond what that says, s.
+    pub delay: f32,
+}
+
+impl Wheels {
+    fn of(configuration: &Configuration) -> Option<Wheels> {
+        let wheels = configuration.wheels?;
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        Some(Wheels {
+            lever_arm: configuration.in_sensor_axes(wheels.lever_arm),
+            axes: (configuration.mounting != UNKNOWN)
+                .then(|| axes.map(|axis| configuration.in_sensor_axes(axis))),
+            ahead: wheels.ahead,
+            scale: wheels.scale,
+            noise: wheels.noise,
+            delay: wheels.delay,
+        })
+    }
 }
 
 /// Rate (rad/s) and change of specific force (m/s2) that are usual in a vehicle: the networks'
@@ -79,6 +115,7 @@ impl Settings {
         lever_arm: [0.0; 3],
         lever_arm_sigma: 0.0,
         mounting: [1.0, 0.0, 0.0, 0.0],
+        wheels: None,
     };
 
     /// Settings by a unit's configuration. A bias is the root of the squares of its part that is
@@ -123,6 +160,7 @@ impl Settings {
             lever_arm: configuration.in_sensor_axes(configuration.receiver.lever_arm),
             lever_arm_sigma: configuration.receiver.lever_arm_sigma,
             mounting: configuration.mounting,
+            wheels: Wheels::of(configuration),
         }
     }
 

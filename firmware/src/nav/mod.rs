@@ -42,7 +42,7 @@ mod transition;
 pub(crate) mod vector;
 
 pub use config::{Config, ConfigError};
-pub use seen::{ANTENNA, Around, Seen};
+pub use seen::{ANTENNA, Around, Moved, Seen};
 pub use transition::{ERRORS, Noise, Transition};
 
 use crate::fix::{Fix, Position};

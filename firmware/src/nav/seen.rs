@@ -12,7 +12,7 @@
 //! is uncertain, so that it holds for all ages that are likely.
 
 use super::past::Then;
-use super::vector::{V32, add, cross, dot, narrow};
+use super::vector::{V32, add, cross, dot, narrow, scale};
 use super::{Navigator, State};
 use crate::fix::{Fix, OBSERVATIONS};
 
@@ -23,6 +23,9 @@ const LEAST_S: f32 = 0.04;
 /// Largest width of the secant to either side, s: the history is not much longer.
 const MOST_S: f32 = 0.5;
 
+/// Time over which an acceleration is taken, s.
+const SHORT_S: f32 = 0.2;
+
 /// Estimate minus fix, and what it depends on. Rows in the order of [`OBSERVATIONS`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
@@ -32,6 +35,18 @@ pub struct Seen {
     pub by: [[f32; ANTENNA]; OBSERVATIONS],
     /// Variance of what the secant leaves out.
     pub bent: [f32; OBSERVATIONS],
+}
+
+/// Motion some time ago.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moved {
+    /// Velocity over ground, north, east, down, m/s, and its change, m/s2.
+    pub velocity: V32,
+    pub acceleration: V32,
+    /// Rate, body axes, rad/s.
+    pub rate: V32,
+    /// Body axes to north, east, down.
+    pub c_bn: [V32; 3],
 }
 
 /// The antenna before and after the time of a fix: the ends of the secant.
@@ -100,6 +115,21 @@ impl Navigator {
             *bent = 2.0 * bend * bend;
         }
         seen
+    }
+
+    /// The motion `age` seconds before the end of the last piece, 0 to 1.
+    #[must_use]
+    pub fn moved(&self, age: f32) -> Moved {
+        let now = self.state();
+        let velocity = narrow(now.velocity);
+        let [then, earlier] = [age, age + SHORT_S].map(|age| self.past.before(age, velocity));
+        let change = add(then.velocity, scale(earlier.velocity, -1.0));
+        Moved {
+            velocity: add(velocity, then.velocity),
+            acceleration: scale(change, 1.0 / SHORT_S),
+            rate: then.rate,
+            c_bn: then.matrix(now.q_bn),
+        }
     }
 
     /// Position and velocity of the antenna `age` seconds ago, as differences from those of the

@@ -32,12 +32,13 @@ use super::{Error, cobs, field};
 use crate::control::recording::{Order, Recording};
 use crate::control::{Alignment, Mode, Reason, Way, Window};
 use crate::fix::Heading;
+use crate::wheels::WheelSpeed;
 use key::Challenge;
 use seal::SEAL_LEN;
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 11;
+pub const WIRE_VERSION: u16 = 12;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, a
@@ -178,6 +179,8 @@ pub enum Request<'a> {
     GetTrials,
     /// Answer: [`Response::Progress`], or refused by a board without a learner.
     GetProgress,
+    /// Speed by the wheels, some ten times a second. Answer: done or refused.
+    WheelSpeed(WheelSpeed),
 }
 
 /// The versions of the device.

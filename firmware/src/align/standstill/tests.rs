@@ -136,3 +136,47 @@ fn a_gap_ends_it() {
     detector.end_window();
     assert_eq!(detector.seconds(), 0);
 }
+
+/// An engine that shakes a car as much as the road does: a rest where the wheels show it. Wheels that
+/// turn end it.
+#[test]
+fn wheels_show_rests_that_shake() {
+    let (road, engine) = ([1.5e-3, 0.1], [4e-3, 0.3]);
+    let drives = |detector: &mut Standstill, level: [f32; 2], wheels: Option<bool>| {
+        if let Some(stand) = wheels {
+            detector.wheels(stand);
+        }
+        window(detector, [0.0; 3], LEVEL, level)
+    };
+    for reported in [false, true] {
+        let mut detector = new(&SENSORS);
+        for _ in 0..20 {
+            let passes = drives(&mut detector, road, reported.then_some(false));
+            assert_eq!(passes, !reported);
+        }
+        // the road's level was quiet before, and ends as a standstill of another level does
+        detector.moves();
+        for _ in 0..20 {
+            drives(&mut detector, engine, reported.then_some(true));
+        }
+        assert_eq!(detector.rest().is_some(), reported);
+        assert!(!drives(&mut detector, engine, Some(false)));
+        assert!(detector.rest().is_none());
+    }
+}
+
+/// Wheels that stand, or were reported to long ago, make no rest of a motion.
+#[test]
+fn wheels_that_stand_do_not_make_a_rest() {
+    let mut detector = new(&SENSORS);
+    for k in 0..40 {
+        detector.wheels(true);
+        let swell = 0.02 * libm::sinf(0.5 * k as f32);
+        window(&mut detector, [swell, 0.0, 0.0], LEVEL, CALM);
+        assert!(detector.rest().is_none(), "{k}");
+    }
+    detector.wheels(false);
+    for expected in [false, false, true] {
+        assert_eq!(window(&mut detector, [0.0; 3], LEVEL, CALM), expected);
+    }
+}

@@ -9,6 +9,7 @@ use crate::fix::{Fix, Heading};
 use crate::learn::exchange::{Anew, Answer, Order, Port, Reply};
 use crate::learn::{Learner, Report, Solution, Trials};
 use crate::sample::StreamScale;
+use crate::wheels::WheelSpeed;
 use crate::wire::command::{Estimate, fault};
 
 /// Standstill that counts as an alignment where none is reported, s.
@@ -246,6 +247,18 @@ impl Flow<'_> {
     /// follows.
     pub fn heading(&mut self, heading: Heading) -> Result<(), Reason> {
         self.ask(&Order::Heading(heading))
+    }
+
+    /// Speed by the wheels.
+    pub fn wheel_speed(&mut self, speed: WheelSpeed) -> Result<(), Reason> {
+        let configured = self.config.configuration.as_ref();
+        if configured.is_none_or(|configuration| configuration.wheels.is_none()) {
+            return Err(Reason::NotConfigured);
+        }
+        if !speed.is_plausible() {
+            return Err(Reason::Range);
+        }
+        self.ask(&Order::WheelSpeed(self.sample(), speed))
     }
 
     fn ask(&mut self, order: &Order) -> Result<(), Reason> {

@@ -95,6 +95,7 @@ fn it_starts_from_rest() {
         },
         heading: |t| (Road::TOWN.heading)((t - 130.0).max(0.0)),
         sway: 0.0,
+        axle: 0.0,
     };
     let mut memory = memory();
     let receiver = receiver(ARM, 0.5);

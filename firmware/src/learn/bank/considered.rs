@@ -119,12 +119,13 @@ impl<T: Real> Considered<T> {
         self.learns(gains, |column| column.x.get(i).copied());
     }
 
-    /// A rest has taught it by these gains, by the error of gyro `k` and by the navigator's.
+    /// It has learnt by these gains from an observation of the navigator's errors and of the error
+    /// of sensor `k`; beyond the last one, of none.
     #[inline(never)]
-    pub fn rest(&mut self, k: usize, by: &[T; NAV], gains: &Gains<T>) {
+    pub fn row(&mut self, k: usize, by: &[T; NAV], gains: &Gains<T>) {
         self.learns(gains, |column| {
             let of_attitude = by.iter().zip(&column.x);
-            let own = column.e.get(k).copied()?;
+            let own = column.e.get(k).copied().unwrap_or(T::ZERO);
             Some(of_attitude.fold(own, |sum, (&by, &x)| sum + by * x))
         });
     }

@@ -6,6 +6,7 @@ use crate::control::{Alignment, Reason, Window};
 use crate::fix::{Fix, Heading};
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
+use crate::wheels::WheelSpeed;
 use lrnn_nostd::State;
 
 /// Orders of the frame path.
@@ -28,6 +29,8 @@ pub enum Order {
     Block(u32, u32, Block),
     /// [`Learner::fix`].
     Fix(u32, Fix),
+    /// [`Learner::wheel_speed`].
+    WheelSpeed(u32, WheelSpeed),
     /// [`Learner::align`].
     Align(Alignment),
     /// [`Learner::heading`]. [`Reply::Verdict`] and [`View`] follow.

@@ -9,6 +9,7 @@ use crate::learn::{Learner, Settings};
 use crate::model::Nets;
 use crate::nav;
 use crate::sample::{Counts, Lsb, RawSample};
+use crate::wheels::WheelSpeed;
 
 type V = [f64; 3];
 type Q = [f64; 4];
@@ -88,6 +89,8 @@ pub struct Road {
     pub heading: fn(f64) -> f64,
     /// Roll and pitch of a car on its springs, rad.
     pub sway: f64,
+    /// Distance of the axle that does not steer behind the sensors, m.
+    pub axle: f64,
 }
 
 impl Road {
@@ -96,17 +99,27 @@ impl Road {
         speed: |t| 12.0 + 5.0 * libm::sin(t * 0.17) + 3.0 * libm::cos(t * 0.11),
         heading: |t| 0.7 + 1.6 * libm::sin(t * 0.13) + 0.3 * libm::cos(t * 0.41) - 0.3,
         sway: 0.02,
+        axle: 0.0,
     };
     /// Straight on at one speed.
     pub const STRAIGHT: Road = Road {
         speed: |_| 20.0,
         heading: |_| 0.4,
         sway: 0.0,
+        axle: 0.0,
     };
 
     fn velocity(&self, t: f64) -> V {
         let (v, heading) = ((self.speed)(t), (self.heading)(t));
-        [v * libm::cos(heading), v * libm::sin(heading), 0.0]
+        let side = self.axle * self.turns(t);
+        let (sin, cos) = (libm::sin(heading), libm::cos(heading));
+        [v * cos - side * sin, v * sin + side * cos, 0.0]
+    }
+
+    /// Rate about down, rad/s.
+    fn turns(&self, t: f64) -> f64 {
+        let h = 1e-3;
+        0.5 / h * ((self.heading)(t + h) - (self.heading)(t - h))
     }
 
     fn acceleration(&self, t: f64) -> V {
@@ -178,6 +191,18 @@ impl Receiver {
     };
 }
 
+/// Wheels whose speed is reported ten times a second.
+#[derive(Clone, Copy)]
+pub struct Odometer {
+    /// Reported speed over true speed, and slip at a time, s.
+    pub scale: f64,
+    pub slip: fn(f64) -> f64,
+    /// Distance of the measured axle ahead of the one that does not steer, m.
+    pub ahead: f64,
+    /// Time between validity and arrival, s.
+    pub delay: f64,
+}
+
 /// The vehicle with a learner on board.
 pub struct Drive<'m> {
     pub learner: FixLearner<'m>,
@@ -202,6 +227,7 @@ pub struct Drive<'m> {
     under_way: Vec<(u32, Fix)>,
     /// Whether the receiver's time pulse is wired.
     pub pulse: bool,
+    pub wheels: Option<Odometer>,
 }
 
 impl<'m> Drive<'m> {
@@ -263,6 +289,7 @@ impl<'m> Drive<'m> {
             errors,
             under_way: Vec::new(),
             pulse: false,
+            wheels: None,
         }
     }
 
@@ -294,6 +321,7 @@ impl<'m> Drive<'m> {
         if let Some(block) = compensator.accumulate(state, &sample) {
             self.learner.block(self.number, &block);
         }
+        self.roll();
         let now = self.number;
         let mut under_way = std::mem::take(&mut self.under_way);
         under_way.retain(|(number, fix)| {
@@ -303,6 +331,22 @@ impl<'m> Drive<'m> {
             *number != now
         });
         self.under_way = under_way;
+    }
+
+    /// A speed of the wheels arrives.
+    fn roll(&mut self) {
+        let Some(wheels) = self.wheels.filter(|_| self.number.is_multiple_of(HZ / 10)) else {
+            return;
+        };
+        let t = f64::from(self.number) * DT - wheels.delay;
+        let (speed, across) = ((self.road.speed)(t), wheels.ahead * self.road.turns(t));
+        let speed = (speed * speed + across * across).sqrt().copysign(speed);
+        let reported = speed * wheels.scale * (wheels.slip)(t);
+        let reported = WheelSpeed {
+            speed: (reported / 0.02).round() as f32 * 0.02,
+            age_ms: (wheels.delay * 1000.0) as u16,
+        };
+        self.learner.wheel_speed(self.number, &reported);
     }
 
     /// Increments of the sample that begins at `t`, errors included.

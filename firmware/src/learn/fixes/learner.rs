@@ -12,6 +12,7 @@ use crate::learn::settings::Settings;
 use crate::learn::{Learner, Report, Resting, Solution, Trials, Winner};
 use crate::model::Nets;
 use crate::sample::{RawSample, StreamScale};
+use crate::wheels::WheelSpeed;
 use lrnn_nostd::State;
 
 impl Learner for FixLearner<'_> {
@@ -91,6 +92,10 @@ impl Learner for FixLearner<'_> {
         if !navigates.is_some_and(|stream| self.fix_times.held.takes(number, fix, &stream)) {
             self.take_fix(number, fix);
         }
+    }
+
+    fn wheel_speed(&mut self, number: u32, speed: &WheelSpeed) {
+        let _ = self.take_wheel_speed(number, speed); // `None`: it teaches nothing
     }
 
     fn align(&mut self, alignment: Alignment) {

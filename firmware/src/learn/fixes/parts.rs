@@ -8,6 +8,7 @@ use super::observe::{Mean, Rest};
 use super::proportional::Proportional;
 use super::rests::Rests;
 use super::start::{Probation, Started};
+use super::wheels::Wheels;
 use super::{NOWHERE, ZERO_CORRECTION};
 use crate::align::Align;
 use crate::learn::age::FixAge;
@@ -73,6 +74,8 @@ pub(super) struct Motion {
     pub mean: Mean,
     /// What the rest in progress has taught.
     pub rests: Rests,
+    /// What is known of the wheels.
+    pub wheels: Wheels,
 }
 
 /// Times of the fixes.

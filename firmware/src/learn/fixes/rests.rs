@@ -30,7 +30,7 @@ use crate::align::{Align, Rest};
 use crate::configuration::VehicleKind;
 use crate::fix::{NOT_MEASURED, OBSERVATIONS};
 use crate::learn::Resting;
-use crate::learn::bank::AtRest;
+use crate::learn::bank::Row;
 use crate::learn::prior::NAV;
 use crate::learn::quantise::split;
 use crate::nav;
@@ -95,6 +95,11 @@ struct News {
 }
 
 impl Rests {
+    /// Time since the last fix, s.
+    pub fn since_fix_s(&self) -> f32 {
+        self.since_fix_s
+    }
+
     /// A fix was used.
     pub fn fix(&mut self) {
         self.since_fix_s = 0.0;
@@ -152,11 +157,12 @@ impl FixLearner<'_> {
         }
         if let Some(News { errors, variance }) = self.motion.rests.rest(of_gyros) {
             let by = self.by_attitude();
-            let shown: [AtRest; 3] = core::array::from_fn(|i| AtRest {
-                error: errors[i],
+            let shown: [Row; 3] = core::array::from_fn(|i| Row {
+                z: errors[i],
                 by: by[i],
+                variance,
             });
-            self.memory.bank.rest(&shown, variance);
+            self.memory.bank.rest(&shown);
         }
         self.learn_from_zero_velocity();
     }

@@ -248,6 +248,7 @@ fn maps_are_learnt() {
     (settings.sheet.scale, settings.sheet.misalignment) = ([1e-3; 2], [1e-3; 2]);
     let road = Road {
         sway: 0.3,
+        axle: 0.0,
         ..Road::TOWN
     };
     let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
@@ -401,6 +402,7 @@ fn errors_in_proportion_do_what_the_bank_considers() {
         settings.gates.enabled = 1 << followed;
         let road = Road {
             sway: 0.3,
+            axle: 0.0,
             ..Road::TOWN
         };
         let run = |constant: Option<[usize; 3]>| {

@@ -67,6 +67,7 @@ impl Request<'_> {
             | Request::WriteConfiguration { .. }
             | Request::CommitConfiguration { .. }
             | Request::Heading(_)
+            | Request::WheelSpeed(_)
             | Request::Record(_)
             | Request::Provision(_) => true,
             Request::GetVersion

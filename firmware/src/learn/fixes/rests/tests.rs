@@ -9,6 +9,7 @@ const PARKED: Road = Road {
     speed: |_| 0.0,
     heading: |_| 0.4,
     sway: 0.0,
+    axle: 0.0,
 };
 /// Drives for a minute, stands for a minute, again and again.
 const STOPS: Road = Road {
@@ -27,6 +28,7 @@ const STOPS: Road = Road {
         }
     },
     sway: 0.0,
+    axle: 0.0,
 };
 /// A receiver that measures nothing.
 const NONE: Receiver = Receiver {
@@ -204,6 +206,7 @@ const TABLE_SLOW: Road = Road {
     speed: town,
     heading: |t| turns(t, 0.1),
     sway: 0.0,
+    axle: 0.0,
 };
 const TABLE: Road = Road {
     heading: |t| turns(t, 0.5),
