@@ -40,8 +40,9 @@ pub struct Seen {
 /// Motion some time ago.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moved {
-    /// Velocity over ground, north, east, down, m/s, and its change, m/s2.
+    /// Velocity over ground, north, east, down, m/s.
     pub velocity: V32,
+    /// Its change, m/s2.
     pub acceleration: V32,
     /// Rate, body axes, rad/s.
     pub rate: V32,

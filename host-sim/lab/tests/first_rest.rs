@@ -82,6 +82,7 @@ fn drive(
         celsius: &[],
         missing: &[],
         fixes: &[],
+        wheels: &[],
         alignment,
     })
 }

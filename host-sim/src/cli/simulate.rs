@@ -36,9 +36,10 @@ pub struct Args {
 }
 
 /// The files that are written.
-const FILES: [&str; 6] = [
+const FILES: [&str; 7] = [
     "imu.csv",
     "gnss.csv",
+    "wheels.csv",
     "truth.csv",
     "temperature.csv",
     "unit.toml",

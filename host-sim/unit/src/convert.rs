@@ -4,6 +4,7 @@ use super::Unit;
 use super::around::{Correction, Known};
 use super::finding::Finding;
 use super::mounting::Mounting;
+use super::wheels::Wheels;
 use firmware::compensator::Limit;
 use firmware::configuration::{self, Configuration, Identity, NAME_LEN, SERIAL_LEN, SerialLines};
 use firmware::control::Field;
@@ -60,6 +61,11 @@ impl Unit {
             },
             correction: self.correction_settings(),
             inputs: self.networks.inputs(),
+            wheels: self
+                .wheels
+                .as_ref()
+                .map(Wheels::configuration)
+                .transpose()?,
         };
         configuration.check().map_err(refused)?;
         Ok(configuration)
@@ -156,6 +162,7 @@ pub const fn key(field: Field) -> &'static str {
         Field::Block => "correction.block_s",
         Field::Align => "correction.align_s",
         Field::Silence => "sensor.silence_ms",
+        Field::Wheels => "wheels",
     }
 }
 

@@ -17,6 +17,7 @@ pub mod scenario;
 pub mod schema;
 pub mod sensor;
 pub mod triads;
+pub mod wheels;
 
 mod convert;
 mod doubts;
@@ -41,6 +42,7 @@ use sensor::Sensor;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use triads::{Accel, Gyro};
+use wheels::Wheels;
 
 /// A sensor and its surroundings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -69,6 +71,9 @@ pub struct Unit {
     /// The vehicle.
     #[serde(default)]
     pub vehicle: Vehicle,
+    /// Wheels whose speed a host reports. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wheels: Option<Wheels>,
     /// How corrections act.
     #[serde(default)]
     pub correction: Correction,

@@ -9,6 +9,7 @@ use super::mounting::Mounting;
 use super::networks::Networks;
 use super::sensor::{Adis, FormatName, Parity, Sensor};
 use super::triads::{Accel, Gyro, MRAD};
+use super::wheels::Wheels;
 use firmware::configuration::{self, Configuration, ReceiverProtocol};
 use firmware::control;
 use host_core::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, G0, PPM, UG, UG_PER_SQRT_HZ};
@@ -40,6 +41,7 @@ impl Unit {
                 largest_speed_mps: shortest(configuration.vehicle.speed, |mps| mps as f32, 1.0),
                 mounting: known,
             },
+            wheels: configuration.wheels.as_ref().map(Wheels::of),
             correction: correction(&configuration.correction),
             networks: Networks::of(&configuration.inputs),
             prior: None,
@@ -104,7 +106,7 @@ fn sensor(configuration: &Configuration) -> Option<Sensor> {
 }
 
 /// As [`shortest`], of a number that is multiplied by `factor`.
-fn scaled(value: f32, factor: f64) -> f64 {
+pub(super) fn scaled(value: f32, factor: f64) -> f64 {
     shortest(value, |decimal| (decimal * factor) as f32, factor)
 }
 
@@ -214,6 +216,13 @@ fix_delay_ms = 87.3
 fix_delay_sigma_ms = 13.7
 pulse = true
 heading_offset_deg = -91.7
+[wheels]
+lever_arm_m = [-1.23, 0.04, 0.71]
+axle = 'steered'
+wheelbase_m = 2.71
+scale_percent = 1.3
+noise_mps = 0.07
+delay_ms = 23
 [vehicle]
 kind = 'air'
 largest_speed_mps = 83.1

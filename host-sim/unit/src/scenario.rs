@@ -9,6 +9,7 @@ use host_core::simulator::imu::{ImuSpec, World};
 use host_core::simulator::truth::{
     Aircraft, City, HandHeld, Segment, Ship, Standing, Traffic, Train, VehicleName,
 };
+use host_core::simulator::wheels::WheelSpec;
 use network::NetworkSpec;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -98,6 +99,8 @@ pub struct Scenario {
     pub power: Power,
     /// Receiver.
     pub gnss: GnssSpec,
+    /// Wheels whose speed is reported; without this table it is not.
+    pub wheels: Option<WheelSpec>,
     /// Session to learn from.
     pub learn: DriveSpec,
     /// Session to be judged on.
@@ -137,6 +140,7 @@ impl Default for Scenario {
             ambient: Ambient::default(),
             power: Power::default(),
             gnss: GnssSpec::default(),
+            wheels: None,
             learn: DriveSpec {
                 drive_s: 1800,
                 ..DriveSpec::default()
@@ -271,6 +275,17 @@ impl Scenario {
         for (key, drive) in [("learn", &self.learn), ("test", &self.test)] {
             self.check_standstill(key, drive)?;
             self.check_segments(key, drive)?;
+        }
+        if let Some(wheels) = &self.wheels {
+            self.in_ranges(&[
+                ("wheels.scale_percent", wheels.scale_percent, -20.0, 20.0),
+                ("wheels.noise_mps", wheels.noise_mps, 0.0, 10.0),
+                ("wheels.resolution_mps", wheels.resolution_mps, 0.0, 10.0),
+                ("wheels.least_mps", wheels.least_mps, 0.0, 10.0),
+                ("wheels.slip_percent", wheels.slip_percent, 0.0, 10.0),
+                ("wheels.spells_per_h", wheels.spells_per_h, 0.0, 3600.0),
+                ("wheels.spell_s", wheels.spell_s, 1.0, 60.0),
+            ])?;
         }
         self.check_receiver()?;
         self.check_world()?;

@@ -15,7 +15,7 @@ fn mode() -> impl Strategy<Value = Mode> {
 
 /// Any request; the bytes of a chunk are given apart because it borrows them.
 fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Request<'_> {
-    match kind % 17 {
+    match kind % 18 {
         0 => Request::GetVersion,
         1 => Request::GetHealth,
         2 => Request::SetMode(mode),
@@ -48,6 +48,10 @@ fn request(kind: u8, a: u32, b: u32, mode: Mode, real: f64, bytes: &[u8]) -> Req
         13 => Request::GetSolution,
         14 => Request::GetTrials,
         15 => Request::GetProgress,
+        16 => Request::WheelSpeed(WheelSpeed {
+            speed: real as f32,
+            age_ms: b as u16,
+        }),
         _ => Request::CommitLearnt,
     }
 }

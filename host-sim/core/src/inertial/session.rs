@@ -100,6 +100,8 @@ pub struct Session {
     /// Configured standard deviations of the lever arm along each axis, m, and of the ages of the
     /// fixes, s. With 0 the device's learner takes both for exact; the desktop's filters always do.
     pub antenna_sigmas: [f64; 2],
+    /// Speed of the wheels at each epoch, m/s, where it is reported.
+    pub wheels: Option<Vec<Option<f64>>>,
     /// Systematic sensor error averaged over each second (rad/s, m/s2), if known.
     pub systematic: Option<Vec<Increment>>,
     /// Temperature of the block and magnetic field in each second, if known, as in a simulation.
@@ -133,6 +135,7 @@ impl Session {
             fixes,
             lever_arm: Vector3::zeros(),
             antenna_sigmas: [0.0; 2],
+            wheels: None,
             systematic: None,
             surroundings: None,
             readings: None,
@@ -207,6 +210,7 @@ impl Session {
                 .filter(|o| !o.epochs.is_empty())
                 .collect(),
             fixes: self.fixes[start..=end].to_vec(),
+            wheels: self.wheels.as_ref().map(|all| all[start..=end].to_vec()),
             systematic: per_epoch(&self.systematic),
             surroundings: surroundings.map(|all| all[start..end].to_vec()),
             readings: readings.map(|all| all[start..end].to_vec()),

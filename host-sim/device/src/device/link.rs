@@ -209,7 +209,8 @@ impl Link {
     }
 
     /// A refusal in words.
-    pub(super) fn refused(&self, request: &Request, reason: Reason) -> Error {
+    #[must_use]
+    pub fn refused(&self, request: &Request, reason: Reason) -> Error {
         let (problem, remedy) = refusal::explain(request, reason);
         self.error(problem, &remedy)
     }

@@ -31,6 +31,7 @@ fn purpose(request: &Request) -> &'static str {
         Request::Reference(_) => "learn from the reference",
         Request::Alignment(_) => "take note of the alignment",
         Request::Heading(_) => "take the heading",
+        Request::WheelSpeed(_) => "take the speed of the wheels",
         Request::GetRecording | Request::Record(_) | Request::ReadRecording { .. } => {
             "give its black box"
         }
@@ -67,6 +68,14 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
         (Reason::NotAvailable, Request::Heading(_)) => (
             "it does not align itself: it does not learn, or there has been no fix yet",
             "set the mode shadow or learn, wait for a fix, and give the heading again",
+        ),
+        (Reason::NotConfigured, Request::WheelSpeed(_)) => (
+            "its configuration has no wheels",
+            "write the table [wheels] into the unit file, then host-sim device configure",
+        ),
+        (Reason::NotAvailable, Request::WheelSpeed(_)) => (
+            "it does not learn",
+            "set the mode shadow or learn, and send the speed again",
         ),
         (Reason::Range, Request::Provision(_)) => (
             "all bytes of the key are the same",

@@ -23,6 +23,7 @@ use firmware::link::NoLine;
 use firmware::model::Nets;
 use firmware::sample::{Axes, Counts, Lsb, Quantity, RawSample, Unit, Units};
 use firmware::store::{Content, Memory, Notes, Progress, Step, Store, unit};
+use firmware::wheels::WheelSpeed;
 use firmware::wire::command::{MAX_PACKET, Request, encode as packet};
 use firmware::wire::sequence::{Rule, Sequence};
 use firmware::wire::{Reading, Stream};
@@ -56,6 +57,8 @@ pub struct Input<'a> {
     pub missing: &'a [Range<usize>],
     /// Fixes, each after so many samples.
     pub fixes: &'a [(usize, Fix)],
+    /// Speeds of the wheels, each after so many samples.
+    pub wheels: &'a [(usize, WheelSpeed)],
     /// What the navigation computer reports of its alignment, each after so many samples.
     pub alignment: &'a [(usize, Alignment)],
 }
@@ -278,6 +281,7 @@ impl Run<'_> {
         let stream = stream(input);
         let second = (1.0 / input.dt).round().max(1.0) as usize;
         let mut fixes = input.fixes.iter().peekable();
+        let mut wheels = input.wheels.iter().peekable();
         let mut alignment = input.alignment.iter().peekable();
         let mut missing = input.missing.iter().peekable();
         let mut gap = None;
@@ -302,6 +306,9 @@ impl Run<'_> {
                 self.course.correction.push(self.app.correction());
             }
             self.settle();
+            while let Some((_, speed)) = wheels.next_if(|(after, _)| *after <= k + 1) {
+                self.ask(&Request::WheelSpeed(*speed));
+            }
             while let Some((_, fix)) = fixes.next_if(|(after, _)| *after <= k + 1) {
                 self.app.fix_of(*fix);
                 self.settle();

@@ -124,6 +124,8 @@ pub struct Record {
     pub rate_hz: usize,
     /// Fixes at rising times. A single one is the site of a vehicle at rest.
     pub fixes: Vec<TimedFix>,
+    /// Speed of the wheels, m/s, at rising times on the IMU's clock, s.
+    pub wheels: Vec<[f64; 2]>,
     /// From the IMU to the antenna: forward, right, down, m.
     pub lever_arm_m: [f64; 3],
     /// Attitude at the first fix, if it is known.
@@ -153,6 +155,7 @@ impl Default for Record {
             kind: Kind::Increment,
             rate_hz: 0,
             fixes: Vec::new(),
+            wheels: Vec::new(),
             lever_arm_m: [0.0; 3],
             initial_attitude: None,
             rough_heading: None,
@@ -172,6 +175,8 @@ impl Record {
         let fix = |(k, f): (usize, &Option<Fix>)| {
             Some(TimedFix::arrived(k as f64 * EPOCH_S, f.as_ref()?))
         };
+        let speeds = session.wheels.iter().flatten().enumerate();
+        let speeds = speeds.filter_map(|(k, speed)| Some((k, (*speed)?)));
         let initial_attitude = match session.standstill {
             0 => InitialAttitude::Known(session.reference[0].q_bn),
             s => InitialAttitude::Standstill(s),
@@ -187,6 +192,7 @@ impl Record {
                 .collect(),
             rate_hz: session.samples_per_epoch(),
             fixes: session.fixes.iter().enumerate().filter_map(fix).collect(),
+            wheels: speeds.map(|(k, v)| [k as f64 * EPOCH_S, v]).collect(),
             lever_arm_m: session.lever_arm.into(),
             initial_attitude: Some(initial_attitude),
             ..Self::default()
@@ -309,6 +315,11 @@ impl Record {
             attitude: self.initial_attitude,
             gaps: long.clone(),
         })?;
+        if !self.wheels.is_empty() {
+            let epochs = prepared.session.fixes.len();
+            let speed = |k: usize| speed_at(&self.wheels, prepared.begin + k as f64 * EPOCH_S);
+            prepared.session.wheels = Some((0..epochs).map(speed).collect());
+        }
         let short = gaps.len() - long.len();
         if short > 0 {
             let bridged = gaps.iter().filter(|gap| !long.contains(gap));
@@ -370,6 +381,17 @@ impl Record {
     pub fn has_velocity(&self) -> bool {
         self.fixes.iter().all(|f| f.has(3..6))
     }
+}
+
+/// The speed of the wheels at a time, between two reports that are no further apart than an epoch.
+fn speed_at(wheels: &[[f64; 2]], time: f64) -> Option<f64> {
+    let after = wheels.partition_point(|[t, _]| *t < time - SAME_S);
+    let [t1, v1] = *wheels.get(after)?;
+    if t1 <= time + SAME_S {
+        return Some(v1);
+    }
+    let [t0, v0] = *wheels.get(after.checked_sub(1)?)?;
+    (t1 - t0 <= EPOCH_S + SAME_S).then(|| v0 + (v1 - v0) * (time - t0) / (t1 - t0))
 }
 
 /// States from the fixes with a position. Velocities that they lack are computed from the

@@ -99,12 +99,21 @@ impl Sessions<'_> {
             turn_on,
             drive: road,
         };
-        let (session, drive) = simulate_drive(&s.vehicle(), &config);
+        let (mut session, drive) = simulate_drive(&s.vehicle(), &config);
+        if let Some(wheels) = &s.wheels {
+            let mut rng = ChaCha8Rng::seed_from_u64(road);
+            rng.set_stream(OF_WHEELS);
+            let speeds = wheels.speeds(&drive.truth.epochs, &mut rng);
+            session.wheels = Some(speeds.into_iter().map(Some).collect());
+        }
         let fixes = drive.timed_fixes(&gnss).into_iter();
         let fixes = fixes.filter_map(|(time, fix)| Some((time, fix?)));
         (session, fixes.collect())
     }
 }
+
+/// Number of the random stream of the wheels, beside that of the road.
+const OF_WHEELS: u64 = 1;
 
 /// Runs the experiment. `progress` is called with each stage.
 ///

@@ -5,6 +5,7 @@ mod configure;
 mod print;
 mod simulate;
 mod weights;
+mod wheels;
 
 use super::interrupt::asked;
 use super::options::refused;
@@ -88,6 +89,10 @@ enum Command {
         #[arg(long, value_name = "DEG")]
         sigma: f64,
     },
+    /// Send speeds of the wheels from standard input, one a line, m/s, negative in reverse
+    ///
+    /// The unit file needs the table [wheels]. Send some ten a second, as they are measured.
+    Wheels,
     /// Read the black box, for `replay blackbox`; the stream goes on
     Blackbox {
         /// The file, which appears whole or not at all
@@ -175,6 +180,13 @@ impl Args {
                 }))?;
                 let says = "the heading is taken for the alignment in progress";
                 self.print(&Done::new(says), || println!("{says}"))
+            }
+            Command::Wheels => {
+                let [taken, not_yet] = wheels::run(link, io::stdin().lock())?;
+                let says = format!(
+                    "{taken} speeds of the wheels were taken, {not_yet} came while it did not learn"
+                );
+                self.print(&Done::new(&says), || println!("{says}"))
             }
             Command::Blackbox { output, release } => {
                 let saved = blackbox::run(link, output, *release)?;

@@ -75,7 +75,7 @@ fn net(byte: u8) -> Net {
 
 fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
     let offset = u32::from(bytes.first().copied().unwrap_or(0)) * 4;
-    match kind % 16 {
+    match kind % 17 {
         0 => Request::GetHealth,
         1 => Request::SetMode(Mode::Frozen),
         2 => Request::SetMode(Mode::Bypass),
@@ -105,6 +105,10 @@ fn request<'a>(kind: u8, bytes: &'a [u8]) -> Request<'a> {
         13 => Request::Heading(firmware::fix::Heading {
             angle: offset as f32 * 0.01,
             sigma: 0.1,
+        }),
+        14 => Request::WheelSpeed(firmware::wheels::WheelSpeed {
+            speed: f32::from_bits(offset),
+            age_ms: offset as u16,
         }),
         _ => Request::WriteImage {
             offset,

@@ -5,6 +5,7 @@ use super::{Device, Drive, Input, at_work};
 use firmware::configuration::Configuration;
 use firmware::control::Alignment;
 use firmware::fix::{self, Position, WEEK_MS};
+use firmware::wheels::WheelSpeed;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{EPOCH_S, Session};
 
@@ -24,6 +25,9 @@ pub fn configured(of: &Configuration, session: &Session) -> Configuration {
         // the ages of the fixes are configured ones, and no more is known of them
         (of.receiver.fix_delay, of.receiver.fix_delay_sigma) = (0.0, age_sigma);
     }
+    if let Some(wheels) = of.wheels.as_mut().filter(|_| session.wheels.is_some()) {
+        wheels.delay = 0.0;
+    }
     at_work(&of)
 }
 
@@ -41,6 +45,12 @@ impl Device {
         };
         let epochs = session.fixes.iter().enumerate().take(until + 1).skip(1);
         let fixes: Vec<_> = epochs.filter_map(fix).collect();
+        let speeds = session.wheels.iter().flatten().take(until + 1).enumerate();
+        let speed = |(epoch, speed): (usize, &Option<f64>)| {
+            let speed = (*speed)? as f32;
+            Some((epoch * n, WheelSpeed { speed, age_ms: 0 }))
+        };
+        let wheels: Vec<_> = speeds.skip(1).filter_map(speed).collect();
         let missing = session.outages.iter();
         let missing = missing.map(|outage| outage.epochs.start * n..outage.epochs.end * n);
         let celsius = session.readings.iter().flatten();
@@ -55,6 +65,7 @@ impl Device {
             celsius: &celsius.map(|of| of.axes.mean() as f32).collect::<Vec<_>>(),
             missing: &missing.collect::<Vec<_>>(),
             fixes: &fixes,
+            wheels: &wheels,
             alignment: if session.standstill > 0 {
                 &alignment
             } else {

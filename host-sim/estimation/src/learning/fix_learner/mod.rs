@@ -169,6 +169,7 @@ fn settings(session: &Session, assumptions: &Assumptions, gates: Gates) -> Setti
         lever_arm: session.lever_arm.map(|metres| metres as f32).into(),
         lever_arm_sigma: arm_sigma as f32,
         mounting: [1.0, 0.0, 0.0, 0.0],
+        wheels: None,
     }
 }
 

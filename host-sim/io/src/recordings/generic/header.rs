@@ -18,6 +18,8 @@ pub(super) struct Header {
     pub(super) imu: Imu,
     /// Fixes. Without them the vehicle is at rest.
     pub(super) gnss: Option<Gnss>,
+    /// Speed of the wheels.
+    pub(super) wheels: Option<Wheels>,
     /// Initial attitude, and the site of a vehicle at rest.
     #[serde(default)]
     pub(super) start: Start,
@@ -113,6 +115,26 @@ pub(super) struct Imu {
     pub(super) mounting: Option<Turned>,
     /// Longest time between two rates that is interpolated, s. Three samples or 0.1 s by default.
     pub(super) max_gap_s: Option<f64>,
+}
+
+/// Table `[wheels]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Wheels {
+    /// File, relative to the header file.
+    pub(super) file: PathBuf,
+    /// As in [`Imu`].
+    #[serde(default = "comma")]
+    pub(super) separator: String,
+    /// As in [`Imu`].
+    #[serde(default = "yes")]
+    pub(super) names: bool,
+    /// As in [`Imu`].
+    pub(super) skip_lines: Option<usize>,
+    /// Time, on the IMU's clock.
+    pub(super) time: Scalar,
+    /// Speed, negative in reverse.
+    pub(super) speed: Scalar,
 }
 
 /// A mounting in short forms.

@@ -49,6 +49,13 @@
 //! # position_sigma = ["sn", "se", "sd"]
 //! # velocity_sigma = ["svn", "sve", "svd"]
 //!
+//! # Speed of an axle, negative in reverse, on the IMU's clock. May be left out.
+//! # [wheels]
+//! # file = "wheels.csv"
+//! # time = { column = "t", unit = "ms" }
+//! # m/s, km/h, knots
+//! # speed = { column = "v", unit = "km/h" }
+//!
 //! # Without [start] the attitude is found in motion.
 //! [start]
 //! # Self-alignment on a standstill of at least 90 s ...
@@ -78,6 +85,7 @@ mod read;
 mod samples;
 mod start;
 mod truth;
+mod wheels;
 mod write;
 
 pub use header::NamedUnit;
@@ -134,6 +142,9 @@ pub fn read_with_truth(
         Some(Offset::Word(_)) => record.estimates_offset = true,
         Some(Offset::Given(seconds)) => record.given_offset_s = Some(*seconds),
         None => {}
+    }
+    if let Some(of) = &read.header.wheels {
+        record.wheels = wheels::wheels(&read, of)?;
     }
     record.truth = truth::named(&read, record.given_offset_s, &mut record.notes)?;
     if let Some(seconds) = record.given_offset_s {

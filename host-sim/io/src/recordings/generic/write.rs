@@ -36,6 +36,10 @@ pub fn write(record: &Record, unit: Option<&Unit>, dir: &Path) -> Result<(), Err
     if record.fixes.len() > 1 {
         write_fixes(record, &dir.join("gnss.csv"))?;
     }
+    if !record.wheels.is_empty() {
+        let speeds = record.wheels.iter().map(|of| of.to_vec());
+        rows(&dir.join("wheels.csv"), &["t_s", "speed_mps"], speeds)?;
+    }
     let mut text = header(record);
     if let Some(unit) = unit {
         let about = "The unit of the recording beside it";
@@ -152,6 +156,14 @@ velocity_sigma = {sigma}
 "#
             );
         }
+    }
+    if !record.wheels.is_empty() {
+        text += r#"
+[wheels]
+file = "wheels.csv"
+time = { column = "t_s", unit = "s" }
+speed = { column = "speed_mps", unit = "m/s" }
+"#;
     }
     text += "\n[start]\n";
     text += &match record.initial_attitude {

@@ -27,6 +27,7 @@ pub fn drive(device: &mut Device, timeline: &Timeline, fixes_s: f64) -> Drive {
         celsius: &celsius,
         missing: &[],
         fixes: &fixes,
+        wheels: &[],
         alignment: &[],
     })
 }

@@ -109,6 +109,7 @@ fn bytes_and_samples_are_corrected_alike_over_power_ons() {
             celsius: &[],
             missing: &[],
             fixes: &bytes.fixes,
+            wheels: &[],
             alignment: &[],
         });
         assert!(bytes.fixes.len() > 150, "{}", bytes.fixes.len());
