@@ -55,6 +55,8 @@ pub struct Detector {
     align: Align,
     before: Option<NavState>,
     rests: Rests,
+    /// The speed of the wheels is reported once a second.
+    wheels: bool,
 }
 
 impl Detector {
@@ -65,6 +67,17 @@ impl Detector {
             align: Align::new(settings.sensors(), lsb, dt),
             before: None,
             rests: Rests::default(),
+            wheels: false,
+        }
+    }
+
+    /// The same with wheels whose speed is reported once a second, and which stand below
+    /// [`STANDS_MPS`].
+    #[must_use]
+    pub fn with_wheels(settings: &Settings, lsb: Lsb, dt: f64) -> Self {
+        Self {
+            wheels: true,
+            ..Self::new(settings, lsb, dt)
         }
     }
 
@@ -75,6 +88,9 @@ impl Detector {
 
     /// A second is over, at the end of which this is the vehicle's true state.
     pub fn second(&mut self, truth: &NavState) {
+        if self.wheels {
+            self.align.wheels(truth.velocity.norm() < STANDS_MPS);
+        }
         let Some(before) = self.before.replace(*truth) else {
             return;
         };

@@ -108,6 +108,15 @@ impl Vehicle {
         matches!(self, Vehicle::Road | Vehicle::City(_) | Vehicle::Traffic(_))
     }
 
+    /// Whether it has wheels on the ground while it moves.
+    #[must_use]
+    pub const fn rolls(&self) -> bool {
+        matches!(
+            self,
+            Self::Road | Self::City(_) | Self::Traffic(_) | Self::Train(_)
+        )
+    }
+
     /// Whether it stands before it goes.
     #[must_use]
     pub fn stands(&self) -> bool {

@@ -98,22 +98,27 @@ fn rests(summaries: &[Summary]) -> String {
     let share =
         |of: Option<f64>, digits: usize| of.map_or_else(String::new, |x| format!("{x:.digits$}"));
     let rows = summaries.iter().map(|summary| {
-        let of = &summary.rests;
+        let [alone, rolling] = &summary.rests;
+        let of = alone.unwrap_or_default();
         let minutes = |seconds: u32| format!("{:.0}", f64::from(seconds) / 60.0);
         vec![
             summary.class.to_owned(),
             minutes(of.standing_s),
             share(of.found(), 2),
+            share(rolling.and_then(|of| of.found()), 2),
             minutes(of.moving_s),
             share(of.false_per_minute(), 2),
+            share(rolling.and_then(|of| of.false_per_minute()), 2),
         ]
     });
     let head = [
         "class",
         "standing, min",
         "found",
+        "with wheels",
         "above 1 m/s, min",
         "taken for a rest, s a minute",
+        "with wheels",
     ];
     table(&head.map(String::from), &rows.collect::<Vec<_>>())
 }

@@ -100,8 +100,8 @@ pub struct Summary {
     /// Mean of the squared heading errors divided by the claimed variances, at the same times: 1 if
     /// the claims are right.
     pub normalised_square: [Option<f64>; 3],
-    /// The rests that the detector found without a receiver, in all trials together.
-    pub rests: Rests,
+    /// [`Trial::rests`] of all trials together.
+    pub rests: [Option<Rests>; 2],
 }
 
 impl Summary {
@@ -146,7 +146,10 @@ impl Summary {
             claimed_deg: times.map(|i| Spread::of(at(i).iter().map(|a| a.sigma_deg))),
             tilt_deg: Spread::of(at(0).iter().map(|a| a.tilt_deg)),
             normalised_square: times.map(|i| mean(at(i))),
-            rests: (trials.iter()).fold(Rests::default(), |sum, trial| sum.and(&trial.rests)),
+            rests: [0, 1].map(|k| {
+                let each = trials.iter().filter_map(|trial| trial.rests[k]);
+                each.reduce(|sum, of| sum.and(&of))
+            }),
         }
     }
 }
@@ -232,10 +235,13 @@ mod tests {
             fixes: 0,
             refused: 0,
             late: 0,
-            rests: Rests {
-                standing_s: 10,
-                ..Rests::default()
-            },
+            rests: [
+                Some(Rests {
+                    standing_s: 10,
+                    ..Rests::default()
+                }),
+                None,
+            ],
         };
         let trials = [
             trial(0, Some((-0.5, Some(0.25))), None),
@@ -257,6 +263,7 @@ mod tests {
         assert_eq!(summary.normalised_square[0], Some(535.0));
         assert_eq!(summary.normalised_square[1], Some(0.25));
         assert_eq!(summary.ways["gyrocompass"], 3);
-        assert_eq!(summary.rests.standing_s, 40);
+        assert_eq!(summary.rests[0].map(|of| of.standing_s), Some(40));
+        assert_eq!(summary.rests[1], None);
     }
 }

@@ -98,8 +98,9 @@ pub struct Trial {
     pub refused: u32,
     /// Fixes that arrived too late.
     pub late: u32,
-    /// The rests that its detector found without a receiver.
-    pub rests: Rests,
+    /// The rests that its detector found without a receiver: from samples alone, and where the
+    /// vehicle has wheels with their speed once a second.
+    pub rests: [Option<Rests>; 2],
 }
 
 impl Attitude {
@@ -231,6 +232,8 @@ impl Prepared {
         let mut imu = Imu::new(&self.spec, seeds.unit, seeds.turn_on);
         let dt = 1.0 / f64::from(self.spec.rate_hz);
         let mut detector = Detector::new(&settings, Imu::lsb(&self.spec), dt);
+        let mut rolling = (self.class.vehicle.rolls())
+            .then(|| Detector::with_wheels(&settings, Imu::lsb(&self.spec), dt));
         let mut judge = Judge::new(self.class.name, seed);
         let mounting = self.mounting();
         let samples_per_s = self.spec.rate_hz as usize;
@@ -243,6 +246,9 @@ impl Prepared {
             }
             let counts = measured(&mut imu, increment, &mounting);
             detector.sample(&counts);
+            if let Some(rolling) = &mut rolling {
+                rolling.sample(&counts);
+            }
             device.sample(&RawSample::Counts {
                 gyro: counts.dtheta,
                 accel: counts.dv,
@@ -252,12 +258,18 @@ impl Prepared {
                 let now = &truth.epochs[came / truth.samples_per_epoch];
                 judge.second((came / samples_per_s) as u32, &mut device, now, &mounting);
                 detector.second(now);
+                if let Some(rolling) = &mut rolling {
+                    rolling.second(now);
+                }
             }
             while let Some(Sent { fix, .. }) = sent.next_if(|sent| sent.sample <= came) {
                 device.fix(&fix);
             }
         }
-        judge.end(&device, detector.rests())
+        judge.end(
+            &device,
+            [Some(detector), rolling].map(|of| of.map(|of| of.rests())),
+        )
     }
 }
 
@@ -291,7 +303,7 @@ impl Judge {
                 fixes: 0,
                 refused: 0,
                 late: 0,
-                rests: Rests::default(),
+                rests: [None; 2],
             },
             navigated: false,
         }
@@ -333,7 +345,7 @@ impl Judge {
         }
     }
 
-    fn end(mut self, device: &Device<'_>, rests: Rests) -> Trial {
+    fn end(mut self, device: &Device<'_>, rests: [Option<Rests>; 2]) -> Trial {
         let report = device.report();
         self.trial.rests = rests;
         self.trial.fixes = report.fixes;
