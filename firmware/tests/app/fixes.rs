@@ -8,20 +8,23 @@ use crate::frames::Fields;
 use crate::record::configure;
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
-use firmware::configuration::{Configuration, Sensor, UNKNOWN};
+use firmware::configuration::{Configuration, Sensor, UNKNOWN, Wheels};
 use firmware::control::{Alignment, Mode, Reason, Way};
 use firmware::fix::Heading;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::model::Nets;
 use firmware::units::DEGREE;
+use firmware::wheels::WheelSpeed;
 use firmware::wire::command::{Antenna, Health, Request, Response};
 use firmware::wire::ubx::Pvt;
 
 fn device(config: Config) -> Device {
     let memory = Box::leak(Box::new(FixMemory::ZEROED));
+    let configured = config.configuration.as_ref();
+    let settings = configured.map_or(Settings::MEDIUM, Settings::of);
     let learner = CombinedLearner {
         references: Box::leak(Box::new(WindowLearner::new())),
-        fixes: FixLearner::new(memory, Settings::MEDIUM),
+        fixes: FixLearner::new(memory, settings),
     };
     let mut device = Device::new(Config::default());
     device.app = App::with_learner(config, Some(Box::leak(Box::new(learner))));
@@ -215,6 +218,52 @@ fn a_heading_is_taken_over_the_command_link() {
     assert_eq!((health.navigates, health.way), (true, Way::Gyrocompass));
     assert!(health.heading_sigma.is_some_and(|sigma| sigma < 45));
     assert_eq!(ask(&mut bench, 0.3, 0.05), Some(Reason::Alignment));
+}
+
+/// Speeds of wheels are taken where the configuration has wheels. While they turn, nothing is
+/// aligned at rest, whatever the sensors feel.
+#[test]
+fn wheels_that_turn_are_no_standstill() {
+    let ask = |bench: &mut Bench, speed: f32| {
+        let request = Request::WheelSpeed(WheelSpeed { speed, age_ms: 20 });
+        bench.device.ask(&request, |answer| match answer {
+            Response::Done => None,
+            Response::Refused(reason) => Some(reason),
+            other => panic!("{other:?}"),
+        })
+    };
+    let mut bench = Bench::new(config());
+    bench.run(3, None);
+    assert_eq!(ask(&mut bench, 0.0), Some(Reason::NotConfigured));
+    let wheels = Some(Wheels {
+        lever_arm: [0.0; 3],
+        ahead: 0.0,
+        scale: 0.02,
+        noise: 0.05,
+        delay: 0.05,
+    });
+    let configured = || Config {
+        configuration: Some(Configuration {
+            wheels,
+            ..Configuration::default()
+        }),
+        ..config()
+    };
+    let mut bench = Bench::new(Config {
+        mode: Mode::Bypass,
+        ..configured()
+    });
+    assert_eq!(ask(&mut bench, 0.0), Some(Reason::NotAvailable));
+    for speed in [0.0, 0.2] {
+        let mut bench = Bench::new(configured());
+        for _ in 0..130 {
+            bench.run(1, None);
+            assert_eq!(ask(&mut bench, speed), None);
+        }
+        assert_eq!(bench.health().navigates, speed == 0.0, "{speed}");
+        assert_eq!(ask(&mut bench, f32::NAN), Some(Reason::Range));
+        assert_eq!(ask(&mut bench, 201.0), Some(Reason::Range));
+    }
 }
 
 /// With one pass after each frame, instead of as many as there is work for, fixes and blocks find

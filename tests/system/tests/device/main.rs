@@ -343,3 +343,51 @@ fn another_version_and_what_is_no_device_are_reported() {
         "{text}"
     );
 }
+
+/// Speeds of the wheels from standard input: refused without the table in the unit file, and by
+/// line.
+#[test]
+fn speeds_of_the_wheels_are_sent() {
+    let directory = tempfile::tempdir().unwrap();
+    let wheels = |port: &str, text: &str| {
+        let output = command(port, &["wheels"])
+            .write_stdin(text)
+            .output()
+            .unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        (
+            output.status.code(),
+            text(output.stdout),
+            text(output.stderr),
+        )
+    };
+    let device = Device::start(&Kind::NEW);
+    let port = device.port.clone();
+    let unit = file(directory.path(), "", "");
+    output(&port, &["configure", &unit, "--no-store"]);
+    let (code, _, says) = wheels(&port, "1.5\n");
+    assert_eq!(code, Some(2));
+    assert!(says.contains("its configuration has no wheels"), "{says}");
+    assert!(says.contains("[wheels]"), "{says}");
+    let unit = file(directory.path(), "[correction]", "[wheels]\n[correction]");
+    output(&port, &["mode", "bypass"]);
+    output(&port, &["configure", &unit, "--no-store"]);
+    let (code, says, _) = wheels(&port, "# m/s\n1.5\n\n-0.25\n");
+    assert_eq!(code, Some(0));
+    assert!(
+        says.starts_with("2 speeds of the wheels were taken, 0 came"),
+        "{says}"
+    );
+    for (text, what) in [
+        ("1\nfast\n", "line 2"),
+        ("1\n2\n999\n", "line 3"),
+        ("nan", "line 1"),
+    ] {
+        let (code, _, says) = wheels(&port, text);
+        assert_eq!(code, Some(2));
+        assert!(
+            says.contains(what) && says.contains("negative in reverse"),
+            "{says}"
+        );
+    }
+}
