@@ -36,6 +36,8 @@ pub struct Sensors {
 pub const WINDOW_S: f32 = 0.5;
 /// Windows in a row from which a standstill is one.
 pub const RESTS: u32 = 4;
+/// Windows at the end of a rest in which a departure may have begun.
+const DEPARTS: usize = 2;
 /// Windows over which the quietest scatter is taken, and after which a louder one is believed.
 const LEVELS: usize = 4;
 /// Largest scatter, in units of the quietest (`docs/REAL.md`: five real units).
@@ -71,9 +73,11 @@ pub struct Standstill {
     quietest: [f32; 2],
     /// Windows so far, up to [`LEVELS`].
     known: usize,
-    /// Windows in a row of the standstill that were quiet, and the mean rate of these.
+    /// Windows in a row of the standstill that were quiet.
     quiet: u32,
+    /// Mean rate of these but the first [`RESTS`] and the last, whose rates wait, the oldest first.
     rest: V32,
+    pending: [V32; DEPARTS],
     /// The standstill has had a rest.
     rested: bool,
     /// Windows in a row since then that were not quiet.
@@ -114,10 +118,13 @@ struct Window {
 /// A rest in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rest {
-    /// Mean rate of its windows, rad/s.
+    /// Mean rate of its windows, rad/s, but for the first two seconds, in which a vehicle settles,
+    /// and the last one, in which a departure may have begun.
     pub rate: V32,
-    /// Their time, s.
+    /// Time of that mean, s.
     pub seconds: f32,
+    /// Time of the rest, s.
+    pub stood_s: f32,
     /// Scatter of the last samples' rates, rad/s: the root of the variances' sum over the axes.
     pub scatter: f32,
 }
@@ -196,6 +203,7 @@ impl Standstill {
             known: 0,
             quiet: 0,
             rest: [0.0; 3],
+            pending: [[0.0; 3]; DEPARTS],
             rested: false,
             louder: 0,
             mean: [[0.0; 3]; 2],
@@ -278,14 +286,25 @@ impl Standstill {
     fn rests(&mut self, rate: V32) {
         self.quiet = self.quiet.saturating_add(1);
         self.rested |= self.quiet >= RESTS;
-        let share = 1.0 / self.quiet as f32;
-        for (mean, now) in self.rest.iter_mut().zip(rate) {
-            *mean = if self.quiet == 1 {
-                now
-            } else {
-                *mean + (now - *mean) * share
-            };
+        let [before, ..] = self.pending;
+        self.pending.rotate_left(1);
+        if let Some(last) = self.pending.last_mut() {
+            *last = rate;
         }
+        let windows = self.windows_of_rest();
+        if windows == 0 {
+            self.rest = [0.0; 3];
+            return;
+        }
+        let share = 1.0 / windows as f32;
+        for (mean, before) in self.rest.iter_mut().zip(before) {
+            *mean += (before - *mean) * share;
+        }
+    }
+
+    /// Windows in the mean of a rest.
+    fn windows_of_rest(&self) -> u32 {
+        self.quiet.saturating_sub(RESTS + DEPARTS as u32)
     }
 
     /// Notes the scatter of a window: whether it is quiet.
@@ -370,7 +389,8 @@ impl Standstill {
         let [.., [scatter, _]] = self.levels;
         (self.quiet >= RESTS).then_some(Rest {
             rate: self.rest,
-            seconds: self.quiet as f32 * WINDOW_S,
+            seconds: self.windows_of_rest() as f32 * WINDOW_S,
+            stood_s: self.quiet as f32 * WINDOW_S,
             scatter,
         })
     }

@@ -43,8 +43,9 @@ const SWAY: f32 = 1e-4;
 /// How much more vibration adds to a mean than white noise of its scatter would: it has low
 /// frequencies as well (assumed).
 const COLOUR: f32 = 4.0;
-/// Shortest rest that teaches, s: a vehicle on a smooth road turns evenly for less (assumed).
-const LEAST_S: f32 = 5.0;
+/// Shortest mean of a rest that teaches, s: a vehicle on a smooth road turns evenly for little
+/// longer than that and what is left out of it (assumed).
+const LEAST_S: f32 = 3.0;
 /// Information, in units of what has been taught, from which a rest teaches again.
 const MORE: f32 = 1.25;
 /// What is not known of the Earth's rotation while the attitude is known, rad/s, beside the second
@@ -254,7 +255,7 @@ impl FixLearner<'_> {
         rests.since_fix_s += stream.block_s();
         rests.since_zero_s += stream.block_s();
         let align = self.navigation.align.as_ref()?;
-        let rest_s = align.rest().map_or(0.0, |rest| rest.seconds);
+        let rest_s = align.rest().map_or(0.0, |rest| rest.stood_s);
         let stands = rest_s >= STILL_S as f32 && self.may_stand();
         let rests = &mut self.motion.rests;
         if !stands || rests.since_fix_s < ALONE_S || rests.since_zero_s < EVERY_S {

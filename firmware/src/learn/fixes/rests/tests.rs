@@ -224,3 +224,76 @@ fn turns(t: f64, dps: f64) -> f64 {
     let s = (t - 70.0).max(0.0);
     (dps * t.min(60.0)).to_radians() + 1.6 * (1.0 - libm::cos(s * 0.13))
 }
+
+/// Drives for a minute and turns by a radian, stands for a minute, again and again.
+const TURNS: Road = Road {
+    speed: |t| {
+        let t = t % 120.0;
+        if t < 60.0 {
+            6.0 * (1.0 - libm::cos(t * core::f64::consts::TAU / 60.0))
+        } else {
+            0.0
+        }
+    },
+    heading: |t| {
+        let share = (t % 120.0 / 60.0).min(1.0);
+        libm::floor(t / 120.0) + 0.5 * (1.0 - libm::cos(share * core::f64::consts::PI))
+    },
+    sway: 1.4e-4,
+    axle: 0.0,
+};
+
+/// Standard deviations of the gyros' errors that rests of `seconds` at these headings allow: what
+/// is unknown beside them is the heading of all of them together, of which `sigma` is known.
+/// Cramer-Rao bound for level sensors at the latitude of [`Drive`].
+fn bound(headings: &[f64], noise: f64, seconds: f64, sigma: f64) -> [f64; 3] {
+    let sway = f64::from(SWAY) / seconds;
+    let variance = noise * noise / seconds + 2.0 * sway * sway;
+    let north = EARTH * libm::cos(0.8);
+    // information of [errors x, y, z, heading]
+    let mut all = [[0.0; 4]; 4];
+    all[3][3] = 1.0 / (sigma * sigma);
+    for h in headings {
+        let by_heading = [-north * libm::sin(*h), -north * libm::cos(*h), 0.0];
+        for (axis, by) in by_heading.into_iter().enumerate() {
+            let mut row = [0.0; 4];
+            (row[axis], row[3]) = (1.0, by);
+            for (i, line) in all.iter_mut().enumerate() {
+                for (j, entry) in line.iter_mut().enumerate() {
+                    *entry += row[i] * row[j] / variance;
+                }
+            }
+        }
+    }
+    // the heading eliminated, then a 3 x 3 of which z stands alone
+    let reduced = |i: usize, j: usize| all[i][j] - all[i][3] * all[3][j] / all[3][3];
+    let det = reduced(0, 0) * reduced(1, 1) - reduced(0, 1) * reduced(1, 0);
+    [
+        (reduced(1, 1) / det).sqrt(),
+        (reduced(0, 0) / det).sqrt(),
+        (1.0 / reduced(2, 2)).sqrt(),
+    ]
+}
+
+/// A laser gyro without a receiver, several rests at several headings: as good as they allow.
+#[test]
+fn rests_at_several_headings_reach_their_bound() {
+    let (rests, mut squares, mut normal) = (8, [0.0; 3], 0.0);
+    const SEEDS: u64 = 12;
+    for seed in 0..SEEDS {
+        let mut memory = memory();
+        let mut drive = Drive::new(&mut memory, Settings::MEDIUM, TURNS, NONE, LASER, seed);
+        drive.seconds(rests * 120);
+        for (square, (error, sigma)) in squares.iter_mut().zip(of_gyros(&drive, LASER)) {
+            *square += error * error / SEEDS as f64;
+            normal += error * error / (sigma * sigma) / (3.0 * SEEDS as f64);
+        }
+    }
+    let headings: Vec<f64> = (1..=rests).map(f64::from).collect();
+    let noise = f64::from(Settings::MEDIUM.noise.gyro);
+    let bound = bound(&headings, noise, 57.0, 1e-3);
+    for (square, bound) in squares.into_iter().zip(bound) {
+        assert!(square.sqrt() < 1.2 * bound, "{square} {bound}");
+    }
+    assert!(normal < 1.5, "{normal}");
+}
