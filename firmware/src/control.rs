@@ -114,6 +114,8 @@ pub enum Reason {
     Key,
     /// Too often. It may be asked again in so many milliseconds.
     Wait(u32),
+    /// A device without a key takes its first one within a minute after power-on.
+    TooLate,
 }
 
 /// A field of the device's configuration whose value was refused.

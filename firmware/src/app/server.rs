@@ -17,7 +17,7 @@ use crate::model::IMAGES_LEN;
 use crate::wire::command::key::Key;
 use crate::wire::command::seal::{Opened, open};
 use crate::wire::command::{
-    Kept, MAX_CHUNK, MAX_PACKET, Provision, Request, Reset, Response, encode,
+    Kept, MAX_CHUNK, MAX_PACKET, Protection, Provision, Request, Reset, Response, encode,
 };
 use guard::{Guard, Ticket, Verdict};
 use heapless::Vec;
@@ -27,6 +27,8 @@ use wear::Wear;
 
 /// Slots of the store.
 const SLOTS: u8 = 2;
+/// Time after power-on in which a device takes its first key, microseconds.
+const FIRST_KEY_US: u64 = 60_000_000;
 
 /// Serves the command link. Every request may come twice, because its answer was lost; the second
 /// one has no further effect.
@@ -290,8 +292,9 @@ impl Server {
         self::done(done)
     }
 
-    /// Takes another key, which the board stores at once with what is in use. No record from before
-    /// is left: else a device whose newest record is damaged would go back to another key or none.
+    /// Takes another key, which the board stores at once with what is in use. A device without one
+    /// takes its first key for a minute after power-on: later anybody at the command link could
+    /// lock its owner out. No record from before is left: else a device whose newest record is damaged would go back to another key or none.
     fn provision(
         &mut self,
         with: &Provision,
@@ -299,6 +302,9 @@ impl Server {
         flow: &mut Flow,
         now_us: u64,
     ) -> Result<(), Reason> {
+        if self.guard.protection() != Protection::Keyed && now_us > FIRST_KEY_US {
+            return Err(Reason::TooLate);
+        }
         Self::may_store(flow)?;
         self.wear.may_record(now_us)?;
         self.guard.provision(with, ticket)?;

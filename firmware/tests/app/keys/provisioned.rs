@@ -87,6 +87,30 @@ fn a_key_is_given_once_and_then_only_by_who_has_it() {
     assert_eq!(refused(&mut device, &packet), Reason::NoKey);
 }
 
+/// A device without a key takes its first one, or none by choice, only in the first minute after
+/// power-on. One with a key takes another one at any time.
+#[test]
+fn the_first_key_comes_in_the_first_minute() {
+    for late in [GIVE, Request::Provision(Provision::OpenByChoice)] {
+        let mut device = new();
+        device.pass_us(60_000_001);
+        device.ask(&late, |answer| {
+            assert_eq!(answer, Response::Refused(Reason::TooLate));
+        });
+        assert_eq!(security(&mut device).protection, Protection::Unprovisioned);
+        assert!(!device.app.wants_to_store());
+    }
+    let mut device = new();
+    device.pass_us(59_000_000);
+    device.order(&GIVE);
+    stored(&mut device);
+    device.pass_us(600_000_000);
+    let mut host = Host::at(&mut device, KEY);
+    let veiled = KEY.veiled(&host.challenge, 1, &OTHER);
+    host.order(&mut device, &Request::Provision(Provision::Secret(veiled)));
+    assert_eq!(*device.app.key(), Key::Secret(OTHER));
+}
+
 /// A key is refused where it would be lost. Until both records are there, no mode but bypass is
 /// accepted.
 #[test]

@@ -69,6 +69,10 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
             "it does not align itself: it does not learn, or there has been no fix yet",
             "set the mode shadow or learn, wait for a fix, and give the heading again",
         ),
+        (Reason::TooLate, _) => (
+            "it takes its first key only in the first minute after power-on",
+            "switch it off and on, and give the key within a minute",
+        ),
         (Reason::NotConfigured, Request::WheelSpeed(_)) => (
             "its configuration has no wheels",
             "write the table [wheels] into the unit file, then host-sim device configure",
