@@ -45,12 +45,18 @@ pub(in crate::experiment) fn judged(
     let lesson = session.cut(&split.learn);
     let considered = learnt::considered(&lesson, settings);
     let follows = split.follows();
+    let unused = session.wheels.is_some() && device.configuration().wheels.is_none();
+    let unused = if unused {
+        " The speed of the wheels is not used: the unit file has no table [wheels]."
+    } else {
+        ""
+    };
     if follows && activation != Activation::NextPowerOn {
         let run = session.cut(&(split.learn.start..split.judge.end));
         let drive = device.drive_session(&run, split.learn.len());
         let course = course(&drive, &device, &before);
         let note = format!(
-            "Without a power-off before the judged part it {}.",
+            "Without a power-off before the judged part it {}.{unused}",
             course.says
         );
         return of_drives(
@@ -65,7 +71,7 @@ pub(in crate::experiment) fn judged(
     let nets = device.stored().0;
     let judged = device.drive_session(&session.cut(&split.judge), 0);
     let note = format!(
-        "In the learning part it {}. Switched on again for the judged part, it {}.",
+        "In the learning part it {}. Switched on again for the judged part, it {}.{unused}",
         course.says,
         since(&judged)
     );
