@@ -308,6 +308,7 @@ impl Record {
             at_antenna: truth.is_none(),
             attitude: self.initial_attitude,
             gaps: long.clone(),
+            notes: &self.notes,
         })?;
         let short = gaps.len() - long.len();
         if short > 0 {
