@@ -23,7 +23,8 @@ fn look(decided: Decided) -> Look {
     }
 }
 
-/// The picture, with the names at the left, or a narrow one for a telephone. `row`: height of a row.
+/// The picture, with the names at the left, or a narrow one for a telephone. `row`: height of a
+/// row.
 pub(super) fn sized(rows: &[AgainstNone], narrow: bool, row: f64) -> Picture {
     let (width, room, top) = match narrow {
         true => (SIZES[1].0, 130.0, 84.0),
