@@ -81,7 +81,8 @@ pub fn alone() -> Result<()> {
     Ok(())
 }
 
-fn core_library(target: &str) -> Result<()> {
+/// Installs the core library of a target.
+pub fn core_library(target: &str) -> Result<()> {
     if installed(target) {
         return Ok(());
     }

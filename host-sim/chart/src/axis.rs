@@ -186,6 +186,8 @@ pub fn snapped((low, high): (f64, f64), count: usize) -> (f64, f64) {
 fn plain_or_scientific(value: f64) -> String {
     if (1e-3..1e4).contains(&value) {
         format!("{}", (value * 1e6).round() / 1e6)
+    } else if (1e4..1e6).contains(&value) {
+        grouped(value, 0)
     } else {
         format!("{value:e}")
     }
@@ -310,6 +312,7 @@ mod tests {
             ["0.01", "0.02", "0.05", "0.1", "0.2", "0.5", "1"]
         );
         assert_eq!(texts(&Axis::log("", (0.31, 0.7))), ["0.4", "0.5", "0.6"]);
+        assert!(texts(&Axis::log("", (900.0, 2e4))).contains(&"10\u{a0}000"));
         assert!(Axis::log("", (1e-30, 1.0)).ticks.len() <= 8);
         assert_eq!(Axis::log("", (0.75, 12.0)).between()[..3], [0.8, 0.9, 2.0]);
         assert!(Axis::linear("", (0.0, 9.0), 3).between().is_empty());

@@ -57,7 +57,7 @@ function stores(status) {
 
 function configures(status, info, store) {
   const memory = info?.memory.drives
-    ? `If the file is of another sensor (serial number) or of other network inputs: the memory of ${info.memory.drives} drives, and the networks learnt from them.`
+    ? `If the file is of another sensor (serial number) or of other network inputs: the memory of earlier drives (${info.memory.drives}), and the networks learnt from them.`
     : null;
   const acts = status?.in_force.some((value) => value !== 0) ? "The correction that acts now fades out." : null;
   return [

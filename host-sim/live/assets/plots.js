@@ -6,6 +6,8 @@ const WINDOW = 30;
 /** Most points of what changes slowly; then every second one goes. */
 const MOST = 2048;
 const AXES = ["x", "y", "z"];
+/** Between two times on an axis, s: a fraction would repeat a label. */
+const WHOLE = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 1800, 3600, 7200, 18000];
 /** The edge of a band. */
 const HIDDEN = { stroke: "transparent", width: 0, points: { show: false } };
 
@@ -52,8 +54,8 @@ class Plot {
       ...this.size(), bands, series: [{}, ...series],
       scales: { x: { time: false }, y: this.options.y ?? {} },
       axes: [
-        { ...axis, values: (_, ticks) => ticks.map(this.options.ticks === false ? () => "" : clock), size: this.options.ticks === false ? 8 : 34 },
-        { ...axis, size: 62, space: 24 },
+        { ...axis, incrs: WHOLE, values: (_, ticks) => ticks.map(this.options.ticks === false ? () => "" : clock), size: this.options.ticks === false ? 8 : 34 },
+        { ...axis, size: 62, space: 18 },
       ],
       legend: { show: false }, cursor: { drag: { x: true, y: false } },
     };

@@ -116,7 +116,7 @@ export function alignment(s) {
   list("alignment", [
     ["aligned", l.navigates ? "yes, it navigates beside the fixes" : "not yet"],
     ["heading by", l.way],
-    ["heading's doubt", sigma],
+    ["heading known to", sigma],
     ["roll, pitch, heading", attitude && `${attitude.join(", ")} deg`],
     ["residual", l.residual ? `${fixed(l.residual, 2)} (1 is as expected)` : null],
     ["refused alignments", l.refused_alignments],
@@ -188,7 +188,7 @@ export function now(s) {
 export function what(i) {
   const rate = i.rate_hz == null ? "" : `, ${i.rate_hz} Hz`;
   const unsafe = i.security.state !== "keyed";
-  const drives = i.memory.drives ? `${i.memory.drives} drives, ${fixed(i.memory.hours, 1)} h` : "nothing of earlier drives";
+  const drives = i.memory.drives ? `${i.memory.drives} ${i.memory.drives === 1 ? "drive" : "drives"}, ${fixed(i.memory.hours, 1)} h` : "nothing of earlier drives";
   list("what", [
     ["port", i.port],
     ["firmware", `${i.firmware}, board ${i.board}`],

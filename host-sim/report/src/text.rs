@@ -40,3 +40,10 @@ pub(super) fn signed(value: f64, digits: usize) -> String {
     };
     format!("{sign}{}", grouped(value.abs(), digits))
 }
+
+/// `text` with a capital first letter.
+pub(super) fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    let first = chars.next().map(|c| c.to_uppercase().to_string());
+    first.unwrap_or_default() + chars.as_str()
+}

@@ -8,8 +8,8 @@ use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_io::output::{check_writable, write_atomic};
 use host_lab::campaign::{
-    Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Summary, Topic, merge, missing,
-    ratios, results, studies, summarise, to_csv,
+    Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Summary, Topic, causes_csv,
+    merge, missing, ratios, ratios_csv, results, studies, summarise, to_csv,
 };
 use host_report::campaign::Made;
 use serde::Serialize;
@@ -101,7 +101,7 @@ struct Files {
     /// Old option, replaced by `--csv`.
     #[arg(long, hide = true, value_parser = renamed("give --csv FILE, or --json FILE"))]
     parquet: Option<String>,
-    /// Write the tables with explanations as Markdown
+    /// Write the tables with explanations as Markdown, and every pair of schemes beside it as CSV
     #[arg(long, value_name = "FILE")]
     results: Option<PathBuf>,
     /// Write a page (HTML): verdict, and each scheme against no correction, with the harm
@@ -352,6 +352,13 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
     if let Some(file) = &files.results {
         let text = results(&command(), done, &summary, &ratios, further);
         write_atomic(file, text.as_bytes())?;
+        write_atomic(&file.with_extension("csv"), ratios_csv(&ratios).as_bytes())?;
+        if let Some((_, rows)) = further.iter().find(|(topic, _)| *topic == Topic::Causes) {
+            write_atomic(
+                &file.with_extension("causes.csv"),
+                causes_csv(rows).as_bytes(),
+            )?;
+        }
     }
     if let Some(file) = &files.report {
         let made = Made {

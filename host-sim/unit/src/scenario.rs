@@ -403,7 +403,7 @@ fn syntax_error(path: &Path, text: &str, e: &toml::de::Error) -> Error {
             "write these tables into a unit file as [simulation], and unit = \"FILE.toml\" here; \
              `host-sim unit show medium` has an example"
         }
-        _ => "see the section on scenario files in docs/USING.md for all keys and their units",
+        _ => "docs/scenario.toml has all keys with their units",
     };
     Error::Scenario {
         file: path.to_path_buf(),

@@ -1,5 +1,5 @@
 //! The pages: each link leads somewhere, in the tree and in the built book; each page is in the
-//! book's table of contents; worked diffs apply to the tree; the front page is short. Commands,
+//! book's table of contents; worked patches apply to the tree; the front page is short. Commands,
 //! paths and tests that the documents name exist.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -159,47 +159,23 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     blocks
 }
 
-/// Whether a hunk applies: the file must contain its old lines consecutively.
-fn applies(file: &str, old: &[&str]) -> bool {
-    let lines: Vec<&str> = file.lines().collect();
-    lines.windows(old.len()).any(|window| window == old)
-}
-
-/// Each worked diff that names its files applies to the tree: files that it creates do not exist
-/// yet, and each hunk's old lines do.
+/// Each worked example is a patch that applies to the tree, and its page shows how.
 #[test]
-fn worked_diffs_apply() {
-    let top = workspace();
-    for (page, least) in [
-        ("add-a-protocol.md", 5),
-        ("add-an-error-term.md", 2),
-        ("add-a-hypothesis.md", 4),
-    ] {
-        let text = std::fs::read_to_string(top.join("docs").join(page)).expect("a page");
-        let mut hunks = 0;
-        for diff in blocks(&text, "diff") {
-            let mut lines = diff.lines();
-            let from = lines.next().and_then(|line| line.strip_prefix("--- "));
-            let to = lines.next().and_then(|line| line.strip_prefix("+++ b/"));
-            let (from, to) = from.zip(to).expect("a diff begins with its files");
-            let file = top.join(to);
-            if from == "/dev/null" {
-                assert!(!file.exists(), "{page}: {to} is there already");
-                hunks += 1;
-                continue;
-            }
-            assert_eq!(from.strip_prefix("a/"), Some(to), "{page}");
-            let file = std::fs::read_to_string(file).expect(to);
-            let lines: Vec<&str> = lines.collect();
-            for hunk in lines.split(|line| line.starts_with("@@ ")).skip(1) {
-                let kept = hunk.iter().filter(|line| !line.starts_with('+'));
-                let old: Vec<&str> = kept.map(|line| line.get(1..).unwrap_or("")).collect();
-                assert!(old.len() > 2, "{page}: {to}: a hunk without context");
-                assert!(applies(&file, &old), "{page}: {to}: {old:#?} is not there");
-                hunks += 1;
-            }
-        }
-        assert!(hunks >= least, "{page}: {hunks} hunks");
+fn worked_patches_apply() {
+    for name in ["add-a-protocol", "add-an-error-term", "add-a-hypothesis"] {
+        let patch = format!("docs/{name}.patch");
+        let page = std::fs::read_to_string(workspace().join(format!("docs/{name}.md")));
+        assert!(
+            page.expect("a page")
+                .contains(&format!("git apply {patch}"))
+        );
+        let tried = std::process::Command::new("git")
+            .args(["apply", "--check", &patch])
+            .current_dir(workspace())
+            .output()
+            .expect("git runs");
+        let said = String::from_utf8_lossy(&tried.stderr);
+        assert!(tried.status.success(), "{patch}: {said}");
     }
 }
 
@@ -337,8 +313,46 @@ fn names_in_sources() -> String {
     names
 }
 
-/// The tests that the pages about failures name: each filter selects a test or a module, each
-/// package and each file of tests exists.
+/// The cells of a column of a table in `docs/`.
+fn column(file: &str, name: &str) -> Vec<String> {
+    let mut rows = csv::Reader::from_path(workspace().join("docs").join(file)).expect(file);
+    let headers = rows.headers().expect("a header").clone();
+    let at = headers.iter().position(|header| header == name);
+    let at = at.expect(name);
+    rows.records()
+        .map(|row| row.expect("a row")[at].to_owned())
+        .collect()
+}
+
+/// Commands of the documents and of the table of promises, as words behind `cargo nextest run`.
+fn commands_of_tests() -> Vec<(String, Vec<String>)> {
+    let words = |text: &str| text.split_whitespace().map(str::to_owned).collect();
+    let mut all: Vec<(String, Vec<String>)> = Vec::new();
+    for shown in shown() {
+        all.extend(
+            shown
+                .after("cargo nextest run")
+                .map(|words| (shown.at.clone(), words.to_vec())),
+        );
+    }
+    for cell in column("RELIABILITY.csv", "command") {
+        for command in cell
+            .split("; ")
+            .filter(|command| command.starts_with("-p "))
+        {
+            all.push(("docs/RELIABILITY.csv".into(), words(command)));
+        }
+    }
+    for cell in column("MUTANTS.csv", "found by") {
+        for test in cell.split(", ").filter(|test| !test.starts_with("none")) {
+            all.push(("docs/MUTANTS.csv".into(), words(test)));
+        }
+    }
+    all
+}
+
+/// The tests that the documents name: each filter selects a test or a module, each package and each
+/// file of tests exists.
 #[test]
 fn tests_in_the_documents_are_there() {
     let names = names_in_sources();
@@ -349,17 +363,7 @@ fn tests_in_the_documents_are_there() {
         .map(|file| std::fs::read_to_string(workspace().join(file)).expect("a manifest"))
         .collect();
     let (mut seen, mut wrong) = (0, Vec::new());
-    for shown in shown() {
-        let of_a_table = ["docs/RELIABILITY.md", "docs/MUTANTS.md"];
-        let filters = of_a_table.iter().any(|page| shown.at.starts_with(page));
-        let words = match (shown.after("cargo nextest run"), shown.after("...")) {
-            (Some(words), _) | (None, Some(words)) => words,
-            (None, None) if filters && shown.words[0] == "-p" => &shown.words[..],
-            (None, None) if filters && shown.words.len() == 1 && shown.words[0].contains('_') => {
-                &shown.words[..]
-            }
-            _ => continue,
-        };
+    for (at, words) in commands_of_tests() {
         let mut words = words.iter();
         while let Some(word) = words.next() {
             let there = match word.as_str() {
@@ -381,7 +385,7 @@ fn tests_in_the_documents_are_there() {
             };
             seen += 1;
             if !there {
-                wrong.push(format!("{}: no {word}", shown.at));
+                wrong.push(format!("{at}: no {word}"));
             }
         }
     }

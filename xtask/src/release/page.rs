@@ -48,6 +48,7 @@ impl Page<'_> {
         );
         out += "\n`.cdx.json` are bills of materials (CycloneDX 1.5) of the files of the same \
                 name.\n";
+        self.programs(&mut out);
         self.verify(&mut out);
         self.flash(&mut out);
         if !self.left_out.is_empty() {
@@ -60,6 +61,18 @@ impl Page<'_> {
             _ = write!(out, "\n## Changes\n\n{}\n", self.changes);
         }
         out
+    }
+
+    /// How to start the desktop's programs, where there are any.
+    fn programs(&self, out: &mut String) {
+        let names = self.files.iter().map(|(name, _)| name);
+        let mut programs =
+            names.filter(|name| name.starts_with("host-sim-") && !name.ends_with(".json"));
+        if programs.next().is_some() {
+            *out += "\n## Programs\n\n`host-sim-TARGET` needs nothing else; `host-sim-serve-TARGET` \
+                     beside it is what `serve` starts.\n\n    \
+                     chmod +x host-sim-*\n    ./host-sim-TARGET --help\n";
+        }
     }
 
     fn verify(&self, out: &mut String) {
@@ -146,7 +159,8 @@ mod tests {
             start: Some(0x1000_0000),
             loader: Some("uf2"),
         }];
-        let files = [("pico2.elf".to_owned(), 77)];
+        let files = [("pico2.elf", 77), ("host-sim-riscv64", 78)];
+        let files = files.map(|(name, bytes)| (name.to_owned(), bytes));
         let left_out = ["wheel: no maturin".to_owned()];
         let page = |release: &Release| {
             let page = Page {
@@ -169,6 +183,7 @@ mod tests {
             "probe-rs run --chip RP235x pico2.elf",
             "pico2.uf2: hold BOOTSEL",
             "git checkout 0123abcd",
+            "## Programs",
             "## Left out\n\n- wheel: no maturin\n",
             "## Changes\n\n- new\n",
         ] {

@@ -9,12 +9,12 @@ use crate::images::{
     Image, STM32F405, STM32F405_WINDOW, TARGET, cargo, installed, target_directory, without_paths,
     workspace,
 };
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use super::{Release, sums};
 use crate::flash::CHIP;
 use crate::stage::succeed;
-use crate::{load, supply, wheel};
+use crate::{load, needs, supply, wheel};
 
 /// Our own images, with descriptions.
 const OWN: [(Image, &str); 2] = [
@@ -122,27 +122,64 @@ const PROGRAMS: [(&str, &str, &str); 2] = [
     ("live", "host-sim/live", "host-sim-serve"),
 ];
 
-/// Builds the desktop's programs for this machine, without its paths in them.
+/// Where released programs of Linux run: any distribution, since they need no library.
+const STATIC: [&str; 2] = ["x86_64-unknown-linux-musl", "aarch64-unknown-linux-musl"];
+
+/// Builds the desktop's programs without this machine's paths in them: on Linux for both
+/// processors, elsewhere for this machine.
 pub fn programs(release: &Release) -> Result<()> {
+    if cfg!(target_os = "linux") {
+        for target in STATIC {
+            needs::core_library(target)?;
+            programs_for(release, target)?;
+        }
+        return Ok(());
+    }
+    programs_for(release, &release.host)
+}
+
+fn programs_for(release: &Release, target: &str) -> Result<()> {
     let directory = target_directory()?.join("dist");
     let ending = std::env::consts::EXE_SUFFIX;
     for (package, folder, program) in PROGRAMS {
-        eprintln!("{program}");
+        let name = format!("{program}-{target}{ending}");
+        eprintln!("{name}");
         let mut build = cargo();
         build
             .args(["build", "--quiet", "--locked", "--release"])
             .args(["--package", package, "--bin", program])
-            .arg("--target-dir")
+            .args(["--target", target, "--target-dir"])
             .arg(&directory);
         without_paths(&mut build, &workspace());
+        if STATIC.contains(&target) {
+            // the toolchain's own linker and C library: no other compiler is needed
+            let linker = target.replace('-', "_").to_uppercase();
+            build.env(format!("CARGO_TARGET_{linker}_LINKER"), "rust-lld");
+        }
         succeed(&mut build)?;
-        let built = directory.join(format!("release/{program}{ending}"));
-        let name = format!("{program}-{}{ending}", release.host);
+        let built = directory.join(format!("{target}/release/{program}{ending}"));
+        if STATIC.contains(&target) {
+            ensure!(
+                is_static(&fs::read(&built)?)?,
+                "{name} needs an interpreter"
+            );
+        }
         fs::copy(&built, release.folder.join(&name)).with_context(|| name.clone())?;
         let bill = release.folder.join(format!("{name}.cdx.json"));
-        supply::bill(folder, &release.host, &bill)?;
+        supply::bill(folder, target, &bill)?;
     }
     Ok(())
+}
+
+/// Whether an ELF program names no interpreter, and so runs without any library.
+fn is_static(program: &[u8]) -> Result<bool> {
+    use object::read::elf::{FileHeader as _, ProgramHeader as _};
+    let header = object::elf::FileHeader64::<object::Endianness>::parse(program)?;
+    let endian = header.endian()?;
+    let segments = header.program_headers(endian, program)?;
+    Ok(segments
+        .iter()
+        .all(|segment| segment.p_type(endian) != object::elf::PT_INTERP))
 }
 
 /// Builds the Python wheel with maturin in a virtual environment; or returns the reason why not.
@@ -170,4 +207,26 @@ pub fn python(release: &Release) -> Result<Option<String>> {
     let bill = release.folder.join(format!("{built}.cdx.json"));
     supply::bill(wheel::PACKAGE, &release.host, &bill)?;
     Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_static;
+
+    #[test]
+    fn a_program_with_an_interpreter_is_not_static() {
+        // an ELF header and one program header, of a type
+        let program = |kind: u8| {
+            let mut bytes = vec![0; 64 + 56];
+            bytes[..8].copy_from_slice(&[0x7f, b'E', b'L', b'F', 2, 1, 1, 0]);
+            bytes[32] = 64; // where the program headers begin
+            bytes[54] = 56; // bytes of each
+            bytes[56] = 1;
+            bytes[64] = kind;
+            bytes
+        };
+        assert!(is_static(&program(1)).unwrap(), "a segment to load");
+        assert!(!is_static(&program(3)).unwrap(), "an interpreter");
+        assert!(is_static(b"no program").is_err());
+    }
 }

@@ -51,8 +51,8 @@ impl Port {
                 Ok(socket)
             });
             return socket.map(Self::Tcp).map_err(|error| {
-                let remedy = "give tcp:HOST:PORT of something that listens, \
-                              for example QEMU with -serial tcp:HOST:PORT,server=on";
+                let remedy = "start what listens at tcp:HOST:PORT: a port server, \
+                              `host-sim device --simulate`, QEMU with -serial ...,server=on";
                 refused(format!("does not connect ({error})"), remedy)
             });
         }

@@ -226,7 +226,7 @@ fn pins(sets: u8) -> (String, String) {
         _ => format!("give sensor.pins from 0 to {} in the unit file", sets - 1),
     };
     (
-        format!("the board has {sets} set(s) of pins, fewer than the unit file asks for"),
+        format!("the board has fewer sets of pins ({sets}) than the unit file asks for"),
         remedy,
     )
 }

@@ -174,7 +174,7 @@ fn crash(crash: &Crash) -> String {
         LoopPhase::Learn => "learning",
     };
     let mut text = format!(
-        "number {}, {} start(s) ago, {:.1} s after the start before, {phase}: {kind}",
+        "number {}, starts ago: {}, {:.1} s after the start before, {phase}: {kind}",
         crash.number,
         crash.starts,
         f64::from(crash.uptime_ms) / 1000.0
@@ -304,7 +304,7 @@ mod tests {
         });
         assert_eq!(
             text,
-            "number 3, 1 start(s) ago, 2.5 s after the start before, in the application: \
+            "number 3, starts ago: 1, 2.5 s after the start before, in the application: \
              watchdog: the links are not served, the navigation line does not send; \
              pc 0x08001234, lr 0x08004321"
         );

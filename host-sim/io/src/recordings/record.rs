@@ -314,6 +314,7 @@ impl Record {
             at_antenna: truth.is_none(),
             attitude: self.initial_attitude,
             gaps: long.clone(),
+            notes: &self.notes,
         })?;
         if !self.wheels.is_empty() {
             let epochs = prepared.session.fixes.len();

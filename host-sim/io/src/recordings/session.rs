@@ -5,6 +5,7 @@ use crate::recordings::clocks;
 use crate::recordings::gaps::Gap;
 use crate::recordings::increments::MotionIntegral;
 use crate::recordings::record::TimedFix;
+use crate::recordings::table::CUT;
 use crate::recordings::track::Track;
 use firmware::sample::{Counts, Lsb};
 use host_core::error::Error;
@@ -55,6 +56,8 @@ pub(super) struct Parts<'a> {
     pub(super) at_antenna: bool,
     /// Attitude at the first epoch.
     pub(super) attitude: Option<InitialAttitude>,
+    /// Notes of the reader, which may explain why there is so little.
+    pub(super) notes: &'a [String],
 }
 
 /// A recording in whole seconds, before its attitude is known.
@@ -103,15 +106,7 @@ pub(super) fn build(parts: &Parts<'_>) -> Result<Prepared, Error> {
     let (begin, end) = span(parts);
     let epochs = ((end - begin) / EPOCH_S + SAME_S).max(0.0) as usize;
     if epochs == 0 {
-        let (t0, t1) = parts.motion.span();
-        let problem =
-            format!("has no whole second: motion {t0} to {t1} s, used {begin} to {end} s");
-        let remedy = match parts.fixes {
-            [first, .., last] if last.time < t0 || first.time > t1 => {
-                clocks::apart([t0, t1], [first.time, last.time])
-            }
-            _ => "give motion and fixes of the same time, in the same time system".to_owned(),
-        };
+        let (problem, remedy) = too_short(parts, (begin, end));
         return Err(complain(problem, &remedy));
     }
     let (standstill, q_bn) = match parts.attitude {
@@ -175,6 +170,46 @@ fn span(parts: &Parts<'_>) -> (f64, f64) {
     let judged = parts.reference.span().map_or(f64::MIN, |(_, end)| end);
     let end = t1.min(last.time.max(judged));
     (first_from(parts.fixes, t0), end)
+}
+
+/// Why there is no whole second, and the remedy. A file that ends within a line explains it best,
+/// then samples that last for less than a second, then times that do not overlap.
+fn too_short(parts: &Parts<'_>, (begin, end): (f64, f64)) -> (String, String) {
+    let (t0, t1) = parts.motion.span();
+    let samples = format!("the samples last from {} to {} s", seconds(t0), seconds(t1));
+    if t1 - t0 < EPOCH_S {
+        if let Some(cut) = parts.notes.iter().find(|note| note.contains(CUT)) {
+            let cut = cut.trim_end_matches('.');
+            let problem = format!("has no whole second: {cut}; {samples}");
+            return (problem, "give the whole file".to_owned());
+        }
+        let remedy = "give a longer recording; if this one is longer, its times have another unit";
+        return (format!("has no whole second: {samples}"), remedy.to_owned());
+    }
+    match parts.fixes {
+        [first, .., last] if last.time < t0 || first.time > t1 => {
+            let fixes = [first.time, last.time];
+            let [from, to] = fixes.map(seconds);
+            let problem =
+                format!("has no whole second: {samples}, the fixes from {from} to {to} s");
+            (problem, clocks::apart([t0, t1], fixes))
+        }
+        _ => {
+            let (from, to) = (seconds(begin), seconds(end));
+            let problem = format!("has no whole second: {samples}, {from} to {to} s are in use");
+            let remedy = "give motion and fixes of the same time, in the same time system";
+            (problem, remedy.to_owned())
+        }
+    }
+}
+
+/// A time to a millisecond, without zeros at its end.
+fn seconds(t: f64) -> String {
+    let text = format!("{t:.3}");
+    match text.trim_end_matches('0').trim_end_matches('.') {
+        "-0" | "" => "0".to_owned(),
+        text => text.to_owned(),
+    }
 }
 
 /// The epochs that gaps touch.

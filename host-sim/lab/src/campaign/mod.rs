@@ -33,11 +33,11 @@ pub use against_none::{AgainstNone, Decided, against_none, missing};
 pub use group::{FixErrors, Group};
 pub use host_estimation::learning::NONE;
 pub use ratios::{Ratio, ratios};
-pub use results::results;
+pub use results::{ratios_csv, results};
 pub use schemes::{Case, Knowledge, SCHEMES, Scheme, Tuned, ablations, hypotheses, oracle};
 pub use statistics::{FEWEST, Summary, between, median as median_of, summarise};
 pub use store::{Merged, Row, merge};
-pub use studies::{Study, Topic, studies};
+pub use studies::{Study, Topic, causes_csv, studies};
 pub use table::{fingerprint, to_csv};
 pub use tuning::{Setting, Simulated, Tuning};
 

@@ -37,10 +37,9 @@ pub fn results(
         .replace("{fingerprint}", &super::fingerprint(&campaign.fingerprint))
         .replace("{medians}", &medians(&last))
         .replace("{goals}", &goals(&last))
-        .replace("{overall}", &overall(&ratios))
         .replace("{tuning}", &tuning(campaign, &last))
         .replace("{studies}", &of_studies(studies))
-        .replace("{ratios device}", &against(LEARNER, &ratios))
+        .replace("{ratios device}", &against_all(&ratios))
 }
 
 /// The part of the file about the studies: prose of `assets/studies.md` around their tables.
@@ -198,58 +197,52 @@ fn goals(last: &[&Summary]) -> String {
 
 type Measure = fn(&Summary) -> f64;
 
-/// One scheme against each of the others, by group of errors and over all.
-fn against(scheme: &str, ratios: &[&Ratio]) -> String {
-    let mut groups: Vec<Option<Group>> = Vec::new();
-    for r in ratios {
-        if !groups.contains(&r.error_model) {
-            groups.push(r.error_model);
-        }
-    }
-    let cell = |baseline: &str, group: &Option<Group>| {
+/// The learner against each of the others over all groups of errors.
+fn against_all(ratios: &[&Ratio]) -> String {
+    let over_all = |other: &str| {
         let of =
-            |r: &&&Ratio| (r.error_model, &*r.scheme, &*r.baseline) == (*group, scheme, baseline);
-        ratios.iter().find(of).map_or_else(String::new, |r| {
-            let better = format!(", {} of {}", r.better, r.n);
-            interval(r) + if group.is_none() { &better } else { "" }
-        })
+            |r: &&&Ratio| r.error_model.is_none() && r.scheme == LEARNER && r.baseline == other;
+        let found = ratios.iter().find(of);
+        found.map_or_else(
+            || [const { String::new() }; 2],
+            |r| [interval(r), format!("{} of {}", r.better, r.n)],
+        )
     };
-    let others = names().into_iter().filter(|name| *name != scheme);
+    let others = names().into_iter().filter(|name| *name != LEARNER);
     let rows: Vec<Vec<String>> = others
         .map(|other| {
-            let row = [other.to_owned()].into_iter();
-            row.chain(groups.iter().map(|group| cell(other, group)))
+            [other.to_owned()]
+                .into_iter()
+                .chain(over_all(other))
                 .collect()
         })
         .collect();
-    let name = |group: &Option<Group>| group.map_or("all groups".to_owned(), |g| g.to_string());
-    let heads: Vec<String> = groups.iter().map(name).collect();
-    table(&header("against", heads.iter().map(String::as_str)), &rows)
+    table(&header("against", ["ratio", "better"]), &rows)
 }
 
-/// Columns of the table over all groups.
-const BASELINES: [&str; 5] = ["uncorrected", "ekf6", "ekf-exp", "oracle", LEARNER];
-
-/// Every scheme against some others, over all groups.
-fn overall(ratios: &[&Ratio]) -> String {
-    let rows: Vec<Vec<String>> = names()
-        .into_iter()
-        .map(|scheme| {
-            let cell = |baseline: &str| {
-                ratios
-                    .iter()
-                    .find(|r| {
-                        r.error_model.is_none() && r.scheme == scheme && r.baseline == baseline
-                    })
-                    .map_or_else(|| "1".to_string(), |r| interval(r))
-            };
-            [scheme.to_string()]
-                .into_iter()
-                .chain(BASELINES.map(cell))
-                .collect()
-        })
-        .collect();
-    table(&header("scheme / baseline", BASELINES), &rows)
+/// Every scheme against every other after the whole time, one pair a line: the file beside the
+/// page.
+#[must_use]
+pub fn ratios_csv(ratios: &[Ratio]) -> String {
+    let mut out = "errors,scheme,baseline,ratio,lo95,hi95,better,runs\n".to_owned();
+    for r in ratios.iter().filter(|r| r.t_min == T_MIN) {
+        let errors = r
+            .error_model
+            .map_or("all groups".to_owned(), |g| g.to_string());
+        let end = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:.2}"));
+        let _ = writeln!(
+            out,
+            "{errors},{},{},{:.2},{},{},{},{}",
+            r.scheme,
+            r.baseline,
+            r.ratio,
+            end(r.lo95),
+            end(r.hi95),
+            r.better,
+            r.n
+        );
+    }
+    out
 }
 
 fn tuning(campaign: &Merged, last: &[&Summary]) -> String {
@@ -304,12 +297,20 @@ mod tests {
         assert!(!text.contains(['{', '}']), "{text}");
         assert!(text.contains("| hot, all | 200 |"), "{text}");
         assert!(text.contains("the command") && text.contains("| uncorrected | 200 / 300 |"));
+        let pairs = ratios_csv(&ratios(&rows, cold));
+        assert!(
+            pairs.contains("\nall,device,uncorrected,19.00,,,0,3\n"),
+            "{pairs}"
+        );
         // device is the nineteenth scheme, ekf6 the second and the best classical one, the
         // oracle the seventeenth
         assert!(
             text.contains("| all | 9.50 (ekf6) | 9.50 (ekf6) | 1.12 / 1.12 |"),
             "{text}"
         );
-        assert!(text.contains("19.00 (too few runs), 0 of 3 |"), "{text}");
+        assert!(
+            text.contains("| uncorrected | 19.00 (too few runs) | 0 of 3 |"),
+            "{text}"
+        );
     }
 }

@@ -197,18 +197,37 @@ fn ratio(of: &Errors, to: &Errors) -> f64 {
     (sum / n).exp()
 }
 
-/// The table of causes: the median error in m, how many times larger that of `device` is than
-/// without the cause, and in how many runs `device` is worse than `uncorrected`.
+/// The table of causes that the schemes are not given: the median error in m, how many times larger
+/// that of `device` is than without the cause, and in how many runs `device` is worse than
+/// `uncorrected`.
 #[must_use]
 pub fn of_causes(rows: &[Row], sensors: &str) -> String {
-    let without: Option<Group> = sensors.parse().ok();
+    let lines = causes_beside(rows, sensors, |group| !group.told);
+    table(&header("cause", causes_head()), &lines)
+}
+
+/// All causes, given to the schemes or not: the file beside the page.
+#[must_use]
+pub fn causes_csv(rows: &[Row]) -> String {
+    let both = ["linear", "noise"].map(|sensors| causes_beside(rows, sensors, |_| true));
+    let head = header("cause", causes_head());
+    let lines = std::iter::once(head).chain(both.into_iter().flatten());
+    lines.map(|line| line.join(",") + "\n").collect()
+}
+
+fn causes_head() -> impl Iterator<Item = &'static str> {
+    OF_CAUSES.into_iter().chain(["times", "worse"])
+}
+
+/// The lines of the causes beside these errors of the sensors.
+fn causes_beside(rows: &[Row], sensors: &str, shown: fn(&Group) -> bool) -> Vec<Vec<String>> {
     let groups = Group::present(rows.iter().map(|row| row.error_model));
-    let Some(without) = without else {
-        return String::new();
+    let Ok(without) = sensors.parse::<Group>() else {
+        return Vec::new();
     };
     let here = |group: &&Group| {
         let noise = group.sensors == ErrorModelName::Noise;
-        noise == (without.sensors == ErrorModelName::Noise)
+        noise == (without.sensors == ErrorModelName::Noise) && shown(group)
     };
     let line = |group: &Group| {
         let these = |scheme: &str| errors(rows, *group, scheme, 0);
@@ -220,9 +239,7 @@ pub fn of_causes(rows: &[Row], sensors: &str) -> String {
         row.push(worse(&these("device"), &these("uncorrected")));
         row
     };
-    let lines: Vec<Vec<String>> = groups.iter().filter(here).map(line).collect();
-    let head = OF_CAUSES.into_iter().chain(["times", "worse"]);
-    table(&header("cause", head), &lines)
+    groups.iter().filter(here).map(line).collect()
 }
 
 /// In how many runs an error is more than 2 % and 1 m larger than another.

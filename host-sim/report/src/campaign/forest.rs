@@ -23,12 +23,8 @@ fn look(decided: Decided) -> Look {
     }
 }
 
-/// The picture, with the names at the left.
-pub(super) fn forest(rows: &[AgainstNone]) -> Picture {
-    sized(rows, false, 21.0)
-}
-
-/// The picture, or a narrow one for a telephone. `row`: height of a row.
+/// The picture, with the names at the left, or a narrow one for a telephone. `row`: height of a
+/// row.
 pub(super) fn sized(rows: &[AgainstNone], narrow: bool, row: f64) -> Picture {
     let (width, room, top) = match narrow {
         true => (SIZES[1].0, 130.0, 84.0),
@@ -134,7 +130,7 @@ mod tests {
             row("c", 1.0, 1.2),
             row("d", 0.2, 1.3),
         ];
-        let svg = forest(&rows).svg("", "").unwrap();
+        let svg = sized(&rows, false, 21.0).svg("", "").unwrap();
         // one in the legend, two rows
         let disc = format!("r=\"18\" opacity=\"1\" fill=\"{}\"", RNN.light);
         assert_eq!(svg.matches(&disc).count(), 3, "{svg}");
@@ -148,7 +144,7 @@ mod tests {
     fn nothing_lies_beyond_the_axes_and_long_names_fit() {
         let name = "ekf-inputs-memory-frozen";
         let rows = [row(name, 1e-9, 10.0), row("b", 1e9, 1.0)];
-        let picture = forest(&rows);
+        let picture = sized(&rows, false, 21.0);
         let axis = &picture.panels[0].x;
         assert!(
             [LEAST, 1.0, GREATEST]

@@ -185,6 +185,8 @@ fn gaps(campaign: &Merged) -> Option<String> {
 
 /// The part of the page for a group of errors, or for all of them.
 fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
+    /// Height of a row, CSS pixels.
+    const ROW: f64 = 21.0;
     let group = rows.first().and_then(|of| of.group);
     let (id, title) = match group {
         Some(group) => (group.to_string(), format!("Errors: {group}{after}")),
@@ -212,7 +214,8 @@ fn part(rows: &[AgainstNone], drives: u32, after: &str) -> Part {
                  begins above 1. Grey with a ring: equal in every run, or \
                  not decided. What lies beyond an end of the axis stands at that end."
             ),
-            picture: forest::forest(rows),
+            picture: forest::sized(rows, false, ROW),
+            narrow: Some(forest::sized(rows, true, ROW)),
         }],
         tables: vec![table(rows)],
         ..Part::new(format!("{id}-{drives}"), &title)
@@ -366,7 +369,7 @@ fn versions(campaign: &Merged, made: &Made) -> Part {
     Part {
         sentences: vec![
             "The same commands make this page again, byte for byte. What decides its numbers has \
-             the fingerprint below, which the Parquet file has, too."
+             the fingerprint below, which campaign.csv has, too."
                 .into(),
         ],
         tables: vec![Table::of_pairs([

@@ -79,13 +79,16 @@ fn part(part: &Part) -> Result<Markup, Error> {
     })
 }
 
+/// A text in a cell that is longer gets more room on a telephone.
+const LONG: usize = 80;
+
 fn table(table: &Table) -> Markup {
     let text = |column: usize| table.is_text(column);
     let meaning = |row: usize| table.meanings.get(row)?.as_deref();
     html! {
         div.wide {
             table.figures[!table.head.is_empty()].pairs[table.head.is_empty()] {
-                @if let Some(caption) = &table.caption { caption { (caption) } }
+                @if let Some(caption) = &table.caption { caption { span { (caption) } } }
                 @if !table.head.is_empty() {
                     thead {
                         tr {
@@ -99,7 +102,7 @@ fn table(table: &Table) -> Markup {
                     @for (line, row) in table.rows.iter().enumerate() {
                         tr {
                             @for (k, cell) in row.iter().enumerate() {
-                                td.text[text(k)] {
+                                td.text[text(k)].long[cell.len() > LONG] {
                                     @match meaning(line).filter(|_| k == 0) {
                                         None => (prose(cell)),
                                         Some(words) => details {
@@ -125,10 +128,13 @@ fn figure(figure: &Figure) -> Result<Markup, Error> {
         ..
     } = figure;
     let svg = picture.svg(name, title)?;
+    let narrow = figure.narrow.as_ref();
+    let narrow = narrow.map(|picture| picture.svg(name, title)).transpose()?;
     Ok(html! {
         section {
             figure.plot {
-                div.sheet { div.wide { (PreEscaped(svg)) } (data(picture)) }
+                div.sheet.broad[narrow.is_some()] { div.wide { (PreEscaped(svg)) } (data(picture)) }
+                @if let Some(svg) = narrow { div.narrow { (PreEscaped(svg)) } }
                 figcaption { b { (title) ". " } (prose(&figure.caption)) }
             }
         }

@@ -62,6 +62,8 @@ pub(super) struct Figure {
     pub title: String,
     pub caption: String,
     pub picture: Picture,
+    /// The same for a telephone, where the picture would have to be scrolled.
+    pub narrow: Option<Picture>,
 }
 
 impl Table {

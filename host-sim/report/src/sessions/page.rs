@@ -3,7 +3,7 @@
 use super::{figure, median, of_phase, schemes};
 use crate::document::{Document, Figure, Part, Table};
 use crate::front::{Each, Front, SIZES, three};
-use crate::text::{counted, thousands};
+use crate::text::{capital, counted, thousands};
 use crate::verdict::{Device, Effect, Several, times, waits};
 use host_chart::axis::{Axis, extent, widened};
 use host_chart::palette::{Look, RNN, SOFT, scheme as look};
@@ -127,10 +127,10 @@ pub fn verdict(sessions: &[Judged]) -> Vec<String> {
         let [with, without] =
             ["device", "uncorrected"].map(|scheme| median(&rows, phase, scheme, horizon));
         Some(format!(
-            "{phase}: after {horizon} s without fixes {} m with the device, {} m without ({}).",
+            "{}: {} m with the device after {horizon} s without fixes, {} m without the device.",
+            capital(&meaning(phase)),
             figure(with?),
-            figure(without?),
-            meaning(phase)
+            figure(without?)
         ))
     });
     std::iter::once(main.sentence()).chain(others).collect()
@@ -233,18 +233,19 @@ fn part(rows: &[&Row], phase: &str, start: &str) -> Option<Part> {
         explained: vec![means, start.to_owned()],
         figures: vec![Figure {
             name: "sessions",
-            title: format!("Error after {longest} s without fixes, {phase}"),
+            title: format!("Error after {longest} s without fixes, {}", meaning(phase)),
             caption: "Median over the coasts of each session.".into(),
             picture: over_sessions(&of, longest),
+            narrow: None,
         }],
         tables: vec![Table {
-            caption: Some("median over the sessions of the median error, m".into()),
+            caption: Some("Error, m: median over the sessions of the median of each".into()),
             head: head.collect(),
             rows: schemes(&of).iter().map(line).collect(),
             text: 1,
             ..Table::default()
         }],
-        ..Part::new(phase, &format!("Phase {phase}"))
+        ..Part::new(phase, &format!("Errors {}", meaning(phase)))
     })
 }
 
@@ -283,7 +284,7 @@ fn over_sessions(rows: &[&Row], horizon: f64) -> Picture {
             at: (80.0, 62.0),
             size: (size.0 - 100.0, size.1 - 116.0),
             title: ["horizontal error".into(), "m".into()],
-            x: Axis::linear("session", (x.0 - 0.5, x.1 + 0.5), 15),
+            x: Axis::whole("session", x),
             y: Axis::log("", (low / 1.5, high * 1.5)),
             marks: curves
                 .into_iter()
@@ -363,6 +364,7 @@ fn remembered(sessions: &[Judged]) -> Part {
                       knows it, as wide as scale factors, misalignments and g-sensitivity of the \
                       unit file make it. What is new at every power-on is not in it."
                 .into(),
+            narrow: None,
             picture: Picture {
                 size,
                 panels: (0..6)

@@ -15,7 +15,7 @@ pub(super) fn info(info: &Info) {
     );
     let stores = if info.stores { "can" } else { "cannot" };
     println!(
-        "board          {}, {} set(s) of pins, {stores} store",
+        "board          {}, sets of pins: {}, {stores} store",
         info.board, info.pin_sets
     );
     println!("mode           {}", info.mode);
@@ -67,9 +67,9 @@ fn security(of: &Protected) -> String {
         text.push_str("; NO RANDOM NUMBERS: a recorded session may be good again after a restart");
     }
     if of.forged > 0 {
-        let _ = write!(text, "; {} request(s) with a wrong key refused", of.forged);
+        let _ = write!(text, "; requests with a wrong key, refused: {}", of.forged);
     }
-    let _ = write!(text, "; {} record(s) may be stored now", of.stores);
+    let _ = write!(text, "; records that may be stored now: {}", of.stores);
     text
 }
 
@@ -112,7 +112,8 @@ fn memory_line(memory: &Memory) -> String {
     };
     let mut text = match memory.drives {
         0 => "memory         none".to_owned(),
-        drives => format!("memory         {drives} drive(s), {:.1} h", memory.hours),
+        1 => format!("memory         1 drive, {:.1} h", memory.hours),
+        drives => format!("memory         {drives} drives, {:.1} h", memory.hours),
     };
     if let Some([least, most]) = memory.temperatures_degc {
         let _ = write!(text, ", {least} to {most} degC");
@@ -134,7 +135,7 @@ fn store_line(store: &Kept) -> String {
     };
     let [first, second] = store.erased;
     let mut text = format!(
-        "store          record {number}; until then {} start(s), {} after a failure, {:.1} h, slots \
+        "store          record {number}; starts until then: {}, after a failure: {}, {:.1} h, slots \
          erased {first} and {second} times\n",
         store.starts, store.failures, store.hours
     );
@@ -147,7 +148,7 @@ fn store_line(store: &Kept) -> String {
     if store.passed > 0 {
         let _ = writeln!(
             text,
-            "STORE          {} newer record(s) passed over, because the device failed with them; \
+            "STORE          newer records passed over: {}, because the device failed with them; \
              remedy: configure and store again",
             store.passed
         );

@@ -97,3 +97,30 @@ fn a_key_that_a_command_ignores_is_refused_by_name() {
             .is_ok()
     );
 }
+
+/// docs/scenario.toml is a scenario, and names each key and each table.
+#[test]
+fn the_documented_scenario_has_all_keys() {
+    let text = include_str!("../../../../docs/scenario.toml");
+    load_text(text).unwrap();
+    let documented: toml::Table = toml::from_str(text).unwrap();
+    let expected = |of: &str| -> Vec<String> {
+        let error = load_text(&format!("{of}zzz = 1")).unwrap_err().to_string();
+        let (_, names) = error.split_once("expected").unwrap();
+        let names = names.split('`').skip(1).step_by(2);
+        names.map(str::to_owned).collect()
+    };
+    for key in expected("") {
+        let Some(toml::Value::Table(table)) = documented.get(&key) else {
+            assert!(documented.contains_key(&key), "{key}");
+            continue;
+        };
+        for name in expected(&format!("[{key}]\n")) {
+            // a drive's segments are shown as a comment: only a road has them
+            assert!(
+                table.contains_key(&name) || name == "segment" || name == "drive_s",
+                "{key}.{name}"
+            );
+        }
+    }
+}

@@ -41,7 +41,11 @@ impl How {
 pub const FIGURES: &[Figure] = &[
     Figure {
         name: "results",
-        files: &["docs/RESULTS.md"],
+        files: &[
+            "docs/RESULTS.md",
+            "docs/RESULTS.csv",
+            "docs/RESULTS.causes.csv",
+        ],
         what: "the campaign beside classical filters",
         how: How::HostSim(&[
             "campaign",
@@ -167,7 +171,6 @@ pub const FIGURES: &[Figure] = &[
             "docs/PYTHON.md",
             "docs/REAL.md",
             "docs/RELIABILITY.md",
-            "docs/USING.md",
             "docs/paper.md",
         ],
         what: "tables of the pages that stand in docs/figures/*.csv",

@@ -24,6 +24,8 @@ const UNITS: [(&str, &str, &str); 5] = [
 const BAD: [(&str, &str); 2] = [("morpinet-1", "b"), ("morpinet-1", "j")];
 /// The drives of the paper's test, and its time without fixes, s.
 const PAPER: (&str, &str) = ("wid", "50");
+/// The phases in the tables of the page; the files have all.
+const SHOWN: [&str; 4] = ["none", "10 s", "40 s", "all"];
 const HORIZONS: [f64; 4] = [5.0, 10.0, 30.0, 60.0];
 
 /// Writes the tables, if the sessions are there.
@@ -161,13 +163,14 @@ fn csv(folder: &str, rows: &[Value], sessions: usize) -> String {
 pub fn table(of: &Committed) -> Result<String> {
     let mut phases: Vec<&str> = of.rows.iter().map(|row| row[0].as_str()).collect();
     phases.dedup();
+    phases.retain(|phase| SHOWN.contains(phase));
     let mut header = vec!["scheme".to_owned()];
     header.extend(phases.iter().map(|phase| match *phase {
         "none" => "no fixes".to_owned(),
         "all" => "all fixes".to_owned(),
         time => format!("{time} of fixes"),
     }));
-    let first = of.rows.iter().take_while(|row| row[0] == phases[0]);
+    let first = of.rows.iter().filter(|row| row[0] == phases[0]);
     let rows = first.map(|row| {
         let cell = |phase: &&str| {
             let key = format!("{phase},{}", row[1]);

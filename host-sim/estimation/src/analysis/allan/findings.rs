@@ -81,7 +81,7 @@ fn rounding_note(analyses: &[Analysis]) -> Option<String> {
     let columns: Vec<String> = analyses.iter().filter(coarse).map(named).collect();
     (!columns.is_empty()).then(|| {
         format!(
-            "noise moves these outputs by less than a pulse within the time in brackets: {}. At \
+            "Noise moves these outputs by less than a pulse within the time in brackets: {}. At \
              shorter times the rounding to pulses is regular and no noise, so the coefficients are \
              fitted from that time on",
             columns.join(", ")
@@ -96,7 +96,7 @@ fn misfit_note(analyses: &[Analysis]) -> Option<String> {
     let columns: Vec<String> = analyses.iter().filter(poor).map(named).collect();
     (!columns.is_empty()).then(|| {
         format!(
-            "these curves depart from the sum of the five noises by the share in brackets: {}. \
+            "These curves depart from the sum of the five noises by the share in brackets: {}. \
              Possible causes are sway, vibration, temperature, or pulses so coarse that their \
              rounding is not noise. The intervals of the coefficients allow for it",
             columns.join(", ")

@@ -84,7 +84,8 @@ pub struct Table<T = f64> {
 }
 
 /// Note on a last line that is not whole.
-const CUT: &str = "the file ends within this line and is read up to it (was the power cut?)";
+pub(super) const CUT: &str =
+    "the file ends within this line and is read up to it (was the power cut?)";
 
 /// Texts of a cell without a value, in small letters.
 const GAPS: [&str; 8] = ["nan", "-nan", "na", "n/a", "null", "none", "-", "--"];

@@ -2,7 +2,7 @@
 
 use super::super::{Contents, Part, Table};
 use super::benches;
-use crate::text::thousands;
+use crate::text::{capital, thousands};
 use firmware::error_bound::TIMES_S;
 use serde_json::json;
 
@@ -62,11 +62,4 @@ pub(super) fn part(contents: &Contents) -> Part {
         folded: true,
         ..Part::new("bound", TITLE)
     }
-}
-
-/// `text` with a capital first letter.
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    let first = chars.next().map(|c| c.to_uppercase().to_string());
-    first.unwrap_or_default() + chars.as_str()
 }

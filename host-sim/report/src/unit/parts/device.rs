@@ -112,7 +112,7 @@ pub(in super::super) fn name(winner: u8) -> String {
 
 fn black_box(pages: &Result<u32, String>) -> String {
     match pages {
-        Ok(pages) => format!("{pages} page(s) begun; `device blackbox -o FILE` fetches them"),
+        Ok(pages) => format!("pages begun: {pages}; `device blackbox -o FILE` fetches them"),
         Err(why) => why.clone(),
     }
 }

@@ -48,6 +48,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                       the axes."
                 .into(),
             picture: picture(answer),
+            narrow: None,
         }],
         data: data(&lines),
         ..Part::new("learnable", TITLE)

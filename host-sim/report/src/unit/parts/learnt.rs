@@ -66,6 +66,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                  {EVERY_S} s, with the 95 % interval of its biases. Each panel has its own scale."
             ),
             picture: over_time(bench),
+            narrow: None,
         });
         match temperatures(contents, bench) {
             Ok(celsius) => part.figures.push(Figure {
@@ -73,6 +74,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                 title: format!("Learnt errors against temperature: {}", case(outcome)),
                 caption: "The same values over the temperature of the sensor.".into(),
                 picture: over_temperature(&celsius),
+                narrow: None,
             }),
             Err(why) => {
                 let text = format!("Against temperature: left out, because {why}.");
@@ -89,6 +91,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                           true error of recorded data is unknown."
                     .into(),
                 picture: sensor_errors(&outcome.curves.traces),
+                narrow: None,
             });
         }
         all.push(entries_as_data(outcome.case.as_str(), bench));

@@ -52,6 +52,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                 title: format!("{}: {}", figure.heading(), case(outcome)),
                 caption: caption(figure, &curves),
                 picture: figure.picture(&curves, "s"),
+                narrow: None,
             });
         }
     }

@@ -31,6 +31,7 @@ pub(super) fn part(contents: &Contents) -> Result<Part, Error> {
                 title: title.to_owned(),
                 caption: caption(findings),
                 picture: picture(&of, findings.configured.as_ref()),
+                narrow: None,
             });
         }
     }

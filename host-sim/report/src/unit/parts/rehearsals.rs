@@ -44,6 +44,7 @@ pub(super) fn part(contents: &Contents) -> Part {
                 title: format!("Proof of each candidate: {}", case(outcome)),
                 caption: "How near the proof of each candidate is, of 100.".into(),
                 picture: picture(diary),
+                narrow: None,
             });
         }
         part.explained.extend(outcome.notes.iter().cloned());

@@ -146,6 +146,26 @@ fn every_fault_of_the_header_is_named() {
     ));
 }
 
+/// The damaged last line comes first, and the times are plain numbers.
+#[test]
+fn a_recording_cut_within_its_first_second_says_so() {
+    let whole = imu(17);
+    let cut = &whole[..whole.len() - 12];
+    let why = Folder::new(MOVING, cut, &gnss(6)).complaint();
+    let (_, why) = why.split_once("'time' ").unwrap();
+    assert!(why.starts_with("has no whole second: "), "{why}");
+    let parts = [
+        "imu.csv:18: the file ends within this line",
+        "(was the power cut?); the samples last from 1000 to 1000.15 s",
+        "remedy: give the whole file",
+    ];
+    let at = parts.map(|part| why.find(part).unwrap_or_else(|| panic!("{part}: {why}")));
+    assert!(at.is_sorted(), "{why}");
+    let whole = Folder::new(MOVING, &imu(16), &gnss(6)).complaint();
+    let short = "no whole second: the samples last from 1000 to 1000.15 s; remedy: give a longer";
+    assert!(whole.contains(short), "{whole}");
+}
+
 #[test]
 fn every_fault_of_the_data_is_named() {
     let imu_text = imu(601);
