@@ -16,7 +16,7 @@ pub struct Wheels {
     pub lever_arm_m: [f64; 3],
     /// The axle whose speed is reported, as the mean over its wheels. Default: fixed.
     pub axle: Axle,
-    /// Distance between the axles, m, 0 to 100; needed for an axle that steers.
+    /// Distance between the axles, m, 0 to 100; needed for an axle that steers. Default: 0.
     #[schemars(range(min = 0, max = 100))]
     pub wheelbase_m: f64,
     /// Standard deviation of the speed's scale, percent, 0 to 50. The device estimates it from
