@@ -47,6 +47,18 @@ impl Compensator {
         self.is_in_force(state);
     }
 
+    /// Exchanges the networks for some whose output differs for the gyros alone, and brings that
+    /// into force at once, within the limit. Accelerometers and maps go on as before.
+    pub fn exchange_gyro(&mut self, state: &mut State, nets: Nets, output: [f32; 3]) {
+        let followed = state.followed;
+        self.exchange(state, nets, state.nets());
+        let [_, accel] = state.estimate;
+        state.estimate = self.within_limit([output, accel]);
+        let [gyro, _] = state.estimate;
+        state.followed = followed.map(|[_, accel]| [gyro, accel]);
+        self.is_in_force(state);
+    }
+
     /// The correction is zero at once.
     pub fn force_zero(&self, state: &mut State) {
         self.force_with(state, &[[0.0; 3]; 2], &Nets::NONE.maps);

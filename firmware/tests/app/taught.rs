@@ -6,7 +6,7 @@ use crate::device::{Device, Shared, nets};
 use crate::frames::{Fields, Kind, values};
 use firmware::app::{App, Config};
 use firmware::compensator::Block;
-use firmware::learn::{Learner, Report, Winner};
+use firmware::learn::{Learner, Report, Resting, Winner};
 use firmware::model::Nets;
 use firmware::sample::StreamScale;
 use lrnn_nostd::State;
@@ -29,6 +29,8 @@ pub struct Says {
     pub took: Shared<u32>,
     pub drives: Shared<u32>,
     pub navigates: Shared<bool>,
+    /// What the rest in progress shows.
+    pub rest: Shared<Option<Resting>>,
     /// The networks that it last began with.
     pub begun: Shared<Option<Nets>>,
 }
@@ -79,6 +81,9 @@ impl Learner for Taught {
             estimate: [[0.0; 3], [error, 0.0, 0.0]],
         })
     }
+    fn rest(&self) -> Option<Resting> {
+        self.0.rest.get()
+    }
     fn learnt(&mut self) -> (Nets, [State; 2]) {
         (with(self.0.winner.get().unwrap_or(0.0)), [State::new(); 2])
     }
@@ -103,6 +108,8 @@ pub struct Bench {
     pub fixes: bool,
     /// Correction of the accelerometer x in each frame since the last look, m/s2.
     pub seen: Vec<f64>,
+    /// The same of the gyro x, rad/s.
+    pub turns: Vec<f64>,
 }
 
 impl Bench {
@@ -118,6 +125,7 @@ impl Bench {
             n: 0,
             fixes: false,
             seen: Vec::new(),
+            turns: Vec::new(),
         }
     }
 
@@ -176,9 +184,10 @@ impl Bench {
             if sent.len() != frame.len() {
                 continue;
             }
-            let [before, after] = [frame, &sent].map(|f| values(self.kind.format, f)[3]);
-            let unit = self.kind.sensor.unit[1];
-            self.seen.push((before - after) * unit * self.kind.rate());
+            let [before, after] = [frame, &sent].map(|f| values(self.kind.format, f));
+            let [gyro, accel] = self.kind.sensor.unit.map(|unit| unit * self.kind.rate());
+            self.turns.push((before[0] - after[0]) * gyro);
+            self.seen.push((before[3] - after[3]) * accel);
         }
     }
 
@@ -187,9 +196,19 @@ impl Bench {
         self.kind.sensor.unit[1] * self.kind.rate()
     }
 
+    /// The same of the gyros, rad/s.
+    pub fn count_of_gyro(&self) -> f64 {
+        self.kind.sensor.unit[0] * self.kind.rate()
+    }
+
     /// The corrections since the last look.
     pub fn take(&mut self) -> Vec<f64> {
         core::mem::take(&mut self.seen)
+    }
+
+    /// The corrections of the gyro since the last look.
+    pub fn take_turns(&mut self) -> Vec<f64> {
+        core::mem::take(&mut self.turns)
     }
 
     /// Lets time pass without a byte of the sensor, s.

@@ -13,6 +13,7 @@ use crate::taught::{Bench, with};
 use firmware::app::{Activation, App, Config};
 use firmware::configuration::{Configuration, VehicleKind};
 use firmware::control::{Alignment, Mode, Reason};
+use firmware::learn::Resting;
 use firmware::model::{IMAGES_LEN, Nets};
 use firmware::wire::command::{Request, Response};
 use firmware::wire::stim300::config::Config as Stim300;
@@ -21,8 +22,13 @@ use firmware::wire::stim300::config::Config as Stim300;
 pub const STORED: f32 = 0.05;
 const PROVED: f32 = 0.04;
 const UPLOADED: f32 = -0.03;
-/// Fastest change, m/s2 per s, and the time between two changes, s.
+/// Errors of the gyros that the first rest shows, and shows later, rad/s; and what is doubtful.
+const AT_REST: f32 = 4e-3;
+const AT_REST_LATER: f32 = 5e-3;
+const DOUBT: f32 = 1e-4;
+/// Fastest change, m/s2 per s and rad/s per s, and the time between two changes, s.
 pub const SLEW: f32 = 0.01;
+const GYRO_SLEW: f32 = 2e-4;
 pub const BLOCK: f32 = 0.1;
 
 /// Allowed change of a correction.
@@ -39,6 +45,7 @@ fn unit(kind: Kind, activation: Activation, mode: Mode) -> Configuration {
     let correction = &mut unit.correction;
     (correction.mode, correction.activation) = (mode, activation);
     (correction.limit.accel, correction.slew.accel) = (1.0, SLEW);
+    (correction.limit.gyro, correction.slew.gyro) = (0.1, GYRO_SLEW);
     correction.block = BLOCK;
     correction.silence_us = 100_000;
     unit
@@ -48,6 +55,7 @@ fn bench(kind: Kind, state: State) -> Bench {
     let (activation, mode) = match state {
         State::Frozen => (Activation::NextPowerOn, Mode::Frozen),
         State::Stored => (Activation::NextPowerOn, Mode::Learn),
+        State::AtRest => (Activation::FirstRest, Mode::Learn),
         _ => (Activation::Faded, Mode::Learn),
     };
     let mut config = Config {
@@ -69,6 +77,7 @@ pub fn begun(kind: Kind, state: State, phase: Option<Alignment>) -> Bench {
     }
     match state {
         State::Nothing | State::Frozen | State::Stored => {}
+        State::AtRest => rests(&bench, AT_REST),
         _ => bench.says.winner.set(Some(PROVED)),
     }
     bench.run(match state {
@@ -84,6 +93,14 @@ pub fn begun(kind: Kind, state: State, phase: Option<Alignment>) -> Bench {
         bench.run(1.0);
     }
     bench
+}
+
+/// The vehicle rests, and shows this error of each gyro.
+fn rests(bench: &Bench, error: f32) {
+    bench.says.rest.set(Some(Resting {
+        gyro: [error; 3],
+        doubt: DOUBT,
+    }));
 }
 
 impl Event {
@@ -114,6 +131,8 @@ impl Event {
             }
             Event::Proves => bench.says.winner.set(Some(UPLOADED)),
             Event::GivesUp => bench.says.winner.set(None),
+            Event::Rests => rests(bench, AT_REST_LATER),
+            Event::DrivesOff => bench.says.rest.set(None),
             Event::Harms => bench.says.stored_harms.set(true),
             Event::Gap => bench.n += 20,
             Event::Silence => bench.silence(0.3),
@@ -135,6 +154,8 @@ impl Event {
         let free = phase.is_none() && state == State::Frozen;
         match self {
             Event::Restart => Rule::Jumps,
+            Event::Rests if state == State::AtRest && phase.is_none() => Rule::Jumps,
+            Event::Rests | Event::DrivesOff => Rule::Holds,
             Event::SameMode | Event::SameAlignment | Event::Gap | Event::Silence => Rule::Holds,
             Event::Damage | Event::Noise | Event::Service => Rule::Holds,
             Event::Harms | Event::Configuration => Rule::Holds,
@@ -217,23 +238,24 @@ fn every_event(kind: Kind) {
             for event in EVENTS {
                 let mut bench = begun(kind, state, phase);
                 let what = format!("{} {state:?} {phase:?} {event:?}", kind.sensor.name);
-                let from = bench.take();
-                let last = *from.last().expect("words");
+                let from = [bench.take(), bench.take_turns()];
+                let last = from.map(|from| *from.last().expect("words"));
                 event.happens(&mut bench, phase, mode);
                 bench.run(8.0);
-                let mut seen = vec![last];
-                seen.extend(bench.take());
-                let change = fastest(&seen);
-                let count = 1.01 * bench.count();
-                let step = f64::from(SLEW * BLOCK) * 1.001 + count;
+                let seen = [bench.take(), bench.take_turns()];
+                let counts = [bench.count(), bench.count_of_gyro()].map(|count| 1.01 * count);
                 let moves = matches!(state, State::FadingIn | State::FadingOut);
-                match event.rule(state, phase) {
-                    Rule::Holds if moves && phase != Some(Alignment::Started) => {
-                        assert!(change <= step, "{what}: {change}");
+                for (i, slew) in [SLEW, GYRO_SLEW].into_iter().enumerate() {
+                    let change = fastest(&[&[last[i]][..], &seen[i]].concat());
+                    let step = f64::from(slew * BLOCK) * 1.001 + counts[i];
+                    match event.rule(state, phase) {
+                        Rule::Holds if moves && phase != Some(Alignment::Started) => {
+                            assert!(change <= step, "{what}: {change}");
+                        }
+                        Rule::Holds => assert!(change <= counts[i], "{what}: {change}"),
+                        Rule::Slow => assert!(change <= step, "{what}: {change}"),
+                        Rule::Jumps => {}
                     }
-                    Rule::Holds => assert!(change <= count, "{what}: {change}"),
-                    Rule::Slow => assert!(change <= step, "{what}: {change}"),
-                    Rule::Jumps => {}
                 }
             }
         }
@@ -290,6 +312,44 @@ fn where_it_goes() {
         let last = *bench.take().last().expect("words");
         let near = (last - f64::from(error)).abs() < 1.01 * bench.count();
         assert!(near, "{event:?} {state:?}: {last} instead of {error}");
+    }
+}
+
+/// Final value of what the first rest has added to the gyros' correction: before an alignment, and
+/// after ten seconds.
+#[test]
+fn where_the_first_rest_goes() {
+    let started = Event::Alignment(Alignment::Started);
+    let finished = Event::Alignment(Alignment::Finished);
+    for (phase, event, error) in [
+        (None, Event::SameMode, AT_REST),
+        (None, Event::Rests, AT_REST_LATER),
+        (None, Event::DrivesOff, AT_REST),
+        (None, started, AT_REST),
+        (None, finished, AT_REST),
+        (None, Event::Images, AT_REST),
+        (None, Event::Gap, AT_REST),
+        (None, Event::Silence, AT_REST),
+        (None, Event::Harms, AT_REST),
+        (None, Event::Damage, AT_REST),
+        (None, Event::Restart, AT_REST),
+        (None, Event::Mode(Mode::Frozen), AT_REST - 10.0 * GYRO_SLEW),
+        (None, Event::Mode(Mode::Bypass), AT_REST - 10.0 * GYRO_SLEW),
+        (None, Event::Mode(Mode::Shadow), AT_REST - 10.0 * GYRO_SLEW),
+        (Some(Alignment::Started), Event::Rests, AT_REST),
+        (Some(Alignment::Started), Event::Mode(Mode::Frozen), AT_REST),
+        (Some(Alignment::Started), finished, AT_REST),
+        // aligned before the rest
+        (Some(Alignment::Finished), Event::SameMode, 0.0),
+        (Some(Alignment::Finished), Event::Rests, 0.0),
+        (Some(Alignment::Finished), Event::Restart, 0.0),
+    ] {
+        let mut bench = begun(Kind::RAWIMUSX, State::AtRest, phase);
+        event.happens(&mut bench, phase, Mode::Learn);
+        bench.run(10.0);
+        let last = *bench.take_turns().last().expect("words");
+        let near = (last - f64::from(error)).abs() < 3.0 * bench.count_of_gyro() + 2e-5;
+        assert!(near, "{phase:?} {event:?}: {last} instead of {error}");
     }
 }
 

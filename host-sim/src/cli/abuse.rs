@@ -23,7 +23,8 @@ pub struct Args {
     /// Units, each with its own errors, drives and fixes
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=4000))]
     runs: u32,
-    /// Sensors, separated by commas: perfect, errors, errors-x3, mems
+    /// Sensors, separated by commas: perfect, errors, errors-x3, mems, mems-perfect, consumer,
+    /// consumer-perfect
     #[arg(long, value_delimiter = ',', default_value = "perfect,errors")]
     sensors: Vec<Sensor>,
     /// Threads, on which the results do not depend [default: all cores]
@@ -65,7 +66,8 @@ struct What {
         default_value = "plain,biases,gauss-markov"
     )]
     computers: Vec<Computer>,
-    /// When corrections act, separated by commas: live, next-power-on, next-power-on-aided
+    /// When corrections act, separated by commas: live, next-power-on, next-power-on-aided,
+    /// first-rest, first-rest-new
     #[arg(long, value_delimiter = ',', default_value = "live,next-power-on")]
     activations: Vec<Activation>,
 }

@@ -87,13 +87,14 @@ impl Flow<'_> {
     /// What the first rest has shown comes into force; `before` was in force already.
     fn add_at_rest(&mut self, before: [f32; 3]) {
         let added = self.session.first_rest.added;
-        let [mut gyro, accel] = self.corrector.network_output();
+        let nets = more(&self.config.nets, added);
+        let [mut gyro, _] = self.corrector.network_output();
         for (i, gyro) in gyro.iter_mut().enumerate() {
             *gyro += added[i] - before[i];
         }
-        self.restore_at_rest();
         if let Some(Correction { compensator, state }) = self.corrector.correction.get_mut() {
-            compensator.force(state, &[gyro, accel]);
+            compensator.exchange_gyro(state, nets, gyro);
+            self.session.learner_nets = true;
         }
     }
 

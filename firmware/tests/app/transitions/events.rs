@@ -17,15 +17,18 @@ pub enum State {
     Live,
     /// Mode learn, live: half gone, since it was given up.
     FadingOut,
+    /// Mode learn: what was stored, and what the first rest shows.
+    AtRest,
 }
 
-pub const STATES: [State; 6] = [
+pub const STATES: [State; 7] = [
     State::Nothing,
     State::Frozen,
     State::Stored,
     State::FadingIn,
     State::Live,
     State::FadingOut,
+    State::AtRest,
 ];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,6 +45,10 @@ pub enum Event {
     Configuration,
     Proves,
     GivesUp,
+    /// The vehicle rests, and that shows other errors of the gyros.
+    Rests,
+    /// The rest ends.
+    DrivesOff,
     Harms,
     Gap,
     Silence,
@@ -55,7 +62,7 @@ pub enum Event {
     Service,
 }
 
-pub const EVENTS: [Event; 22] = [
+pub const EVENTS: [Event; 24] = [
     Event::Mode(Mode::Bypass),
     Event::Mode(Mode::Frozen),
     Event::Mode(Mode::Shadow),
@@ -70,6 +77,8 @@ pub const EVENTS: [Event; 22] = [
     Event::Configuration,
     Event::Proves,
     Event::GivesUp,
+    Event::Rests,
+    Event::DrivesOff,
     Event::Harms,
     Event::Gap,
     Event::Silence,

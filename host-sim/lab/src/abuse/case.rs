@@ -88,6 +88,15 @@ impl Case {
         motions.next().unwrap_or(Motion::Road)
     }
 
+    /// Whether all of it happens before the standstill.
+    #[must_use]
+    pub fn only_begins(&self) -> bool {
+        let before = |(act, span): &(Act, Span)| {
+            matches!(act, Act::Motion(Motion::Begins(..))) || *span == Span::Before
+        };
+        self.acts.iter().all(before)
+    }
+
     /// Whether the device can recover from it before the fixes end.
     #[must_use]
     pub fn ends(&self) -> bool {

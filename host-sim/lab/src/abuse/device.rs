@@ -12,6 +12,7 @@ use firmware::configuration::Configuration;
 use firmware::learn::{Learner, Report};
 use firmware::model::Nets;
 use firmware::sample::{Counts, RawSample};
+use firmware::store::{Memory, NOTES_LEN};
 use firmware::wire::command::{MAX_PACKET, Request, encode};
 use firmware::wire::framer::{Kind, LONGEST};
 use firmware::wire::{Fields, Framer, ImuFormat, Simulated};
@@ -83,7 +84,7 @@ pub struct Input<'a> {
 }
 
 /// Result of a drive.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Outcome {
     /// Correction of each sample: rad/s and m/s2.
     pub correction: Vec<Increment>,
@@ -91,13 +92,29 @@ pub struct Outcome {
     pub report: Report,
     /// The networks that it has stored for the next power-on, if any.
     pub stored: Option<Nets>,
+    /// What it has stored of the unit.
+    pub memory: Vec<u8>,
     /// All faults that were raised: bits of [`firmware::wire::command::fault`].
     pub faults: u32,
 }
 
+/// What a device has in its store at power-on.
+#[derive(Debug, Clone, Copy)]
+pub struct Stored<'a> {
+    pub nets: &'a Nets,
+    pub memory: &'a [u8],
+}
+
+impl Stored<'_> {
+    pub const NOTHING: Self = Self {
+        nets: &Nets::NONE,
+        memory: &[],
+    };
+}
+
 /// Runs the application through a drive.
 pub fn run(
-    (configuration, nets): (&Configuration, &Nets),
+    (configuration, Stored { nets, memory }): (&Configuration, Stored<'_>),
     learner: Option<&mut dyn Learner>,
     input: &Input<'_>,
 ) -> Outcome {
@@ -106,7 +123,9 @@ pub fn run(
         store: true,
         ..Config::of(configuration)
     };
-    let mut device = Device::new(App::with_learner(config, learner), input);
+    let mut app = App::with_learner(config, learner);
+    app.recall(memory);
+    let mut device = Device::new(app, input);
     let mut frames = input.frames.iter().peekable();
     let mut receiver = input.receiver.iter().peekable();
     let mut requests = input.requests.iter().peekable();
@@ -143,8 +162,9 @@ struct Device<'m, 'i> {
     /// Correction of each sample by the application's output, counts.
     corrections: Vec<Option<[i32; 6]>>,
     faults: u32,
-    /// The networks that the application stored last.
+    /// The networks that the application stored last, and what it knew of the unit.
     stored: Option<Nets>,
+    memory: Vec<u8>,
 }
 
 impl<'m, 'i> Device<'m, 'i> {
@@ -159,6 +179,7 @@ impl<'m, 'i> Device<'m, 'i> {
             corrections: vec![None; input.samples.0],
             faults: 0,
             stored: None,
+            memory: Vec::new(),
         }
     }
 
@@ -174,10 +195,15 @@ impl<'m, 'i> Device<'m, 'i> {
     /// Runs the application until it has nothing to do.
     fn settle(&mut self) {
         while self.app.poll(&mut self.lines, &self.clock) {}
-        let stored = &mut self.stored;
+        let (stored, memory) = (&mut self.stored, &mut self.memory);
         if self.app.wants_to_store() {
             self.app.store(|_, content| {
                 *stored = Some(*content.nets);
+                if let Memory::New(notes, learner, length) = content.memory {
+                    *memory = notes.bytes().to_vec();
+                    memory.resize(NOTES_LEN + length, 0);
+                    learner.write_memory(0, &mut memory[NOTES_LEN..]);
+                }
                 true
             });
         }
@@ -245,6 +271,7 @@ impl<'m, 'i> Device<'m, 'i> {
             correction: corrections.collect(),
             report: self.app.learning(),
             stored: self.stored,
+            memory: self.memory,
             faults: self.faults,
         }
     }

@@ -2,18 +2,21 @@
 
 use super::case::Row;
 use super::names::{Activation, Computer, Sensor};
+use super::rests;
 use super::summary::{GAIN_KEPT, LIMITS, Summary};
-use super::table::{self, COMBINED, PARTS};
+use super::table::{self, AT_POWER_ON, COMBINED, PARTS};
 use super::times::{RECOVERY_S, Times};
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../../assets/abuse.md");
 
 /// In the order of the page: the default of a device's configuration comes first.
-const ACTIVATIONS: [Activation; 3] = [
+const ACTIVATIONS: [Activation; 5] = [
     Activation::NextPowerOn,
     Activation::NextPowerOnAided,
     Activation::Live,
+    Activation::FirstRest,
+    Activation::FirstRestNew,
 ];
 
 /// The activations that have columns in the tables of kinds and cases.
@@ -38,7 +41,12 @@ pub fn markdown(command: &str, csv: &str, times: &Times, all: &[Summary]) -> Str
         ("free", times.free_s.to_string()),
         (
             "runs",
-            all.iter().map(|of| of.runs).max().unwrap_or(0).to_string(),
+            all.iter()
+                .filter(|of| SHOWN.contains(&of.activation))
+                .map(|of| of.runs)
+                .max()
+                .unwrap_or(0)
+                .to_string(),
         ),
         ("median", format!("{:.2}", LIMITS[0])),
         ("worst", format!("{:.2}", LIMITS[1])),
@@ -65,6 +73,7 @@ pub fn markdown(command: &str, csv: &str, times: &Times, all: &[Summary]) -> Str
         ("kinds", kinds(all)),
         ("computers", names.join(", ")),
         ("cases", cases(all)),
+        ("first rests", rests::tables(all)),
     ];
     values
         .iter()
@@ -188,6 +197,13 @@ fn shown_sensor(all: &[Summary]) -> Sensor {
     last.filter(|_| !has_errors).unwrap_or(Sensor::Errors)
 }
 
+/// Whether a kind has columns of the activations shown. Cases of the first rest may have none.
+fn is_shown(all: &[Summary], heading: &str) -> bool {
+    let at_power_on = |of: &Summary| table::part_of(&of.case) == AT_POWER_ON;
+    let mut shown = all.iter().filter(|of| SHOWN.contains(&of.activation));
+    heading != AT_POWER_ON || shown.any(at_power_on)
+}
+
 /// How many rows of each kind gain and harm.
 fn kinds(all: &[Summary]) -> String {
     let mut out = "| kind |".to_owned();
@@ -197,7 +213,7 @@ fn kinds(all: &[Summary]) -> String {
     let _ = writeln!(out, "\n|---|{}", "---|".repeat(3 * SHOWN.len()));
     let sensor = shown_sensor(all);
     let headings = PARTS.iter().map(|(heading, _)| *heading).chain([COMBINED]);
-    for heading in headings {
+    for heading in headings.filter(|heading| is_shown(all, heading)) {
         let _ = write!(out, "| {heading} |");
         for activation in SHOWN {
             let of = rows(all, activation, sensor);
@@ -219,15 +235,7 @@ fn found(all: &[Summary], case: &str) -> String {
     let sensor = shown_sensor(all);
     let of_case = |activation| rows(all, activation, sensor).filter(|of| of.case == case);
     for activation in SHOWN {
-        let ratios = of_case(activation).map(|of| {
-            let mark = if of.harms() { "**" } else { "" };
-            format!("{mark}{:.2}{mark}", of.ratio_median)
-        });
-        let mut ratios: Vec<String> = ratios.collect();
-        if ratios.iter().all(|ratio| ratio == "1.00") {
-            ratios.truncate(1);
-        }
-        let _ = write!(out, " {} |", ratios.join(" / "));
+        let _ = write!(out, " {} |", rests::ratios(of_case(activation)));
     }
     let gain = of_case(SHOWN[0]).filter_map(|of| of.gain_kept);
     let gain = gain
@@ -243,9 +251,15 @@ fn cases(all: &[Summary]) -> String {
     let tail = format!(" {usual} | {live} | gain back |");
     let mut out = String::new();
     for (heading, rows) in PARTS {
+        let shown = is_shown(all, heading);
+        let (tail, more) = if shown {
+            (&*tail, "---|---|---|")
+        } else {
+            ("", "")
+        };
         let _ = writeln!(
             out,
-            "### {heading}\n\n| case | what happens | parameters |{tail}\n|---|---|---|---|---|---|"
+            "### {heading}\n\n| case | what happens | parameters |{tail}\n|---|---|---|{more}"
         );
         for Row {
             name, about, given, ..
@@ -255,7 +269,11 @@ fn cases(all: &[Summary]) -> String {
                 .iter()
                 .map(|given| format!("`{}` {}", given.key, given.value))
                 .collect();
-            let found = found(all, name);
+            let found = if shown {
+                found(all, name)
+            } else {
+                String::new()
+            };
             let _ = writeln!(out, "| `{name}` | {about} | {} |{found}", given.join(", "));
         }
         out.push('\n');

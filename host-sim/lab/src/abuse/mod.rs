@@ -7,6 +7,7 @@
 //! without them. Corrected errors should never exceed the raw ones.
 
 mod act;
+mod begin;
 mod case;
 mod computer;
 mod configured;
@@ -18,6 +19,7 @@ mod names;
 #[cfg(test)]
 mod page_tests;
 mod receiver;
+mod rests;
 mod run;
 mod sensor;
 mod summary;
@@ -27,6 +29,7 @@ mod tests;
 mod times;
 mod world;
 
+pub use begin::Begin;
 pub use case::{Case, chosen};
 pub use markdown::{csv, markdown};
 pub use names::{Activation, Computer, Sensor};
@@ -144,7 +147,7 @@ impl Abuse {
     fn pieces(&self) -> Vec<Piece<'_>> {
         let mut groups: Vec<(Motion, Vec<&Case>)> = Vec::new();
         for case in &self.cases {
-            let motion = case.motion();
+            let motion = case.motion().after();
             let room = groups.iter_mut().rev();
             let mut room = room.filter(|(of, cases)| *of == motion && cases.len() < PIECE);
             match room.next() {

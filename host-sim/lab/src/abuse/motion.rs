@@ -1,5 +1,6 @@
 //! Motions of the vehicle in the drive in which the device learns.
 
+use super::begin::Begin;
 use super::times::Times;
 use host_core::simulator::truth::{City, Segment, Vehicle, VehicleName, random_drive};
 use rand::SeedableRng;
@@ -28,6 +29,8 @@ pub enum Motion {
     Circles(f64),
     /// It stops for 6 s at this interval, s.
     StopsAndGoes(f64),
+    /// As [`Motion::Road`], but this happens at power-on, before the standstill, for this long, s.
+    Begins(Begin, f64),
 }
 
 impl Motion {
@@ -47,6 +50,22 @@ impl Motion {
         }
     }
 
+    /// What happens before the standstill, and for how long, s.
+    pub(super) fn begins(self) -> Option<(Begin, u32)> {
+        match self {
+            Self::Begins(begin, lasts_s) => Some((begin, lasts_s.max(1.0) as u32)),
+            _ => None,
+        }
+    }
+
+    /// The motion after the standstill.
+    pub(super) fn after(self) -> Self {
+        match self {
+            Self::Begins(..) => Self::Road,
+            _ => self,
+        }
+    }
+
     /// Factor of the vibration.
     pub(super) fn vibration(self) -> f64 {
         match self {
@@ -61,7 +80,7 @@ impl Motion {
         let drive_s = f64::from(times.aided_s + times.free_s);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut of: Vec<Segment> = match self {
-            Self::Road | Self::Rough(_) | Self::In(_) => return None,
+            Self::Road | Self::Rough(_) | Self::In(_) | Self::Begins(..) => return None,
             Self::Creep(speed) => vec![
                 to(speed, 3.0),
                 Segment::hold((lasts_s - 6.0).max(1.0)),

@@ -60,6 +60,13 @@ named! {
         /// All errors of the preset `mems`. It does not find north, so the navigation computer
         /// begins with a known heading.
         Mems "mems",
+        /// White noise and quantisation of the preset `mems` only.
+        MemsPerfect "mems-perfect",
+        /// All errors of the preset `icm-42688`, a consumer sensor, judged after a minute. It does
+        /// not find north either.
+        Consumer "consumer",
+        /// White noise and quantisation of the preset `icm-42688` only.
+        ConsumerPerfect "consumer-perfect",
     }
 }
 
@@ -68,23 +75,32 @@ impl Sensor {
     #[must_use]
     pub fn preset(self) -> &'static str {
         match self {
-            Self::Mems => "mems",
-            _ => "medium",
+            Self::Mems | Self::MemsPerfect => "mems",
+            Self::Consumer | Self::ConsumerPerfect => "icm-42688",
+            Self::Perfect | Self::Errors | Self::ErrorsX3 => "medium",
         }
     }
 
     /// Whether a navigation computer finds its heading at a standstill.
     #[must_use]
     pub fn finds_north(self) -> bool {
-        self != Self::Mems
+        self.preset() == "medium"
+    }
+
+    /// Time without fixes after which a navigation computer is judged at the latest, s.
+    pub(super) fn judged_s(self) -> u32 {
+        match self {
+            Self::Consumer | Self::ConsumerPerfect => 60,
+            _ => u32::MAX,
+        }
     }
 
     /// The group of simulated errors.
     #[must_use]
     pub fn group(self) -> ErrorModelName {
         match self {
-            Self::Perfect => ErrorModelName::Noise,
-            Self::Errors | Self::Mems => ErrorModelName::All,
+            Self::Perfect | Self::MemsPerfect | Self::ConsumerPerfect => ErrorModelName::Noise,
+            Self::Errors | Self::Mems | Self::Consumer => ErrorModelName::All,
             Self::ErrorsX3 => ErrorModelName::AllX3,
         }
     }
@@ -113,6 +129,19 @@ named! {
         NextPowerOn "next-power-on",
         /// The same, but the navigation computer has fixes for as long as in the drive before.
         NextPowerOnAided "next-power-on-aided",
+        /// As [`Activation::NextPowerOn`], and the gyros' errors that the first rest shows. The
+        /// device remembers the drive before.
+        FirstRest "first-rest",
+        /// The same with a device that remembers nothing.
+        FirstRestNew "first-rest-new",
+    }
+}
+
+impl Activation {
+    /// Whether the first rest after power-on corrects.
+    #[must_use]
+    pub fn rests(self) -> bool {
+        matches!(self, Self::FirstRest | Self::FirstRestNew)
     }
 }
 

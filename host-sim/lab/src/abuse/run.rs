@@ -5,12 +5,13 @@ use super::act::Act;
 use super::case::Case;
 use super::computer;
 use super::configured;
-use super::device::{self, Format, Input, Outcome};
+use super::device::{self, Format, Input, Outcome, Stored};
 use super::line::{self, Frame};
 use super::names::{Activation, Computer, Sensor};
 use super::receiver;
-use super::times::Span;
-use super::world::{World, corrected, sensor_faults};
+use super::sensor;
+use super::times::{Span, Times};
+use super::world::{Begins, World, corrected, later, sensor_faults};
 use firmware::configuration::{self, Configuration};
 use firmware::control::Mode;
 use firmware::learn::{FixLearner, FixMemory, Learner, Settings};
@@ -61,18 +62,39 @@ pub struct Judged {
 /// The samples of a drive.
 struct Measured {
     session: Session,
+    /// Those from the standstill on, if something happens before it.
+    later: Option<Session>,
     /// Error of each computer on the uncorrected samples, m, computed at the first request.
     raw: OnceCell<Vec<f64>>,
+}
+
+impl Measured {
+    fn of(world: &World, sensor: Sensor, faults: &[(sensor::Fault, Span)]) -> Self {
+        let session = world.measured(sensor, faults);
+        Self {
+            later: (world.begins_s > 0).then(|| later(&session, world.begins_s as usize)),
+            session,
+            raw: OnceCell::new(),
+        }
+    }
+
+    /// What a navigation computer gets.
+    fn judged(&self) -> &Session {
+        self.later.as_ref().unwrap_or(&self.session)
+    }
 }
 
 /// The drives of a unit in one motion, as one kind of sensor measures them.
 pub(super) struct Bench<'a> {
     abuse: &'a Abuse,
+    times: Times,
     sensor: Sensor,
     run: u32,
     worlds: [OnceCell<World>; Activation::ALL.len()],
     /// Undisturbed samples of the drives.
     clean: [OnceCell<Measured>; Activation::ALL.len()],
+    /// What a device learns on an undisturbed drive, before one that begins with something.
+    ordinary: OnceCell<Outcome>,
     assumptions: Assumptions,
     teach: Teach<'a>,
 }
@@ -81,37 +103,51 @@ impl<'a> Bench<'a> {
     pub(super) fn new(abuse: &'a Abuse, sensor: Sensor, run: u32, teach: Teach<'a>) -> Self {
         Self {
             abuse,
+            times: Times {
+                free_s: abuse.times.free_s.min(sensor.judged_s()),
+                ..abuse.times
+            },
             sensor,
             run,
             worlds: Default::default(),
             clean: Default::default(),
+            ordinary: OnceCell::new(),
             assumptions: Assumptions::of(&configured::unit(sensor)),
             teach,
         }
     }
 
-    fn world(&self, case: &Case, activation: Activation) -> &World {
-        let (times, motion, run) = (&self.abuse.times, case.motion(), self.run);
-        self.worlds[activation as usize].get_or_init(|| match activation {
+    /// The drive in which the device learns ([`Activation::Live`]), or the next one, without what
+    /// happens before the standstill.
+    fn usual_world(&self, case: &Case, of: Activation) -> &World {
+        self.worlds[of as usize].get_or_init(|| self.make_world(case, of, None))
+    }
+
+    fn make_world(&self, case: &Case, of: Activation, begins: Begins) -> World {
+        let (times, run) = (&self.times, self.run);
+        let motion = (case.motion().after(), begins);
+        match of {
             Activation::Live => World::learning(times, motion, run),
-            Activation::NextPowerOn => World::next(times, motion, run, 0),
             Activation::NextPowerOnAided => World::next(times, motion, run, times.aided_s),
-        })
+            _ => World::next(times, motion, run, 0),
+        }
     }
 
     /// Epoch at which a drive's fixes end.
     fn until(&self, activation: Activation) -> usize {
-        let times = &self.abuse.times;
+        let times = &self.times;
         match activation {
             Activation::Live | Activation::NextPowerOnAided => times.until() as usize,
-            Activation::NextPowerOn => times.standstill_s as usize,
+            _ => times.standstill_s as usize,
         }
     }
 
     /// Errors of the computers with these corrections.
-    fn errors(&self, session: &Session, correction: &[Increment], of: Activation) -> Vec<f64> {
-        let increments = corrected(session, correction);
-        let until = self.until(of);
+    fn errors(&self, of: &Measured, correction: &[Increment], activation: Activation) -> Vec<f64> {
+        let session = of.judged();
+        let before = correction.len().saturating_sub(session.counts.len());
+        let increments = corrected(session, &correction[before..]);
+        let until = self.until(activation);
         let knows = (self.assumptions, self.sensor.finds_north());
         let computers = self.abuse.computers.iter();
         computers
@@ -119,24 +155,29 @@ impl<'a> Bench<'a> {
             .collect()
     }
 
-    /// The samples of a drive as a case leaves them.
-    fn measured<'s>(
+    /// A drive and its samples as a case leaves them, with what happens before its standstill, or
+    /// without.
+    fn drive<'s>(
         &'s self,
         case: &Case,
-        of: Activation,
-        own: &'s mut Option<Measured>,
-    ) -> &'s Measured {
-        let times = &self.abuse.times;
-        let make = |faults: &[_]| Measured {
-            session: self.world(case, of).measured(self.sensor, faults, times),
-            raw: OnceCell::new(),
+        (of, begins): (Activation, Begins),
+        (world, measured): &'s mut (Option<World>, Option<Measured>),
+    ) -> (&'s World, &'s Measured) {
+        let world = match begins {
+            None => self.usual_world(case, of),
+            Some(_) => &*world.insert(self.make_world(case, of, begins)),
         };
-        let next = of != Activation::Live;
         let faults = sensor_faults(case);
-        if faults.iter().any(|(fault, _)| fault.acts(next)) {
-            return own.insert(make(&faults));
-        }
-        self.clean[of as usize].get_or_init(|| make(&[]))
+        let next = of != Activation::Live;
+        let acts = |(fault, span): &(sensor::Fault, Span)| {
+            fault.acts(next) && (*span != Span::Before || begins.is_some())
+        };
+        let measured = if begins.is_some() || faults.iter().any(acts) {
+            &*measured.insert(Measured::of(world, self.sensor, &faults))
+        } else {
+            self.clean[of as usize].get_or_init(|| Measured::of(world, self.sensor, &[]))
+        };
+        (world, measured)
     }
 
     /// A case with all computers and activations.
@@ -145,46 +186,82 @@ impl<'a> Bench<'a> {
     /// Values of the case that a device rejects.
     pub(super) fn judge(&self, case: &Case) -> Result<Vec<Judged>, Error> {
         let mut rows = Vec::new();
-        let mut own = None;
-        let learning = self.measured(case, Activation::Live, &mut own);
+        // what happens before the standstill is in the drive in which the device learns, or in the
+        // one that the first rest corrects
+        let begins = case.motion().begins();
+        let mut own = Default::default();
+        let learns = |of: &Activation| match of {
+            Activation::FirstRestNew => false,
+            Activation::FirstRest => begins.is_none(),
+            _ => true,
+        };
+        let learning = self.abuse.activations.iter().any(learns);
+        let learning = learning.then(|| self.drive(case, (Activation::Live, begins), &mut own));
         let mut learnt_once: Option<Outcome> = None;
         for &activation in &self.abuse.activations {
             let device = Device::new(self, case, activation)?;
-            if activation == Activation::Live {
-                let learnt = device.learns(&learning.session);
-                rows.extend(self.rows(case, activation, learning, &learnt));
-                continue;
-            }
-            let mut own = None;
-            let next = self.measured(case, activation, &mut own);
-            let learnt = learnt_once.get_or_insert_with(|| device.learns(&learning.session));
-            let stored = learnt.stored.as_ref();
-            let stored = stored.filter(|nets| !nets.same_images(&Nets::NONE));
-            let correction = stored.map(|nets| device.next(&next.session, nets).correction);
-            let outcome = Outcome {
-                correction: correction.unwrap_or_default(),
-                ..learnt.clone()
+            let learnt = match learning.filter(|_| learns(&activation)) {
+                Some((world, measured)) if activation == Activation::Live => {
+                    let learnt = device.learns(world, &measured.session);
+                    rows.extend(self.rows(case, activation, measured, &learnt));
+                    continue;
+                }
+                Some((world, measured)) => {
+                    learnt_once.get_or_insert_with(|| device.learns(world, &measured.session))
+                }
+                None if activation == Activation::FirstRestNew => &Outcome::default(),
+                None if case.only_begins() => self.ordinary.get_or_init(|| device.learns_before()),
+                None => &device.learns_before(),
             };
-            rows.extend(self.rows(case, activation, next, &outcome));
+            rows.extend(self.judge_next(&device, begins, learnt));
         }
         Ok(rows)
+    }
+
+    /// The next drive of a device that has learnt.
+    fn judge_next(&self, device: &Device<'_, '_>, begins: Begins, learnt: &Outcome) -> Vec<Judged> {
+        let activation = device.activation;
+        let begins = begins.filter(|_| activation.rests());
+        let mut own = Default::default();
+        let (world, measured) = self.drive(device.case, (activation, begins), &mut own);
+        let stored = learnt.stored.as_ref();
+        let stored = stored.filter(|nets| !nets.same_images(&Nets::NONE));
+        let acts = stored.is_some() || activation.rests();
+        let next = acts.then(|| {
+            let stored = Stored {
+                nets: stored.unwrap_or(&Nets::NONE),
+                memory: if activation.rests() {
+                    &learnt.memory
+                } else {
+                    &[]
+                },
+            };
+            device.next(world, &measured.session, stored)
+        });
+        let next = next.unwrap_or_default();
+        let outcome = Outcome {
+            correction: next.correction,
+            faults: learnt.faults | next.faults,
+            ..learnt.clone()
+        };
+        self.rows(device.case, activation, measured, &outcome)
     }
 
     fn rows(
         &self,
         case: &Case,
         activation: Activation,
-        Measured { session, raw }: &Measured,
+        measured: &Measured,
         outcome: &Outcome,
     ) -> Vec<Judged> {
         let none = Increment::default();
-        let raw = raw.get_or_init(|| {
-            let none = vec![none; session.counts.len()];
-            self.errors(session, &none, activation)
+        let raw = measured.raw.get_or_init(|| {
+            let none = vec![none; measured.session.counts.len()];
+            self.errors(measured, &none, activation)
         });
         let changed = outcome.correction.iter().any(|by| *by != none);
         let with = match changed {
-            true => self.errors(session, &outcome.correction, activation),
+            true => self.errors(measured, &outcome.correction, activation),
             false => raw.clone(),
         };
         let computers = self.abuse.computers.iter().zip(raw.iter().zip(with));
@@ -237,6 +314,9 @@ impl<'b, 'a> Device<'b, 'a> {
         configuration.correction.mode = Mode::Learn;
         configuration.correction.activation = match activation {
             Activation::Live => configuration::Activation::Faded,
+            Activation::FirstRest | Activation::FirstRestNew => {
+                configuration::Activation::FirstRest
+            }
             _ => configuration::Activation::NextPowerOn,
         };
         Ok(Self {
@@ -249,8 +329,7 @@ impl<'b, 'a> Device<'b, 'a> {
     }
 
     /// The frames of a drive. In the next drive only permanent faults act.
-    fn frames(&self, session: &Session, seed: u64, next: bool) -> Vec<Frame> {
-        let times = &self.bench.abuse.times;
+    fn frames(&self, session: &Session, world: &World, next: bool) -> Vec<Frame> {
         let acts = self
             .case
             .acts
@@ -258,20 +337,27 @@ impl<'b, 'a> Device<'b, 'a> {
             .filter(|(_, span)| !next || *span == Span::Always);
         let faults: Vec<_> = acts
             .filter_map(|(act, span)| match act {
-                Act::Line(fault) => Some((*fault, span.seconds(times))),
+                Act::Line(fault) => Some((*fault, span.seconds(&world.times))),
                 _ => None,
             })
             .collect();
-        line::frames(&faults, &session.counts, (session.dt, &session.lsb), seed)
+        let one = (session.dt, &session.lsb);
+        line::frames(&faults, &session.counts, one, world.seeds.drive)
     }
 
-    /// The drive in which it learns.
-    fn learns(&self, session: &Session) -> Outcome {
-        let Bench { abuse, run, .. } = *self.bench;
-        let times = &abuse.times;
-        let world = self.bench.world(self.case, Activation::Live);
-        let seed = world.seeds.drive;
-        let frames = self.frames(session, seed, false);
+    /// The drive in which it learns, before one that begins with something.
+    fn learns_before(&self) -> Outcome {
+        let mut own = Default::default();
+        let drive = (Activation::Live, None);
+        let (world, measured) = self.bench.drive(self.case, drive, &mut own);
+        self.learns(world, &measured.session)
+    }
+
+    /// The drive in which it learns. While something happens before the standstill, the receiver
+    /// finds no satellites yet.
+    fn learns(&self, world: &World, session: &Session) -> Outcome {
+        let (run, times, seed) = (self.bench.run, &world.times, world.seeds.drive);
+        let frames = self.frames(session, world, false);
         let faults: Vec<_> = self
             .case
             .acts
@@ -282,7 +368,10 @@ impl<'b, 'a> Device<'b, 'a> {
             })
             .collect();
         let elsewhere = || World::elsewhere(times, run);
-        let receiver = receiver::messages(&faults, &world.truth, elsewhere, !seed, times.until());
+        let mut receiver =
+            receiver::messages(&faults, &world.truth, elsewhere, !seed, times.until());
+        let begins_us = u64::from(world.begins_s) * 1_000_000;
+        receiver.retain(|message| message.at_us >= begins_us);
         let mut requests: Vec<_> = self
             .case
             .acts
@@ -301,11 +390,11 @@ impl<'b, 'a> Device<'b, 'a> {
             requests: &requests,
             samples: (session.counts.len(), session.dt),
         };
-        self.taught(&Nets::NONE, &input)
+        self.taught(Stored::NOTHING, &input)
     }
 
     /// A drive with the stored networks and a learner.
-    fn taught(&self, stored: &Nets, input: &Input<'_>) -> Outcome {
+    fn taught(&self, stored: Stored<'_>, input: &Input<'_>) -> Outcome {
         let mut outcome = None;
         let state = (&self.configuration, stored);
         (self.bench.teach)(&self.configuration, &mut |learner| {
@@ -315,11 +404,10 @@ impl<'b, 'a> Device<'b, 'a> {
     }
 
     /// The next drive, in which the stored networks act from the first sample on.
-    fn next(&self, session: &Session, stored: &Nets) -> Outcome {
-        let world = self.bench.world(self.case, self.activation);
+    fn next(&self, world: &World, session: &Session, stored: Stored<'_>) -> Outcome {
         let input = Input {
             format: self.format,
-            frames: &self.frames(session, world.seeds.drive, true),
+            frames: &self.frames(session, world, true),
             receiver: &[],
             requests: &[],
             samples: (session.counts.len(), session.dt),

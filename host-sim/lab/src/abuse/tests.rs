@@ -165,7 +165,7 @@ fn sent(world: &World, acts: &[(Act, Span)]) -> Vec<Message> {
 /// Every case of the receiver changes its messages, and none before its span.
 #[test]
 fn cases_of_the_receiver_change_its_messages() {
-    let world = World::learning(&SHORT, Motion::Road, 0);
+    let world = World::learning(&SHORT, (Motion::Road, None), 0);
     let clean = sent(&world, &[]);
     assert_eq!(clean.len(), 420);
     assert!(
@@ -197,13 +197,13 @@ fn cases_of_the_receiver_change_its_messages() {
 #[test]
 fn cases_of_the_sensor_change_its_samples() {
     let worlds = [
-        World::learning(&SHORT, Motion::Road, 0),
-        World::next(&SHORT, Motion::Road, 0, 0),
+        World::learning(&SHORT, (Motion::Road, None), 0),
+        World::next(&SHORT, (Motion::Road, None), 0, 0),
     ];
     let counts = |case: &Case| {
         let of = |world: &World| {
             let faults = sensor_faults(case);
-            world.measured(Sensor::Errors, &faults, &SHORT).counts
+            world.measured(Sensor::Errors, &faults).counts
         };
         [of(&worlds[0]), of(&worlds[1])]
     };
@@ -231,8 +231,8 @@ fn cases_of_the_sensor_change_its_samples() {
 /// Every case of the line, of the configuration, and of the requests changes these.
 #[test]
 fn cases_of_line_and_configuration_change_these() {
-    let world = World::learning(&SHORT, Motion::Road, 0);
-    let session = world.measured(Sensor::Perfect, &[], &SHORT);
+    let world = World::learning(&SHORT, (Motion::Road, None), 0);
+    let session = world.measured(Sensor::Perfect, &[]);
     let frames = |acts: &[(Act, Span)]| {
         let faults: Vec<_> = acts
             .iter()
@@ -276,14 +276,14 @@ fn cases_of_line_and_configuration_change_these() {
 /// Every motion is another one from the end of the standstill on; the next drive is a usual one.
 #[test]
 fn cases_of_the_motion_change_the_drive() {
-    let clean = World::learning(&SHORT, Motion::Road, 0).truth;
+    let clean = World::learning(&SHORT, (Motion::Road, None), 0).truth;
     let standstill = SHORT.standstill_s as usize;
     for row in table::PARTS[2].1 {
         let case: Case = row.name.parse().unwrap();
         if row.name == "align-moving" {
             continue;
         }
-        let truth = World::learning(&SHORT, case.motion(), 0).truth;
+        let truth = World::learning(&SHORT, (case.motion(), None), 0).truth;
         assert_eq!(truth.increments.len(), clean.increments.len(), "{case}");
         assert!(truth.epochs != clean.epochs, "{case}");
         let speed = |k: usize| truth.epochs[k].velocity.xy().norm();
@@ -292,7 +292,65 @@ fn cases_of_the_motion_change_the_drive() {
         }
     }
     let case: Case = "creep".parse().unwrap();
-    let truth = World::learning(&SHORT, case.motion(), 0).truth;
+    let truth = World::learning(&SHORT, (case.motion(), None), 0).truth;
     let creeps = |k: &usize| (0.1..0.25).contains(&truth.epochs[*k].velocity.xy().norm());
     assert!((standstill + 5..standstill + 42).filter(creeps).count() > 30);
+}
+
+/// Every case of the first rest but one disturbs the drive before its standstill, and nothing else
+/// of it; a navigation computer gets the drive from the standstill on.
+#[test]
+fn cases_at_power_on_change_what_is_before_the_standstill() {
+    let drive = |motion: Motion| World::next(&SHORT, (motion.after(), motion.begins()), 0, 0);
+    let clean = drive(Motion::Begins(Begin::Stands, 60.0));
+    assert_eq!((clean.begins_s, clean.times.standstill_s), (60, 180));
+    let rows = table::PARTS
+        .iter()
+        .find(|(heading, _)| *heading == table::AT_POWER_ON);
+    for row in rows.expect("the part").1 {
+        let case: Case = row.name.parse().unwrap();
+        assert!(case.only_begins() && !case.ends(), "{case}");
+        let world = drive(case.motion());
+        let n = 6000;
+        let same = world.truth.increments[..n] == clean.truth.increments[..n];
+        let stuck = !sensor_faults(&case).is_empty();
+        assert_eq!(same, row.name == "rest" || stuck, "{case}");
+        assert_eq!(
+            world.truth.increments[n..],
+            clean.truth.increments[n..],
+            "{case}"
+        );
+        let session = world.measured(Sensor::Mems, &sensor_faults(&case));
+        let other = clean.measured(Sensor::Mems, &[]);
+        assert_eq!(
+            session.counts[..n] == other.counts[..n],
+            row.name == "rest",
+            "{case}"
+        );
+        let later = super::world::later(&session, 60);
+        assert_eq!(
+            (later.standstill, later.epochs()),
+            (120, session.epochs() - 60)
+        );
+        assert_eq!(later.counts[..], session.counts[n..], "{case}");
+    }
+}
+
+/// The first rest of a device that remembers nothing takes a slow turntable for an error of the
+/// gyros, and a standstill for none where there are none.
+#[test]
+fn the_first_rest_is_judged() {
+    let dir = tempfile::tempdir().unwrap();
+    let abuse = Abuse {
+        activations: vec![Activation::FirstRestNew],
+        sensors: vec![Sensor::ConsumerPerfect],
+        ..abuse(&["rest", "rest-turntable-0.5"], 1, dir.path())
+    };
+    let rows = execute(&abuse, &fix_learner);
+    assert_eq!(rows.len(), 4);
+    for row in rows {
+        let turns = row.case != "rest";
+        assert_eq!(row.promoted, turns, "{row:?}");
+        assert_eq!(row.corrected_m == row.raw_m, !turns, "{row:?}");
+    }
 }

@@ -46,6 +46,8 @@ pub enum Span {
     Ends,
     /// As [`Span::Ends`], but only for this long, s.
     For(u32),
+    /// Before the standstill, while a [`super::motion::Motion::Begins`] lasts.
+    Before,
 }
 
 impl Span {
@@ -63,6 +65,7 @@ impl Span {
                 let from = (from + (ends - from) / 3).min(ends);
                 [from, (from + length).min(ends)]
             }
+            Self::Before => [0, 0], // no drive has it by itself
         };
         [from.into(), to.into()]
     }

@@ -1,6 +1,7 @@
 //! The true drives of a unit, and what its sensor measures on them.
 
 use super::act::Act;
+use super::begin::Begin;
 use super::case::Case;
 use super::configured;
 use super::device::Format;
@@ -36,15 +37,23 @@ pub(super) struct World {
     /// Fixes of the navigation computer's own receiver.
     fixes: Fixes,
     pub(super) seeds: Seeds,
-    standstill_s: u32,
+    /// Durations of its parts: what happens before the standstill is a part of that.
+    pub(super) times: Times,
+    stands: bool,
     next: bool,
+    /// How long something happens before the standstill, s.
+    pub(super) begins_s: u32,
 }
+
+/// What happens before the standstill, and for how long, s.
+pub(super) type Begins = Option<(Begin, u32)>;
 
 /// The plan of a drive.
 struct Plan {
     motion: Motion,
     seeds: Seeds,
-    standstill_s: u32,
+    times: Times,
+    begins: Begins,
     drive_s: u32,
     segments: Option<Vec<Segment>>,
 }
@@ -56,7 +65,7 @@ impl Plan {
             gnss,
             start: START,
             heading: self.seeds.heading,
-            standstill_s: self.standstill_s.into(),
+            standstill_s: self.times.standstill_s.into(),
             drive_s: self.drive_s.into(),
             segments: self.segments.as_deref(),
             vibration: self.motion.vibration(),
@@ -75,16 +84,18 @@ impl Plan {
 
 impl World {
     /// The drive of run `k` in which the device learns.
-    pub(super) fn learning(times: &Times, motion: Motion, k: u32) -> Self {
+    pub(super) fn learning(times: &Times, (motion, begins): (Motion, Begins), k: u32) -> Self {
         let seeds = Seeds::of(k);
-        let [from, to] = Span::Ends.seconds(times);
+        let times = with(times, begins);
+        let [from, to] = Span::Ends.seconds(&times);
         Self::of(
             &Plan {
                 motion,
                 seeds,
-                standstill_s: times.standstill_s,
+                times,
+                begins,
                 drive_s: times.aided_s + times.free_s,
-                segments: motion.segments(times, to - from, seeds.drive),
+                segments: motion.segments(&times, to - from, seeds.drive),
             },
             false,
         )
@@ -92,12 +103,18 @@ impl World {
 
     /// The next drive of the same unit, with a turn-on of its own: `aided_s` seconds longer than
     /// without fixes.
-    pub(super) fn next(times: &Times, motion: Motion, k: u32, aided_s: u32) -> Self {
+    pub(super) fn next(
+        times: &Times,
+        (motion, begins): (Motion, Begins),
+        k: u32,
+        aided_s: u32,
+    ) -> Self {
         Self::of(
             &Plan {
                 motion: motion.next(),
                 seeds: Seeds::of_earlier(k, 1),
-                standstill_s: times.standstill_s,
+                times: with(times, begins),
+                begins,
                 drive_s: aided_s + times.free_s,
                 segments: None,
             },
@@ -106,14 +123,20 @@ impl World {
     }
 
     fn of(plan: &Plan, next: bool) -> Self {
-        let drive = plan.drive();
-        let stands = plan.motion.vehicle().stands();
+        let mut drive = plan.drive();
+        let begins_s = plan.begins.map_or(0, |(_, lasts_s)| lasts_s);
+        if let Some((begin, _)) = plan.begins {
+            let n = (begins_s * RATE_HZ) as usize;
+            begin.disturb(&mut drive.truth.increments[..n], drive.truth.dt);
+        }
         Self {
             fixes: drive.fixes(&GnssSpec::default()),
             truth: drive.truth,
             seeds: plan.seeds,
-            standstill_s: if stands { plan.standstill_s } else { 0 },
+            times: plan.times,
+            stands: plan.motion.vehicle().stands(),
             next,
+            begins_s,
         }
     }
 
@@ -122,7 +145,8 @@ impl World {
         let plan = Plan {
             motion: Motion::Road,
             seeds: Seeds::of_earlier(k, 7),
-            standstill_s: times.standstill_s,
+            times: *times,
+            begins: None,
             drive_s: times.aided_s + times.free_s,
             segments: None,
         };
@@ -130,12 +154,7 @@ impl World {
     }
 
     /// The samples that the sensor measures on the drive, with the faults of a case.
-    pub(super) fn measured(
-        &self,
-        sensor: Sensor,
-        faults: &[(Fault, Span)],
-        times: &Times,
-    ) -> Session {
+    pub(super) fn measured(&self, sensor: Sensor, faults: &[(Fault, Span)]) -> Session {
         let mut spec = spec(sensor);
         for (fault, _) in faults {
             fault.on_spec(&mut spec, self.next);
@@ -146,7 +165,11 @@ impl World {
             gnss: &gnss,
             start: START,
             heading: self.seeds.heading,
-            standstill_s: self.standstill_s.into(),
+            standstill_s: if self.stands {
+                self.times.standstill_s.into()
+            } else {
+                0.0
+            },
             drive_s: 0.0,
             segments: None,
             vibration: 1.0,
@@ -157,8 +180,10 @@ impl World {
         let mut session = measure(&config, &spec, &self.truth, &self.fixes);
         session.gather = GATHER;
         // in the next drive only permanent faults act, and those whose effect stays
-        let acts =
-            |(fault, span): &&(Fault, Span)| !self.next || *span == Span::Always || fault.stays();
+        let acts = |(fault, span): &&(Fault, Span)| match span {
+            Span::Before => self.begins_s > 0,
+            span => !self.next || *span == Span::Always || fault.stays(),
+        };
         let mut all: Option<Vec<Increment>> = None;
         for (fault, span) in faults.iter().filter(acts) {
             let of = all.get_or_insert_with(|| {
@@ -169,13 +194,42 @@ impl World {
                     .collect()
             });
             let over = self.next && fault.stays();
-            let seconds = if over { [0.0; 2] } else { span.seconds(times) };
+            let seconds = match span {
+                Span::Before => [0.0, self.begins_s.into()],
+                _ if over => [0.0; 2],
+                span => span.seconds(&self.times),
+            };
             fault.on_samples(of, session.dt, seconds, self.seeds.unit);
         }
         if let Some(all) = all {
             session.counts = line::counts(&all, &session.lsb).into();
         }
         session
+    }
+}
+
+/// The standstill is longer by what happens before it.
+fn with(times: &Times, begins: Begins) -> Times {
+    let before_s = begins.map_or(0, |(_, lasts_s)| lasts_s);
+    Times {
+        standstill_s: times.standstill_s + before_s,
+        ..*times
+    }
+}
+
+/// A session from this epoch of its standstill on, as a navigation computer gets it.
+pub(super) fn later(session: &Session, epoch: usize) -> Session {
+    let n = epoch * RATE_HZ as usize;
+    let from = |fixes: &[_]| fixes.get(epoch..).unwrap_or_default().to_vec();
+    Session {
+        counts: session.counts[n..].to_vec().into(),
+        standstill: session.standstill - epoch,
+        reference: session.reference[epoch..].to_vec(),
+        fixes: from(&session.fixes),
+        systematic: None,
+        surroundings: None,
+        readings: None,
+        ..session.clone()
     }
 }
 

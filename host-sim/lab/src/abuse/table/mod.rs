@@ -4,6 +4,7 @@ mod combined;
 mod configured;
 mod motion;
 mod receiver;
+mod rest;
 mod sensor;
 mod timing;
 
@@ -11,13 +12,14 @@ use super::case::{Given, Row};
 use super::times::Span;
 
 /// The parts of the table with their headings.
-pub const PARTS: [(&str, &[Row]); 6] = [
+pub const PARTS: [(&str, &[Row]); 7] = [
     ("Nothing", &[NONE]),
     ("Receiver", receiver::ROWS),
     ("Motion", motion::ROWS),
     ("Sensor", sensor::ROWS),
     ("Line and timing", timing::ROWS),
     ("Configured, wired and asked", configured::ROWS),
+    (AT_POWER_ON, rest::ROWS),
 ];
 
 const NONE: Row = Row {
@@ -42,6 +44,9 @@ pub fn part_of(case: &str) -> &'static str {
         .find(of)
         .map_or(COMBINED, |(heading, _)| heading)
 }
+
+/// Heading of the cases of the first rest.
+pub const AT_POWER_ON: &str = "At power-on";
 
 /// Heading of the cases that are no single row.
 pub const COMBINED: &str = "Several at once, and with an end";
