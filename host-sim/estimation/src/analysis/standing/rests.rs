@@ -126,20 +126,15 @@ pub fn rests(log: &Log, least_s: f64) -> Rests {
                 force_mps2: force,
             });
         } else {
-            // a motion begins and ends within a block beside it
-            let begin = k + usize::from(k > 0 && moving[k - 1]);
-            let until = end - usize::from(end < blocks.len() && moving[end]);
-            if let Some(force) = turned(&blocks[begin.min(until)..until], length, log.rate_hz) {
+            if let Some(force) = turned(&blocks[k..end], length, log.rate_hz) {
                 found.moves.push(Move {
                     from_s: before_s(from),
                     to_s: log.time(to - 1),
                     rate_dps: 0.0,
                     force_mps2: force,
                 });
-            } else if begin < until {
-                found
-                    .stretches
-                    .push(stretch(log, &blocks[begin..until], length));
+            } else {
+                found.stretches.push(stretch(log, &blocks[k..end], length));
             }
         }
         k = end;
@@ -257,7 +252,10 @@ fn moving(blocks: &[Block]) -> Vec<bool> {
         let rough: Vec<f64> = blocks.iter().map(|b| b.rough[i]).collect();
         let quiet = quarter(&rough);
         for k in 0..blocks.len() {
-            moving[k] |= quiet > 0.0 && rough[k] > ROUGH * quiet;
+            if quiet > 0.0 && rough[k] > ROUGH * quiet {
+                // it begins or ends within a block beside it
+                moving[k.saturating_sub(1)..(k + 2).min(blocks.len())].fill(true);
+            }
             if k > 0 && changes[k - 1] > limit {
                 (moving[k - 1], moving[k]) = (true, true);
             }
