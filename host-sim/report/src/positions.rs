@@ -44,20 +44,20 @@ fn table(fit: &Fit, gyro: &[[f64; 3]; 2], scales: &[Option<[f64; 2]>; 3]) -> Tab
             Cell::new(unit),
         ]);
     };
-    for i in 0..3 {
+    for (i, axis) in AXES.iter().enumerate() {
         let of = [fit.bias[i], fit.bias_sigma[i]];
         add(
-            format!("accelerometer bias {}", AXES[i]),
+            format!("accelerometer bias {axis}"),
             fit.shows_bias(i),
             of,
             UG,
             "ug",
         );
     }
-    for i in 0..3 {
+    for (i, axis) in AXES.iter().enumerate() {
         let of = [fit.map[i][i], fit.map_sigma[i][i]];
         add(
-            format!("scale factor {}", AXES[i]),
+            format!("scale factor {axis}"),
             fit.shows_scale(i),
             of,
             PPM,
@@ -68,15 +68,9 @@ fn table(fit: &Fit, gyro: &[[f64; 3]; 2], scales: &[Option<[f64; 2]>; 3]) -> Tab
         let name = format!("between axes {} and {}", AXES[pair[0]], AXES[pair[1]]);
         add(name, fit.shows_skew(pair), fit.skew(pair), MRAD, "mrad");
     }
-    for i in 0..3 {
+    for (i, axis) in AXES.iter().enumerate() {
         let of = [gyro[0][i], gyro[1][i]];
-        add(
-            format!("gyro bias {}", AXES[i]),
-            true,
-            of,
-            DEG_PER_H,
-            "deg/h",
-        );
+        add(format!("gyro bias {axis}"), true, of, DEG_PER_H, "deg/h");
     }
     for (of, axis) in scales.iter().zip(AXES) {
         if let Some(of) = of {

@@ -125,17 +125,15 @@ pub fn rests(log: &Log, least_s: f64) -> Rests {
                 rate_dps: rate / DEG,
                 force_mps2: force,
             });
+        } else if let Some(force) = turned(&blocks[k..end], length, log.rate_hz) {
+            found.moves.push(Move {
+                from_s: before_s(from),
+                to_s: log.time(to - 1),
+                rate_dps: 0.0,
+                force_mps2: force,
+            });
         } else {
-            if let Some(force) = turned(&blocks[k..end], length, log.rate_hz) {
-                found.moves.push(Move {
-                    from_s: before_s(from),
-                    to_s: log.time(to - 1),
-                    rate_dps: 0.0,
-                    force_mps2: force,
-                });
-            } else {
-                found.stretches.push(stretch(log, &blocks[k..end], length));
-            }
+            found.stretches.push(stretch(log, &blocks[k..end], length));
         }
         k = end;
     }
@@ -239,16 +237,16 @@ pub(super) fn blocks(log: &Log, length: usize) -> Vec<Block> {
 /// Whether each block moves.
 fn moving(blocks: &[Block]) -> Vec<bool> {
     let mut moving = vec![false; blocks.len()];
-    for i in 0..2 {
+    for (i, most) in MOST.into_iter().enumerate() {
         let changes: Vec<f64> = (1..blocks.len()).map(|k| change(blocks, k, i)).collect();
         // counts so coarse that neighbours are mostly equal: the least step is no motion
         let least = changes
             .iter()
             .copied()
             .filter(|c| *c > 0.0)
-            .fold(MOST[i], f64::min);
+            .fold(most, f64::min);
         let noise = quarter(&changes) / QUARTER;
-        let limit = (SIGMAS * noise).max(3.0 * least).min(MOST[i]);
+        let limit = (SIGMAS * noise).max(3.0 * least).min(most);
         let rough: Vec<f64> = blocks.iter().map(|b| b.rough[i]).collect();
         let quiet = quarter(&rough);
         for k in 0..blocks.len() {
