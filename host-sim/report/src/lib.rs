@@ -15,11 +15,13 @@ mod html;
 pub mod json;
 pub mod learnability;
 pub mod page;
+pub mod positions;
 pub mod replay;
 #[cfg(test)]
 mod sample;
 mod sensor_errors;
 pub mod sessions;
+pub mod standing;
 pub mod start;
 pub mod table;
 mod terminal;

@@ -1,21 +1,19 @@
 //! `host-sim allan`.
 
+use super::at_rest::{self, AtRest};
 use super::options::{UnitOption, positive, refused, seed};
 use super::output::JsonOption;
-use super::report::form::{self, Form};
 use super::report::rest::{self, Rest};
-use super::{progress, recording, stdout};
+use super::{progress, stdout};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
-use host_estimation::analysis::allan::columns::{Choice, load};
+use host_estimation::analysis::allan::columns::Choice;
 use host_estimation::analysis::allan::findings::Findings;
-use host_estimation::analysis::allan::{Column, at_rest};
+use host_estimation::analysis::allan::{Column, at_rest as simulate_rest};
 use host_io::recordings::record::Record;
-use host_io::recordings::{euroc, generic, kfgins};
 use host_unit::Unit;
-use nalgebra::Rotation3;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `allan`.
 #[derive(Debug, ClapArgs)]
@@ -135,45 +133,26 @@ impl Args {
 
     /// The sensors of the recording.
     fn read(&self) -> Result<Rest, Error> {
-        let file = self.file.as_deref();
-        if let Some(header) = &self.header {
-            let files: Vec<PathBuf> = file.into_iter().map(Path::to_path_buf).collect();
-            return self.of_record(&generic::samples(header, &files, None)?);
+        let (file, header) = (self.file.as_deref(), self.header.as_deref());
+        if let (Some(file), None) = (file, header) {
+            progress::scale_by(file);
         }
-        let file = file.unwrap_or(Path::new(""));
-        progress::scale_by(file);
-        let of_columns = match form::of(&[file.to_path_buf()]) {
-            Ok(Form::Replay("csv", _, files)) => {
-                let header = files.first().map_or(file, PathBuf::as_path);
-                return self.of_record(&generic::samples(header, &[], None)?);
-            }
-            Ok(Form::Replay("euroc", ..)) => {
-                return self.of_record(&euroc::at_rest(file, Rotation3::identity())?);
-            }
-            Ok(Form::Replay("mcap" | "ulog" | "ubx" | "novatel", ..)) => {
-                let opened = recording::open(&[file.to_path_buf()], &self.options)?;
-                return self.of_record(&opened.record);
-            }
-            Ok(_) => true,
-            Err(missing @ Error::Missing { .. }) => return Err(missing),
-            Err(_) => !kfgins::is_imu(file),
+        let choice = || {
+            let rate = self.rate.map(|rate| positive("--rate", rate));
+            Ok(Choice {
+                columns: self.column.clone(),
+                rate_hz: rate.transpose()?,
+                skip_lines: self.skip_lines,
+            })
         };
-        if !of_columns {
-            return self.of_record(&kfgins::samples(file)?);
+        match at_rest::read(file, header, choice, &self.options, false)? {
+            AtRest::Record(record) => self.of_record(&record),
+            AtRest::Columns(columns, notes) => Ok(Rest {
+                source: file.map(|f| f.display().to_string()).unwrap_or_default(),
+                columns,
+                notes,
+            }),
         }
-        let rate = self.rate.map(|rate| positive("--rate", rate));
-        let choice = Choice {
-            columns: self.column.clone(),
-            rate_hz: rate.transpose()?,
-            skip_lines: self.skip_lines,
-        };
-        let mut notes = Vec::new();
-        let columns = load(file, &choice, &mut notes)?;
-        Ok(Rest {
-            source: file.display().to_string(),
-            columns,
-            notes,
-        })
     }
 
     /// The sensors of a recording that is at rest throughout.
@@ -228,7 +207,7 @@ impl Args {
         }
         let spec = spec.error_model(model);
         progress::scale(f64::from(duration) * f64::from(spec.rate_hz) / MEASURED);
-        let mut columns = at_rest(&spec, duration, seed)?;
+        let mut columns = simulate_rest(&spec, duration, seed)?;
         self.keep(&mut columns)?;
         let source = format!(
             "unit {}, errors {model}, {duration} s at rest, seed {seed}",
@@ -266,7 +245,7 @@ mod tests {
     fn findings(preset: &str) -> Findings {
         let spec = Unit::preset(preset).unwrap().simulated();
         let spec = spec.error_model(ErrorModelName::Linear);
-        let columns = at_rest(&spec, 7200.min(1_440_000 / spec.rate_hz), 1).unwrap();
+        let columns = simulate_rest(&spec, 7200.min(1_440_000 / spec.rate_hz), 1).unwrap();
         assert_eq!(columns.len(), 6);
         Findings::of(preset.to_owned(), columns, Some(&spec)).unwrap()
     }

@@ -272,6 +272,30 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     ("unit new", &["unit new --from mems --output unit.toml"]),
     (
+        "unit from-log",
+        &[
+            "unit from-log rest.csv --latitude 48.1 --output unit.toml",
+            "unit from-log cold.csv warm.csv hot.csv --temperature=-10,20,45 --preset stim300",
+            "unit from-log monday.mcap tuesday.mcap --preset my.toml -- --imu-topic /imu",
+        ],
+    ),
+    (
+        "unit six-position",
+        &[
+            "unit six-position sides.csv --latitude 48.1",
+            "unit six-position sides.csv turns.csv --turn-deg 360 --turn-sigma-deg 0.2",
+            "unit six-position sides.csv --unit unit.toml --output calibrated.toml --weights w.bin",
+            "unit six-position sides.mcap --imu-tk acc.calib --imu-calib imu.yaml",
+        ],
+    ),
+    (
+        "unit calibration",
+        &[
+            "unit calibration acc.calib --gyro gyro.calib --weights w.bin",
+            "unit calibration imu.yaml --unit mems --output unit.toml",
+        ],
+    ),
+    (
         "unit check",
         &["unit check unit.toml", "unit check unit.toml --json"],
     ),

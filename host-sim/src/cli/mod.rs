@@ -8,6 +8,7 @@ pub mod stdout;
 
 mod abuse;
 mod allan;
+mod at_rest;
 mod beside;
 mod blackbox;
 mod campaign;

@@ -1,5 +1,12 @@
 //! `host-sim unit`.
 
+mod base;
+mod calibration;
+mod from_log;
+mod logs;
+mod outputs;
+mod six_position;
+
 use super::options::refused;
 use super::progress;
 use clap::{Args as ClapArgs, Subcommand};
@@ -32,6 +39,12 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
+    /// Write a unit file from logs of the sensor at rest, and compare it with a preset
+    FromLog(Box<from_log::Args>),
+    /// Find bias, scale factors and skew of the accelerometers from six rests or more, by gravity
+    SixPosition(Box<six_position::Args>),
+    /// Read a calibration of Kalibr, imu_tk or imu_calib, and write it in other forms
+    Calibration(Box<calibration::Args>),
     /// Print all faults and doubts of a unit file, with line, field and remedy
     Check {
         /// The file
@@ -65,6 +78,9 @@ impl Args {
                 force,
                 json,
             } => new(from.as_deref(), output, *force, *json),
+            Action::FromLog(args) => args.run(),
+            Action::SixPosition(args) => args.run(),
+            Action::Calibration(args) => args.run(),
             Action::Check { file, json } => check(file, *json),
             Action::List { json: true } => {
                 let preset = |(name, text): &(&str, &str)| {
@@ -97,13 +113,7 @@ impl Args {
 }
 
 fn new(from: Option<&str>, output: &Path, force: bool, json: bool) -> Result<(), Error> {
-    if output.exists() && !force {
-        return Err(refused(
-            output.display().to_string(),
-            "is there already",
-            "give another --output, or --force to replace it",
-        ));
-    }
+    free(output, force)?;
     let sources = from.map(sources).transpose()?.unwrap_or_default();
     let from = from.map(Unit::load).transpose()?;
     progress::say("an empty answer takes the value in brackets; ? explains the question");
@@ -145,13 +155,30 @@ fn new(from: Option<&str>, output: &Path, force: bool, json: bool) -> Result<(),
     Ok(())
 }
 
+/// Refuses to write over a file that is there.
+fn free(output: &Path, force: bool) -> Result<(), Error> {
+    if !output.exists() || force {
+        return Ok(());
+    }
+    Err(refused(
+        output.display().to_string(),
+        "is there already",
+        "give another --output, or --force to replace it",
+    ))
+}
+
 /// The comments of a preset or a unit file.
 fn sources(name: &str) -> Result<Sources, Error> {
+    sources_of(name).map(|text| Sources::of(&text))
+}
+
+/// The text of a preset or a unit file.
+fn sources_of(name: &str) -> Result<String, Error> {
     let preset = presets::text(name).map(|text| Ok(text.to_owned()));
     let text = preset.unwrap_or_else(|| std::fs::read_to_string(name));
     let text = text.map_err(|error| Error::reading(Path::new(name), error));
     // an unknown name is refused with the names that are known
-    Unit::load(name).and(text).map(|text| Sources::of(&text))
+    Unit::load(name).and(text)
 }
 
 fn check(file: &Path, json: bool) -> Result<(), Error> {

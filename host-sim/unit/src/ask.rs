@@ -321,6 +321,16 @@ fn shown(value: &toml::Value) -> String {
     }
 }
 
+/// The text of a file with these tables, and with comments `about` it in its first lines. The
+/// comment above each line is the first sentence of the field's description.
+#[must_use]
+pub fn text(table: &toml::Table, sources: &Sources, about: &[String]) -> String {
+    let text = file(table, &schema::schema(), sources);
+    let (first, rest) = text.split_once('\n').unwrap_or_default();
+    let about: String = about.iter().map(|line| format!("# {line}\n")).collect();
+    format!("{first}\n{about}{rest}")
+}
+
 /// The text of the file. The comment of each line is the first sentence of the field's description.
 fn file(table: &toml::Table, schema: &serde_json::Value, sources: &Sources) -> String {
     let mut text = format!("#:schema {}\n", schema::FILE);

@@ -26,6 +26,11 @@ impl Sources {
         Self(found)
     }
 
+    /// Sets the comment of a key that has this value.
+    pub fn put(&mut self, key: &str, value: toml::Value, comment: String) {
+        self.0.insert(key.to_owned(), (value, comment));
+    }
+
     /// The comment of a key (`gyro.scale_ppm`), if it has the value that the comment is about.
     pub(super) fn comment(&self, key: &str, value: &toml::Value) -> Option<&str> {
         let number = |of: &toml::Value| of.as_float().or(of.as_integer().map(|n| n as f64));

@@ -46,6 +46,7 @@ macro_rules! replayed {
 // least number that gets that far
 replayed! {
     app: 25,
+    calibration: 4,
     command: 8,
     configuration: 19,
     csv: 3,

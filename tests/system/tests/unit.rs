@@ -175,3 +175,217 @@ fn the_unit_file_of_the_page_is_good() {
         }
     }
 }
+
+/// A log of 100 s at 20 Hz: its bias in deg/h, and the second from which on it is shaken.
+fn log(dir: &Path, name: &str, bias_dph: f64, shaken_s: f64) {
+    let mut state = 1_u64;
+    let mut noise = || {
+        let mut one = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 40) as f64 / f64::from(1 << 24) - 0.5
+        };
+        (0..12).map(|_| one()).sum::<f64>()
+    };
+    let mut text = "t_s,gx_dps,gy_dps,gz_dps,ax_mps2,ay_mps2,az_mps2\n".to_owned();
+    for k in 0..2000 {
+        let t = f64::from(k) / 20.0;
+        let shake = if t < shaken_s { 0.0 } else { 3.0 * t.sin() };
+        let [x, y, z, a, b, c] = [(); 6].map(|()| 0.02 * noise());
+        let x = x + bias_dph / 3600.0 + shake;
+        let line = format!(
+            "{t},{x},{y},{z},{},{},{}\n",
+            0.1 * a,
+            0.1 * b,
+            -9.8087 + 0.1 * c
+        );
+        text += &line;
+    }
+    std::fs::write(dir.join(name), text).unwrap();
+}
+
+#[test]
+fn logs_at_rest_become_a_unit_file_with_its_sources() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, bias) in [("a.csv", 100.0), ("b.csv", 300.0), ("c.csv", 500.0)] {
+        log(dir.path(), name, bias, 1e9);
+    }
+    let logs = [
+        "unit",
+        "from-log",
+        "a.csv",
+        "b.csv",
+        "c.csv",
+        "--latitude",
+        "48.1",
+    ];
+    let more = [
+        "--temperature",
+        "10,20,30",
+        "--preset",
+        "stim300",
+        "--output",
+        "u.toml",
+    ];
+    let args = [&logs[..], &more[..]].concat();
+    let (code, out, err) = host_sim(dir.path(), &args, "");
+    assert_eq!(code, 0, "{err}");
+    assert!(
+        out.contains("Temperature law of the gyros, deg/h/K, from 10.0 to 30.0"),
+        "{out}"
+    );
+    assert!(out.contains("x +20.0") || out.contains("x +19.9"), "{out}");
+    assert!(out.contains("Against preset stim300: "), "{out}");
+    let text = std::fs::read_to_string(dir.path().join("u.toml")).unwrap();
+    for part in [
+        "# Written by `host-sim unit from-log` from 3 logs, 300 s at rest",
+        "# log: b.csv",
+        "# Temperature law of the gyros",
+        "format = \"stim300\" # source: datasheet",
+        "# measured: root of squares: ",
+        "scale_ppm = 500 # source: TS1524",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    let (code, out, _) = host_sim(dir.path(), &["unit", "check", "u.toml"], "");
+    assert!(code == 0 && out.contains("'STIM300' can be used"), "{out}");
+    let (code, _, err) = host_sim(dir.path(), &args, "");
+    assert!(
+        code == 2 && err.contains("u.toml: is there already"),
+        "{err}"
+    );
+    let short = [
+        "unit",
+        "from-log",
+        "a.csv",
+        "b.csv",
+        "--temperature",
+        "10",
+        "--output",
+        "v.toml",
+    ];
+    let (code, _, err) = host_sim(dir.path(), &short, "");
+    assert!(
+        code == 2 && err.contains("has 1 values for 2 logs"),
+        "{err}"
+    );
+}
+
+#[test]
+fn a_log_that_moves_is_refused_with_the_place_and_no_file_is_written() {
+    let dir = tempfile::tempdir().unwrap();
+    log(dir.path(), "shaken.csv", 0.0, 40.0);
+    let args = ["unit", "from-log", "shaken.csv"];
+    let (code, _, err) = host_sim(dir.path(), &args, "");
+    assert_eq!(code, 2, "{err}");
+    for part in [
+        "shaken.csv: is not at rest: it moves ",
+        "first at 39.",
+        "60 s at rest",
+        "remedy",
+    ] {
+        assert!(err.contains(part), "{part}: {err}");
+    }
+    assert!(!dir.path().join("unit.toml").exists());
+    log(dir.path(), "later.csv", 0.0, 80.0);
+    let (code, out, err) = host_sim(dir.path(), &["unit", "from-log", "later.csv"], "");
+    assert!(
+        code == 0 && out.contains("later.csv: it moves "),
+        "{out}{err}"
+    );
+}
+
+/// A sensor that measures `1.03 f + 0.2` in x, on its six sides and four edges, 8 s each.
+fn sides(dir: &Path, name: &str) {
+    let g = 9.8087;
+    let h = g * 0.5_f64.sqrt();
+    let attitudes = [
+        [g, 0.0, 0.0],
+        [-g, 0.0, 0.0],
+        [0.0, g, 0.0],
+        [0.0, -g, 0.0],
+        [0.0, 0.0, g],
+        [0.0, 0.0, -g],
+        [h, h, 0.0],
+        [h, 0.0, h],
+        [0.0, h, h],
+        [h, -h, 0.0],
+    ];
+    let mut text = "t_s,gx_dps,gy_dps,gz_dps,ax_mps2,ay_mps2,az_mps2\n".to_owned();
+    for (k, [x, y, z]) in attitudes.into_iter().enumerate() {
+        for n in 0..250 {
+            let t = 10.0 * k as f64 + f64::from(n) / 25.0;
+            let rate = if n < 200 { 0.0 } else { 50.0 };
+            let noise = 1e-3 * f64::from(n * 7919 % 101 - 50) / 50.0;
+            let x = 1.03 * x + 0.2 + noise;
+            text += &format!("{t:.2},{rate},{noise},0,{x},{},{}\n", y + noise, z - noise);
+        }
+    }
+    std::fs::write(dir.join(name), text).unwrap();
+}
+
+#[test]
+fn six_positions_become_calibrations_that_other_forms_keep() {
+    let dir = tempfile::tempdir().unwrap();
+    sides(dir.path(), "sides.csv");
+    let args = "unit six-position sides.csv --latitude 48.1 --unit stim300 --output u.toml \
+                --imu-tk a.calib --imu-calib a.yaml --kalibr k.yaml --weights w.bin --json j.json";
+    let args: Vec<&str> = args.split_whitespace().collect();
+    let (code, out, err) = host_sim(dir.path(), &args, "");
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("10 rests. "), "{out}");
+    // the limits of the STIM300 are three times 2200 ug and 1 mrad
+    assert!(
+        out.contains("needs 3.0 times") && out.contains("needs 9.7 times"),
+        "{out}"
+    );
+    let json = std::fs::read_to_string(dir.path().join("j.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let near = |value: &serde_json::Value, want: f64, sigma: &serde_json::Value| {
+        let off = value.as_f64().unwrap() - want;
+        assert!(
+            off.abs() < 3.0 * sigma.as_f64().unwrap() && off.abs() < 2e-3,
+            "{value} {want}"
+        );
+    };
+    near(&json["map"][0][0], 0.029_126, &json["map_sigma"][0][0]);
+    near(&json["bias"][0], 0.2, &json["bias_sigma"][0]);
+    near(&json["bias"][1], 0.0, &json["bias_sigma"][1]);
+    assert_eq!(json["covariance"].as_array().unwrap().len(), 13);
+    assert_eq!(std::fs::read(dir.path().join("w.bin")).unwrap().len(), 684);
+    let text = std::fs::read_to_string(dir.path().join("u.toml")).unwrap();
+    assert!(
+        text.contains("# M x: 0.029") && text.contains("# measured: largest"),
+        "{text}"
+    );
+    // the same through the other tools' forms
+    for form in ["a.calib", "a.yaml"] {
+        let (code, out, err) = host_sim(dir.path(), &["unit", "calibration", form], "");
+        assert!(code == 0 && out.contains("M +29"), "{form}: {out}{err}");
+        assert!(
+            out.contains("b +198") || out.contains("b +197"),
+            "{form}: {out}"
+        );
+    }
+    let again = ["unit", "calibration", "k.yaml", "--weights", "w.bin"];
+    let (code, _, err) = host_sim(dir.path(), &again, "");
+    assert!(
+        code == 2 && err.contains("w.bin: is there already"),
+        "{err}"
+    );
+    let (code, out, _) = host_sim(dir.path(), &["unit", "calibration", "k.yaml"], "");
+    assert!(code == 0 && out.contains("has no biases"), "{out}");
+}
+
+#[test]
+fn too_few_rests_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    log(dir.path(), "one.csv", 0.0, 1e9);
+    let (code, _, err) = host_sim(dir.path(), &["unit", "six-position", "one.csv"], "");
+    assert_eq!(code, 2);
+    assert!(
+        err.contains("one.csv: has one rest of 5 s") && err.contains("remedy"),
+        "{err}"
+    );
+}

@@ -117,6 +117,11 @@ const WORKS: &[(&str, &str)] = &[
     ("soak", "soak --hours 0.01"),
     ("start", "start --class laser-47 --seeds 1"),
     ("unit new", "unit new --from mems --output u.toml"),
+    (
+        "unit from-log",
+        "unit from-log s/header.toml --output l.toml --force",
+    ),
+    ("unit calibration", "unit calibration c.yaml"),
     ("unit check", "unit check u.toml"),
     ("unit check", "unit check u.toml --json"),
     ("unit list", "unit list"),
@@ -148,6 +153,7 @@ const OTHERS: &[(&str, &str)] = &[
         "device provision",
         "needs a device with a place for its key",
     ),
+    ("unit six-position", "needs rests in six attitudes"),
     ("serve", "is a program of its own: host-sim/live/tests"),
 ];
 
@@ -229,6 +235,8 @@ fn every_command_ends_with_an_error() {
     write("in.ubx", writers::ubx(&session));
     let tactical = include_bytes!("../../../host-sim/assets/units/tactical.toml");
     write("unit.toml", tactical.to_vec());
+    let calibration = "SM: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nbias: [0.1, 0, 0]\n";
+    write("c.yaml", calibration.into());
     let start = writers::ORIGIN;
     let origin = format!("{},{},{}", start.lat / DEG, start.lon / DEG, start.h);
     let device = Device::start(&Kind::NEW);

@@ -36,7 +36,7 @@ pub use receiver::Receiver;
 pub use reset::Start;
 pub use store::{can_store, store};
 pub use watch::{Antenna, Event, Last, Learner, Status, Watch, named_counters, watch};
-pub use weights::check_image;
+pub use weights::{calibrated, check_image, clipped};
 
 use firmware::control::Mode;
 

@@ -6,4 +6,6 @@ pub mod doubts;
 pub mod error_bound;
 pub mod learnability;
 pub mod offset;
+pub mod positions;
+pub mod standing;
 pub mod time_offset;

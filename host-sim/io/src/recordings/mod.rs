@@ -1,5 +1,6 @@
 //! Recorded data: the file formats, their tracks, and the sessions made of them.
 
+pub mod calibration;
 pub mod clocks;
 pub mod columns;
 pub mod corrected;

@@ -3,6 +3,7 @@
 //! Each says what must hold for any input, and panics where it does not.
 
 pub mod app;
+pub mod calibration;
 pub mod command;
 pub mod configuration;
 pub mod csv;
