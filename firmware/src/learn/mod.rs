@@ -79,6 +79,10 @@ pub struct Report {
     pub residual: f32,
     /// Alignments in motion that were refused because they contradicted the fixes.
     pub refused_alignments: u32,
+    /// Rests from which the gyros were learnt.
+    pub rests: u32,
+    /// Time of the rest in progress, s; 0 without one.
+    pub rest_s: u32,
     /// By the rehearsals of this drive, the networks that [`Learner::begin`] was given, and that
     /// correct the samples of this drive, navigate worse than none. Until the learner restarts.
     pub stored_harms: bool,

@@ -243,6 +243,10 @@ pub struct Health {
     pub residual: u16,
     /// Alignments in motion that were refused because the fixes contradicted them.
     pub refused_alignments: u32,
+    /// Rests from which the gyros were learnt.
+    pub rests: u32,
+    /// Time of the rest in progress, s; 0 without one.
+    pub rest_s: u32,
 }
 
 /// Bits of [`Health::faults`]: what is wrong now, not what once was.

@@ -120,6 +120,7 @@ export function alignment(s) {
     ["roll, pitch, heading", attitude && `${attitude.join(", ")} deg`],
     ["residual", l.residual ? `${fixed(l.residual, 2)} (1 is as expected)` : null],
     ["refused alignments", l.refused_alignments],
+    ["rests", l.rest_s ? `${l.rests}, at rest for ${l.rest_s} s` : l.rests],
     ["chosen", s.trials?.each[l.winner]?.name ?? `hypothesis ${l.winner}`],
     ["fixes", `${l.used_fixes} used, ${l.refused_fixes} refused`],
     ["promotions", `${l.promotions}, given up ${l.rollbacks}`],

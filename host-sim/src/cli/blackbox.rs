@@ -84,7 +84,8 @@ fn value(what: What, value: u32) -> String {
         (What::Stage, _) => stage.map(|(_, name)| *name),
         (What::Start, 0) => Some("with blank memory"),
         (What::Start, 1) => Some("after a reset"),
-        (What::Alignment, 1) => Some("begun"),
+        (What::Alignment | What::Rest, 1) => Some("begun"),
+        (What::Rest, 0) => Some("over"),
         (What::Alignment, 2) => Some("finished"),
         _ => None,
     };

@@ -27,9 +27,11 @@ pub enum What {
     Configured,
     /// The box was released.
     Released,
+    /// A rest from which the gyros are learnt: 1 begun, 0 over.
+    Rest,
 }
 
-const ALL: [What; 10] = [
+const ALL: [What; 11] = [
     What::Start,
     What::Faults,
     What::Mode,
@@ -40,6 +42,7 @@ const ALL: [What; 10] = [
     What::Fix,
     What::Configured,
     What::Released,
+    What::Rest,
 ];
 
 /// One event: number u32, time u32 in ms, value u32, what u8, 0, and the sum of these 14 bytes u16.

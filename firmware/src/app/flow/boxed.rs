@@ -43,6 +43,15 @@ impl Flow<'_> {
         self.blackbox.event(What::Nets, first.to_bits());
     }
 
+    /// A rest has begun or is over.
+    pub(super) fn note_rest(&mut self) {
+        let rests = self.learning.answer().is_some_and(|of| of.rest.is_some());
+        if rests != self.session.rests {
+            self.session.rests = rests;
+            self.blackbox.event(What::Rest, rests.into());
+        }
+    }
+
     /// The state for a page, after the frame that begins it; `frames`: they are being read.
     pub fn key(&self, at_us: u64, stage: Stage, format: ImuFormat) -> Key {
         let floats = self.corrector.floats;

@@ -98,6 +98,7 @@ impl Flow<'_> {
         let zero = correction.is_some_and(|c| c.state.is_zero());
         self.corrector.block = Some(*block);
         self.learning.end_block();
+        self.note_rest();
         self.health
             .flag(fault::LEARNER, self.learning.port.is_stopped());
         self.judge(block);

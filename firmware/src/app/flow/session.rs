@@ -20,6 +20,8 @@ pub(in crate::app) struct Session {
     pub stands: Option<(bool, u64)>,
     /// With activation `FirstRest`: the first rest since power-on.
     pub first_rest: FirstRest,
+    /// A rest teaches, by the answer in force.
+    pub rests: bool,
     /// Latitude of the last fix, rad.
     pub latitude: Option<f64>,
 }
@@ -35,6 +37,7 @@ impl Session {
             stood: false,
             stands: None,
             first_rest: FirstRest::default(),
+            rests: false,
             latitude: None,
         }
     }

@@ -160,6 +160,8 @@ pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {
         heading_sigma: rounded(report.heading_sigma * 1e3),
         residual: rounded(report.residual * 100.0).unwrap_or(u16::MAX),
         refused_alignments: report.refused_alignments,
+        rests: report.rests,
+        rest_s: report.rest_s,
     }
 }
 

@@ -169,6 +169,8 @@ impl Learner for FixLearner<'_> {
             navigates: self.navigation.course.navigates(),
             still_s: self.navigation.align.as_ref().map_or(0, Align::still),
             antenna: self.memory.antenna.known(),
+            rests: self.motion.rests.number(),
+            rest_s: self.rest_s(),
             stored_harms: self.memory.bank.takes_part(STORED)
                 && self.memory.rehearsal.harms(STORED),
             ..self.aligned()

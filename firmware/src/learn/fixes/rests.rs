@@ -71,6 +71,8 @@ pub(super) struct Rests {
     doubt: f32,
     /// Before the first rest: mean and variance of each gyro's error.
     before: Option<[V32; 2]>,
+    /// Rests that have taught.
+    number: u32,
     /// Time since the last fix, and since the last observation of the velocity, s.
     since_fix_s: f32,
     since_zero_s: f32,
@@ -96,6 +98,11 @@ struct News {
 }
 
 impl Rests {
+    /// Rests that have taught.
+    pub fn number(&self) -> u32 {
+        self.number
+    }
+
     /// Time since the last fix, s.
     pub fn since_fix_s(&self) -> f32 {
         self.since_fix_s
@@ -125,6 +132,9 @@ impl Rests {
         let more = information - self.information;
         if !(more > (MORE - 1.0) * self.information && information.is_finite()) {
             return None;
+        }
+        if self.information == 0.0 {
+            self.number = self.number.saturating_add(1);
         }
         let news = |i: usize| (information * mean[i] - self.information * self.mean[i]) / more;
         let errors = core::array::from_fn(news);
@@ -197,6 +207,12 @@ impl FixLearner<'_> {
             }
         }
         by
+    }
+
+    /// Time of the rest in progress, s; 0 without one.
+    pub(super) fn rest_s(&self) -> u32 {
+        let rest = self.navigation.align.as_ref().and_then(Align::rest);
+        rest.map_or(0, |rest| rest.stood_s as u32)
     }
 
     /// What the rest in progress has taught.

@@ -220,6 +220,8 @@ mod tests {
         heading_sigma_deg: None,
         residual: 0.0,
         refused_alignments: 0,
+        rests: 0,
+        rest_s: 0,
     };
     const SETTLED: Settled = Settled {
         activation: Some(Activation::NextPowerOn),

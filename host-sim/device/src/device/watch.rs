@@ -84,6 +84,10 @@ pub struct Learner {
     pub residual: f64,
     /// Alignments in motion that were refused because the fixes contradicted them.
     pub refused_alignments: u32,
+    /// Rests from which the gyros were learnt.
+    pub rests: u32,
+    /// Time of the rest in progress, s.
+    pub rest_s: u32,
 }
 
 impl From<&Health> for Learner {
@@ -101,6 +105,8 @@ impl From<&Health> for Learner {
                 .map(|mrad| (f64::from(mrad) * 1e-3).to_degrees()),
             residual: f64::from(health.residual) / 100.0,
             refused_alignments: health.refused_alignments,
+            rests: health.rests,
+            rest_s: health.rest_s,
         }
     }
 }

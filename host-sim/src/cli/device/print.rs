@@ -283,6 +283,15 @@ fn learner_lines(text: &mut String, learner: &Learner) {
         "alignment      heading by {}, {sigma}, residual {:.2} (1 is as expected), {} refused",
         learner.way, learner.residual, learner.refused_alignments
     );
+    let now = match learner.rest_s {
+        0 => String::new(),
+        seconds => format!(", at rest for {seconds} s"),
+    };
+    let _ = writeln!(
+        text,
+        "rests          {} taught the gyros{now}",
+        learner.rests
+    );
 }
 
 /// Lever arm and delay with their standard deviations.

@@ -146,7 +146,8 @@ fn the_axle_may_be_elsewhere() {
 #[test]
 fn slip_is_refused() {
     let [good, ..] = after(TOWN, MOUNTED, Some(GRIPS));
-    let slips: [(fn(f64) -> f64, f64); 4] = [
+    type Slip = fn(f64) -> f64;
+    let slips: [(Slip, f64); 4] = [
         (|t| if t % 20.0 < 5.0 { 1.5 } else { 1.0 }, 30.0),
         (|t| if t % 20.0 < 2.0 { 0.0 } else { 1.0 }, 30.0),
         (|t| if t % 100.0 < 50.0 { -1.0 } else { 1.0 }, 30.0),
