@@ -4,6 +4,7 @@ use firmware::control::Reason;
 use firmware::control::recording::Order;
 use firmware::fix::Heading;
 use firmware::model::IMAGES_LEN;
+use firmware::wheels::WheelSpeed;
 use firmware::wire::command::{
     MAX_CHUNK, MAX_PACKET, Provision, Request, Response, WIRE_VERSION, encode, fault,
 };
@@ -327,6 +328,10 @@ fn requests() {
         Request::GetSolution,
         Request::GetTrials,
         Request::GetProgress,
+        Request::WheelSpeed(WheelSpeed {
+            speed: 0.0,
+            age_ms: 0,
+        }),
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");
@@ -369,7 +374,7 @@ fn answers_and_reasons() {
         .collect();
     let answers = variants::<Response>(&zeros);
     let reasons = variants::<Reason>(&zeros);
-    assert_eq!((answers.len(), reasons.len()), (19, 21));
+    assert_eq!((answers.len(), reasons.len()), (19, 22));
     for (n, name) in answers.iter().enumerate() {
         assert_eq!(rows(&format!("{name}, {n}")).len(), 1, "{name}, {n}");
     }
