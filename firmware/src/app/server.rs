@@ -294,7 +294,8 @@ impl Server {
 
     /// Takes another key, which the board stores at once with what is in use. A device without one
     /// takes its first key for a minute after power-on: later anybody at the command link could
-    /// lock its owner out. No record from before is left: else a device whose newest record is damaged would go back to another key or none.
+    /// lock its owner out. No record from before is left: else a device whose newest record is
+    /// damaged would go back to another key or none.
     fn provision(
         &mut self,
         with: &Provision,

@@ -137,8 +137,8 @@ fn a_gap_ends_it() {
     assert_eq!(detector.seconds(), 0);
 }
 
-/// An engine that shakes a car as much as the road does: a rest where the wheels show it. Wheels that
-/// turn end it.
+/// An engine that shakes a car as much as the road does: a rest where the wheels show it. Wheels
+/// that turn end it.
 #[test]
 fn wheels_show_rests_that_shake() {
     let (road, engine) = ([1.5e-3, 0.1], [4e-3, 0.3]);

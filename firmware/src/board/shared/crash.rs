@@ -5,8 +5,8 @@
 //!
 //! The entries first move the stack pointer to the top of the stack: after an overflow there is no
 //! stack to run on, and nobody returns to what was there. What the core has stacked is read before,
-//! if the stack pointer is within the stack. If it is not, the stack has overflowed; so it has if the
-//! bus fault is just below it ([`overflowed`]).
+//! if the stack pointer is within the stack. If it is not, the stack has overflowed; so it has if
+//! the bus fault is just below it ([`overflowed`]).
 #![allow(
     unsafe_code,
     reason = "memory over a reset; each block says why it is sound"

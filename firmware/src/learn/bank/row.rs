@@ -1,5 +1,5 @@
-//! Observations of a gyro's error, which a rest shows, and of the velocity along the vehicle's axes,
-//! which its wheels show. Both depend on several of the navigator's errors.
+//! Observations of a gyro's error, which a rest shows, and of the velocity along the vehicle's
+//! axes, which its wheels show. Both depend on several of the navigator's errors.
 
 use super::hypothesis::Hypothesis;
 use super::{Bank, Gates, NAV};
@@ -30,8 +30,8 @@ impl<T: Real> Row<T> {
 }
 
 impl<T: Real> Bank<T> {
-    /// A rest has shown the errors of the gyros. They score and teach as a fix does, and are refused
-    /// as outliers as its components are.
+    /// A rest has shown the errors of the gyros. They score and teach as a fix does, and are
+    /// refused as outliers as its components are.
     #[inline(never)]
     pub fn rest(&mut self, shown: &[Row<T>; AXES]) {
         let Gates {

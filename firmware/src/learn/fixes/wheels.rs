@@ -1,8 +1,8 @@
 //! What the speed of the wheels shows: that the vehicle stands, and its velocity in its own axes.
 //!
 //! The axle that does not steer moves along its wheels, not to the side and not up. With the
-//! sensors' rate `w` and the lever arm `l` to that axle, and forward, right and down as unit vectors
-//! `u` in the sensors' axes:
+//! sensors' rate `w` and the lever arm `l` to that axle, and forward, right and down as unit
+//! vectors `u` in the sensors' axes:
 //!
 //! ```text
 //! p = C_est' v_est + w x l

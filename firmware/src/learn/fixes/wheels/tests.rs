@@ -58,8 +58,8 @@ fn tunnel(drive: &mut Drive, wheels: Option<Odometer>, [with, without]: [u32; 2]
     drive.seconds(without);
 }
 
-/// Root mean square of the errors of position and velocity at the end of a tunnel, m and m/s, and of
-/// the gyros' errors in standard deviations.
+/// Root mean square of the errors of position and velocity at the end of a tunnel, m and m/s, and
+/// of the gyros' errors in standard deviations.
 fn after(road: Road, mounted: Mounted, wheels: Option<Odometer>) -> [f64; 3] {
     let mut squares = [0.0; 3];
     for seed in 0..6 {

@@ -10,9 +10,9 @@
 //! B stands before the map, because a rotation of all axes then leaves it as it is.
 //!
 //! The 12 unknowns and gravity have a prior that is wide for every sensor ([`PRIOR`]). The
-//! posterior mean and covariance come from Gauss-Newton steps, so a combination that the rests do not show
-//! keeps its prior standard deviation. One such combination is the common rotation of the three
-//! axes, which gravity's amount does not show: M comes out symmetric. Only known attitudes
+//! posterior mean and covariance come from Gauss-Newton steps, so a combination that the rests do
+//! not show keeps its prior standard deviation. One such combination is the common rotation of the
+//! three axes, which gravity's amount does not show: M comes out symmetric. Only known attitudes
 //! (`placement`: the sensor's axes vertical within a standard deviation) show it.
 
 mod sheet;
