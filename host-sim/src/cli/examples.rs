@@ -217,6 +217,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "device heading",
         &["device --port /dev/ttyUSB2 heading 184.2 --sigma 0.5"],
     ),
+    ("device wheels", &["device --port /dev/ttyUSB2 wheels"]),
     (
         "device blackbox",
         &["device --port /dev/ttyUSB2 blackbox -o box.bin"],
