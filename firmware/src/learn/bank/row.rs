@@ -10,7 +10,7 @@ use lrnn_nostd::learn::kalman::{Innovation, OUTPUTS, TRIADS};
 /// Axes of the gyros, and of the vehicle.
 pub(super) const AXES: usize = OUTPUTS / TRIADS;
 
-/// An observation: what it should be by the truth is 0.
+/// An observation of several errors together.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<T = f32> {
     /// Of a gyro at rest, its error by the mean rate, less the Earth's rotation by the navigator's

@@ -5,9 +5,10 @@
 use super::{FixLearner, Memory};
 use crate::compensator::{Compensator, Limit};
 use crate::fix::{Fix, OBSERVATIONS, Position};
+use crate::learn::prior::Datasheet;
 use crate::learn::{Learner, Settings};
 use crate::model::Nets;
-use crate::nav;
+use crate::nav::{self, Noise as SensorNoise};
 use crate::sample::{Counts, Lsb, RawSample};
 use crate::wheels::WheelSpeed;
 
@@ -160,6 +161,22 @@ impl Noise {
     }
     fn vector(&mut self, sigma: f64) -> V {
         [(); 3].map(|()| sigma * self.next())
+    }
+}
+
+/// A consumer MEMS unit of 0.5 deg/s.
+pub fn mems() -> Settings {
+    Settings {
+        sheet: Datasheet {
+            scale: Settings::MEDIUM.sheet.scale,
+            misalignment: Settings::MEDIUM.sheet.misalignment,
+            ..Datasheet::land_vehicle(8.7e-3, 0.1)
+        },
+        noise: SensorNoise {
+            gyro: 5e-5,
+            accel: 7e-4,
+        },
+        ..Settings::MEDIUM
     }
 }
 

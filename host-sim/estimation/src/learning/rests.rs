@@ -72,7 +72,7 @@ impl Detector {
     }
 
     /// The same with wheels whose speed is reported once a second, and which stand below
-    /// [`STANDS_MPS`].
+    /// 0.1 m/s.
     #[must_use]
     pub fn with_wheels(settings: &Settings, lsb: Lsb, dt: f64) -> Self {
         Self {

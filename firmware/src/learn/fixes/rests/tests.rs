@@ -1,9 +1,7 @@
 use super::*;
 use crate::learn::fixes::Memory;
-use crate::learn::fixes::drive::{Drive, Receiver, Road};
-use crate::learn::prior::Datasheet;
+use crate::learn::fixes::drive::{Drive, Receiver, Road, mems};
 use crate::learn::{Learner, Settings};
-use crate::nav::Noise;
 
 const PARKED: Road = Road {
     speed: |_| 0.0,
@@ -39,21 +37,6 @@ const PERFECT: [[f64; 3]; 2] = [[0.0; 3]; 2];
 const MEMS: [[f64; 3]; 2] = [[6e-3, -9e-3, 4e-3], [0.1, -0.06, 0.08]];
 const LASER: [[f64; 3]; 2] = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
 const EARTH: f64 = 7.292e-5;
-
-fn mems() -> Settings {
-    Settings {
-        sheet: Datasheet {
-            scale: Settings::MEDIUM.sheet.scale,
-            misalignment: Settings::MEDIUM.sheet.misalignment,
-            ..Datasheet::land_vehicle(8.7e-3, 0.1)
-        },
-        noise: Noise {
-            gyro: 5e-5,
-            accel: 7e-4,
-        },
-        ..Settings::MEDIUM
-    }
-}
 
 fn memory() -> Box<Memory> {
     Box::new(Memory::ZEROED)

@@ -1,10 +1,8 @@
 use super::*;
 use crate::fix::{NOT_MEASURED, OBSERVATIONS};
 use crate::learn::fixes::Memory;
-use crate::learn::fixes::drive::{Drive, Odometer, Receiver, Road};
-use crate::learn::prior::Datasheet;
+use crate::learn::fixes::drive::{self, Drive, Odometer, Receiver, Road};
 use crate::learn::{Learner, Settings};
-use crate::nav::Noise;
 
 const NONE: Receiver = Receiver {
     sigmas: [NOT_MEASURED; OBSERVATIONS],
@@ -36,17 +34,8 @@ const TOWN: Road = Road {
 
 fn mems(mounted: Mounted) -> Settings {
     Settings {
-        sheet: Datasheet {
-            scale: Settings::MEDIUM.sheet.scale,
-            misalignment: Settings::MEDIUM.sheet.misalignment,
-            ..Datasheet::land_vehicle(8.7e-3, 0.1)
-        },
-        noise: Noise {
-            gyro: 5e-5,
-            accel: 7e-4,
-        },
         wheels: Some(mounted),
-        ..Settings::MEDIUM
+        ..drive::mems()
     }
 }
 
