@@ -35,11 +35,13 @@ pub struct Args {
     json: JsonOption,
 }
 
+/// The file of the wheels, which only a scenario with wheels has.
+const WHEELS: &str = "wheels.csv";
 /// The files that are written.
 const FILES: [&str; 7] = [
     "imu.csv",
     "gnss.csv",
-    "wheels.csv",
+    WHEELS,
     "truth.csv",
     "temperature.csv",
     "unit.toml",
@@ -72,7 +74,11 @@ impl Args {
         generic::write(&record, Some(scenario.unit()), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
         generic::write_readings(&session, &self.out.join("temperature.csv"))?;
-        let of = WrittenRecording::of(&self.out, &FILES, &record, record.fixes.len(), &[]);
+        let written: Vec<_> = FILES
+            .into_iter()
+            .filter(|name| *name != WHEELS || !record.wheels.is_empty())
+            .collect();
+        let of = WrittenRecording::of(&self.out, &written, &record, record.fixes.len(), &[]);
         self.json.write(&of)?;
         drop(shown);
         println!(

@@ -154,6 +154,10 @@ const OTHERS: &[(&str, &str)] = &[
         "needs a device with a place for its key",
     ),
     ("unit six-position", "needs rests in six attitudes"),
+    (
+        "device wheels",
+        "needs a device with wheels, and standard input",
+    ),
     ("serve", "is a program of its own: host-sim/live/tests"),
 ];
 
