@@ -83,7 +83,8 @@ fn table(fit: &Fit, gyro: &[[f64; 3]; 2], scales: &[Option<[f64; 2]>; 3]) -> Tab
 fn lines(positions: &[Position], fit: &Fit) -> Vec<String> {
     let [before, after] = fit.left.map(|f| f / UG);
     let mut lines = vec![format!(
-        "{} rests. The force differs from gravity by {before:.0} ug before, {after:.0} ug after (rms).",
+        "{} rests. The force differs from gravity by {before:.0} ug before, {after:.0} ug after \
+         (rms).",
         positions.len()
     )];
     let names = ["+x", "-x", "+y", "-y", "+z", "-z"];

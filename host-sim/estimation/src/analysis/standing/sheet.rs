@@ -187,7 +187,8 @@ impl Triad<'_> {
         if let Some((of, c)) = walk {
             let value = self.high_seen("K").max(floor.unwrap_or_default());
             let source = format!(
-                "measured: walk of {} in an hour on the worst axis in {} at rest; upper end of 95 %",
+                "measured: walk of {} in an hour on the worst axis in {} at rest; \
+                 upper end of 95 %",
                 short(c.value),
                 lasting(of.duration_s)
             );
