@@ -15,6 +15,7 @@ mod considered;
 mod gates;
 mod hypothesis;
 mod row;
+mod scales;
 mod table;
 mod update;
 

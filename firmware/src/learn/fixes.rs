@@ -162,15 +162,16 @@ impl<'m> FixLearner<'m> {
         }
     }
 
-    /// The hypotheses begin but for [`STORED`], one by one, so that the stack holds one prior.
+    /// The hypotheses in the bits `which` begin but for [`STORED`], one by one, so that the stack
+    /// holds one prior.
     #[inline(never)]
-    fn begin_hypotheses(&mut self, stream: &StreamScale) {
+    fn begin_hypotheses(&mut self, which: u8, stream: &StreamScale) {
         let bank = &mut self.memory.bank;
         let mut of_unit = self.settings.sheet;
         of_unit.turn_on = self.remembered.base.turn_on(&self.settings.sheet);
         let block_s = f64::from(stream.block_s());
         for hypothesis in 0..HYPOTHESES {
-            if !bank.takes_part_as_stored(hypothesis) {
+            if which >> hypothesis & 1 == 1 && !bank.takes_part_as_stored(hypothesis) {
                 bank.begin_some(1 << hypothesis, &of_unit, &self.shapes, block_s, UNALIGNED);
             }
         }

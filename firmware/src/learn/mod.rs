@@ -83,6 +83,9 @@ pub struct Report {
     pub rests: u32,
     /// Time of the rest in progress, s; 0 without one.
     pub rest_s: u32,
+    /// The gyros' scale errors are so alike that the time base must be wrong:
+    /// [`bank::Bank::has_equal_scales`]. No map is learnt until the learner restarts.
+    pub equal_scales: bool,
     /// By the rehearsals of this drive, the networks that [`Learner::begin`] was given, and that
     /// correct the samples of this drive, navigate worse than none. Until the learner restarts.
     pub stored_harms: bool,

@@ -289,6 +289,9 @@ pub mod fault {
     /// The learner fell behind and was stopped. What is in force stays, and nothing is learnt until
     /// it begins again: with another mode, configuration, or start of the sensor.
     pub const LEARNER: u32 = 1 << 16;
+    /// The fixes show the same scale error, of more than 0.5 %, on all axes of the gyros: a wrong
+    /// time base, of the sensor or the board. No map is learnt.
+    pub const TIME_BASE: u32 = 1 << 17;
     /// The board does not run on the crystal that it was built for: its clock is the internal
     /// oscillator's, or the crystal has another value.
     pub const CLOCK: u32 = 1 << 24;

@@ -101,6 +101,8 @@ impl Flow<'_> {
         self.note_rest();
         self.health
             .flag(fault::LEARNER, self.learning.port.is_stopped());
+        let equal = self.learning.answer().is_some_and(|a| a.equal_scales);
+        self.health.flag(fault::TIME_BASE, equal);
         self.judge(block);
         self.promote(block);
         if self.learning.follows() {

@@ -74,6 +74,8 @@ pub struct Answer {
     pub still_s: u32,
     /// [`Report::navigates`].
     pub navigates: bool,
+    /// [`Report::equal_scales`].
+    pub equal_scales: bool,
     /// [`Report::stored_harms`].
     pub stored_harms: bool,
 }
@@ -110,6 +112,7 @@ impl Answer {
             learnt: learner.learnt(),
             still_s: report.still_s,
             navigates: report.navigates,
+            equal_scales: report.equal_scales,
             stored_harms: report.stored_harms,
         }
     }

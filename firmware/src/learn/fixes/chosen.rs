@@ -3,7 +3,7 @@
 use super::judged::{BETTER, DRIVES};
 use super::{FixLearner, Memory, Tally};
 use crate::learn::Winner;
-use crate::learn::bank::{STORED, ZERO_CORRECTION};
+use crate::learn::bank::{MAP, STORED, ZERO_CORRECTION};
 use crate::learn::quantise::split;
 use crate::learn::unit;
 use crate::model::Nets;
@@ -90,11 +90,21 @@ impl FixLearner<'_> {
         seconds >= LEAST_S && used >= LEAST_FIXES && refused <= used / REFUSED
     }
 
+    /// Whether the map takes part no longer: see [`crate::learn::bank::Bank::has_equal_scales`].
+    pub(super) fn has_equal_scales(&self) -> bool {
+        self.settings.gates.enabled >> MAP & 1 == 1 && !self.memory.bank.takes_part(MAP)
+    }
+
     /// Takes down what is known of the unit, if the drive teaches anything. Gives the number of
     /// bytes.
     pub(super) fn take_down(&mut self) -> usize {
         if !self.teaches() {
             return 0;
+        }
+        if self.has_equal_scales()
+            && let Some(stream) = self.samples.stream
+        {
+            self.begin_hypotheses(1 << MAP, &stream); // what it has learnt is not the unit's
         }
         let bank = &mut self.memory.bank;
         let (sheet, shapes, judged) = (

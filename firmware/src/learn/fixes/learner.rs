@@ -5,7 +5,7 @@ use crate::align::Align;
 use crate::compensator::Block;
 use crate::control::{Alignment, Reason};
 use crate::fix::{Fix, Heading};
-use crate::learn::bank::{STORED, ZERO_CORRECTION};
+use crate::learn::bank::{ALL, STORED, ZERO_CORRECTION};
 use crate::learn::prior::Shapes;
 use crate::learn::quantise::{Scale, split};
 use crate::learn::settings::Settings;
@@ -40,7 +40,7 @@ impl Learner for FixLearner<'_> {
         self.begin_stored();
         self.begin_shapes();
         (0..Shapes::<f32>::REACHES).for_each(|reach| self.shapes.reach(reach));
-        self.begin_hypotheses(&stream);
+        self.begin_hypotheses(ALL, &stream);
         self.begin_antenna();
         self.begin_known();
     }
@@ -171,6 +171,7 @@ impl Learner for FixLearner<'_> {
             antenna: self.memory.antenna.known(),
             rests: self.motion.rests.number(),
             rest_s: self.rest_s(),
+            equal_scales: self.has_equal_scales(),
             stored_harms: self.memory.bank.takes_part(STORED)
                 && self.memory.rehearsal.harms(STORED),
             ..self.aligned()

@@ -111,6 +111,9 @@ impl FixLearner<'_> {
         let (z, variance) = of_antenna.unwrap_or((z, variance));
         self.motion.rests.fix();
         let refused = bank.fix(&z, &variance, counts) != 0;
+        if bank.has_equal_scales() {
+            bank.give_up_map();
+        }
         rehearsal.start(bank);
         self.tally.refused = self.tally.refused.saturating_add(u32::from(refused));
         self.navigation.probation.fix(refused);

@@ -12,6 +12,8 @@ use crate::nav::tests::{LSB, SAMPLE_S, Steady, state};
 use crate::sample::RawSample;
 
 const RATE: u32 = 200;
+/// Turn-on biases of a drive, rad/s and m/s2.
+const BIASES: [[f64; 3]; 2] = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
 const SPEED_MPS: f64 = 20.0;
 const SIGMAS: [f32; OBSERVATIONS] = [5.0, 5.0, 5.0, 0.1, 0.1, 0.1];
 
@@ -212,8 +214,7 @@ fn what_is_configured_exactly_keeps_every_bit() {
         delay: 0.13,
         ..Receiver::GOOD
     };
-    let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
-    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, biases, 11);
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, receiver, BIASES, 11);
     drive.seconds(60);
     let nav = drive.learner.nav().unwrap();
     let position = [
@@ -251,8 +252,7 @@ fn maps_are_learnt() {
         axle: 0.0,
         ..Road::TOWN
     };
-    let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
-    let mut drive = Drive::new(&mut memory, settings, road, Receiver::GOOD, biases, 5);
+    let mut drive = Drive::new(&mut memory, settings, road, Receiver::GOOD, BIASES, 5);
     let true_maps = [
         [[2e-3, 0.0, 0.0], [0.0, -1.5e-3, 0.0], [0.0, 0.0, 1e-3]],
         [[-2e-3, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 0.0]],
@@ -282,6 +282,46 @@ fn maps_are_learnt() {
     assert_eq!(winner.nets.maps, maps);
 }
 
+/// The scale error that a wrong time base gives all gyros is reported, and is not learnt: what is
+/// remembered of the map is what is known of a new unit's. Errors of sensors are learnt, even where
+/// the axes agree in their sign.
+#[test]
+fn a_wrong_time_base_is_not_learnt() {
+    use super::drive::{Drive, Receiver, Road};
+    use crate::learn::bank::{MAP, REMEMBERED};
+    let after = |scales: [f64; 3]| {
+        let mut memory = memory();
+        let mut settings = Settings::MEDIUM;
+        (settings.sheet.scale, settings.sheet.misalignment) = ([1e-2; 2], [1e-3; 2]);
+        let road = Road {
+            sway: 0.3,
+            axle: 0.0,
+            ..Road::TOWN
+        };
+        let mut drive = Drive::new(&mut memory, settings, road, Receiver::GOOD, BIASES, 5);
+        for (i, scale) in scales.into_iter().enumerate() {
+            drive.ratios[0][i][i] = scale;
+        }
+        drive.seconds(1500);
+        let learner = &mut drive.learner;
+        assert!(learner.remember() > 0);
+        let (equal, took_part) = (
+            learner.report().equal_scales,
+            learner.bank().takes_part(MAP),
+        );
+        assert_ne!(equal, took_part);
+        let [biases, driven, curved, _] = REMEMBERED;
+        let map = &learner.remembered.unit.values()[biases + driven + curved..][..24];
+        (equal, map.iter().all(|value| *value == 0.0))
+    };
+    for of_clock in [1e-2, -8e-3] {
+        assert_eq!(after([of_clock; 3]), (true, true), "{of_clock}");
+    }
+    for of_sensors in [[1e-2, 6e-3, 3e-3], [1e-2, -1e-2, 1e-2], [3e-3; 3]] {
+        assert_eq!(after(of_sensors), (false, false), "{of_sensors:?}");
+    }
+}
+
 /// What was known at power-on is judged by what is known at the end of a drive: memory that was
 /// right is less wrong than none, which is wrong by the whole estimate.
 #[test]
@@ -289,9 +329,8 @@ fn memory_is_judged_by_what_the_next_drive_shows() {
     use super::drive::{Drive, Receiver, Road};
     use super::judged::Judged;
     let mut memory = memory();
-    let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
     let settings = Settings::MEDIUM;
-    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, biases, 5);
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, BIASES, 5);
     drive.seconds(2400);
     let learner = &mut drive.learner;
     assert!(learner.remember() > 0);
@@ -336,9 +375,8 @@ fn memory_is_judged_by_what_the_next_drive_shows() {
 fn a_drive_counts_once_however_often_the_learner_begins() {
     use super::drive::{Drive, Receiver, Road};
     let mut memory = memory();
-    let biases = [[2e-6, -1.5e-6, 1e-6], [3e-3, -4e-3, 2e-3]];
     let settings = Settings::MEDIUM;
-    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, biases, 5);
+    let mut drive = Drive::new(&mut memory, settings, Road::TOWN, Receiver::GOOD, BIASES, 5);
     drive.seconds(2400);
     assert!(drive.learner.remember() > 0);
     let once = drive.learner.remembered.unit.head;

@@ -130,6 +130,12 @@ pub const FAULTS: [Fault; 22] = [
         "lower the sensor's rate or the receiver's, then set the mode bypass and learn again",
     ),
     row(
+        fault::TIME_BASE,
+        "TIME_BASE",
+        "all gyro axes have the same scale error, more than 0.5 %: the time base is wrong; no map is learnt",
+        "measure the sensor's sample rate, and enter it as rate_hz in the unit's file",
+    ),
+    row(
         fault::CLOCK,
         "CLOCK",
         "the board does not run on the crystal that it was built for, so its times may be wrong",
