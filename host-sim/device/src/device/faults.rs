@@ -26,7 +26,7 @@ const fn row(mask: u32, name: &'static str, says: &'static str, remedy: &'static
 }
 
 /// All faults.
-pub const FAULTS: [Fault; 22] = [
+pub const FAULTS: [Fault; 23] = [
     row(
         fault::SILENT,
         "SILENT",
