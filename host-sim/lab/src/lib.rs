@@ -6,3 +6,10 @@
 pub mod abuse;
 pub mod campaign;
 pub mod experiment;
+
+/// Version of the program and of the device's learner, on which results depend.
+#[must_use]
+pub fn version() -> String {
+    let learner = firmware::learn::VERSION;
+    format!("{}, learner {learner}", env!("CARGO_PKG_VERSION"))
+}

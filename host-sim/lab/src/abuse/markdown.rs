@@ -36,6 +36,7 @@ pub fn markdown(command: &str, csv: &str, times: &Times, all: &[Summary]) -> Str
     let values = [
         ("command", command.to_owned()),
         ("csv", csv.to_owned()),
+        ("version", crate::version()),
         ("standstill", times.standstill_s.to_string()),
         ("aided", times.aided_s.to_string()),
         ("free", times.free_s.to_string()),

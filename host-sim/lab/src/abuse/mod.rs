@@ -181,7 +181,7 @@ impl Abuse {
             .collect();
         format!(
             "{}|{}|{:?}|{:?}|{:?}|{:?}",
-            env!("CARGO_PKG_VERSION"),
+            crate::version(),
             cases.join("|"),
             self.sensors,
             self.computers,

@@ -392,7 +392,7 @@ impl Campaign {
         format!(
             "{}|{:?}|{:?}|{RATE_HZ}|{GATHER}|{STANDSTILL_S}|{AIDED_S}|{FREE_S}|{DEVICE}|{:?}|\
              {}|{:?}",
-            env!("CARGO_PKG_VERSION"),
+            crate::version(),
             self.scenario,
             self.setting(),
             self.models,

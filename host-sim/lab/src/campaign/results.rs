@@ -33,7 +33,7 @@ pub fn results(
     TEMPLATE
         .replace("{command}", command)
         .replace("{runs}", &runs.to_string())
-        .replace("{version}", env!("CARGO_PKG_VERSION"))
+        .replace("{version}", &crate::version())
         .replace("{fingerprint}", &super::fingerprint(&campaign.fingerprint))
         .replace("{medians}", &medians(&last))
         .replace("{goals}", &goals(&last))

@@ -13,7 +13,7 @@ pub fn markdown(command: &str, summaries: &[Summary]) -> String {
     let of = |goal: Goal| summaries.iter().filter(move |s| s.goal == goal);
     TEMPLATE
         .replace("{command}", command)
-        .replace("{version}", env!("CARGO_PKG_VERSION"))
+        .replace("{version}", &crate::version())
         .replace("{seeds}", &seeds.to_string())
         .replace("{journey}", &format!("{:.0}", JOURNEY_S / 60.0))
         .replace("{classes}", &classes(summaries))
