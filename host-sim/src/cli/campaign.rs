@@ -61,8 +61,9 @@ pub struct Args {
     /// JOB_COMPLETION_INDEX
     #[arg(long, value_name = "I/N")]
     shard: Option<String>,
-    /// Further units on which the classical filters are tuned for each error group
-    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    /// Further units on which the classical filters are tuned for each error group. 0: they are
+    /// not tuned, and know how much the simulation changes at a power-on
+    #[arg(long, default_value_t = 12, value_parser = clap::value_parser!(u32).range(0..=1000))]
     tuning_units: u32,
     /// Schemes, separated by commas [default: all]
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]

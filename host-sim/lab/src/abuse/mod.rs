@@ -35,13 +35,15 @@ pub use markdown::{csv, markdown};
 pub use names::{Activation, Computer, Sensor};
 pub use run::{Judged, Teach, fix_learner};
 pub use summary::{LIMITS, Summary, summarise};
+pub use table::at_power_on;
 pub use times::{RECOVERY_S, Times};
 
-use crate::campaign::runs::{Runs, Stamp, gathered, same_stamp};
+use crate::campaign::runs::{Runs, Stamp, apart, gathered, same_stamp};
 use host_core::error::Error;
 use motion::Motion;
 use rayon::prelude::*;
 use run::Bench;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -191,11 +193,31 @@ impl Abuse {
     }
 }
 
-/// All rows in the directories of the shards of one command.
+/// All rows in the directories of shards, of one command or of several with other rows.
 ///
 /// # Errors
-/// Directories that are not of `abuse` or do not belong together; broken files.
+/// Directories that are not of `abuse`, are of other versions or have the same rows; broken files.
 pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Vec<Judged>, Error> {
-    same_stamp(dirs, &STAMP)?;
-    gathered(dirs)
+    let mut commands: BTreeMap<String, Vec<&Path>> = BTreeMap::new();
+    for dir in dirs {
+        let stamp = same_stamp(&[dir], &STAMP)?;
+        let version = stamp.split('|').next();
+        let same = |other: &String| other.split('|').next() == version;
+        if !commands.keys().all(same) {
+            return Err(apart(dir.as_ref(), "holds runs of another version"));
+        }
+        commands.entry(stamp).or_default().push(dir.as_ref());
+    }
+    let mut rows: Vec<Judged> = Vec::new();
+    let mut known = HashSet::new();
+    for dirs in commands.values() {
+        for row in gathered::<Judged>(dirs)? {
+            let of = (row.case.clone(), row.sensor, row.computer, row.activation);
+            if !known.insert((of, row.run)) {
+                return Err(apart(dirs[0], "holds runs that are there already"));
+            }
+            rows.push(row);
+        }
+    }
+    Ok(rows)
 }

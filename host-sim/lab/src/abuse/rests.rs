@@ -2,7 +2,7 @@
 
 use super::names::{Activation, Sensor};
 use super::summary::Summary;
-use super::table::{AT_POWER_ON, PARTS};
+use super::table::at_power_on;
 use std::fmt::Write;
 
 /// Classes of sensors with errors, and the same without errors.
@@ -15,11 +15,7 @@ const CLASSES: [(Sensor, Sensor); 3] = [
 /// The tables.
 pub(super) fn tables(all: &[Summary]) -> String {
     let mut out = String::new();
-    let parts = PARTS.iter().filter(|(heading, _)| *heading == AT_POWER_ON);
-    let names: Vec<&str> = parts
-        .flat_map(|(_, rows)| *rows)
-        .map(|row| row.name)
-        .collect();
+    let names: Vec<&str> = at_power_on().collect();
     for (errs, perfect) in CLASSES {
         let of = |sensor: Sensor| {
             let of = all.iter().filter(move |of| of.sensor == sensor);

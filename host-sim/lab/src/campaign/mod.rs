@@ -377,6 +377,14 @@ impl Campaign {
             .collect()
     }
 
+    /// Names of the unit and the vehicle.
+    fn simulated(&self) -> Simulated {
+        Simulated {
+            unit: self.scenario.unit_name.clone(),
+            vehicle: self.scenario.vehicle_name.to_string(),
+        }
+    }
+
     /// The common setting of all its runs.
     fn setting(&self) -> Setting {
         Setting {

@@ -158,11 +158,11 @@ pub(super) fn parse<T: DeserializeOwned>(file: &Path) -> Result<T, Error> {
 }
 
 /// The error of a directory that cannot be merged with those before it.
-pub(super) fn apart(dir: &Path, holds: &str) -> Error {
+pub(crate) fn apart(dir: &Path, holds: &str) -> Error {
     Error::Option {
         option: dir.display().to_string(),
         problem: format!("{holds}, unlike the directory before it"),
-        remedy: "merge only what one command with --shard has left".into(),
+        remedy: "merge only what commands of one version have left, each once".into(),
     }
 }
 

@@ -2,6 +2,7 @@
 //! training units that no campaign judges.
 
 use super::causes::Size;
+use super::memory::REMEMBERING;
 use super::schemes::{Case, FILTERS, Tuned, filtered, none, nones, rnn_increments};
 use super::statistics::median;
 use super::turn_on;
@@ -24,6 +25,14 @@ const WALKS: [f64; 13] = [
 const FACTORS: [f64; 11] = [
     0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0,
 ];
+/// Without a search: noise of the filter without a model, which a search chooses in most groups,
+/// and the shares of the variances that are new at a turn-on.
+const UNTUNED_NONE: f64 = 10.0;
+const KNOWN: TurnOn = TurnOn {
+    gyro: 0.005,
+    accel: 0.005,
+    law: 0.001,
+};
 /// Number of the first unit to train on: far above any run's.
 pub(super) const FIRST_UNIT: u32 = 4_000_000_000;
 
@@ -89,6 +98,9 @@ impl Tuning {
         imu: &ImuSpec,
         progress: &(dyn Fn() + Sync),
     ) -> Result<Self, Error> {
+        if campaign.tuning_units == 0 {
+            return Ok(Self::untuned(campaign));
+        }
         let units: Result<Vec<Vec<Tried>>, Error> = (0..campaign.tuning_units)
             .into_par_iter()
             .map(|k| {
@@ -123,14 +135,28 @@ impl Tuning {
         let mut tuning = Self {
             chosen: chosen.collect(),
             setting: campaign.setting(),
-            simulated: Simulated {
-                unit: campaign.scenario.unit_name.clone(),
-                vehicle: campaign.scenario.vehicle_name.to_string(),
-            },
+            simulated: campaign.simulated(),
             units: campaign.tuning_units,
         };
         turn_on::search(campaign, imu, &mut tuning, progress)?;
         Ok(tuning)
+    }
+
+    /// Without a search: the filters know as well as the simulation how much is new at a turn-on,
+    /// and allow for it exactly.
+    fn untuned(campaign: &Campaign) -> Self {
+        let tuned = Tuned {
+            none_factor: UNTUNED_NONE,
+            turn_on: [KNOWN; REMEMBERING.len()],
+            ..Tuned::default()
+        };
+        let models = campaign.measured();
+        Self {
+            chosen: models.iter().map(|model| (*model, tuned)).collect(),
+            setting: campaign.setting(),
+            simulated: campaign.simulated(),
+            units: 0,
+        }
     }
 
     /// Sets the share that is new at every turn-on for a filter with a memory.

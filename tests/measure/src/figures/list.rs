@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::{drive, measured, real};
+use super::{campaigns, drive, measured, real};
 use crate::{alone, beside, growth};
 
 /// A generated part of the pages.
@@ -62,16 +62,20 @@ pub const FIGURES: &[Figure] = &[
         name: "abuse",
         files: &["docs/ABUSE.md", "docs/ABUSE.csv"],
         what: "the device in a hostile world",
-        how: How::HostSim(&[
-            "abuse",
-            "--runs",
-            "6",
-            "--jobs",
-            "2",
-            "--results",
-            "docs/ABUSE.md",
-        ]),
-        takes: "hours; not measured",
+        how: How::Here(campaigns::abuse),
+        takes: "hours; what was interrupted goes on",
+        cheap: false,
+    },
+    Figure {
+        name: "memory",
+        files: &[
+            "docs/figures/memory.csv",
+            "docs/figures/memory-causes.csv",
+            "docs/figures/memory-vehicles.csv",
+        ],
+        what: "memory over power-offs beside classical filters",
+        how: How::Here(campaigns::memory),
+        takes: "hours; what was interrupted goes on",
         cheap: false,
     },
     Figure {

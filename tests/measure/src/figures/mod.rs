@@ -1,6 +1,7 @@
 //! `cargo xtask figures`: makes the tables and pictures of the pages again. The list of all
 //! of them is in `list`; a test finds a generated part or a picture that is not in it.
 
+mod campaigns;
 mod drive;
 mod list;
 mod measured;
@@ -181,6 +182,22 @@ mod tests {
         }
         for table in copied().expect("they can be read") {
             assert!(table.made_by.starts_with("Copied from `"), "{}", table.name);
+        }
+    }
+
+    /// Pages of measured results are of the present learner.
+    #[test]
+    fn results_are_of_the_present_learner() {
+        const PAGES: [&str; 5] = ["ABUSE", "MEMORY", "REAL", "RESULTS", "START"];
+        for page in PAGES {
+            let text = fs::read_to_string(workspace().join(format!("docs/{page}.md")));
+            let text = text.expect("a page");
+            let mut versions = text.lines().filter_map(tables::learner).peekable();
+            assert!(versions.peek().is_some(), "{page} names no learner");
+            for version in versions {
+                let remedy = "remedy: cargo xtask figures results abuse memory start real";
+                assert_eq!(version, firmware::learn::VERSION, "{page}; {remedy}");
+            }
         }
     }
 

@@ -89,8 +89,10 @@ fn write_unit(sessions: &Path, name: &str, unit: &str, folder: &str) -> Result<(
 fn paper(folder: &str, rows: &[Value]) -> String {
     let mut out = format!(
         "# `host-sim replay sessions --paper {}` on the drives of {folder}: horizontal error, m, \
-         median over the drives (least to most)\nscheme,same drive,second half,next drive\n",
-        PAPER.1
+         median over the drives (least to most), learner {}\n\
+         scheme,same drive,second half,next drive\n",
+        PAPER.1,
+        firmware::learn::VERSION
     );
     let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
     let mut schemes: Vec<String> = Vec::new();
@@ -124,7 +126,8 @@ fn paper(folder: &str, rows: &[Value]) -> String {
 fn csv(folder: &str, rows: &[Value], sessions: usize) -> String {
     let mut out = format!(
         "# `host-sim replay sessions` on {sessions} sessions of {folder}: median over the sessions \
-         of the median horizontal error, m\nfixes before,scheme,5 s,10 s,30 s,60 s\n"
+         of the median horizontal error, m, learner {}\nfixes before,scheme,5 s,10 s,30 s,60 s\n",
+        firmware::learn::VERSION
     );
     let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
     let mut seen: Vec<(String, String)> = Vec::new();

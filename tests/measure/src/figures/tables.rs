@@ -28,6 +28,28 @@ pub fn table(name: &str) -> Result<String> {
         _ => Ok(markdown(&of.header, of.rows.iter().cloned())),
     }
     .with_context(|| file(name))
+    .map(|table| table + &version(&of))
+}
+
+/// The learner that a table was measured with, and whether there is a newer one.
+fn version(of: &Committed) -> String {
+    let present = firmware::learn::VERSION;
+    match learner(&of.made_by) {
+        Some(version) if version < present => {
+            format!("\nMeasured with learner {version}; **the present one is {present}**.\n")
+        }
+        Some(version) => format!("\nMeasured with learner {version}.\n"),
+        None => String::new(),
+    }
+}
+
+/// The version of the learner that a text names.
+pub fn learner(text: &str) -> Option<u32> {
+    let (_, rest) = text
+        .split_once("learner ")
+        .filter(|(before, _)| before.ends_with(", ") || before.ends_with("with "))?;
+    let digits = rest.chars().take_while(char::is_ascii_digit);
+    digits.collect::<String>().parse().ok()
 }
 
 /// A page's text with the tables of the files, and how many there are.

@@ -48,6 +48,12 @@ pub fn part_of(case: &str) -> &'static str {
 /// Heading of the cases of the first rest.
 pub const AT_POWER_ON: &str = "At power-on";
 
+/// Names of the cases of the first rest.
+pub fn at_power_on() -> impl Iterator<Item = &'static str> {
+    let parts = PARTS.iter().filter(|(heading, _)| *heading == AT_POWER_ON);
+    parts.flat_map(|(_, rows)| *rows).map(|row| row.name)
+}
+
 /// Heading of the cases that are no single row.
 pub const COMBINED: &str = "Several at once, and with an end";
 
