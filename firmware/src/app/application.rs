@@ -353,7 +353,9 @@ impl<'m> App<'m> {
         if configuration.is_some_and(|configuration| configuration.receiver.pulse) {
             let pulses = &mut self.flow.heard.pulses;
             *pulses = pulses.saturating_add(1);
-            self.gnss.pulse.rose(at_us);
+            if let Some(second) = self.gnss.pulse.rose(at_us) {
+                self.flow.clock.pulse(second, at_us);
+            }
         }
     }
 
@@ -378,6 +380,9 @@ impl<'m> App<'m> {
         if self.flow.health.load.look(now, clock) {
             self.look_for_frames(now);
             self.upkeep.due = true;
+            self.flow
+                .clock
+                .sample(self.flow.sample(), self.link.heard_us);
         }
         if !self.link.framer.is_sound() {
             self.framer_anew();

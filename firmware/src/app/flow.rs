@@ -20,6 +20,7 @@ mod sound;
 mod still;
 
 use super::blackbox::{BlackBox, What};
+use super::clock::Clock;
 use super::config::Config;
 use super::health::Health;
 use crate::compensator::of_nets;
@@ -53,6 +54,8 @@ pub(super) struct Flow<'m> {
     pub pending: Keep,
     /// State of the receiver's stream.
     pub heard: Heard,
+    /// Times of the samples by the receiver's clock.
+    pub clock: Clock,
     pub blackbox: BlackBox<'m>,
 }
 
@@ -68,6 +71,7 @@ impl<'m> Flow<'m> {
             learning: Learning::new(),
             pending: Keep::default(),
             heard: Heard::default(),
+            clock: Clock::default(),
             blackbox: BlackBox::default(),
             config,
         }
@@ -91,6 +95,7 @@ impl<'m> Flow<'m> {
         self.continuity.restart();
         self.learning.restart();
         self.heard = Heard::default();
+        self.clock = Clock::default();
         if self.continuity.units == Units::Reported {
             self.config.sensor.stim300.config = stim300;
         }

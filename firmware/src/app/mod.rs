@@ -18,6 +18,7 @@
 
 mod application;
 pub mod blackbox;
+mod clock;
 mod config;
 mod counts;
 mod flow;

@@ -72,14 +72,17 @@ struct Rhythm {
 }
 
 impl TimePulse {
-    /// The line has risen at this time of the board's clock, microseconds.
+    /// The line has risen at this time of the board's clock, microseconds. Gives the receiver's
+    /// second of the week that it marks, if that is known.
     #[inline(never)]
-    pub fn rose(&mut self, at_us: u64) {
+    pub fn rose(&mut self, at_us: u64) -> Option<u32> {
         self.forget(at_us);
-        match &mut self.rhythm {
-            Some(rhythm) => rhythm.rose(at_us),
-            None => self.look_for(at_us),
-        }
+        let Some(rhythm) = &mut self.rhythm else {
+            self.look_for(at_us);
+            return None;
+        };
+        let second_ms = rhythm.rose(at_us).then_some(rhythm.second_ms)??;
+        Some(second_ms.unsigned_abs() / 1000)
     }
 
     /// Forgets the relation after too long a time without a pulse.
@@ -158,13 +161,13 @@ impl TimePulse {
 impl Rhythm {
     /// An edge. It counts if it is a whole number of periods after the last one. Half of what it is
     /// off goes into the phase and an eighth into the period, so that an edge that is there by
-    /// accident does not lead away from the true ones.
-    fn rose(&mut self, at_us: u64) {
+    /// accident does not lead away from the true ones. True: it counts.
+    fn rose(&mut self, at_us: u64) -> bool {
         let since = at_us.saturating_sub(self.last_us);
         let periods = (since + self.period_us / 2) / self.period_us.max(1);
         let expected = self.last_us + periods * self.period_us;
         if periods == 0 || at_us.abs_diff(expected) > NEAR_US {
-            return;
+            return false;
         }
         self.seen = self.seen.saturating_add(1).min(ENOUGH);
         let off = at_us.wrapping_sub(expected).cast_signed();
@@ -173,6 +176,7 @@ impl Rhythm {
         if let Some(second) = &mut self.second_ms {
             *second = (*second + 1000 * periods as i32) % WEEK_MS;
         }
+        true
     }
 
     /// All differences are seconds, a week of ms at most, so 32 bits hold them.

@@ -250,6 +250,7 @@ impl Server {
                 Some(progress) => return Response::Progress(progress),
                 None => Err(Reason::NotAvailable),
             },
+            Request::GetTimes => return Response::Times(flow.clock.times(now_us)),
             Request::GetBoard => return Response::Board(self.board(flow)),
             Request::GetReceiver => return Response::Receiver(flow.heard),
             Request::GetStore => return Response::Kept(self.kept),

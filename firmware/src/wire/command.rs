@@ -20,11 +20,13 @@ mod packets;
 mod reset;
 pub mod seal;
 mod security;
+mod times;
 
 pub use learning::{Progress, Solution, Trials};
 pub use packets::{Packets, decode, encode};
 pub use reset::{ClockSource, Crash, CrashKind, Crystal, LoopPhase, Reset, cause, unwell};
 pub use security::{Protection, Provision, Security};
+pub use times::{Sync, Times};
 
 use super::checksum::crc32_zlib;
 use super::receiver::Heard;
@@ -38,7 +40,7 @@ use seal::SEAL_LEN;
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 12;
+pub const WIRE_VERSION: u16 = 13;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, a
@@ -181,6 +183,8 @@ pub enum Request<'a> {
     GetProgress,
     /// Speed by the wheels, some ten times a second. Answer: done or refused.
     WheelSpeed(WheelSpeed),
+    /// Answer: [`Response::Times`].
+    GetTimes,
 }
 
 /// The versions of the device.
@@ -400,6 +404,8 @@ pub enum Response<'a> {
     Trials(Trials),
     /// To [`Request::GetProgress`].
     Progress(Progress),
+    /// To [`Request::GetTimes`].
+    Times(Times),
 }
 
 /// Memory of the unit from earlier drives, in the store.

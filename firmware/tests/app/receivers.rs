@@ -5,7 +5,7 @@ use crate::frames::{Fields, Kind};
 use firmware::app::Config;
 use firmware::configuration::{Configuration, Receiver, ReceiverProtocol};
 use firmware::fix::NOT_MEASURED;
-use firmware::wire::command::{Request, Response};
+use firmware::wire::command::{Request, Response, Sync, Times};
 use firmware::wire::receiver::{Heard, ReceiverFormat};
 use firmware::wire::ubx::Pvt;
 
@@ -94,6 +94,45 @@ fn rmc_gga(second: u64) -> Vec<u8> {
         )),
     ]
     .concat()
+}
+
+/// Through the lines: the receiver's time of the samples comes with the pulses and the fixes, stays
+/// while they are missing, and is that of the simulation to the step of a millisecond.
+#[test]
+fn samples_have_the_receivers_time() {
+    let mut bench = Bench::new(|receiver| {
+        receiver.protocol = ReceiverProtocol::Nmea;
+        receiver.pulse = true;
+    });
+    let mut states = Vec::new();
+    for second in 1..40 {
+        if second < 30 {
+            bench.pulses.push(1_000_000 * second + 123);
+        }
+        bench.send(1_000_000 * second + 100_000, &rmc_gga(second));
+        bench.run(1_000_000 * second + 900_000);
+        let times = bench.device.ask(&Request::GetTimes, |answer| match answer {
+            Response::Times(times) => times,
+            other => panic!("{other:?}"),
+        });
+        states.push(times.sync);
+        if times.sync == Sync::None {
+            assert_eq!(times, Times::default());
+            continue;
+        }
+        assert!(times.board_ppb.abs() < 2000, "{times:?}");
+        assert!((times.interval_ns - 5e6).abs() < 2e3, "{times:?}");
+        // sample n, from 0, at 5 n ms, and second 1 at 1.000123 s; 22 November 2026 is a Sunday
+        let at_us = 5000 * u64::from(times.sample) + 12 * 3600 * 1_000_000;
+        let off = (times.sample_us + 123).abs_diff(at_us);
+        assert!(off <= 1500, "{off} {times:?}");
+    }
+    let count = |sync| states.iter().filter(|state| **state == sync).count();
+    let counts = [Sync::None, Sync::Locked, Sync::Holdover].map(count);
+    assert!(
+        counts[0] <= 9 && counts[1] >= 22 && counts[2] >= 7,
+        "{counts:?}"
+    );
 }
 
 /// The delay is configured as 0.1 s and is 0.6 s. With a pulse the age comes out as 0.6 s plus the

@@ -332,6 +332,7 @@ fn requests() {
             speed: 0.0,
             age_ms: 0,
         }),
+        Request::GetTimes,
     ];
     for (n, request) in all.iter().enumerate() {
         let name = format!("{request:?}");
@@ -374,7 +375,7 @@ fn answers_and_reasons() {
         .collect();
     let answers = variants::<Response>(&zeros);
     let reasons = variants::<Reason>(&zeros);
-    assert_eq!((answers.len(), reasons.len()), (19, 22));
+    assert_eq!((answers.len(), reasons.len()), (20, 22));
     for (n, name) in answers.iter().enumerate() {
         assert_eq!(rows(&format!("{name}, {n}")).len(), 1, "{name}, {n}");
     }

@@ -126,6 +126,7 @@ export function alignment(s) {
     ["promotions", `${l.promotions}, given up ${l.rollbacks}`],
     ["lever arm, m", arm?.join(", ")],
     ["fix delay, ms", s.antenna && `${fixed(s.antenna.fix_delay_ms, 0)} ± ${fixed(s.antenna.fix_delay_sigma_ms, 0)}`],
+    ["time", s.times?.board_ppm == null ? null : `${s.times.sync}, board ${fixed(s.times.board_ppm, 2)} ppm fast, samples ${s.times.sample ? `every ${fixed(s.times.sample.interval_us, 2)} us` : "not timed yet"}`],
     ["processor", s.busy_percent == null ? null : `${fixed(s.busy_percent, 1)} % busy, at most ${fixed(s.busiest_percent, 1)} %`],
   ]);
 }

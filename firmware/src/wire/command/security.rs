@@ -89,7 +89,8 @@ impl Request<'_> {
             | Request::GetChallenge
             | Request::GetSolution
             | Request::GetTrials
-            | Request::GetProgress => false,
+            | Request::GetProgress
+            | Request::GetTimes => false,
         }
     }
 }

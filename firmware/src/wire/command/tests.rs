@@ -295,6 +295,27 @@ fn golden_solution_and_trials() {
     // 300 is AC 02 as postcard's varint, 12.5 is 0x4148_0000
     let expected = [3, 18, 1, 0xAC, 0x02, 3, 0, 0, 0x48, 0x41, 0, 1, 0];
     assert_eq!(plain(3, &Response::Progress(progress(300))), expected);
+    assert_eq!(plain(3, &Request::GetTimes), [3, 33]);
+    let times = Times {
+        sync: Sync::Holdover,
+        holdover_s: 300,
+        board_ppb: -1, // zigzag: 1
+        jitter_us: [12.5, 0.0],
+        sample: 2,
+        sample_us: 300,
+        interval_ns: 12.5,
+        error_us: 0.0,
+    };
+    let real = [0, 0, 0x48, 0x41];
+    let expected = [
+        &[3, 19, 2, 0xAC, 0x02, 1][..],
+        &real,
+        &[0; 4],
+        &[2, 0xAC, 0x02],
+        &real,
+        &[0; 4],
+    ];
+    assert_eq!(plain(3, &Response::Times(times)), expected.concat());
 }
 
 /// A byte too few or too many, with the right checksum, is no answer; nor is a request that

@@ -5,6 +5,7 @@ use super::link::Link;
 use super::mode_name;
 use super::receiver::{Receiver, receiver};
 use super::reset::{Start, start};
+use super::times::Times;
 use super::watch::{Antenna, Learner};
 use firmware::configuration::{Configuration, Sensor};
 use firmware::wire::command::{self, Protection, Remembered, Request, Response, Security};
@@ -53,6 +54,8 @@ pub struct Info {
     pub receiver: Receiver,
     /// Lever arm and delay of the fixes; `None` on a board without a learner.
     pub antenna: Option<Antenna>,
+    /// The receiver's time of the samples.
+    pub times: Times,
     /// The learner and its alignment.
     pub learner: Learner,
     /// Memory of the unit from earlier drives.
@@ -242,6 +245,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         error_bound_m: health.error_bound_m,
         receiver,
         antenna,
+        times: link.times()?,
         learner: Learner::from(&health),
         memory: link.remembered()?.into(),
         store: link.kept()?.into(),

@@ -20,6 +20,7 @@ pub mod refusal;
 mod reset;
 pub mod steps;
 mod store;
+mod times;
 mod watch;
 mod weights;
 
@@ -35,6 +36,7 @@ pub use provision::{open_by_choice, provision};
 pub use receiver::Receiver;
 pub use reset::Start;
 pub use store::{can_store, store};
+pub use times::Times;
 pub use watch::{Antenna, Event, Last, Learner, Status, Watch, named_counters, watch};
 pub use weights::{calibrated, check_image, clipped};
 

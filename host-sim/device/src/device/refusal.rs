@@ -50,7 +50,8 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetReset
         | Request::GetSolution
         | Request::GetTrials
-        | Request::GetProgress => "report its state",
+        | Request::GetProgress
+        | Request::GetTimes => "report its state",
     }
 }
 

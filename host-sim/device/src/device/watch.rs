@@ -9,6 +9,7 @@ use super::link::Link;
 use super::mode_name;
 use super::proof::{Interruption, Nearest, Proofs};
 use super::steps::{Settled, Step, Way as Towards};
+use super::times::Times;
 use firmware::configuration::record::decode;
 use firmware::control::Way;
 use firmware::wire::command::{self, Counters, Health};
@@ -52,6 +53,8 @@ pub struct Status {
     pub says: Vec<String>,
     /// Lever arm and delay of the fixes; `None` on a board without a learner.
     pub antenna: Option<Antenna>,
+    /// The receiver's time of the samples.
+    pub times: Option<Times>,
     /// Most metres that corrections within their limits can add to a free-inertial position 5, 10,
     /// 15, 20 and 22 min after the alignment.
     pub error_bound_m: [u32; 5],
@@ -314,6 +317,7 @@ impl Status {
         let time_s = now.duration_since(begun).as_secs_f64();
         let mut status = Self {
             antenna,
+            times: Some(link.times()?),
             solution: link.solution()?,
             trials: link.trials()?,
             ..Self::new(time_s, &health, &counters, (now, before))
@@ -355,6 +359,7 @@ impl Status {
             steps: Vec::new(),
             says: Vec::new(),
             antenna: None,
+            times: None,
             error_bound_m: health.error_bound_m,
             busy_percent: percent(health.busy),
             busiest_percent: percent(health.busiest),

@@ -2,7 +2,7 @@
 
 use firmware::error_bound::TIMES_S;
 use host_device::device::{
-    Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status,
+    Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status, Times,
 };
 use std::fmt::Write;
 
@@ -99,6 +99,7 @@ fn teachers(info: &Info) -> String {
     if let Some(antenna) = &info.antenna {
         antenna_line(&mut text, antenna);
     }
+    time_line(&mut text, &info.times);
     error_bound_line(&mut text, info.error_bound_m);
     text
 }
@@ -232,6 +233,9 @@ fn status(status: &Status) -> String {
     if let Some(antenna) = &status.antenna {
         antenna_line(&mut text, antenna);
     }
+    if let Some(times) = &status.times {
+        time_line(&mut text, times);
+    }
     error_bound_line(&mut text, status.error_bound_m);
     text
 }
@@ -295,6 +299,13 @@ fn learner_lines(text: &mut String, learner: &Learner) {
 }
 
 /// Lever arm and delay with their standard deviations.
+/// The receiver's time of the samples, where there is one.
+fn time_line(text: &mut String, times: &Times) {
+    if times.board_ppm.is_some() {
+        let _ = writeln!(text, "time           {}", times.says());
+    }
+}
+
 fn antenna_line(text: &mut String, antenna: &Antenna) {
     let [x, y, z] = antenna.lever_arm_m;
     let [dx, dy, dz] = antenna.lever_arm_sigma_m;
