@@ -22,6 +22,8 @@ fn sentence(text: &str) -> Vec<u8> {
 struct Bench {
     device: Device,
     frames: u32,
+    /// When each came, microseconds.
+    came: Vec<u64>,
     /// Bytes of the receiver that are on their way, and when they come, microseconds.
     coming: Vec<(u64, u8)>,
     /// Pulses, microseconds.
@@ -39,6 +41,7 @@ impl Bench {
         Bench {
             device: Device::new(config),
             frames: 0,
+            came: Vec::new(),
             coming: Vec::new(),
             pulses: Vec::new(),
         }
@@ -64,6 +67,7 @@ impl Bench {
             gnss.extend(come.map(|(_, byte)| byte));
             if now.is_multiple_of(5000) {
                 self.frames += 1;
+                self.came.push(now);
                 let frame = KIND.frame(self.frames, Fields::default());
                 self.device.lines.sensor.input.extend(&frame);
             }
@@ -121,11 +125,15 @@ fn samples_have_the_receivers_time() {
             continue;
         }
         assert!(times.board_ppb.abs() < 2000, "{times:?}");
-        assert!((times.interval_ns - 5e6).abs() < 2e3, "{times:?}");
-        // sample n, from 0, at 5 n ms, and second 1 at 1.000123 s; 22 November 2026 is a Sunday
-        let at_us = 5000 * u64::from(times.sample) + 12 * 3600 * 1_000_000;
+        // second 1 is at 1.000123 s; 22 November 2026 is a Sunday
+        let came = |sample: u32| bench.came[sample as usize];
+        let at_us = came(times.sample) + 12 * 3600 * 1_000_000;
         let off = (times.sample_us + 123).abs_diff(at_us);
         assert!(off <= 1500, "{off} {times:?}");
+        let passed_us = (came(times.sample) - came(100)) as f32;
+        let interval_us = passed_us / (times.sample - 100) as f32;
+        let off = times.interval_ns * 1e-3 / interval_us - 1.0;
+        assert!(off.abs() < 1e-3, "{off} {times:?}");
     }
     let count = |sync| states.iter().filter(|state| **state == sync).count();
     let counts = [Sync::None, Sync::Locked, Sync::Holdover].map(count);

@@ -114,13 +114,18 @@ pub fn course(drive: &Drive, device: &Device, before: &Nets) -> Course {
         nearest: drive.diary.proofs.nearest(),
         stored_s: drive.stored_s.clone(),
         says: format!(
-            "{}; {}{}",
+            "{}; {}{}{}",
             since(drive),
             learns(drive, device, before),
-            biases(drive, device)
+            biases(drive, device),
+            if report.equal_scales { TIME_BASE } else { "" }
         ),
     }
 }
+
+const TIME_BASE: &str = "; all axes of the gyros have the same scale error, so the time base is \
+                         wrong, and no map is learnt; remedy: measure the sample rate, and enter \
+                         it as rate_hz";
 
 /// Biases that are large against the unit file.
 fn biases(drive: &Drive, device: &Device) -> String {
