@@ -150,6 +150,30 @@ fn resumed_and_divided_runs_equal_the_whole() {
 }
 
 /// The messages of a receiver with these acts of a case.
+/// Rows of two commands are joined if they are others, and of one version.
+#[test]
+fn rows_of_several_commands_are_joined() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name);
+    let of = |name: &str, cases: &[&str]| execute(&abuse(cases, 1, &at(name)), &idle);
+    let (one, other) = (of("one", &["jump"]), of("other", &["late"]));
+    of("both", &["jump", "late"]);
+    let joined = merge(&[at("one"), at("other")]).unwrap();
+    assert_eq!(joined.len(), one.len() + other.len());
+    assert!(one.iter().chain(&other).all(|row| joined.contains(row)));
+    let refused = |dirs: &[PathBuf]| merge(dirs).unwrap_err().to_string();
+    let twice = refused(&[at("one"), at("both")]);
+    assert!(
+        twice.contains("holds runs that are there already"),
+        "{twice}"
+    );
+    let stamp = std::fs::read_to_string(at("other").join(STAMP.file)).unwrap();
+    let older = stamp.replace("learner ", "learner 0");
+    std::fs::write(at("other").join(STAMP.file), older).unwrap();
+    let mixed = refused(&[at("one"), at("other")]);
+    assert!(mixed.contains("holds runs of another version"), "{mixed}");
+}
+
 fn sent(world: &World, acts: &[(Act, Span)]) -> Vec<Message> {
     let faults: Vec<_> = acts
         .iter()
