@@ -8,7 +8,7 @@ use super::learning::{Solution, Trials};
 use super::link::Link;
 use super::mode_name;
 use super::proof::{Interruption, Nearest, Proofs};
-use super::steps::{Settled, Step, Way as Towards};
+use super::steps::{LastFix, Settled, Step, Way as Towards};
 use firmware::configuration::record::decode;
 use firmware::control::Way;
 use firmware::wire::command::{self, Counters, Health};
@@ -238,6 +238,7 @@ pub struct Last {
     /// The counters and the time of their request, if the device has answered since.
     counted: Option<(Instant, Counters)>,
     proofs: Proofs,
+    last_fix: LastFix,
     /// Standard deviations of the biases as configured, rad/s, m/s2.
     sheet: Option<[f64; 2]>,
     settled: Settled,
@@ -248,7 +249,7 @@ pub struct Last {
 impl Last {
     /// The device does not answer any more.
     pub fn lost(&mut self) {
-        self.counted = None;
+        (self.counted, self.last_fix) = Default::default();
     }
 
     /// The configuration of the device may have changed.
@@ -326,6 +327,8 @@ impl Status {
             progress: link.progress()?,
             nearest: status.nearest.as_ref(),
             good_fixes: counters.good_fixes,
+            without_fix_s: last.last_fix.note(counters.good_fixes, time_s),
+            silent: health.faults & command::fault::SILENT != 0,
             settled: last.settled,
         };
         status.steps = way.steps();
