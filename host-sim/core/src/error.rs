@@ -36,7 +36,7 @@ pub enum Error {
     },
     /// Bytes where text is wanted.
     #[error(
-        "{}: is no text (not UTF-8); remedy: check that it is the file that you mean; a text of \
+        "{}: is not text (not UTF-8); remedy: check that it is the file that you mean; a text of \
          another encoding is to be saved as UTF-8",
         .file.display()
     )]

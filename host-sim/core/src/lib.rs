@@ -7,3 +7,4 @@ pub mod error;
 pub mod inertial;
 pub mod list;
 pub mod simulator;
+pub mod words;

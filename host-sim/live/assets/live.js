@@ -1,6 +1,6 @@
 // The page: events of the server in, plots, tables and track out.
 import { errors, proofs, samples } from "./plots.js";
-import { alignment, axes, bound, counters, faults, now, trials, way, what } from "./tables.js";
+import { alignment, axes, bound, counters, faults, now, prose, trials, way, what } from "./tables.js";
 import { attitude } from "./attitude.js";
 import { Track } from "./track.js";
 import { buttons } from "./orders.js";
@@ -28,6 +28,7 @@ function draw(time) {
 }
 requestAnimationFrame(draw);
 
+let shownProblem;
 /** Shows whether the device is there. */
 function device(state, problem) {
   const badge = at("device");
@@ -35,7 +36,8 @@ function device(state, problem) {
   badge.className = `badge ${state === "connected" ? "connected" : "lost"}`;
   const target = at("problem");
   target.hidden = !problem;
-  if (target.textContent !== (problem ?? "")) target.textContent = problem ?? "";
+  if (shownProblem !== problem) prose(target, problem ?? ""); // a screen reader reads it once
+  shownProblem = problem;
   document.querySelector("main").classList.toggle("stale", state !== "connected");
   orders.enable(state === "connected");
 }
@@ -49,13 +51,26 @@ function point(p) {
   else track.gap();
 }
 
+/** When samples last came, ms, and what prevents them. */
+let fresh = null;
+let broken = [];
+setInterval(() => {
+  const quiet = fresh == null ? 0 : (performance.now() - fresh) / 1000;
+  for (const id of ["plot-rates", "plot-forces"]) at(id).closest("section").classList.toggle("stale", quiet > 2);
+  if (quiet > 2 && !broken.length) {
+    at("samples-note").textContent = `No samples for ${Math.floor(quiet)} s; these are the last ones.`;
+  }
+}, 1000);
+
 const on = {
   history(points) {
     for (const picture of pictures) picture.clear();
     for (const p of points) point(p);
   },
   samples(s) {
+    broken = s.broken;
     if (s.corrected) {
+      fresh = performance.now();
       rates.add(s.t, s.raw, s.corrected);
       forces.add(s.t, s.raw, s.corrected);
       axes(s);
@@ -63,7 +78,7 @@ const on = {
         `${s.corrected.n} samples in the last 1/20 s; the values are their means, the bands their extremes. ` +
         `Raw values are from ${s.raw_from}.`;
     }
-    if (s.broken.length) at("samples-note").textContent = s.broken.join("; ");
+    if (s.broken.length) prose(at("samples-note"), s.broken.join("; "));
   },
   status(s) {
     device("connected");

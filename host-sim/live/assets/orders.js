@@ -1,11 +1,13 @@
 // The buttons. What discards something asks first. Each order says in words what came of it.
 
+import { prose } from "./tables.js";
+
 const at = (id) => document.getElementById(id);
 const meta = (name) => document.querySelector(`meta[name=${name}]`).content;
 
 function answer(text, kind) {
   const target = at("order-answer");
-  target.textContent = text;
+  prose(target, text);
   target.className = `answer ${kind}`;
 }
 

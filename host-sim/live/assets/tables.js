@@ -20,6 +20,11 @@ function put(id, text) {
   if (target.textContent !== text) target.textContent = text;
 }
 
+/** Shows a text; what stands between backticks is code. */
+export function prose(target, text) {
+  target.replaceChildren(...text.split("`").map((part, k) => (k % 2 ? element("code", part) : part)));
+}
+
 /** The samples of the last tick. */
 export function axes(s) {
   for (let axis = 0; axis < 6; axis += 1) {
@@ -59,9 +64,12 @@ export function faults(list) {
   shownFaults = text;
   const items = list.map((fault) => {
     const item = element("li", null, { "data-fault": fault.name });
-    item.append(element("strong", fault.name), `: ${fault.says}. Remedy: ${fault.remedy}.`);
+    const says = element("span");
+    prose(says, `: ${fault.says}. Remedy: ${fault.remedy}.`);
+    item.append(element("strong", fault.name), says);
     return item;
   });
+  at("faults-section").classList.toggle("first", items.length > 0);
   at("faults").replaceChildren(...(items.length ? items : [element("li", "none", { class: "none" })]));
 }
 

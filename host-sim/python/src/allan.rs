@@ -194,7 +194,7 @@ pub fn allan_file<'py>(
     if rate_hz.is_some_and(|rate| !(rate.is_finite() && rate > 0.0)) {
         return Err(refused(
             "rate_hz",
-            "is no number above 0",
+            "is not a number above 0",
             "give samples per second",
         ));
     }

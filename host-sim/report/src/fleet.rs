@@ -1,6 +1,7 @@
 //! The table that `host-sim fleet` prints.
 
 use super::terminal::fitted;
+use super::text::counted;
 use comfy_table::{Cell, CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use host_unit::networks::Input;
 use host_unit::prior::{Prior, Triad};
@@ -36,11 +37,11 @@ pub fn table(prior: &Prior, width: usize) -> String {
         table.add_row(row(name, unit, triad).into_iter().enumerate().map(aligned));
     }
     format!(
-        "{} units, {} drives\n{}\nleaves: of the errors' squares in the last drive of units \
+        "{}, {}\n{}\nleaves: of the errors' squares in the last drive of units \
          that were not learnt from; beside it a linear law of the same inputs, and biases\noutput layer and its biases: standard deviations, in the unit of \
          the turn-on",
-        prior.units,
-        prior.drives,
+        counted(prior.units, "unit"),
+        counted(prior.drives, "drive"),
         fitted(table, width, ORDER)
     )
 }

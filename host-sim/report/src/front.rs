@@ -1,7 +1,7 @@
 //! The first screen of a page: one sentence, one picture, three figures.
 
 use super::figures::{length, length_unit};
-use super::text::prose;
+use super::text::{prose, signed};
 use super::verdict::{Device, is_device, times};
 use host_chart::axis::{Axis, extent, snapped, widened};
 use host_chart::palette::{self, Look};
@@ -206,7 +206,7 @@ pub(super) fn three(device: &Device, proof: Option<u8>) -> Vec<(String, String)>
             ),
         ),
         _ => (
-            format!("{:+.0} %", 100.0 * (with / without - 1.0)).replace('-', "\u{2212}"),
+            format!("{} %", signed(100.0 * (with / without - 1.0), 0)),
             "change of the error by the device".to_owned(),
         ),
     };

@@ -3,6 +3,7 @@
 
 use super::allan::figures;
 use super::terminal::fitted;
+use super::text::counted;
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use host_core::inertial::units::{DEG_PER_H, PPM, UG};
 use host_estimation::analysis::positions::{Fit, PAIRS, Position, sides};
@@ -83,9 +84,9 @@ fn table(fit: &Fit, gyro: &[[f64; 3]; 2], scales: &[Option<[f64; 2]>; 3]) -> Tab
 fn lines(positions: &[Position], fit: &Fit) -> Vec<String> {
     let [before, after] = fit.left.map(|f| f / UG);
     let mut lines = vec![format!(
-        "{} rests. The force differs from gravity by {before:.0} ug before, {after:.0} ug after \
+        "{}. The force differs from gravity by {before:.0} ug before, {after:.0} ug after \
          (rms).",
-        positions.len()
+        counted(positions.len(), "rest")
     )];
     let names = ["+x", "-x", "+y", "-y", "+z", "-z"];
     let far: Vec<&str> = sides(positions)

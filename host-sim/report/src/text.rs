@@ -1,6 +1,7 @@
 //! Texts and numbers of a page.
 
 use host_chart::axis::grouped;
+pub(super) use host_core::words::{counted, thousands};
 use maud::{Markup, html};
 
 /// `text` with non-breaking hyphens, so that `ls-3x3` stays in one piece.
@@ -16,19 +17,6 @@ pub(super) fn prose(text: &str) -> Markup {
             @if k % 2 == 1 { code { (part) } } @else { (part) }
         }
     }
-}
-
-/// A number of things: `1 time`, `2 times`.
-pub(super) fn counted(number: impl Into<u64>, thing: &str) -> String {
-    match number.into() {
-        1 => format!("1 {thing}"),
-        n => format!("{} {thing}s", thousands(n)),
-    }
-}
-
-/// A whole number with spaces between thousands.
-pub(super) fn thousands(number: impl Into<u64>) -> String {
-    grouped(number.into() as f64, 0)
 }
 
 /// A number with its sign and `digits` decimals.

@@ -11,6 +11,7 @@ pub(crate) use device::{Device, Effect, Several, times, waits};
 
 use super::figures::length;
 use super::table::BASELINE;
+use super::text::{counted, signed};
 use host_estimation::learning::device::Course;
 use host_lab::campaign::NONE;
 use host_lab::experiment::outcome::Outcome;
@@ -197,8 +198,8 @@ fn of_cases(outcomes: &[Outcome]) -> String {
     let n = devices.len();
     if n == 0 {
         return format!(
-            "Verdict: the device does not take part in {} cases.",
-            outcomes.len()
+            "Verdict: the device takes part in none of {}.",
+            counted(outcomes.len(), "case")
         );
     }
     let acts: Vec<_> = devices
@@ -338,7 +339,11 @@ fn compared(error: f64, raw: f64, how: Against) -> String {
         _ if error > 2.0 * raw && raw > 0.0 => {
             format!("{} ({:.1} times)", metres(error), error / raw)
         }
-        _ => format!("{} ({:+.0} %)", metres(error), 100.0 * (error / raw - 1.0)),
+        _ => format!(
+            "{} ({} %)",
+            metres(error),
+            signed(100.0 * (error / raw - 1.0), 0)
+        ),
     }
 }
 

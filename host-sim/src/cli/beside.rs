@@ -4,6 +4,7 @@ use super::progress;
 use clap::{Args as ClapArgs, ValueEnum};
 use firmware::wire::receiver::ReceiverFormat;
 use host_core::error::Error;
+use host_core::words::counted;
 use host_io::recordings::record::Record;
 use host_io::recordings::{Progress, gpsd, receiver, rtklib};
 use indicatif::ProgressBar;
@@ -82,7 +83,8 @@ impl Beside {
         let count = record.fixes.len();
         let file = file.display();
         progress::say(&format!(
-            "{file}: {count} fixes ({name}) from {from:.3} to {to:.3} s on the IMU's clock{beyond}"
+            "{file}: {} ({name}) from {from:.3} to {to:.3} s on the IMU's clock{beyond}",
+            counted(count, "fix")
         ));
         for note in notes {
             progress::say(&format!("{file}: {note}"));

@@ -6,6 +6,7 @@ use super::progress::{self, Shown};
 use super::source::{Csv, KfGins, Novatel};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use host_core::error::Error;
+use host_core::words::{agrees, counted};
 use host_io::recordings::record::Record;
 use host_io::recordings::{generic, kfgins};
 use std::path::PathBuf;
@@ -153,7 +154,9 @@ impl Target {
         let outside = record.fixes_outside();
         if outside > 0 {
             notes.push(format!(
-                "{outside} of {all} fixes are outside the time of the samples."
+                "{outside} of {} {} outside the time of the samples.",
+                counted(all, "fix"),
+                agrees(outside, "is", "are")
             ));
         }
         let of = WrittenRecording::of(&self.out, files, &record, written, &notes);
@@ -163,8 +166,9 @@ impl Target {
             println!("- {note}");
         }
         println!(
-            "{} samples, {written} fixes in {}",
-            record.samples.len(),
+            "{}, {} in {}",
+            counted(record.samples.len(), "sample"),
+            counted(written, "fix"),
             self.out.display()
         );
         Ok(())
@@ -185,9 +189,11 @@ impl Target {
                 "height"
             };
             notes.push(format!(
-                "{} of {all} fixes lack position, {lacking} or a standard deviation of them, and are \
-                 left out: the text has no empty cells; --to csv keeps them",
-                all - written
+                "{} of {} {} position, {lacking} or a standard deviation of them: left out, because \
+                 the text has no empty cells; --to csv keeps them",
+                all - written,
+                counted(all, "fix"),
+                agrees(all - written, "lacks", "lack")
             ));
         }
         notes

@@ -9,6 +9,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use firmware::configuration::Configuration;
 use firmware::wire::ImuFormat;
 use host_core::error::Error;
+use host_core::words::{agrees, counted};
 use host_device::device::read_key;
 use host_device::hil::{Control, Report, Setup, run};
 use host_unit::Unit;
@@ -143,15 +144,17 @@ fn print(report: &Report) {
     let equal = match verdict.first_difference {
         None => "equal to software in the loop, bit for bit".into(),
         Some(at) => format!(
-            "differs from software in the loop, first in byte {at}; {} samples differ",
-            verdict.different
+            "differs from software in the loop, first in byte {at}; {} {}",
+            counted(verdict.different, "sample"),
+            agrees(verdict.different, "differs", "differ")
         ),
     };
     println!("stream            {equal}");
     println!("counters          {} wrong", verdict.counter_errors);
     println!(
-        "damage            {} wrong checksums, {} bytes of no frame",
-        verdict.bad_checksums, verdict.garbage_bytes
+        "damage            {}, {} of no frame",
+        counted(verdict.bad_checksums, "wrong checksum"),
+        counted(verdict.garbage_bytes, "byte")
     );
     println!(
         "free inertial     {:.3} m off the truth at the end, software in the loop {:.3} m{}",

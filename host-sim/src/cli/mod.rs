@@ -43,7 +43,7 @@ mod user_recording;
 use clap::{Command as Definition, CommandFactory, Parser, Subcommand};
 use host_core::error::Error;
 
-/// Ring-laser-gyro SINS simulation and the desktop tools of the IMU compensation co-processor.
+/// Simulate inertial sensors, replay recordings, and work with the IMU compensation co-processor.
 ///
 /// Without a command it runs the default experiment: a vehicle drives for 22 minutes and navigates
 /// once with the raw IMU and once through the compensator.

@@ -226,7 +226,7 @@ fn table(file: &Path) -> Result<(String, Vec<Entry>), Error> {
     let table: Table = toml::from_str(&text).map_err(|error| {
         refused(
             &named,
-            format!("is no table of sessions ({})", error.message()),
+            format!("is not a table of sessions ({})", error.message()),
             "give the unit file and then the sessions, or a TOML file with unit = \"FILE.toml\" \
              and [[session]] entries with file = \"...\"",
         )

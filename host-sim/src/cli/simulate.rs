@@ -5,6 +5,7 @@ use super::output::{JsonOption, WrittenRecording, check_free};
 use super::progress;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
+use host_core::words::counted;
 use host_io::recordings::generic;
 use host_io::recordings::record::{Record, TimedFix};
 use host_lab::experiment::run::sessions;
@@ -28,7 +29,7 @@ pub struct Args {
     /// which `replay csv` and `convert csv` read
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Replace files of a recording that is no simulation
+    /// Replace files of a recording that is not a simulation
     #[arg(long)]
     force: bool,
     #[command(flatten)]
@@ -82,9 +83,9 @@ impl Args {
         self.json.write(&of)?;
         drop(shown);
         println!(
-            "{} samples, {} fixes in {}",
-            session.counts.len(),
-            record.fixes.len(),
+            "{}, {} in {}",
+            counted(session.counts.len(), "sample"),
+            counted(record.fixes.len(), "fix"),
             self.out.display()
         );
         Ok(())

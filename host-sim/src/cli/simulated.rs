@@ -3,7 +3,7 @@
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use host_core::error::Error;
-use host_device::hil::simulated::Simulation;
+use host_device::hil::simulated::{Cuts, Simulation};
 use host_unit::Unit;
 use host_unit::around::Mode;
 use std::net::SocketAddr;
@@ -17,7 +17,15 @@ const MODES: [(&str, Mode); 4] = [
 ];
 
 /// Names of these options, with which the port of another device conflicts.
-pub const SIMULATED: [&str; 5] = ["unit", "rate", "seconds", "speed", "mode"];
+pub const SIMULATED: [&str; 7] = [
+    "unit",
+    "rate",
+    "seconds",
+    "speed",
+    "mode",
+    "cut_sensor",
+    "cut_receiver",
+];
 
 /// What is simulated; for a command with an option `--simulate`.
 #[derive(Debug, Args)]
@@ -39,6 +47,12 @@ pub struct SimulatedOptions {
     /// Mode of the simulated device at power-on
     #[arg(long, default_value = "learn", value_parser = mode())]
     mode: Mode,
+    /// Second of each drive from which on the sensor's line is cut, to practise that fault
+    #[arg(long, value_name = "S")]
+    cut_sensor: Option<u32>,
+    /// Second of each drive from which on the receiver's line is cut
+    #[arg(long, value_name = "S")]
+    cut_receiver: Option<u32>,
 }
 
 fn speed(text: &str) -> Result<f64, String> {
@@ -69,6 +83,10 @@ impl SimulatedOptions {
             unit,
             seconds: self.seconds,
             speed: self.speed,
+            cuts: Cuts {
+                sensor_s: self.cut_sensor,
+                receiver_s: self.cut_receiver,
+            },
             listen,
         })
     }

@@ -7,6 +7,7 @@ use firmware::app::App;
 use firmware::app::blackbox::LEN;
 use firmware::configuration::Configuration;
 use host_core::error::Error;
+use host_core::words::thousands;
 use host_device::hil::blackbox::{Verdict, play};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -180,7 +181,11 @@ fn print(outcome: &Outcome, json: bool) -> Result<(), Error> {
                     println!("{name:>26}  {kind} {count}");
                 }
             }
-            None => println!("{name:>26}  {}", value.to_string().trim_matches('"')),
+            None => {
+                let plain = || value.to_string().trim_matches('"').to_owned();
+                let number = value.as_u64().filter(|_| name != "seed");
+                println!("{name:>26}  {}", number.map_or_else(plain, thousands));
+            }
         }
     }
     Ok(())

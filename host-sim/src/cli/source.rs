@@ -212,7 +212,7 @@ pub(super) fn attitude(angles: &[f64]) -> Result<nalgebra::UnitQuaternion<f64>, 
         }
         _ => Err(Error::Option {
             option: "--attitude".into(),
-            problem: format!("{angles:?} is no attitude"),
+            problem: format!("{angles:?} is not an attitude"),
             remedy: "give roll,pitch,heading in degrees, -360 to 360".into(),
         }),
     }

@@ -72,7 +72,7 @@ impl ReceiverOptions {
             _ => {
                 return Err(refused(
                     "--lever-arm-m",
-                    format!("{:?} is no lever arm", self.lever_arm_m),
+                    format!("{:?} is not a lever arm", self.lever_arm_m),
                     "give forward,right,down in m, each -100 to 100",
                 ));
             }

@@ -62,7 +62,7 @@ impl Mounting {
             return rotation(rows).ok_or_else(|| {
                 Finding::wrong(
                     "mounting.matrix",
-                    format!("is {rows:?}, which is no right-handed rotation"),
+                    format!("is {rows:?}, which is not a right-handed rotation"),
                     "give forward, right and down of the vehicle as rows, in axes of the sensor: \
                      [[0, 1, 0], [1, 0, 0], [0, 0, -1]] for x right, y forward, z up",
                 )

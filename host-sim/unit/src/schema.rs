@@ -156,7 +156,7 @@ fn unknown(key: &str, name: &str, known: &serde_json::Map<String, Value>) -> Fin
         .iter()
         .find(|(old, _)| *old == name && !known.contains_key(name));
     let remedy = remedy.map_or_else(nearest, |(_, remedy)| (*remedy).to_owned());
-    Finding::wrong(key, "is no key of this table", remedy)
+    Finding::wrong(key, "is not a key of this table", remedy)
 }
 
 fn check_array(schema: &Value, list: &[toml::Value], key: &str, found: &mut Vec<Finding>) {

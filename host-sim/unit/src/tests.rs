@@ -133,7 +133,7 @@ fn every_kind_of_mistake_is_named_with_its_line_and_remedy() {
         (
             arw,
             "angle_random_walk = 0.15",
-            "u.toml:7: 'gyro.angle_random_walk' is no key of this table",
+            "u.toml:7: 'gyro.angle_random_walk' is not a key of this table",
         ),
         (
             arw,

@@ -68,7 +68,7 @@ fn check_reports_all_mistakes_with_file_line_field_and_remedy() {
     let (code, _, err) = host_sim(dir.path(), &["unit", "check", "u.toml"], "");
     assert_eq!(code, 2);
     assert!(
-        err.contains("'sensor.stim300.datagramm' is no key of this table"),
+        err.contains("'sensor.stim300.datagramm' is not a key of this table"),
         "{err}"
     );
     assert!(err.contains("remedy: write 'datagram'"), "{err}");

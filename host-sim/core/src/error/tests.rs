@@ -91,7 +91,7 @@ fn each_way_in_which_reading_fails_has_a_remedy_of_its_own() {
         (&below, ErrorKind::NotADirectory, "no such file"),
         (&file, ErrorKind::NotADirectory, "is a file, not a folder"),
         (&file, ErrorKind::IsADirectory, "is a folder, not a file"),
-        (&file, ErrorKind::InvalidData, "is no text"),
+        (&file, ErrorKind::InvalidData, "is not text"),
         (
             &file,
             ErrorKind::PermissionDenied,

@@ -3,10 +3,10 @@
 use super::configure::configuration;
 use super::link::Link;
 use super::mode_name;
-use super::receiver::{Receiver, receiver};
+use super::receiver::{Antenna, Receiver, receiver};
 use super::reset::{Start, start};
 use super::times::Times;
-use super::watch::{Antenna, Learner};
+use super::watch::Learner;
 use firmware::configuration::{Configuration, Sensor};
 use firmware::wire::command::{self, Protection, Remembered, Request, Response, Security};
 use host_core::error::Error;

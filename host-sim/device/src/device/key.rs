@@ -17,13 +17,13 @@ fn refused(file: &Path, problem: impl Into<String>, remedy: &str) -> Error {
 /// Reads a key.
 ///
 /// # Errors
-/// No such file, it cannot be read, or it is no key file.
+/// No such file, it cannot be read, or it is not a key file.
 pub fn read_key(file: &Path) -> Result<Secret, Error> {
     let text = std::fs::read(file).map_err(|source| Error::reading(file, source))?;
     parse(text.trim_ascii()).ok_or_else(|| {
         refused(
             file,
-            "is no key file: 64 hexadecimal digits",
+            "is not a key file: 64 hexadecimal digits",
             "give the file that `host-sim device provision --key-file FILE` has written",
         )
     })

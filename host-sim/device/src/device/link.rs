@@ -159,7 +159,7 @@ impl Link {
     fn no_answer(&self, request: &Request, came: usize) -> Error {
         let received = match came {
             0 => "nothing comes".to_owned(),
-            _ => format!("{came} bytes came that are no answer"),
+            _ => format!("{came} bytes came that are not an answer"),
         };
         let remedy = "check that it is the device's command link and its bit rate (--baud), and \
                       that the device runs";

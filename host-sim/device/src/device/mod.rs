@@ -33,11 +33,11 @@ pub use learning::{HORIZONS_S, Solution, Trial, Trials, usual};
 pub use link::{Link, images, load, set_up};
 pub use port::Port;
 pub use provision::{open_by_choice, provision};
-pub use receiver::Receiver;
+pub use receiver::{Antenna, Receiver};
 pub use reset::Start;
 pub use store::{can_store, store};
 pub use times::Times;
-pub use watch::{Antenna, Event, Last, Learner, Status, Watch, named_counters, watch};
+pub use watch::{Event, Last, Learner, Status, Watch, named_counters, watch};
 pub use weights::{calibrated, check_image, clipped};
 
 use firmware::control::Mode;

@@ -15,7 +15,7 @@ use std::path::Path;
 /// with the configuration and the weights in use, in mode bypass; then its mode is restored.
 ///
 /// # Errors
-/// As [`Link::ask`]; the file is no key file; the device cannot store.
+/// As [`Link::ask`]; the file is not a key file; the device cannot store.
 pub fn provision(link: &mut Link, file: &Path) -> Result<(), Error> {
     check(link)?;
     let made = !file.exists();

@@ -3,7 +3,7 @@
 use super::link::Link;
 use firmware::configuration::{Configuration, ReceiverProtocol};
 use firmware::wire::ReceiverFormat;
-use firmware::wire::command::{Request, Response};
+use firmware::wire::command::{self, Request, Response};
 use firmware::wire::receiver::Heard;
 use host_core::error::Error;
 use serde::Serialize;
@@ -67,6 +67,30 @@ impl Receiver {
             fix_age_ms: heard.age_us.map(|us| f64::from(us) / 1e3),
             pulses: heard.pulses,
             missing,
+        }
+    }
+}
+
+/// Lever arm and delay of the receiver's fixes: as configured, then as estimated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Antenna {
+    /// From the IMU to the antenna: forward, right, down, m.
+    pub lever_arm_m: [f32; 3],
+    /// Its standard deviation along each axis, m; 0: exactly as configured.
+    pub lever_arm_sigma_m: [f32; 3],
+    /// Least age of a fix when it arrives, ms.
+    pub fix_delay_ms: f32,
+    /// Its standard deviation, ms; 0: exactly as configured.
+    pub fix_delay_sigma_ms: f32,
+}
+
+impl From<command::Antenna> for Antenna {
+    fn from(known: command::Antenna) -> Self {
+        Self {
+            lever_arm_m: known.lever_arm,
+            lever_arm_sigma_m: known.lever_arm_sigma,
+            fix_delay_ms: known.fix_delay * 1e3,
+            fix_delay_sigma_ms: known.fix_delay_sigma * 1e3,
         }
     }
 }

@@ -134,7 +134,7 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
             "try again later, or use another board",
         ),
         (Reason::Record, _) => (
-            "the bytes are no whole configuration record",
+            "the bytes are not a whole configuration record",
             "send it again; if that does not help, check the line",
         ),
         (Reason::NotConfigured, _) => (

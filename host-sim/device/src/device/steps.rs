@@ -37,6 +37,26 @@ pub struct Settled {
     pub stored: bool,
 }
 
+/// Time without a good fix that is reported, s.
+const WITHOUT_FIX_S: f64 = 5.0;
+
+/// The number of good fixes, and when it last changed, s.
+#[derive(Debug, Default)]
+pub struct LastFix(Option<(u32, f64)>);
+
+impl LastFix {
+    /// Notes the number. Returns the time since the last good fix, s, if it is long.
+    pub fn note(&mut self, good: u32, time_s: f64) -> Option<u32> {
+        let since = match self.0 {
+            Some((before, since)) if before == good => since,
+            _ => time_s,
+        };
+        self.0 = Some((good, since));
+        let lasts = time_s - since;
+        (good > 0 && lasts >= WITHOUT_FIX_S).then_some(lasts as u32)
+    }
+}
+
 /// What the steps follow from.
 #[derive(Debug)]
 pub struct Way<'a> {
@@ -50,6 +70,10 @@ pub struct Way<'a> {
     pub nearest: Option<&'a Nearest>,
     /// Good fixes of the receiver since power-on.
     pub good_fixes: u32,
+    /// Time since the last of them, s, where it is long.
+    pub without_fix_s: Option<u32>,
+    /// The sensor sends nothing.
+    pub silent: bool,
     /// See [`Settled`].
     pub settled: Settled,
 }
@@ -97,6 +121,9 @@ impl Way<'_> {
                 HEADING_DEG / deg.max(HEADING_DEG),
                 format!("heading by {way}, known to {deg:.0} deg so far; 11 deg are needed"),
             ),
+            (None, None) if self.silent => {
+                (0.0, "waits for samples: the sensor is silent".to_owned())
+            }
             (None, None) if self.good_fixes == 0 => (
                 0.0,
                 "waits for the first fix, or a standstill of 100 s".to_owned(),
@@ -121,12 +148,17 @@ impl Way<'_> {
             (0, came) if refused == 0 => format!("{came} came; used once it is aligned"),
             _ => format!("{used} used, {refused} refused"),
         };
+        let says = match self.without_fix_s {
+            Some(s) => format!("{says}; none for the last {s} s"),
+            None => says,
+        };
         let share = if all > 0.0 {
             f64::from(used) / all
         } else {
             0.0
         };
-        step("fixes", share, used > 0 && used >= refused, says)
+        let done = used > 0 && used >= refused && self.without_fix_s.is_none();
+        step("fixes", share, done, says)
     }
 
     fn proof(&self) -> Step {
@@ -139,6 +171,9 @@ impl Way<'_> {
             100 => format!("100 of 100: \"{name}\" has proved itself"),
             _ if !self.learner.navigates => {
                 format!("{proof} of 100 (\"{name}\"); waits until it navigates")
+            }
+            _ if self.without_fix_s.is_some() => {
+                format!("{proof} of 100 (\"{name}\"); waits for fixes")
             }
             _ => format!("{proof} of 100 (\"{name}\"), {}", nearest.pace()),
         };
@@ -253,6 +288,8 @@ mod tests {
             progress: Some(Progress::default()),
             nearest: None,
             good_fixes: 0,
+            without_fix_s: None,
+            silent: false,
             settled: SETTLED,
         };
         assert_eq!(
@@ -302,6 +339,19 @@ mod tests {
             proof,
             "-proof 0.34: 34 of 100 (\"biases\"), about 6 more minutes like the last"
         );
+        way.without_fix_s = Some(20);
+        let [_, fixes, proof, ..] = &says(&way)[..] else {
+            panic!("five steps");
+        };
+        assert_eq!(
+            fixes,
+            "-fixes 0.75: 30 used, 10 refused; none for the last 20 s"
+        );
+        assert_eq!(
+            proof,
+            "-proof 0.34: 34 of 100 (\"biases\"); waits for fixes"
+        );
+        way.without_fix_s = None;
         way.nearest = Some(&done);
         assert!(says(&way)[3].ends_with("waits for the next record"));
         way.settled.stored = false;
@@ -323,6 +373,15 @@ mod tests {
     }
 
     #[test]
+    fn fixes_that_stay_away_are_noticed() {
+        let mut last = LastFix::default();
+        assert_eq!([0.0, 60.0].map(|t| last.note(0, t)), [None; 2]);
+        let noted = [61.0, 64.0, 66.0, 90.0].map(|t| last.note(1, t));
+        assert_eq!(noted, [None, None, Some(5), Some(29)]);
+        assert_eq!(last.note(2, 91.0), None);
+    }
+
+    #[test]
     fn what_prevents_learning_is_said() {
         let mut way = Way {
             mode: Mode::Bypass,
@@ -330,10 +389,14 @@ mod tests {
             progress: Some(Progress::default()),
             nearest: None,
             good_fixes: 3,
+            without_fix_s: None,
+            silent: false,
             settled: SETTLED,
         };
         assert!(says(&way)[0].ends_with("waits for mode learn or shadow"));
         assert!(says(&way)[4].ends_with("mode bypass corrects nothing"));
+        (way.mode, way.silent) = (Mode::Learn, true);
+        assert!(says(&way)[0].ends_with("the sensor is silent"));
         way.settled.activation = None;
         assert!(says(&way)[0].contains("waits for a configuration"));
         way.progress = None;

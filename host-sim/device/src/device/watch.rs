@@ -8,7 +8,8 @@ use super::learning::{Solution, Trials};
 use super::link::Link;
 use super::mode_name;
 use super::proof::{Interruption, Nearest, Proofs};
-use super::steps::{Settled, Step, Way as Towards};
+use super::receiver::Antenna;
+use super::steps::{LastFix, Settled, Step, Way as Towards};
 use super::times::Times;
 use firmware::configuration::record::decode;
 use firmware::control::Way;
@@ -110,30 +111,6 @@ impl From<&Health> for Learner {
             refused_alignments: health.refused_alignments,
             rests: health.rests,
             rest_s: health.rest_s,
-        }
-    }
-}
-
-/// Lever arm and delay of the receiver's fixes: as configured, then as estimated.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Antenna {
-    /// From the IMU to the antenna: forward, right, down, m.
-    pub lever_arm_m: [f32; 3],
-    /// Its standard deviation along each axis, m; 0: exactly as configured.
-    pub lever_arm_sigma_m: [f32; 3],
-    /// Least age of a fix when it arrives, ms.
-    pub fix_delay_ms: f32,
-    /// Its standard deviation, ms; 0: exactly as configured.
-    pub fix_delay_sigma_ms: f32,
-}
-
-impl From<command::Antenna> for Antenna {
-    fn from(known: command::Antenna) -> Self {
-        Self {
-            lever_arm_m: known.lever_arm,
-            lever_arm_sigma_m: known.lever_arm_sigma,
-            fix_delay_ms: known.fix_delay * 1e3,
-            fix_delay_sigma_ms: known.fix_delay_sigma * 1e3,
         }
     }
 }
@@ -241,6 +218,7 @@ pub struct Last {
     /// The counters and the time of their request, if the device has answered since.
     counted: Option<(Instant, Counters)>,
     proofs: Proofs,
+    last_fix: LastFix,
     /// Standard deviations of the biases as configured, rad/s, m/s2.
     sheet: Option<[f64; 2]>,
     settled: Settled,
@@ -251,7 +229,7 @@ pub struct Last {
 impl Last {
     /// The device does not answer any more.
     pub fn lost(&mut self) {
-        self.counted = None;
+        (self.counted, self.last_fix) = Default::default();
     }
 
     /// The configuration of the device may have changed.
@@ -330,6 +308,8 @@ impl Status {
             progress: link.progress()?,
             nearest: status.nearest.as_ref(),
             good_fixes: counters.good_fixes,
+            without_fix_s: last.last_fix.note(counters.good_fixes, time_s),
+            silent: health.faults & command::fault::SILENT != 0,
             settled: last.settled,
         };
         status.steps = way.steps();

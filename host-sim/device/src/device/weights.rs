@@ -23,8 +23,11 @@ pub fn check_image(file: &Path, bytes: &[u8]) -> Result<Nets, Error> {
         );
         return Err(refused(problem));
     }
-    Nets::from_images(bytes)
-        .map_err(|error| refused(format!("is no weight image of these networks ({error:?})")))
+    Nets::from_images(bytes).map_err(|error| {
+        refused(format!(
+            "is not a weight image of these networks ({error:?})"
+        ))
+    })
 }
 
 /// Networks that subtract maps and biases of gyros and accelerometers from the samples z, so that

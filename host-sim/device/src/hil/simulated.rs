@@ -42,9 +42,31 @@ pub struct Simulation {
     pub seconds: u32,
     /// Simulated time over real time.
     pub speed: f64,
+    /// When lines are cut.
+    pub cuts: Cuts,
     /// Address of the command link. The stream to the navigation computer has the next port, or any
     /// that is free where this port is 0.
     pub listen: SocketAddr,
+}
+
+/// Seconds of each drive from which on a line carries nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cuts {
+    /// The sensor's.
+    pub sensor_s: Option<u32>,
+    /// The receiver's.
+    pub receiver_s: Option<u32>,
+}
+
+impl Cuts {
+    /// Whether the line of this input is cut at this time.
+    fn cut(&self, input: Input, at_us: u64) -> bool {
+        let from = match input {
+            Input::Sensor => self.sensor_s,
+            Input::Gnss => self.receiver_s,
+        };
+        from.is_some_and(|s| at_us >= u64::from(s) * 1_000_000)
+    }
 }
 
 /// A device that runs.
@@ -54,6 +76,7 @@ pub struct Simulated {
     configuration: Configuration,
     drive: Drive,
     speed: f64,
+    cuts: Cuts,
     listeners: [TcpListener; 2],
 }
 
@@ -83,6 +106,7 @@ impl Simulated {
             configuration: configuration.in_body_axes(),
             drive,
             speed: of.speed,
+            cuts: of.cuts,
             listeners,
         })
     }
@@ -91,9 +115,10 @@ impl Simulated {
     pub fn run(self, stop: &AtomicBool, says: &mut dyn FnMut(&str)) {
         let [command, stream] = self.listeners.map(Socket::new);
         let mut outside = Outside { command, stream };
+        let pace = (self.speed, self.cuts);
         let mut flash = configured(&self.configuration);
         for number in 1.. {
-            power_on(&mut flash, &self.drive, self.speed, &mut outside, stop);
+            power_on(&mut flash, &self.drive, pace, &mut outside, stop);
             if stop.load(Ordering::Relaxed) {
                 return;
             }
@@ -165,7 +190,7 @@ struct Outside {
 fn power_on(
     flash: &mut MemoryFlash,
     drive: &Drive,
-    speed: f64,
+    (speed, cuts): (f64, Cuts),
     outside: &mut Outside,
     stop: &AtomicBool,
 ) {
@@ -201,6 +226,7 @@ fn power_on(
         while let Some(record) = records.next_if(|of| u64::from(of.at_us) <= now_us) {
             clock.0 = record.at_us.into();
             match record.input {
+                input if cuts.cut(input, record.at_us.into()) => {}
                 Input::Sensor => lines.sensor.received.extend(&record.bytes),
                 Input::Gnss => lines.gnss.received.extend(&record.bytes),
             }
@@ -230,6 +256,7 @@ fn power_on(
 mod tests {
     use super::*;
     use crate::device::{Link, Port, configuration, info};
+    use firmware::wire::command::fault;
     use std::sync::Arc;
 
     fn simulation(seconds: u32, listen: SocketAddr) -> Simulation {
@@ -237,6 +264,7 @@ mod tests {
             unit: Unit::load("stim300").expect("a preset"),
             seconds,
             speed: 100.0,
+            cuts: Cuts::default(),
             listen,
         }
     }
@@ -267,6 +295,35 @@ mod tests {
         assert_eq!(configuration(&mut link).expect("it answers"), held);
         stop.store(true, Ordering::Relaxed);
         thread.join().expect("it ends");
+    }
+
+    /// A cut line is silent, and the device says so.
+    #[test]
+    fn a_cut_sensor_is_a_fault() {
+        let mut of = simulation(20, ANY);
+        of.cuts.sensor_s = Some(1);
+        let device = Simulated::new(&of).expect("a device");
+        let command = device.ports[0].clone();
+        let stop = Arc::new(AtomicBool::new(false));
+        let ends = Arc::clone(&stop);
+        let thread = thread::spawn(move || device.run(&ends, &mut |_| {}));
+        let port = Port::open("--port", &command, 0).expect("it listens");
+        let mut link = Link::new(port, "--port");
+        let mut silent = || link.health().expect("it answers").faults & fault::SILENT != 0;
+        assert!((0..10_000).any(|_| silent()), "no fault");
+        stop.store(true, Ordering::Relaxed);
+        thread.join().expect("it ends");
+    }
+
+    #[test]
+    fn a_line_is_cut_from_its_second_on() {
+        let cuts = Cuts {
+            sensor_s: None,
+            receiver_s: Some(3),
+        };
+        let cut = |input| [2_999_999, 3_000_000].map(|at| cuts.cut(input, at));
+        assert_eq!(cut(Input::Sensor), [false, false]);
+        assert_eq!(cut(Input::Gnss), [false, true]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Why the clocks of two files differ: the differences that are known by name.
 
 use crate::recordings::WEEK_S;
+use host_core::words::{agrees, counted};
 
 /// GPS time less UTC, and TAI less GPS time, s.
 const LEAPS: [(f64, &str); 3] = [
@@ -43,9 +44,12 @@ pub fn named(offset_s: f64) -> Option<String> {
         let past = (size - GPS_START_S).rem_euclid(WEEK_S);
         let is_epoch = !(20.0..=WEEK_S - 20.0).contains(&past);
         match (whole(DAY_S), whole(WEEK_S)) {
-            (_, Some(weeks)) if weeks < 10.0 => Some(format!("{weeks} weeks lie between them")),
+            (_, Some(weeks)) if weeks < 10.0 => {
+                Some(format!("{} between them", lie(weeks, "week")))
+            }
             (Some(days), _) if days < 7.0 => Some(format!(
-                "{days} days lie between them, as where seconds of the day meet seconds of the week"
+                "{} between them, as where seconds of the day meet seconds of the week",
+                lie(days, "day")
             )),
             _ if is_epoch && size > GPS_START_S / 2.0 => Some(
                 "one file counts from 1970 (UTC), the other in GPS time or in seconds of the week"
@@ -54,6 +58,15 @@ pub fn named(offset_s: f64) -> Option<String> {
             _ => None,
         }
     })
+}
+
+/// `1 week lies`, `2 weeks lie`.
+fn lie(count: f64, unit: &str) -> String {
+    format!(
+        "{} {}",
+        counted(count, unit),
+        agrees(count as usize, "lies", "lie")
+    )
 }
 
 /// The likeliest reason why samples and fixes with these first and last times do not overlap, and

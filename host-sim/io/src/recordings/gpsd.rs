@@ -15,6 +15,7 @@ use crate::recordings::rtklib::{GPS_START_S, Solutions, days, leap};
 use crate::recordings::session::complain;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
+use host_core::words::{agrees, counted};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -156,18 +157,26 @@ impl Found {
         }
         if part.len() < all.len() {
             notes.push(format!(
-                "{file}: the times go back within the log; of its {} fixes the {} in the longest \
+                "{file}: the times go back within the log; of its {} the {} in the longest \
                  part without that are used",
-                all.len(),
+                counted(all.len(), "fix"),
                 part.len()
             ));
         }
         if self.left_out.all() > 0 {
             let (count, why) = (self.left_out.all(), self.left_out.reasons());
-            notes.push(format!("{file}: {count} reports hold no fix: {why}."));
+            notes.push(format!(
+                "{file}: {} {} no fix: {why}.",
+                counted(count, "report"),
+                agrees(count, "holds", "hold")
+            ));
         }
         if self.broken > 0 {
-            notes.push(format!("{file}: {} lines are no JSON", self.broken));
+            notes.push(format!(
+                "{file}: {} {} not JSON",
+                counted(self.broken, "line"),
+                agrees(self.broken, "is", "are")
+            ));
         }
         if self.at_sea > 0 {
             notes.push(format!(
@@ -196,7 +205,7 @@ impl Found {
             seen.push(format!("{count} TPV of which {why}"));
         }
         if self.broken > 0 {
-            seen.push(format!("{} lines that are no JSON", self.broken));
+            seen.push(format!("{} of other text", counted(self.broken, "line")));
         }
         let problem = format!("has no fix; seen are {}", seen.join(", "));
         let remedy = "give reports of gpsd of the class TPV with time, lat and lon, one on each \

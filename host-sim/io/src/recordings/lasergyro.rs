@@ -154,7 +154,7 @@ mod tests {
         );
         assert!(complaint(GOOD.as_bytes()).starts_with("imu.csv:1: header is '1,-2,3,4,5,80'"));
         let binary = complaint(&[0x89, b'P', 0, 0xff, 0xfe]);
-        assert!(binary.starts_with("imu.csv: is no text"), "{binary}");
+        assert!(binary.starts_with("imu.csv: is not text"), "{binary}");
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! says so in another field. Off the coast of Africa, at latitude and longitude 0, there is nothing
 //! that drives; and nothing passes both zeros to the last digit.
 
+use host_core::words::{agrees, counted};
+
 /// Whether a position is the one that receivers give when they have none.
 #[must_use]
 pub(super) fn is_nowhere(lat_deg: f64, lon_deg: f64) -> bool {
@@ -37,7 +39,11 @@ impl LeftOut {
     /// A note for each reason. `source` names the file or topic.
     pub(super) fn notes(&self, source: &str) -> Vec<String> {
         let note = |(reason, count, [first, last]): &(String, usize, [f64; 2])| {
-            format!("{source}: {count} lines from {first} to {last} s are no fixes: {reason}.")
+            format!(
+                "{source}: {} from {first} to {last} s {} no fix: {reason}.",
+                counted(count, "line"),
+                agrees(*count, "holds", "hold")
+            )
         };
         self.reasons.iter().map(note).collect()
     }

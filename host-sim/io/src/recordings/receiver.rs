@@ -19,6 +19,7 @@ use firmware::wire::framer::LONGEST;
 use firmware::wire::receiver::ReceiverFormat;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
+use host_core::words::counted;
 use line::Line;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
@@ -101,9 +102,9 @@ pub fn read(
     let rising = rising(&all);
     if rising.len() < all.len() {
         notes.push(format!(
-            "the receiver's clock goes back within the log; of its {} fixes the {} in the longest \
+            "the receiver's clock goes back within the log; of its {} the {} in the longest \
              part without that are used",
-            all.len(),
+            counted(all.len(), "fix"),
             rising.len()
         ));
     }

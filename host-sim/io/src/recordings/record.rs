@@ -15,6 +15,7 @@ use host_core::inertial::session::{EPOCH_S, Session, to_si};
 use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::DEG;
 use host_core::list::{List, median};
+use host_core::words::{agrees, counted};
 use nalgebra::UnitQuaternion;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -325,13 +326,21 @@ impl Record {
         if short > 0 {
             let bridged = gaps.iter().filter(|gap| !long.contains(gap));
             let longest = bridged.map(gaps::Gap::length).fold(0.0, f64::max);
-            let note = format!("{short} gaps of samples, of at most {longest:.3} s, are bridged.");
+            let note = format!(
+                "{} of samples, of at most {longest:.3} s, {} bridged.",
+                counted(short, "gap"),
+                agrees(short, "is", "are")
+            );
             prepared.notes.insert(0, note);
         }
         let outside = self.fixes_outside();
         if outside > 0 {
             let all = self.fixes.len();
-            let note = format!("{outside} of {all} fixes are outside the time of the samples.");
+            let note = format!(
+                "{outside} of {} {} outside the time of the samples.",
+                counted(all, "fix"),
+                agrees(outside, "is", "are")
+            );
             prepared.notes.push(note);
         }
         prepared.notes.extend(self.notes.iter().cloned());

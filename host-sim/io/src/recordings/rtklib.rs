@@ -18,6 +18,7 @@ use crate::recordings::week;
 use host_core::error::Error;
 use host_core::inertial::earth::{A, E2};
 use host_core::inertial::units::DEG;
+use host_core::words::{agrees, counted};
 use nalgebra::{Matrix3, Vector3};
 use std::path::Path;
 
@@ -110,9 +111,10 @@ pub fn read(file: &Path) -> Result<Solutions, Error> {
     }
     if left_out.all() > 0 {
         notes.push(format!(
-            "{}: {} lines hold no fix: {}.",
+            "{}: {} {} no fix: {}.",
             file.display(),
-            left_out.all(),
+            counted(left_out.all(), "line"),
+            agrees(left_out.all(), "holds", "hold"),
             left_out.reasons()
         ));
     }
@@ -191,7 +193,7 @@ impl Columns {
                 .get(k)
                 .ok_or_else(|| format!("has {} columns", cells.len()))?;
             let number = text.parse::<f64>().ok().filter(|x| x.is_finite());
-            number.ok_or_else(|| format!("has '{text}', which is no number"))
+            number.ok_or_else(|| format!("has '{text}', which is not a number"))
         };
         let time = self.time(cells)?;
         let angle = |k: usize| {

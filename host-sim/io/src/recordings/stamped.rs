@@ -7,6 +7,7 @@ use crate::recordings::session::complain;
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
 use host_core::list::Writer;
+use host_core::words::{agrees, counted};
 use nalgebra::{Rotation3, Vector3};
 use std::path::{Path, PathBuf};
 
@@ -153,7 +154,7 @@ impl Samples {
             let problem = match (self.count, self.without) {
                 (0, _) => "is empty".to_owned(),
                 (1, 0) => "has one sample".to_owned(),
-                (all, bad) => format!("has {all} samples, {bad} of them not finite"),
+                (all, bad) => format!("has {}, {bad} of them not finite", counted(all, "sample")),
             };
             return Err(complain(
                 file,
@@ -166,13 +167,20 @@ impl Samples {
         let step = median_step(&time);
         let rate_hz = (1.0 / step).round();
         if !(4.0..=8000.0).contains(&rate_hz) {
-            let problem = format!("has {} samples with a median step of {step} s", time.len());
+            let problem = format!(
+                "has {} with a median step of {step} s",
+                counted(time.len(), "sample")
+            );
             let remedy = "give a recording with 4 to 8000 samples a second";
             return Err(complain(file, &self.location.stream, problem, remedy));
         }
         let note = (self.without > 0).then(|| {
-            let text = "samples are not finite (nan); they count as missing";
-            self.location.note(&format!("{} {text}", self.without))
+            self.location.note(&format!(
+                "{} {} not finite (nan) and {} as missing",
+                counted(self.without, "sample"),
+                agrees(self.without, "is", "are"),
+                agrees(self.without, "counts", "count")
+            ))
         });
         let timed = |(ns, fix): &(i64, TimedFix)| TimedFix {
             time: since(origin, *ns),

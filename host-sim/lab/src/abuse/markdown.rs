@@ -125,7 +125,7 @@ fn harm(of: &[&Summary]) -> (usize, String) {
 }
 
 /// A table of the number of rows that `count` counts, with its text, by activation, sensor and
-/// computer.
+/// computer; below it, with the number of their rows, those in which it counts none.
 fn counts(all: &[Summary], count: impl Fn(&[&Summary]) -> (usize, String)) -> String {
     let computers: Vec<Computer> = Computer::ALL
         .iter()
@@ -137,10 +137,15 @@ fn counts(all: &[Summary], count: impl Fn(&[&Summary]) -> (usize, String)) -> St
         let _ = write!(out, " {computer} |");
     }
     let _ = writeln!(out, " all |\n|---|{}---|", "---|".repeat(computers.len()));
+    let mut none = Vec::new();
     for activation in ACTIVATIONS {
         for &sensor in Sensor::ALL {
             let of: Vec<&Summary> = rows(all, activation, sensor).collect();
             if of.is_empty() {
+                continue;
+            }
+            if count(&of).0 == 0 {
+                none.push(format!("{activation}, {sensor} ({})", of.len()));
                 continue;
             }
             let _ = write!(out, "| {activation}, {sensor} |");
@@ -152,6 +157,9 @@ fn counts(all: &[Summary], count: impl Fn(&[&Summary]) -> (usize, String)) -> St
             }
             let _ = writeln!(out, " {} of {} |", count(&of).0, of.len());
         }
+    }
+    if !none.is_empty() {
+        let _ = writeln!(out, "\nNone of the rows of: {}.", none.join("; "));
     }
     out
 }
@@ -197,6 +205,9 @@ fn shown_sensor(all: &[Summary]) -> Sensor {
     let last = all.iter().map(|of| of.sensor).max();
     last.filter(|_| !has_errors).unwrap_or(Sensor::Errors)
 }
+
+/// What is found of a case whose medians do not change and that has no gain to come back.
+const UNCHANGED: &str = " 1.00 | 1.00 |  |";
 
 /// Whether a kind has columns of the activations shown. Cases of the first rest may have none.
 fn is_shown(all: &[Summary], heading: &str) -> bool {
@@ -246,36 +257,46 @@ fn found(all: &[Summary], case: &str) -> String {
     out
 }
 
-/// The cases with their parameters, and what was found.
+/// What happens in a case, and its parameters.
+fn about(row: &Row) -> String {
+    let given: Vec<String> = row
+        .given
+        .iter()
+        .map(|given| format!("`{}` {}", given.key, given.value))
+        .collect();
+    let [open, close] = if given.is_empty() {
+        ["", ""]
+    } else {
+        [" (", ")"]
+    };
+    format!("{}{open}{}{close}", row.about, given.join(", "))
+}
+
+/// Cases in a table with what was found; those without a change have a table without it.
 fn cases(all: &[Summary]) -> String {
     let [usual, live] = SHOWN;
     let tail = format!(" {usual} | {live} | gain back |");
     let mut out = String::new();
     for (heading, rows) in PARTS {
-        let shown = is_shown(all, heading);
-        let (tail, more) = if shown {
-            (&*tail, "---|---|---|")
-        } else {
-            ("", "")
-        };
-        let _ = writeln!(
-            out,
-            "### {heading}\n\n| case | what happens | parameters |{tail}\n|---|---|---|{more}"
-        );
-        for Row {
-            name, about, given, ..
-        } in rows
-        {
-            let given: Vec<String> = given
-                .iter()
-                .map(|given| format!("`{}` {}", given.key, given.value))
-                .collect();
-            let found = if shown {
-                found(all, name)
-            } else {
-                String::new()
-            };
-            let _ = writeln!(out, "| `{name}` | {about} | {} |{found}", given.join(", "));
+        let _ = writeln!(out, "### {heading}");
+        let changed = |row: &&Row| is_shown(all, heading) && found(all, row.name) != UNCHANGED;
+        let (some, same): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(changed);
+        if !some.is_empty() {
+            let _ = writeln!(
+                out,
+                "\n| case | what happens |{tail}\n|---|---|---|---|---|"
+            );
+        }
+        for row in some {
+            let found = found(all, row.name);
+            let _ = writeln!(out, "| `{}` | {} |{found}", row.name, about(row));
+        }
+        if !same.is_empty() {
+            let unchanged = if is_shown(all, heading) { ": 1.00" } else { "" };
+            let _ = writeln!(out, "\n| case{unchanged} | what happens |\n|---|---|");
+        }
+        for row in same {
+            let _ = writeln!(out, "| `{}` | {} |", row.name, about(row));
         }
         out.push('\n');
     }

@@ -31,14 +31,24 @@ pub(super) fn tables(all: &[Summary]) -> String {
             "| `{errs}`, {runs} runs | {remembers} | {new} | `{perfect}`: runs corrected, worst \
              |\n|---|---|---|---|"
         );
+        // cases with the same cells share a row
+        let mut cells: Vec<(String, Vec<String>)> = Vec::new();
         for name in &names {
-            let _ = write!(out, "| `{name}` |");
+            let mut cell = String::new();
             for activation in [remembers, new] {
                 let of = of(errs).filter(|of| of.case == *name && of.activation == activation);
-                let _ = write!(out, " {} |", ratios(of));
+                let _ = write!(cell, " {} |", ratios(of));
             }
             let of: Vec<&Summary> = of(perfect).filter(|of| of.case == *name).collect();
-            let _ = writeln!(out, " {} |", corrected(&of));
+            let _ = write!(cell, " {} |", corrected(&of));
+            let name = format!("`{name}`");
+            match cells.iter_mut().find(|(known, _)| *known == cell) {
+                Some((_, names)) => names.push(name),
+                None => cells.push((cell, vec![name])),
+            }
+        }
+        for (cell, names) in cells {
+            let _ = writeln!(out, "| {} |{cell}", names.join(", "));
         }
         out.push('\n');
     }

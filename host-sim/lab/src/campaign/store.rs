@@ -96,7 +96,7 @@ pub(super) struct Store {
 const STAMP: Stamp = Stamp {
     file: "campaign.txt",
     other: "holds another campaign (other version, scenario, drives, schemes or error models)",
-    foreign: "holds a directory 'runs' that is no campaign's",
+    foreign: "holds a directory 'runs' that is not a campaign's",
 };
 const TUNING: &str = "tuning.json";
 
@@ -143,7 +143,7 @@ impl Store {
 /// counts once.
 ///
 /// # Errors
-/// A directory that is no campaign's, campaigns that do not belong together, or a broken file.
+/// A directory that is not a campaign's, campaigns that do not belong together, or a broken file.
 pub fn merge(dirs: &[impl AsRef<Path>]) -> Result<Merged, Error> {
     let fingerprint = same_stamp(dirs, &STAMP)?;
     let mut first: Option<Tuning> = None;

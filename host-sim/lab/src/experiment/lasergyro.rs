@@ -14,6 +14,7 @@ use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::{EPOCH_S, Session};
 use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::DEG;
+use host_core::words::counted;
 use host_estimation::learning::NONE;
 use host_estimation::learning::device::Device;
 use host_estimation::learning::fit::{FittedNetworks, fit};
@@ -223,8 +224,8 @@ fn report(
             (
                 "recording".into(),
                 format!(
-                    "{} samples at {} Hz",
-                    recording.pulses.len(),
+                    "{} at {} Hz",
+                    counted(recording.pulses.len(), "sample"),
                     recording.rate_hz
                 ),
             ),

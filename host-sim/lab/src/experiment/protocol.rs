@@ -37,6 +37,7 @@ use host_core::inertial::free_inertial::{FreeInertial, free_inertial};
 use host_core::inertial::motion::Increments;
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::NavState;
+use host_core::words::{agrees, counted};
 use host_estimation::learning::baseline::LinearModel;
 use host_estimation::learning::corrected::corrected_motion;
 use host_estimation::learning::device::Device;
@@ -182,8 +183,9 @@ fn outcome(
     let left = settings.times_s.len() - times_s.len();
     if left > 0 {
         notes.push(format!(
-            "{left} of {} times are left out of the table, because there is no reference then.",
-            settings.times_s.len()
+            "{left} of {} {} left out of the table, because there is no reference then.",
+            counted(settings.times_s.len(), "time"),
+            agrees(left, "is", "are")
         ));
     }
     let origin = session.reference[split.judge.start].position;

@@ -12,6 +12,7 @@ use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::rotation::to_euler;
 use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
+use host_core::words::counted;
 use host_device::device::biases::large;
 use host_estimation::learning::in_motion::{self, Aligned, Known};
 use host_estimation::learning::teacher::Assumptions;
@@ -241,9 +242,9 @@ fn chosen(
         .ok_or_else(|| Error::Option {
             option: "--part".into(),
             problem: format!(
-                "is {number}, and {} has {} parts",
+                "is {number}, and {} has {}",
                 file.display(),
-                all.len()
+                counted(all.len(), "part")
             ),
             remedy: format!("give 1 to {}", all.len()),
         })

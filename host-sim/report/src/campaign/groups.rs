@@ -30,7 +30,7 @@ fn sensors(errors: ErrorModelName) -> String {
         E::Gradient => "a bias by the difference of temperature across the block",
         E::Heating => "a bias by the rate of the temperature",
         E::ScaleTemperature => "a scale factor by the temperature",
-        E::StretchedWarmUp => "a warm-up that is no exponential, of another length on each axis",
+        E::StretchedWarmUp => "a warm-up that is not exponential, of another length on each axis",
         E::ModeHop => "hops of the path-length control",
         E::Thermostat => "a bias by the temperature of a block whose thermostat cycles",
         E::Flicker => "bias instability",

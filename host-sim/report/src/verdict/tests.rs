@@ -167,7 +167,7 @@ fn harm_at_an_earlier_time_is_reported_though_the_end_is_better() {
                 instead of 1720 m. Before the end it was worse: at 5 min (38.0 m instead of 25.0 \
                 m), at 10 min (240 m instead of 190 m).";
     assert_eq!(got[0], said);
-    assert_eq!(got[2], "Better than that: device-4 830 m (-52 %).");
+    assert_eq!(got[2], "Better than that: device-4 830 m (\u{2212}52 %).");
     assert_eq!(
         got[3],
         "Worse before the end: device-4 at 10 min (240 m against 190 m)."
@@ -189,7 +189,7 @@ fn what_an_aided_start_changes_is_no_merit_of_a_correction() {
     for part in [
         "(uncorrected) they end 222 m off: device and ekf6, which start so",
         "Worse than that: ekf6 240 m (+8 %).",
-        "Better than that: ls-bias 133 m (-43 %).",
+        "Better than that: ls-bias 133 m (\u{2212}43 %).",
         "no worse (within 1 m or 2 %): device 222 m.",
     ] {
         assert!(said.contains(part), "{part}: {said}");

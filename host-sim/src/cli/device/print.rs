@@ -1,6 +1,7 @@
 //! Text output of `host-sim device`.
 
 use firmware::error_bound::TIMES_S;
+use host_core::words::{counted, thousands};
 use host_device::device::{
     Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status, Times,
 };
@@ -113,8 +114,11 @@ fn memory_line(memory: &Memory) -> String {
     };
     let mut text = match memory.drives {
         0 => "memory         none".to_owned(),
-        1 => format!("memory         1 drive, {:.1} h", memory.hours),
-        drives => format!("memory         {drives} drives, {:.1} h", memory.hours),
+        drives => format!(
+            "memory         {}, {:.1} h",
+            counted(drives, "drive"),
+            memory.hours
+        ),
     };
     if let Some([least, most]) = memory.temperatures_degc {
         let _ = write!(text, ", {least} to {most} degC");
@@ -268,15 +272,14 @@ fn learner_lines(text: &mut String, learner: &Learner) {
     };
     let _ = writeln!(
         text,
-        "learner        {navigates}, {} promoted, {} fixes used, {} refused, {} promotions, \
-         {} given up",
+        "learner        {navigates}, {} promoted, {} used, {} refused, {}, {} given up",
         match learner.winner {
             0 => "no hypothesis".to_owned(),
             winner => format!("hypothesis {winner}"),
         },
-        learner.used_fixes,
-        learner.refused_fixes,
-        learner.promotions,
+        counted(learner.used_fixes, "fix"),
+        thousands(learner.refused_fixes),
+        counted(learner.promotions, "promotion"),
         learner.rollbacks
     );
     let sigma = learner

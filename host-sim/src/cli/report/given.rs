@@ -10,6 +10,7 @@ use super::rest::{self, Rest};
 use clap::Parser;
 use host_core::error::Error;
 use host_core::inertial::session::Session;
+use host_core::words::thousands;
 use host_estimation::analysis::allan::columns::{Choice, load};
 use host_io::recordings::record::Record;
 use host_lab::campaign::fleet::readings;
@@ -128,7 +129,7 @@ fn at_rest(file: &Path, unit: Option<Unit>, options: &[String]) -> Result<Given,
             pair("recording", file.display().to_string()),
             pair(
                 "samples",
-                format!("{rate} Hz, {seconds:.0} s, taken as at rest"),
+                format!("{rate} a second, for {seconds:.0} s, taken as at rest"),
             ),
         ],
         files: hashes(&[file.to_path_buf()], &[])?,
@@ -198,7 +199,7 @@ fn replayed(args: &replay::Args, unit: Option<Unit>, strict: bool) -> Result<Giv
         }
         What::Hybrid(_) | What::Sessions(_) | What::Blackbox(_) => Err(refused(
             "--from",
-            "is no recording of a unit",
+            "is not a recording of a unit",
             "give one that docs/your-data.md lists",
         )),
     }
@@ -230,9 +231,13 @@ fn of_session(what: &str, session: &Session) -> Vec<(String, String)> {
         pair("recording", what.to_owned()),
         pair(
             "samples",
-            format!("{:.0} Hz, {} s", 1.0 / session.dt, session.epochs()),
+            format!(
+                "{:.0} a second, for {} s",
+                1.0 / session.dt,
+                thousands(session.epochs())
+            ),
         ),
-        pair("fixes", format!("{fixes}")),
+        pair("fixes", thousands(fixes)),
     ]
 }
 
@@ -332,14 +337,14 @@ fn source(record: &Record) -> Vec<(String, String)> {
         pair(
             "samples",
             format!(
-                "{} of {} Hz, {:.1} s from {from:.3} s on",
-                record.samples.len(),
+                "{}, {} a second, for {:.1} s from {from:.3} s on",
+                thousands(record.samples.len()),
                 record.rate_hz,
                 to - from
             ),
         ),
         pair("gaps of samples", gaps),
-        pair("fixes", record.fixes.len().to_string()),
+        pair("fixes", thousands(record.fixes.len())),
         pair("judged by", judged.to_owned()),
     ]
 }

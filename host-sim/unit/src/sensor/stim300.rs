@@ -105,7 +105,7 @@ impl Stim300 {
             Finding::wrong(
                 "sensor.stim300.datagram",
                 format!(
-                    "is '{}', which is no identifier of a measurement",
+                    "is '{}', which is not the identifier of a measurement",
                     self.datagram
                 ),
                 "use one of table 5-21 of the datasheet, such as \"0x91\", \"0x93\" or \"0xA7\"",

@@ -382,7 +382,7 @@ fn a_text_that_is_cut_or_lacks_a_value_is_read_with_a_note() {
     let dir = dir.path();
     prepare(dir);
     let csv = "convert csv --to csv --out o --force --header header.toml";
-    let missing = "1 lines of damaged hold no whole sample";
+    let missing = "1 line of damaged holds no whole sample";
     let cut = "the file ends within this line";
     for (args, name, damage, note) in [
         (format!("{csv} damaged"), "imu.csv", Cut, cut),

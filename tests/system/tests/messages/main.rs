@@ -106,7 +106,7 @@ fn one_drive_gives_the_same_in_every_format() {
         let out = host_sim(dir, &format!("convert {source} --to csv --out c --force")).success();
         let text = String::from_utf8_lossy(&out.get_output().stdout).into_owned();
         assert!(
-            text.contains("36000 samples, 361 fixes"),
+            text.contains("36\u{a0}000 samples, 361 fixes"),
             "{source}: {text}"
         );
     }
@@ -135,7 +135,7 @@ fn wrong_files_and_options_of_messages_are_named() {
         ("replay ulog junk --fix-delay-s 99", "--fix-delay-s: is 99"),
         (
             "replay ulog junk --attitude 1,2",
-            "--attitude: [1.0, 2.0] is no attitude",
+            "--attitude: [1.0, 2.0] is not an attitude",
         ),
         (
             "allan junk --duration 60",

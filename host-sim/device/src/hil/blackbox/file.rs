@@ -45,12 +45,12 @@ pub fn write(file: &Path, fetched: &Fetched) -> Result<(), Error> {
 /// Reads a file: the configuration, if the device had one, and the bytes of the black box.
 ///
 /// # Errors
-/// The file cannot be read, or is no black box of this version.
+/// The file cannot be read, or is not a black box of this version.
 pub fn read(file: &Path) -> Result<(Option<Configuration>, Vec<u8>), Error> {
     let text = std::fs::read(file).map_err(|error| Error::reading(file, error))?;
     let remedy = "give a file that `device blackbox -o FILE` has written";
     let content: Content = serde_json::from_slice(&text)
-        .map_err(|error| refused(file, &format!("is no black box ({error})"), remedy))?;
+        .map_err(|error| refused(file, &format!("is not a black box ({error})"), remedy))?;
     let bytes = |name: &str, text: &str| {
         unhex(text).ok_or_else(|| refused(file, &format!("{name} is not hexadecimal"), remedy))
     };

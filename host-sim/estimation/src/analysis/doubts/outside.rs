@@ -4,6 +4,7 @@
 use super::evidence::Evidence;
 use super::{Doubt, Says};
 use firmware::units::G;
+use host_core::words::counted;
 use host_io::recordings::clocks;
 use host_io::recordings::record::TimedFix;
 use nalgebra::Vector3;
@@ -45,9 +46,9 @@ pub(super) fn times(evidence: &Evidence, says: &Says) -> Option<Doubt> {
     let few = !inside.is_empty() && (inside.len() as f64) < AMONG * fixes.len() as f64;
     (fixes.len() >= FIXES && few && covered < AMONG).then(|| {
         let problem = format!(
-            "puts {} of {} fixes outside the time of the samples",
+            "puts {} of {} outside the time of the samples",
             fixes.len() - inside.len(),
-            fixes.len()
+            counted(fixes.len(), "fix")
         );
         let field = says.fixes.time_unit.name.clone();
         (field, problem, clocks::apart(samples, times))
@@ -85,13 +86,13 @@ pub(super) fn jumps(fixes: &mut Vec<TimedFix>, says: &Says) -> Option<Doubt> {
         .iter()
         .map(|k| fixes[*k].position().ned_from(&anchor.position()).norm());
     let problem = format!(
-        "puts {} fixes from {} to {} s up to {:.0} km from the others",
-        odd.len(),
+        "puts {} from {} to {} s up to {:.0} km from the others",
+        counted(odd.len(), "fix"),
         first.time,
         last.time,
         far.fold(0.0, f64::max) / 1e3
     );
-    let remedy = "leave out what is no fix: receivers without one fill the position with zeros, \
+    let remedy = "leave out what is not a fix: receivers without one fill the position with zeros, \
                   ones or an old value, and say so in another column ('gnss.valid')";
     let mut k = 0;
     fixes.retain(|_| {
@@ -139,10 +140,11 @@ pub(super) fn held(evidence: &Evidence, says: &Says) -> Option<Doubt> {
         None => "while the velocities say that it moves".into(),
     };
     let problem = format!(
-        "repeats a position {count} times, first from {} s on, {but}",
+        "repeats a position {}, first from {} s on, {but}",
+        counted(count, "time"),
         begin?
     );
-    let remedy = "leave out what is no fix: receivers without one hold the last position, and say \
+    let remedy = "leave out what is not a fix: receivers without one hold the last position, and say \
                   so in another column ('gnss.valid'), as by a type of fix of 5 (time only) of \
                   u-blox";
     let field = says.fixes.position.name.trim_end_matches(".unit");

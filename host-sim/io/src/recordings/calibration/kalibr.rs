@@ -155,7 +155,7 @@ fn matrix(
 /// out.
 #[must_use]
 pub fn write(accel: Option<&Triad>, gyro: Option<&Triad>, noise: &Noise, about: &str) -> String {
-    let mut out = format!("# {about}\n# biases are no part of this form\n");
+    let mut out = format!("# {about}\n# biases are not part of this form\n");
     let values = noise.gyro.into_iter().chain(noise.accel);
     for (key, value) in KEYS.iter().zip(values) {
         out += &format!("{key}: {}\n", text(value));

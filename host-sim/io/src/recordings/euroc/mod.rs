@@ -319,7 +319,7 @@ fn sensor(file: &Path) -> Result<Rotation3<f64>, Error> {
         .abs()
         .max();
     if !(off < 1e-3 && matrix.determinant() > 0.0) {
-        return bad("is no rotation");
+        return bad("is not a rotation");
     }
     let exact = (off < 1e-12).then(|| Rotation3::from_matrix_unchecked(matrix));
     Ok(exact.unwrap_or_else(|| Rotation3::from_matrix(&matrix)))

@@ -172,7 +172,7 @@ fn every_fault_names_its_location() {
             "imu0/sensor.yaml",
             "1.0, 0.0",
             "2.0, 0.0",
-            "'T_BS' is no rotation",
+            "'T_BS' is not a rotation",
         ),
         ("imu0/sensor.yaml", "[", "", "'T_BS' has no list"),
     ] {

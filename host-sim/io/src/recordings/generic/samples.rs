@@ -9,6 +9,7 @@ use crate::recordings::week::Unwrapped;
 use host_core::error::Error;
 use host_core::inertial::sins::Increment;
 use host_core::list::Writer;
+use host_core::words::{agrees, counted};
 
 /// Limits of plausible samples: 2000 deg/s in rad/s, and 100 g in m/s2.
 const LIMITS: [f64; 2] = [35.0, 1000.0];
@@ -54,9 +55,11 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
     notes.extend(taken.week.note("samples"));
     if taken.without > 0 {
         notes.push(format!(
-            "{} lines of {} hold no whole sample (empty or nan); they count as missing samples.",
-            taken.without,
-            file.source.file.display()
+            "{} of {} {} no whole sample (empty or nan) and {} as missing.",
+            counted(taken.without, "line"),
+            file.source.file.display(),
+            agrees(taken.without, "holds", "hold"),
+            agrees(taken.without, "counts", "count")
         ));
     }
     let time = taken.time.finish()?;

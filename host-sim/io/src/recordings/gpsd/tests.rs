@@ -85,7 +85,7 @@ fn what_is_no_fix_is_left_out_with_a_note() {
         "2 receivers are in the log; '/dev/ttyS0' is used",
         "of its 3 fixes the 2 in the longest part",
         "2 reports hold no fix: the mode is 1, and lat and lon are 0",
-        "1 lines are no JSON",
+        "1 line is not JSON",
         "the file ends within a line",
     ] {
         assert!(notes.contains(part), "no '{part}' in {notes}");

@@ -38,6 +38,7 @@ use host_core::inertial::rotation::from_euler;
 use host_core::inertial::sins::{Increment, NavState};
 use host_core::inertial::units::DEG;
 use host_core::list::List;
+use host_core::words::{agrees, counted};
 use nalgebra::{Rotation3, Vector3};
 use std::fmt::Write;
 use std::path::Path;
@@ -98,8 +99,11 @@ pub fn samples(imu: &Path) -> Result<Record, Error> {
     let without = table.count() - whole.len();
     if without > 0 {
         notes.push(format!(
-            "{without} lines of {} hold no whole sample (nan); they count as missing samples.",
-            imu.display()
+            "{} of {} {} no whole sample (nan) and {} as missing.",
+            counted(without, "line"),
+            imu.display(),
+            agrees(without, "holds", "hold"),
+            agrees(without, "counts", "count")
         ));
     }
     if time.len() < 2 {

@@ -266,7 +266,7 @@ fn the_end_of_a_week_nan_and_cut_lines_are_read_over_with_a_note() {
         "1 lines of",
         "seconds of week of the samples",
         "seconds of week of the fixes",
-        "1 lines from 604798 to 604798 s are no fixes: latitude and longitude are 0",
+        "1 line from 604798 to 604798 s holds no fix: latitude and longitude are 0",
     ] {
         assert!(all.contains(part), "{part}: {all}");
     }

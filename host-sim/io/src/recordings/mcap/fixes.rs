@@ -5,6 +5,7 @@ use super::topics::Timed;
 use crate::recordings::record::{NOT_MEASURED, TimedFix};
 use crate::recordings::stamped::{Fixes, Location, USUAL_SIGMAS};
 use host_core::error::Error;
+use host_core::words::{agrees, counted};
 
 /// Largest difference between the stamps of a velocity and its fix, ns. Drivers of receivers give
 /// both the same stamp, or stamp both when they arrive.
@@ -74,12 +75,17 @@ pub(super) fn collect(
     }
     if unknown > 0 {
         notes.push(fixes.note(&format!(
-            "{unknown} fixes do not state their accuracy; they count as good to 1 m, \
-             1.5 m in height"
+            "{} without a stated accuracy {} as good to 1 m, 1.5 m in height",
+            counted(unknown, "fix"),
+            agrees(unknown, "counts", "count")
         )));
     }
     if !velocities.0.is_empty() && alone > 0 {
-        notes.push(fixes.note(&format!("{alone} fixes have no velocity within 20 ms")));
+        notes.push(fixes.note(&format!(
+            "{} {} no velocity within 20 ms",
+            counted(alone, "fix"),
+            agrees(alone, "has", "have")
+        )));
     }
     Ok(fixes)
 }

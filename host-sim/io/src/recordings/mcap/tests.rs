@@ -247,7 +247,7 @@ fn samples_that_are_nan_are_missing() {
     assert_eq!(read.record.time.len(), 300);
     let notes = read.record.notes.join(" ");
     assert!(
-        notes.contains("1 samples are not finite (nan); they count as missing"),
+        notes.contains("1 sample is not finite (nan) and counts as missing"),
         "{notes}"
     );
 }

@@ -7,6 +7,7 @@ use crate::recordings::input::Input;
 use crate::recordings::session::complain;
 use crate::recordings::stamped::Location;
 use host_core::error::Error;
+use host_core::words::counted;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -157,7 +158,9 @@ impl<'a> Topics<'a> {
         }
         let first = one.iter().map(|(topic, m)| (topic, m.len()));
         let names = first.chain(all.iter().map(|(topic, m)| (topic, m.len())));
-        let names: Vec<String> = names.map(|(t, n)| format!("{t} ({n} messages)")).collect();
+        let names: Vec<String> = names
+            .map(|(t, n)| format!("{t} ({})", counted(n, "message")))
+            .collect();
         Err(complain(
             self.path,
             option,

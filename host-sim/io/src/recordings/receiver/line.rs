@@ -8,6 +8,7 @@ use firmware::wire::Framer;
 use firmware::wire::receiver::ReceiverFormat;
 use firmware::wire::receiver::epoch::Arrival;
 use firmware::wire::receiver::stream::{Receiver, SILENCE_US};
+use host_core::words::counted;
 
 /// A fix, and whether its day is known.
 #[derive(Debug, Clone, Copy)]
@@ -81,7 +82,8 @@ impl Line {
         let (name, fixes) = (name(self.format), self.fixes.len());
         (fixes > 0).then(|| {
             format!(
-                "{name} is in the log, too, with {fixes} fixes; --fixes-protocol {} takes these",
+                "{name} is in the log, too, with {}; --fixes-protocol {} takes these",
+                counted(fixes, "fix"),
                 name.to_lowercase()
             )
         })

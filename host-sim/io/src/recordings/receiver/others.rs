@@ -3,6 +3,7 @@
 //!
 //! Source: gpsd's drivers, and the manuals that they name.
 
+use host_core::words::counted;
 use std::collections::BTreeSet;
 
 /// Bytes of a log that are looked at.
@@ -53,10 +54,7 @@ pub(super) fn seen(bytes: &[u8]) -> Option<(String, bool)> {
         && count > 0
     {
         return Some((
-            format!(
-                "{name}: {count} message{}",
-                if count == 1 { "" } else { "s" }
-            ),
+            format!("{name}: {}", counted(count, "message")),
             *has_positions,
         ));
     }

@@ -106,7 +106,7 @@ fn faults_are_named_and_cut_files_are_read() {
         ),
         (
             good.replace("3.0 45", "3.0 x"),
-            "'line 6' has 'x', which is no number",
+            "'line 6' has 'x', which is not a number",
         ),
         (
             good.replace(" 5 9", " 0 9").replace(" 1 9", " 0 9"),
@@ -158,7 +158,7 @@ fn zeros_and_a_cut_line_are_no_fixes() {
     let found = solved(&text).unwrap();
     assert_eq!(found.fixes.len(), 2);
     assert!(
-        found.notes[0].ends_with("1 lines hold no fix: the position is 0."),
+        found.notes[0].ends_with("1 line holds no fix: the position is 0."),
         "{:?}",
         found.notes
     );

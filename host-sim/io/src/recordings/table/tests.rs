@@ -34,7 +34,7 @@ fn every_fault_names_its_location() {
     for (bytes, start) in [
         (b"".as_slice(), "in.csv: is empty"),
         (b"t,x\n", "in.csv: has a header and no data"),
-        (b"\x7fELF\x02,x\n1,2\n", "in.csv: is no text"),
+        (b"\x7fELF\x02,x\n1,2\n", "in.csv: is not text"),
         (b"t,y\n1,2\n", "in.csv:1: header is 't,y'"),
         (b"t,x\n1,2\n3\n", "in.csv:3: 1 columns instead of 2"),
         (b"t,x\n1,2\n\n3,4\n", "in.csv:3: 0 columns"),

@@ -21,6 +21,7 @@ use crate::recordings::session::complain;
 use crate::recordings::stamped::{Fixes, Location, Reading, Samples, turned};
 use format::{Summary, Walk};
 use host_core::error::Error;
+use host_core::words::counted;
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion};
 use std::path::Path;
 use topics::{Collected, Piece, SENSOR_COMBINED, Stream, VEHICLE_IMU, known};
@@ -88,17 +89,21 @@ fn notes(file: &Path, summary: &Summary, collected: &Collected, end: u64) -> Vec
         ));
     }
     if summary.damaged > 0 {
-        note(format!("{} damaged bytes are left out", summary.damaged));
+        note(format!(
+            "{} left out",
+            counted(summary.damaged, "damaged byte")
+        ));
     }
     if let (count @ 1.., ms) = summary.dropouts {
         note(format!(
-            "the logger dropped out {count} times, {ms} ms in all"
+            "the logger dropped out {}, {ms} ms in all",
+            counted(count, "time")
         ));
     }
     if collected.invalid > 0 {
         note(format!(
-            "{} samples of {SENSOR_COMBINED} without accelerometers are left out",
-            collected.invalid
+            "{} of {SENSOR_COMBINED} without accelerometers left out",
+            counted(collected.invalid, "sample")
         ));
     }
     notes
@@ -230,7 +235,10 @@ fn fixes(
     let delay = (delay_s * 1e9).round() as i64;
     let without = collected.without_fix.get(&(topic, instance));
     if let Some(count) = without {
-        let text = format!("{count} messages are no fixes: their fix_type is below 3");
+        let text = format!(
+            "{} without a fix (fix_type below 3)",
+            counted(count, "message")
+        );
         notes.push(fixes.note(&text));
     }
     for (k, (us, fix)) in all.iter().enumerate() {

@@ -246,7 +246,7 @@ fn damage_and_cuts_are_passed_with_a_note() {
     let read = read_bytes(&whole, &Choice::default()).unwrap();
     assert_eq!((read.record.time.len(), read.record.fixes.len()), (600, 4));
     assert!(
-        read.notes[0].contains("6 damaged bytes are left out"),
+        read.notes[0].contains("6 damaged bytes left out"),
         "{:?}",
         read.notes
     );

@@ -41,7 +41,7 @@ const LEAST_SIGMA: f64 = 0.01;
 const STAMP: Stamp = Stamp {
     file: "fleet.txt",
     other: "holds another fleet (other version, scenario, errors, inputs, drives or recordings)",
-    foreign: "holds a directory 'runs' that is no fleet's",
+    foreign: "holds a directory 'runs' that is not a fleet's",
 };
 
 /// The source of the drives.
@@ -173,7 +173,7 @@ impl Fleet {
 /// The drives in the directories of a fleet's shards, unit by unit.
 ///
 /// # Errors
-/// A directory that is no fleet's, fleets that do not belong together, or a broken file.
+/// A directory that is not a fleet's, fleets that do not belong together, or a broken file.
 pub fn merge(dirs: &[PathBuf]) -> Result<Vec<Vec<Drive>>, Error> {
     same_stamp(dirs, &STAMP)?;
     let mut units: BTreeMap<u32, Vec<Drive>> = BTreeMap::new();

@@ -156,7 +156,7 @@ impl Prepared {
             return Err(Error::Option {
                 option: "--rate-hz".into(),
                 problem: format!(
-                    "is {}, of which the {} samples a second of '{}' are no multiple",
+                    "is {}, of which the {} samples a second of '{}' are not a multiple",
                     receiver.rate_hz, spec.rate_hz, unit.name
                 ),
                 remedy: "give 1, 2, 5 or 10".into(),

@@ -191,7 +191,7 @@ fn a_gap_of_samples_of_a_minute() {
     let started = started(&record);
     assert!(started.session.outages.is_empty());
     assert!(
-        started.notes[0].starts_with("1 gaps of samples, of at most 0.05"),
+        started.notes[0].starts_with("1 gap of samples, of at most 0.05"),
         "{:?}",
         started.notes
     );
