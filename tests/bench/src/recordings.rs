@@ -4,7 +4,6 @@ use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::Session;
 use host_core::inertial::sins::Increment;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use std::path::{Path, PathBuf};
@@ -61,21 +60,12 @@ pub fn simulated(still: f64, drive: f64, seed: u64) -> Session {
     let mut imu = ImuSpec::preset("medium").expect("a preset");
     imu.rate_hz = 100;
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
         start: Geodetic {
             lat: 0.8,
             lon: 0.2,
             h: 200.0,
         },
-        heading: 1.0,
-        standstill_s: still,
-        drive_s: drive,
-        segments: None,
-        vibration: 1.0,
-        unit: seed,
-        turn_on: seed,
-        drive: seed,
+        ..SessionConfig::new(&imu, [still, drive], [seed, seed, seed])
     };
     simulate(&config).0
 }

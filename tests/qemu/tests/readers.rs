@@ -7,7 +7,6 @@ use std::path::Path;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use host_io::recordings::record::{Kind, Record};
@@ -22,21 +21,13 @@ const START: i64 = 1_700_000_000_123_456_789;
 fn drive() -> Session {
     let imu = ImuSpec::preset("tactical").expect("a preset");
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
         start: Geodetic {
             lat: 0.8,
             lon: 0.1,
             h: 300.0,
         },
         heading: 0.4,
-        standstill_s: 5.0,
-        drive_s: 12.0,
-        segments: None,
-        vibration: 1.0,
-        unit: 1,
-        turn_on: 2,
-        drive: 3,
+        ..SessionConfig::new(&imu, [5.0, 12.0], [1, 2, 3])
     };
     simulate(&config).0
 }

@@ -10,6 +10,7 @@ use crate::simulator::imu::{Draws, Imu, ImuSpec};
 use crate::simulator::truth::{DriveConfig, Journey, Segment, Truth, Vehicle, random_drive};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use std::sync::LazyLock;
 
 /// Settings of a simulated session.
 #[derive(Debug, Clone)]
@@ -36,6 +37,39 @@ pub struct SessionConfig<'a> {
     pub turn_on: u64,
     /// Seed of road and fixes.
     pub drive: u64,
+}
+
+/// The receiver of [`SessionConfig::new`].
+static USUAL: LazyLock<GnssSpec> = LazyLock::new(GnssSpec::default);
+
+impl<'a> SessionConfig<'a> {
+    /// A session in middle latitudes with a random road, the usual receiver and the vibration of a
+    /// car: so many seconds at rest and then of driving. The seeds are those of the device, of
+    /// turn-on and noise, and of road and fixes.
+    #[must_use]
+    pub fn new(
+        imu: &'a ImuSpec,
+        [standstill_s, drive_s]: [f64; 2],
+        [unit, turn_on, drive]: [u64; 3],
+    ) -> Self {
+        Self {
+            imu,
+            gnss: &USUAL,
+            start: Geodetic {
+                lat: 0.5,
+                lon: 2.0,
+                h: 60.0,
+            },
+            heading: 1.0,
+            standstill_s,
+            drive_s,
+            segments: None,
+            vibration: 1.0,
+            unit,
+            turn_on,
+            drive,
+        }
+    }
 }
 
 /// Simulates a session on a road. Gives the session and the true drive.
@@ -215,21 +249,8 @@ mod tests {
         let mut imu = preset.error_model(ErrorModelName::Noise);
         (imu.gyro.magnetic_dphpgauss, imu.rate_hz) = (0.02, 50);
         let config = SessionConfig {
-            imu: &imu,
-            gnss: &GnssSpec::default(),
-            start: Geodetic {
-                lat: 0.5,
-                lon: 2.0,
-                h: 60.0,
-            },
             heading: 0.3,
-            standstill_s: 10.0,
-            drive_s: 300.0,
-            segments: None,
-            vibration: 1.0,
-            unit: 1,
-            turn_on: 2,
-            drive: 3,
+            ..SessionConfig::new(&imu, [10.0, 300.0], [1, 2, 3])
         };
         let (session, truth) = simulate(&config);
         let field: Vec<_> = session.surroundings.unwrap();

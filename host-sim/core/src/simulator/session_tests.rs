@@ -1,29 +1,14 @@
 //! Simulations without `[ambient]` and `[power]` stay the same, bit for bit.
 
-use super::gnss::GnssSpec;
 use super::imu::ImuSpec;
 use super::session::{SessionConfig, simulate};
-use crate::inertial::earth::Geodetic;
 
 /// FNV-1a over the samples and the systematic errors of a drive of two minutes.
 fn digest(preset: &str) -> u64 {
     let imu = ImuSpec::preset(preset).unwrap();
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
-        start: Geodetic {
-            lat: 0.5,
-            lon: 2.0,
-            h: 60.0,
-        },
         heading: 0.3,
-        standstill_s: 30.0,
-        drive_s: 90.0,
-        segments: None,
-        vibration: 1.0,
-        unit: 11,
-        turn_on: 12,
-        drive: 13,
+        ..SessionConfig::new(&imu, [30.0, 90.0], [11, 12, 13])
     };
     let (session, _) = simulate(&config);
     let counts = session.counts.iter().flat_map(|c| {

@@ -68,9 +68,7 @@ mod tests {
     use super::*;
     use crate::learning::teacher::Assumptions;
     use crate::learning::window::{compensate, compensator, normalisation, start};
-    use host_core::inertial::earth::Geodetic;
     use host_core::inertial::motion::Motion;
-    use host_core::simulator::gnss::GnssSpec;
     use host_core::simulator::imu::{ErrorModelName, ImuSpec};
     use host_core::simulator::session::{SessionConfig, simulate};
     use lrnn_nostd::Net;
@@ -82,21 +80,8 @@ mod tests {
         let spec = ImuSpec::preset("medium").unwrap();
         let spec = spec.error_model(ErrorModelName::All);
         let config = SessionConfig {
-            imu: &spec,
-            gnss: &GnssSpec::default(),
-            start: Geodetic {
-                lat: 0.5,
-                lon: 2.0,
-                h: 60.0,
-            },
             heading: 0.7,
-            standstill_s: 20.0,
-            drive_s: 40.0,
-            segments: None,
-            vibration: 1.0,
-            unit: 1,
-            turn_on: 2,
-            drive: 3,
+            ..SessionConfig::new(&spec, [20.0, 40.0], [1, 2, 3])
         };
         let mut session = simulate(&config).0;
         let assumptions = Assumptions::of_simulated(&spec);

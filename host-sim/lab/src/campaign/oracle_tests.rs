@@ -61,17 +61,10 @@ fn the_oracle_knows_every_cause() {
     let (campaign, imu) = campaign("medium");
     let noise = imu.error_model(ErrorModelName::Noise);
     let config = SessionConfig {
-        imu: &imu,
         gnss: &campaign.scenario.gnss,
         start: campaign.scenario.start(),
         heading: 0.3,
-        standstill_s: 300.0,
-        drive_s: 900.0,
-        segments: None,
-        vibration: 1.0,
-        unit: 11,
-        turn_on: 12,
-        drive: 13,
+        ..SessionConfig::new(&imu, [300.0, 900.0], [11, 12, 13])
     };
     let (truth, fixes) = drive(&config);
     let causes = noise.each_cause_large();

@@ -11,7 +11,6 @@ use host_core::inertial::earth::{Geodetic, Local};
 use host_core::inertial::session::to_si;
 use host_core::inertial::sins::Increment;
 use host_core::inertial::units::DEG;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::Imu;
 use host_core::simulator::session::{SessionConfig, simulate_in};
 use host_core::simulator::truth::{Standing, Vehicle};
@@ -94,17 +93,13 @@ fn record(folder: &Path) -> Result<()> {
         h: 60.0,
     };
     let config = SessionConfig {
-        imu: &spec,
-        gnss: &GnssSpec::default(),
         start,
         heading: 0.0,
-        standstill_s: f64::from(STANDSTILL_S),
-        drive_s: f64::from(LENGTH_S - STANDSTILL_S),
-        segments: None,
-        vibration: 1.0,
-        unit: 1,
-        turn_on: 2,
-        drive: 3,
+        ..SessionConfig::new(
+            &spec,
+            [f64::from(STANDSTILL_S), f64::from(LENGTH_S - STANDSTILL_S)],
+            [1, 2, 3],
+        )
     };
     let vehicle = Vehicle::Standing(Standing::default());
     let (session, _) = simulate_in(&vehicle, &config);

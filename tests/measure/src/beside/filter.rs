@@ -16,7 +16,6 @@ use host_core::inertial::earth::Geodetic;
 use host_core::inertial::rotation::to_euler;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::{DEG, DEG_PER_H, DEG_PER_SQRT_H, PPM};
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::kfgins::{self, Form};
@@ -153,21 +152,13 @@ fn drive(unit: &Unit) -> Session {
     let mut imu = unit.simulated();
     imu.rate_hz = 200;
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
         start: Geodetic {
             lat: 28.2 * DEG,
             lon: 112.9 * DEG,
             h: 60.0,
         },
         heading: 35.0 * DEG,
-        standstill_s: LENGTH_S[0],
-        drive_s: LENGTH_S[1],
-        segments: None,
-        vibration: 1.0,
-        unit: 1,
-        turn_on: 2,
-        drive: 3,
+        ..SessionConfig::new(&imu, [LENGTH_S[0], LENGTH_S[1]], [1, 2, 3])
     };
     simulate(&config).0
 }

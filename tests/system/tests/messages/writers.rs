@@ -3,7 +3,6 @@
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -26,17 +25,9 @@ pub fn drive() -> Session {
 pub fn session(standstill_s: f64, drive_s: f64) -> Session {
     let imu = ImuSpec::preset("tactical").unwrap();
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
         start: ORIGIN,
         heading: 0.4,
-        standstill_s,
-        drive_s,
-        segments: None,
-        vibration: 1.0,
-        unit: 1,
-        turn_on: 2,
-        drive: 3,
+        ..SessionConfig::new(&imu, [standstill_s, drive_s], [1, 2, 3])
     };
     simulate(&config).0
 }

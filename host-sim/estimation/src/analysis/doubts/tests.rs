@@ -8,7 +8,6 @@ use host_core::error::Error;
 use host_core::inertial::earth::Geodetic;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use host_io::recordings::InitialAttitude;
 use host_io::recordings::generic;
@@ -20,21 +19,13 @@ use std::fmt::Write;
 fn drive(preset: &str, standstill_s: u32) -> Session {
     let imu = Unit::preset(preset).unwrap().simulated();
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
         start: Geodetic {
             lat: 47.0 * DEG,
             lon: 8.0 * DEG,
             h: 400.0,
         },
         heading: 0.7,
-        standstill_s: standstill_s.into(),
-        drive_s: 300.0,
-        segments: None,
-        vibration: 1.0,
-        unit: 5,
-        turn_on: 6,
-        drive: 7,
+        ..SessionConfig::new(&imu, [standstill_s.into(), 300.0], [5, 6, 7])
     };
     simulate(&config).0
 }

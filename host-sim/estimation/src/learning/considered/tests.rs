@@ -60,21 +60,17 @@ impl By {
 
 fn config<'a>(imu: &'a ImuSpec, gnss: &'a GnssSpec, by: By, unit: u64) -> SessionConfig<'a> {
     SessionConfig {
-        imu,
         gnss,
         start: Geodetic {
             lat: 0.8,
             lon: 0.2,
             h: 100.0,
         },
-        heading: 1.0,
-        standstill_s: by.standstill_s(),
-        drive_s: DRIVE_S,
-        segments: None,
-        vibration: 1.0,
-        unit,
-        turn_on: unit + 1_000_000,
-        drive: 5,
+        ..SessionConfig::new(
+            imu,
+            [by.standstill_s(), DRIVE_S],
+            [unit, unit + 1_000_000, 5],
+        )
     }
 }
 

@@ -9,7 +9,6 @@ use host_core::inertial::earth::Geodetic;
 use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
 use host_core::simulator::session::{SessionConfig, simulate};
 use lrnn_nostd::Net;
@@ -19,22 +18,14 @@ use nalgebra::Vector3;
 fn session(drive_s: f64, day: u64) -> Session {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
+    let imu = imu.error_model(ErrorModelName::Linear);
     let config = SessionConfig {
-        imu: &imu.error_model(ErrorModelName::Linear),
-        gnss: &GnssSpec::default(),
         start: Geodetic {
             lat: 28.2 * DEG,
             lon: 112.9 * DEG,
             h: 60.0,
         },
-        heading: 1.0,
-        standstill_s: 150.0,
-        drive_s,
-        segments: None,
-        vibration: 1.0,
-        unit: 5,
-        turn_on: day,
-        drive: day,
+        ..SessionConfig::new(&imu, [150.0, drive_s], [5, day, day])
     };
     simulate(&config).0
 }

@@ -32,21 +32,13 @@ fn driven(gnss: &GnssSpec, model: ErrorModelName, seed: u64, drive_s: f64) -> (S
     imu.rate_hz = 50;
     let spec = imu.error_model(model);
     let config = SessionConfig {
-        imu: &spec,
         gnss,
         start: Geodetic {
             lat: 28.2 * DEG,
             lon: 112.9 * DEG,
             h: 60.0,
         },
-        heading: 1.0,
-        standstill_s: 150.0,
-        drive_s,
-        segments: None,
-        vibration: 1.0,
-        unit: seed,
-        turn_on: seed,
-        drive: seed,
+        ..SessionConfig::new(&spec, [150.0, drive_s], [seed, seed, seed])
     };
     simulate(&config)
 }

@@ -195,29 +195,14 @@ pub fn aligned_knowing(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_core::inertial::earth::Geodetic;
-    use host_core::simulator::gnss::GnssSpec;
     use host_core::simulator::imu::{ErrorModelName, ImuSpec};
     use host_core::simulator::session::{SessionConfig, simulate};
     use nalgebra::{DMatrix, DVector};
 
     fn standing(imu: &ImuSpec) -> Session {
         let config = SessionConfig {
-            imu,
-            gnss: &GnssSpec::default(),
-            start: Geodetic {
-                lat: 0.5,
-                lon: 2.0,
-                h: 60.0,
-            },
             heading: 0.7,
-            standstill_s: 300.0,
-            drive_s: 60.0,
-            segments: None,
-            vibration: 1.0,
-            unit: 5,
-            turn_on: 6,
-            drive: 7,
+            ..SessionConfig::new(imu, [300.0, 60.0], [5, 6, 7])
         };
         simulate(&config).0
     }

@@ -1,7 +1,6 @@
 use super::*;
 use crate::recordings::record::{NOT_MEASURED, TimedFix};
 use host_core::inertial::session::Session;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::ImuSpec;
 use host_core::simulator::session::{SessionConfig, simulate};
 use nalgebra::UnitQuaternion;
@@ -10,21 +9,12 @@ use test_bench::recordings::message;
 fn simulated() -> Session {
     let imu = ImuSpec::preset("medium").unwrap();
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
         start: Geodetic {
             lat: 0.6,
             lon: 1.9,
             h: 100.0,
         },
-        heading: 1.0,
-        standstill_s: 100.0,
-        drive_s: 120.0,
-        segments: None,
-        vibration: 1.0,
-        unit: 1,
-        turn_on: 2,
-        drive: 3,
+        ..SessionConfig::new(&imu, [100.0, 120.0], [1, 2, 3])
     };
     simulate(&config).0
 }

@@ -20,7 +20,6 @@ fn recorded_by(turn_on: u64, repeats: f64) -> (Record, host_core::inertial::sess
     imu.gyro.bias_turn_on_dph *= new;
     imu.accel.bias_turn_on_ug *= new;
     let config = SessionConfig {
-        imu: &imu,
         gnss: &GnssSpec {
             horizontal_m: 0.1,
             vertical_m: 0.2,
@@ -31,14 +30,7 @@ fn recorded_by(turn_on: u64, repeats: f64) -> (Record, host_core::inertial::sess
             lon: 0.2,
             h: 100.0,
         },
-        heading: 1.0,
-        standstill_s: 10.0,
-        drive_s: 140.0,
-        segments: None,
-        vibration: 1.0,
-        unit: 3,
-        turn_on,
-        drive: turn_on + 100,
+        ..SessionConfig::new(&imu, [10.0, 140.0], [3, turn_on, turn_on + 100])
     };
     let (session, _) = simulate(&config);
     let mut record = Record::from_session(&session);

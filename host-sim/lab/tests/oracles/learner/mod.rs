@@ -11,7 +11,6 @@ use host_core::inertial::earth::Geodetic;
 use host_core::inertial::ekf::ErrorModel;
 use host_core::inertial::session::Session;
 use host_core::inertial::units::DEG;
-use host_core::simulator::gnss::GnssSpec;
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
 use host_core::simulator::session::{SessionConfig, simulate};
 use host_estimation::learning::aiding::fix_at;
@@ -31,21 +30,12 @@ fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
     imu.rate_hz = 50;
     let spec = imu.error_model(model);
     let config = SessionConfig {
-        imu: &spec,
-        gnss: &GnssSpec::default(),
         start: Geodetic {
             lat: 28.2 * DEG,
             lon: 112.9 * DEG,
             h: 60.0,
         },
-        heading: 1.0,
-        standstill_s: 150.0,
-        drive_s: 250.0,
-        segments: None,
-        vibration: 1.0,
-        unit: seed,
-        turn_on: seed,
-        drive: seed,
+        ..SessionConfig::new(&spec, [150.0, 250.0], [seed, seed, seed])
     };
     (simulate(&config).0, Assumptions::of_simulated(&imu))
 }

@@ -1,7 +1,6 @@
 use super::*;
 use crate::inertial::ekf::{ErrorModel, InitialSigma, Noise, Parameter, Prior, Triad};
 use crate::inertial::free_inertial::from_filter;
-use crate::simulator::gnss::GnssSpec;
 use crate::simulator::imu::ImuSpec;
 use crate::simulator::session::{SessionConfig, simulate};
 
@@ -10,21 +9,8 @@ fn session() -> Session {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;
     let config = SessionConfig {
-        imu: &imu,
-        gnss: &GnssSpec::default(),
-        start: crate::inertial::earth::Geodetic {
-            lat: 0.5,
-            lon: 2.0,
-            h: 60.0,
-        },
         heading: 0.7,
-        standstill_s: 30.0,
-        drive_s: 120.0,
-        segments: None,
-        vibration: 1.0,
-        unit: 5,
-        turn_on: 6,
-        drive: 7,
+        ..SessionConfig::new(&imu, [30.0, 120.0], [5, 6, 7])
     };
     Session {
         gather: 5,
