@@ -28,6 +28,24 @@ pub fn drive(format: ImuFormat, seconds: u32) -> Result<Vec<Record>> {
     Ok(records(simulated::drive(format, seconds)?.records))
 }
 
+/// The sensor's frames of a drive.
+///
+/// # Panics
+/// A sample does not fit into its field.
+#[must_use]
+pub fn frames(format: ImuFormat, seconds: u32) -> Vec<Record> {
+    let records = drive(format, seconds).expect("a drive").into_iter();
+    records
+        .filter(|record| record.input == Input::Sensor)
+        .collect()
+}
+
+/// Hexadecimal, as the models of the chips read bytes.
+#[must_use]
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 /// As [`drive`], after `standstill_s` seconds at rest. Also returns the simulated session.
 ///
 /// # Errors

@@ -6,14 +6,15 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
-use firmware::app::Config;
+use firmware::app::{Config, Hardware};
 use firmware::configuration::Configuration;
 use firmware::link::uart::Uart;
 use firmware::wire::ImuFormat;
 use vectors::Digest;
 
-use crate::drive::{Record, recording, timed_recording};
+use crate::drive::{Record, hex, recording, timed_recording};
 use crate::machine::{Clock, Machine, run_in};
+use crate::protocol::set_up;
 use crate::replay::{Cost, Input, Learnt, Pace, Replay, Wires, learning_config};
 use firmware::learn::{FixLearner, FixMemory, Settings};
 
@@ -53,6 +54,22 @@ pub struct Instructions {
     pub late_us: f64,
     /// Number of samples before it.
     pub late_at: u32,
+}
+
+/// What the desktop sends for these frames, set up as a new board is, hexadecimal.
+///
+/// # Panics
+/// A request does not fit into a packet.
+#[must_use]
+pub fn desktops(frames: &[Record]) -> String {
+    let set_up = set_up().expect("requests").into_iter();
+    let requests = set_up.map(|bytes| Record {
+        input: Input::Command,
+        at_us: 0,
+        bytes,
+    });
+    let input: Vec<_> = requests.chain(frames.iter().cloned()).collect();
+    hex(&on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent)
 }
 
 /// Runs the library on the desktop.

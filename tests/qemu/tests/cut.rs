@@ -4,7 +4,7 @@
 use firmware::app::{Config, Hardware};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
-use qemu::drive::{Record, drive};
+use qemu::drive::{Record, drive, hex};
 use qemu::images::STM32F405;
 use qemu::judges::{ask, python};
 use qemu::protocol::{cut_through, set_up_configured};
@@ -19,10 +19,6 @@ const BYTE_US: f64 = 10e6 / 921_600.0;
 const BEGIN: usize = 40;
 /// Longest time that the interrupt takes, us.
 const INTERRUPT_US: f64 = 1.7;
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 /// Delays of all bytes of the frames after the first ones, us: from the end of the stop bit on the
 /// sensor line to the start of the start bit on the navigation line.

@@ -2,16 +2,15 @@
 
 use std::path::PathBuf;
 
-use firmware::app::{Config, Hardware};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{Counters, Request, Response, decode};
 use qemu::boards::Family;
-use qemu::drive::{Record, drive};
+use qemu::drive::{Record, drive, frames, hex};
 use qemu::protocol::{packet_of, set_up};
 use qemu::replay::Input;
 use qemu::rp2350::{self, Run};
-use qemu::software::on_desktop;
+use qemu::software::desktops;
 use serde_json::{Value, json};
 
 /// Cycles of a microsecond, and of a millisecond.
@@ -21,33 +20,6 @@ const MILLISECOND: u32 = 150_000;
 const PIO: u32 = 15;
 const SENSOR: u32 = 33;
 const NAVIGATION: u32 = 34;
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// The frames of a drive.
-fn frames(format: ImuFormat, seconds: u32) -> Vec<Record> {
-    let records = drive(format, seconds).expect("a drive").into_iter();
-    records
-        .filter(|record| record.input == Input::Sensor)
-        .collect()
-}
-
-/// Output of the desktop for these frames, set up as the image is, hexadecimal.
-fn desktops(frames: &[Record]) -> String {
-    let mut input: Vec<_> = set_up()
-        .expect("requests")
-        .into_iter()
-        .map(|bytes| Record {
-            input: Input::Command,
-            at_us: 0,
-            bytes,
-        })
-        .collect();
-    input.extend_from_slice(frames);
-    hex(&on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent)
-}
 
 /// From the last byte of a frame to the first byte sent, microseconds: the median and the maximum.
 /// The first frames, which are buffered until the format is known, do not count.

@@ -9,7 +9,7 @@ use firmware::wire::ImuFormat;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
 use firmware::wire::receiver::{Heard, ReceiverFormat};
 use qemu::boards::Family;
-use qemu::drive::drive;
+use qemu::drive::{drive, hex};
 use qemu::images::STM32F405;
 use qemu::judges::{ask, python};
 use qemu::protocol::configure;
@@ -17,10 +17,6 @@ use qemu::replay::Input;
 
 /// Cycles in a millisecond.
 const MS: u64 = 168_000;
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 fn bytes(hex: &str) -> Vec<u8> {
     let digits = hex.as_bytes().chunks(2);

@@ -9,7 +9,7 @@ use firmware::wire::command::{MAX_PACKET, Request, Response, cause, decode, enco
 use qemu::judges::ask;
 use serde_json::{Value, json};
 
-use crate::programs::hex;
+use qemu::drive::hex;
 
 fn packet(request: &Request) -> String {
     let mut buffer = [0; MAX_PACKET];

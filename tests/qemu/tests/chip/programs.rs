@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
 use qemu::chip::{Driver, Run, report};
+use qemu::drive::hex;
 use serde_json::{Value, json};
 
 /// What a program exercises; the numbers are those of `Subject` in `tests/chip`.
@@ -45,11 +46,6 @@ fn bytes() -> Vec<u8> {
     };
     let mut state = 1;
     std::iter::from_fn(|| next(&mut state)).take(300).collect()
-}
-
-/// Hexadecimal, as the model reads bytes.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The runs of a subject, as the model reads them (JSON).

@@ -9,16 +9,15 @@ mod ring;
 
 use std::path::Path;
 
-use firmware::app::{Config, Hardware};
 use firmware::configuration::{Configuration, Parity, SerialLines};
 use firmware::control::Mode;
 use firmware::wire::ImuFormat;
-use qemu::drive::{Record, drive};
+use qemu::drive::{Record, frames, hex};
 use qemu::images::{Image, STM32F405, STM32F405_WINDOW};
 use qemu::judges::{ask, python};
 use qemu::protocol::{configure, mode, set_up};
 use qemu::replay::Input;
-use qemu::software::on_desktop;
+use qemu::software::desktops;
 
 /// Numbers of interrupts: the sensor's UART, its stream in, and the navigation computer's stream
 /// out.
@@ -28,10 +27,6 @@ const NAVIGATION_OUT: i32 = 17;
 /// ... data-ready of the ADIS, and the end of its burst.
 const DATA_READY: i32 = 10;
 const BURST_END: i32 = 56;
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
 
 /// Results of a run of the image.
 struct Done {
@@ -135,29 +130,6 @@ fn run_in(
     }
 }
 
-/// The frames of a drive.
-fn frames(format: ImuFormat, seconds: u32) -> Vec<Record> {
-    let records = drive(format, seconds).expect("a drive").into_iter();
-    records
-        .filter(|record| record.input == Input::Sensor)
-        .collect()
-}
-
-/// Output of the desktop for these frames, set up as the image is, hexadecimal.
-fn desktops(frames: &[Record]) -> String {
-    let mut input: Vec<_> = set_up()
-        .expect("requests")
-        .into_iter()
-        .map(|bytes| Record {
-            input: Input::Command,
-            at_us: 0,
-            bytes,
-        })
-        .collect();
-    input.extend_from_slice(frames);
-    hex(&on_desktop(Config::unconfigured(Hardware::DESKTOP), &input).sent)
-}
-
 /// The output equals the desktop's. Each frame costs one input interrupt (two where it crosses the
 /// end of the ring) and two output interrupts, regardless of the phase of the millisecond clock.
 fn corrects(image: Image, format: ImuFormat, seconds: u32, period: u32) {
@@ -191,11 +163,7 @@ fn lines_are_reopened_as_configured() {
     let (Some(python), Some(built)) = (python(), STM32F405.build_or_skip()) else {
         return;
     };
-    let frames: Vec<_> = drive(ImuFormat::Stim300, 1)
-        .expect("a drive")
-        .into_iter()
-        .filter(|record| record.input == Input::Sensor)
-        .collect();
+    let frames = frames(ImuFormat::Stim300, 1);
     let bytes: Vec<u8> = frames
         .iter()
         .flat_map(|frame| frame.bytes.clone())
@@ -278,10 +246,7 @@ fn novatel_by_dma_in_the_small_image() {
 #[test]
 fn the_learner_is_in_core_coupled_memory() {
     let Some(python) = python() else { return };
-    let records = drive(ImuFormat::Stim300, 1).expect("a drive").into_iter();
-    let frames: Vec<_> = records
-        .filter(|record| record.input == Input::Sensor)
-        .collect();
+    let frames = frames(ImuFormat::Stim300, 1);
     let learns = mode(Mode::Learn).expect("packets");
     for (image, commands, is_there, is_used) in [
         (STM32F405, vec![], true, false),
