@@ -3,7 +3,6 @@
 //! (`tests/measure`). It depends on nothing of this workspace.
 
 pub mod boards;
-pub mod documents;
 pub mod images;
 pub mod needs;
 pub mod stage;

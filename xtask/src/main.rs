@@ -222,7 +222,7 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use xtask::documents::{judge, shown};
+    use documents::{judge, shown};
 
     /// What the pages show of `cargo xtask` are tasks with their options. Those of tests/measure
     /// are parsed there.

@@ -7,8 +7,8 @@ use std::sync::{Mutex, PoisonError};
 
 use crate::boards::M33;
 use crate::images::{TARGET, installed, workspace};
-use crate::stage::{cargo_with, succeed};
-use anyhow::{Context, Result, bail};
+use crate::stage::{cargo_with, quietly, succeed};
+use anyhow::{Context, Result, bail, ensure};
 
 /// The emulator.
 pub const QEMU: &str = "qemu-system-arm";
@@ -42,12 +42,7 @@ pub fn available() -> bool {
 
 /// Whether this emulator can be started.
 pub fn can_start(emulator: &str) -> bool {
-    let version = start(emulator)
-        .arg("--version")
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    version.is_ok_and(|status| status.success())
+    quietly(start(emulator).arg("--version"))
 }
 
 /// A command for the emulator of this name, or for the one that [`OTHER`] names instead.
@@ -70,15 +65,8 @@ pub fn targets() -> Result<()> {
 pub fn alone() -> Result<()> {
     ALONE.into_iter().try_for_each(core_library)?;
     emulator()?;
-    if can_start(QEMU_RISCV) {
-        return Ok(());
-    }
-    let missing = format!("{QEMU_RISCV} is missing; remedy: {}", REMEDY_RISCV);
-    install("qemu-system-misc", &missing)?;
-    if !can_start(QEMU_RISCV) {
-        bail!(missing);
-    }
-    Ok(())
+    let missing = format!("{QEMU_RISCV} is missing; remedy: {REMEDY_RISCV}");
+    provide(|| can_start(QEMU_RISCV), "qemu-system-misc", &missing)
 }
 
 /// Installs the core library of a target.
@@ -104,49 +92,27 @@ pub fn core_library(target: &str) -> Result<()> {
 
 /// The emulator.
 pub fn emulator() -> Result<()> {
-    if available() {
-        return Ok(());
-    }
     let missing =
         format!("{QEMU} is missing; remedy: {REMEDY}; or leave QEMU out: cargo xtask test --fast");
-    install("qemu-system-arm", &missing)?;
-    if !available() {
-        bail!(missing);
-    }
-    Ok(())
+    provide(available, "qemu-system-arm", &missing)
 }
 
 /// The browser in which the page of `host-sim serve` is tested.
 pub fn browser() -> Result<()> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let found = || names.iter().any(|name| can_start(name));
-    if found() {
-        return Ok(());
-    }
     let missing = "Chromium is missing; remedy: Debian: apt-get install chromium";
-    install("chromium", missing)?;
-    if !found() {
-        bail!(missing);
-    }
-    Ok(())
+    provide(found, "chromium", missing)
 }
 
 /// A compiler of C++, for the library of the fuzz targets.
 pub fn cpp() -> Result<()> {
     let found = || {
         let name = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
-        let version = Command::new(name).arg("--version").output();
-        version.is_ok_and(|output| output.status.success())
+        quietly(Command::new(name).arg("--version"))
     };
-    if found() {
-        return Ok(());
-    }
     let missing = "a compiler of C++ is missing; remedy: install g++";
-    install("g++", missing)?;
-    if !found() {
-        bail!(missing);
-    }
-    Ok(())
+    provide(found, "g++", missing)
 }
 
 /// A Python that makes virtual environments: `PYTHON` names another one than `python3`.
@@ -155,18 +121,11 @@ pub fn python() -> Result<std::ffi::OsString> {
     let found = || {
         // Debian has `venv` without the packages that it installs
         let asked = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
-        let asked = Command::new(&python).args(["-c", asked]).output();
-        asked.is_ok_and(|output| output.status.success())
+        quietly(Command::new(&python).args(["-c", asked]))
     };
-    if found() {
-        return Ok(python);
-    }
     let missing = "a Python from 3.11 on with venv is missing; remedy: install python3-venv, or \
                    name one: PYTHON=...";
-    install("python3-venv", missing)?;
-    if !found() {
-        bail!(missing);
-    }
+    provide(found, "python3-venv", missing)?;
     Ok(python)
 }
 
@@ -177,6 +136,16 @@ pub fn pdf_reader() {
     if !there && let Err(missing) = install("poppler-utils", "pdftotext is missing") {
         println!("{missing:#}; the text of the PDF is not tested; remedy: install poppler-utils");
     }
+}
+
+/// Installs the package of a tool that is not `found`.
+fn provide(found: impl Fn() -> bool, package: &str, missing: &str) -> Result<()> {
+    if found() {
+        return Ok(());
+    }
+    install(package, missing)?;
+    ensure!(found(), "{missing}");
+    Ok(())
 }
 
 /// Installs a package of Debian, where that needs no confirmation; else the error is `missing`. One
@@ -206,9 +175,5 @@ fn root() -> bool {
 
 /// Whether `cargo nextest` is installed.
 pub fn nextest() -> bool {
-    let version = cargo_with("nextest --version")
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    version.is_ok_and(|status| status.success())
+    quietly(&mut cargo_with("nextest --version"))
 }

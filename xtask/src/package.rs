@@ -4,10 +4,9 @@ use std::process::{Command, ExitCode, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use crate::images::{target_directory, workspace};
-
+use crate::images::{metadata, target_directory, workspace};
 use crate::needs;
-use crate::stage::{cargo_with, succeed};
+use crate::stage::{cargo_with, quietly, succeed};
 
 /// The package, the only one of the workspace that is published.
 const NAME: &str = "lrnn-nostd";
@@ -23,9 +22,7 @@ pub fn package() -> Result<ExitCode> {
             .args([NAME, "--target-dir"])
             .arg(directory),
     )?;
-    let mut version = cargo_with("semver-checks --version");
-    let installed = version.stdout(Stdio::null()).stderr(Stdio::null()).status();
-    if installed.is_ok_and(|status| status.success()) {
+    if quietly(&mut cargo_with("semver-checks --version")) {
         succeed(&mut cargo_with("semver-checks --package lrnn-nostd"))?;
     } else {
         println!(
@@ -70,18 +67,14 @@ fn oldest() -> Result<()> {
     let version = rust_version()?;
     let rustup = |arguments: &[&str]| {
         let mut rustup = Command::new("rustup");
-        rustup
-            .args(arguments)
-            .current_dir(workspace())
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null());
+        rustup.args(arguments).current_dir(workspace());
+        rustup.stdin(Stdio::null()).stdout(Stdio::null());
         rustup
     };
     let install = ["toolchain", "install", &version, "--profile", "minimal"];
-    let there = |mut run: Command| run.status().is_ok_and(|status| status.success());
     let run = ["run", &version, "rustc", "--version"];
-    if !(there(rustup(&run)) || there(rustup(&install)) && there(rustup(&run))) {
+    let there = || quietly(&mut rustup(&run));
+    if !(there() || quietly(&mut rustup(&install)) && there()) {
         println!(
             "Rust {version}: not checked; remedy: rustup {}",
             install.join(" ")
@@ -95,16 +88,12 @@ fn oldest() -> Result<()> {
     }
     check.args(["--all-features", "--package", NAME, "--target-dir"]);
     check.arg(target_directory()?.join("package").join(&version));
-    check.stderr(Stdio::inherit());
     succeed(&mut check).with_context(|| format!("it needs a younger Rust than {version}"))
 }
 
 /// `rust-version` of the package.
 fn rust_version() -> Result<String> {
-    let output = cargo_with("metadata --no-deps --format-version 1")
-        .output()
-        .context("cannot start cargo")?;
-    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout)?;
+    let metadata = metadata()?;
     let packages = metadata["packages"].as_array().context("no packages")?;
     let ours = packages.iter().find(|package| package["name"] == NAME);
     let version = ours.and_then(|package| package["rust_version"].as_str());

@@ -7,8 +7,8 @@ use std::process::{Command, ExitCode};
 
 use crate::images::{PROFILE, STM32F405, TARGET, cargo, workspace};
 use anyhow::{Context, Result, ensure};
-use sha2::{Digest, Sha256};
 
+use crate::release::hex;
 use crate::stage::succeed;
 
 /// Builds the image here and from a copy of the sources in another folder, and compares both.
@@ -36,17 +36,13 @@ pub fn reproduce() -> Result<ExitCode> {
     crate::images::without_paths(&mut build, &copy);
     succeed(&mut build)?;
     let there = fs::read(directory.join(TARGET).join(PROFILE).join(STM32F405.name))?;
-    let sums = [&here, &there].map(|image| hex(&Sha256::digest(image)));
+    let sums = [&here, &there].map(|image| hex(image));
     println!("{}  here\n{}  elsewhere", sums[0], sums[1]);
     ensure!(
         sums[0] == sums[1],
         "the image depends on the folder where it is built"
     );
     Ok(ExitCode::SUCCESS)
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Copies what git knows and what is new and not ignored, without anything that was built.

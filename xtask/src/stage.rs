@@ -1,7 +1,7 @@
 //! Stages: a line when one begins, its duration when it ends, the first failure ends the run. Two
 //! threads may run stages side by side.
 
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -43,6 +43,12 @@ pub fn cargo_with(arguments: &str) -> Command {
     let mut cargo = cargo();
     cargo.args(arguments.split_whitespace());
     cargo
+}
+
+/// Whether a command can be started and succeeds. It prints nothing.
+pub fn quietly(command: &mut Command) -> bool {
+    let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
+    status.is_ok_and(|status| status.success())
 }
 
 /// Runs a command; its failure is an error.

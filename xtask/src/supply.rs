@@ -3,12 +3,12 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{ExitCode, Stdio};
+use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 
 use crate::images::workspace;
-use crate::stage::{cargo_with, succeed};
+use crate::stage::{cargo_with, quietly, succeed};
 
 /// Commands that install both tools.
 const DENY: &str = "cargo install --locked cargo-deny";
@@ -32,8 +32,7 @@ pub fn supply() -> Result<ExitCode> {
         "cargo-deny is missing; remedy: {DENY}, or a binary of its releases"
     );
     check()?;
-    let mut fetch = cargo_with("deny fetch db");
-    if fetch.stderr(Stdio::null()).status()?.success() {
+    if quietly(&mut cargo_with("deny fetch db")) {
         succeed(&mut cargo_with("deny check --disable-fetch advisories"))?;
     } else {
         println!("advisories: not asked for, their repository cannot be fetched from here");
@@ -102,8 +101,5 @@ pub fn bill(folder: &str, target: &str, out: &Path) -> Result<()> {
 }
 
 fn installed(subcommand: &str) -> bool {
-    let mut version = cargo_with(subcommand);
-    version.arg("--version").stdout(Stdio::null());
-    let status = version.stderr(Stdio::null()).status();
-    status.is_ok_and(|status| status.success())
+    quietly(cargo_with(subcommand).arg("--version"))
 }

@@ -97,7 +97,7 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use xtask::documents::{judge, shown};
+    use documents::{judge, shown};
 
     /// What the pages show of the tasks of this program has its options.
     #[test]

@@ -5,8 +5,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
+use documents::{judge, shown};
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
-use xtask::documents::{judge, shown};
 
 /// Most words of README.md: a page and a half.
 const SHORT: usize = 800;

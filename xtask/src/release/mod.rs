@@ -17,6 +17,7 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::{measure, needs, supply};
 use git::Source;
 use page::Page;
+pub use sums::hex;
 
 /// Options of a release build.
 #[derive(clap::Args)]

@@ -3,8 +3,8 @@
 
 use std::fs;
 
+use documents::pages;
 use qemu::committed::Committed;
-use xtask::documents::pages;
 use xtask::images::workspace;
 
 /// Parts of chips, and goals: they stand beside images and are not measured.

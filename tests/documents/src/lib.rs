@@ -1,9 +1,18 @@
 //! The documents of the tree, and the commands that they show. The tests that hold the commands
-//! against the programs that parse them are in `tests/system`, `tests/measure` and here.
+//! against the programs that parse them are in `tests/system`, `tests/measure` and `xtask`.
 
 use std::path::{Path, PathBuf};
 
-use crate::images::workspace;
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+
+/// Top of the tree.
+fn workspace() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.ancestors()
+        .nth(2)
+        .expect("tests/documents")
+        .to_path_buf()
+}
 
 /// A command in a document.
 #[derive(Debug)]
@@ -84,38 +93,32 @@ fn of(page: &Path) -> Vec<Shown> {
     found
 }
 
-/// Code of a page, with its line: whole lines of code blocks, and spans of a text. A span may go on
-/// in the next line.
+/// Code of a page, with its line: whole lines of code blocks, and spans of a text.
 fn pieces(text: &str) -> Vec<(usize, String, bool)> {
-    let (mut found, mut fenced, mut begun) = (Vec::new(), false, None::<(usize, String)>);
+    let (mut found, mut in_block) = (Vec::new(), false);
     let mut goes_on: Option<(usize, String)> = None;
-    for (number, line) in (1..).zip(text.lines()) {
-        if line.trim_start().starts_with("```") {
-            fenced = !fenced;
-        } else if fenced || line.starts_with("    ") {
-            let (at, mut code) = goes_on.take().unwrap_or((number, String::new()));
-            code += line.trim_start();
-            match code.strip_suffix('\\') {
-                Some(part) => goes_on = Some((at, part.to_owned())),
-                None => found.push((at, code, true)),
+    for (event, range) in Parser::new_ext(text, Options::ENABLE_TABLES).into_offset_iter() {
+        let line = || 1 + text[..range.start].matches('\n').count();
+        match event {
+            Event::Start(Tag::CodeBlock(_)) => in_block = true,
+            Event::End(TagEnd::CodeBlock) => in_block = false,
+            Event::Code(code) => found.push((line(), code.into_string(), false)),
+            // a comment, such as the marks of a table
+            Event::Html(comment) => {
+                let codes = comment.split('`').skip(1).step_by(2);
+                found.extend(codes.map(|code| (line(), code.to_owned(), false)));
             }
-        } else {
-            if line.is_empty() {
-                begun = None;
-            }
-            let mut parts = line.split('`');
-            let mut text = parts.next().unwrap_or_default();
-            if let Some((_, code)) = &mut begun {
-                *code += " ";
-                *code += text.trim_start();
-            }
-            for part in parts {
-                text = part;
-                match begun.take() {
-                    Some((at, code)) => found.push((at, code, false)),
-                    None => begun = Some((number, text.to_owned())),
+            Event::Text(lines) if in_block => {
+                for (number, line) in (line()..).zip(lines.lines()) {
+                    let (at, mut code) = goes_on.take().unwrap_or((number, String::new()));
+                    code += line.trim_start();
+                    match code.strip_suffix('\\') {
+                        Some(part) => goes_on = Some((at, part.to_owned())),
+                        None => found.push((at, code, true)),
+                    }
                 }
             }
+            _ => {}
         }
     }
     found
