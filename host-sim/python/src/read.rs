@@ -3,7 +3,7 @@
 use crate::errors::{raised, refused};
 use crate::long::interruptible;
 use crate::recording::Recording;
-use host_sim::cli::recording::open;
+use host_reading::open;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyList, PyTuple};
 use std::path::PathBuf;

@@ -1,12 +1,12 @@
 //! Reads a recording of sensors at rest, of any form, for `allan` and `unit`.
 
-use super::recording;
-use super::report::form::{self, Form};
 use host_core::error::Error;
 use host_estimation::analysis::allan::Column;
 use host_estimation::analysis::allan::columns::{Choice, load};
 use host_io::recordings::record::Record;
 use host_io::recordings::{euroc, generic, kfgins};
+use host_reading::form::{self, Form};
+use host_reading::open;
 use nalgebra::Rotation3;
 use std::path::{Path, PathBuf};
 
@@ -48,7 +48,7 @@ pub(super) fn read(
             return record(euroc::at_rest(file, Rotation3::identity())?);
         }
         Ok(Form::Replay("mcap" | "ulog" | "ubx" | "novatel", ..)) => {
-            return record(recording::open(&[file.to_path_buf()], options)?.record);
+            return record(open(&[file.to_path_buf()], options)?.record);
         }
         Ok(_) => true,
         Err(missing @ Error::Missing { .. }) => return Err(missing),

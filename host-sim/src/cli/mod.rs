@@ -1,7 +1,7 @@
 //! The command line: one file for each command, with its arguments and a `run`.
 //!
-//! Code that the commands share is in `options`, `progress`, `output` and `source`. These import
-//! none of the commands.
+//! Code that the commands share is in `options`, `output` and the crate `host-reading`. These
+//! import none of the commands.
 
 #[macro_use] // `print!` and `println!` of all commands
 pub mod stdout;
@@ -9,7 +9,6 @@ pub mod stdout;
 mod abuse;
 mod allan;
 mod at_rest;
-mod beside;
 mod blackbox;
 mod campaign;
 mod convert;
@@ -20,12 +19,8 @@ mod fleet;
 mod hil;
 pub mod interrupt;
 mod learnability;
-mod messages;
 mod options;
 mod output;
-mod progress;
-mod record_options;
-pub mod recording;
 mod replay;
 mod report;
 mod run;
@@ -35,13 +30,13 @@ mod shell;
 mod simulate;
 pub mod simulated;
 mod soak;
-mod source;
 mod start;
 mod unit;
 mod user_recording;
 
 use clap::{Command as Definition, CommandFactory, Parser, Subcommand};
 use host_core::error::Error;
+use host_reading::{messages, progress, record_options, source};
 
 /// Simulate inertial sensors, replay recordings, and work with the IMU compensation co-processor.
 ///

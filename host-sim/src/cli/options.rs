@@ -2,6 +2,7 @@
 
 use clap::Args as ClapArgs;
 use host_core::error::Error;
+pub(super) use host_reading::options::*;
 use host_unit::Unit;
 use host_unit::scenario::Scenario;
 
@@ -46,71 +47,6 @@ pub(super) struct Simulation {
 pub(super) fn seed(text: &str) -> Result<u64, String> {
     let whole = format!("a seed is a whole number from 0 to {}", u64::MAX);
     text.parse().map_err(|_| whole)
-}
-
-/// `--unit`, and its former name.
-#[derive(Debug, ClapArgs)]
-pub(super) struct UnitOption {
-    /// Unit: a preset's name (`host-sim unit list`) or a unit file
-    #[arg(long, value_name = "NAME|FILE.toml")]
-    pub(super) unit: Option<String>,
-    /// Refused
-    #[arg(long, hide = true, value_parser = renamed("give --unit NAME or --unit FILE.toml"))]
-    preset: Option<String>,
-}
-
-impl UnitOption {
-    /// The unit that was given.
-    pub(super) fn load(&self) -> Result<Option<Unit>, Error> {
-        self.unit.as_deref().map(Unit::load).transpose()
-    }
-
-    /// The unit that was given, or the preset `usual`.
-    pub(super) fn load_or(&self, usual: &str) -> Result<Unit, Error> {
-        Unit::load(self.unit.as_deref().unwrap_or(usual))
-    }
-}
-
-/// Refuses an option that was removed, and names its replacement.
-pub(super) fn renamed(
-    instead: impl Into<String>,
-) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
-    let instead = instead.into();
-    move |_| Err(format!("this option has been removed; {instead}"))
-}
-
-/// A bad value of an option.
-pub(super) fn refused(
-    option: impl Into<String>,
-    problem: impl Into<String>,
-    remedy: impl Into<String>,
-) -> Error {
-    Error::Option {
-        option: option.into(),
-        problem: problem.into(),
-        remedy: remedy.into(),
-    }
-}
-
-/// `value` if it is from `low` to `high`.
-pub(super) fn within(option: &str, value: f64, [low, high]: [f64; 2]) -> Result<f64, Error> {
-    if (low..=high).contains(&value) {
-        return Ok(value);
-    }
-    let remedy = format!("give a number from {low} to {high}");
-    Err(refused(option, format!("is {value}"), remedy))
-}
-
-/// `value` if it is a number above zero.
-pub(super) fn positive(option: &str, value: f64) -> Result<f64, Error> {
-    if value.is_finite() && value > 0.0 {
-        return Ok(value);
-    }
-    Err(refused(
-        option,
-        format!("is {value}"),
-        "give a number above 0",
-    ))
 }
 
 /// The arguments of this command, for a shell.

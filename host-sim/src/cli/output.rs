@@ -117,11 +117,6 @@ pub(super) struct Output {
 }
 
 impl Output {
-    /// Whether one of them was given.
-    pub(super) fn is_given(&self) -> bool {
-        self.json.json.is_some() || self.out.is_some()
-    }
-
     /// The directory of the report; `name` is the default within `out`.
     pub(super) fn directory(&self, name: &str) -> PathBuf {
         let given = self.out.clone();

@@ -6,7 +6,8 @@ use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress;
 use super::sessions::Sessions;
-use super::user_recording::{CsvArgs, KfGinsArgs, MessagesArgs, NovatelArgs, no_attitude};
+use super::source::{Csv, KfGins};
+use super::user_recording::{NovatelArgs, RecordingArgs, no_attitude};
 use clap::{Args as ClapArgs, Subcommand};
 use host_core::error::Error;
 use host_core::inertial::session::Session;
@@ -39,19 +40,19 @@ pub(super) enum What {
     /// The measured error of the laser-gyro recording added to simulated drives
     Hybrid(Hybrid),
     /// Your recording as CSV, with a TOML header that says what its columns mean
-    Csv(CsvArgs),
+    Csv(RecordingArgs<Csv>),
     /// Your recording in the text form of KF-GINS
-    KfGins(KfGinsArgs),
+    KfGins(RecordingArgs<KfGins>),
     /// Your recording as a NovAtel binary log
     Novatel(NovatelArgs),
     /// Your recording as a bag of ROS 2 in MCAP
-    Mcap(MessagesArgs<Mcap>),
+    Mcap(RecordingArgs<Mcap>),
     /// Your recording as a log of PX4 (ULog)
-    Ulog(MessagesArgs<Ulog>),
+    Ulog(RecordingArgs<Ulog>),
     /// Your recording as a log of a u-blox receiver with an IMU (UBX)
-    Ubx(MessagesArgs<Ubx>),
+    Ubx(RecordingArgs<Ubx>),
     /// Your recording as a folder in the form of the EuRoC MAV dataset
-    Euroc(MessagesArgs<Euroc>),
+    Euroc(RecordingArgs<Euroc>),
     /// Several sessions of one unit, each from power-on to power-off, with what is remembered
     Sessions(Sessions),
     /// The black box of a device, against the same application here

@@ -3,7 +3,6 @@
 use super::options::{positive, refused};
 use super::output::JsonOption;
 use super::progress;
-use super::recording;
 use super::stdout::width;
 use super::user_recording::StartFrom;
 use clap::Args as ClapArgs;
@@ -130,7 +129,7 @@ impl Sessions {
         let judged = entries.iter().try_for_each(|entry| {
             let options = ["--unit".to_owned(), unit_name.clone()];
             no_black_box(&entry.file)?;
-            let opened = recording::open(std::slice::from_ref(&entry.file), &options)?;
+            let opened = host_reading::open(std::slice::from_ref(&entry.file), &options)?;
             let timeline = Timeline::of(&entry.name(), &opened.record)?;
             drop(opened);
             if paper_s.is_some() {

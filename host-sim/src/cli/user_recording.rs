@@ -2,22 +2,20 @@
 //! messages.
 
 use super::corrected::CorrectedOptions;
-use super::messages::Messages;
 use super::options::{UnitOption, refused};
 use super::output::Output;
 use super::progress::{self, READING, Shown, WRITING};
 use super::record_options::{RecordOptions, ReplacedOptions};
 use super::replay::REPLAYING;
-use super::source::{Csv, KfGins, Novatel};
+use super::source::Novatel;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
-use host_estimation::analysis::doubts::{Says, Warning};
-use host_io::recordings::corrected::Original;
+use host_estimation::analysis::doubts::Warning;
 use host_io::recordings::novatel;
-use host_io::recordings::record::Record;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::user_recording::{self, Step, Wanted, replay};
+use host_reading::{Loaded, Source};
 use host_unit::Unit;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -78,27 +76,9 @@ pub(super) struct Options {
     output: Output,
 }
 
-/// `replay csv`.
+/// `replay` of a recording of one form.
 #[derive(Debug, ClapArgs)]
-pub(super) struct CsvArgs {
-    #[command(flatten)]
-    source: Csv,
-    #[command(flatten)]
-    pub(super) options: Options,
-}
-
-/// `replay kf-gins`.
-#[derive(Debug, ClapArgs)]
-pub(super) struct KfGinsArgs {
-    #[command(flatten)]
-    source: KfGins,
-    #[command(flatten)]
-    pub(super) options: Options,
-}
-
-/// `replay` of a recording of messages.
-#[derive(Debug, ClapArgs)]
-pub(super) struct MessagesArgs<S: ClapArgs> {
+pub(super) struct RecordingArgs<S: Source> {
     #[command(flatten)]
     source: S,
     #[command(flatten)]
@@ -117,64 +97,9 @@ pub(super) struct NovatelArgs {
     pub(super) options: Options,
 }
 
-/// A recording that was read, and the description of its samples.
-pub(super) struct Loaded {
-    /// Name of the command.
-    pub(super) name: &'static str,
-    pub(super) record: Record,
-    pub(super) says: Says,
-    /// The unit that the recording itself names.
-    pub(super) named: Option<Unit>,
-    /// The file into which corrected samples are written.
-    original: Option<Original>,
-}
-
-impl CsvArgs {
+impl<S: Source> RecordingArgs<S> {
     pub(super) fn load(&self) -> Result<Loaded, Error> {
-        let named = self.source.unit()?;
-        let record = self.source.record()?;
-        Ok(Loaded {
-            name: "csv",
-            says: self.source.says(&record)?,
-            record,
-            named,
-            original: Some(self.source.original()?),
-        })
-    }
-
-    pub(super) fn run(&self) -> Result<(), Error> {
-        let shown = progress::plan(&STAGES);
-        self.options.replay(self.load()?, shown)
-    }
-}
-
-impl KfGinsArgs {
-    pub(super) fn load(&self) -> Result<Loaded, Error> {
-        Ok(Loaded {
-            name: "kf-gins",
-            record: self.source.record()?,
-            says: self.source.says(),
-            named: None,
-            original: Some(self.source.original()),
-        })
-    }
-
-    pub(super) fn run(&self) -> Result<(), Error> {
-        let shown = progress::plan(&STAGES);
-        self.options.replay(self.load()?, shown)
-    }
-}
-
-impl<S: ClapArgs + Messages> MessagesArgs<S> {
-    pub(super) fn load(&self) -> Result<Loaded, Error> {
-        let unit = self.options.unit.load()?;
-        Ok(Loaded {
-            name: S::NAME,
-            record: self.source.record(unit.as_ref())?,
-            says: self.source.says(),
-            named: None,
-            original: self.source.original(unit.as_ref())?,
-        })
+        self.source.load(self.options.unit.load()?.as_ref())
     }
 
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -185,18 +110,7 @@ impl<S: ClapArgs + Messages> MessagesArgs<S> {
 
 impl NovatelArgs {
     pub(super) fn load(&self) -> Result<Loaded, Error> {
-        self.loaded(&novatel::read(&self.source.file)?)
-    }
-
-    fn loaded(&self, log: &novatel::Recording) -> Result<Loaded, Error> {
-        let record = self.source.record_of(log)?;
-        Ok(Loaded {
-            name: "novatel",
-            says: self.source.says(&record),
-            record,
-            named: None,
-            original: Some(self.source.original(log)?),
-        })
+        self.source.load(None)
     }
 
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -220,7 +134,7 @@ impl NovatelArgs {
             return self.options.output.json.write(&Inventory::of(&log));
         }
         let shown = progress::plan(&STAGES);
-        self.options.replay(self.loaded(&log)?, shown)
+        self.options.replay(self.source.loaded(&log)?, shown)
     }
 }
 
@@ -303,36 +217,6 @@ impl Options {
             outcome.notes.push(note);
         }
         Ok(outcome)
-    }
-
-    /// Sets the values of the options, else of the unit, in a recording that is only read. Returns
-    /// the unit of the options.
-    pub(super) fn apply(
-        &self,
-        record: &mut Record,
-        named: Option<&Unit>,
-    ) -> Result<Option<Unit>, Error> {
-        let of_a_replay = [
-            ("--learn-s", self.learn_s.is_some()),
-            ("--strict", self.strict),
-            ("--part", self.part.is_some()),
-            ("--start", self.start != StartFrom::Common),
-            ("--attitude-sigma", self.attitude_sigma != [0.1, 0.5]),
-            (
-                "--estimate-time-offset",
-                self.recording.estimate_time_offset,
-            ),
-            ("--corrected", self.corrected.scheme().is_some()),
-            ("--json, --out", self.output.is_given()),
-        ];
-        if let Some((name, _)) = of_a_replay.iter().find(|(_, given)| *given) {
-            let remedy = "give it to the replay, not to the reading";
-            return Err(refused(*name, "belongs to a replay", remedy));
-        }
-        let given = self.unit.load()?;
-        let unit = given.as_ref().or(named).cloned().unwrap_or_default();
-        self.recording.apply(record, &unit)?;
-        Ok(given)
     }
 
     /// Prints warnings where the samples contradict their description.

@@ -3,9 +3,8 @@
 
 use super::super::options::{quoted, refused};
 use super::super::replay::{self, What};
-use super::super::user_recording::{Loaded, Options};
+use super::super::user_recording::Options;
 use super::files::hashes;
-use super::form::Form;
 use super::rest::{self, Rest};
 use clap::Parser;
 use host_core::error::Error;
@@ -17,6 +16,8 @@ use host_lab::campaign::fleet::readings;
 use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Report;
 use host_lab::experiment::{fog_mems, kitti, lasergyro};
+use host_reading::Loaded;
+use host_reading::form::Form;
 use host_report::unit::Found;
 use host_unit::Unit;
 use std::path::{Path, PathBuf};
@@ -77,12 +78,7 @@ pub(super) fn read(
 }
 
 /// The words after `host-sim replay`.
-pub(in crate::cli) fn words(
-    kind: &str,
-    arguments: &[String],
-    unit: Option<&str>,
-    options: &[String],
-) -> Vec<String> {
+fn words(kind: &str, arguments: &[String], unit: Option<&str>, options: &[String]) -> Vec<String> {
     let named = unit.map(|unit| ["--unit".to_owned(), unit.to_owned()]);
     [kind.to_owned()]
         .into_iter()
@@ -93,7 +89,7 @@ pub(in crate::cli) fn words(
 }
 
 /// These words as `replay` takes them; errors name their source.
-pub(in crate::cli) fn parsed(words: &[String], source: &str) -> Result<replay::Args, Error> {
+fn parsed(words: &[String], source: &str) -> Result<replay::Args, Error> {
     let parsed = Replay::try_parse_from(words).map_err(|error| {
         let text = error.to_string();
         let first = text.lines().next().unwrap_or_default();

@@ -2,8 +2,7 @@
 
 mod device;
 mod files;
-pub(super) mod form;
-pub(super) mod given;
+mod given;
 mod print;
 pub(super) mod rest;
 
@@ -12,13 +11,13 @@ use super::output::JsonOption;
 use super::progress::{self, WRITING};
 use super::user_recording::STAGES;
 use clap::Args as ClapArgs;
-use form::Form;
 use given::Given;
 use host_core::error::Error;
 use host_core::simulator::gnss::GnssSpec;
 use host_estimation::analysis::allan::findings::Findings;
 use host_estimation::analysis::learnability::{Answer, Question, answer};
 use host_io::output::check_writable;
+use host_reading::form::{self, Form};
 use host_report::unit::{Contents, Found, Report};
 use host_unit::Unit;
 use std::path::PathBuf;

@@ -1,7 +1,8 @@
 //! The files of a user's recording on the command line, for `replay` and `convert`.
 
-use super::beside::Beside;
-use super::progress;
+use crate::beside::Beside;
+use crate::open::{Loaded, Source};
+use crate::progress;
 use clap::{Args as ClapArgs, ValueEnum};
 use firmware::wire::novatel::ImuType;
 use host_core::error::Error;
@@ -19,7 +20,7 @@ use std::path::PathBuf;
 /// CSV files with a TOML header.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
-pub(super) struct Csv {
+pub struct Csv {
     /// Meaning of the columns; `simulate` writes an example, and docs/your-data.md explains each
     /// key
     #[arg(long, value_name = "FILE.toml")]
@@ -39,7 +40,7 @@ pub(super) struct Csv {
 /// KF-GINS text files.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
-pub(super) struct KfGins {
+pub struct KfGins {
     /// Increments: second of week, rad, m/s, axes forward-right-down
     imu: PathBuf,
     /// Positions, 7 columns, or 13 with velocities
@@ -76,9 +77,9 @@ enum GnssOrder {
 /// A NovAtel binary log.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
-pub(super) struct Novatel {
+pub struct Novatel {
     /// Binary log with RAWIMUSX (or another raw log) and INSPVAS
-    pub(super) file: PathBuf,
+    pub file: PathBuf,
     /// Forward, right and down of the vehicle in axes of the sensor
     #[arg(
         long,
@@ -93,7 +94,11 @@ pub(super) struct Novatel {
 }
 
 impl Csv {
-    pub(super) fn record(&self) -> Result<Record, Error> {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// Any fault of the files.
+    pub fn record(&self) -> Result<Record, Error> {
         if let Ok(Original::Text(text)) = self.original() {
             progress::scale_by(&text.file);
         }
@@ -107,17 +112,17 @@ impl Csv {
     }
 
     /// The file into which corrected samples are written.
-    pub(super) fn original(&self) -> Result<Original, Error> {
+    fn original(&self) -> Result<Original, Error> {
         generic::original(&self.header, &self.files).map(Original::Text)
     }
 
     /// The unit that the header names.
-    pub(super) fn unit(&self) -> Result<Option<Unit>, Error> {
+    fn unit(&self) -> Result<Option<Unit>, Error> {
         generic::unit(&self.header)
     }
 
     /// Description of the samples by the header.
-    pub(super) fn says(&self, record: &Record) -> Result<Says, Error> {
+    fn says(&self, record: &Record) -> Result<Says, Error> {
         let [gyro, accel] = generic::units(&self.header, 1.0 / record.rate_hz as f64)?;
         let fixes = match self.beside.is_given() {
             true => None,
@@ -157,12 +162,12 @@ const RIGHT_FORWARD_UP: &str = "'y x -z' for right-forward-up";
 
 impl KfGins {
     /// The file into which corrected samples are written.
-    pub(super) fn original(&self) -> Original {
+    fn original(&self) -> Original {
         Original::Text(kfgins::original(&self.imu))
     }
 
     /// Description of the samples by the format.
-    pub(super) fn says(&self) -> Says {
+    fn says(&self) -> Says {
         Says {
             file: self.imu.clone(),
             gyro: Field::fixed("dtheta in rad"),
@@ -173,7 +178,11 @@ impl KfGins {
         }
     }
 
-    pub(super) fn record(&self) -> Result<Record, Error> {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// A wrong option, and any fault of the files.
+    pub fn record(&self) -> Result<Record, Error> {
         progress::scale_by(&self.imu);
         let order = self.gnss_order.map(|order| match order {
             GnssOrder::VelocitySigma => kfgins::Order::VelocitySigma,
@@ -205,7 +214,7 @@ impl KfGins {
 }
 
 /// An attitude from roll, pitch and heading, deg.
-pub(super) fn attitude(angles: &[f64]) -> Result<nalgebra::UnitQuaternion<f64>, Error> {
+pub(crate) fn attitude(angles: &[f64]) -> Result<nalgebra::UnitQuaternion<f64>, Error> {
     match angles {
         [roll, pitch, heading] if angles.iter().all(|a| a.abs() <= 360.0) => {
             Ok(from_euler(roll * DEG, pitch * DEG, heading * DEG))
@@ -219,22 +228,21 @@ pub(super) fn attitude(angles: &[f64]) -> Result<nalgebra::UnitQuaternion<f64>, 
 }
 
 impl Novatel {
-    pub(super) fn record(&self) -> Result<Record, Error> {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// A wrong option, and any fault of the log.
+    pub fn record(&self) -> Result<Record, Error> {
         novatel::record(&novatel::read(&self.file)?, self.axes()?, self.kind())
     }
 
-    /// The recording of a log that was read.
-    pub(super) fn record_of(&self, log: &novatel::Recording) -> Result<Record, Error> {
-        novatel::record(log, self.axes()?, self.kind())
-    }
-
     /// The file into which corrected samples are written.
-    pub(super) fn original(&self, log: &novatel::Recording) -> Result<Original, Error> {
+    fn original(&self, log: &novatel::Recording) -> Result<Original, Error> {
         novatel::log(log, self.axes()?, self.kind()).map(Original::Novatel)
     }
 
     /// Description of the samples by the log and the options.
-    pub(super) fn says(&self, record: &Record) -> Says {
+    fn says(&self, record: &Record) -> Says {
         Says {
             file: self.file.clone(),
             gyro: Field::fixed("--imu"),
@@ -256,6 +264,55 @@ impl Novatel {
             remedy: "give forward, right and down in axes of the sensor, as in 'y x -z' for \
                      right-forward-up"
                 .into(),
+        })
+    }
+}
+
+impl Source for Csv {
+    fn load(&self, _: Option<&Unit>) -> Result<Loaded, Error> {
+        let named = self.unit()?;
+        let record = self.record()?;
+        Ok(Loaded {
+            name: "csv",
+            says: self.says(&record)?,
+            record,
+            named,
+            original: Some(self.original()?),
+        })
+    }
+}
+
+impl Source for KfGins {
+    fn load(&self, _: Option<&Unit>) -> Result<Loaded, Error> {
+        Ok(Loaded {
+            name: "kf-gins",
+            record: self.record()?,
+            says: self.says(),
+            named: None,
+            original: Some(self.original()),
+        })
+    }
+}
+
+impl Source for Novatel {
+    fn load(&self, _: Option<&Unit>) -> Result<Loaded, Error> {
+        self.loaded(&novatel::read(&self.file)?)
+    }
+}
+
+impl Novatel {
+    /// The recording of a log that was read.
+    ///
+    /// # Errors
+    /// A wrong option, or a log without what is needed.
+    pub fn loaded(&self, log: &novatel::Recording) -> Result<Loaded, Error> {
+        let record = novatel::record(log, self.axes()?, self.kind())?;
+        Ok(Loaded {
+            name: "novatel",
+            says: self.says(&record),
+            record,
+            named: None,
+            original: Some(self.original(log)?),
         })
     }
 }

@@ -12,9 +12,10 @@ use std::path::Path;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Stages that several commands have.
-pub(super) const READING: &str = "reading the recording";
-pub(super) const WRITING: &str = "writing the report";
+/// A stage that several commands have.
+pub const READING: &str = "reading the recording";
+/// Another one.
+pub const WRITING: &str = "writing the report";
 
 /// All bars, so that they do not write over each other.
 static ALL: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
@@ -22,7 +23,7 @@ static ALL: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
 static STAGES: Mutex<Option<Stages>> = Mutex::new(None);
 
 /// A bar of `length` steps in the form of `template`.
-pub(super) fn bar(length: u64, template: &str) -> ProgressBar {
+pub fn bar(length: u64, template: &str) -> ProgressBar {
     let bar = ALL.add(ProgressBar::new(length));
     match ProgressStyle::with_template(template) {
         Ok(style) => bar.with_style(style.with_key("eta", eta)),
@@ -39,7 +40,7 @@ fn eta(state: &ProgressState, text: &mut dyn Write) {
 }
 
 /// Writes a line on standard error, above the bars.
-pub(super) fn say(line: &str) {
+pub fn say(line: &str) {
     let _ = ALL.suspend(|| writeln!(io::stderr(), "{line}")); // nobody may be reading
 }
 
@@ -59,10 +60,10 @@ struct Stages {
 
 /// The line of a command with stages. It is removed when this is dropped.
 #[derive(Debug)]
-pub(super) struct Shown(());
+pub struct Shown(());
 
 /// Shows the stages of a command. The first begins now.
-pub(super) fn plan(stages: Plan<'_>) -> Shown {
+pub fn plan(stages: Plan<'_>) -> Shown {
     let line = ALL.add(ProgressBar::new_spinner());
     let template = "{spinner} {elapsed} {msg}{left}";
     let left = |_: &ProgressState, text: &mut dyn Write| {
@@ -96,7 +97,7 @@ impl Drop for Shown {
 }
 
 /// A stage begins. Without a plan nothing is shown: the library of Python has none.
-pub(super) fn stage(name: &str) {
+pub fn stage(name: &str) {
     let line = match &mut *shown() {
         None => return,
         Some(stages) => {
@@ -109,7 +110,7 @@ pub(super) fn stage(name: &str) {
 }
 
 /// The stages of the plan take `times` as long as was measured.
-pub(super) fn scale(times: f64) {
+pub fn scale(times: f64) {
     if let Some(stages) = &mut *shown() {
         for (_, seconds) in &mut stages.plan {
             *seconds *= times;
@@ -118,7 +119,7 @@ pub(super) fn scale(times: f64) {
 }
 
 /// Scales the stages by the length of a text file of samples; the measured one had 50 MB.
-pub(super) fn scale_by(file: &Path) {
+pub fn scale_by(file: &Path) {
     if let Ok(about) = file.metadata() {
         let packed = file.extension().is_some_and(|is| is == "gz");
         let text = about.len() as f64 * if packed { 3.0 } else { 1.0 };

@@ -1,10 +1,11 @@
 //! Recordings of messages on the command line, for `replay` and `convert`: files of the recorders
 //! of robots, autopilots and receivers.
 
-use super::beside::{Beside, reading_bar};
-use super::options::{positive, refused, within};
-use super::progress;
-use super::source::attitude;
+use crate::beside::{Beside, reading_bar};
+use crate::open::{Loaded, Source};
+use crate::options::{positive, refused, within};
+use crate::progress;
+use crate::source::attitude;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::axes::Axes;
@@ -23,17 +24,23 @@ use std::path::{Path, PathBuf};
 const LONGEST_DELAY: [f64; 2] = [-1.0, 5.0];
 
 /// A recording of messages.
-pub(super) trait Messages {
+pub trait Messages {
     /// Name of the command.
     const NAME: &'static str;
 
     /// Reads it. `unit` is the unit of the command line.
+    ///
+    /// # Errors
+    /// A wrong option, and any fault of the files.
     fn read(&self, unit: Option<&Unit>, progress: Progress<'_>) -> Result<Reading, Error>;
 
     /// Description of the samples by the format and the options.
     fn says(&self) -> Says;
 
     /// The file into which corrected samples are written; `None` for a format that is not written.
+    ///
+    /// # Errors
+    /// A wrong mounting.
     fn original(&self, _unit: Option<&Unit>) -> Result<Option<Original>, Error> {
         Ok(None)
     }
@@ -42,6 +49,9 @@ pub(super) trait Messages {
     fn beside(&self) -> &Beside;
 
     /// Reads it with a bar for progress, and prints its notes.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
     fn record(&self, unit: Option<&Unit>) -> Result<Record, Error> {
         let bar = reading_bar();
         let read = self.read(unit, &|read, length| {
@@ -56,6 +66,18 @@ pub(super) trait Messages {
         let mut record = reading.record;
         self.beside().replace(&mut record, reading.origin_s)?;
         Ok(record)
+    }
+}
+
+impl<S: Messages + ClapArgs> Source for S {
+    fn load(&self, unit: Option<&Unit>) -> Result<Loaded, Error> {
+        Ok(Loaded {
+            name: S::NAME,
+            record: self.record(unit)?,
+            says: self.says(),
+            named: None,
+            original: self.original(unit)?,
+        })
     }
 }
 
@@ -141,7 +163,7 @@ fn says(file: &Path, gyro: &str, accel: &str) -> Says {
 /// A bag of ROS 2 in MCAP.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
-pub(super) struct Mcap {
+pub struct Mcap {
     /// MCAP file, or the folder of a bag with its metadata.yaml
     bag: PathBuf,
     /// Topic of the IMU (sensor_msgs/msg/Imu) [default: the only one]
@@ -195,7 +217,7 @@ impl Messages for Mcap {
 /// A log of PX4.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
-pub(super) struct Ulog {
+pub struct Ulog {
     /// Log, which usually ends in .ulg
     log: PathBuf,
     /// Instance of vehicle_imu [default: the first that is logged whole, else sensor_combined]
@@ -248,7 +270,7 @@ impl Messages for Ulog {
 /// A log of a u-blox receiver.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
-pub(super) struct Ubx {
+pub struct Ubx {
     /// Log with ESF-RAW (or ESF-MEAS) and NAV-PVT, as u-center records it
     log: PathBuf,
     /// Time from validity of the promptest fix to the sample before it in the log, s
@@ -289,7 +311,7 @@ impl Messages for Ubx {
 /// A folder of EuRoC.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // the commands have the same names
-pub(super) struct Euroc {
+pub struct Euroc {
     /// Folder with mav0
     folder: PathBuf,
     /// Where the origin of the ground truth is: latitude, longitude, deg, height, m

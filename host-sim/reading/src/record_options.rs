@@ -1,6 +1,6 @@
 //! Options of `replay` for what the files of a recording do not contain.
 
-use super::options::{refused, renamed, within};
+use crate::options::{refused, renamed, within};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
@@ -9,13 +9,13 @@ use host_unit::Unit;
 
 /// Time offset, lever arm and heading, which files of some formats cannot contain.
 #[derive(Debug, ClapArgs)]
-pub(super) struct RecordOptions {
+pub struct RecordOptions {
     /// Added to the times of the fixes to give the IMU's, s
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true)]
     time_offset: Option<f64>,
     /// Estimate that offset from the motion, within 40 s of the given one, else farther away
     #[arg(long)]
-    pub(super) estimate_time_offset: bool,
+    pub estimate_time_offset: bool,
     /// From the IMU to the antenna: forward, right, down, m [default: that of the recording, else
     /// of the unit]
     #[arg(
@@ -40,7 +40,10 @@ pub(super) struct RecordOptions {
 
 impl RecordOptions {
     /// Sets the values of `record` from the options, else from the unit.
-    pub(super) fn apply(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// A value out of its range.
+    pub fn apply(&self, record: &mut Record, unit: &Unit) -> Result<(), Error> {
         if let Some(offset) = self.time_offset {
             let offset = within("--time-offset", offset, [-1e9, 1e9])?;
             record.move_fixes(offset - record.given_offset_s.unwrap_or(0.0));
@@ -75,7 +78,7 @@ impl RecordOptions {
 
 /// Options that keys of the unit file have replaced.
 #[derive(Debug, ClapArgs)]
-pub(super) struct ReplacedOptions {
+pub struct ReplacedOptions {
     /// Refused
     #[arg(long, hide = true, value_parser = in_unit_file("gyro.bias_turn_on_dph"))]
     gyro_bias: Option<String>,

@@ -1,6 +1,6 @@
 //! Fixes from a file beside the recording of an IMU, on the command line.
 
-use super::progress;
+use crate::progress;
 use clap::{Args as ClapArgs, ValueEnum};
 use firmware::wire::receiver::ReceiverFormat;
 use host_core::error::Error;
@@ -11,14 +11,14 @@ use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
 
 /// A progress bar for reading a file.
-pub(super) fn reading_bar() -> ProgressBar {
+pub(crate) fn reading_bar() -> ProgressBar {
     progress::bar(0, "{bar:40} {bytes} of {total_bytes}, {eta} left")
 }
 
 /// Fixes of a receiver beside the IMU.
 #[derive(Debug, ClapArgs)]
 #[group(skip)] // several sources have it
-pub(super) struct Beside {
+pub struct Beside {
     /// Log of a receiver (UBX, NMEA, NovAtel or SBF), reports of gpsd (lines of JSON), or solutions
     /// of RTKLIB (.pos), whose fixes replace those of the recording
     #[arg(long, value_name = "FILE")]
@@ -51,12 +51,12 @@ impl From<Protocol> for ReceiverFormat {
 
 impl Beside {
     /// Whether fixes are given.
-    pub(super) fn is_given(&self) -> bool {
+    pub(crate) fn is_given(&self) -> bool {
         self.fixes.is_some()
     }
 
     /// Replaces the fixes if others are given. `origin_s` is UTC at time 0 of the recording.
-    pub(super) fn replace(&self, record: &mut Record, origin_s: Option<f64>) -> Result<(), Error> {
+    pub(crate) fn replace(&self, record: &mut Record, origin_s: Option<f64>) -> Result<(), Error> {
         let Some(file) = &self.fixes else {
             return Ok(());
         };

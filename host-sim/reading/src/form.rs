@@ -1,6 +1,6 @@
 //! Detects the form of the recording of `--from` by its first bytes.
 
-use super::super::options::refused;
+use crate::options::refused;
 use flate2::read::MultiGzDecoder;
 use host_core::error::Error;
 use host_io::recordings::{fog_mems, kitti, lasergyro};
@@ -13,7 +13,7 @@ const HEAD: usize = 4096;
 
 /// A form.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(in crate::cli) enum Form {
+pub enum Form {
     /// A device at this port.
     Device(String),
     /// What `replay NAME` takes: the name, and its arguments.
@@ -23,7 +23,10 @@ pub(in crate::cli) enum Form {
 }
 
 /// The form of the given files or port.
-pub(in crate::cli) fn of(from: &[PathBuf]) -> Result<Form, Error> {
+///
+/// # Errors
+/// There is no such file, or its form is not known.
+pub fn of(from: &[PathBuf]) -> Result<Form, Error> {
     let Some(first) = from.first() else {
         return Err(refused("--from", "is empty", "give a recording"));
     };
