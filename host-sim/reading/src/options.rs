@@ -38,7 +38,7 @@ pub fn renamed(
     instead: impl Into<String>,
 ) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync + 'static {
     let instead = instead.into();
-    move |_| Err(format!("this option is no more; {instead}"))
+    move |_| Err(format!("this option has been removed; {instead}"))
 }
 
 /// A bad value of an option.
