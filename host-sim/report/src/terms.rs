@@ -115,6 +115,9 @@ fn of_name(name: &str) -> Option<&'static str> {
 fn part_of_the_bank(name: &str) -> Option<String> {
     const LEARNER: &str = "not the device, but its learner alone, whose result corrects at once,";
     let named = |key: &str| Some(NAMES[KEYS.iter().position(|known| *known == key)?]);
+    if name == "learner" {
+        return Some("the device's learner alone, whose result corrects at once".into());
+    }
     if name == "no-networks" {
         return Some(format!("{LEARNER} without its networks"));
     }

@@ -1,7 +1,7 @@
 //! `docs/RESULTS.md`: prose of `assets/results.md` around generated tables.
 
 use super::memory::without_memory;
-use super::schemes::{FILTERS, TUNED};
+use super::schemes::{FILTERS, LEARNER, TUNED};
 use super::statistics::{Summary, between};
 use super::studies::{Topic, of_causes, of_drives, of_labelled};
 use super::tuning::{factor_text, walk_text};
@@ -125,9 +125,11 @@ fn medians(last: &[&Summary]) -> String {
         }
     }
     let models = models(last);
+    let is_there = |scheme: &&str| last.iter().any(|s| s.scheme == *scheme);
     let rows: Vec<Vec<String>> = schemes
         .into_iter()
         .chain(floor)
+        .filter(is_there)
         .map(|scheme| {
             let cell = |model: &Group| {
                 last.iter()
@@ -148,7 +150,6 @@ fn medians(last: &[&Summary]) -> String {
 fn classical() -> impl Iterator<Item = &'static str> {
     names().into_iter().filter(|name| name.starts_with("ekf"))
 }
-const LEARNER: &str = "device";
 
 /// The learner from fixes divided by the best classical filter, the oracle, no model and the floor.
 fn goals(last: &[&Summary]) -> String {
@@ -202,21 +203,14 @@ fn against_all(ratios: &[&Ratio]) -> String {
     let over_all = |other: &str| {
         let of =
             |r: &&&Ratio| r.error_model.is_none() && r.scheme == LEARNER && r.baseline == other;
-        let found = ratios.iter().find(of);
-        found.map_or_else(
-            || [const { String::new() }; 2],
-            |r| [interval(r), format!("{} of {}", r.better, r.n)],
-        )
+        let r = ratios.iter().find(of)?;
+        Some(vec![
+            other.to_owned(),
+            interval(r),
+            format!("{} of {}", r.better, r.n),
+        ])
     };
-    let others = names().into_iter().filter(|name| *name != LEARNER);
-    let rows: Vec<Vec<String>> = others
-        .map(|other| {
-            [other.to_owned()]
-                .into_iter()
-                .chain(over_all(other))
-                .collect()
-        })
-        .collect();
+    let rows: Vec<Vec<String>> = names().into_iter().filter_map(over_all).collect();
     table(&header("against", ["ratio", "better"]), &rows)
 }
 

@@ -198,7 +198,10 @@ pub const SCHEMES: [(&str, Scheme); 33] = [
     ("ekf24-tight", |c| rivals::tight::<2>(c)),
 ];
 
-/// Parts of the bank, to compare the hypotheses of the learner: their names, and the hypotheses
+/// The device's learner with all its hypotheses, whose result corrects at once.
+pub const LEARNER: &str = "learner";
+
+/// The whole bank and parts of it, to compare the hypotheses of the learner: their names, and the hypotheses
 /// that take part, one bit each. A hypothesis alone is used whatever its evidence.
 pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let alone = (0..HYPOTHESES)
@@ -206,6 +209,7 @@ pub fn ablations() -> impl Iterator<Item = (String, u8)> {
         .map(|index| (format!("only-{}", KEYS[index]), 1 << index));
     let all = ALL & !(1 << STORED);
     let without = [
+        (LEARNER.to_owned(), all),
         ("no-networks".to_owned(), all & !WITH_NETWORKS),
         (format!("no-{}", KEYS[MAP]), all & !(1 << MAP)),
     ];
@@ -428,6 +432,7 @@ mod tests {
             ("only-driven", 0b01_0000),
             ("only-curved", 0b10_0000),
             ("only-map", 0b1000_0000),
+            ("learner", 0b1011_1111),
             ("no-networks", 0b1000_1011),
         ];
         let got: Vec<(String, u8)> = ablations().collect();
