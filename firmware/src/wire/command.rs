@@ -30,6 +30,7 @@ use super::checksum::crc32_zlib;
 use super::receiver::Heard;
 use super::{Error, cobs, field};
 use crate::control::recording::{Order, Recording};
+use crate::control::update::Report;
 use crate::control::{Alignment, Mode, Reason, Way, Window};
 use crate::fix::Heading;
 use crate::wheels::WheelSpeed;
@@ -38,7 +39,7 @@ use seal::SEAL_LEN;
 use serde::{Deserialize, Serialize};
 
 /// Version of this wire format, in [`Version`].
-pub const WIRE_VERSION: u16 = 12;
+pub const WIRE_VERSION: u16 = 13;
 /// The largest piece of a weight image in one packet, bytes.
 pub const MAX_CHUNK: usize = 128;
 /// The longest packet, its zero byte included: chunk, 32 bytes for the other fields and the CRC, a
@@ -181,6 +182,28 @@ pub enum Request<'a> {
     GetProgress,
     /// Speed by the wheels, some ten times a second. Answer: done or refused.
     WheelSpeed(WheelSpeed),
+    /// Answer: [`Response::Update`], or refused by a board that takes no updates.
+    GetUpdate,
+    /// Begins an update of the firmware ([`crate::update`]), or goes on with the one that was begun
+    /// with the same header. This and the next three: only in bypass.
+    BeginUpdate {
+        /// Its header, [`crate::update::header::HEADER_LEN`] bytes.
+        header: &'a [u8],
+        /// It may be older than the firmware that runs.
+        older: bool,
+    },
+    /// The next piece of the image, at most [`MAX_CHUNK`] bytes; all but the last are multiples of
+    /// 64. Done: it is in the flash.
+    WriteUpdate {
+        /// Offset in the image.
+        offset: u32,
+        /// The piece.
+        bytes: &'a [u8],
+    },
+    /// Checks the image in the flash. The next start tries it.
+    FinishUpdate,
+    /// Restarts the device.
+    Restart,
 }
 
 /// The versions of the device.
@@ -397,6 +420,8 @@ pub enum Response<'a> {
     Trials(Trials),
     /// To [`Request::GetProgress`].
     Progress(Progress),
+    /// To [`Request::GetUpdate`].
+    Update(Report),
 }
 
 /// Memory of the unit from earlier drives, in the store.

@@ -69,7 +69,11 @@ impl Request<'_> {
             | Request::Heading(_)
             | Request::WheelSpeed(_)
             | Request::Record(_)
-            | Request::Provision(_) => true,
+            | Request::Provision(_)
+            | Request::BeginUpdate { .. }
+            | Request::WriteUpdate { .. }
+            | Request::FinishUpdate
+            | Request::Restart => true,
             Request::GetVersion
             | Request::GetHealth
             | Request::ReadImage { .. }
@@ -89,7 +93,8 @@ impl Request<'_> {
             | Request::GetChallenge
             | Request::GetSolution
             | Request::GetTrials
-            | Request::GetProgress => false,
+            | Request::GetProgress
+            | Request::GetUpdate => false,
         }
     }
 }
