@@ -62,12 +62,12 @@ pub struct Report {
     pub slot: u32,
     /// See above.
     pub room: u32,
-    /// The public key (ed25519) that images must be signed for.
-    pub signer: [u8; 32],
+    /// The first bytes of the public key (ed25519) that images must be signed for.
+    pub signer: u64,
     /// Progress of an update.
     pub step: Step,
     /// The first bytes of the signed digest of the update in progress.
-    pub digest: [u8; 8],
+    pub digest: u64,
     /// Bytes of it received.
     pub received: u32,
     /// Version of an update that was tried and has not been confirmed; it is in the free slot.

@@ -58,6 +58,7 @@ pub trait TakesUpdates {
 pub struct Updater<F> {
     slots: Slots<F>,
     board: &'static str,
+    signer: [u8; 32],
     /// The slot that runs.
     runs: usize,
     /// The update in progress.
@@ -94,6 +95,7 @@ impl<F: NorFlash> Updater<F> {
         Some(Updater {
             slots,
             board,
+            signer: *signer,
             runs,
             header: None,
             erased: 0,
@@ -102,7 +104,7 @@ impl<F: NorFlash> Updater<F> {
                 running,
                 slot: places.address(free),
                 room: places.room(),
-                signer: *signer,
+                signer: u64::from_be_bytes(take(signer, 0)),
                 failed: failed.map(|failed| failed.header.version),
                 ..Report::default()
             },
@@ -132,7 +134,7 @@ impl<F: NorFlash> Updater<F> {
         if Some(header.board) != board(self.board) {
             return Err(Refusal::Board);
         }
-        if !is_signed(bytes, &self.report.signer) {
+        if !is_signed(bytes, &self.signer) {
             return Err(Refusal::Signature);
         }
         if header.address != self.report.slot {
@@ -151,7 +153,7 @@ impl<F: NorFlash> Updater<F> {
         self.erased = 0;
         self.report.step = Step::Receives;
         self.report.received = 0;
-        self.report.digest = take(&header.digest, 0);
+        self.report.digest = u64::from_be_bytes(take(&header.digest, 0));
         Ok(())
     }
 
