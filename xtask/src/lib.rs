@@ -5,6 +5,7 @@
 pub mod boards;
 pub mod documents;
 pub mod images;
+pub mod load;
 pub mod needs;
 pub mod stage;
 pub mod table;
