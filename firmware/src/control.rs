@@ -4,8 +4,10 @@
 //! them. The order of the variants is part of the wire format: new ones go to the end.
 
 pub mod recording;
+pub mod update;
 
 use serde::{Deserialize, Serialize};
+use update::Refusal;
 
 /// Use of the samples by the compensator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -116,6 +118,8 @@ pub enum Reason {
     Wait(u32),
     /// A device without a key takes its first one within a minute after power-on.
     TooLate,
+    /// The update of the firmware is refused.
+    Update(Refusal),
 }
 
 /// A field of the device's configuration whose value was refused.

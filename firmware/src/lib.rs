@@ -26,6 +26,7 @@
 //! | [`plausibility`] | the configuration against the measurements |
 //! | [`learn`] | learning from references and from fixes |
 //! | [`store`] | weights and configuration in flash |
+//! | [`update`] | updates of the firmware: two slots in flash |
 //! | [`app`] | the application, which composes all of them |
 #![cfg_attr(not(test), no_std)]
 
@@ -46,5 +47,6 @@ pub mod remainder;
 pub mod sample;
 pub mod store;
 pub mod units;
+pub mod update;
 pub mod wheels;
 pub mod wire;

@@ -1,7 +1,7 @@
 //! The boards over third-party drivers (`firmware/boards`, a workspace of its own): how they are
 //! built.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
@@ -111,6 +111,57 @@ pub fn named(name: &str) -> Result<Family> {
         .with_context(|| format!("no board `{name}`; remedy: stm32f405 or one of {names}"))
 }
 
+/// A board that takes updates over the command link.
+#[derive(Clone, Copy, Debug)]
+pub struct Updatable {
+    /// Its package.
+    pub name: &'static str,
+    /// The package of its loader.
+    pub loader: &'static str,
+    /// The target triple.
+    pub target: &'static str,
+    /// Addresses of its slots; a probe flashes the first.
+    pub slots: [u32; 2],
+}
+
+/// Every board that takes updates.
+const UPDATABLE: [Updatable; 1] = [Updatable {
+    name: "h743",
+    loader: "boot-h743",
+    target: TARGET,
+    slots: [0x0802_0000, 0x0810_0000],
+}];
+
+impl Updatable {
+    /// The board of this name.
+    ///
+    /// # Errors
+    /// There is none that takes updates; the error lists those.
+    pub fn named(name: &str) -> Result<Self> {
+        let names = UPDATABLE.map(|board| board.name).join(", ");
+        let found = UPDATABLE.into_iter().find(|board| board.name == name);
+        found.with_context(|| format!("board `{name}` takes no updates; remedy: {names}"))
+    }
+
+    /// Builds its image for a slot, which expects updates signed for the public key of a file;
+    /// without one, for the development key.
+    ///
+    /// # Errors
+    /// As [`Family::build`].
+    pub fn build(&self, slot: u32, key: Option<&Path>) -> Result<PathBuf> {
+        let mut build = apart("build", "firmware/boards", "boards", Some(self.target))?;
+        build.args(["--release", "--package", self.name]);
+        build.env("LRNN_SLOT", format!("{slot:#x}"));
+        match key {
+            Some(key) => build.env("LRNN_UPDATE_KEY", key),
+            None => build.env_remove("LRNN_UPDATE_KEY"),
+        };
+        succeed(&mut build)?;
+        let directory = target_directory()?.join("boards");
+        Ok(directory.join(self.target).join("release").join(self.name))
+    }
+}
+
 /// Examples of a custom main loop, which only have to build.
 const EXAMPLES: [&str; 2] = ["loop-embassy", "loop-rtic"];
 
@@ -131,9 +182,11 @@ pub fn examples() -> Result<()> {
 /// each board alone, since it needs its chip's features, the judges of the chip model, the emulator
 /// for the Pico 2, and `lrnn-nostd` alone.
 pub fn lints() -> Result<()> {
+    let loaders = UPDATABLE.map(|board| (board.loader, board.target));
     let boards = FAMILIES.map(|family| (family.name, family.target));
+    let boards = boards.into_iter().chain(loaders);
     let examples = EXAMPLES.map(|example| (example, TARGET));
-    for (package, target) in boards.into_iter().chain(examples) {
+    for (package, target) in boards.chain(examples) {
         let of = ["--release", "--package", package];
         clippy("firmware/boards", "boards", Some(target), &of)?;
     }

@@ -4,6 +4,7 @@
 
 pub mod boards;
 pub mod images;
+pub mod load;
 pub mod needs;
 pub mod stage;
 pub mod table;

@@ -5,7 +5,6 @@ mod comments;
 mod emulators;
 mod flash;
 mod fuzz;
-mod load;
 mod package;
 mod release;
 mod reproduce;
@@ -22,7 +21,7 @@ use std::process::{Command, ExitCode};
 use anyhow::{Context, Result};
 use clap::{Args, Parser, Subcommand};
 use xtask::images::{BENCH, STM32F405_WINDOW, cargo};
-use xtask::{boards, images, needs, stage, table, venv};
+use xtask::{boards, images, load, needs, stage, table, venv};
 
 /// The checks and measurements of this workspace.
 #[derive(Parser)]
@@ -128,6 +127,10 @@ enum Task {
     /// Campaigns on Dask workers that are killed in the middle: the bytes of one process. Installs
     /// Python's packages in target/scale.
     Scale,
+    /// Builds a board's images for both slots with its loader, and signs the update of them; or
+    /// makes a key.
+    #[command(disable_help_flag = true)]
+    Sign(Handed),
     /// Compares flash and RAM of each image with budgets.toml.
     #[command(disable_help_flag = true)]
     Size(Handed),
@@ -206,6 +209,7 @@ fn main() -> ExitCode {
         Task::Release(order) => release::release(&order),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
         Task::Scale => scale::scale(),
+        Task::Sign(handed) => hand("sign", handed),
         Task::Size(handed) => hand("size", handed),
         Task::Wheel { release } => wheel::wheel(release),
         Task::Vectors => vectors::regenerate(),

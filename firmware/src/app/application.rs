@@ -12,6 +12,7 @@ mod sensor;
 mod service;
 mod sound;
 mod start_up;
+mod updating;
 mod well;
 
 use super::config::Config;
@@ -189,7 +190,8 @@ impl<'m> App<'m> {
 
     /// Whether [`App::job`] has something to do.
     pub fn wants_to_store(&self) -> bool {
-        self.flow.pending.is_due() && !self.commands.storing
+        let of_old = self.commands.server.updates.is_on_trial(); // what it could not read
+        self.flow.pending.is_due() && !self.commands.storing && !of_old
     }
 
     /// Whether the record may be stored in a way that halts the processor for long, as erasing

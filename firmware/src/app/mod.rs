@@ -13,7 +13,7 @@
 //! the next whole block.
 //!
 //! Imports point from the bottom up: `counts`, `guard`, `hardware`, `config`, `phase`, `load`,
-//! `job`, `lines`, `pulse`, `blackbox`; `setup`, `health`; `flow`; `server` and `reverse`;
+//! `job`, `lines`, `pulse`, `blackbox`, `updates`; `setup`, `health`; `flow`; `server` and `reverse`;
 //! `application`.
 
 mod application;
@@ -34,6 +34,7 @@ mod reverse;
 pub mod run;
 mod server;
 mod setup;
+mod updates;
 
 pub use application::{App, PATIENCE_US};
 pub use config::{Activation, Config, Found};
@@ -41,3 +42,4 @@ pub use hardware::{COMMAND_BAUD, Hardware};
 pub use job::{Done, Gives, Job, Jobs, Remembers, Stores};
 pub use lines::Lines;
 pub use phase::Phase;
+pub use updates::{GivesUpdates, Updates, UpdatesThread};

@@ -2,7 +2,7 @@
 //! ([`MainThread`]), which the frame path interrupts.
 
 use super::job::{Gives, Job, Stores};
-use super::{App, Lines};
+use super::{App, GivesUpdates, Lines, UpdatesThread};
 use crate::configuration::SerialLines;
 use crate::learn::exchange::Background;
 use crate::link::{Clock, Line};
@@ -75,6 +75,14 @@ pub trait Board {
         None
     }
 
+    /// The queue to what takes updates, where the board has slots.
+    fn updates(&mut self) -> Option<&mut GivesUpdates<'static>> {
+        None
+    }
+
+    /// Restarts, as was asked for.
+    fn restart(&mut self) {}
+
     /// A job that may halt the processor for long was given to the main thread.
     fn long_work(&mut self) {}
 
@@ -121,6 +129,14 @@ pub fn turn<B: Board>(
     board.during(LoopPhase::Sleep);
     let unhealthy = app.unwell(board.lines().1.now_us());
     board.turned(unhealthy, halts && app.is_storing());
+    if let Some(updates) = board.updates() {
+        updates.turn(app);
+        let now_us = board.lines().1.now_us();
+        app.watch_trial(unhealthy, now_us);
+        if app.restarts(now_us) {
+            board.restart();
+        }
+    }
     busy || board.has(app.needs())
 }
 
@@ -159,6 +175,8 @@ pub struct MainThread<'m, 's> {
     pub stores: Option<Stores<'m>>,
     /// The store; `None`: it does not fit the flash, and every job fails.
     pub store: Option<&'s mut dyn CarriesOut>,
+    /// What takes updates; `None`: the board has no slots.
+    pub updates: Option<UpdatesThread<'m>>,
 }
 
 impl MainThread<'_, '_> {
@@ -169,6 +187,7 @@ impl MainThread<'_, '_> {
             background,
             stores,
             store,
+            updates,
         } = self;
         during(LoopPhase::Learn);
         let learned = background.as_mut().is_some_and(Background::turn);
@@ -178,13 +197,15 @@ impl MainThread<'_, '_> {
             None => Progress::Failed,
         };
         let stored = stores.as_mut().is_some_and(|stores| stores.turn(carry_out));
+        let updated = updates.as_mut().is_some_and(UpdatesThread::turn);
         during(LoopPhase::Sleep);
-        learned || stored
+        learned || stored || updated
     }
 
     /// Something waits.
     pub fn waits(&self) -> bool {
         self.background.as_ref().is_some_and(Background::waits)
             || self.stores.as_ref().is_some_and(Stores::waits)
+            || self.updates.as_ref().is_some_and(UpdatesThread::waits)
     }
 }

@@ -7,6 +7,7 @@ mod bucket;
 mod guard;
 mod reports;
 mod take;
+mod update;
 pub(super) mod wear;
 
 use super::flow::Flow;
@@ -23,6 +24,7 @@ use guard::{Guard, Ticket, Verdict};
 use heapless::Vec;
 pub(super) use reports::{counters, faults};
 use take::{may_exchange, set_mode};
+use update::{Asks, Updates};
 use wear::Wear;
 
 /// Slots of the store.
@@ -49,6 +51,7 @@ pub(super) struct Server {
     pub renewal: Renewal,
     pub guard: Guard,
     pub wear: Wear,
+    pub updates: Updates,
 }
 
 /// An answer that has not been given yet.
@@ -72,11 +75,12 @@ pub(super) enum Renewal {
     Begun,
 }
 
-/// A request that waits for the learner's verdict.
+/// A request that waits for a verdict.
 #[derive(Debug, Clone, Copy)]
 struct Asked {
     number: u8,
     ticket: Option<Ticket>,
+    whose: Asks,
 }
 
 /// Initial state of the server.
@@ -119,6 +123,7 @@ impl Server {
             renewal: Renewal::None,
             guard: Guard::new(held.key),
             wear: held.wear,
+            updates: Updates::default(),
         }
     }
 
@@ -151,9 +156,12 @@ impl Server {
         let mut image = [0; MAX_CHUNK];
         let by = ticket.as_ref();
         let response = self.carry_out(&message, by, flow, machine, now_us, &mut image);
-        let of_learner = matches!(message, Request::Reference(_) | Request::Heading(_));
-        if of_learner && response == Response::Done {
-            self.asked = Some(Asked { number, ticket });
+        if let (Some(whose), Response::Done) = (Server::is_asked(&message), response) {
+            self.asked = Some(Asked {
+                number,
+                ticket,
+                whose,
+            });
             return self.take_verdict(flow);
         }
         self.respond(number, by, &response);
@@ -169,17 +177,23 @@ impl Server {
         }
     }
 
-    /// A request waits for the learner's verdict, and others wait behind it.
+    /// A request waits for the verdict of the learner or of what takes updates, and others wait
+    /// behind it.
     pub fn is_waiting(&self) -> bool {
         self.asked.is_some()
     }
 
-    /// Answers the request that waits for the learner's verdict, if that is there.
+    /// Answers the request that waits for a verdict, if that is there.
     pub fn take_verdict(&mut self, flow: &mut Flow<'_>) {
-        let Some(verdict) = self.asked.and_then(|_| flow.verdict()) else {
+        let verdict = match self.asked.map(|asked| asked.whose) {
+            Some(Asks::Learner) => flow.verdict(),
+            Some(Asks::Updates) => self.updates.verdict(),
+            None => None,
+        };
+        let Some(verdict) = verdict else {
             return;
         };
-        if let Some(Asked { number, ticket }) = self.asked.take() {
+        if let Some(Asked { number, ticket, .. }) = self.asked.take() {
             self.respond(number, ticket.as_ref(), &done(verdict));
         }
     }
@@ -284,7 +298,17 @@ impl Server {
             Request::CommitLearnt => may_exchange(flow).and_then(|()| flow.commit_learnt()),
             Request::Heading(heading) => flow.heading(heading),
             Request::WheelSpeed(speed) => flow.wheel_speed(speed),
-            Request::StoreImage => self.store(flow, now_us),
+            Request::StoreImage => {
+                (self.updates.may_store()).and_then(|()| self.store(flow, now_us))
+            }
+            Request::GetUpdate => match self.updates.report() {
+                Ok(report) => return Response::Update(*report),
+                Err(reason) => Err(reason),
+            },
+            Request::BeginUpdate { .. }
+            | Request::WriteUpdate { .. }
+            | Request::FinishUpdate
+            | Request::Restart => self.update(request, flow, faults(flow, machine), now_us),
             Request::Alignment(alignment) => {
                 flow.align(alignment);
                 Ok(())
@@ -308,6 +332,7 @@ impl Server {
             return Err(Reason::TooLate);
         }
         Self::may_store(flow)?;
+        self.updates.may_store()?;
         self.wear.may_record(now_us)?;
         self.guard.provision(with, ticket)?;
         self.store(flow, now_us)?;

@@ -58,6 +58,7 @@ mod target {
             background: start(&mut scb, board),
             stores: None,
             store: None,
+            updates: None,
         };
         loop {
             if !thread.turn(|_| ()) {

@@ -43,4 +43,5 @@ mod taught;
 mod text;
 mod transitions;
 mod turn_on;
+mod updates;
 mod ways;

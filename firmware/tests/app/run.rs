@@ -161,6 +161,7 @@ fn a_commanded_record_goes_through_the_main_thread() {
         background: None,
         stores: Some(stores),
         store: store.as_mut().map(|store| store as _),
+        updates: None,
     };
     bench.settle(&mut app, Some(&mut gives));
     assert!(!thread.waits() && !thread.turn(|_| ()));
@@ -226,6 +227,7 @@ fn a_board_without_a_store_reports_it() {
         background: None,
         stores: Some(stores),
         store: None,
+        updates: None,
     };
     bench.ask(0, &Request::SetMode(firmware::control::Mode::Bypass));
     bench.ask(1, &Request::StoreImage);

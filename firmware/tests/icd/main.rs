@@ -332,6 +332,17 @@ fn requests() {
             speed: 0.0,
             age_ms: 0,
         }),
+        Request::GetUpdate,
+        Request::BeginUpdate {
+            header: &[],
+            older: false,
+        },
+        Request::WriteUpdate {
+            offset: 0,
+            bytes: &[],
+        },
+        Request::FinishUpdate,
+        Request::Restart,
         Request::GetTimes,
     ];
     for (n, request) in all.iter().enumerate() {
@@ -375,7 +386,7 @@ fn answers_and_reasons() {
         .collect();
     let answers = variants::<Response>(&zeros);
     let reasons = variants::<Reason>(&zeros);
-    assert_eq!((answers.len(), reasons.len()), (20, 22));
+    assert_eq!((answers.len(), reasons.len()), (21, 23));
     for (n, name) in answers.iter().enumerate() {
         assert_eq!(rows(&format!("{name}, {n}")).len(), 1, "{name}, {n}");
     }

@@ -224,6 +224,13 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     ("device store", &["device --port /dev/ttyUSB2 store"]),
     (
+        "device update",
+        &[
+            "device --port /dev/ttyACM0 update h743.update",
+            "device --port /dev/ttyACM0 --key device.key update h743.update --no-restart",
+        ],
+    ),
+    (
         "device provision",
         &["device --port /dev/ttyUSB2 provision --key-file device.key"],
     ),

@@ -12,6 +12,7 @@ mod growth;
 mod markers;
 mod pytorch;
 mod qemu;
+mod sign;
 mod size;
 mod table;
 mod times;
@@ -69,6 +70,8 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Builds a board's images for both slots with its loader, and signs the update of them.
+    Sign(sign::Order),
     /// Compares flash and RAM of each image with budgets.toml.
     Size,
 }
@@ -83,6 +86,7 @@ fn main() -> ExitCode {
         Task::Figures(order) => figures::figures(&order),
         Task::Growth => growth::growth(),
         Task::Qemu { json } => qemu::qemu(json.as_deref()),
+        Task::Sign(order) => needs::targets().and_then(|()| sign::sign(&order)),
         Task::Size => needs::target().and_then(|()| size::size()),
     };
     match done {

@@ -25,6 +25,9 @@ pub struct Order {
     /// The folder, which must not be there yet. Usually target/release-VERSION.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// The key that signs updates of the boards that take them (`cargo xtask sign`).
+    #[arg(long, value_name = "FILE")]
+    update_key: Option<PathBuf>,
     /// Leaves the Python wheel out.
     #[arg(long)]
     skip_wheel: bool,
@@ -121,6 +124,13 @@ fn fill(release: &Release, order: &Order, log: &str) -> Result<Vec<String>> {
         left_out.push("boards over other drivers: --skip-boards".into());
     } else {
         firmware.extend(parts::board_images(release, &mut left_out)?);
+        match &order.update_key {
+            Some(key) => parts::update(release, key)?,
+            None => left_out.push(
+                "h743.update, which must be signed; remedy: --update-key FILE (docs/RELEASES.md)"
+                    .into(),
+            ),
+        }
     }
     if order.only_images {
         left_out.push("programs and wheel: --only-images".into());

@@ -1,7 +1,7 @@
 //! Builds the parts of a release.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::boards::{FAMILIES, M33};
@@ -14,7 +14,7 @@ use anyhow::{Context, Result, ensure};
 use super::{Release, sums};
 use crate::flash::CHIP;
 use crate::stage::succeed;
-use crate::{load, needs, supply, wheel};
+use crate::{load, measure, needs, supply, wheel};
 
 /// Our own images, with descriptions.
 const OWN: [(Image, &str); 2] = [
@@ -83,6 +83,13 @@ pub fn board_images(release: &Release, left_out: &mut Vec<String>) -> Result<Vec
         )?);
     }
     Ok(all)
+}
+
+/// Builds and signs the update of the board that takes updates, with its loader.
+pub fn update(release: &Release, key: &Path) -> Result<()> {
+    let mut sign = measure("sign");
+    sign.arg("--key").arg(key).arg("--out").arg(&release.folder);
+    succeed(&mut sign)
 }
 
 /// Copies an image in all its forms, with its bill of materials.

@@ -2,6 +2,9 @@
 //! PD6, the receiver's PE8 and PE7; the command link is the USB socket beside the Ethernet socket.
 //! An ADIS: clock PA5, in PA6, out PA7, select PD14, data-ready PF12. Time pulse:
 //! PB8. Ran on no chip yet.
+//!
+//! An image for one of the two slots takes updates; `boot-h743` starts it. One for the flash's
+//! beginning runs alone and takes none.
 #![no_std]
 #![no_main]
 
@@ -19,8 +22,10 @@ use layer::dma::Handler;
 use layer::firmware::app::Lines;
 use layer::firmware::configuration::SerialLines;
 use layer::firmware::link::rates::Clock;
+use layer::firmware::update::slots::Places;
 use layer::flash::Region;
 use layer::line::Frame;
+use layer::update::{signer, updater};
 use layer::{Board, WATCHDOG_MS, adis, bytes, crystal, line};
 
 bind_interrupts!(struct Interrupts {
@@ -75,6 +80,15 @@ fn clocks() -> Config {
     config
 }
 
+/// The flash, and the two slots in it (boot-h743).
+type Whole<F> = Region<F, 0, 0x20_0000, 0x2_0000>;
+const PLACES: Places = Places {
+    base: 0x0800_0000,
+    slots: [0x2_0000, 0x10_0000],
+    len: 0xC_0000,
+};
+const SIGNER: [u8; 32] = signer(include!(concat!(env!("OUT_DIR"), "/signer.rs")));
+
 layer::main!(frame_path, embassy_stm32, FDCAN_CAL, P15);
 
 async fn frame_path() {
@@ -110,5 +124,15 @@ async fn frame_path() {
         feed: || watchdog.pet(),
         random: layer::random::bytes(chip.RNG),
     };
-    join(usb, layer::run(board, Some(layer::whole_learner()))).await;
+    // SAFETY: the store and what takes updates are both the main thread's, which uses one at a time.
+    #[allow(unsafe_code, reason = "one flash for both")]
+    let flash = unsafe { peripherals::FLASH::steal() };
+    let updater = updater(
+        Whole::new(Flash::new_blocking(flash)),
+        PLACES,
+        "h743",
+        &SIGNER,
+    );
+    let learner = Some(layer::whole_learner() as _);
+    join(usb, layer::run_updatable(board, learner, updater)).await;
 }

@@ -52,6 +52,7 @@ pub mod spi;
 pub mod thread;
 #[cfg(any(feature = "rp", feature = "usb"))]
 pub mod through;
+pub mod update;
 #[cfg(feature = "usb")]
 pub mod usb;
 
@@ -60,7 +61,7 @@ pub use embassy_executor;
 pub use firmware;
 
 pub use adis::{Adis, NoAdis, Source};
-pub use run::{Board, run};
+pub use run::{Board, run, run_updatable};
 
 #[cfg(not(feature = "stm32"))]
 use cortex_m::peripheral::SCB;

@@ -5,11 +5,13 @@ use embassy_futures::select::{Either3, select3, select4};
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_storage::nor_flash::NorFlash;
-use firmware::app::{App, Hardware, Jobs, Lines, run};
+use firmware::app::{App, GivesUpdates, Hardware, Jobs, Lines, Updates, run};
 use firmware::configuration::SerialLines;
+use firmware::control::update::Running as Image;
 use firmware::learn::Learner;
 use firmware::link::{Clock, rates};
 use firmware::store::Store;
+use firmware::update::Updater;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::adis::{Found, Rate};
 use firmware::wire::command::LoopPhase;
@@ -56,6 +58,7 @@ impl Clock for Time {
 }
 
 static JOBS: ConstStaticCell<Jobs> = ConstStaticCell::new(Jobs::new());
+static UPDATES: ConstStaticCell<Updates> = ConstStaticCell::new(Updates::new());
 
 /// The board as the frame path sees it.
 struct Running<S, N, C, G, A, W> {
@@ -68,6 +71,7 @@ struct Running<S, N, C, G, A, W> {
     heard: bool,
     guard: crash::Guard,
     feed: W,
+    updates: Option<GivesUpdates<'static>>,
 }
 
 impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
@@ -126,6 +130,14 @@ impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
         self.adis.forget();
     }
 
+    fn updates(&mut self) -> Option<&mut GivesUpdates<'static>> {
+        self.updates.as_mut()
+    }
+
+    fn restart(&mut self) {
+        cortex_m::peripheral::SCB::sys_reset()
+    }
+
     #[cfg(feature = "stm32")]
     fn pulse(&mut self) -> Option<u64> {
         crate::pulse::rose()
@@ -134,8 +146,19 @@ impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
 
 static NEW: New = New::new();
 
-/// Runs the application with a learner, for ever. The learner and the store are the main thread's
-/// from then on.
+/// [`run_updatable`] of a board that takes no updates.
+///
+/// # Panics
+/// It is called a second time.
+pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: FnMut()>(
+    board: Board<S, N, C, G, A, F, W>,
+    learner: Option<&'static mut dyn Learner>,
+) {
+    run_updatable(board, learner, None::<Updater<F>>).await;
+}
+
+/// Runs the application with a learner, for ever. The learner, the store and `updater` are the main
+/// thread's from then on.
 ///
 /// # Panics
 /// It is called a second time.
@@ -143,10 +166,20 @@ static NEW: New = New::new();
     unsafe_code,
     reason = "the store is the main thread's; says why that is sound"
 )]
-pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: FnMut()>(
+pub async fn run_updatable<S, N, C, G, A, F, W, U>(
     board: Board<S, N, C, G, A, F, W>,
     learner: Option<&'static mut dyn Learner>,
-) {
+    mut updater: Option<Updater<U>>,
+) where
+    S: Wire,
+    N: Wire,
+    C: Wire,
+    G: Wire,
+    A: Source,
+    F: NorFlash,
+    W: FnMut(),
+    U: NorFlash,
+{
     let [_, command, _] = &board.clocks;
     let (guard, reset, switched_on) = crash::Guard::start(command);
     let hardware = Hardware {
@@ -157,7 +190,13 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
         reset,
     };
     let mut store = Store::new(board.flash).ok();
-    let mut app = App::start_up(hardware, &mut store, switched_on, learner);
+    let running = updater.as_ref().map(|updater| updater.report().running);
+    // an image on trial leaves the store as the one before it can read it
+    let at_ease = switched_on && running != Some(Image::Trial);
+    let mut app = App::start_up(hardware, &mut store, at_ease, learner);
+    if let Some(updater) = &updater {
+        app.takes_updates(updater.report(), updater.faults());
+    }
     if let Some(memory) = blackbox::memory() {
         app.record_in(memory);
     }
@@ -173,7 +212,8 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
     let background = learners::apart(&mut app);
     let (mut gives, stores) = JOBS.take().split();
     // SAFETY: this future is a task's, which is pinned in a static and never ends.
-    unsafe { thread::hand_over(background, stores, &mut store) };
+    let updates =
+        unsafe { thread::hand_over(background, stores, &mut store, &mut updater, UPDATES.take()) };
     let mut board = Running {
         lines: board.lines,
         adis,
@@ -182,6 +222,7 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
         heard: false,
         guard,
         feed: board.feed,
+        updates,
     };
     let mut frame = [0; LONGEST];
     let turns = async {

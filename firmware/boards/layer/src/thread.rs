@@ -10,10 +10,11 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
 use embedded_storage::nor_flash::NorFlash;
-use firmware::app::Stores;
 use firmware::app::run::{CarriesOut, MainThread};
+use firmware::app::{GivesUpdates, Stores, Updates};
 use firmware::learn::exchange::Background;
 use firmware::store::Store;
+use firmware::update::{TakesUpdates, Updater};
 
 /// What the frame path hands over when it begins.
 struct Handed(MainThread<'static, 'static>);
@@ -28,15 +29,18 @@ static HANDED: Mutex<CriticalSectionRawMutex, RefCell<Option<Handed>>> =
 /// Time asleep, microseconds.
 static ASLEEP_US: Mutex<CriticalSectionRawMutex, Cell<u64>> = Mutex::new(Cell::new(0));
 
-/// The main thread has the learner and the store from now on.
+/// The main thread has the learner, the store and what takes updates from now on. Gives the frame
+/// path's side of the updates.
 ///
 /// # Safety
-/// The store stays where it is, and is not used by the caller any more.
-pub unsafe fn hand_over<F: NorFlash>(
+/// Store and updater stay where they are, and are not used by the caller any more.
+pub unsafe fn hand_over<F: NorFlash, U: NorFlash>(
     background: Option<Background<'static>>,
     stores: Stores<'static>,
     store: &mut Option<Store<F>>,
-) {
+    updater: &mut Option<Updater<U>>,
+    queues: &'static mut Updates,
+) -> Option<GivesUpdates<'static>> {
     let store = store.as_mut().map(|store| {
         let store: *mut (dyn CarriesOut + '_) = store;
         // SAFETY: the caller keeps it where it is, for ever, and leaves it alone.
@@ -44,12 +48,24 @@ pub unsafe fn hand_over<F: NorFlash>(
             &mut *core::mem::transmute::<*mut (dyn CarriesOut + '_), *mut dyn CarriesOut>(store)
         }
     });
+    let updater = updater.as_mut().map(|updater| {
+        let updater: *mut (dyn TakesUpdates + '_) = updater;
+        // SAFETY: as above.
+        unsafe {
+            &mut *core::mem::transmute::<*mut (dyn TakesUpdates + '_), *mut dyn TakesUpdates>(
+                updater,
+            )
+        }
+    });
+    let (gives, updates) = updater.map(|updater| queues.split(updater)).unzip();
     let thread = MainThread {
         background,
         stores: Some(stores),
         store,
+        updates,
     };
     HANDED.lock(|handed| handed.replace(Some(Handed(thread))));
+    gives
 }
 
 /// How long the processor has slept, microseconds.

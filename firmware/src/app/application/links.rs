@@ -63,7 +63,7 @@ impl App<'_> {
     ///
     /// The answer to an accepted configuration is sent in the next pass. Between the two the board
     /// reopens the lines, so a client that has the answer may send on them. No request is taken
-    /// while one waits for the learner's verdict.
+    /// while one waits for a verdict.
     #[inline(never)]
     pub(super) fn command(&mut self, line: &mut impl Line, now: u64) -> bool {
         if self.commands.server.is_waiting() {

@@ -10,24 +10,11 @@ use crate::configuration::SCHEMA;
 use crate::control::Reason;
 use crate::model::{IMAGES_LEN, Nets};
 use crate::nav::State;
+use crate::update::FIRMWARE;
 use crate::wire::command::{
     Antenna, Board, Counters, Health, MAX_CHUNK, Progress, Response, Security, Solution, Trials,
     Version, WIRE_VERSION, fault,
 };
-
-/// This firmware's version, from its manifest.
-const FIRMWARE: [u16; 3] = [
-    number(env!("CARGO_PKG_VERSION_MAJOR")),
-    number(env!("CARGO_PKG_VERSION_MINOR")),
-    number(env!("CARGO_PKG_VERSION_PATCH")),
-];
-
-const fn number(text: &str) -> u16 {
-    match u16::from_str_radix(text, 10) {
-        Ok(number) => number,
-        Err(_) => panic!("the version is not a number"), // at compile time
-    }
-}
 
 pub(super) const VERSION: Version = Version {
     wire: WIRE_VERSION,

@@ -90,6 +90,7 @@ fn start(
         background,
         stores: Some(stores),
         store: store.as_mut().map(|store| store as _),
+        updates: None,
     })
 }
 

@@ -69,7 +69,11 @@ impl Request<'_> {
             | Request::Heading(_)
             | Request::WheelSpeed(_)
             | Request::Record(_)
-            | Request::Provision(_) => true,
+            | Request::Provision(_)
+            | Request::BeginUpdate { .. }
+            | Request::WriteUpdate { .. }
+            | Request::FinishUpdate
+            | Request::Restart => true,
             Request::GetVersion
             | Request::GetHealth
             | Request::ReadImage { .. }
@@ -90,6 +94,7 @@ impl Request<'_> {
             | Request::GetSolution
             | Request::GetTrials
             | Request::GetProgress
+            | Request::GetUpdate
             | Request::GetTimes => false,
         }
     }

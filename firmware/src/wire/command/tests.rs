@@ -295,7 +295,7 @@ fn golden_solution_and_trials() {
     // 300 is AC 02 as postcard's varint, 12.5 is 0x4148_0000
     let expected = [3, 18, 1, 0xAC, 0x02, 3, 0, 0, 0x48, 0x41, 0, 1, 0];
     assert_eq!(plain(3, &Response::Progress(progress(300))), expected);
-    assert_eq!(plain(3, &Request::GetTimes), [3, 33]);
+    assert_eq!(plain(3, &Request::GetTimes), [3, 38]);
     let times = Times {
         sync: Sync::Holdover,
         holdover_s: 300,
@@ -308,7 +308,7 @@ fn golden_solution_and_trials() {
     };
     let real = [0, 0, 0x48, 0x41];
     let expected = [
-        &[3, 19, 2, 0xAC, 0x02, 1][..],
+        &[3, 20, 2, 0xAC, 0x02, 1][..],
         &real,
         &[0; 4],
         &[2, 0xAC, 0x02],

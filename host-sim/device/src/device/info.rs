@@ -6,8 +6,11 @@ use super::mode_name;
 use super::receiver::{Antenna, Receiver, receiver};
 use super::reset::{Start, start};
 use super::times::Times;
+use super::update::{perhaps, version};
 use super::watch::Learner;
 use firmware::configuration::{Configuration, Sensor};
+use firmware::control::update::{Report, Running, Step};
+use firmware::update::DEVELOPMENT_KEY;
 use firmware::wire::command::{self, Protection, Remembered, Request, Response, Security};
 use host_core::error::Error;
 use serde::Serialize;
@@ -66,6 +69,45 @@ pub struct Info {
     pub store: Kept,
     /// Protection of the device against changes.
     pub security: Protected,
+    /// State of the updates of its firmware; `None`: the board takes none over the command link.
+    pub updates: Option<Updates>,
+}
+
+/// State of the updates of a device's firmware.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Updates {
+    /// `flashed` by a probe, an update `on trial`, or one that was `confirmed`.
+    pub running: &'static str,
+    /// Address of the free slot.
+    pub slot: u32,
+    /// `development`, or the first digits of the public key that updates must be signed for.
+    pub signer: String,
+    /// Bytes of an update received; `None`: none was begun since start.
+    pub received: Option<u32>,
+    /// An update is whole, and the next start tries it.
+    pub ready: bool,
+    /// Version of an update that was tried and has not proved itself.
+    pub failed: Option<String>,
+}
+
+impl From<Report> for Updates {
+    fn from(of: Report) -> Self {
+        Self {
+            running: match of.running {
+                Running::Flashed => "flashed",
+                Running::Trial => "on trial",
+                Running::Confirmed => "confirmed",
+            },
+            slot: of.slot,
+            signer: match of.signer.to_be_bytes() {
+                first if DEVELOPMENT_KEY.starts_with(&first) => "development".into(),
+                first => format!("{:016x}", u64::from_be_bytes(first)),
+            },
+            received: (of.step != Step::Idle).then_some(of.received),
+            ready: of.step == Step::Ready,
+            failed: of.failed.map(version),
+        }
+    }
 }
 
 /// State of a device's store at the start.
@@ -173,7 +215,7 @@ pub struct LineInfo {
 
 /// The board's answer, with an owned name.
 pub(super) struct Board {
-    name: String,
+    pub name: String,
     uart_clocks: [u32; 3],
     bauds: [u32; 3],
     pin_sets: u8,
@@ -205,7 +247,7 @@ pub(super) fn board(link: &mut Link) -> Result<Board, Error> {
 /// # Errors
 /// As [`Link::ask`], or the device has another version of the link.
 pub fn info(link: &mut Link) -> Result<Info, Error> {
-    let version = link.version()?;
+    let versions = link.version()?;
     let board = board(link)?;
     let configuration = configuration(link)?;
     let health = link.health()?;
@@ -215,7 +257,6 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         let lines = configuration.lines;
         [lines.sensor_baud, lines.sensor_baud, lines.receiver_baud]
     });
-    let [major, minor, patch] = version.firmware;
     let line = |at: usize, line| {
         LineInfo::new(
             line,
@@ -231,9 +272,9 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
     ];
     let identity = configuration.as_ref().map(|of| &of.identity);
     Ok(Info {
-        firmware: format!("{major}.{minor}.{patch}"),
-        link: version.wire,
-        image: version.image,
+        firmware: version(versions.firmware),
+        link: versions.wire,
+        image: versions.image,
         schema: board.schema,
         lines,
         board: board.name,
@@ -251,6 +292,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         store: link.kept()?.into(),
         start: start(link)?,
         security: link.security()?.into(),
+        updates: perhaps(link)?.map(Updates::from),
         name: identity.map(|identity| identity.name.to_string()),
         serial: identity.map(|identity| identity.serial.to_string()),
         format: configuration.as_ref().and_then(format),

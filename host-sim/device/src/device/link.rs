@@ -67,6 +67,11 @@ impl Link {
         self
     }
 
+    /// As [`Link::with_tries`].
+    pub fn set_tries(&mut self, tries: u32) {
+        self.tries = tries;
+    }
+
     /// Seals each request that changes something with this key.
     #[must_use]
     pub fn with_key(mut self, key: Option<Secret>) -> Self {

@@ -18,16 +18,18 @@ mod provision;
 mod receiver;
 pub mod refusal;
 mod reset;
+pub mod sign;
 pub mod steps;
 mod store;
 mod times;
+mod update;
 mod watch;
 mod weights;
 
 pub use blackbox::{Fetched, fetch, recording};
 pub use commit::{commit, patiently};
 pub use configure::{configuration, configure, record, send};
-pub use info::{Info, Kept, LineInfo, Memory, Protected, info};
+pub use info::{Info, Kept, LineInfo, Memory, Protected, Updates, info};
 pub use key::{make_key, read_key};
 pub use learning::{HORIZONS_S, Solution, Trial, Trials, usual};
 pub use link::{Link, images, load, set_up};
@@ -37,6 +39,7 @@ pub use receiver::{Antenna, Receiver};
 pub use reset::Start;
 pub use store::{can_store, store};
 pub use times::Times;
+pub use update::{Tried, Update};
 pub use watch::{Event, Last, Learner, Status, Watch, named_counters, watch};
 pub use weights::{calibrated, check_image, clipped};
 

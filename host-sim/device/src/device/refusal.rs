@@ -1,6 +1,7 @@
 //! Why a device refuses a request, in words, with the remedy.
 
 use firmware::configuration::SCHEMA;
+use firmware::control::update::Refusal;
 use firmware::control::{Field, Reason};
 use firmware::wire::command::Request;
 use host_unit::key;
@@ -37,6 +38,10 @@ fn purpose(request: &Request) -> &'static str {
         }
         Request::Provision(_) => "take the key",
         Request::GetChallenge => "begin a session",
+        Request::BeginUpdate { .. } | Request::WriteUpdate { .. } | Request::FinishUpdate => {
+            "take the update"
+        }
+        Request::Restart => "restart",
         Request::GetVersion
         | Request::GetHealth
         | Request::GetCounters
@@ -51,6 +56,7 @@ fn purpose(request: &Request) -> &'static str {
         | Request::GetSolution
         | Request::GetTrials
         | Request::GetProgress
+        | Request::GetUpdate
         | Request::GetTimes => "report its state",
     }
 }
@@ -117,6 +123,11 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
             "this board has no place to store weights and configuration",
             "configure it after each start, or use a board with flash for it",
         ),
+        (Reason::Unsupported, Request::GetUpdate | Request::BeginUpdate { .. }) => (
+            "it takes no updates over the command link: this board has no room for two images, or \
+             its image is not one for a slot",
+            "flash it with a probe; docs/BOARDS.md lists the boards that take updates",
+        ),
         (Reason::Unsupported, _) => (
             "this board does not have the function",
             "use another board, or the firmware of this program's version",
@@ -159,6 +170,7 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
             "let no other program use the device at the same time, and check the line",
         ),
         (Reason::Wait(ms), _) => return wait(ms),
+        (Reason::Update(refusal), _) => return update(refusal),
         (Reason::Schema(taken), _) => return schema(taken),
         (Reason::Field(field), _) => return out_of_range(field),
         (Reason::Baud(nearest), _) => return baud(nearest),
@@ -172,6 +184,60 @@ fn because(request: &Request, reason: Reason) -> (String, String) {
             let remedy = "flash the newer firmware again, or erase the last two sectors of flash";
             return (problem, remedy.into());
         }
+    };
+    (problem.into(), remedy.into())
+}
+
+/// An update is refused.
+fn update(refusal: Refusal) -> (String, String) {
+    let (problem, remedy) = match refusal {
+        Refusal::Header => (
+            "it is no update that this firmware knows",
+            "give the update of a release that this firmware can be updated to (docs/RELEASES.md)",
+        ),
+        Refusal::Signature => (
+            "it is signed with another key than the device expects, or was changed afterwards",
+            "give the update of the same maker as the device's firmware (`device info` shows the \
+             key), and compare its checksum",
+        ),
+        Refusal::Board => (
+            "it is an update of another board",
+            "give the update of the board that `device info` shows",
+        ),
+        Refusal::Slot => (
+            "it is an image for the slot that runs",
+            "make the update again with `cargo xtask sign`, which makes both images",
+        ),
+        Refusal::Length => (
+            "its image is longer than a slot",
+            "build it smaller, or flash it with a probe",
+        ),
+        Refusal::Older => (
+            "it is older than the firmware that runs, which may hold what the older one cannot read",
+            "give --older, if it is what you want",
+        ),
+        Refusal::Trial => (
+            "its firmware is itself on trial",
+            "let the sensor send for some ten seconds until it is confirmed (`device info`), or \
+             switch the device off and on to go back",
+        ),
+        Refusal::NotBegun => (
+            "no update was begun: the device has restarted",
+            "give the command again; it begins anew",
+        ),
+        Refusal::Order(received) => {
+            let problem = format!("its pieces are not in order; it has {received} bytes");
+            let remedy = "let no other program update it, and give the command again";
+            return (problem, remedy.into());
+        }
+        Refusal::Digest => (
+            "what its flash holds is not what was signed",
+            "give the command again; if that does not help, the file or the flash is damaged",
+        ),
+        Refusal::Flash => (
+            "its flash does not erase, or does not keep what is written",
+            "give the command again; if that does not help, replace the board",
+        ),
     };
     (problem.into(), remedy.into())
 }

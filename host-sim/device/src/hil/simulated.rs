@@ -5,14 +5,19 @@
 //! At the end of the drive it is switched off and on, and drives again with what it has stored.
 
 mod socket;
+#[cfg(test)]
+mod update_tests;
 
 use super::{Drive, Input, MemoryFlash, MemoryLine, SetClock, drive_configured};
 use firmware::app::{App, Hardware, Lines};
 use firmware::configuration::Configuration;
 use firmware::configuration::record::encode;
+use firmware::control::update::Running;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::model::Nets;
 use firmware::store::{Content, Progress, Step, Store, unit};
+use firmware::update::slots::{Places, Slots};
+use firmware::update::{DEVELOPMENT_KEY, TakesUpdates, Updater};
 use firmware::wire::ImuFormat;
 use host_core::error::Error;
 use host_unit::Unit;
@@ -32,6 +37,25 @@ const HARDWARE: Hardware = Hardware {
     name: "simulated",
     ..Hardware::DESKTOP
 };
+
+/// The slots of its program's flash, as on an STM32H743.
+const PLACES: Places = Places {
+    base: 0x0800_0000,
+    slots: [0x2_0000, 0x10_0000],
+    len: 0xC_0000,
+};
+
+/// What lasts over a power cycle.
+struct Chip {
+    store: MemoryFlash,
+    program: MemoryFlash,
+}
+
+/// Why the device starts anew.
+enum Ended {
+    Drive,
+    Restart,
+}
 
 /// Settings of a simulation.
 #[derive(Clone, Debug)]
@@ -116,15 +140,25 @@ impl Simulated {
         let [command, stream] = self.listeners.map(Socket::new);
         let mut outside = Outside { command, stream };
         let pace = (self.speed, self.cuts);
-        let mut flash = configured(&self.configuration);
+        let mut chip = Chip {
+            store: configured(&self.configuration),
+            program: flashed(),
+        };
         for number in 1.. {
-            power_on(&mut flash, &self.drive, pace, &mut outside, stop);
+            let ended = power_on(&mut chip, &self.drive, pace, &mut outside, stop);
             if stop.load(Ordering::Relaxed) {
                 return;
             }
+            let what = match ended {
+                Ended::Drive => {
+                    format!("drive {number} is over: the device is switched off and on")
+                }
+                Ended::Restart => {
+                    format!("the device restarts in drive {number}, as it was asked to")
+                }
+            };
             says(&format!(
-                "drive {number} is over: the device is switched off and on, and what it has \
-                 stored acts in drive {}",
+                "{what}, and what it has stored acts in drive {}",
                 number + 1
             ));
         }
@@ -180,6 +214,16 @@ fn configured(configuration: &Configuration) -> MemoryFlash {
     store.into_inner()
 }
 
+/// The flash of a device whose first slot holds an image.
+fn flashed() -> MemoryFlash {
+    let [first, second] = PLACES.slots;
+    let mut bytes = vec![0xFF; (second + PLACES.len) as usize];
+    let vectors = [0x2000_0000, PLACES.address(0) + 0x201].map(u32::to_le_bytes);
+    let first = first as usize;
+    bytes[first..first + 8].copy_from_slice(vectors.as_flattened());
+    MemoryFlash(bytes)
+}
+
 /// The sockets.
 struct Outside {
     command: Socket,
@@ -188,21 +232,28 @@ struct Outside {
 
 /// One drive, from power-on to its end.
 fn power_on(
-    flash: &mut MemoryFlash,
+    chip: &mut Chip,
     drive: &Drive,
     (speed, cuts): (f64, Cuts),
     outside: &mut Outside,
     stop: &AtomicBool,
-) {
+) -> Ended {
     let mut memory = Box::new(FixMemory::ZEROED);
     let mut references = Box::new(WindowLearner::new());
     let mut learner = CombinedLearner {
         references: &mut *references,
         fixes: FixLearner::new(&mut memory, Settings::MEDIUM), // until it is configured
     };
-    let mut store = Store::new(std::mem::take(flash)).ok();
-    let app = App::start_up(HARDWARE, &mut store, true, Some(&mut learner));
+    let mut updater = started(std::mem::take(&mut chip.program));
+    let on_trial = updater
+        .as_ref()
+        .is_some_and(|updater| updater.report().running == Running::Trial);
+    let mut store = Store::new(std::mem::take(&mut chip.store)).ok();
+    let app = App::start_up(HARDWARE, &mut store, !on_trial, Some(&mut learner));
     let mut app = Box::new(app);
+    if let Some(updater) = &updater {
+        app.takes_updates(updater.report(), updater.faults());
+    }
     let mut lines: Lines<MemoryLine, MemoryLine, MemoryLine, MemoryLine> = Lines::default();
     let mut clock = SetClock(0);
     let mut random = [0; 32];
@@ -211,7 +262,7 @@ fn power_on(
     }
     let begun = Instant::now();
     let mut records = drive.records.iter().peekable();
-    while records.peek().is_some() && !stop.load(Ordering::Relaxed) {
+    while records.peek().is_some() && !stop.load(Ordering::Relaxed) && !app.restarts(clock.0) {
         let now_us = (begun.elapsed().as_secs_f64() * speed * 1e6) as u64;
         let mut poll = |lines: &mut Lines<_, _, _, _>, clock: &SetClock| {
             while app.poll(lines, clock) {}
@@ -222,6 +273,14 @@ fn power_on(
                 });
             }
             app.to_open();
+            if let Some(updater) = &mut updater {
+                while let Some(order) = app.update_order() {
+                    app.updated(&updater.carry_out(&order));
+                    while app.poll(lines, clock) {}
+                }
+                let unwell = app.unwell(clock.0);
+                app.watch_trial(unwell, clock.0);
+            }
         };
         while let Some(record) = records.next_if(|of| u64::from(of.at_us) <= now_us) {
             clock.0 = record.at_us.into();
@@ -249,7 +308,22 @@ fn power_on(
         lines.navigation.sent.clear();
         thread::sleep(SLEEP);
     }
-    *flash = store.map(Store::into_inner).unwrap_or_default();
+    let restarts = app.restarts(clock.0);
+    drop(app);
+    chip.store = store.map(Store::into_inner).unwrap_or_default();
+    chip.program = updater.map_or_else(flashed, Updater::into_inner);
+    if restarts {
+        Ended::Restart
+    } else {
+        Ended::Drive
+    }
+}
+
+/// What takes updates, with the image that the loader starts.
+fn started(program: MemoryFlash) -> Option<Updater<MemoryFlash>> {
+    let mut slots = Slots::new(program, PLACES)?;
+    let slot = slots.to_start()?;
+    Updater::new(slots, HARDWARE.name, &DEVELOPMENT_KEY, PLACES.address(slot))
 }
 
 #[cfg(test)]
@@ -259,7 +333,7 @@ mod tests {
     use firmware::wire::command::fault;
     use std::sync::Arc;
 
-    fn simulation(seconds: u32, listen: SocketAddr) -> Simulation {
+    pub(super) fn simulation(seconds: u32, listen: SocketAddr) -> Simulation {
         Simulation {
             unit: Unit::load("stim300").expect("a preset"),
             seconds,
@@ -269,7 +343,8 @@ mod tests {
         }
     }
 
-    const ANY: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 0);
+    pub(super) const ANY: SocketAddr =
+        SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 0);
 
     /// It answers as the unit's device, keeps what is stored over its power cycle, and ends.
     #[test]

@@ -4,6 +4,7 @@ mod blackbox;
 mod configure;
 mod print;
 mod simulate;
+mod update;
 mod weights;
 mod wheels;
 
@@ -18,7 +19,8 @@ use firmware::fix::Heading;
 use firmware::wire::command::Request;
 use host_core::error::Error;
 use host_device::device::{
-    Link, MODES, Watch, commit, info, mode_name, open_by_choice, provision, read_key, store, watch,
+    Link, MODES, Update, Watch, commit, info, mode_name, open_by_choice, provision, read_key,
+    store, watch,
 };
 use serde::Serialize;
 use std::io::{self, IsTerminal};
@@ -114,6 +116,17 @@ enum Command {
         #[arg(long, conflicts_with = "key_file")]
         open: bool,
     },
+    /// Update the firmware, in mode bypass; bytes pass meanwhile, until the device restarts with it
+    Update {
+        /// The update: BOARD.update of a release, or of `cargo xtask sign`
+        file: PathBuf,
+        /// Take one that is older than the firmware that runs
+        #[arg(long)]
+        older: bool,
+        /// Do not restart: the next start tries it
+        #[arg(long)]
+        no_restart: bool,
+    },
     /// Print mode, faults, rates and learner once a second
     Watch {
         /// How long, s; without it until Ctrl-C
@@ -200,6 +213,14 @@ impl Args {
                 self.print(&Done::new(says), || println!("{says}"))
             }
             Command::Provision { key_file, .. } => self.provision(link, key_file.as_deref()),
+            Command::Update {
+                file,
+                older,
+                no_restart,
+            } => {
+                let done = update::run(link, file, *older, !no_restart, &mut || self.open())?;
+                self.print(&done, || println!("{}", done.says))
+            }
             Command::Watch { .. } => Ok(()), // above
         }
     }
@@ -300,6 +321,7 @@ fn check_files(command: &Command) -> Result<(), Error> {
     match command {
         Command::Configure { unit, .. } => configure::of_unit(unit).map(drop),
         Command::Weights { command } => command.check_file(),
+        Command::Update { file, .. } => Update::read(file).map(drop),
         _ => Ok(()),
     }
 }

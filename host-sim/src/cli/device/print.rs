@@ -3,7 +3,7 @@
 use firmware::error_bound::TIMES_S;
 use host_core::words::{counted, thousands};
 use host_device::device::{
-    Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status, Times,
+    Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status, Times, Updates,
 };
 use std::fmt::Write;
 
@@ -22,6 +22,7 @@ pub(super) fn info(info: &Info) {
     println!("mode           {}", info.mode);
     println!("configuration  {}", configured(info));
     println!("security       {}", security(&info.security));
+    println!("update         {}", updates(info.updates.as_ref()));
     if let Some(rate) = info.rate_hz {
         let format = info.format.unwrap_or("detected");
         let start = info.mode_at_start.unwrap_or("bypass");
@@ -71,6 +72,36 @@ fn security(of: &Protected) -> String {
         let _ = write!(text, "; requests with a wrong key, refused: {}", of.forged);
     }
     let _ = write!(text, "; records that may be stored now: {}", of.stores);
+    text
+}
+
+/// The image that runs, and the updates it takes.
+fn updates(of: Option<&Updates>) -> String {
+    let Some(of) = of else {
+        return "not over this link".to_owned();
+    };
+    let mut text = match of.running {
+        "on trial" => "ON TRIAL: the next start goes back, unless it proves itself".to_owned(),
+        "confirmed" => "this firmware is a confirmed update".to_owned(),
+        _ => "this firmware was flashed by a probe".to_owned(),
+    };
+    let _ = match of.signer.as_str() {
+        "development" => write!(
+            text,
+            "; takes what is signed with the DEVELOPMENT KEY, by anybody"
+        ),
+        key => write!(text, "; takes what is signed with the key {key}..."),
+    };
+    match (of.ready, of.received) {
+        (true, _) => text.push_str("; an update is ready for the next start"),
+        (false, Some(bytes)) => {
+            let _ = write!(text, "; an update is under way, {bytes} bytes");
+        }
+        _ => {}
+    }
+    if let Some(version) = &of.failed {
+        let _ = write!(text, "; firmware {version} was tried and FAILED");
+    }
     text
 }
 
