@@ -295,6 +295,10 @@ fn power_on(
             lines.sensor.sent.clear();
         }
         clock.0 = clock.0.max(now_us);
+        // what a driver asks the sensor; the simulated one does not answer, so the device does
+        for client in outside.stream.clients() {
+            client.receive(&mut lines.navigation.received);
+        }
         poll(&mut lines, &clock);
         // the learner runs within the pass, so an answer is there at once, for who asked
         for client in outside.command.clients() {
