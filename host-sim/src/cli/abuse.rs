@@ -191,7 +191,10 @@ fn finish(rows: &[Judged], times: &Times, files: &Files) -> Result<(), Error> {
         let command = format!("cargo run --release -- {}", arguments());
         let rows = file.with_extension("csv");
         let name = rows.file_name().unwrap_or_default().to_string_lossy();
-        write_atomic(file, markdown(&command, &name, times, &all).as_bytes())?;
+        write_atomic(
+            file,
+            markdown((&command, &host_lab::version()), &name, times, &all).as_bytes(),
+        )?;
         write_atomic(&rows, csv(&all).as_bytes())?;
     }
     println!("{}", host_report::abuse::table(&all, stdout::width()));

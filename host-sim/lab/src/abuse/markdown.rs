@@ -22,9 +22,14 @@ const ACTIVATIONS: [Activation; 5] = [
 /// The activations that have columns in the tables of kinds and cases.
 const SHOWN: [Activation; 2] = [Activation::NextPowerOn, Activation::Live];
 
-/// The page, made by `command`; all rows are in the file `csv` beside it.
+/// The page, made by `command` of this version; all rows are in the file `csv` beside it.
 #[must_use]
-pub fn markdown(command: &str, csv: &str, times: &Times, all: &[Summary]) -> String {
+pub fn markdown(
+    (command, version): (&str, &str),
+    csv: &str,
+    times: &Times,
+    all: &[Summary],
+) -> String {
     let harming = |activation| {
         let of = all.iter().filter(move |of| of.activation == activation);
         of.filter(|of| of.harms())
@@ -36,7 +41,7 @@ pub fn markdown(command: &str, csv: &str, times: &Times, all: &[Summary]) -> Str
     let values = [
         ("command", command.to_owned()),
         ("csv", csv.to_owned()),
-        ("version", crate::version()),
+        ("version", version.to_owned()),
         ("standstill", times.standstill_s.to_string()),
         ("aided", times.aided_s.to_string()),
         ("free", times.free_s.to_string()),

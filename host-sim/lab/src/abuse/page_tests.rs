@@ -42,7 +42,11 @@ fn the_page_says_what_its_rows_say() {
         .lines()
         .find_map(|line| line.strip_prefix("    cargo run"));
     let command = format!("cargo run{}", command.expect("the command"));
-    let right = markdown(&command, "ABUSE.csv", &Times::default(), &all);
+    let version = page
+        .split_once("(version ")
+        .and_then(|(_, rest)| rest.split_once(')'));
+    let (version, _) = version.expect("the version");
+    let right = markdown((&command, version), "ABUSE.csv", &Times::default(), &all);
     if page == right {
         return;
     }

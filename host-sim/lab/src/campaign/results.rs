@@ -270,6 +270,9 @@ mod tests {
             for (i, name) in names().into_iter().enumerate() {
                 let h = f64::from(run + 1) * (i + 1) as f64 * 100.0;
                 rows.push(Row::north(ErrorModelName::All, run, name, h));
+                if name == "device" {
+                    rows.push(Row::north(ErrorModelName::All, run, LEARNER, h));
+                }
             }
         }
         let merged = Merged {

@@ -41,11 +41,7 @@ impl How {
 pub const FIGURES: &[Figure] = &[
     Figure {
         name: "results",
-        files: &[
-            "docs/RESULTS.md",
-            "docs/RESULTS.csv",
-            "docs/RESULTS.causes.csv",
-        ],
+        files: &["docs/RESULTS.md", "docs/RESULTS.csv"],
         what: "the campaign beside classical filters",
         how: How::HostSim(&[
             "campaign",
