@@ -1,11 +1,11 @@
 //! Times of the samples by the receiver's clock.
 //!
-//! Two lines are fitted: the board's time of the pulses over the receiver's seconds, and the board's
-//! time at which samples came over their numbers, one a second. Together they give the receiver's
-//! time at which any sample came, the error of the board's clock, and the true interval of the
-//! samples. Each fit is the least-squares line through all events so far (growing
-//! memory, E. Brookner, "Tracking and Kalman Filtering Made Easy", 1998, table 1.10.1), and from
-//! [`MOST`] events on it forgets the older ones.
+//! Two lines are fitted: the board's time of the pulses over the receiver's seconds, and the
+//! board's time at which samples came over their numbers, one a second. Together they give the
+//! receiver's time at which any sample came, the error of the board's clock, and the true interval
+//! of the samples. Each fit is the least-squares line through all events so far (growing memory, E.
+//! Brookner, "Tracking and Kalman Filtering Made Easy", 1998, table 1.10.1), and from [`MOST`]
+//! events on it forgets the older ones.
 //!
 //! Nothing is done at the other samples, so the frame path costs nothing more.
 

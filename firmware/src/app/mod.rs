@@ -13,8 +13,8 @@
 //! the next whole block.
 //!
 //! Imports point from the bottom up: `counts`, `guard`, `hardware`, `config`, `phase`, `load`,
-//! `job`, `lines`, `pulse`, `blackbox`, `updates`; `setup`, `health`; `flow`; `server` and `reverse`;
-//! `application`.
+//! `job`, `lines`, `pulse`, `clock`, `blackbox`, `updates`; `setup`, `health`; `flow`; `server` and
+//! `reverse`; `application`.
 
 mod application;
 pub mod blackbox;

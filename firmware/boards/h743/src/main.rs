@@ -124,7 +124,8 @@ async fn frame_path() {
         feed: || watchdog.pet(),
         random: layer::random::bytes(chip.RNG),
     };
-    // SAFETY: the store and what takes updates are both the main thread's, which uses one at a time.
+    // SAFETY: the store and what takes updates are both the main thread's, which uses one at a
+    // time.
     #[allow(unsafe_code, reason = "one flash for both")]
     let flash = unsafe { peripherals::FLASH::steal() };
     let updater = updater(

@@ -201,8 +201,8 @@ pub const SCHEMES: [(&str, Scheme); 33] = [
 /// The device's learner with all its hypotheses, whose result corrects at once.
 pub const LEARNER: &str = "learner";
 
-/// The whole bank and parts of it, to compare the hypotheses of the learner: their names, and the hypotheses
-/// that take part, one bit each. A hypothesis alone is used whatever its evidence.
+/// The whole bank and parts of it, to compare the hypotheses of the learner: their names, and the
+/// hypotheses that take part, one bit each. A hypothesis alone is used whatever its evidence.
 pub fn ablations() -> impl Iterator<Item = (String, u8)> {
     let alone = (0..HYPOTHESES)
         .filter(|&index| ![ZERO_CORRECTION, STORED].contains(&index))
