@@ -108,7 +108,7 @@ mod tests {
         for bad in [&good[1..], &good[2..], "", &good.replace('a', "g")] {
             std::fs::write(&file, bad).unwrap();
             let error = read_key(&file).unwrap_err().to_string();
-            assert!(error.contains("no key file"), "{error}");
+            assert!(error.contains("is not a key file"), "{error}");
         }
         let none = read_key(&directory.path().join("none")).unwrap_err();
         assert!(none.to_string().contains("no such file"), "{none}");

@@ -315,7 +315,7 @@ mod tests {
         assert!(text(Reason::Pins(1)).contains("sensor.pins = 0"));
         assert!(text(Reason::Schema(SCHEMA - 1)).contains("flash"));
         assert!(text(Reason::Schema(SCHEMA + 1)).contains("host-sim of the device's"));
-        assert!(text(Reason::Record).contains("no whole configuration record"));
+        assert!(text(Reason::Record).contains("not a whole configuration record"));
         assert!(text(Reason::Alignment).contains("alignment"));
         assert!(text(Reason::Mode).contains("bypass"));
     }

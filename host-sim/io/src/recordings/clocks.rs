@@ -132,7 +132,7 @@ mod tests {
                 19_782.0,
                 "5.5 h is the difference of a time zone, and GPS time is 18 s",
             ),
-            (604_800.0, "1 weeks"),
+            (604_800.0, "1 week lies"),
             (172_800.0, "2 days"),
         ] {
             let name = named(offset).unwrap_or_default();

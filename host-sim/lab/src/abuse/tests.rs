@@ -156,8 +156,8 @@ fn rows_of_several_commands_are_joined() {
     let dir = tempfile::tempdir().unwrap();
     let at = |name: &str| dir.path().join(name);
     let of = |name: &str, cases: &[&str]| execute(&abuse(cases, 1, &at(name)), &idle);
-    let (one, other) = (of("one", &["jump"]), of("other", &["late"]));
-    of("both", &["jump", "late"]);
+    let (one, other) = (of("one", &["jump"]), of("other", &["late-1"]));
+    of("both", &["jump", "late-1"]);
     let joined = merge(&[at("one"), at("other")]).unwrap();
     assert_eq!(joined.len(), one.len() + other.len());
     assert!(one.iter().chain(&other).all(|row| joined.contains(row)));

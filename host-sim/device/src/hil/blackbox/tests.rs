@@ -217,6 +217,6 @@ fn a_file_is_read_as_it_was_written() {
         read(&file)
             .expect_err("no box")
             .to_string()
-            .contains("no black box")
+            .contains("not a black box")
     );
 }

@@ -253,7 +253,7 @@ fn the_end_of_a_week_nan_and_cut_lines_are_read_over_with_a_note() {
     for part in [
         "imu:1: the first line of data is not whole",
         "imu:401: the file ends within this line",
-        "1 lines of",
+        "1 line of",
         "seconds of week of the samples",
         "seconds of week of the fixes",
         "1 line from 604798 to 604798 s holds no fix: latitude and longitude are 0",

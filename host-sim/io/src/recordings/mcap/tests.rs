@@ -182,7 +182,7 @@ fn every_choice_of_topics_is_checked() {
         (
             &two,
             Choice::default(),
-            "one of /imu/data (301 messages), /imu/raw (1 messages)",
+            "one of /imu/data (301 messages), /imu/raw (1 message)",
         ),
         (&two, named("/imu/rew"), "'/imu/rew' is not in"),
         (

@@ -208,7 +208,7 @@ fn means_are_read_where_increments_are_missing() {
     assert_eq!((r.time[6], r.time[7]), (0.03, 0.04));
     let notes = read.notes.concat();
     assert!(
-        notes.contains("1 samples of sensor_combined without"),
+        notes.contains("1 sample of sensor_combined without"),
         "{notes}"
     );
     let f = r.fixes[2];
