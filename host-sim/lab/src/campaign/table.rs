@@ -56,7 +56,7 @@ fn cells(results: &Merged, row: &Row, fingerprint: &str) -> Vec<String> {
     cells.extend([seeds.unit, seeds.turn_on, seeds.drive].map(|seed| seed.to_string()));
     let walk = tuned.walk_of(&row.scheme);
     cells.extend([walk, tuned.none_factor, tuned.rnn_factor].map(|x| x.to_string()));
-    cells.extend([crate::version(), fingerprint.to_owned()]);
+    cells.extend([crate::version().replace(',', ""), fingerprint.to_owned()]);
     cells
 }
 

@@ -252,7 +252,7 @@ fn weights_are_read_and_written_whole_or_not_at_all() {
     damaged[300] ^= 1;
     std::fs::write(path("damaged.bin"), damaged).unwrap();
     let text = error(port, &["weights", "put", &path("damaged.bin")]);
-    assert!(text.contains("no weight image"), "{text}");
+    assert!(text.contains("not a weight image"), "{text}");
     let text = error(port, &["weights", "put", &path("none.bin")]);
     assert!(text.contains("no such file"), "{text}");
     let text = error(port, &["weights", "get", "/dev/null/w.bin"]);

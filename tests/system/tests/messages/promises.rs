@@ -249,7 +249,7 @@ const PROMISES: &[Promise] = &[
             write(dir, "x.json", &(report.to_owned() + rmc));
         },
         args: BESIDE,
-        printed: &["1 fixes (NMEA)"],
+        printed: &["1 fix (NMEA)"],
         code: 0,
     },
     Promise {
