@@ -155,6 +155,10 @@ const OTHERS: &[(&str, &str)] = &[
     ),
     ("unit six-position", "needs rests in six attitudes"),
     (
+        "device update",
+        "needs a signed image for the device's board",
+    ),
+    (
         "device wheels",
         "needs a device with wheels, and standard input",
     ),
