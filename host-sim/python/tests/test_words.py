@@ -55,7 +55,7 @@ def arrays(**changes):
     [
         (lambda: li.Unit("memz"), ValueError, ["'memz'", "did you mean 'mems'"]),
         (lambda: li.Unit("no/such.toml"), FileNotFoundError, ["no/such.toml: no such file"]),
-        (lambda: li.Unit.parse("name = 'x'\nfoo = 1"), ValueError, ["unit:2: 'foo' is no key"]),
+        (lambda: li.Unit.parse("name = 'x'\nfoo = 1"), ValueError, ["unit:2: 'foo' is not a key"]),
         (lambda: li.Network(np.zeros(62)), ValueError, ["weights: has shape (62,), not (63,)"]),
         (lambda: li.Network([0.1] * 3), ValueError, ["weights: is [0.1, 0.1, 0.1], not 63 numbers"]),
         (lambda: li.Unit.preset_text("x"), ValueError, ["there is no unit 'x'"]),
