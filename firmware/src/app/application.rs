@@ -382,9 +382,6 @@ impl<'m> App<'m> {
         if self.flow.health.load.look(now, clock) {
             self.look_for_frames(now);
             self.upkeep.due = true;
-            self.flow
-                .clock
-                .sample(self.flow.sample(), self.link.heard_us);
         }
         if !self.link.framer.is_sound() {
             self.framer_anew();
@@ -456,6 +453,8 @@ impl<'m> App<'m> {
             return true;
         }
         if core::mem::take(&mut self.upkeep.due) {
+            let (sample, heard_us) = (self.flow.sample(), self.link.heard_us);
+            self.flow.clock.sample(sample, heard_us);
             self.scrub(&mut lines.navigation, now);
             return true;
         }
