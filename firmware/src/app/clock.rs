@@ -26,7 +26,7 @@ const DRIFT: f64 = 5e-7;
 const LOST_US: f64 = 5_000.0;
 /// Seconds of a GPS week.
 const WEEK_S: u32 = 604_800;
-const WEEK_US: f64 = 604_800e6;
+const WEEK_US: u64 = 604_800_000_000;
 
 /// The line through events at whole numbers.
 #[derive(Debug, Clone, Copy, Default)]
@@ -137,10 +137,10 @@ impl Clock {
         };
         if samples.is_known() {
             let since_us = (samples.at_us - seconds.at_us) / seconds.interval_us * 1e6;
-            let of_week_us = f64::from(self.second) * 1e6 + since_us;
-            let before = of_week_us < 0.0;
+            // a week more, since the sample may be of the one before or the next
+            let of_weeks_us = (f64::from(self.second) + f64::from(WEEK_S)) * 1e6 + since_us;
             times.sample = samples.number;
-            times.sample_us = (of_week_us + if before { WEEK_US } else { 0.0 }) as u64;
+            times.sample_us = of_weeks_us as u64 % WEEK_US;
             times.interval_ns = (samples.interval_us / seconds.interval_us * 1e9) as f32;
             times.error_us = libm::sqrtf(seconds.variance() + samples.variance()) + drift_us as f32;
         }

@@ -64,7 +64,7 @@ impl World {
     fn error_us(&self, times: &Times) -> f64 {
         let true_us = f64::from(times.sample) * self.interval * 1e6;
         let began_us = f64::from(self.begins_s) * 1e6;
-        let off = times.sample_us as f64 - (began_us + true_us) % WEEK_US;
+        let off = times.sample_us as f64 - (began_us + true_us) % WEEK_US as f64;
         // what is late on average is not an error of the relation
         off - (self.late_us[1] - self.late_us[0]) / 2.0
     }
@@ -135,6 +135,18 @@ fn without_pulses_the_boards_clock_goes_on_for_a_while() {
     assert_eq!(world.times(12_000.0), Times::default(), "too long");
     world.runs(660..700, true);
     assert_eq!(world.times(700.0).sync, Sync::Locked);
+}
+
+/// In holdover the week ends as well.
+#[test]
+fn the_week_ends_without_a_pulse() {
+    let mut world = World::new(WEEK_S - 60, 30e-6, 0.005, [2.0, 20.0]);
+    world.runs(0..40, true);
+    world.runs(40..100, false);
+    let times = world.times(100.0);
+    assert_eq!(times.sync, Sync::Holdover);
+    assert!(times.sample_us < 41_000_000, "{times:?}");
+    assert!(world.error_us(&times).abs() < 50.0, "{times:?}");
 }
 
 /// Another second, a gap in the numbers and a new beginning of the samples lead to no wrong time.
