@@ -127,11 +127,11 @@ pub fn turn<B: Board>(
     let (supply_low, reopened) = board.state();
     app.board_is(supply_low, reopened);
     board.during(LoopPhase::Sleep);
-    let unhealthy = app.unwell(board.lines().1.now_us());
+    let now_us = board.lines().1.now_us();
+    let unhealthy = app.unwell(now_us);
     board.turned(unhealthy, halts && app.is_storing());
     if let Some(updates) = board.updates() {
         updates.turn(app);
-        let now_us = board.lines().1.now_us();
         app.watch_trial(unhealthy, now_us);
         if app.restarts(now_us) {
             board.restart();

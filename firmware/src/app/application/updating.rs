@@ -35,8 +35,7 @@ impl App<'_> {
     /// Watches a firmware on trial. To be called in every turn where the board takes updates, with
     /// the value of [`App::unwell`].
     pub fn watch_trial(&mut self, unwell: u8, now_us: u64) {
-        let updates = &self.commands.server.updates;
-        if updates.is_on_trial() {
+        if self.commands.server.updates.is_on_trial() {
             let (faults, left) = (self.faults(), self.flow.health.left());
             let updates = &mut self.commands.server.updates;
             updates.watch(unwell == 0, faults, left, now_us);

@@ -92,10 +92,10 @@ impl Updates {
         self.restart_us.is_some_and(|at| now_us >= at)
     }
 
-    /// To be called in every turn. A firmware on trial is confirmed when bytes have passed, and
-    /// nothing was wrong that was not wrong before it. `left`: what has left so far.
+    /// To be called in every turn of a firmware on trial. It is confirmed when bytes have passed,
+    /// and nothing was wrong that was not wrong before it. `left`: what has left so far.
     pub fn watch(&mut self, well: bool, faults: u32, left: u64, now_us: u64) {
-        if !self.is_on_trial() || self.is_busy() {
+        if self.is_busy() {
             return;
         }
         if !well || faults & !self.before != 0 {
