@@ -42,7 +42,8 @@ pub fn sign(order: &Order) -> Result<ExitCode> {
         let key = make_key(file)?;
         let public = write_public(&key, &beside(file))?;
         println!(
-            "{}: keep it secret, and outside of the tree; whoever has it can sign\n{}: the public key",
+            "{}: keep it secret, and outside of the tree; whoever has it can sign\n\
+             {}: the public key",
             file.display(),
             public.display()
         );

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use qemu::images::{target_directory, workspace};
 use serde_json::Value;
 
@@ -172,28 +172,18 @@ fn causes(schemes: &[String]) -> Result<()> {
     let (mut out, rows) = campaign("memory-causes", 24, schemes, &words)?;
     out += &header("errors", "`device`,ratio,frozen");
     for errors in CAUSES.split(',') {
-        let median = |scheme: &str| rows.median(errors, DRIVES, scheme);
-        let least = |schemes: &[String]| {
-            let all = schemes.iter().map(|scheme| median(scheme));
-            all.collect::<Result<Vec<_>>>()
-                .map(|all| all.into_iter().fold(f64::INFINITY, f64::min))
+        let device = rows.median(errors, DRIVES, "device")?;
+        let least = |filters: &[&str], ending: &str| {
+            let each = filters.iter().map(|of| format!("{of}{ending}"));
+            each.map(|scheme| rows.median(errors, DRIVES, &scheme))
+                .try_fold(f64::INFINITY, |least, m| Ok::<_, Error>(least.min(m?)))
         };
-        let device = median("device")?;
-        let best = least(
-            &FILTERS[1..3]
-                .iter()
-                .map(ToString::to_string)
-                .collect::<Vec<_>>(),
-        )?;
-        let frozen: Vec<_> = FILTERS[..3]
-            .iter()
-            .map(|of| format!("{of}-frozen"))
-            .collect();
+        let [best, frozen] = [least(&FILTERS[1..3], "")?, least(&FILTERS[..3], "-frozen")?];
         out += &format!(
             "{errors},{},{device:.0},{:.2},{:.2}\n",
             cells(&rows, errors, DRIVES)?.join(","),
             device / best,
-            device / least(&frozen)?
+            device / frozen
         );
     }
     save("memory-causes", &out)
