@@ -189,8 +189,8 @@ impl Target {
                 "height"
             };
             notes.push(format!(
-                "{} of {} {} position, {lacking} or a standard deviation of them: left out, because \
-                 the text has no empty cells; --to csv keeps them",
+                "{} of {} {} position, {lacking} or a standard deviation of them: left out, \
+                 because the text has no empty cells; --to csv keeps them",
                 all - written,
                 counted(all, "fix"),
                 agrees(all - written, "lacks", "lack")

@@ -213,7 +213,8 @@ fn update(refusal: Refusal) -> (String, String) {
             "build it smaller, or flash it with a probe",
         ),
         Refusal::Older => (
-            "it is older than the firmware that runs, which may hold what the older one cannot read",
+            "it is older than the firmware that runs, which may hold what the older one cannot \
+             read",
             "give --older, if it is what you want",
         ),
         Refusal::Trial => (

@@ -144,9 +144,9 @@ pub(super) fn held(evidence: &Evidence, says: &Says) -> Option<Doubt> {
         counted(count, "time"),
         begin?
     );
-    let remedy = "leave out what is not a fix: receivers without one hold the last position, and say \
-                  so in another column ('gnss.valid'), as by a type of fix of 5 (time only) of \
-                  u-blox";
+    let remedy = "leave out what is not a fix: receivers without one hold the last position, and \
+                  say so in another column ('gnss.valid'), as by a type of fix of 5 (time only) \
+                  of u-blox";
     let field = says.fixes.position.name.trim_end_matches(".unit");
     Some((field.to_owned(), problem, remedy.to_owned()))
 }
