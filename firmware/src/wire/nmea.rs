@@ -13,7 +13,8 @@
 //! Loggers and terminals change what is around a sentence. So a line may end in LF alone, CR alone
 //! or CR CR LF, digits of the checksum may be in lower case, and whatever stands before the `$`
 //! (a tag block, a logger's time stamp) is skipped. Behind the checksum a quote, blank, comma,
-//! semicolon or tab ends the sentence, as in the cells of a table. **A line without a checksum** is
+//! semicolon or tab ends the sentence, as in the cells of a table, if it has all its fields: one wrong
+//! bit turns a decimal point into a star, and two decimals may be the right checksum. **A line without a checksum** is
 //! [`Scan::Other`]: [`super::Receiver`] reads it on a line that is configured as NMEA and never had
 //! a checksum.
 //!
@@ -118,6 +119,18 @@ impl Sentence {
             _ => return None,
         })
     }
+
+    /// Commas of the oldest form of the sentence that is in use.
+    const fn commas(self) -> usize {
+        match self {
+            Sentence::Gga => 14,
+            Sentence::Gns => 12,
+            Sentence::Rmc => 11,
+            Sentence::Vtg | Sentence::Gst => 8,
+            Sentence::Gll | Sentence::Zda => 6,
+            Sentence::Hdt | Sentence::Ths => 2,
+        }
+    }
 }
 
 /// Scans for a sentence at the beginning of `bytes`.
@@ -155,7 +168,9 @@ pub fn scan(bytes: &[u8]) -> Scan {
         [a, b, b'\r', b'\n', ..] => ([a, b], star + 5),
         [_, _, b'\r'] => return Scan::Partial(star + 5),
         [a, b, b'\r' | b'\n', ..] => ([a, b], star + END),
-        [a, b, b'"' | b'\'' | b',' | b';' | b'\t' | b' ', ..] => ([a, b], star + END - 1),
+        [a, b, b'"' | b'\'' | b',' | b';' | b'\t' | b' ', ..] if is_whole(first(bytes, star)) => {
+            ([a, b], star + END - 1)
+        }
         [_, _, _, ..] => return Scan::BadChecksum,
         _ => return Scan::Partial(star + END),
     };
@@ -177,6 +192,12 @@ pub fn scan(bytes: &[u8]) -> Scan {
 /// Whether this is one of the sentences that are read, up to its checksum.
 fn is_read(text: &[u8]) -> bool {
     text.get(6).is_none_or(|byte| *byte == b',') && Sentence::of(take(text, 1)).is_some()
+}
+
+/// Whether a sentence has all its fields, as far as it is one that is read.
+fn is_whole(text: &[u8]) -> bool {
+    let commas = text.iter().filter(|byte| **byte == b',').count();
+    Sentence::of(take(text, 1)).is_none_or(|sentence| commas >= sentence.commas())
 }
 
 /// Whether the checksum is missing in a sentence that the scan gave.

@@ -411,6 +411,32 @@ fn line_ends_and_small_letters() {
     }
 }
 
+/// One wrong bit makes a star of a decimal point, and the two decimals behind it are the right
+/// checksum by chance: no sentence ends there.
+#[test]
+fn a_decimal_point_that_became_a_star_ends_no_sentence() {
+    const HDT: &str = "$GNHDT,77.52,T*2C\r\n";
+    const ZDA: &str = "$GNZDA,092725.20,22,11,2026,00,00*77\r\n";
+    let mut tried = 0;
+    for text in [RMC, GGA, GST, VTG, GNS, GLL, THS, HDT, ZDA] {
+        assert_eq!(scan(text.as_bytes()), Scan::Frame(text.len()), "{text}");
+        for (at, _) in text.match_indices('.') {
+            let sum = text.as_bytes()[1..at]
+                .iter()
+                .fold(0, |sum, byte| sum ^ byte);
+            let before = &text[..at];
+            let after = text[at + 1..].trim_start_matches(|c: char| c.is_ascii_digit());
+            if after.starts_with('*') {
+                continue; // no cell ends there
+            }
+            let damaged = format!("{before}*{sum:02X}{after}");
+            assert_eq!(scan(damaged.as_bytes()), Scan::BadChecksum, "{damaged}");
+            tried += 1;
+        }
+    }
+    assert_eq!(tried, 30);
+}
+
 #[test]
 fn a_line_without_checksum_is_no_frame() {
     let (text, _) = RMC.split_once('*').unwrap();
