@@ -13,10 +13,10 @@
 //! Loggers and terminals change what is around a sentence. So a line may end in LF alone, CR alone
 //! or CR CR LF, digits of the checksum may be in lower case, and whatever stands before the `$`
 //! (a tag block, a logger's time stamp) is skipped. Behind the checksum a quote, blank, comma,
-//! semicolon or tab ends the sentence, as in the cells of a table, if it has all its fields: one wrong
-//! bit turns a decimal point into a star, and two decimals may be the right checksum. **A line without a checksum** is
-//! [`Scan::Other`]: [`super::Receiver`] reads it on a line that is configured as NMEA and never had
-//! a checksum.
+//! semicolon or tab ends the sentence, as in the cells of a table, if it has all its fields: one
+//! wrong bit turns a decimal point into a star, and two decimals may be the right checksum. **A
+//! line without a checksum** is [`Scan::Other`]: [`super::Receiver`] reads it on a line that is
+//! configured as NMEA and never had a checksum.
 //!
 //! It is written here because the crate `nmea` (0.8.0) costs 64 kB of flash for six sentences,
 //! most of it the reading of dates and of floating-point numbers, and brings code that can panic.
