@@ -129,8 +129,8 @@ pub struct Change<'c> {
     pub settings: &'c Settings,
 }
 
-/// Writes a message into a buffer and gives its length.
-pub type Introduction = fn(&mut [u8]) -> Result<usize, Error>;
+/// Writes what a sensor with these settings says of itself into a buffer and gives its length.
+pub type Introduction = fn(&Settings, &mut [u8]) -> Result<usize, Error>;
 
 /// A sensor as simulators and tests make it: one frame of one format, and the settings it needs.
 #[derive(Debug, Clone, Copy)]

@@ -142,7 +142,11 @@ const fn simulated(
         has_status: true,
         settings,
         emit,
-        introduction: None,
+        introduction: Some(|settings, buffer| {
+            let place = buffer.get_mut(..config::LEN).ok_or(Error::Length)?;
+            place.copy_from_slice(&settings.stim300.config.emit());
+            Ok(config::LEN)
+        }),
     }
 }
 
@@ -153,12 +157,6 @@ const RATES: [f64; 2] = [DEGREE * two(-14) * 1e-3, G * two(-19) * 1e-3];
 const SIMULATED: [Simulated; 7] = [
     Simulated {
         rate: 250,
-        introduction: Some(|buffer| {
-            let datagram = quarter().emit();
-            let place = buffer.get_mut(..config::LEN).ok_or(Error::Length)?;
-            place.copy_from_slice(&datagram);
-            Ok(config::LEN)
-        }),
         ..simulated(
             "stim300 at 250 Hz",
             INCREMENTS,

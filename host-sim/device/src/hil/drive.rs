@@ -68,7 +68,7 @@ pub fn drive(format: ImuFormat, seconds: u32) -> Result<Drive, Error> {
 /// A sample does not fit into its field.
 pub fn drive_from(format: ImuFormat, seconds: u32, standstill_s: u32) -> Result<Drive, Error> {
     let sensor = *sensor(format);
-    let source = Source { sensor, step: 1 };
+    let source = Source::of(sensor);
     drive_with(format, &source, &medium()?, [seconds, standstill_s])
 }
 
@@ -99,8 +99,8 @@ pub fn drive_configured(
             });
         }
         None => {
-            let sensor = *sensor(format);
-            return drive_with(format, &Source { sensor, step: 1 }, errors, seconds);
+            let source = Source::of(*sensor(format));
+            return drive_with(format, &source, errors, seconds);
         }
     };
     let source = fitting(format, &configuration.wire_settings())?;
@@ -111,8 +111,19 @@ pub fn drive_configured(
 #[derive(Clone, Copy, Debug)]
 struct Source {
     sensor: Simulated,
+    settings: Settings,
     /// Increment of [`Fields::index`] from frame to frame.
     step: u32,
+}
+
+impl Source {
+    fn of(sensor: Simulated) -> Source {
+        Source {
+            sensor,
+            settings: sensor.settings(),
+            step: 1,
+        }
+    }
 }
 
 /// The simulated sensor of a format whose frames fit these settings. Its rate and the value of a
@@ -127,20 +138,22 @@ fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     sensors.retain(|sensor| sensor.has_accel);
     sensors.sort_by_key(|sensor| !own(sensor));
     for sensor in sensors {
-        // the description of another sensor would replace these settings
-        let introduction = sensor.introduction.filter(|_| own(&sensor));
         for step in [1, 2, 4, 8] {
-            let source = Source { sensor, step };
-            if let Some((rate, count)) = worth(format, settings, &source)
+            let settings = *settings;
+            let source = Source {
+                sensor,
+                settings,
+                step,
+            };
+            if let Some((rate, count)) = worth(format, &settings, &source)
                 && rate.fract() == 0.0
             {
                 let sensor = Simulated {
                     rate: rate as u32,
                     count,
-                    introduction,
                     ..sensor
                 };
-                return Ok(Source { sensor, step });
+                return Ok(Source { sensor, ..source });
             }
         }
     }
@@ -243,7 +256,7 @@ fn records(source: &Source, session: &Session) -> Result<Vec<Record>, Error> {
     let introduction = source
         .sensor
         .introduction
-        .map(|emit| bytes(0, emit))
+        .map(|emit| bytes(0, |buffer| emit(&source.settings, buffer)))
         .transpose()?;
     if let Some(bytes) = &introduction {
         records.push(Record {
@@ -281,7 +294,7 @@ fn sample(
     index: usize,
     counts: &Counts,
 ) -> Result<Vec<u8>, Error> {
-    let Source { sensor, step } = source;
+    let Source { sensor, step, .. } = source;
     let end = 1i64 << (sensor.bits - 1);
     let fits = |count: &i32| (-end..end).contains(&i64::from(*count));
     if !counts.dtheta.iter().chain(&counts.dv).all(fits) {

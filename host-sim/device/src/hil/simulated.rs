@@ -295,7 +295,8 @@ fn power_on(
             lines.sensor.sent.clear();
         }
         clock.0 = clock.0.max(now_us);
-        // what a driver asks the sensor; the simulated one does not answer, so the device does
+        // what a driver asks the sensor; the simulated one does not answer, but the device does,
+        // with what the sensor has said at its start
         for client in outside.stream.clients() {
             client.receive(&mut lines.navigation.received);
         }
@@ -335,6 +336,9 @@ mod tests {
     use super::*;
     use crate::device::{Link, Port, configuration, info};
     use firmware::wire::command::fault;
+    use firmware::wire::stim300::config::{Config, LEN};
+    use std::io::{Read as _, Write as _};
+    use std::net::TcpStream;
     use std::sync::Arc;
 
     pub(super) fn simulation(seconds: u32, listen: SocketAddr) -> Simulation {
@@ -390,6 +394,31 @@ mod tests {
         let mut link = Link::new(port, "--port");
         let mut silent = || link.health().expect("it answers").faults & fault::SILENT != 0;
         assert!((0..10_000).any(|_| silent()), "no fault");
+        stop.store(true, Ordering::Relaxed);
+        thread.join().expect("it ends");
+    }
+
+    /// A driver that asks at any time how the sensor is set up gets its datagram.
+    #[test]
+    fn a_driver_gets_the_configuration_of_the_sensor() {
+        let device = Simulated::new(&simulation(20, ANY)).expect("a device");
+        let asked = device.configuration.wire_settings().stim300.config;
+        let stream = device.ports[1].clone();
+        let stop = Arc::new(AtomicBool::new(false));
+        let ends = Arc::clone(&stop);
+        let thread = thread::spawn(move || device.run(&ends, &mut |_| {}));
+        let mut driver = TcpStream::connect(&stream["tcp:".len()..]).expect("it listens");
+        let mut stream = Vec::new();
+        let mut answer = None;
+        while answer.is_none() {
+            driver.write_all(b"C\r").expect("it takes questions");
+            let mut bytes = [0; 1 << 14];
+            let len = driver.read(&mut bytes).expect("it sends");
+            stream.extend(&bytes[..len]);
+            answer = stream.windows(LEN).find_map(|at| Config::parse(at).ok());
+            assert!(stream.len() < 20 << 20, "no answer");
+        }
+        assert_eq!(answer, Some(asked));
         stop.store(true, Ordering::Relaxed);
         thread.join().expect("it ends");
     }
