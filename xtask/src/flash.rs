@@ -52,15 +52,44 @@ pub fn flash(image: Image, way: &Way) -> Result<ExitCode> {
 
 /// Writes the image of a board.
 pub fn flash_board(name: &str, way: &Way) -> Result<ExitCode> {
+    let (built, chip) = built(name, way)?;
+    write(&built, &chip, way)
+}
+
+/// Writes the image of a board with a debug probe, starts it, and gives the image's file.
+pub fn download(name: &str, chip: Option<String>) -> Result<PathBuf> {
+    let way = Way {
+        chip,
+        ..Way::default()
+    };
+    let (built, chip) = built(name, &way)?;
+    knows(&chip)?;
+    for word in ["download", "reset"] {
+        let mut probe = Command::new("probe-rs");
+        probe.args([word, "--chip", &chip]);
+        if word == "download" {
+            probe.arg(&built);
+        }
+        succeed(&mut probe).with_context(|| no_probe(&chip))?;
+    }
+    Ok(built)
+}
+
+/// Builds the image of a board. Gives it with the chip that it is for.
+fn built(name: &str, way: &Way) -> Result<(PathBuf, String)> {
     if name == STM32F405.name {
-        return flash(STM32F405, way);
+        let chip = way.chip.as_deref().unwrap_or(CHIP);
+        fits(STM32F405, chip)?;
+        served_by(way, false)?;
+        needs::target()?;
+        return Ok((STM32F405.build()?, chip.into()));
     }
     let family = boards::named(name)?;
     let chip = way.chip.as_deref().unwrap_or(family.chip);
     is_of(family, chip)?;
     served_by(way, family.target == M33)?;
     needs::targets()?;
-    write(&family.build()?, chip, way)
+    Ok((family.build()?, chip.into()))
 }
 
 /// Checks that the board has the boot loader that a file is for.
@@ -110,6 +139,15 @@ fn write(built: &Path, chip: &str, way: &Way) -> Result<ExitCode> {
         );
         return Ok(ExitCode::SUCCESS);
     }
+    knows(chip)?;
+    let mut probe = Command::new("probe-rs");
+    probe.args(["run", "--chip", chip]).arg(built);
+    succeed(&mut probe).with_context(|| no_probe(chip))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Checks that probe-rs is there and knows the chip.
+fn knows(chip: &str) -> Result<()> {
     let Ok(known) = Command::new("probe-rs")
         .args(["chip", "info", chip])
         .stdout(Stdio::null())
@@ -125,12 +163,11 @@ fn write(built: &Path, chip: &str, way: &Way) -> Result<ExitCode> {
         "--chip {chip}: probe-rs does not know this chip; remedy: a name of `probe-rs chip list`, \
          such as {CHIP} or STM32H743ZITx"
     );
-    let mut probe = Command::new("probe-rs");
-    probe.args(["run", "--chip", chip]).arg(built);
-    succeed(&mut probe).with_context(|| {
-        format!("is a probe connected, the board powered, and the chip on it a {chip} (--chip)?")
-    })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(())
+}
+
+fn no_probe(chip: &str) -> String {
+    format!("is a probe connected, the board powered, and the chip on it a {chip} (--chip)?")
 }
 
 /// Checks that the image is for this chip.

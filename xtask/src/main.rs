@@ -5,6 +5,7 @@ mod comments;
 mod emulators;
 mod flash;
 mod fuzz;
+mod hil_test;
 mod package;
 mod release;
 mod reproduce;
@@ -94,6 +95,9 @@ enum Task {
         #[arg(long, value_name = "FILE", conflicts_with_all = ["uf2", "chip"])]
         dfu: Option<PathBuf>,
     },
+    /// Writes the image of a board with probe-rs, plays sensor, receiver and user at its lines, and
+    /// writes what came of it into a file to send in.
+    HilTest(hil_test::Bench),
     /// Makes tables and pictures of the pages again: the cheap ones, those named, or all.
     #[command(disable_help_flag = true)]
     Figures(Handed),
@@ -195,6 +199,7 @@ fn main() -> ExitCode {
                 _ => flash::flash_board(&board, &way),
             }
         }
+        Task::HilTest(bench) => hil_test::hil_test(&bench),
         Task::Figures(handed) => hand("figures", handed),
         Task::Fuzz {
             targets: true,

@@ -38,8 +38,12 @@ struct Track {
     /// Time from one number to the next, microseconds.
     interval_us: f64,
     events: u8,
-    /// Mean square of what the events are off the line, microseconds squared.
+    /// Mean square of what the events are off the line, and mean product with what the one before
+    /// was off, microseconds squared.
     square: f32,
+    product: f32,
+    /// What the last event was off, microseconds.
+    off_us: f32,
 }
 
 impl Track {
@@ -69,8 +73,12 @@ impl Track {
         self.at_us += steps * self.interval_us + off * (4.0 * n - 2.0) / scale;
         self.interval_us += off * 6.0 / (scale * steps);
         // of the line through n events so much of the noise is left in the last one
-        let square = (off * off) as f32 / (1.0 + 4.0 / self.events as f32);
-        self.square += (square - self.square) / f32::from(self.events - 2);
+        let off = off as f32;
+        let of_noise = off / (1.0 + 4.0 / f32::from(self.events));
+        let judged = f32::from(self.events - 2);
+        self.square += (of_noise * off - self.square) / judged;
+        self.product += (of_noise * self.off_us - self.product) / judged;
+        self.off_us = off;
     }
 
     fn is_known(&self) -> bool {
@@ -82,9 +90,13 @@ impl Track {
         libm::sqrtf(self.square)
     }
 
-    /// Variance of the line at the last event, microseconds squared.
+    /// Variance of the line at the last event, microseconds squared. Events that are late together
+    /// count for fewer: `(1 - r) / (1 + r)` of them with the correlation `r` from one to the next.
+    /// It is squared, since `r` is found too small: the line follows what lasts.
     fn variance(&self) -> f32 {
-        4.0 * self.square / f32::from(self.events)
+        let correlation = (self.product / self.square.max(1e-6)).clamp(0.0, 0.97);
+        let more = (1.0 + correlation) / (1.0 - correlation);
+        4.0 * self.square / f32::from(self.events) * more * more
     }
 }
 

@@ -2,10 +2,10 @@
 //! all. docs/RELEASES.md says what the version numbers mean.
 
 mod changelog;
-mod git;
+pub mod git;
 mod page;
 mod parts;
-mod sums;
+pub mod sums;
 
 use std::fs;
 use std::path::PathBuf;
