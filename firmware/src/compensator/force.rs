@@ -20,6 +20,13 @@ impl Compensator {
         ]
     }
 
+    /// Errors in proportion to the samples, each element within `limit`: gyros, accelerometers. A
+    /// new compensator has none. [`Self::force`] brings them into force.
+    pub fn set_maps(&mut self, maps: &Maps<f32>, limit: [f32; 2]) {
+        (self.maps, self.map_limit) = (*maps, limit);
+        self.seal();
+    }
+
     /// The maps, each element within the limit.
     pub(super) fn maps_within_limit(&self) -> Maps<f32> {
         let mut maps = self.maps;

@@ -59,7 +59,9 @@ impl Learnt {
         session: &Session,
         assumptions: &Assumptions,
     ) -> (Compensator, compensator::State) {
-        let compensator = compensator(session, &[self.nets.gyro, self.nets.accel], assumptions);
+        let Nets { gyro, accel, maps } = self.nets;
+        let mut compensator = compensator(session, &[gyro, accel], assumptions);
+        compensator.set_maps(&maps, [1.0; 2]); // nothing limits them here
         let mut state = compensator.power_on(true);
         state.off = false;
         state.set_nets(self.states);

@@ -1,11 +1,13 @@
 use super::*;
 use firmware::learn::bank::ZERO_CORRECTION;
 use host_core::inertial::free_inertial::free_inertial;
+use host_core::inertial::sins::Increment;
 use host_core::inertial::units::DEG;
 use host_core::simulator::gnss::{AntennaPrior, GnssSpec};
 use host_core::simulator::imu::{ErrorModelName, ImuSpec};
 use host_core::simulator::session::{SessionConfig, simulate};
 use host_core::simulator::truth::Truth;
+use nalgebra::Matrix3;
 
 /// A short session: 150 s at rest, 250 s of driving.
 fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
@@ -85,6 +87,35 @@ fn the_zero_correction_changes_no_sample() {
     let increments = session.increments();
     let want = free_inertial(&session, &increments, learnt.nav, 300, session.epochs());
     assert_eq!((got.position, got.velocity), (want.position, want.velocity));
+}
+
+/// A map takes its matrix times each sample off the next one, without fixes as well.
+#[test]
+fn a_map_corrects_the_free_inertial_part() {
+    let (session, assumptions) = session(ErrorModelName::Noise, 11);
+    let mut learnt = learn(&session, &assumptions, Gates::default(), None, 300).unwrap();
+    let map = [
+        [3e-4, -2e-4, 1e-4],
+        [1e-4, 2e-4, -3e-4],
+        [-1e-4, 4e-4, 2e-4],
+    ];
+    learnt.nets.maps = [map, map];
+    let got = learnt.free_inertial(&session, &assumptions, 300);
+    let matrix = Matrix3::from_fn(|i, j| f64::from(map[i][j]));
+    let of = |increment: &Increment| Increment {
+        dtheta: increment.dtheta - matrix * increment.dtheta,
+        dv: increment.dv - matrix * increment.dv,
+    };
+    let end = |increments: &[Increment]| {
+        let free = free_inertial(&session, &increments, learnt.nav, 300, session.epochs());
+        *free.position.last().unwrap()
+    };
+    let raw = session.increments();
+    let corrected: Vec<_> = raw.iter().map(of).collect();
+    let (without, want) = (end(&raw), end(&corrected));
+    let got = *got.position.last().unwrap();
+    let (moved, off) = ((without - want).norm(), (got - want).norm());
+    assert!(moved > 100.0 && off < 0.05 * moved, "{off} of {moved}");
 }
 
 #[test]
