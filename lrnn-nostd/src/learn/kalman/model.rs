@@ -348,7 +348,9 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     }
 
     /// The networks with the biases folded into their output layers, as a compensator runs them.
-    /// b_3 takes bias / output scale; an axis with an output scale of 0 cannot carry its bias.
+    /// b_3 takes bias / output scale; an axis with an output scale of 0 cannot carry its bias. An
+    /// output layer with feedback ([`super::AllWeights`], [`super::DiagonalWeights`]) feeds the
+    /// bias back, too, so that its output is not the estimate.
     pub fn nets(&self) -> [Net<H, Identity, Full, T>; TRIADS] {
         let mut nets = self.nets;
         for (net, bias) in nets.iter_mut().zip(&self.bias) {
