@@ -88,6 +88,13 @@ fn damping_follows_how_good_the_prediction_was() {
     ] {
         assert!((eased(ratio) - factor).abs() < 1e-12, "{ratio}");
     }
+    // a pass that lowered the objective from 7 to 5, where a decrease of 4 was predicted
+    let mut rule = GaussNewton::<f64>::new(&Weights::zero(), 1.0);
+    (rule.best_objective, rule.predicted, rule.damping) = (Some(7.0), 4.0, 1.0);
+    rule.batch.cost = 5.0;
+    assert!(rule.end::<Full>(&mut Weights::zero(), true).1);
+    assert!((rule.damping - 1.0).abs() < 1e-12, "{}", rule.damping);
+
     let mut rule = GaussNewton::new(&Weights::zero(), 1.0);
     rule.damping = 3e-16;
     rule.predicted = 1.0;

@@ -42,6 +42,11 @@ fn at_power_on_the_estimate_is_what_was_learnt_of_constants() {
             near(model.estimate()[output], expected, "after a reset");
             near(soon[output], expected, "after the change");
         }
+        // the unit's network has nothing but these biases, so a step changes nothing
+        let before = *model.estimate();
+        for (now, before) in model.step(inputs()).iter().zip(before) {
+            near(*now, before, "after a step");
+        }
         assert!(model.is_healthy());
     }
 }
@@ -199,7 +204,7 @@ fn a_number_that_is_none_makes_the_filter_unhealthy() {
 /// an outlier counts as the cap.
 #[test]
 fn extreme_densities_are_counted() {
-    for variance in [1e-150, 1e150] {
+    for variance in [1e-150, 1e150, 1e-250, 1e250] {
         let mut filter: Filter<NoParameters, 0, 0> =
             Filter::new(Model::new(nets(&mut Numbers(51))), prior(&mut Numbers(52)));
         let value = variance.sqrt();
