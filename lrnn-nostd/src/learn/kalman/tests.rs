@@ -335,7 +335,8 @@ fn outlook<L: ParameterSet, const N: usize, const PACKED: usize>(
             let mean = filter.model().biases()[output / 3][output % 3];
             moment = mean * mean + book.p[X + bias][X + bias];
             if let Some(at) = L::OUTPUT_BIAS {
-                let scale = filter.model().output_scale(output);
+                let net = filter.model().unit_nets()[output / 3];
+                let scale = net.normalisation.output_scale[output % 3];
                 sum[bias + NEURONS + at] = scale;
             }
         }

@@ -144,7 +144,7 @@ fn sigmas_are_in_the_order_of_the_parameters() {
                 assert_eq!(weight, if L::is_learnt(i) { given } else { 0.0 }, "{i}");
             }
         }
-        let learnt = (0..N).filter(|&i| Model::<L, N>::weight_of(i).is_some());
+        let learnt = (0..N).filter(|&i| Model::<L, N>::is_weight(i));
         assert_eq!(learnt.count(), TRIADS * L::WEIGHTS);
     }
     check::<NoParameters, 0>();
