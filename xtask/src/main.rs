@@ -5,6 +5,7 @@ mod comments;
 mod emulators;
 mod flash;
 mod fuzz;
+mod mutants;
 mod package;
 mod release;
 mod reproduce;
@@ -117,6 +118,13 @@ enum Task {
     },
     /// Checks licences, sources, duplicates and advisories of all dependencies with `cargo deny`.
     Supply,
+    /// Whether the tests of `lrnn-nostd` notice small changes of its code: a part of the changes,
+    /// with `cargo mutants`.
+    Mutants {
+        /// The part, instead of that of this commit.
+        #[arg(long, value_name = "NUMBER")]
+        part: Option<usize>,
+    },
     /// Writes a bill of materials (CycloneDX) for each package, with cargo-cyclonedx.
     Sbom,
     /// Builds the content of a release into target/release-VERSION: images, host-sim, the Python
@@ -205,6 +213,7 @@ fn main() -> ExitCode {
         } => fuzz::targets(seconds, only.as_deref(), seed).map(|()| ExitCode::SUCCESS),
         Task::Fuzz { long, .. } => fuzz::damage(long),
         Task::Supply => supply::supply(),
+        Task::Mutants { part } => mutants::mutants(part),
         Task::Sbom => supply::sbom(),
         Task::Release(order) => release::release(&order),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),
