@@ -91,10 +91,10 @@ mod tests {
             input_scale: [0.5, 4.0, 0.25],
             output_scale: [2.0, 0.5, 8.0],
         };
-        assert_eq!(scales.input([27.0, -3.0, 0.5]), [1.0, -8.0, 0.0]);
+        assert_eq!(scales.input([27.0, -3.0, 1.5]), [1.0, -8.0, 0.25]);
         assert_eq!(scales.error([1.0, 2.0, -3.0]), [2.0, 1.0, -24.0]);
         let wide: Normalisation<f64> = scales.cast();
-        assert_eq!(wide.input([27.0, -3.0, 0.5]), [1.0, -8.0, 0.0]);
+        assert_eq!(wide.input([27.0, -3.0, 1.5]), [1.0, -8.0, 0.25]);
         assert_eq!(wide.error([1.0, 2.0, -3.0]), [2.0, 1.0, -24.0]);
         assert_eq!(wide.cast::<f32>(), scales);
     }

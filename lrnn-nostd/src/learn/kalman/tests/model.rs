@@ -33,7 +33,12 @@ fn at_power_on_the_estimate_is_what_was_learnt_of_constants() {
     for rest in [[numbers.row(), numbers.row()], [[0.0, 0.1, 9.8]; 2]] {
         model.set_rest(rest);
         let (soon, felt) = (*model.estimate(), mapped(model.maps(), &rest));
+        let derivatives = model.jacobian().map(|rows| rows.values.to_vec());
         model.reset();
+        assert_eq!(
+            model.jacobian().map(|rows| rows.values.to_vec()),
+            derivatives
+        );
         let nets = model.unit_nets();
         for output in 0..OUTPUTS {
             let (k, j) = (output / 3, output % 3);
