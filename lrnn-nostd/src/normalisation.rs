@@ -79,3 +79,23 @@ impl<T: Real> Default for Normalisation<T> {
         Self::identity()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_is_shifted_then_scaled_in_every_number_type() {
+        let scales = Normalisation {
+            input_offset: [25.0, -1.0, 0.5],
+            input_scale: [0.5, 4.0, 0.25],
+            output_scale: [2.0, 0.5, 8.0],
+        };
+        assert_eq!(scales.input([27.0, -3.0, 1.5]), [1.0, -8.0, 0.25]);
+        assert_eq!(scales.error([1.0, 2.0, -3.0]), [2.0, 1.0, -24.0]);
+        let wide: Normalisation<f64> = scales.cast();
+        assert_eq!(wide.input([27.0, -3.0, 1.5]), [1.0, -8.0, 0.25]);
+        assert_eq!(wide.error([1.0, 2.0, -3.0]), [2.0, 1.0, -24.0]);
+        assert_eq!(wide.cast::<f32>(), scales);
+    }
+}

@@ -96,7 +96,7 @@ fn steady<A: Activation, F: Feedback, T: Real>(
 mod tests {
     use super::*;
     use crate::normalisation::Normalisation;
-    use crate::{Full, Identity, Rational, Weights};
+    use crate::{Diagonal, Full, Identity, Rational, Weights};
 
     /// A network with slow units: after very many steps with one input its state is the settled
     /// one.
@@ -131,6 +131,41 @@ mod tests {
                 assert!((a - b).abs() < 1e-6, "{settled:?} {stepped:?}");
             }
         }
+    }
+
+    /// With diagonal feedback the other entries of R have no effect.
+    #[test]
+    fn diagonal_feedback_settles_by_its_diagonal() {
+        let settled = |off: f64| {
+            let mut weights: Weights<f64> = Weights::from_fn(|i| 0.1 * (i % 5) as f64 - 0.2);
+            for layer in &mut weights.layers {
+                for (p, row) in layer.r.iter_mut().enumerate() {
+                    *row = [off; NEURONS];
+                    row[p] = 0.5;
+                }
+            }
+            let mut state = State::new();
+            let net =
+                Net::<Rational, Identity, Diagonal, f64>::new(weights, Normalisation::identity());
+            net.settle(&mut state, [0.4, -0.3, 0.8]);
+            state
+        };
+        assert_eq!(settled(0.3), settled(0.0));
+        assert!(settled(0.0).y.as_flattened().iter().all(|y| y.abs() > 1e-3));
+    }
+
+    /// A unit that only integrates has no steady state. It stays where it is.
+    #[test]
+    fn an_integrator_does_not_settle() {
+        let mut weights = Weights::zero();
+        weights.layers[2].r = [[1.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0; 3]];
+        weights.layers[2].b = [0.1; 3];
+        let net: Net = Net::new(weights, Normalisation::identity());
+        let mut state = State::new();
+        net.settle(&mut state, [0.0; 3]);
+        let [a, b, c] = state.y[2];
+        assert_eq!(a, 0.0);
+        assert!((b - 0.2).abs() < 1e-3 && (c - 0.1).abs() < 1e-6, "{b} {c}");
     }
 
     #[test]

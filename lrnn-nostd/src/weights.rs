@@ -183,3 +183,23 @@ impl<T: Real> Weights<T> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_parameter_has_its_place_and_is_looked_at() {
+        let values: [f32; PARAMS] = core::array::from_fn(|i| i as f32 - 31.0);
+        let weights = Weights::from_array(&values);
+        assert_eq!(weights.to_array(), values);
+        assert!(weights.is_finite());
+        for i in 0..PARAMS {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                let mut wrong = values;
+                wrong[i] = bad;
+                assert!(!Weights::from_array(&wrong).is_finite(), "{i} {bad}");
+            }
+        }
+    }
+}

@@ -8,6 +8,7 @@ const CUBIC_ERROR: f64 = 1.5e-7;
 const CUBIC_FALL: f32 = 6.0e-8;
 /// Difference between tanh' and the derivative of the approximation, in f64.
 const RATIONAL_SLOPE: f64 = 5e-8;
+const CUBIC_SLOPE: f64 = 2e-4;
 
 /// Every `stride`-th positive f32, from the smallest normal one beyond the clamp; then to infinity
 /// in larger strides.
@@ -116,6 +117,15 @@ fn slopes() {
     println!("{tanh:.1e} {rational:.1e} {identity:.1e}");
     assert!(tanh < 2e-11 && identity < 2e-11, "{tanh:e} {identity:e}");
     assert!(rational < RATIONAL_SLOPE, "{rational:e}");
+    let cubic = worst::<Cubic>();
+    assert!(cubic < CUBIC_SLOPE, "{cubic:e}");
+    // all take the slope of tanh, 1 - y^2: a coarse activation has no better one
+    for y in [-1.0, -0.5, 0.0, 0.3, 0.9] {
+        let slope = Tanh::slope(y);
+        assert_eq!([Rational::slope(y), Cubic::slope(y)], [slope; 2]);
+        #[cfg(feature = "micromath")]
+        assert_eq!(lrnn_nostd::MicroMath::slope(y), slope);
+    }
 }
 
 /// The three values of a layer equal those computed one by one, below, at and beyond the clamp. A

@@ -185,6 +185,32 @@ fn f32_follows_f64() {
     }
 }
 
+/// A step that learns moves each weight by -rate dE/dtheta, with E = |y_3 - target|^2 / 2 and the
+/// gradient of finite differences.
+#[test]
+fn descent_is_against_the_gradient() {
+    let (weights, target, rate) = (random_weights(7), [0.4, -0.7, 0.2], 0.03);
+    let start = Net::<Tanh, Identity, Full, f64>::new(weights, Normalisation::identity());
+    let (mut state, mut sens) = (State::new(), Sensitivities::new());
+    for k in 0..STEPS - 1 {
+        let _ = start.step_gradient(&mut state, &mut sens, input(k));
+    }
+    let mut fused = start;
+    let last = input(STEPS - 1);
+    let step = fused.step_descend(&mut state, &mut sens, last, &target, rate);
+    let residual: [f64; 3] = core::array::from_fn(|j| step.output[j] - target[j]);
+    let mut apart = weights;
+    sens.descend(&mut apart, &residual, rate);
+    for index in 0..PARAMS {
+        let slope = difference::<Tanh, Identity, Full>(weights, index);
+        let gradient: f64 = residual.iter().zip(slope).map(|(r, s)| r * s).sum();
+        for moved in [&fused.weights, &apart] {
+            let moved = moved.get(index).expect("index") - weights.get(index).expect("index");
+            assert!((moved + rate * gradient).abs() < 1e-10, "{index}: {moved}");
+        }
+    }
+}
+
 #[test]
 fn number_of_active_parameters() {
     let count = |active: fn(usize) -> bool| (0..100).filter(|&index| active(index)).count();

@@ -359,3 +359,95 @@ fn a_void_pass_is_rejected() {
     assert!(learner.candidate().is_finite());
     let _ = Net::<Rational>::new(learner.proposal().cast(), Normalisation::identity());
 }
+
+/// A pass in which the network overflowed is not accepted. One in which the sensor gave no number
+/// is: that is not the network's fault.
+#[test]
+fn a_pass_with_an_overflow_is_not_accepted() {
+    fn check<U: Rule<f64> + Clone>(rule: &U) {
+        let scales = Normalisation {
+            input_scale: [1e10; 3],
+            ..Normalisation::identity()
+        };
+        let net = Exact::new(small_weights(), scales);
+        for (input, accepted) in [(1e-10, true), (f64::NAN, true), (1e300, false)] {
+            let mut learner = Learner::new(&net, rule.clone());
+            let tried = *learner.candidate();
+            learner.begin_pass();
+            for input in [1e-10, input, 1e-10] {
+                let _ = learner.step([input; 3], 1.0);
+                learner.reference([0.1, -0.2, 0.3], 1.0);
+            }
+            let pass = learner.end_pass();
+            assert_eq!(pass.accepted, accepted, "{input}");
+            assert_eq!(pass.faults, u32::from(input != 1e-10));
+            if !accepted {
+                assert_eq!(*learner.candidate(), tried, "{input}: no step");
+            }
+        }
+    }
+    let steps = StepSizes::uniform(1e-3);
+    check(&Paper::new(steps, steps));
+    check(&Guarded::new(steps));
+    check(&GaussNewton::new(&small_weights(), 1.0));
+}
+
+/// Nor is one whose sums are not finite, even if it is the first.
+#[test]
+fn a_pass_beyond_all_numbers_is_not_accepted() {
+    fn check<U: Rule<f64> + Clone>(rule: &U) {
+        for sum in [1e200, f64::INFINITY, f64::NAN] {
+            let mut learner = Learner::new(&exact_net(), rule.clone());
+            learner.begin_pass();
+            let _ = learner.step(rate(1), 1.0);
+            learner.reference([sum, 0.0, 0.0], 1.0);
+            assert!(!learner.end_pass().accepted, "{sum}");
+            assert!(learner.candidate().is_finite());
+            assert!(pass(&mut learner).accepted, "{sum}: it goes on");
+        }
+    }
+    let steps = StepSizes::uniform(1e-3);
+    check(&Guarded::new(steps));
+    check(&Paper::new(steps, steps));
+    check(&GaussNewton::new(&small_weights(), 1.0));
+}
+
+/// With zero weights nothing below the output layer has an effect: its gradient is exactly 0, and
+/// its step sizes stay what they are.
+#[test]
+fn a_step_size_without_gradient_stays() {
+    let net = Exact::new(Weights::zero(), Normalisation::identity());
+    let mut learner = Learner::new(&net, Guarded::new(StepSizes::uniform(1e-3)));
+    for _ in 0..5 {
+        learner.begin_pass();
+        let _ = learner.step([0.0; 3], 1.0);
+        learner.reference([0.3, 0.0, 0.0], 1.0);
+        assert!(learner.end_pass().accepted);
+    }
+    let steps = learner.rule().steps();
+    assert_eq!(steps[..42], [1e-3; 42]);
+    // the bias that learns: four times the same sign as before
+    assert!((steps[60] - 1e-3 * 1.05_f64.powi(4)).abs() < 1e-12);
+}
+
+/// A skipped window leaves no trace.
+#[test]
+fn a_skipped_window_is_as_if_it_had_not_been() {
+    let learnt = |skipped: bool| {
+        let mut learner = Learner::new(&exact_net(), GaussNewton::new(&small_weights(), 1.0));
+        learner.begin_pass();
+        for k in 0..6 {
+            let dt = if skipped && k % 2 == 0 { 5.0 } else { 0.0 };
+            let _ = learner.step(rate(k), if k % 2 == 0 { dt } else { 1.0 });
+            if skipped && k % 2 == 0 {
+                learner.skip();
+            }
+            if k % 2 == 1 {
+                learner.reference(sensor_error(k), 1.0);
+            }
+        }
+        let _ = learner.end_pass();
+        *learner.candidate()
+    };
+    assert_eq!(learnt(true), learnt(false));
+}

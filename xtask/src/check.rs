@@ -13,7 +13,7 @@ use crate::images::{
 };
 use crate::runner::{self, Part};
 use crate::stage::{Stages, cargo_with, succeed};
-use crate::{boards, comments, fuzz, needs, package, reproduce, supply, wheel};
+use crate::{boards, comments, fuzz, mutants, needs, package, reproduce, supply, wheel};
 
 /// Packages that are compiled for the target: each alone, so that it does not depend on other
 /// packages' features.
@@ -79,12 +79,13 @@ pub fn test(fast: bool) -> Result<ExitCode> {
 
 /// `cargo xtask check`: all other checks. The exit code is the test runner's.
 pub fn check() -> Result<ExitCode> {
-    let stages = Stages::new(14);
+    let stages = Stages::new(15);
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
     let here = || {
         stages.run("documentation", documentation)?;
         stages.run("Python wheel: build, tests, notebooks", wheel::check)?;
         stages.run("fuzz targets", || fuzz::targets(4, None, Some(1)))?;
+        stages.run("mutants of lrnn-nostd: a part", mutants::check)?;
         stages.run("build of tests and of what measures", all_tests)
     };
     beside(here, || target(&stages))?;

@@ -6,6 +6,7 @@ mod emulators;
 mod flash;
 mod fuzz;
 mod hil_test;
+mod mutants;
 mod package;
 mod release;
 mod reproduce;
@@ -121,6 +122,13 @@ enum Task {
     },
     /// Checks licences, sources, duplicates and advisories of all dependencies with `cargo deny`.
     Supply,
+    /// Whether the tests of `lrnn-nostd` notice small changes of its code: a part of the changes,
+    /// with `cargo mutants`.
+    Mutants {
+        /// The part, from 0 on.
+        #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+        part: usize,
+    },
     /// Writes a bill of materials (CycloneDX) for each package, with cargo-cyclonedx.
     Sbom,
     /// Builds the content of a release into target/release-VERSION: images, host-sim, the Python
@@ -210,6 +218,7 @@ fn main() -> ExitCode {
         } => fuzz::targets(seconds, only.as_deref(), seed).map(|()| ExitCode::SUCCESS),
         Task::Fuzz { long, .. } => fuzz::damage(long),
         Task::Supply => supply::supply(),
+        Task::Mutants { part } => mutants::mutants(part),
         Task::Sbom => supply::sbom(),
         Task::Release(order) => release::release(&order),
         Task::Reproduce => needs::target().and_then(|()| reproduce::reproduce()),

@@ -110,3 +110,101 @@ fn quaternion(m: &[V; 3]) -> Q {
     let k = 1.0 / libm::sqrt(w * w + x * x + y * y + z * z);
     best.1.map(|value| value * k)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix([w, x, y, z]: Q) -> [V; 3] {
+        [
+            [
+                1.0 - 2.0 * (y * y + z * z),
+                2.0 * (x * y - w * z),
+                2.0 * (x * z + w * y),
+            ],
+            [
+                2.0 * (x * y + w * z),
+                1.0 - 2.0 * (x * x + z * z),
+                2.0 * (y * z - w * x),
+            ],
+            [
+                2.0 * (x * z - w * y),
+                2.0 * (y * z + w * x),
+                1.0 - 2.0 * (x * x + y * y),
+            ],
+        ]
+    }
+
+    fn product(a: &[V; 3], b: &[V; 3]) -> [V; 3] {
+        a.map(|row| core::array::from_fn(|j| (0..3).map(|k| row[k] * b[k][j]).sum()))
+    }
+
+    fn unit(q: Q) -> [V; 3] {
+        let size = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+        matrix(q.map(|c| c / size))
+    }
+
+    /// Vectors that one rotation turns exactly give this rotation, however different the sizes are
+    /// that they span, on whichever axes.
+    #[test]
+    fn an_exact_rotation_is_found() {
+        for truth in [
+            [1.0, 0.0, 0.0, 0.0],
+            [0.2, -0.7, 0.5, 0.4],
+            [0.0, 0.1, 0.0, -1.0],
+        ] {
+            for axes in [
+                [1.0, 0.0, 0.0, 0.0],
+                [0.9, 0.2, -0.3, 0.5],
+                [0.5, 0.5, 0.5, 0.5],
+            ] {
+                for second in [0.7, 1e-4] {
+                    for at in 0..3 {
+                        let (truth, axes) = (unit(truth), unit(axes));
+                        let mut sizes = [[0.0; 3]; 3];
+                        (sizes[at][at], sizes[(at + 1) % 3][(at + 1) % 3]) = (2.0, second);
+                        let spanned = product(&product(&axes, &sizes), &transposed(&axes));
+                        let found = matrix(rotation(&product(&truth, &spanned)).expect("a plane"));
+                        for (found, truth) in found.iter().flatten().zip(truth.iter().flatten()) {
+                            assert!((found - truth).abs() < 2e-11, "{found} {truth}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// No rotation fits better: `R' b` is symmetric. Here two columns are orthogonal from the
+    /// beginning, and the third is not.
+    #[test]
+    fn no_other_rotation_fits_better() {
+        for third in [[1.0, 1.0, 1.0], [0.3, -2.0, 0.5], [-4.0, 0.1, 0.2]] {
+            for columns in [[0, 1, 2], [2, 0, 1], [1, 2, 0]] {
+                let all = [[1.0, 0.0, 0.0], [0.0, 1.5, 0.0], third];
+                let b = transposed(&columns.map(|k| all[k]));
+                let best = matrix(rotation(&b).expect("three directions"));
+                let fit = product(&transposed(&best), &b);
+                for i in 0..3 {
+                    for j in 0..i {
+                        assert!((fit[i][j] - fit[j][i]).abs() < 1e-12, "{fit:?}");
+                    }
+                    // nor one that is turned by half a turn about an axis
+                    let others: f64 = (0..3).filter(|k| *k != i).map(|k| fit[k][k]).sum();
+                    assert!(others >= 0.0, "{fit:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn one_direction_is_no_attitude() {
+        let one: [V; 3] = core::array::from_fn(|i| [0.2, -0.5, 0.9].map(|x| x * (i as f64 - 1.5)));
+        assert_eq!(rotation(&one), None);
+        assert_eq!(rotation(&[[0.0; 3]; 3]), None);
+        assert_eq!(rotation(&[[f64::NAN; 3]; 3]), None);
+        assert_eq!(
+            rotation(&[[1.0, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0; 3]]),
+            None
+        );
+    }
+}

@@ -108,7 +108,7 @@ const fn cubic(i: i32) -> [f64; 4] {
             f[k] - at[k] * c[0],
             c[0] - at[k] * c[1],
             c[1] - at[k] * c[2],
-            c[2] - at[k] * c[3],
+            c[2],
         ];
     }
     c

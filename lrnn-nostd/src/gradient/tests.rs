@@ -78,3 +78,39 @@ proptest! {
         check::<Full>(&wild, &inputs, rate);
     }
 }
+
+/// A single sensitivity that overflows is noticed, and the weights stay what they were.
+#[test]
+fn every_sensitivity_that_overflows_is_noticed() {
+    overflows::<Full>();
+    overflows::<Diagonal>();
+}
+
+fn overflows<F: Feedback>() {
+    let mut weights = Weights::zero();
+    weights.layers[2].r = [[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]];
+    let net: Net<Rational, Identity, F> = Net::new(weights, Normalisation::identity());
+    let last = State::new().y;
+    let forward = net.forward(&State::new(), [0.1; 3]).expect("finite");
+    for parameter in 0..PARAMS {
+        for (axis, value) in [(0, 3e38), (1, -3e38), (2, 3e38)] {
+            if !F::is_active(parameter) {
+                continue;
+            }
+            let mut large = [0.0; NEURONS];
+            large[axis] = value;
+            let mut sens = Sensitivities::new();
+            sens.s3.put(parameter, large);
+            let mut columns = sens;
+            let check = columns.by_column::<Rational, Identity, F>(&net.weights, &forward, &last);
+            assert!(!check.passed(), "parameter {parameter}, axis {axis}");
+
+            let mut moved = net.weights;
+            let g = [0.1; NEURONS];
+            assert!(
+                !sens.descend_by_column::<Rational, Identity, F>(&mut moved, &forward, &last, g)
+            );
+            assert_eq!(moved, net.weights, "parameter {parameter}, axis {axis}");
+        }
+    }
+}

@@ -318,3 +318,6 @@ fn substitute<T: Real>(packed: &[T; PACKED], x: &mut [T; PARAMS]) {
 fn dot<T: Real>(a: &[T], b: &[T]) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (&a, &b)| sum + a * b)
 }
+
+#[cfg(test)]
+mod tests;

@@ -222,6 +222,11 @@ mod tests {
         assert_eq!((&covariance, delta), (&before, [0.0; 2]));
         assert!(covariance.update(&mut delta, &h, 1.0, 1.0, 5.0));
         assert!((delta[0] - 1.0 / 3.0).abs() < 1e-6);
+        // expected: 0.5 + 1 + 1, so three standard deviations are 4.74
+        for (residual, taken) in [(4.70, true), (4.78, false), (-4.70, true), (-4.78, false)] {
+            let mut fresh = before.clone();
+            assert_eq!(fresh.update(&mut [0.0; 2], &h, residual, 0.5, 3.0), taken);
+        }
         let mut known = UdCovariance::<2, 1>::zero();
         assert!(known.update(&mut delta, &h, 1.0, 1.0, 5.0));
         assert!((delta[0] - 1.0 / 3.0).abs() < 1e-6);

@@ -34,6 +34,8 @@ mod packed;
 mod parameters;
 mod remember;
 mod row;
+#[cfg(test)]
+mod tests;
 
 pub use covariance::{Covariance, Innovation, Workspace};
 pub use deferred::MAX_DEFERRED;

@@ -206,12 +206,11 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
         }
     }
 
-    /// Index of parameter `i` among the learnt weights of both networks; `None` for a bias.
-    pub(super) fn weight_of(i: usize) -> Option<usize> {
+    /// Whether parameter `i` is one of the learnt weights, and not a bias of this turn-on.
+    pub(super) fn is_weight(i: usize) -> bool {
         let biases = if L::BIASES { NEURONS } else { 0 };
-        let triad = i.checked_div(Self::PER_TRIAD)?;
-        let within = (i % Self::PER_TRIAD).checked_sub(biases)?;
-        Some(triad * L::WEIGHTS + within)
+        let within = i.checked_rem(Self::PER_TRIAD);
+        within.is_some_and(|within| within >= biases)
     }
 
     /// The explicit biases of each triad.
@@ -348,7 +347,9 @@ impl<L: ParameterSet, const N: usize, H: Activation, T: Real> ErrorModel<L, N, H
     }
 
     /// The networks with the biases folded into their output layers, as a compensator runs them.
-    /// b_3 takes bias / output scale; an axis with an output scale of 0 cannot carry its bias.
+    /// b_3 takes bias / output scale; an axis with an output scale of 0 cannot carry its bias. An
+    /// output layer with feedback ([`super::AllWeights`], [`super::DiagonalWeights`]) feeds the
+    /// bias back, too, so that its output is not the estimate.
     pub fn nets(&self) -> [Net<H, Identity, Full, T>; TRIADS] {
         let mut nets = self.nets;
         for (net, bias) in nets.iter_mut().zip(&self.bias) {

@@ -32,7 +32,7 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
 
     /// Parameters of the unit whose covariances are remembered.
     fn pairs() -> impl Iterator<Item = (usize, usize)> {
-        let unit = |i: usize| ErrorModel::<L, N, H, T>::weight_of(i).is_some();
+        let unit = ErrorModel::<L, N, H, T>::is_weight;
         let of_triad = N / super::TRIADS;
         let rows = (0..N).filter(move |&i| unit(i));
         rows.flat_map(move |i| {
@@ -83,8 +83,8 @@ impl<L: ParameterSet, const X: usize, const N: usize, const PACKED: usize, H: Ac
     pub fn turn_on_moments(&self) -> [T; OUTPUTS] {
         let mut moments = [T::ZERO; OUTPUTS];
         let variances = self.covariance.variances().enumerate();
-        let of_bias = variances
-            .filter(|(i, _)| L::BIASES && ErrorModel::<L, N, H, T>::weight_of(*i).is_none());
+        let of_bias =
+            variances.filter(|(i, _)| L::BIASES && !ErrorModel::<L, N, H, T>::is_weight(*i));
         let biases = self.model.biases().as_flattened().iter();
         for ((moment, (_, variance)), &bias) in moments.iter_mut().zip(of_bias).zip(biases) {
             *moment = bias * bias + variance;
@@ -266,6 +266,12 @@ mod tests {
             let mut filter = begun();
             assert!(!filter.recall(wrong.iter().copied(), 0.0), "{at} {bad}");
             assert_eq!(filter, fresh);
+        }
+        // up to 10^4 times the prior
+        for (times, good) in [(0.9e4, true), (1.1e4, false)] {
+            let mut wide = values.clone();
+            wide[6] = times * (UNIT / SCALE).powi(2);
+            assert_eq!(begun().recall(wide.iter().copied(), 0.0), good, "{times}");
         }
         let mut filter = begun();
         assert!(!filter.recall(values[1..].iter().copied(), 0.0));
