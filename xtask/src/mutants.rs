@@ -16,7 +16,10 @@ const INSTALL: &str = "cargo install --locked cargo-mutants";
 /// Tries a part.
 pub fn mutants(part: usize) -> Result<ExitCode> {
     ensure!(installed(), "cargo-mutants is missing; remedy: {INSTALL}");
-    ensure!(part < PARTS, "--part {part}: there are {PARTS} parts, from 0 on");
+    ensure!(
+        part < PARTS,
+        "--part {part}: there are {PARTS} parts, from 0 on"
+    );
     try_part(part)?;
     Ok(ExitCode::SUCCESS)
 }
