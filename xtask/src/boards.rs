@@ -149,8 +149,17 @@ impl Updatable {
     /// # Errors
     /// As [`Family::build`].
     pub fn build(&self, slot: u32, key: Option<&Path>) -> Result<PathBuf> {
+        self.build_with("", slot, key)
+    }
+
+    /// [`Self::build`] with a feature of its package.
+    ///
+    /// # Errors
+    /// As [`Family::build`].
+    pub fn build_with(&self, feature: &str, slot: u32, key: Option<&Path>) -> Result<PathBuf> {
         let mut build = apart("build", "firmware/boards", "boards", Some(self.target))?;
         build.args(["--release", "--package", self.name]);
+        build.args(["--features", feature]);
         build.env("LRNN_SLOT", format!("{slot:#x}"));
         match key {
             Some(key) => build.env("LRNN_UPDATE_KEY", key),

@@ -6,6 +6,7 @@ use super::slots::{Mark, PIECE, Slots};
 use crate::control::update::{Refusal, Report, Running, Step};
 use crate::wire::command::MAX_CHUNK;
 use crate::wire::field::{head, take};
+use core::convert::Infallible;
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
@@ -49,8 +50,29 @@ pub struct Outcome {
 
 /// What carries out orders, on any flash.
 pub trait TakesUpdates {
+    /// State of the updates.
+    fn report(&self) -> &Report;
+
+    /// Faults of the device before the update that is on trial.
+    fn faults(&self) -> u32;
+
     /// Carries out an order. Erasing may take seconds.
     fn carry_out(&mut self, order: &Order) -> Outcome;
+}
+
+/// A board without slots. Its image has nothing that checks signatures.
+impl TakesUpdates for Infallible {
+    fn report(&self) -> &Report {
+        match *self {}
+    }
+
+    fn faults(&self) -> u32 {
+        match *self {}
+    }
+
+    fn carry_out(&mut self, _: &Order) -> Outcome {
+        match *self {}
+    }
 }
 
 /// Takes updates into a board's slots.
@@ -109,16 +131,6 @@ impl<F: NorFlash> Updater<F> {
                 ..Report::default()
             },
         })
-    }
-
-    /// State of the updates.
-    pub fn report(&self) -> &Report {
-        &self.report
-    }
-
-    /// Faults of the device before the update that is on trial.
-    pub fn faults(&self) -> u32 {
-        self.faults
     }
 
     /// The flash.
@@ -241,6 +253,14 @@ impl<F: NorFlash> Updater<F> {
 }
 
 impl<F: NorFlash> TakesUpdates for Updater<F> {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn faults(&self) -> u32 {
+        self.faults
+    }
+
     #[inline(never)] // its stack is free again afterwards
     fn carry_out(&mut self, order: &Order) -> Outcome {
         let done = match order {

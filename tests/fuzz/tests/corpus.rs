@@ -61,6 +61,7 @@ replayed! {
     stream: 11,
     ulog: 2,
     unit: 5,
+    update: 6,
 }
 
 /// The application in the target `drive` navigates and learns from fixes, with a correction in

@@ -3,7 +3,10 @@
 
 use firmware::configuration::SCHEMA;
 use firmware::configuration::record::encode;
+use firmware::update::{DEVELOPMENT_SEED, FIRMWARE};
+use firmware::wire::command::key::Secret;
 use firmware::wire::{Fields, ImuFormat, framer::LONGEST, ubx::Pvt};
+use host_device::device::sign;
 use host_unit::{Unit, presets};
 use std::path::Path;
 
@@ -122,4 +125,68 @@ fn tables() {
             .replace("\"g\"", "\"m/s\"")
             .as_bytes(),
     );
+}
+
+/// An act of the target `update`, as `arbitrary` reads it: one more follows, which of the eight,
+/// and its fields.
+fn act(which: u32, fields: &[u8]) -> Vec<u8> {
+    [&[1][..], &(which << 29).to_le_bytes(), fields].concat()
+}
+
+/// A file of an update, and devices that take one: confirmed, rolled back, with power cuts, with
+/// another key, of another board, an older one, and out of order.
+#[test]
+#[ignore = "writes files"]
+fn updates() {
+    let images = [(0x0800_0200, vec![1; 70]), (0x0800_0C00, vec![2; 40])];
+    let file = sign::signed("mock", FIRMWARE, &images, &Secret(DEVELOPMENT_SEED)).expect("short");
+    write("update", "seed-file", &[&[0], &file[..]].concat());
+    let begin = |update: u8| act(0, &[update, 0, 0]);
+    let older = |update: u8| act(0, &[update, 0, 1]);
+    let changed = |at: u8| act(0, &[1, 1, at, 4, 0]);
+    let (pieces, finish, confirm) = (act(1, &[200]), act(3, &[]), act(4, &[]));
+    let cut = |left: u16| act(6, &[left as u8, (left >> 8) as u8, 0x5A]);
+    let restart = act(7, &[]);
+    let sent = |update: u8| [begin(update), pieces.clone(), finish.clone()].concat();
+    let whole = |update: u8| [sent(update), restart.clone()].concat();
+    let acts = [
+        ("confirmed", [whole(1), confirm.clone(), whole(2)].concat()),
+        (
+            "rolled-back",
+            [whole(3), restart.clone(), whole(5)].concat(),
+        ),
+        (
+            "cut-while-it-comes",
+            [cut(1500), whole(3), whole(3)].concat(),
+        ),
+        (
+            "cut-at-the-record",
+            [cut(2790), whole(3), restart.clone()].concat(),
+        ),
+        (
+            "cut-in-the-loader",
+            [sent(1), cut(30), confirm.clone()].concat(),
+        ),
+        (
+            "older",
+            [whole(7), older(7), pieces.clone(), finish.clone()].concat(),
+        ),
+        ("another-board", whole(13)),
+        ("another-key", whole(19)),
+        (
+            "changed",
+            [changed(10), pieces.clone(), changed(70)].concat(),
+        ),
+        (
+            "begun-twice",
+            [begin(3), act(1, &[2]), sent(1), restart.clone()].concat(),
+        ),
+    ];
+    for (name, acts) in acts {
+        write(
+            "update",
+            &format!("seed-{name}"),
+            &[&[1], &acts[..]].concat(),
+        );
+    }
 }

@@ -19,8 +19,8 @@ pub struct Order {
     /// The board.
     #[arg(default_value = "h743")]
     board: String,
-    /// The key that signs. The images expect updates that are signed with it. Without it: the
-    /// development key, which everybody has.
+    /// The key that signs, as --new-key makes it. The images expect updates that are signed with
+    /// it, too. Without it: the development key, which everybody has.
     #[arg(
         long,
         value_name = "FILE",
@@ -28,10 +28,15 @@ pub struct Order {
         hide_env_values = true
     )]
     key: Option<PathBuf>,
-    /// Instead: makes a new key, and its public key in FILE.pub.
+    /// The public key that the images expect, where the key is to change: updates that follow must
+    /// be signed with the new one.
+    #[arg(long, value_name = "FILE.pub", conflicts_with = "new_key")]
+    next_key: Option<PathBuf>,
+    /// Makes a new key in FILE, and its public key in FILE.pub; builds and signs nothing.
     #[arg(long, value_name = "FILE", conflicts_with = "key")]
     new_key: Option<PathBuf>,
-    /// The folder for BOARD.update, the loader and the image that a probe flashes.
+    /// The folder for BOARD.update, the loader and the image that a probe flashes; by default
+    /// target/update.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -42,8 +47,8 @@ pub fn sign(order: &Order) -> Result<ExitCode> {
         let key = make_key(file)?;
         let public = write_public(&key, &beside(file))?;
         println!(
-            "{}: keep it secret, and outside of the tree; whoever has it can sign\n\
-             {}: the public key",
+            "{}: the key; keep it secret and outside of the tree: whoever has it can sign\n\
+             {}: its public key, no secret",
             file.display(),
             public.display()
         );
@@ -56,17 +61,21 @@ pub fn sign(order: &Order) -> Result<ExitCode> {
     };
     fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
     let key = match &order.key {
-        Some(file) => read_key(file)?,
+        Some(file) => secret(file)?,
         None => {
-            println!("signed with the development key, which everybody has; remedy: --key FILE");
+            println!("signs with the development key, which everybody has; remedy: --key FILE");
             Secret(DEVELOPMENT_SEED)
         }
     };
     let public = write_public(&key, &out.join("signer.pub"))?;
+    let expected = match &order.next_key {
+        Some(file) => Some(fs::canonicalize(file).with_context(|| file.display().to_string())?),
+        None => order.key.is_some().then_some(public),
+    };
+    let first = out.join(format!("{}-slot.elf", board.name));
     let mut images = Vec::new();
     for slot in board.slots {
-        let given = order.key.is_some().then_some(public.as_path());
-        let built = board.build(slot, given)?;
+        let built = board.build(slot, expected.as_deref())?;
         let bin = out.join("slot.bin");
         let start = load::bin(&built, &bin)?;
         ensure!(
@@ -76,19 +85,38 @@ pub fn sign(order: &Order) -> Result<ExitCode> {
         );
         let image = fs::read(&bin).with_context(|| bin.display().to_string())?;
         fs::remove_file(&bin)?;
-        println!("{} at {slot:#x}: {} bytes", board.name, image.len());
+        println!(
+            "{}: image for the slot at {slot:#010x}, {} bytes",
+            board.name,
+            image.len()
+        );
         if slot == board.slots[0] {
-            fs::copy(&built, out.join(format!("{}-slot.elf", board.name)))?;
+            fs::copy(&built, &first)?;
         }
         images.push((slot, image));
     }
-    let loader = boards::build(board.loader, board.target)?;
-    fs::copy(&loader, out.join(format!("{}.elf", board.loader)))?;
+    let loader = out.join(format!("{}.elf", board.loader));
+    fs::copy(boards::build(board.loader, board.target)?, &loader)?;
     let file = out.join(format!("{}.update", board.name));
     let update = signed(board.name, FIRMWARE, &images, &key).context("the board's name is long")?;
     fs::write(&file, update).with_context(|| file.display().to_string())?;
-    println!("{}", file.display());
+    println!(
+        "{}: the update, for `host-sim device update`\n{}, {}: for a probe, the first time",
+        file.display(),
+        loader.display(),
+        first.display()
+    );
     Ok(ExitCode::SUCCESS)
+}
+
+/// Reads the key that signs. A public key has the same form, but no device takes what it signs.
+fn secret(file: &Path) -> Result<Secret> {
+    ensure!(
+        file.extension().is_none_or(|extension| extension != "pub"),
+        "{}: is a public key, which cannot sign; remedy: give the file beside it, without .pub",
+        file.display()
+    );
+    Ok(read_key(file)?)
 }
 
 /// Name of the file of the public key.
@@ -120,6 +148,7 @@ mod tests {
         let order = Order {
             board: "h743".into(),
             key: None,
+            next_key: None,
             new_key: Some(file.clone()),
             out: None,
         };
@@ -130,6 +159,8 @@ mod tests {
         let digits: String = key.iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(public.trim(), digits);
         assert!(sign(&order).is_err(), "it is not written over");
+        let error = secret(&beside(&file)).expect_err("cannot sign").to_string();
+        assert!(error.contains("without .pub"), "{error}");
         let error = Updatable::named("f405").expect_err("none").to_string();
         assert!(error.contains("remedy: h743"), "{error}");
     }

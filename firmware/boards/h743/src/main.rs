@@ -4,7 +4,8 @@
 //! PB8. Ran on no chip yet.
 //!
 //! An image for one of the two slots takes updates; `boot-h743` starts it. One for the flash's
-//! beginning runs alone and takes none.
+//! beginning runs alone and takes none. With the feature `probe-line` the command link is the
+//! probe's serial port.
 #![no_std]
 #![no_main]
 
@@ -15,7 +16,7 @@ use embassy_stm32::rcc::{
     PllSource, Sysclk, VoltageScale, mux,
 };
 use embassy_stm32::time::Hertz;
-use embassy_stm32::usb::{self, Driver};
+use embassy_stm32::usb;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, bind_interrupts, dma, exti, interrupt, peripherals};
 use layer::dma::Handler;
@@ -26,7 +27,7 @@ use layer::firmware::update::slots::Places;
 use layer::flash::Region;
 use layer::line::Frame;
 use layer::update::{signer, updater};
-use layer::{Board, WATCHDOG_MS, adis, bytes, crystal, line};
+use layer::{Board, WATCHDOG_MS, adis, crystal, line};
 
 bind_interrupts!(struct Interrupts {
     USART6 => Handler<peripherals::USART6>;
@@ -40,6 +41,12 @@ bind_interrupts!(struct Interrupts {
     DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
     DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
     DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
+    #[cfg(feature = "probe-line")]
+    USART3 => Handler<peripherals::USART3>;
+    #[cfg(feature = "probe-line")]
+    DMA1_STREAM0 => dma::InterruptHandler<peripherals::DMA1_CH0>;
+    #[cfg(feature = "probe-line")]
+    DMA1_STREAM2 => dma::InterruptHandler<peripherals::DMA1_CH2>;
     EXTI15_10 => exti::InterruptHandler<interrupt::typelevel::EXTI15_10>;
     EXTI9_5 => layer::pulse::Handler;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
@@ -80,6 +87,31 @@ fn clocks() -> Config {
     config
 }
 
+/// The command link's line, and what serves it: USB.
+#[cfg(not(feature = "probe-line"))]
+macro_rules! command_link {
+    ($chip:ident) => {
+        layer::usb::open(usb::Driver::new_fs(
+            $chip.USB_OTG_FS,
+            Interrupts,
+            $chip.PA12,
+            $chip.PA11,
+            layer::bytes!(256),
+            usb::Config::default(),
+        ))
+    };
+}
+
+/// The same at the probe's serial port, which nothing has to serve.
+#[cfg(feature = "probe-line")]
+macro_rules! command_link {
+    ($chip:ident) => {{
+        let frame = Frame::plain(layer::firmware::app::COMMAND_BAUD);
+        let line = line!($chip, USART3, PD9, PD8, DMA1_CH0, DMA1_CH2, frame);
+        (line, core::future::pending::<()>())
+    }};
+}
+
 /// The flash, and the two slots in it (boot-h743).
 type Whole<F> = Region<F, 0, 0x20_0000, 0x2_0000>;
 const PLACES: Places = Places {
@@ -96,15 +128,7 @@ async fn frame_path() {
     let chip = embassy_stm32::init(clocks());
     let lines = SerialLines::DEFAULT;
     let [sensor, receiver] = [Frame::sensor(&lines), Frame::plain(lines.receiver_baud)];
-    let driver = Driver::new_fs(
-        chip.USB_OTG_FS,
-        Interrupts,
-        chip.PA12,
-        chip.PA11,
-        bytes!(256),
-        usb::Config::default(),
-    );
-    let (command, usb) = layer::usb::open(driver);
+    let (command, served) = command_link!(chip);
     let mut watchdog = IndependentWatchdog::new(chip.IWDG1, WATCHDOG_MS * 1000);
     watchdog.unleash();
     layer::pulse::open(chip.PB8, chip.EXTI8, Interrupts);
@@ -135,5 +159,5 @@ async fn frame_path() {
         &SIGNER,
     );
     let learner = Some(layer::whole_learner() as _);
-    join(usb, layer::run_updatable(board, learner, updater)).await;
+    join(served, layer::run_updatable(board, learner, updater)).await;
 }

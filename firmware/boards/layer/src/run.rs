@@ -1,5 +1,7 @@
 //! The frame path: the loop of `firmware::app::run` in a task.
 
+use core::convert::Infallible;
+
 use embassy_futures::join::join;
 use embassy_futures::select::{Either3, select3, select4};
 use embassy_futures::yield_now;
@@ -11,7 +13,7 @@ use firmware::control::update::Running as Image;
 use firmware::learn::Learner;
 use firmware::link::{Clock, rates};
 use firmware::store::Store;
-use firmware::update::Updater;
+use firmware::update::TakesUpdates;
 use firmware::wire::adis::spi::LONGEST;
 use firmware::wire::adis::{Found, Rate};
 use firmware::wire::command::LoopPhase;
@@ -146,7 +148,7 @@ impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
 
 static NEW: New = New::new();
 
-/// [`run_updatable`] of a board that takes no updates.
+/// [`run_updatable`] of a board that takes no updates. Its image does not check signatures.
 ///
 /// # Panics
 /// It is called a second time.
@@ -154,7 +156,7 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
     board: Board<S, N, C, G, A, F, W>,
     learner: Option<&'static mut dyn Learner>,
 ) {
-    run_updatable(board, learner, None::<Updater<F>>).await;
+    run_updatable(board, learner, None::<Infallible>).await;
 }
 
 /// Runs the application with a learner, for ever. The learner, the store and `updater` are the main
@@ -169,7 +171,7 @@ pub async fn run<S: Wire, N: Wire, C: Wire, G: Wire, A: Source, F: NorFlash, W: 
 pub async fn run_updatable<S, N, C, G, A, F, W, U>(
     board: Board<S, N, C, G, A, F, W>,
     learner: Option<&'static mut dyn Learner>,
-    mut updater: Option<Updater<U>>,
+    mut updater: Option<U>,
 ) where
     S: Wire,
     N: Wire,
@@ -178,7 +180,7 @@ pub async fn run_updatable<S, N, C, G, A, F, W, U>(
     A: Source,
     F: NorFlash,
     W: FnMut(),
-    U: NorFlash,
+    U: TakesUpdates,
 {
     let [_, command, _] = &board.clocks;
     let (guard, reset, switched_on) = crash::Guard::start(command);

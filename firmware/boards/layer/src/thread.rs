@@ -14,7 +14,7 @@ use firmware::app::run::{CarriesOut, MainThread};
 use firmware::app::{GivesUpdates, Stores, Updates};
 use firmware::learn::exchange::Background;
 use firmware::store::Store;
-use firmware::update::{TakesUpdates, Updater};
+use firmware::update::TakesUpdates;
 
 /// What the frame path hands over when it begins.
 struct Handed(MainThread<'static, 'static>);
@@ -34,11 +34,11 @@ static ASLEEP_US: Mutex<CriticalSectionRawMutex, Cell<u64>> = Mutex::new(Cell::n
 ///
 /// # Safety
 /// Store and updater stay where they are, and are not used by the caller any more.
-pub unsafe fn hand_over<F: NorFlash, U: NorFlash>(
+pub unsafe fn hand_over<F: NorFlash, U: TakesUpdates>(
     background: Option<Background<'static>>,
     stores: Stores<'static>,
     store: &mut Option<Store<F>>,
-    updater: &mut Option<Updater<U>>,
+    updater: &mut Option<U>,
     queues: &'static mut Updates,
 ) -> Option<GivesUpdates<'static>> {
     let store = store.as_mut().map(|store| {
@@ -96,7 +96,11 @@ fn sleep(nothing_to_do: impl Fn() -> bool) {
         if nothing_to_do() {
             let before = Instant::now();
             cortex_m::asm::wfi();
-            let us = before.elapsed().as_micros();
+            // Time may go back here: `embassy-stm32` 0.6 takes the compare flags that starting its
+            // timer has set for half a round (33 ms), so until each next half is served it reads
+            // 65 ms less.
+            let slept = Instant::now().saturating_duration_since(before);
+            let us = slept.as_micros();
             ASLEEP_US.lock(|asleep| asleep.set(asleep.get().wrapping_add(us)));
         }
     });

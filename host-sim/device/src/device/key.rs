@@ -24,7 +24,8 @@ pub fn read_key(file: &Path) -> Result<Secret, Error> {
         refused(
             file,
             "is not a key file: 64 hexadecimal digits",
-            "give the file that `host-sim device provision --key-file FILE` has written",
+            "give the file that `host-sim device provision --key-file FILE` (the device's key) or \
+             `cargo xtask sign --new-key FILE` (a key that signs) has written",
         )
     })
 }

@@ -52,8 +52,11 @@ impl Update {
         Self::parse(file, &bytes)
     }
 
-    /// The bytes of a file.
-    fn parse(file: &Path, bytes: &[u8]) -> Result<Self, Error> {
+    /// The bytes of a file, whose name is for messages.
+    ///
+    /// # Errors
+    /// They are no update.
+    pub fn parse(file: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let refused = |problem: &str| Error::Option {
             option: file.display().to_string(),
             problem: problem.into(),
@@ -111,7 +114,7 @@ impl Update {
         let of = of.trim_end_matches('\0');
         if of != name {
             return Err(refused(
-                format!("is an update of the board {of}, and the device is a {name}"),
+                format!("is an update of the board {of}, and the device's board is {name}"),
                 &format!("give {name}.update"),
             ));
         }

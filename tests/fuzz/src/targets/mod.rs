@@ -18,3 +18,4 @@ pub mod store;
 pub mod stream;
 pub mod ulog;
 pub mod unit;
+pub mod update;

@@ -1,6 +1,7 @@
 //! The board `h743` on an STM32H743.
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use firmware::configuration::{Configuration, record};
 use firmware::control::Mode;
@@ -21,8 +22,11 @@ const STORE: u64 = 0x081C_0000;
 const SLOT: usize = 0x2_0000;
 
 fn board() -> PathBuf {
-    let family = Family::named("h743").expect("a board");
-    family.build().expect("it builds")
+    static BOARD: LazyLock<PathBuf> = LazyLock::new(|| {
+        let family = Family::named("h743").expect("a board");
+        kept("h743", || family.build())
+    });
+    BOARD.clone()
 }
 
 /// A unit whose samples are corrected from power-on.

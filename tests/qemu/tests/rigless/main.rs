@@ -3,9 +3,12 @@
 
 mod f4;
 mod h743;
+mod update;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
+use anyhow::Result;
 use firmware::app::{Config, Hardware};
 use firmware::wire::ImuFormat;
 use qemu::drive::{Record, drive};
@@ -93,6 +96,18 @@ impl Wires {
         late.sort_by(f64::total_cmp);
         [late[late.len() / 2], late[late.len() - 1]]
     }
+}
+
+/// Builds an image and keeps a copy, since another test's build with other settings writes over it.
+fn kept(name: &str, build: impl FnOnce() -> Result<PathBuf>) -> PathBuf {
+    static BUILDING: Mutex<()> = Mutex::new(());
+    let _one = BUILDING.lock().expect("builds");
+    let folder = qemu::images::target_directory().expect("a folder");
+    let folder = folder.join("rigless-images");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let copy = folder.join(name);
+    std::fs::copy(build().expect("it builds"), &copy).expect("a copy");
+    copy
 }
 
 /// Runs an image, and prints resets and what the emulator does not model.
