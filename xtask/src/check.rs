@@ -79,7 +79,7 @@ pub fn test(fast: bool) -> Result<ExitCode> {
 
 /// `cargo xtask check`: all other checks. The exit code is the test runner's.
 pub fn check() -> Result<ExitCode> {
-    let stages = Stages::new(15);
+    let stages = Stages::new(16);
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
     let here = || {
         stages.run("documentation", documentation)?;
