@@ -313,39 +313,6 @@ fn without_a_confirmation_the_loader_goes_back() {
     }
 }
 
-/// Power fails while the update comes, while its end is erased, and around its record: the first
-/// image runs until the record is whole.
-#[test]
-fn power_may_fail_while_an_update_comes() {
-    let Some(whole) = Device::new() else {
-        return;
-    };
-    let mut power = Power::on();
-    power.update(&hangs());
-    let (begun, end) = (STARTS, power.at);
-    let (mut came, mut not) = (0, 0);
-    for cut in (0..6).map(|n| begun + (end - begun) * (n + 1) / 6) {
-        let mut device = Device {
-            emulator: whole.emulator.clone(),
-            flash: whole.flash.clone(),
-        };
-        let mut power = Power::on();
-        power.update(&hangs());
-        power.asked.until = cut;
-        power.at = cut;
-        device.runs(power);
-        if device.was_tried().is_some() {
-            came += 1;
-            assert!(device.report().is_none(), "it hangs");
-        } else {
-            not += 1;
-        }
-        let report = device.report().expect("an answer");
-        assert_eq!((runs_in(&report), report.running), (0, Running::Flashed));
-    }
-    assert!(came > 0 && not > 0, "{came} {not}");
-}
-
 /// Power fails while the loader looks at an update, marks it and starts it: it is tried at the next
 /// power-on, or it has been.
 #[test]
