@@ -13,8 +13,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use serde_json::{Value, json};
 
-/// Formats that a board has to find by itself, one of each kind: increments, averages, floats, and
-/// a description in the stream.
+/// Formats that a board has to find by itself: counts and floats, short frames and long ones.
 const FORMATS: [&str; 4] = ["stim300", "novatel", "vectornav", "xsens"];
 
 /// A board and the ports at its lines.

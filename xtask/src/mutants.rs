@@ -8,7 +8,7 @@ use anyhow::{Result, ensure};
 use crate::images::{target_directory, workspace};
 use crate::stage::{cargo_with, quietly, succeed};
 
-/// Parts of the mutants: each takes two to three minutes.
+/// Parts of the mutants: the first takes one and a half minutes.
 const PARTS: usize = 200;
 /// The command that installs the tool.
 const INSTALL: &str = "cargo install --locked cargo-mutants";

@@ -63,7 +63,8 @@ pub struct Args {
     shard: Option<String>,
     /// Further units on which the classical filters are tuned for each error group. 0: they are
     /// not tuned, and know how much the simulation changes at a power-on
-    #[arg(long, default_value_t = 12, allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(0..=1000))]
+    #[arg(long, default_value_t = 12, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=1000))]
     tuning_units: u32,
     /// Schemes, separated by commas [default: all]
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]

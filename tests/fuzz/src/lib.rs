@@ -32,7 +32,8 @@ macro_rules! targets {
 }
 
 targets! {
-    app calibration command configuration csv drive fixes image mcap novatel receiver requests store stream ulog unit update
+    app calibration command configuration csv drive fixes image mcap novatel receiver requests store stream ulog
+    unit update
 }
 
 /// The input of a target that takes more than bytes; `None`: the bytes are too short for one.

@@ -132,8 +132,8 @@ pub const FAULTS: [Fault; 23] = [
     row(
         fault::TIME_BASE,
         "TIME_BASE",
-        "all gyro axes have the same scale error, more than 0.5 %: the time base is wrong; no map is \
-         learnt",
+        "all gyro axes have the same scale error, more than 0.5 %: the time base is wrong; no map \
+         is learnt",
         "measure the sensor's sample rate, and enter it as rate_hz in the unit's file",
     ),
     row(

@@ -139,13 +139,12 @@ fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
     sensors.sort_by_key(|sensor| !own(sensor));
     for sensor in sensors {
         for step in [1, 2, 4, 8] {
-            let settings = *settings;
             let source = Source {
                 sensor,
-                settings,
+                settings: *settings,
                 step,
             };
-            if let Some((rate, count)) = worth(format, &settings, &source)
+            if let Some((rate, count)) = worth(format, &source)
                 && rate.fract() == 0.0
             {
                 let sensor = Simulated {
@@ -165,9 +164,9 @@ fn fitting(format: ImuFormat, settings: &Settings) -> Result<Source, Error> {
 }
 
 /// Rate of the frames of a simulated sensor, Hz, and the increment of a count of [`Fields`], rad
-/// and m/s, for a device with these settings. `None` when the device cannot know it, or would miss
+/// and m/s, for a device with its settings. `None` when the device cannot know it, or would miss
 /// frames.
-fn worth(format: ImuFormat, settings: &Settings, source: &Source) -> Option<(f64, [f64; 2])> {
+fn worth(format: ImuFormat, source: &Source) -> Option<(f64, [f64; 2])> {
     const PROBE: i32 = 1 << 10;
     let frame = |number: u32, period: f64| {
         let fields = Fields {
@@ -181,7 +180,7 @@ fn worth(format: ImuFormat, settings: &Settings, source: &Source) -> Option<(f64
     };
     let stream_of = |bytes: &mut [u8]| {
         let frame = Checked::new(format, bytes).ok()?;
-        let stream = frame.source().stream(settings, frame.content())?;
+        let stream = frame.source().stream(&source.settings, frame.content())?;
         Some((stream, frame.read().ok()?))
     };
     let (stream, _) = stream_of(&mut frame(0, 0.0)?)?;

@@ -7,6 +7,7 @@ use anyhow::{Context, Error, Result};
 use qemu::images::{target_directory, workspace};
 use serde_json::Value;
 
+use super::named;
 use crate::stage::{cargo_with, succeed};
 
 /// Time without fixes, min.
@@ -87,7 +88,7 @@ const RESTS: &str = "12";
 pub fn abuse() -> Result<()> {
     let folder = target_directory()?.join("figures");
     let host_sim = || cargo_with("run --quiet --release --package host-sim -- abuse");
-    let [all, rests] = ["abuse", "abuse-rests"].map(|name| folder.join(name));
+    let [all, rests] = ["abuse", "abuse-rests"].map(|name| named(&folder.join(name)).to_owned());
     let mut run = host_sim();
     run.args(["--runs", "20", "--resume", "--out"]).arg(&all);
     succeed(&mut run)?;
@@ -106,13 +107,12 @@ pub fn abuse() -> Result<()> {
     run.args(["--activations", "first-rest,first-rest-new", "--out"])
         .arg(&rests);
     succeed(&mut run)?;
-    let page = workspace().join("docs/ABUSE.md");
     succeed(
         host_sim()
             .arg("merge")
             .args([&all, &rests])
             .arg("--results")
-            .arg(page),
+            .arg("docs/ABUSE.md"),
     )
 }
 

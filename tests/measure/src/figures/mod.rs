@@ -11,7 +11,7 @@ mod sizes;
 mod tables;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
@@ -114,13 +114,17 @@ fn make(figure: &Figure) -> Result<()> {
         How::HostSim(words) => {
             let folder = target_directory()?.join("figures");
             fs::create_dir_all(&folder)?;
+            let json = folder.join(format!("{}.json", figure.name));
             let mut run = cargo_with("run --quiet --release --package host-sim --");
-            run.args(words)
-                .arg("--json")
-                .arg(folder.join(format!("{}.json", figure.name)));
-            succeed(&mut run)
+            succeed(run.args(words).arg("--json").arg(named(&json)))
         }
     }
+}
+
+/// A path as commands in pages name it: from the workspace on, where cargo runs, so that no page
+/// names a folder of this machine.
+fn named(path: &Path) -> &Path {
+    path.strip_prefix(workspace()).unwrap_or(path)
 }
 
 /// The pages that may hold generated tables.
@@ -144,6 +148,17 @@ mod tests {
     use super::*;
 
     const REMEDY: &str = "remedy: cargo xtask figures";
+
+    /// Every folder in a page is one that its reader has.
+    #[test]
+    fn no_page_names_a_folder_of_this_machine() {
+        let top = workspace();
+        for page in pages().expect("pages") {
+            let text = fs::read_to_string(&page).expect("a page");
+            assert!(!text.contains("/target/figures"), "{page:?}");
+        }
+        assert_eq!(named(&top.join("a/b")), Path::new("a/b"));
+    }
 
     /// The tables of committed files are in the pages as they are in the files.
     #[test]
