@@ -12,7 +12,7 @@ use crate::images::{
     AGREEMENT, DIFFERENT, PROFILE, TARGET, apart, target_directory, without_paths, workspace,
 };
 use crate::runner::{self, Part};
-use crate::stage::{Stages, cargo_with, succeed};
+use crate::stage::{Stages, cargo_with, quietly, succeed};
 use crate::{boards, comments, fuzz, mutants, needs, package, reproduce, supply, wheel};
 
 /// Packages that are compiled for the target: each alone, so that it does not depend on other
@@ -79,13 +79,14 @@ pub fn test(fast: bool) -> Result<ExitCode> {
 
 /// `cargo xtask check`: all other checks. The exit code is the test runner's.
 pub fn check() -> Result<ExitCode> {
-    let stages = Stages::new(16);
+    let stages = Stages::new(17);
     stages.run("dependencies: licences, sources, duplicates", supply::check)?;
     let here = || {
         stages.run("documentation", documentation)?;
         stages.run("Python wheel: build, tests, notebooks", wheel::check)?;
         stages.run("fuzz targets", || fuzz::targets(4, None, Some(1)))?;
         stages.run("mutants of lrnn-nostd: a part", mutants::check)?;
+        stages.run("queue of the two priorities under Miri", miri)?;
         stages.run("build of tests and of what measures", all_tests)
     };
     beside(here, || target(&stages))?;
@@ -137,6 +138,26 @@ fn target(stages: &Stages) -> Result<()> {
     stages.run("image is the same from another folder", || {
         reproduce::reproduce().map(drop)
     })
+}
+
+/// Where a nightly has Miri, it runs what is unsafe on this machine: a race, a value dropped twice or
+/// one that is lost is an error.
+fn miri() -> Result<()> {
+    let nightly = || {
+        let mut rustup = Command::new("rustup");
+        rustup.args(["run", "nightly", "cargo", "miri"]);
+        rustup
+    };
+    if !quietly(nightly().arg("--version")) {
+        println!("Miri: not tried; remedy: rustup toolchain install nightly --component miri");
+        return Ok(());
+    }
+    let mut tests = nightly();
+    tests
+        .args(["test", "--quiet", "--package", "firmware", "--lib", "--target-dir"])
+        .arg(target_directory()?.join("miri"))
+        .args(["--", "link::spsc"]);
+    succeed(&mut tests)
 }
 
 fn target_lints() -> Result<()> {
