@@ -252,6 +252,53 @@ mod tests {
         assert_eq!(out, [i32::MIN, i32::MAX, i32::MAX - (1 << 30)]);
     }
 
+    /// Counts sent and counts carried are what was due and what was carried before, to the last
+    /// step, whatever is carried; and every sample is off by these counts, or at an end of its 32
+    /// bits and named.
+    fn nothing_is_lost(stride: usize) {
+        let dues = [
+            0,
+            1,
+            -1,
+            1 << 31,
+            -(1 << 31),
+            0x1234_5678_9ABC,
+            -0x7_6543_2109_8765,
+        ];
+        for due in dues.into_iter().chain([LARGEST, -LARGEST]) {
+            for before in (0..=u32::MAX).step_by(stride) {
+                let mut left = [before; 3];
+                let (out, _) = subtract(&[0; 3], &[due; 3], &mut left);
+                let sent = -(i128::from(out[0]) << 32) + i128::from(left[0]);
+                assert_eq!(sent, i128::from(due) + i128::from(before), "{due} {before}");
+            }
+            let whole = due.wrapping_add(HALF.into()) >> 32;
+            for sample in (i32::MIN..=i32::MAX).step_by(stride) {
+                let (out, over) = subtract(&[sample; 3], &[due; 3], &mut [HALF; 3]);
+                let exact = i64::from(sample) - whole;
+                let ends = exact.clamp(i32::MIN.into(), i32::MAX.into());
+                assert_eq!(i64::from(out[1]), ends, "{due} {sample}");
+                assert_eq!(
+                    over,
+                    if ends == exact { 0 } else { 0b111 },
+                    "{due} {sample}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_lost_of_counts() {
+        nothing_is_lost(65_521);
+    }
+
+    /// Every remainder and every sample; some minutes.
+    #[test]
+    #[ignore = "long: cargo test -p firmware --lib --release -- --ignored at_every"]
+    fn nothing_is_lost_at_every_remainder_and_every_sample() {
+        nothing_is_lost(1);
+    }
+
     /// Half a count more in what is carried does what rounding does in [`carried`].
     #[test]
     fn half_a_count_more_rounds() {

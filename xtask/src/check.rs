@@ -154,7 +154,14 @@ fn miri() -> Result<()> {
     }
     let mut tests = nightly();
     tests
-        .args(["test", "--quiet", "--package", "firmware", "--lib", "--target-dir"])
+        .args([
+            "test",
+            "--quiet",
+            "--package",
+            "firmware",
+            "--lib",
+            "--target-dir",
+        ])
         .arg(target_directory()?.join("miri"))
         .args(["--", "link::spsc"]);
     succeed(&mut tests)

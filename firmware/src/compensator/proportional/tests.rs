@@ -143,6 +143,50 @@ fn each_element_stays_within_its_limit() {
     assert!(with(MAPS, 0.0, None).power_on(false).is_zero());
 }
 
+/// Whatever number the networks and each element of the maps are: what is owed to a sample is at
+/// most the limit and the maps' limit of the three values before it.
+fn bias_and_map_are_bounded(stride: usize) {
+    const MAP_LIMIT: f32 = 5e-3;
+    let felt = [[0; 3], [i32::MAX, i32::MIN, -12_345], [i32::MIN; 3]];
+    let limits = [LIMIT.gyro, LIMIT.accel].map(f64::from);
+    let limits = [
+        limits[0] * PERIOD_S / LSB.rad,
+        limits[1] * PERIOD_S / LSB.mps,
+    ];
+    let mut compensator = with(Nets::NONE.maps, MAP_LIMIT, None);
+    let mut state = compensator.power_on(false);
+    for bits in (0..=u32::MAX).step_by(stride) {
+        let any = f32::from_bits(bits);
+        compensator.set_maps(&[[[any; 3]; 3]; 2], [MAP_LIMIT; 2]);
+        compensator.force(&mut state, &[[any; 3]; 2]);
+        for [gyro, accel] in felt.map(|felt| [felt; 2]) {
+            let sample = RawSample::Counts { gyro, accel };
+            compensator.anticipate(&mut state, 0, &sample);
+            let sum: f64 = gyro.iter().map(|x| f64::from(*x).abs()).sum();
+            for (i, owed) in state.owed(0, false).iter().enumerate() {
+                let counts = owed.due.cast_signed() as f64 / f64::from(COUNT);
+                let most = limits[i / 3] + f64::from(MAP_LIMIT) * sum;
+                assert!(
+                    counts.abs() <= most * (1.0 + 1e-6),
+                    "{any:e}: {counts} of {most}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn bias_and_map_are_bounded_for_some_numbers() {
+    bias_and_map_are_bounded(65_521);
+}
+
+/// Every f32; a quarter of an hour.
+#[test]
+#[ignore = "long: cargo test -p firmware --lib --release -- --ignored at_every"]
+fn bias_and_map_are_bounded_at_every_number() {
+    bias_and_map_are_bounded(1);
+}
+
 /// With a slew limit a map comes and goes in the time in which the estimate crosses its limit.
 #[test]
 fn a_map_comes_slowly_where_the_estimate_does() {
