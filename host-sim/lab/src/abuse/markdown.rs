@@ -36,6 +36,10 @@ pub fn markdown(
     };
     let rows_of = |activation| all.iter().filter(|of| of.activation == activation).count();
     let [usual, live] = SHOWN;
+    let plain: Vec<_> = rows(all, usual, Sensor::Errors)
+        .filter(|of| of.computer == Computer::Plain)
+        .collect();
+    let plain_that = |is: fn(&Summary) -> bool| plain.iter().filter(|of| is(of)).count();
     let estimating = harming(live).filter(|of| of.computer != Computer::Plain);
     let names: Vec<String> = Computer::ALL.iter().map(|of| format!("`{of}`")).collect();
     let values = [
@@ -62,6 +66,15 @@ pub fn markdown(
         ("live harming", harming(live).count().to_string()),
         ("live rows", rows_of(live).to_string()),
         ("estimating", estimating.count().to_string()),
+        ("plain rows", plain.len().to_string()),
+        (
+            "plain halved",
+            plain_that(|of| (100.0 * of.ratio_median).round() <= 50.0).to_string(),
+        ),
+        (
+            "plain unchanged",
+            plain_that(|of| of.promoted_share == 0.0).to_string(),
+        ),
         ("recovery", RECOVERY_S.to_string()),
         ("share", format!("{:.0}", 100.0 * GAIN_KEPT)),
         (
