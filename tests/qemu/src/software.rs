@@ -226,7 +226,7 @@ pub fn digest(bytes: &[u8]) -> u64 {
 /// Number of the sensor's bytes that a corrected stream changes; the streams have the same length.
 ///
 /// # Errors
-/// They have different lengths.
+/// The streams have different lengths.
 pub fn changed(records: &[Record], sent: &[u8]) -> Result<usize> {
     let came: Vec<u8> = records
         .iter()

@@ -80,7 +80,7 @@ pub(super) struct Rests {
 
 /// Mean of a rest.
 #[derive(Debug, Clone, Copy)]
-struct Shown {
+struct RestMean {
     /// Errors of the gyros, rad/s.
     mean: V32,
     /// Variance by noise and sway, and what is not known of the Earth's rotation, rad/s.
@@ -114,8 +114,8 @@ impl Rests {
     }
 
     /// The rest in progress, less the Earth's rotation as far as it is known.
-    fn rest(&mut self, rest: Option<Shown>) -> Option<News> {
-        let Some(Shown {
+    fn rest(&mut self, rest: Option<RestMean>) -> Option<News> {
+        let Some(RestMean {
             mean,
             noise,
             unknown,
@@ -234,14 +234,14 @@ impl FixLearner<'_> {
     }
 
     /// Errors of the gyros by a rest.
-    fn of_gyros(&self, rest: &Rest) -> Shown {
+    fn of_gyros(&self, rest: &Rest) -> RestMean {
         let (earth, unknown) = self.earth_rate();
         let white = self.settings.noise.gyro;
         let sample_s = self.samples.stream.map_or(0.0, |stream| stream.period_s) as f32;
         let vibration = rest.scatter * rest.scatter / 3.0 * sample_s * COLOUR;
         let noise = (white * white).max(vibration);
         let sway = SWAY / rest.seconds;
-        Shown {
+        RestMean {
             mean: add(rest.rate, scale(earth, -1.0)),
             noise: noise / rest.seconds + 2.0 * sway * sway,
             unknown,

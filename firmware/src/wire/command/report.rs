@@ -20,7 +20,7 @@ pub struct Remembered {
 
 /// Content of the store when the device started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Kept {
+pub struct StoreReport {
     /// Number of the record in use; `None`: nothing was found, or nothing that is used.
     pub generation: Option<u32>,
     /// Totals over the device's life until that record was stored, saturating: times it started,

@@ -41,7 +41,7 @@ const DEGREE_M: f64 = 111_200.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Where the fixes are.
-    Place,
+    Position,
     /// Positions with velocities, horizontally.
     Moves,
     /// Heights with vertical velocities.
@@ -113,7 +113,7 @@ fn place(evidence: &Evidence, agrees: bool) -> Option<Measure> {
     let near = placed.all(|fix| fix.lat_deg.abs() <= FRAC_PI_2 && fix.lon_deg.abs() <= PI);
     let at = format!("{:.3}, {:.3} deg", first.lat_deg, first.lon_deg);
     Some(Measure {
-        kind: Kind::Place,
+        kind: Kind::Position,
         left: 0.0,
         size: if near && !agrees { 2.0 } else { 0.0 },
         problem: format!("puts all fixes near {at}, into the Gulf of Guinea"),
