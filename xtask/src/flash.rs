@@ -30,7 +30,7 @@ const SMALL: [&str; 9] = [
     "STM32H7S",
 ];
 
-/// How an image gets to the board.
+/// Way in which an image gets to the board.
 #[derive(Debug, Default)]
 pub struct FlashMethod {
     /// The chip, if it is not the default.

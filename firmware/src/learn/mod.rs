@@ -106,7 +106,7 @@ pub struct Winner {
     pub estimate: [[f32; 3]; 2],
 }
 
-/// What the rest in progress has shown, and memory before it.
+/// Errors of the gyros by the rest in progress and by the memory before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resting {
     /// Errors of the gyros, rad/s.

@@ -24,7 +24,7 @@ const REST: Duration = Duration::from_millis(200);
 /// Time until a broken line is reopened.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// Which line.
+/// A tapped line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// From the sensor.

@@ -81,7 +81,7 @@ fn value(what: EventKind, value: u32) -> String {
         (EventKind::Nets, _) => return format!("{value:#010x}"),
         (EventKind::Fix, _) => return format!("valid at {:.3} s", f64::from(value) * 1e-3),
         (EventKind::Mode, _) => mode.map(mode_name),
-        (EventKind::AppState, _) => stage.map(|(_, name)| *name),
+        (EventKind::Stage, _) => stage.map(|(_, name)| *name),
         (EventKind::Start, 0) => Some("with blank memory"),
         (EventKind::Start, 1) => Some("after a reset"),
         (EventKind::Alignment | EventKind::Rest, 1) => Some("begun"),
@@ -147,8 +147,8 @@ mod tests {
     #[test]
     fn modes_and_stages_have_names() {
         assert_eq!(value(EventKind::Mode, 3), "learn");
-        assert_eq!(value(EventKind::AppState, 2), "run");
-        assert_eq!(value(EventKind::AppState, 9), "9");
+        assert_eq!(value(EventKind::Stage, 2), "run");
+        assert_eq!(value(EventKind::Stage, 9), "9");
         assert_eq!(value(EventKind::Start, 1), "after a reset");
         assert_eq!(value(EventKind::Restart, 2), "2");
         assert_eq!(value(EventKind::Nets, 255), "0x000000ff");

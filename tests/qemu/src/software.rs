@@ -18,7 +18,7 @@ use crate::protocol::set_up;
 use crate::replay::{Cost, Input, Learnt, Pace, Replay, Wires, learning_config};
 use firmware::learn::{FixLearner, FixMemory, Settings};
 
-/// What was sent to the navigation computer, and its cost.
+/// Bytes sent to the navigation computer, and their cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Number of samples received.

@@ -18,12 +18,12 @@ pub const LOOK_US: u64 = 100_000;
 /// The sensor has a new burst. Further ones until it is taken are one.
 pub type New = Signal<CriticalSectionRawMutex, ()>;
 
-/// What a board may have in the place of the sensor's line.
+/// A board's SPI with an ADIS, instead of a sensor on a serial line.
 pub trait Source {
-    /// What fetches.
+    /// The end that fetches bursts.
     type Fetch: Fetch;
 
-    /// What fetches, and a task that announces new bursts. It goes on beside the loop, so that no
+    /// The end that fetches bursts, and a task that announces new bursts. It goes on beside the loop, so that no
     /// edge comes while nobody waits for one.
     fn split(self, new: &'static New) -> (Self::Fetch, impl Future<Output = ()>);
 }

@@ -46,7 +46,7 @@ const LINES: usize = 4;
 /// Bytes that wait until those before them have left.
 const GATHERED: usize = 512;
 
-/// What DMA reads and writes of a line.
+/// The buffers of a line that DMA reads and writes.
 struct Buffers {
     into: [u8; RING],
     out: [[u8; GATHERED]; 2],

@@ -35,7 +35,7 @@ const SOME: [f32; 2] = [0.02, 1e-5];
 /// Standard deviation of a height that the receiver does not measure, m.
 const ANY_HEIGHT: f32 = 100.0;
 
-/// What is being computed.
+/// The computation in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum SearchStep {
     /// Nothing until the next fix.

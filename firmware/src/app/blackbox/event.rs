@@ -14,7 +14,7 @@ pub enum EventKind {
     /// Another mode: its number in [`crate::control::Mode`].
     Mode,
     /// Another state of the application: its number in [`super::AppState`].
-    AppState,
+    Stage,
     /// The sensor restarted: how often so far.
     Restart,
     /// The navigation computer's alignment: 1 begun, 2 finished.
@@ -35,7 +35,7 @@ const ALL: [EventKind; 11] = [
     EventKind::Start,
     EventKind::Faults,
     EventKind::Mode,
-    EventKind::AppState,
+    EventKind::Stage,
     EventKind::Restart,
     EventKind::Alignment,
     EventKind::Nets,

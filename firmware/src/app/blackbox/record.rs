@@ -378,7 +378,7 @@ impl<'m> BlackBox<'m> {
             self.list(EventKind::Faults, now.faults);
         }
         if now.stage != before.stage {
-            self.list(EventKind::AppState, now.stage.into());
+            self.list(EventKind::Stage, now.stage.into());
         }
         if now.mode != before.mode {
             self.list(EventKind::Mode, now.mode.into());

@@ -12,7 +12,7 @@ use lrnn_nostd::{Net, Rational, Real};
 /// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
 type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKED, Rational, T>;
 
-/// Which networks a hypothesis begins with: see [`Layers`].
+/// Networks that a hypothesis begins with: see [`Layers`].
 enum StartingNetworks {
     Time,
     Driven,

@@ -60,13 +60,13 @@ const SURE: f32 = 3.0;
 const ALONE_S: f32 = 2.0;
 const EVERY_S: f32 = 1.0;
 
-/// What the rest in progress has taught.
+/// Information on the gyros' errors from the rest in progress.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Rests {
-    /// Its information, s2/rad2, and mean error of the gyros, rad/s.
+    /// Information, s2/rad2, and mean error of the gyros, rad/s.
     information: f32,
     mean: V32,
-    /// Its time then, s, and what is doubtful of its mean: see [`Resting`].
+    /// Duration, s, and doubt of the mean, rad/s: see [`Resting`].
     seconds: f32,
     doubt: f32,
     /// Before the first rest: mean and variance of each gyro's error.

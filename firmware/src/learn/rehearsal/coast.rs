@@ -99,12 +99,12 @@ impl Coast {
 
     /// A fix ends a coast of `length` s. Gives the scores of each hypothesis when it has ended in
     /// time.
-    pub fn ends(&mut self, seen: &FixError, length: f32) -> Option<Scores> {
+    pub fn ends(&mut self, error: &FixError, length: f32) -> Option<Scores> {
         if !self.runs || self.time < length - EARLY {
             return None;
         }
         self.runs = false;
-        (self.time <= length + LATE[0] * length + LATE[1]).then(|| self.scores(seen))
+        (self.time <= length + LATE[0] * length + LATE[1]).then(|| self.scores(error))
     }
 
     /// The navigator has been corrected by `error`; the shadows have not.
@@ -117,11 +117,13 @@ impl Coast {
     }
 
     /// The scores of each hypothesis at this fix.
-    pub(super) fn scores(&self, seen: &FixError) -> Scores {
-        let floor = seen.sigma * seen.sigma;
+    pub(super) fn scores(&self, error: &FixError) -> Scores {
+        let floor = error.sigma * error.sigma;
         let squares = self.shadows.each_ref().map(|shadow| {
-            let off = shadow.off.iter().skip(seen.first).zip(seen.off);
-            off.fold(floor, |sum, (off, seen)| sum + (off + seen) * (off + seen))
+            let off = shadow.off.iter().skip(error.first).zip(error.off);
+            off.fold(floor, |sum, (off, error)| {
+                sum + (off + error) * (off + error)
+            })
         });
         let of = |h: usize| squares.get(h).copied().unwrap_or(f32::NAN);
         let (without, biases) = (of(ZERO_CORRECTION), of(self.biases));

@@ -26,7 +26,7 @@ pub struct Step {
     pub says: String,
 }
 
-/// What decides about the steps and changes rarely.
+/// State that the steps depend on and that changes rarely.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settled {
     /// When corrections come into force; `None` without a configuration.
@@ -57,7 +57,7 @@ impl LastFix {
     }
 }
 
-/// What the steps follow from.
+/// State of the device from which the steps follow.
 #[derive(Debug)]
 pub struct StepInputs<'a> {
     /// Mode in force.

@@ -31,7 +31,7 @@ struct SlotImage {
     image: Vec<u8>,
 }
 
-/// What became of an update.
+/// Result of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tried {
     /// It has proved itself and stays.

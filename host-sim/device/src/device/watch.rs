@@ -212,7 +212,7 @@ fn wait_until(due: Instant, stop: &AtomicBool) {
 /// Configuration and board are read once in so many statuses.
 const REREAD: u32 = 10;
 
-/// What a watch remembers of its last status.
+/// Values of the last status, to compare the next one with.
 #[derive(Debug, Default)]
 pub struct Last {
     /// The counters and the time of their request, if the device has answered since.

@@ -94,7 +94,7 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Solutions, Error> {
     found.solutions(file, is_cut)
 }
 
-/// What a log holds.
+/// Contents of a log.
 #[derive(Debug, Default)]
 struct LogContents {
     /// By receiver.

@@ -20,7 +20,7 @@ pub enum Act {
     /// The device's configuration is wrong.
     Configured(configured::Fault),
     /// The navigation computer sends requests.
-    HostRequest(HostRequest),
+    Asked(HostRequest),
 }
 
 /// Requests of the navigation computer.

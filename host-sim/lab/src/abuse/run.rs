@@ -377,7 +377,7 @@ impl<'b, 'a> Device<'b, 'a> {
             .acts
             .iter()
             .filter_map(|(act, span)| match act {
-                Act::HostRequest(asked) => Some(asked.requests(*span, times)),
+                Act::Asked(asked) => Some(asked.requests(*span, times)),
                 _ => None,
             })
             .flatten()

@@ -287,7 +287,7 @@ fn cases_of_line_and_configuration_change_these() {
     for row in table::PARTS[5].1 {
         let case: Case = row.name.parse().unwrap();
         let asks = case.acts.iter().any(|(act, span)| match act {
-            Act::HostRequest(asked) => !asked.requests(*span, &SHORT).is_empty(),
+            Act::Asked(asked) => !asked.requests(*span, &SHORT).is_empty(),
             _ => false,
         });
         assert!(asks || configuration(&case) != honest, "{case}");

@@ -16,7 +16,7 @@ const LAST: &str = "last";
 /// The filters with the memory of [`recall`], in the order of its filters.
 const TIGHT: [&str; FILTERS.len()] = ["ekf6-tight", "ekf12-tight", "ekf24-tight"];
 
-/// What the rivals remember.
+/// Memory of the rivals between drives.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RivalMemory {
     beliefs: [Option<Belief>; FILTERS.len()],

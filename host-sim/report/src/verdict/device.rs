@@ -29,7 +29,7 @@ pub(crate) struct Several {
     pub decided: Effect,
 }
 
-/// What a correction does.
+/// Effect of a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Effect {
     Helps,

@@ -38,7 +38,7 @@ const STREAMS: [Interrupt; 16] = [
     Interrupt::DMA2_STREAM7,
 ];
 
-/// What a stream fills, and what of it was taken.
+/// A ring that a DMA stream fills, and how far it has been read.
 pub struct Received {
     ring: *const u8,
     stream: St,

@@ -26,7 +26,7 @@ const MOST_PASSES: u32 = 40;
 const SAME: f32 = 0.15;
 /// Another guess is ruled out when it is less likely by so much, as twice a logarithm: by e^9.
 const RULED_OUT: f32 = 18.0;
-/// What stays the same may be so many standard deviations from what was assumed.
+/// Largest distance of a constant from its assumed value, in assumed standard deviations.
 const ASSUMED: f32 = 5.0;
 /// Of the observations, those that are spent on what is estimated.
 const SPENT: f32 = 15.0;

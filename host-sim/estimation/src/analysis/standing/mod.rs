@@ -33,7 +33,7 @@ pub const EARTH: f64 = 7.292_115e-5;
 /// Length of a point of the biases, s.
 const POINT_S: f64 = 60.0;
 
-/// What one log shows.
+/// Results of one log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OfLog {
     /// File.
@@ -56,7 +56,7 @@ pub struct OfLog {
     pub gyro_bias: Vec<f64>,
 }
 
-/// What several logs show.
+/// Results of several logs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LogResults {
     /// One for each log.

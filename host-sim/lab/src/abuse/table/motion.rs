@@ -139,6 +139,6 @@ pub(super) const ROWS: &[Row] = &[
         about: "The navigation computer reports an alignment while the vehicle drives.",
         span: Span::Ends,
         given: &[given("after_s", 60.0)],
-        acts: |v| vec![Act::HostRequest(HostRequest::Aligns(v[0]))],
+        acts: |v| vec![Act::Asked(HostRequest::Aligns(v[0]))],
     },
 ];
