@@ -33,7 +33,7 @@ pub enum Alignment {
 
 /// Source of the heading with which the learner's navigator was aligned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Way {
+pub enum HeadingSource {
     /// Not aligned.
     #[default]
     None,

@@ -11,7 +11,7 @@ use crate::boards::{DRIVERS, FAMILIES};
 use crate::images::{
     AGREEMENT, DIFFERENT, PROFILE, TARGET, apart, target_directory, without_paths, workspace,
 };
-use crate::runner::{self, Part};
+use crate::runner::{self, TestSet};
 use crate::stage::{Stages, cargo_with, quietly, succeed};
 use crate::{boards, comments, fuzz, mutants, needs, package, reproduce, supply, wheel};
 
@@ -43,7 +43,7 @@ const DENIED: [&str; 2] = ["-D", "warnings"];
 /// target or QEMU. The exit code is the test runner's.
 pub fn test(fast: bool) -> Result<ExitCode> {
     let stages = Stages::new(if fast { 5 } else { 7 });
-    let part = Part::Quick { qemu: !fast };
+    let part = TestSet::Quick { qemu: !fast };
     stages.run("format, length of comments", || {
         FORMATTED
             .iter()
@@ -95,7 +95,7 @@ pub fn check() -> Result<ExitCode> {
         ["size", "boards"].into_iter().try_for_each(measured)
     })?;
     stages.run("no test is left out", runner::none_is_lost)?;
-    Part::Slow.run(&stages)
+    TestSet::Slow.run(&stages)
 }
 
 /// Runs both at the same time.

@@ -30,9 +30,9 @@ const SMALL: [&str; 9] = [
     "STM32H7S",
 ];
 
-/// How an image gets to the board.
+/// Way in which an image gets to the board.
 #[derive(Debug, Default)]
-pub struct Way {
+pub struct FlashMethod {
     /// The chip, if it is not the default.
     pub chip: Option<String>,
     /// Instead of a probe: a file for the RP2350's drive.
@@ -42,7 +42,7 @@ pub struct Way {
 }
 
 /// Writes our own board's image, or the bench.
-pub fn flash(image: Image, way: &Way) -> Result<ExitCode> {
+pub fn flash(image: Image, way: &FlashMethod) -> Result<ExitCode> {
     let chip = way.chip.as_deref().unwrap_or(CHIP);
     fits(image, chip)?;
     served_by(way, false)?;
@@ -51,16 +51,16 @@ pub fn flash(image: Image, way: &Way) -> Result<ExitCode> {
 }
 
 /// Writes the image of a board.
-pub fn flash_board(name: &str, way: &Way) -> Result<ExitCode> {
+pub fn flash_board(name: &str, way: &FlashMethod) -> Result<ExitCode> {
     let (built, chip) = built(name, way)?;
     write(&built, &chip, way)
 }
 
 /// Writes the image of a board with a debug probe, starts it, and gives the image's file.
 pub fn download(name: &str, chip: Option<String>) -> Result<PathBuf> {
-    let way = Way {
+    let way = FlashMethod {
         chip,
-        ..Way::default()
+        ..FlashMethod::default()
     };
     let (built, chip) = built(name, &way)?;
     knows(&chip)?;
@@ -76,7 +76,7 @@ pub fn download(name: &str, chip: Option<String>) -> Result<PathBuf> {
 }
 
 /// Builds the image of a board. Gives it with the chip that it is for.
-fn built(name: &str, way: &Way) -> Result<(PathBuf, String)> {
+fn built(name: &str, way: &FlashMethod) -> Result<(PathBuf, String)> {
     if name == STM32F405.name {
         let chip = way.chip.as_deref().unwrap_or(CHIP);
         fits(STM32F405, chip)?;
@@ -93,7 +93,7 @@ fn built(name: &str, way: &Way) -> Result<(PathBuf, String)> {
 }
 
 /// Checks that the board has the boot loader that a file is for.
-fn served_by(way: &Way, rp2350: bool) -> Result<()> {
+fn served_by(way: &FlashMethod, rp2350: bool) -> Result<()> {
     ensure!(
         rp2350 || way.uf2.is_none(),
         "--uf2: only the RP2350's boot loader takes it; remedy: --dfu FILE for an STM32, or a probe"
@@ -122,7 +122,7 @@ fn is_of(family: Family, chip: &str) -> Result<()> {
 }
 
 /// Writes to a file, or with a debug probe. The probe runs until Ctrl-C; the bench ends by itself.
-fn write(built: &Path, chip: &str, way: &Way) -> Result<ExitCode> {
+fn write(built: &Path, chip: &str, way: &FlashMethod) -> Result<ExitCode> {
     if let Some(out) = &way.uf2 {
         load::uf2(built, out)?;
         println!(
@@ -244,14 +244,14 @@ mod tests {
             "{error}"
         );
         let (uf2, dfu) = (Some("a".into()), Some("b".into()));
-        let way = Way {
+        let way = FlashMethod {
             uf2,
-            ..Way::default()
+            ..FlashMethod::default()
         };
         assert!(served_by(&way, true).is_ok() && served_by(&way, false).is_err());
-        let way = Way {
+        let way = FlashMethod {
             dfu,
-            ..Way::default()
+            ..FlashMethod::default()
         };
         assert!(served_by(&way, false).is_ok() && served_by(&way, true).is_err());
     }

@@ -10,10 +10,10 @@ use object::read::elf::{ElfFile32, ProgramHeader as _};
 use object::{Endianness, elf};
 
 /// A part of an image: its address in flash, and its bytes.
-type Part = (u32, Vec<u8>);
+type Segment = (u32, Vec<u8>);
 
 /// The parts that are loaded into flash, by rising addresses.
-fn parts(image: &Path) -> Result<Vec<Part>> {
+fn parts(image: &Path) -> Result<Vec<Segment>> {
     let bytes = fs::read(image).with_context(|| image.display().to_string())?;
     let file: ElfFile32<'_, Endianness> = ElfFile32::parse(&*bytes)?;
     let endian = file.endian();
@@ -42,7 +42,7 @@ pub fn bin(image: &Path, out: &Path) -> Result<Option<u32>> {
     Ok(Some(start))
 }
 
-fn bin_of(parts: &[Part]) -> Option<(u32, Vec<u8>)> {
+fn bin_of(parts: &[Segment]) -> Option<(u32, Vec<u8>)> {
     let start = parts.first()?.0;
     let mut all = Vec::new();
     for (address, bytes) in parts {
@@ -68,7 +68,7 @@ pub fn uf2(image: &Path, out: &Path) -> Result<()> {
 }
 
 /// UF2, Microsoft's format (github.com/microsoft/uf2): independent blocks of 512 bytes.
-fn uf2_of(parts: &[Part]) -> Vec<u8> {
+fn uf2_of(parts: &[Segment]) -> Vec<u8> {
     let mut pages = std::collections::BTreeMap::<u32, [u8; PAGE]>::new();
     for (address, bytes) in parts {
         for (at, byte) in (*address..).zip(bytes) {
@@ -106,7 +106,7 @@ pub fn dfu(image: &Path, out: &Path) -> Result<()> {
 
 /// ST's format `DfuSe` (UM0391): a prefix, one target with one element per part, and the suffix of
 /// DFU 1.1 with ST's numbers.
-fn dfu_of(parts: &[Part]) -> Vec<u8> {
+fn dfu_of(parts: &[Segment]) -> Vec<u8> {
     let mut elements = Vec::new();
     for (address, bytes) in parts {
         elements.extend(address.to_le_bytes());
@@ -139,7 +139,7 @@ fn dfu_of(parts: &[Part]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    fn image() -> Vec<Part> {
+    fn image() -> Vec<Segment> {
         let long = (0..1000_u32).map(|n| n as u8).collect();
         vec![(0x1000_0000, long), (0x1000_0500, vec![7; 20])]
     }

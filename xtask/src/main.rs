@@ -200,7 +200,7 @@ fn main() -> ExitCode {
             uf2,
             dfu,
         } => {
-            let way = flash::Way { chip, uf2, dfu };
+            let way = flash::FlashMethod { chip, uf2, dfu };
             match (bench, window) {
                 (true, _) => flash::flash(BENCH, &way),
                 (_, true) => flash::flash(STM32F405_WINDOW, &way),

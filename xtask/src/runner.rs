@@ -26,14 +26,14 @@ const CAMPAIGNS: &str = "(package(=host-lab) & kind(lib) & test(/^campaign::/)) 
 
 /// A part of the tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Part {
+pub enum TestSet {
     /// Without `qemu` what needs the target or QEMU is left out.
     Quick { qemu: bool },
     /// All others.
     Slow,
 }
 
-impl Part {
+impl TestSet {
     /// The part as a filter of nextest.
     fn filter(self) -> String {
         let all = |of: &str, names: &[&str]| {
@@ -128,7 +128,10 @@ pub fn none_is_lost() -> Result<()> {
         return Ok(());
     }
     let all = lines(cargo_with(LIST).args(["--workspace", "--tests"]))?;
-    let (quick, slow) = (Part::Quick { qemu: true }.count()?, Part::Slow.count()?);
+    let (quick, slow) = (
+        TestSet::Quick { qemu: true }.count()?,
+        TestSet::Slow.count()?,
+    );
     eprintln!("        {all} tests: {quick} in `cargo xtask test`, {slow} in `cargo xtask check`");
     ensure!(all == quick + slow, "{all} tests are not {quick} + {slow}");
     Ok(())
@@ -148,19 +151,22 @@ fn lines(command: &mut Command) -> Result<usize> {
 mod tests {
     use super::*;
 
-    const QUICKLY: Part = Part::Quick { qemu: true };
+    const QUICKLY: TestSet = TestSet::Quick { qemu: true };
 
     #[test]
     fn what_is_not_slow_is_quick() {
-        assert_eq!(QUICKLY.filter(), format!("not ({})", Part::Slow.filter()));
-        assert_eq!(QUICKLY.filter(), Part::Quick { qemu: false }.filter());
+        assert_eq!(
+            QUICKLY.filter(),
+            format!("not ({})", TestSet::Slow.filter())
+        );
+        assert_eq!(QUICKLY.filter(), TestSet::Quick { qemu: false }.filter());
     }
 
     /// A name that is in one list twice stands for programs of the same name.
     #[test]
     fn every_program_with_tests_is_selected() {
         let metadata = metadata().unwrap();
-        let [quick, slow] = [QUICKLY, Part::Slow].map(|part| part.selected(&metadata).unwrap());
+        let [quick, slow] = [QUICKLY, TestSet::Slow].map(|part| part.selected(&metadata).unwrap());
         let targets = |package: &Value| package["targets"].as_array().unwrap().clone();
         let packages = metadata["packages"].as_array().unwrap();
         let targets = packages.iter().flat_map(targets);

@@ -52,7 +52,7 @@ const QUIETER: f32 = 0.95;
 const SWAY: [f32; 2] = [2.8e-4, 0.014];
 /// Largest deviation, in standard deviations.
 const GATE: f32 = 5.0;
-/// The same for biases: datasheets are wrong by up to ten times.
+/// Largest bias, in standard deviations: datasheets are wrong by up to ten times.
 const BIASES: f32 = 10.0;
 /// Earth rate, rad/s.
 const EARTH: f32 = 7.292e-5;
@@ -132,7 +132,7 @@ pub struct Rest {
 /// Mean rate and force of a window, and their scatter from sample to sample: the root of the
 /// variances' sum over the axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Of {
+struct WindowMean {
     mean: [V32; 2],
     scatter: [f32; 2],
 }
@@ -157,13 +157,13 @@ impl Window {
     }
 
     /// The window ends; `None`: it has no sample.
-    fn end(&mut self) -> Option<Of> {
+    fn end(&mut self) -> Option<WindowMean> {
         let n = core::mem::take(&mut self.samples) as f32;
         if n == 0.0 {
             return None;
         }
         let first = [self.first.dtheta, self.first.dv];
-        Some(Of {
+        Some(WindowMean {
             mean: [0, 1].map(|k| {
                 let mean = |i: usize| first[k][i] as f32 + self.sums[k][i] / n;
                 [0, 1, 2].map(|i| mean(i) * self.worth[k])

@@ -1,28 +1,28 @@
 //! The application: what runs in one pass of the frame path.
 
 mod aged;
-mod anew;
-mod boxed;
-mod found;
+mod blackbox;
+mod detected;
+mod health_check;
+mod integrity;
 mod links;
 mod parts;
 mod power_on;
+mod reconfigure;
 mod sampled;
 mod sensor;
 mod service;
-mod sound;
 mod start_up;
 mod updating;
-mod well;
 
 use super::config::Config;
-use super::flow::{Flow, Keep, configure};
+use super::flow::{Flow, Pending, configure};
 use super::job::{Done, Job};
 use super::lines::Lines;
 use super::phase::{Machine, Phase};
 use super::reverse::Reverse;
 use super::server::wear::digest;
-use super::server::{self, Held, Renewal, Server};
+use super::server::{self, InitialState, Renewal, Server};
 use crate::compensator::Block;
 use crate::configuration::SerialLines;
 use crate::configuration::record::{self, Record};
@@ -83,7 +83,7 @@ impl<'m> App<'m> {
             .unwrap_or_default();
         let stored = config.store && !record.is_empty();
         let mut app = App::blank();
-        app.begin(config, Held::record(record, stored), learner);
+        app.begin(config, InitialState::record(record, stored), learner);
         app
     }
 
@@ -99,7 +99,7 @@ impl<'m> App<'m> {
             flow: Flow::blank(),
             spi: SpiSensor::default(),
             reverse: Reverse::default(),
-            commands: Commands::new(Held::record(Record::new(), false)),
+            commands: Commands::new(InitialState::record(Record::new(), false)),
             gnss: Gnss::new(None),
             upkeep: Upkeep::default(),
             to_open: None,
@@ -109,7 +109,7 @@ impl<'m> App<'m> {
 
     /// The state at power-on of one that is [`App::blank`].
     #[inline(never)]
-    fn begin(&mut self, config: Config, held: Held, learner: Option<&'m mut dyn Learner>) {
+    fn begin(&mut self, config: Config, held: InitialState, learner: Option<&'m mut dyn Learner>) {
         self.flow.learning.attach(learner);
         configure(&mut self.flow.learning.port, &config);
         self.upkeep.as_recorded = App::agree(&config, &held.record);
@@ -117,7 +117,7 @@ impl<'m> App<'m> {
         self.link = SensorLink::new(config.format);
         self.commands.server = Server::new(held);
         self.gnss.restart(config.receiver());
-        self.flow.pending = Keep::new(config.store && config.configuration.is_some());
+        self.flow.pending = Pending::new(config.store && config.configuration.is_some());
         self.flow.set_config(config);
     }
 
@@ -260,12 +260,12 @@ impl<'m> App<'m> {
             (progress, _) => progress == Progress::Done,
         };
         if step == Step::Renew && (last || !done) {
-            flow.config.found.other_key = !done;
+            flow.config.store_faults.other_key = !done;
         }
         let record = &self.commands.server.record;
         if flow.pending.commanded {
             self.commands.server.stored = done && !record.is_empty();
-            flow.pending.beside = self.commands.server.stored;
+            flow.pending.config_stored = self.commands.server.stored;
         }
         let known = done && flow.pending.commanded;
         let key = &self.commands.server.guard.key;
@@ -273,7 +273,7 @@ impl<'m> App<'m> {
         let held = known.then(|| digest(nets, record, key));
         self.commands.server.wear.holds(held);
         flow.pending.stored(done);
-        self.flow.config.found.unread &= !done;
+        self.flow.config.store_faults.unread &= !done;
         self.flow.health.flag(fault::STORE, !done);
     }
 
@@ -353,7 +353,7 @@ impl<'m> App<'m> {
     pub fn pulse(&mut self, at_us: u64) {
         let configuration = self.flow.config.configuration.as_ref();
         if configuration.is_some_and(|configuration| configuration.receiver.pulse) {
-            let pulses = &mut self.flow.heard.pulses;
+            let pulses = &mut self.flow.receiver_status.pulses;
             *pulses = pulses.saturating_add(1);
             if let Some(second) = self.gnss.pulse.rose(at_us) {
                 self.flow.clock.pulse(second, at_us);
@@ -383,8 +383,8 @@ impl<'m> App<'m> {
             self.look_for_frames(now);
             self.upkeep.due = true;
         }
-        if !self.link.framer.is_sound() {
-            self.framer_anew();
+        if !self.link.framer.is_intact() {
+            self.reset_framer();
         }
         if self.machine.phase() == Phase::Start {
             self.start(&mut lines.navigation, now);

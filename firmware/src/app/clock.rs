@@ -100,7 +100,7 @@ impl Track {
     }
 }
 
-/// See the module.
+/// Times of the samples by the receiver's clock.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Clock {
     /// Pulses over the receiver's seconds.

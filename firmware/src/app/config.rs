@@ -42,7 +42,7 @@ pub struct Config {
     /// The board stores weights and configuration: see [`super::App::store`].
     pub store: bool,
     /// Faults found in the content of the store.
-    pub found: Found,
+    pub store_faults: StoreFaults,
     /// Mark a frame whose correction must not be trusted, in a spare bit of the frame (interface
     /// control document, "Our own faults").
     pub mark: bool,
@@ -70,7 +70,7 @@ const SQRT_3: f32 = 1.732_051;
 
 /// Faults of the store's content.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Found {
+pub struct StoreFaults {
     /// Something of a newer firmware, whose version this is. It stays.
     pub newer: Option<u16>,
     /// Something that cannot be read.
@@ -103,7 +103,7 @@ impl Config {
             activation: correction.activation,
             silence_us: correction.silence_us,
             store: false,
-            found: Found::default(),
+            store_faults: StoreFaults::default(),
             mark: correction.mark,
             configuration: Some(configuration.clone()),
             configured: true,
@@ -233,7 +233,7 @@ impl Default for Config {
             activation: Activation::NextPowerOn,
             silence_us: 100_000,
             store: false,
-            found: Found::default(),
+            store_faults: StoreFaults::default(),
             mark: true,
             configuration: None,
             configured: true,

@@ -2,7 +2,7 @@
 //!
 //! A counter that is full no longer changes. A check that watches for changes would take that for a
 //! device that has stopped. So the counters have 64 bits, which nothing fills: bytes at 12 Mbit/s
-//! take 400 000 years. Only the values for the command link saturate at 32 bits ([`Count::shown`]).
+//! take 400 000 years. Only the values for the command link saturate at 32 bits ([`Count::saturated`]).
 
 use crate::wire::command::Counters;
 
@@ -40,7 +40,7 @@ impl Count {
     }
 
     /// Value for the command link, which saturates.
-    pub fn shown(self) -> u32 {
+    pub fn saturated(self) -> u32 {
         u32::try_from(self.0).unwrap_or(u32::MAX)
     }
 }
@@ -53,8 +53,8 @@ impl Counts {
 
     /// Values for the command link.
     #[inline(never)]
-    pub fn shown(&self) -> Counters {
-        self.map(Count::shown)
+    pub fn saturated(&self) -> Counters {
+        self.map(Count::saturated)
     }
 
     fn map<T>(&self, of: impl Fn(Count) -> T) -> Counters<T> {

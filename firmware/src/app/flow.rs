@@ -2,43 +2,43 @@
 //! left.
 
 mod at_rest;
-mod boxed;
+mod blackbox;
 mod channels;
 mod continuity;
 mod corrector;
 mod cut;
 mod follow;
 mod guarded;
-mod keep;
+mod integrity;
 mod learning;
 mod make;
 mod memory;
+mod pending;
 mod plausible;
 mod sampled;
 mod session;
-mod sound;
-mod still;
+mod stuck;
 
-use super::blackbox::{BlackBox, What};
+pub(super) use self::blackbox::FOLLOWS;
+use super::blackbox::{BlackBox, EventKind};
 use super::clock::Clock;
 use super::config::Config;
 use super::health::Health;
 use crate::compensator::of_nets;
 use crate::learn::Settings;
-use crate::learn::exchange::{Anew, Port};
+use crate::learn::exchange::{Port, RestartReason};
 use crate::link::Line;
 use crate::link::cut::Behind;
 use crate::sample::{Axes, RawSample};
 use crate::wire::command::fault;
-use crate::wire::receiver::Heard;
+use crate::wire::receiver::ReceiverStatus;
 use crate::wire::{Change, Checked, Reading, USUAL};
-pub(super) use boxed::FOLLOWS;
 use continuity::Continuity;
 pub(super) use continuity::Units;
 use corrector::{Correction, Corrector};
-pub(super) use keep::Keep;
 use learning::Learning;
 pub(super) use memory::through_configuration;
+pub(super) use pending::Pending;
 use session::Session;
 
 /// Everything between the sensor's framer and the output stream.
@@ -51,9 +51,9 @@ pub(super) struct Flow<'m> {
     pub session: Session,
     pub learning: Learning<'m>,
     /// Content to store, and content of the store for the next power-on.
-    pub pending: Keep,
+    pub pending: Pending,
     /// State of the receiver's stream.
-    pub heard: Heard,
+    pub receiver_status: ReceiverStatus,
     /// Times of the samples by the receiver's clock.
     pub clock: Clock,
     pub blackbox: BlackBox<'m>,
@@ -69,8 +69,8 @@ impl<'m> Flow<'m> {
             continuity: Continuity::new(),
             session: Session::new(config.mode),
             learning: Learning::new(),
-            pending: Keep::default(),
-            heard: Heard::default(),
+            pending: Pending::default(),
+            receiver_status: ReceiverStatus::default(),
             clock: Clock::default(),
             blackbox: BlackBox::default(),
             config,
@@ -94,13 +94,13 @@ impl<'m> Flow<'m> {
         self.set_config(config);
         self.continuity.restart();
         self.learning.restart();
-        self.heard = Heard::default();
+        self.receiver_status = ReceiverStatus::default();
         self.clock = Clock::default();
         if self.continuity.units == Units::Reported {
             self.config.sensor.stim300.config = stim300;
         }
         self.blackbox.part();
-        self.blackbox.event(What::Configured, 0);
+        self.blackbox.event(EventKind::Configured, 0);
     }
 
     /// The most that corrections can add to a position, m: [`Config::error_bound`].
@@ -147,9 +147,9 @@ impl<'m> Flow<'m> {
         let mut saturated = Axes::NONE;
         match self.corrector.correction.get_mut() {
             Some(Correction { compensator, state }) if correct => {
-                let outlet = self.corrector.channels.current();
+                let output = self.corrector.channels.current();
                 let early = !KNOWN && self.config.lines().cut_through;
-                let (sample, over) = compensator.corrected(state, outlet, &reading.sample, early);
+                let (sample, over) = compensator.corrected(state, output, &reading.sample, early);
                 let unfit = if KNOWN {
                     self.change(&mut frame, &sample)
                 } else {
@@ -214,7 +214,7 @@ impl<'m> Flow<'m> {
 #[inline(never)]
 pub(super) fn configure(learner: &mut Port, config: &Config) {
     if let Some(configuration) = &config.configuration {
-        learner.begin_anew(Anew::Configured(Settings::of(configuration)));
+        learner.restart_learner(RestartReason::Configured(Settings::of(configuration)));
     }
 }
 

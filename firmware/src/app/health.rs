@@ -26,7 +26,7 @@ pub(super) struct Health {
 impl Health {
     /// The state at power-on or with another configuration.
     pub fn new(config: &Config) -> Health {
-        let found = &config.found;
+        let found = &config.store_faults;
         let unread = if found.unread { fault::STORE } else { 0 };
         let other_unit = if found.other_unit { fault::WEIGHTS } else { 0 };
         let configuration = config.configuration.as_ref();

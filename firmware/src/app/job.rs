@@ -93,7 +93,7 @@ impl Jobs {
         }
     }
 
-    /// Both ends.
+    /// Splits the queues into the frame path's end and the main thread's.
     pub fn split(&mut self) -> (Gives<'_>, Stores<'_>) {
         let (jobs_in, jobs_out) = self.jobs.split();
         let (done_in, done_out) = self.done.split();

@@ -37,7 +37,7 @@ mod setup;
 mod updates;
 
 pub use application::{App, PATIENCE_US};
-pub use config::{Activation, Config, Found};
+pub use config::{Activation, Config, StoreFaults};
 pub use hardware::{COMMAND_BAUD, Hardware};
 pub use job::{Done, Gives, Job, Jobs, Remembers, Stores};
 pub use lines::Lines;

@@ -8,7 +8,7 @@ use crate::learn::exchange::Background;
 use crate::link::{Clock, Line};
 use crate::store::{Progress, Store};
 use crate::wire::adis::spi::LONGEST;
-use crate::wire::adis::{Found, Rate};
+use crate::wire::adis::{DetectedSensor, Rate};
 use crate::wire::command::LoopPhase;
 use embedded_storage::nor_flash::NorFlash;
 
@@ -57,7 +57,7 @@ pub trait Board {
 
     /// Looks for an ADIS from time to time, until one is found, and sets it to the rate that is
     /// asked for.
-    fn look_for_adis(&mut self, _: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look_for_adis(&mut self, _: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor> {
         None
     }
 
@@ -118,11 +118,11 @@ pub fn turn<B: Board>(
     if gives.is_some_and(|gives| gives.turn(app)) && halts {
         board.long_work();
     }
-    if app.finds_anew() {
+    if app.must_detect_again() {
         board.forget_adis();
     }
     if let Some(found) = board.look_for_adis(|| app.burst_rate()) {
-        app.found(&found);
+        app.detected(&found);
     }
     let (supply_low, reopened) = board.state();
     app.board_is(supply_low, reopened);

@@ -18,7 +18,7 @@ use crate::model::IMAGES_LEN;
 use crate::wire::command::key::Key;
 use crate::wire::command::seal::{Opened, open};
 use crate::wire::command::{
-    Kept, MAX_CHUNK, MAX_PACKET, Protection, Provision, Request, Reset, Response, encode,
+    MAX_CHUNK, MAX_PACKET, Protection, Provision, Request, Reset, Response, StoreReport, encode,
 };
 use guard::{Guard, Ticket, Verdict};
 use heapless::Vec;
@@ -40,13 +40,13 @@ pub(super) struct Server {
     received: Vec<u8, IMAGES_LEN>,
     answer: [u8; MAX_PACKET],
     waiting: Waiting,
-    asked: Option<Asked>,
+    waiting_request: Option<WaitingRequest>,
     /// The configuration record in use; empty without one.
     pub record: Record,
     /// Whether that record is the stored one.
     pub stored: bool,
     /// Report on the store at power-on.
-    pub kept: Kept,
+    pub store_report: StoreReport,
     /// Whether the application must restart with that record.
     pub renewal: Renewal,
     pub guard: Guard,
@@ -77,7 +77,7 @@ pub(super) enum Renewal {
 
 /// A request that waits for a verdict.
 #[derive(Debug, Clone, Copy)]
-struct Asked {
+struct WaitingRequest {
     number: u8,
     ticket: Option<Ticket>,
     whose: Asks,
@@ -85,25 +85,25 @@ struct Asked {
 
 /// Initial state of the server.
 #[derive(Debug)]
-pub(super) struct Held {
+pub(super) struct InitialState {
     /// See [`Server::record`].
     pub record: Record,
     /// See [`Server::stored`].
     pub stored: bool,
     pub key: Key,
-    /// See [`Server::kept`].
-    pub kept: Kept,
+    /// See [`Server::store_report`].
+    pub store_report: StoreReport,
     pub wear: Wear,
 }
 
-impl Held {
+impl InitialState {
     /// A configuration record and nothing else.
-    pub fn record(record: Record, stored: bool) -> Held {
-        Held {
+    pub fn record(record: Record, stored: bool) -> InitialState {
+        InitialState {
             record,
             stored,
             key: Key::Unprovisioned,
-            kept: Kept::default(),
+            store_report: StoreReport::default(),
             wear: Wear::new(),
         }
     }
@@ -111,18 +111,18 @@ impl Held {
 
 impl Server {
     /// A server with the state at power-on.
-    pub fn new(held: Held) -> Server {
+    pub fn new(initial: InitialState) -> Server {
         Server {
             received: Vec::new(),
             answer: [0; MAX_PACKET],
             waiting: Waiting::None,
-            asked: None,
-            record: held.record,
-            stored: held.stored,
-            kept: held.kept,
+            waiting_request: None,
+            record: initial.record,
+            stored: initial.stored,
+            store_report: initial.store_report,
             renewal: Renewal::None,
-            guard: Guard::new(held.key),
-            wear: held.wear,
+            guard: Guard::new(initial.key),
+            wear: initial.wear,
             updates: Updates::default(),
         }
     }
@@ -157,7 +157,7 @@ impl Server {
         let by = ticket.as_ref();
         let response = self.carry_out(&message, by, flow, machine, now_us, &mut image);
         if let (Some(whose), Response::Done) = (Server::is_asked(&message), response) {
-            self.asked = Some(Asked {
+            self.waiting_request = Some(WaitingRequest {
                 number,
                 ticket,
                 whose,
@@ -180,12 +180,15 @@ impl Server {
     /// A request waits for the verdict of the learner or of what takes updates, and others wait
     /// behind it.
     pub fn is_waiting(&self) -> bool {
-        self.asked.is_some()
+        self.waiting_request.is_some()
     }
 
     /// Answers the request that waits for a verdict, if that is there.
     pub fn take_verdict(&mut self, flow: &mut Flow<'_>) {
-        let verdict = match self.asked.map(|asked| asked.whose) {
+        let verdict = match self
+            .waiting_request
+            .map(|waiting_request| waiting_request.whose)
+        {
             Some(Asks::Learner) => flow.verdict(),
             Some(Asks::Updates) => self.updates.verdict(),
             None => None,
@@ -193,7 +196,7 @@ impl Server {
         let Some(verdict) = verdict else {
             return;
         };
-        if let Some(Asked { number, ticket, .. }) = self.asked.take() {
+        if let Some(WaitingRequest { number, ticket, .. }) = self.waiting_request.take() {
             self.respond(number, ticket.as_ref(), &done(verdict));
         }
     }
@@ -266,8 +269,8 @@ impl Server {
             },
             Request::GetTimes => return Response::Times(flow.clock.times(now_us)),
             Request::GetBoard => return Response::Board(self.board(flow)),
-            Request::GetReceiver => return Response::Receiver(flow.heard),
-            Request::GetStore => return Response::Kept(self.kept),
+            Request::GetReceiver => return Response::Receiver(flow.receiver_status),
+            Request::GetStore => return Response::Kept(self.store_report),
             Request::GetReset => match flow.config.hardware.reset {
                 Some(reset) => {
                     return Response::Reset(Reset {

@@ -82,7 +82,7 @@ impl Compensator {
     /// changed by since the last block, and closes the rest of the gap within the slew limit. An
     /// element of a map moves by the same share of its limit as the estimate.
     pub(super) fn put_in_force(&self, state: &mut State, target: &[[f32; 3]; 2], maps: &Maps<f32>) {
-        if !state.is_estimate_sound() {
+        if !state.is_estimate_intact() {
             self.mend_estimate(state);
         }
         let slew = self

@@ -22,8 +22,8 @@ pub enum ConfigError {
     BlockSamples,
     /// A limit is negative or not a number.
     Limit,
-    /// There are only [`OUTLETS`](super::OUTLETS) output streams.
-    Outlet,
+    /// There are only [`OUTPUT_STREAMS`](super::OUTPUT_STREAMS) output streams.
+    OutputStream,
 }
 
 impl core::fmt::Display for ConfigError {
@@ -33,7 +33,7 @@ impl core::fmt::Display for ConfigError {
             Self::SamplePeriod => "sample period: must be positive and finite",
             Self::BlockSamples => "block_samples: must be at least 1",
             Self::Limit => "limit: must be a number >= 0",
-            Self::Outlet => "outlet: must be less than OUTLETS",
+            Self::OutputStream => "stream: must be less than OUTPUT_STREAMS",
         })
     }
 }

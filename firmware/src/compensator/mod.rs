@@ -9,22 +9,22 @@
 
 mod driven;
 mod force;
+mod integrity;
 mod limit;
-mod outlet;
+mod output_stream;
 mod proportional;
-mod sound;
 
 use crate::inputs::{Inputs, OWN, Sources, Thermometer, Vibration};
 use crate::model::Nets;
 use crate::sample::{Counts, Lsb, RawSample, StreamScale};
 use lrnn_nostd::learn::kalman::Maps;
 use lrnn_nostd::{Fault, Net, State as NetState, Step};
-use outlet::{Outlet, per_error, positive};
+use output_stream::{OutputStream, per_error, positive};
 use proportional::Proportional;
 
+pub use integrity::of_nets;
 pub use limit::{ConfigError, Limit};
-pub use outlet::OUTLETS;
-pub use sound::of_nets;
+pub use output_stream::OUTPUT_STREAMS;
 
 /// Configuration: networks, block length, count values, limits. Whole networks are exchanged
 /// between blocks, never edited.
@@ -48,10 +48,10 @@ pub struct Compensator {
     // mean input of a block per summed count, SI
     input_per_count: [f32; 2],
     // counts per sample for an error of one SI unit, for each output stream
-    counts_per_error: [[f32; 2]; OUTLETS],
+    counts_per_error: [[f32; 2]; OUTPUT_STREAMS],
     /// Output streams in use: those up to the last one that was set, at least stream 0.
-    outlets: usize,
-    /// Check of all above: see [`sound`].
+    streams: usize,
+    /// Check of all above: see [`integrity`].
     sum: u32,
 }
 
@@ -74,7 +74,7 @@ pub struct State {
     /// Check of the three above.
     estimate_sum: u32,
     proportional: Proportional,
-    outlets: [Outlet; OUTLETS],
+    streams: [OutputStream; OUTPUT_STREAMS],
     /// The correction goes to zero, as fast as `slew` lets it, whatever the networks' output.
     pub off: bool,
     /// The correction stays as it is, whatever the networks' output.
@@ -89,7 +89,7 @@ pub struct State {
     pub mended: u32,
     /// The compensator itself has changed in memory and must be rebuilt. Until then the correction
     /// stays as it is.
-    pub unsound: bool,
+    pub corrupted: bool,
     /// Number of changes of the correction, modulo 2^32.
     pub changes: u32,
 }
@@ -156,7 +156,7 @@ impl State {
     /// limit.
     fn slews(&mut self) {
         if let Some(followed) = self.followed.take() {
-            self.estimate_sum ^= sound::of_followed(&followed);
+            self.estimate_sum ^= integrity::of_followed(&followed);
         }
     }
 }
@@ -224,8 +224,8 @@ impl Compensator {
         },
         map_limit: [0.0; 2],
         input_per_count: [0.0; 2],
-        counts_per_error: [[0.0; 2]; OUTLETS],
-        outlets: 1,
+        counts_per_error: [[0.0; 2]; OUTPUT_STREAMS],
+        streams: 1,
         sum: 0,
     };
 
@@ -245,7 +245,7 @@ impl Compensator {
         self.set_up(lsb, sample_period_s, block_samples, limit)?;
         (self.gyro, self.accel, self.maps) = (nets.gyro, nets.accel, nets.maps);
         self.map_limit = map_limit;
-        (self.slew, self.outlets) = (slew, 1);
+        (self.slew, self.streams) = (slew, 1);
         self.take_inputs(inputs.unwrap_or(OWN));
         self.seal_with(nets_sum);
         Ok(())
@@ -280,7 +280,7 @@ impl Compensator {
         self.limit = limit;
         self.block_s = block_s as f32;
         self.input_per_count = [(lsb.rad / block_s) as f32, (lsb.mps / block_s) as f32];
-        self.counts_per_error = [per_error(lsb, period_s); OUTLETS];
+        self.counts_per_error = [per_error(lsb, period_s); OUTPUT_STREAMS];
         Ok(())
     }
 
@@ -368,8 +368,8 @@ impl Compensator {
     /// Ends the block.
     #[inline(never)]
     fn end_if_sound(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
-        state.unsound = !self.is_sound();
-        (!state.unsound).then(|| self.end_block(state, step_of(sample)))
+        state.corrupted = !self.is_intact();
+        (!state.corrupted).then(|| self.end_block(state, step_of(sample)))
     }
 
     /// Adds one sample to the block's sums.
@@ -394,7 +394,7 @@ impl Compensator {
     /// Ends the block that another compensator, found corrupted, could not end; `sample` was its
     /// last.
     pub fn end_in_place(&self, state: &mut State, sample: &RawSample) -> Option<Block> {
-        state.unsound = false;
+        state.corrupted = false;
         let full = state.samples >= self.scale.block_samples;
         full.then(|| self.end_block(state, step_of(sample)))
     }

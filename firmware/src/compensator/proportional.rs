@@ -16,7 +16,7 @@ pub(super) struct Proportional {
     pub(super) elements: [[[i32; 3]; 3]; 2],
     /// Whether one of them is not zero.
     acts: bool,
-    /// Check of the elements: see [`super::sound`].
+    /// Check of the elements: see [`super::integrity`].
     sum: u32,
 }
 
@@ -38,30 +38,30 @@ impl Proportional {
 impl Compensator {
     /// The sample of this output stream has left: prepares what is taken off the next one.
     #[inline(always)]
-    pub fn anticipate(&self, state: &mut State, outlet: usize, sample: &RawSample) {
+    pub fn anticipate(&self, state: &mut State, stream: usize, sample: &RawSample) {
         if state.proportional.acts {
-            self.feels(state, outlet, sample);
+            self.feels(state, stream, sample);
         }
     }
 
     #[inline(never)]
-    fn feels(&self, state: &mut State, outlet: usize, sample: &RawSample) {
+    fn feels(&self, state: &mut State, stream: usize, sample: &RawSample) {
         let maps = &state.proportional;
         let floats = matches!(sample, RawSample::Floats { .. });
-        let of = state.outlets.get(outlet);
-        let sound = maps.elements_sum() == maps.sum
+        let of = state.streams.get(stream);
+        let intact = maps.elements_sum() == maps.sum
             && of.is_some_and(|of| of.constant_sum() == of.constant_sum)
-            && (!floats || state.is_estimate_sound());
-        if !sound {
-            self.mend_outlet(state, outlet);
+            && (!floats || state.is_estimate_intact());
+        if !intact {
+            self.mend_output_stream(state, stream);
         }
         let State {
-            outlets,
+            streams,
             proportional,
             maps,
             ..
         } = state;
-        let Some(of) = outlets.get_mut(outlet) else {
+        let Some(of) = streams.get_mut(stream) else {
             return;
         };
         match sample {

@@ -61,9 +61,9 @@ pub enum Step {
 pub struct Report {
     /// The image that runs.
     pub running: Running,
-    /// Address of the free slot, and the longest image for it, bytes.
+    /// Address of the free slot.
     pub slot: u32,
-    /// See above.
+    /// Length of the longest image for the free slot, bytes.
     pub room: u32,
     /// The first bytes of the public key (ed25519) that images must be signed for.
     pub signer: u64,

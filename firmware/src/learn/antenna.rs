@@ -2,9 +2,9 @@
 //!
 //! Both are configured with a standard deviation. An error `d` of the two (estimate minus truth,
 //! lever arm in the sensor's axes, then the age of a fix) makes every fix seem wrong by `M d`,
-//! where `M` follows from the motion ([`Seen::by`]): a lever arm shows in turns, a delay where the
-//! velocity changes. On a straight line at constant speed neither can be separated from the
-//! navigator's own errors `x`, and both stay as uncertain as they were.
+//! where `M` follows from the motion ([`AntennaInnovation::by`]): a lever arm shows in turns, a
+//! delay where the velocity changes. On a straight line at constant speed neither can be separated
+//! from the navigator's own errors `x`, and both stay as uncertain as they were.
 //!
 //! One filter estimates `d` for all hypotheses. It has six biases as the hypothesis `biases`, so
 //! that it does not take the sensors' errors for the antenna's. Since [`Kalman`] observes one state
@@ -22,17 +22,17 @@
 //! If both are known exactly, nothing of this runs.
 
 mod equations;
-mod known;
+mod estimate;
 mod update;
 
-pub use known::Known;
+pub use estimate::AntennaEstimate;
 
 use super::age::MAX_AGE_S;
 use super::bank::{self, Refusals};
 use super::prior::{Datasheet, Layers, NAV};
 use super::settings::Settings;
 use crate::fix::OBSERVATIONS;
-use crate::nav::{ANTENNA, Seen};
+use crate::nav::{ANTENNA, AntennaInnovation};
 use lrnn_nostd::Rational;
 use lrnn_nostd::Weights;
 use lrnn_nostd::learn::kalman::{
@@ -77,7 +77,7 @@ pub struct Antenna {
     /// The filter has begun; it has failed.
     begun: bool,
     failed: bool,
-    known: Known,
+    estimate: AntennaEstimate,
 }
 
 impl Antenna {
@@ -100,7 +100,7 @@ impl Antenna {
         measured: None,
         begun: false,
         failed: false,
-        known: Known {
+        estimate: AntennaEstimate {
             lever_arm: [0.0; 3],
             lever_arm_sigma: [0.0; 3],
             fix_delay: 0.0,
@@ -113,7 +113,7 @@ impl Antenna {
         *self = Antenna::ZEROED;
         self.mounting = [1.0, 0.0, 0.0, 0.0];
         self.counts = true;
-        self.known = Known::NONE;
+        self.estimate = AntennaEstimate::NONE;
     }
 
     /// Takes the configured values until it begins. In place: it is too large to be moved over the
@@ -179,8 +179,8 @@ impl Antenna {
     }
 
     /// Estimates, for reading. They are those of the last finished fix.
-    pub fn known(&self) -> Known {
-        self.known
+    pub fn estimate(&self) -> AntennaEstimate {
+        self.estimate
     }
 
     fn variance(&self, i: usize) -> f32 {
@@ -197,19 +197,19 @@ impl Antenna {
     }
 
     /// A new navigator with errors `by` times the sensors' errors that were left after `applied`
-    /// had been subtracted, plus others of covariance `rest`. When it was started at a fix, `seen`
-    /// is the observation of that fix: its errors are then those of the fix, as seen by the
-    /// antenna.
+    /// had been subtracted, plus others of covariance `rest`. When it was started at a fix,
+    /// `innovation` is the observation of that fix: its errors are then those of the fix, as seen
+    /// by the antenna.
     pub fn navigates(
         &mut self,
         by: &[[f32; OUTPUTS]; NAV],
         rest: &[[f32; NAV]; NAV],
         applied: &[f32; OUTPUTS],
-        seen: Option<&Seen>,
+        innovation: Option<&AntennaInnovation>,
     ) {
         self.take();
         self.moved = false;
-        self.effect = seen.map_or([[0.0; ANTENNA]; OBSERVATIONS], |seen| seen.by);
+        self.effect = innovation.map_or([[0.0; ANTENNA]; OBSERVATIONS], |innovation| innovation.by);
         self.before = self.effect;
         if !self.estimates() {
             return;
@@ -271,20 +271,20 @@ impl Antenna {
     }
 
     /// A fix at the end of the last interval.
-    pub fn fix(&mut self, seen: &Seen, variance: &[f32; OBSERVATIONS]) {
+    pub fn fix(&mut self, innovation: &AntennaInnovation, variance: &[f32; OBSERVATIONS]) {
         let d = self.error();
         let mut moves = [0.0; STATES];
-        for (k, (to, of)) in seen.by.iter().zip(&self.effect).enumerate() {
+        for (k, (to, of)) in innovation.by.iter().zip(&self.effect).enumerate() {
             let change = product(of, &d) - product(to, &d);
             if let Some(entry) = moves.get_mut(state(k)) {
                 *entry = change;
             }
         }
         self.filter.feedback(&moves);
-        self.effect = seen.by;
-        self.fix = (seen.z, *variance);
-        for (variance, bent) in self.fix.1.iter_mut().zip(seen.bent) {
-            *variance += bent;
+        self.effect = innovation.by;
+        self.fix = (innovation.z, *variance);
+        for (variance, nonlinearity) in self.fix.1.iter_mut().zip(innovation.nonlinearity) {
+            *variance += nonlinearity;
         }
         self.fixed = true;
     }

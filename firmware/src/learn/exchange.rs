@@ -19,7 +19,7 @@
 
 mod messages;
 
-pub use messages::{Anew, Answer, Order, Reply, View};
+pub use messages::{Answer, Order, Reply, RestartReason, View};
 
 use super::Learner;
 use crate::compensator::Block;
@@ -57,13 +57,13 @@ fn carry_out(order: &Order, learner: &mut dyn Learner) -> Outcome {
             learner.block(*last, block);
             return Outcome::Answer(Answer::of(learner, *number));
         }
-        Order::Anew(anew) => {
-            match anew {
-                Anew::Configured(settings) => learner.configure(settings),
-                Anew::Begin(nets, stream) => learner.begin(nets, *stream),
-                Anew::Stream => learner.restart(),
-                Anew::Silence => learner.silence(),
-                Anew::Drive => learner.next_drive(),
+        Order::Restart(reason) => {
+            match reason {
+                RestartReason::Configured(settings) => learner.configure(settings),
+                RestartReason::Begin(nets, stream) => learner.begin(nets, *stream),
+                RestartReason::Stream => learner.restart(),
+                RestartReason::Silence => learner.silence(),
+                RestartReason::Drive => learner.next_drive(),
             }
             return Outcome::View;
         }
@@ -335,10 +335,10 @@ impl<'m> Port<'m> {
     }
 
     /// Restarts the learner. Its earlier results do not count any more.
-    pub fn begin_anew(&mut self, anew: Anew) {
+    pub fn restart_learner(&mut self, reason: RestartReason) {
         (self.answer, self.awaits) = (None, false);
         self.stopped &= !self.has_caught_up();
-        self.hand_over(&Order::Anew(anew));
+        self.hand_over(&Order::Restart(reason));
     }
 
     /// Takes what can be looked at. To be called in every pass.

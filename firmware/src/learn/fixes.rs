@@ -22,14 +22,14 @@ mod course;
 #[cfg(test)]
 pub(in crate::learn) mod drive;
 mod gaps;
-mod held;
 mod judged;
 mod learner;
 mod observe;
 mod parts;
+mod pending;
 mod proportional;
+mod reports;
 mod rests;
-mod shown;
 mod start;
 mod take;
 mod wheels;
@@ -139,7 +139,7 @@ impl<'m> FixLearner<'m> {
 
     /// No sample follows: a fix that waits is used at once.
     pub fn end(&mut self) {
-        if let Some((number, fix)) = self.fix_times.held.take() {
+        if let Some((number, fix)) = self.fix_times.pending.take() {
             self.take_fix(number, &fix);
         }
     }
@@ -252,7 +252,7 @@ impl<'m> FixLearner<'m> {
             align.gap();
         }
         self.memory.rehearsal.interrupted();
-        self.fix_times.held.take();
+        self.fix_times.pending.take();
     }
 
     /// Drops a navigator that was aligned wrongly: what it has shown is in doubt.
@@ -308,9 +308,11 @@ impl<'m> FixLearner<'m> {
         if block.time <= 0.0 {
             return false;
         }
-        block.proportional = navigator.felt().proportional(block.time);
-        self.memory.bank.feels(&block, navigator.felt());
-        navigator.feels_anew();
+        block.proportional = navigator.proportional_effects().of_maps(block.time);
+        self.memory
+            .bank
+            .feels(&block, navigator.proportional_effects());
+        navigator.clear_proportional();
         let sizes = self.settings.considered();
         let state = navigator.state();
         let grown = self.motion.proportional.moves(&state, block.time, &sizes);
@@ -396,7 +398,7 @@ impl<'m> FixLearner<'m> {
 
     fn falls_silent(&mut self) {
         self.lose();
-        self.fix_times.held = held::Held::default();
+        self.fix_times.pending = pending::PendingFix::default();
         self.samples.last = None;
     }
 

@@ -20,7 +20,7 @@ mod settings;
 pub mod unit;
 mod window;
 
-pub use antenna::{Antenna, Known};
+pub use antenna::{Antenna, AntennaEstimate};
 pub use combined::CombinedLearner;
 pub use fixes::{FixLearner, Memory as FixMemory, REFUSED, ROOM, Started};
 pub use settings::Settings;
@@ -28,7 +28,7 @@ pub(crate) use settings::usual;
 pub use window::{BLOCKS, GATE, WindowLearner};
 
 use crate::compensator::Block;
-use crate::control::{Alignment, Reason, Way, Window};
+use crate::control::{Alignment, HeadingSource, Reason, Window};
 use crate::fix::{Fix, Heading};
 use crate::model::Nets;
 use crate::nav;
@@ -71,10 +71,10 @@ pub struct Report {
     /// Time for which the vehicle has been stationary, s.
     pub still_s: u32,
     /// Lever arm and delay of the receiver's fixes.
-    pub antenna: Known,
+    pub antenna: AntennaEstimate,
     /// Source of the navigator's heading; while it does not navigate, source of the heading of the
     /// alignment in motion so far.
-    pub way: Way,
+    pub way: HeadingSource,
     /// Standard deviation of the heading by the hypothesis in force, rad; while it does not
     /// navigate, that of the alignment in motion. Infinite while the heading is unknown.
     pub heading_sigma: f32,
@@ -106,7 +106,7 @@ pub struct Winner {
     pub estimate: [[f32; 3]; 2],
 }
 
-/// What the rest in progress has shown, and memory before it.
+/// Errors of the gyros by the rest in progress and by the memory before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resting {
     /// Errors of the gyros, rad/s.

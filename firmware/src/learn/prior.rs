@@ -245,7 +245,7 @@ impl<T: Real> Shapes<T> {
         nets
     }
 
-    /// Both networks of both kinds.
+    /// The networks of gyros and accelerometers, first the driven ones, then the curved ones.
     pub fn iter(&self) -> impl Iterator<Item = &LearnerNet<T>> {
         self.driven.iter().chain(&self.curved)
     }

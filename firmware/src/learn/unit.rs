@@ -346,7 +346,7 @@ fn covariances(of_unit: usize, new: bool) -> impl Iterator<Item = bool> {
         .filter(move |used| !new || *used)
 }
 
-/// Where the parts of a layout begin, and its length.
+/// Offsets of the parts of a record, and its length.
 struct Layout {
     has_map: bool,
     /// Bytes of bets.

@@ -1,22 +1,23 @@
 //! Bytes between an interrupt and the loop.
 //!
-//! There is one ring for each direction. For received bytes the interrupt calls [`Inlet::push`] and
-//! the frame path reads the [`Outlet`]. For sent bytes the frame path writes the [`Inlet`] and the
-//! interrupt calls [`Outlet::pop`]. A ring has one producer and one consumer, and no lock.
+//! There is one ring for each direction. For received bytes the interrupt calls [`Producer::push`]
+//! and the frame path reads the [`Consumer`]. For sent bytes the frame path writes the [`Producer`]
+//! and the interrupt calls [`Consumer::pop`]. A ring has one producer and one consumer, and no
+//! lock.
 //!
 //! It is written with atomics. The ends of `heapless::spsc` divide by a length that they only know
 //! at run time, and the check for a division by zero would be a panic in the image.
 //!
-//! **Why no byte is read early or overwritten.** `pushed` is written by the inlet alone, `popped`
-//! by the outlet alone, and each only grows (modulo 2^32).
+//! **Why no byte is read early or overwritten.** `pushed` is written by the producer alone,
+//! `popped` by the consumer alone, and each only grows (modulo 2^32).
 //!
-//! 1. The inlet stores a byte and then the higher `pushed` (release). The outlet loads `pushed`
-//!    (acquire) and then the byte. So it finds the byte, or a count from before the byte.
-//! 2. The outlet loads a byte and then stores the higher `popped` (release). The inlet loads
+//! 1. The producer stores a byte and then the higher `pushed` (release). The consumer loads
+//!    `pushed` (acquire) and then the byte. So it finds the byte, or a count from before the byte.
+//! 2. The consumer loads a byte and then stores the higher `popped` (release). The producer loads
 //!    `popped` (acquire) before it stores into the same position again. So it overwrites no byte
 //!    that has not been read.
-//! 3. A count that is out of date is too low. The inlet then sees less room than there is, and the
-//!    outlet fewer bytes: never more than `N` bytes lie between the counts.
+//! 3. A count that is out of date is too low. The producer then sees less room than there is, and
+//!    the consumer fewer bytes: never more than `N` bytes lie between the counts.
 //! 4. An end that is interrupted by the other one between its load and its store is the case of 3:
 //!    what it stores is a count of its own.
 //!
@@ -36,11 +37,11 @@ pub struct Ring<const N: usize> {
 /// Counts since start, modulo 2^32. Each has one writer.
 #[derive(Debug)]
 struct Counts {
-    /// Bytes put in. Written by the inlet.
+    /// Bytes put in. Written by the producer.
     pushed: AtomicUsize,
-    /// Bytes taken out. Written by the outlet.
+    /// Bytes taken out. Written by the consumer.
     popped: AtomicUsize,
-    /// Times that bytes were lost. Written by the inlet.
+    /// Times that bytes were lost. Written by the producer.
     lost: AtomicU32,
 }
 
@@ -68,8 +69,8 @@ impl<const N: usize> Ring<N> {
 
     /// The end where bytes go in. Use one at a time: bytes of two would replace each other.
     #[inline(always)]
-    pub const fn inlet(&self) -> Inlet<'_> {
-        Inlet {
+    pub const fn producer(&self) -> Producer<'_> {
+        Producer {
             bytes: &self.bytes,
             counts: &self.counts,
         }
@@ -77,8 +78,8 @@ impl<const N: usize> Ring<N> {
 
     /// The end where bytes come out. Use one at a time. It reports losses from now on.
     #[inline(always)]
-    pub fn outlet(&self) -> Outlet<'_> {
-        Outlet {
+    pub fn consumer(&self) -> Consumer<'_> {
+        Consumer {
             bytes: &self.bytes,
             counts: &self.counts,
             seen: self.counts.lost.load(Ordering::Relaxed),
@@ -97,7 +98,7 @@ impl<const N: usize> Ring<N> {
         self.counts.pushed.load(Ordering::Relaxed)
     }
 
-    /// [`Inlet::push`] for the shortest of interrupts. Returns the count of bytes after it.
+    /// [`Producer::push`] for the shortest of interrupts. Returns the count of bytes after it.
     #[inline(always)]
     pub fn push(&self, byte: u8) -> usize {
         let pushed = self.counts.pushed.load(Ordering::Relaxed);
@@ -110,13 +111,13 @@ impl<const N: usize> Ring<N> {
                 pushed
             }
             _ => {
-                self.inlet().mark_lost();
+                self.producer().mark_lost();
                 pushed
             }
         }
     }
 
-    /// [`Outlet::pop`] for the shortest of interrupts.
+    /// [`Consumer::pop`] for the shortest of interrupts.
     #[inline(always)]
     pub fn pop(&self) -> Option<u8> {
         let popped = self.counts.popped.load(Ordering::Relaxed);
@@ -130,7 +131,7 @@ impl<const N: usize> Ring<N> {
     }
 }
 
-/// For a controller that moves bytes by itself (module `dma`), instead of inlet or outlet.
+/// For a controller that moves bytes by itself (module `dma`), instead of producer or consumer.
 impl<const N: usize> Ring<N> {
     /// The places where the next bytes go in, as far as they are free and in one piece.
     #[inline(always)]
@@ -189,13 +190,13 @@ fn piece(bytes: &[AtomicU8], count: usize, len: usize) -> &[AtomicU8] {
 
 /// The end at which bytes go in.
 #[derive(Debug)]
-pub struct Inlet<'a> {
+pub struct Producer<'a> {
     bytes: &'a [AtomicU8],
     counts: &'a Counts,
 }
 
-impl Inlet<'_> {
-    /// Puts a byte in. A byte without room is lost, and the outlet reports it.
+impl Producer<'_> {
+    /// Puts a byte in. A byte without room is lost, and the consumer reports it.
     #[inline(always)]
     pub fn push(&mut self, byte: u8) {
         if !self.put(byte) {
@@ -245,7 +246,7 @@ impl Inlet<'_> {
     }
 
     /// Notes that bytes were lost before they came here: a UART's overrun, framing or parity error.
-    /// The outlet reports it.
+    /// The consumer reports it.
     pub fn mark_lost(&mut self) {
         // a single writer: no read-modify-write is needed
         let lost = self.counts.lost.load(Ordering::Relaxed);
@@ -263,14 +264,14 @@ impl Inlet<'_> {
 
 /// The end at which bytes come out.
 #[derive(Debug)]
-pub struct Outlet<'a> {
+pub struct Consumer<'a> {
     bytes: &'a [AtomicU8],
     counts: &'a Counts,
     /// Losses reported already.
     seen: u32,
 }
 
-impl Outlet<'_> {
+impl Consumer<'_> {
     /// Bytes that have come out since start, wrapping.
     pub fn popped(&self) -> usize {
         self.counts.popped.load(Ordering::Relaxed)
@@ -396,11 +397,11 @@ impl embedded_io::Error for Overrun {
     }
 }
 
-impl ErrorType for Inlet<'_> {
+impl ErrorType for Producer<'_> {
     type Error = core::convert::Infallible;
 }
 
-impl Write for Inlet<'_> {
+impl Write for Producer<'_> {
     /// Writes as many as fit. It does not wait and may return 0.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Self::Error> {
         let taken = bytes.len().min(self.room());
@@ -414,24 +415,24 @@ impl Write for Inlet<'_> {
     }
 }
 
-impl WriteReady for Inlet<'_> {
+impl WriteReady for Producer<'_> {
     fn write_ready(&mut self) -> Result<bool, Self::Error> {
         Ok(self.room() > 0)
     }
 }
 
-impl ErrorType for Outlet<'_> {
+impl ErrorType for Consumer<'_> {
     type Error = Overrun;
 }
 
-impl Read for Outlet<'_> {
+impl Read for Consumer<'_> {
     /// Reads what is there. It does not wait and may return 0.
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Overrun> {
         self.read_by(buffer, get)
     }
 }
 
-impl ReadReady for Outlet<'_> {
+impl ReadReady for Consumer<'_> {
     fn read_ready(&mut self) -> Result<bool, Overrun> {
         Ok(!self.is_empty() || self.seen != self.lost())
     }

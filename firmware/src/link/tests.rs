@@ -8,8 +8,8 @@ use embedded_io::Read;
 #[test]
 fn losses_are_reported_once() {
     let (receive, transmit) = (Ring::<4>::new(), Ring::<4>::new());
-    let (mut interrupt, reader) = (receive.inlet(), receive.outlet());
-    let (writer, mut wire) = (transmit.inlet(), transmit.outlet());
+    let (mut interrupt, reader) = (receive.producer(), receive.consumer());
+    let (writer, mut wire) = (transmit.producer(), transmit.consumer());
     let mut line = Serial::new(reader, writer);
     for byte in 1..=6 {
         interrupt.push(byte);
@@ -35,21 +35,21 @@ fn losses_are_reported_once() {
 #[test]
 fn two_threads() {
     let ring = Ring::<16>::new();
-    let (mut inlet, mut outlet) = (ring.inlet(), ring.outlet());
+    let (mut producer, mut consumer) = (ring.producer(), ring.consumer());
     let mut wrong = 0;
     std::thread::scope(|scope| {
         scope.spawn(move || {
             for n in 0..100_000u32 {
-                while inlet.room() == 0 {
+                while producer.room() == 0 {
                     std::thread::yield_now();
                 }
-                inlet.push(n as u8);
+                producer.push(n as u8);
             }
         });
         let mut buffer = [0; 7];
         let mut n = 0u32;
         while n < 100_000 {
-            let read = outlet.read(&mut buffer).expect("nothing is lost");
+            let read = consumer.read(&mut buffer).expect("nothing is lost");
             for &byte in &buffer[..read] {
                 // no panic: the other thread would wait for ever
                 wrong += u32::from(byte != n as u8);

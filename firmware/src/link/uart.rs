@@ -9,7 +9,7 @@
 
 use super::cut::Cut;
 use super::progress::{NoStream, Progress};
-use super::ring::{Inlet, Outlet, Ring};
+use super::ring::{Consumer, Producer, Ring};
 use super::{Full, Line, Lost};
 use core::cell::Cell;
 use core::sync::atomic::{AtomicUsize, Ordering};
@@ -71,7 +71,7 @@ impl Uart {
             cut.end(); // there was no room, and the loop will never see it
             return (wake, false);
         }
-        let leaving = cut.came(place as u32, byte, out.to_send.inlet().room());
+        let leaving = cut.came(place as u32, byte, out.to_send.producer().room());
         leaving.each(|byte| {
             out.to_send.push(byte);
         });
@@ -81,7 +81,7 @@ impl Uart {
     /// Called by the interrupt: bytes were lost before they came here (overrun, framing, parity).
     /// Wake the frame path.
     pub fn lost(&self) {
-        self.received.inlet().mark_lost();
+        self.received.producer().mark_lost();
     }
 
     /// Whether everything has been handed to the line.
@@ -124,8 +124,8 @@ impl Uart {
     pub fn port_over<S: Progress>(&self, stream: S, sync: fn(), wake: fn()) -> Port<'_, S> {
         Port {
             uart: self,
-            received: self.received.outlet(),
-            to_send: self.to_send.inlet(),
+            received: self.received.consumer(),
+            to_send: self.to_send.producer(),
             stream,
             seen: Cell::new([0; 2]),
             sync,
@@ -142,8 +142,8 @@ pub type Masked = fn(&mut dyn FnMut(&mut Cut));
 #[derive(Debug)]
 pub struct Port<'u, S = NoStream> {
     uart: &'u Uart,
-    received: Outlet<'u>,
-    to_send: Inlet<'u>,
+    received: Consumer<'u>,
+    to_send: Producer<'u>,
     stream: S,
     /// Progress of the line at the last look: bytes reported, and bytes left of the transfer.
     seen: Cell<[usize; 2]>,

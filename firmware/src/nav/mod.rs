@@ -20,7 +20,7 @@
 //!   is within 21 um of an exact sum up to 80 deg, and the attitude within 1e-11 rad. [`State`] is
 //!   f64; it is computed when somebody asks for it.
 //! - The **Earth's quantities** are computed in f64 every 320 m north or 100 m up, and follow their
-//!   slopes between (`place`).
+//!   slopes between (`local_earth`).
 //! - The **error dynamics** take a step every two pieces (`transition`). A piece in which the Earth
 //!   is computed has none, so that no pass of the frame path has both.
 //! - The **matrices** are f32: they weight errors and need three digits.
@@ -29,30 +29,30 @@
 //! are refused. A solution that leaves its range stops. [`Faults`] reports all of this.
 #![forbid(unsafe_code)]
 
+mod antenna;
 mod config;
 pub(crate) mod earth;
-pub(crate) mod felt;
 mod fixed;
 pub(crate) mod gather;
-mod past;
-mod place;
-mod seen;
+mod history;
+mod local_earth;
+pub(crate) mod proportional;
 mod solution;
 mod transition;
 pub(crate) mod vector;
 
+pub use antenna::{ANTENNA, AntennaInnovation, PastMotion, Secant};
 pub use config::{Config, ConfigError};
-pub use seen::{ANTENNA, Around, Moved, Seen};
 pub use transition::{ERRORS, Noise, Transition};
 
 use crate::fix::{Fix, Position};
 use crate::sample::Counts;
 use earth::wrapped;
-use felt::Felt;
 use fixed::{ANGLE, TIME, VELOCITY, to_f32, to_f64};
 use gather::{Gather, Piece};
+use history::History;
 use lrnn_nostd::learn::kalman::Correction;
-use past::Past;
+use proportional::ProportionalEffects;
 use solution::Solution;
 use transition::{Interval, Motion};
 use vector::{
@@ -125,12 +125,12 @@ pub struct Navigator {
     solution: Solution,
     gather: Gather,
     interval: Interval,
-    felt: Felt,
+    proportional: ProportionalEffects,
     correction: Correction,
     // the last piece, and what it has changed of the velocity over ground
     last: Piece,
     change: [i64; 3],
-    past: Past,
+    history: History,
     faults: Faults,
 }
 
@@ -174,11 +174,11 @@ impl Navigator {
             solution: solution.clone(),
             gather: Gather::new(config.lsb, config.sample_s, config.piece_samples),
             interval: Interval::new(),
-            felt: Felt::new(at_rest(solution)),
+            proportional: ProportionalEffects::new(at_rest(solution)),
             correction: Correction::NONE,
             last: Piece::default(),
             change: [0; 3],
-            past: Past::new(),
+            history: History::new(),
             faults: Faults::default(),
         })
     }
@@ -195,11 +195,11 @@ impl Navigator {
         } = self.config;
         self.gather = Gather::new(lsb, sample_s, piece_samples);
         self.interval = Interval::new();
-        self.felt = Felt::new(at_rest(&self.solution));
+        self.proportional = ProportionalEffects::new(at_rest(&self.solution));
         self.correction = Correction::NONE;
         self.last = Piece::default();
         self.change = [0; 3];
-        self.past = Past::new();
+        self.history = History::new();
         self.faults = Faults::default();
     }
 
@@ -275,7 +275,7 @@ impl Navigator {
             && within(maps.as_flattened().as_flattened(), MAX_MAP);
         if good {
             self.end_piece();
-            let rest = self.felt.at_rest();
+            let rest = self.proportional.at_rest();
             let [of_gyro, of_accel] =
                 core::array::from_fn(|k| maps[k].map(|row| dot(row, rest[k])));
             let constant = [
@@ -306,31 +306,31 @@ impl Navigator {
     /// Ends the piece in progress, gives how errors moved since the last call, and restarts.
     pub fn take_transition(&mut self) -> Transition {
         self.end_piece();
-        self.feel();
+        self.step_proportional();
         self.interval
-            .take(self.solution.place().coarse(), self.config.noise)
+            .take(self.solution.local_earth().coarse(), self.config.noise)
     }
 
-    fn feel(&mut self) {
+    fn step_proportional(&mut self) {
         if let Some(step) = self.interval.due() {
-            self.felt.step(&step);
+            self.proportional.step(&step);
         }
     }
 
     /// Effect of errors in proportion to what the sensors feel, since the last
-    /// [`Self::feels_anew`]. To be called after [`Self::take_transition`].
-    pub(crate) fn felt(&self) -> &Felt {
-        &self.felt
+    /// [`Self::clear_proportional`]. To be called after [`Self::take_transition`].
+    pub(crate) fn proportional_effects(&self) -> &ProportionalEffects {
+        &self.proportional
     }
 
     /// What the sensors feel at rest, rad/s and m/s2.
     pub(crate) fn at_rest(&self) -> [V32; 2] {
-        self.felt.at_rest()
+        self.proportional.at_rest()
     }
 
-    /// Clears [`Self::felt`]: a new interval begins.
-    pub(crate) fn feels_anew(&mut self) {
-        self.felt.clear();
+    /// Clears [`Self::proportional`]: a new interval begins.
+    pub(crate) fn clear_proportional(&mut self) {
+        self.proportional.clear();
     }
 
     /// Estimate minus a fix that was valid `age_s` seconds before the end of the last piece. The
@@ -355,8 +355,8 @@ impl Navigator {
         let mut dp = add(position.ned_from(&fix.position), moved);
         let mut dv = add(then, scale(fix.velocity, -1.0));
         if self.config.lever_arm != [0.0; 3] {
-            let [place, motion] = self.antenna(age, q_bn);
-            (dp, dv) = (add(dp, place), add(dv, motion));
+            let [position, motion] = self.antenna(age, q_bn);
+            (dp, dv) = (add(dp, position), add(dv, motion));
         }
         Innovation {
             position: narrow(dp),
@@ -416,7 +416,7 @@ impl Navigator {
         };
         let time = to_f32(piece.time, TIME);
         let change = step.change.map(|x| to_f32(x, VELOCITY));
-        self.past
+        self.history
             .piece(change, piece.phi.map(|x| to_f32(x, ANGLE)), time);
         (self.last, self.change) = (piece, step.change);
         let motion = Motion {
@@ -426,11 +426,11 @@ impl Navigator {
             time,
         };
         self.interval.piece(&motion);
-        self.felt.turns(piece.phi.map(|x| to_f32(x, ANGLE)));
+        self.proportional.turns(piece.phi.map(|x| to_f32(x, ANGLE)));
         // two long computations in one pass of the frame path are put off for some pieces at most
         if self.interval.is_due(step.recomputed) {
-            self.feel();
-            let here = self.solution.place().coarse();
+            self.step_proportional();
+            let here = self.solution.local_earth().coarse();
             self.interval.step(here, self.config.noise);
         }
     }
@@ -439,7 +439,7 @@ impl Navigator {
 /// The specific force at rest, in the sensor's axes, m/s2.
 fn at_rest(solution: &Solution) -> V32 {
     let [w, x, y, z] = solution.state().q_bn;
-    let gravity = f64::from(solution.place().coarse().g);
+    let gravity = f64::from(solution.local_earth().coarse().g);
     narrow(rotated([w, -x, -y, -z], [0.0, 0.0, -gravity]))
 }
 

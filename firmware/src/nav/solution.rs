@@ -15,7 +15,7 @@ use super::fixed::{
     ANGLE, LENGTH, RATE, Sum, VELOCITY, add, cross, from_f64, mul, to_f32, to_f64, within,
 };
 use super::gather::Piece;
-use super::place::Place;
+use super::local_earth::LocalEarth;
 use super::vector::{self, V, V32, matrix32};
 use super::{MAX_HEIGHT, MAX_LATITUDE, MAX_VELOCITY};
 use crate::fix::Position;
@@ -56,7 +56,7 @@ struct Moving {
 #[derive(Debug, Clone)]
 pub struct Solution {
     now: Moving,
-    place: Place,
+    local_earth: LocalEarth,
 }
 
 /// Findings of a step beside the new solution, for the error dynamics.
@@ -91,7 +91,7 @@ impl Solution {
                 velocity: state.velocity.map(|x| from_f64(x, VELOCITY)),
                 q_bn: state.q_bn.map(|x| from_f64(x, ANGLE)),
             },
-            place: Place::new(at[0], height),
+            local_earth: LocalEarth::new(at[0], height),
         }
     }
 
@@ -109,9 +109,9 @@ impl Solution {
         }
     }
 
-    /// The Earth around it.
-    pub fn place(&self) -> &Place {
-        &self.place
+    /// The Earth around the position.
+    pub fn local_earth(&self) -> &LocalEarth {
+        &self.local_earth
     }
 
     /// Subtracts an error: attitude (rad, within 1), velocity (m/s), position (m, north, east,
@@ -133,7 +133,7 @@ impl Solution {
         let corrected = Moving {
             at: [
                 at[0].saturating_sub(from_f64(north, ANGLE)),
-                around(at[1].saturating_sub(from_f64(wrapped(east), ANGLE))),
+                secant(at[1].saturating_sub(from_f64(wrapped(east), ANGLE))),
             ],
             height: height.saturating_add(from_f64(dp[2], LENGTH)),
             velocity: core::array::from_fn(|i| velocity[i].saturating_sub(dv[i])),
@@ -168,10 +168,10 @@ impl Solution {
 
         // the Earth at the middle
         let ahead = mul::<62>(velocity[0], half);
-        let latitude = at[0] + (mul::<62>(ahead, self.place.meridian()) >> 3);
+        let latitude = at[0] + (mul::<62>(ahead, self.local_earth.meridian()) >> 3);
         let middle = height - mul::<62>(velocity[2], half);
-        let recomputed = self.place.follow(latitude, middle);
-        let here = self.place.here(latitude, middle);
+        let recomputed = self.local_earth.follow(latitude, middle);
+        let here = self.local_earth.here(latitude, middle);
         let [m, n] = here.curvature;
 
         let force = rotated(q_bn, dv);
@@ -214,7 +214,7 @@ impl Solution {
         let next = Moving {
             at: [
                 at[0] + (mul::<62>(north, m) >> 3),
-                around(at[1].saturating_add(mul::<51>(east, by_east))),
+                secant(at[1].saturating_add(mul::<51>(east, by_east))),
             ],
             height: height - down,
             velocity: add(velocity, change),
@@ -248,7 +248,7 @@ impl Moving {
 
 /// A longitude that may have crossed the date line once.
 #[inline(always)]
-fn around(longitude: i64) -> i64 {
+fn secant(longitude: i64) -> i64 {
     if longitude > HALF_TURN {
         longitude - 2 * HALF_TURN
     } else if longitude < -HALF_TURN {

@@ -21,7 +21,7 @@
 //! operations where a dense product takes 162.
 
 use super::earth::OMEGA_IE;
-use super::place::Coarse;
+use super::local_earth::Coarse;
 use super::vector::{V32, add, cross, scale};
 use lrnn_nostd::learn::kalman::PROPORTIONAL;
 

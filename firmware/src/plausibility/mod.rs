@@ -18,7 +18,7 @@ use crate::wire::command::fault;
 use holes::HoleWatch;
 use libm::sqrtf;
 use rate::RateWatch;
-use rest::Rest;
+use rest::RestCheck;
 
 /// The faults that a device steps aside for: it corrects nothing and learns nothing.
 pub const ASIDE: u32 = fault::RATE | AT_REST;
@@ -173,7 +173,7 @@ pub struct Plausibility {
     /// Frames that are missing without a trace.
     pub holes: HoleWatch,
     /// Check of the measurements at rest; `None` without a configuration.
-    pub rest: Option<Rest>,
+    pub rest: Option<RestCheck>,
 }
 
 impl Plausibility {
@@ -183,7 +183,7 @@ impl Plausibility {
         Plausibility {
             rate: RateWatch::new(expected.is_some_and(|expected| expected.check_rate)),
             holes: HoleWatch::new(expected.is_some_and(|expected| expected.check_rate)),
-            rest: expected.map(Rest::new),
+            rest: expected.map(RestCheck::new),
         }
     }
 }

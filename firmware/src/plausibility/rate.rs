@@ -22,7 +22,7 @@ const SECOND: u64 = 1_000_000;
 
 /// Counters of the stream. They may wrap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Seen {
+pub struct StreamCounts {
     /// Samples, with those missing by the sensor's counter.
     pub samples: u32,
     /// Number of these that were missing.
@@ -42,7 +42,7 @@ struct Meter {
     /// number belongs to another rate.
     without_missed: bool,
     since: u64,
-    seen: Seen,
+    seen: StreamCounts,
     /// Windows in a row with too many (> 0) or too few (< 0) samples.
     wrong: i8,
     /// Windows in a row that agree.
@@ -58,7 +58,7 @@ impl Meter {
             tolerance,
             without_missed,
             since: 0,
-            seen: Seen {
+            seen: StreamCounts {
                 samples: 0,
                 missed: 0,
                 damage: 0,
@@ -69,11 +69,11 @@ impl Meter {
         }
     }
 
-    fn begin(&mut self, now: u64, seen: Seen) {
+    fn begin(&mut self, now: u64, seen: StreamCounts) {
         (self.since, self.seen) = (now, seen);
     }
 
-    fn look(&mut self, now: u64, rate: f32, seen: Seen) {
+    fn look(&mut self, now: u64, rate: f32, seen: StreamCounts) {
         let elapsed = now.saturating_sub(self.since);
         let expected = rate * elapsed as f32 * 1e-6;
         let [excess, lack] = self.tolerance;
@@ -153,7 +153,7 @@ impl RateWatch {
     /// Looks at the clock (microseconds), the configured rate (Hz), and the counters. `None` for
     /// the rate: samples are not being read, or the sensor is silent, and all windows restart.
     /// Returns whether the rate is wrong.
-    pub fn look(&mut self, now: u64, rate: Option<f32>, seen: Seen) -> bool {
+    pub fn look(&mut self, now: u64, rate: Option<f32>, seen: StreamCounts) -> bool {
         self.due = now.saturating_add(SECOND);
         match rate {
             Some(rate) if rate == self.rate => {

@@ -54,7 +54,7 @@ pub struct Judged {
 
 /// Gathers the means of the blocks at rest and judges them.
 #[derive(Debug)]
-pub struct Rest {
+pub struct RestCheck {
     expected: Expected,
     blocks: u16,
     seconds: f32,
@@ -71,11 +71,11 @@ pub struct Rest {
     fix: Option<(bool, f32)>,
 }
 
-impl Rest {
+impl RestCheck {
     /// No measurement yet.
     #[must_use]
-    pub const fn new(expected: Expected) -> Rest {
-        Rest {
+    pub const fn new(expected: Expected) -> RestCheck {
+        RestCheck {
             expected,
             blocks: 0,
             seconds: 0.0,
@@ -90,9 +90,9 @@ impl Rest {
 
     /// Forgets the means: the sensor was silent, or means something else from now on.
     pub fn restart(&mut self) {
-        *self = Rest {
+        *self = RestCheck {
             fix: self.fix,
-            ..Rest::new(self.expected)
+            ..RestCheck::new(self.expected)
         };
     }
 

@@ -3,7 +3,7 @@
 mod drives;
 
 use super::*;
-use crate::plausibility::rest::Rest;
+use crate::plausibility::rest::RestCheck;
 use drives::*;
 use std::vec::Vec;
 
@@ -155,7 +155,7 @@ fn every_wrong_mounting_raises_axes_and_nothing_else() {
     for sheet in SHEETS {
         for (what, turn) in mistakes {
             for seed in 1..=SEEDS {
-                let mut rest = Rest::new(sheet.expected(VehicleKind::Land));
+                let mut rest = RestCheck::new(sheet.expected(VehicleKind::Land));
                 let mut random = Random(seed);
                 let mut found = None;
                 let [rate, force] = truth(&Motion::default(), 0.8);
@@ -198,7 +198,7 @@ fn the_configured_mounting_is_right() {
 #[test]
 fn faults_go_when_the_next_rest_is_seen_right() {
     let sheet = TACTICAL;
-    let mut rest = Rest::new(sheet.expected(VehicleKind::Land));
+    let mut rest = RestCheck::new(sheet.expected(VehicleKind::Land));
     let [rate, force] = truth(&Motion::default(), 0.8).map(|v| v.map(|x| x as f32));
     let mut all = Vec::new();
     for second in 0..240 {

@@ -29,7 +29,7 @@ pub const BOARD_LEN: usize = 12;
 pub const VERSION: u16 = 1;
 const MAGIC: [u8; 4] = *b"LRNU";
 
-/// What a header states.
+/// Fields of an image's header.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
     /// Major, minor, patch of the firmware.

@@ -39,7 +39,7 @@ pub enum Order {
     Confirm,
 }
 
-/// What became of an order.
+/// Result of an order.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome {
     /// It was carried out, or why not.
@@ -48,7 +48,7 @@ pub struct Outcome {
     pub report: Report,
 }
 
-/// What carries out orders, on any flash.
+/// Carries out orders, on any flash.
 pub trait TakesUpdates {
     /// State of the updates.
     fn report(&self) -> &Report;

@@ -54,7 +54,7 @@ impl Record {
     }
 }
 
-/// Where the slots are.
+/// Addresses and length of the slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Places {
     /// Address of the flash.

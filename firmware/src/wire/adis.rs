@@ -21,7 +21,7 @@ mod model;
 pub mod spi;
 pub mod uart;
 
-pub use find::{Found, Rate, begin, find};
+pub use find::{DetectedSensor, Rate, begin, find};
 pub use frame::Frame;
 pub use model::Model;
 pub use spi::Form;

@@ -25,17 +25,17 @@ mod times;
 
 pub use learning::{Progress, Solution, Trials};
 pub use packets::{Packets, decode, encode};
-pub use report::{Antenna, Board, Kept, Remembered};
+pub use report::{Antenna, Board, Remembered, StoreReport};
 pub use reset::{ClockSource, Crash, CrashKind, Crystal, LoopPhase, Reset, cause, unwell};
 pub use security::{Protection, Provision, Security};
 pub use times::{Sync, Times};
 
 use super::checksum::crc32_zlib;
-use super::receiver::Heard;
+use super::receiver::ReceiverStatus;
 use super::{Error, cobs, field};
 use crate::control::recording::{Order, Recording};
 use crate::control::update::Report;
-use crate::control::{Alignment, Mode, Reason, Way, Window};
+use crate::control::{Alignment, HeadingSource, Mode, Reason, Window};
 use crate::fix::Heading;
 use crate::wheels::WheelSpeed;
 use key::Challenge;
@@ -264,7 +264,7 @@ pub struct Health {
     pub busiest: Option<u16>,
     /// How the learner's navigator got its heading; while it does not navigate, how the alignment
     /// in progress gets its heading.
-    pub way: Way,
+    pub way: HeadingSource,
     /// Standard deviation of that heading, mrad; `None` while it is unknown.
     pub heading_sigma: Option<u16>,
     /// Mean normalised innovation squared of the last alignment in motion, per cent: 100 when the
@@ -410,11 +410,11 @@ pub enum Response<'a> {
     /// To [`Request::GetAntenna`].
     Antenna(Antenna),
     /// To [`Request::GetReceiver`].
-    Receiver(Heard),
+    Receiver(ReceiverStatus),
     /// To [`Request::GetMemory`].
     Remembered(Remembered),
     /// To [`Request::GetStore`].
-    Kept(Kept),
+    Kept(StoreReport),
     /// To [`Request::GetRecording`].
     Recording(Recording),
     /// To [`Request::GetSecurity`].

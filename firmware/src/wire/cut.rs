@@ -47,7 +47,7 @@ pub fn owed_in_order(word: Word, owed: Option<[Owed; 6]>) -> [Owed; 6] {
     in_order(word, owed.unwrap_or_default())
 }
 
-/// These bytes of a frame, with their values.
+/// Positions of the check bytes in a frame, and their values.
 fn checks(frame: &[u8], places: &[u8]) -> [(u8, u8); CHECKS] {
     let mut checks = [(NOWHERE, 0); CHECKS];
     for (check, at) in checks.iter_mut().zip(places) {

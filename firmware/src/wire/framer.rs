@@ -368,7 +368,7 @@ impl<F: Framing> Framer<F> {
 
     /// Whether what it knows of its bytes can be: after an upset of memory it may not.
     #[inline(always)]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_intact(&self) -> bool {
         self.bytes.sum == self.bytes.places()
             && self.finder.sum == self.finder.lengths()
             && self.finder.format == self.finder.again
@@ -399,7 +399,7 @@ impl<F: Framing> Framer<F> {
     /// if so many may be pushed. It returns how many it has put there.
     ///
     /// # Errors
-    /// Those of `read`. Nothing is received then.
+    /// The error of `read`; nothing is received then.
     #[inline(always)]
     pub fn fill<E>(
         &mut self,

@@ -35,7 +35,7 @@ pub enum ReceiverFormat {
 
 /// State of the receiver's stream, as reported over the command link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Heard {
+pub struct ReceiverStatus {
     /// The format; `None` while it is not known.
     pub format: Option<ReceiverFormat>,
     /// Time of validity of the last good fix, ms of the GPS week.
@@ -142,7 +142,7 @@ pub(super) mod testing {
 
     /// Content of a message.
     #[derive(Debug, PartialEq)]
-    pub struct Part {
+    pub struct DecodedMessage {
         pub time: Time,
         pub day: Option<u8>,
         pub position: Option<Position>,
@@ -170,14 +170,14 @@ pub(super) mod testing {
         Ok(made)
     }
 
-    pub fn parse(format: ReceiverFormat, frame: &[u8]) -> Result<Part, Error> {
+    pub fn parse(format: ReceiverFormat, frame: &[u8]) -> Result<DecodedMessage, Error> {
         if !exactly(frame, |bytes| format.scan(bytes))? {
             return Err(Error::Content);
         }
         let Head { time, .. } = format.head(frame).ok_or(Error::Field)?;
         let mut v = Values::NONE;
         format.read(frame, &mut v);
-        Ok(Part {
+        Ok(DecodedMessage {
             time,
             day: v.day,
             position: v.own[0].is_finite().then_some(v.position),

@@ -109,7 +109,7 @@ impl Stream {
     }
 
     /// Whether counter or time have restarted. False for those that wrap too soon to show it.
-    pub fn has_begun_anew(&self, last: &Last, reading: &Reading) -> bool {
+    pub fn has_restarted(&self, last: &Last, reading: &Reading) -> bool {
         match (self.sequence, reading.counter, reading.time) {
             (Sequence::Counter(rule), Some(now), _) => {
                 let begins = rule.modulus > 256 && u32::from(now) < rule.modulus / 16;

@@ -138,7 +138,7 @@ pub fn lsb() -> Lsb {
 }
 
 /// Result of a drive.
-pub struct Seen {
+pub struct DriveResult {
     /// Horizontal error after 22 min, m.
     pub error_m: f64,
     /// Correction in force at the end of each second, m/s2.
@@ -160,7 +160,7 @@ pub fn fix(second: u32, speed: i32) -> Vec<u8> {
     pvt.emit().to_vec()
 }
 
-pub fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
+pub fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> DriveResult {
     let lsb = lsb();
     let mut device = Device::new(Config::default());
     device.app = App::with_learner(config, Some(Box::leak(Box::new(knows))));
@@ -234,7 +234,7 @@ pub fn drive(config: Config, knows: Knows, script: &[(u32, Act)]) -> Seen {
     let mut navigator = navigator.expect("coasted");
     navigator.take_transition();
     let [north, east, _] = navigator.state().position.ned_from(&PLACE);
-    Seen {
+    DriveResult {
         error_m: north.hypot(east),
         force,
     }

@@ -8,7 +8,7 @@ use firmware::configuration::record::encode;
 use firmware::configuration::{Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::units::{DEGREE, G};
-use firmware::wire::adis::{Burst, Form, Found, Model};
+use firmware::wire::adis::{Burst, DetectedSensor, Form, Model};
 use firmware::wire::command::fault;
 use firmware::wire::{Error, ImuFormat, Settings, adis};
 use proptest::prelude::*;
@@ -273,14 +273,14 @@ fn a_damaged_burst_is_not_framed() {
 /// fault, and nothing is corrected. Without a configuration the bursts pass unchanged.
 #[test]
 fn an_adis_that_differs_from_the_configuration_is_reported_and_not_corrected() {
-    let found = |model: Model| Found {
+    let found = |model: Model| DetectedSensor {
         model,
         units: model.units(model.form() != Form::Narrow).expect("a model"),
         rate: 1000.0,
     };
     let model = Model::Adis16475(1);
     let spi = |model: Model| {
-        let Found { units, .. } = found(model);
+        let DetectedSensor { units, .. } = found(model);
         let form = model.form();
         let framed = false;
         Some(Sensor::Spi(adis::Settings {
@@ -317,7 +317,7 @@ fn an_adis_that_differs_from_the_configuration_is_reported_and_not_corrected() {
                 },
                 ..Config::of(&configuration)
             });
-            device.app.found(&found(model));
+            device.app.detected(&found(model));
             let mut changed = false;
             for counter in 0..300 {
                 let burst = Burst {
@@ -334,7 +334,7 @@ fn an_adis_that_differs_from_the_configuration_is_reported_and_not_corrected() {
         }
     }
     let mut device = Device::new(Config::unconfigured(Hardware::DESKTOP));
-    device.app.found(&found(model));
+    device.app.detected(&found(model));
     let sent = reply(Form::Narrow, &Burst::default());
     assert_eq!(pass(&mut device, &sent).expect("a burst"), sent);
     assert_eq!(device.app.phase(), Phase::Run(Mode::Bypass));
@@ -352,7 +352,7 @@ fn an_adis_that_differs_from_the_configuration_is_reported_and_not_corrected() {
 #[test]
 fn noise_on_the_line_is_nothing_to_an_adis() {
     let model = Model::Adis16475(1);
-    let found = Found {
+    let found = DetectedSensor {
         model,
         units: model.units(false).expect("a model"),
         rate: 1000.0,
@@ -360,7 +360,7 @@ fn noise_on_the_line_is_nothing_to_an_adis() {
     let mut device = Device::new(Config::unconfigured(Hardware::DESKTOP));
     device.feed(&[0x55; 5000]);
     assert_ne!(device.app.faults() & fault::UNKNOWN_FORMAT, 0);
-    device.app.found(&found);
+    device.app.detected(&found);
     let good = reply(Form::Narrow, &Burst::default());
     for _ in 0..100 {
         device.feed(&[0x55; 100]);

@@ -7,7 +7,7 @@ use firmware::app::Config;
 use firmware::configuration::record::encode;
 use firmware::configuration::{Configuration, Parity, Sensor};
 use firmware::control::{Field, Mode, Reason};
-use firmware::wire::adis::{self, Burst, Form, Found, Model};
+use firmware::wire::adis::{self, Burst, DetectedSensor, Form, Model};
 use firmware::wire::command::fault;
 
 fn at_spi(model: Model, framed: bool) -> Option<Sensor> {
@@ -21,13 +21,13 @@ fn at_spi(model: Model, framed: bool) -> Option<Sensor> {
 
 /// As a board does: detects the sensor and sets it to the configured rate. Returns that rate.
 fn find(device: &mut Device, model: Model) -> f64 {
-    let found = Found {
+    let found = DetectedSensor {
         model,
         units: model.units(model.form() != Form::Narrow).expect("a model"),
         rate: 0.0,
     };
     let found = found.at(device.app.burst_rate());
-    device.app.found(&found);
+    device.app.detected(&found);
     found.rate
 }
 
@@ -58,7 +58,7 @@ fn the_configured_rate_is_set() {
         pass(&mut device, &sent).expect("a burst");
         let seen = device.app.faults() & (fault::UNITS | fault::RATE);
         assert_eq!(seen, faults, "{what:?}");
-        assert!(!device.app.finds_anew(), "{what:?}");
+        assert!(!device.app.must_detect_again(), "{what:?}");
     }
     // a parity bit more is too much
     let mut configuration = Configuration::default();
@@ -90,8 +90,8 @@ fn another_rate_sets_the_sensor_again() {
         (configuration.rate, configuration.lines.sensor_baud) = (rate, baud);
         let answer = configure(&mut device, &encode(&configuration));
         assert_eq!(answer.err(), refused.map(Reason::Field), "{rate} {baud}");
-        assert_eq!(device.app.finds_anew(), again, "{rate} {baud}");
-        assert!(!device.app.finds_anew(), "once");
+        assert_eq!(device.app.must_detect_again(), again, "{rate} {baud}");
+        assert!(!device.app.must_detect_again(), "once");
         if again {
             assert_eq!(find(&mut device, model), rate);
         }

@@ -2,7 +2,7 @@
 
 use crate::device::{Device, Mock, nets};
 use firmware::app::blackbox::read::{Content, events, page};
-use firmware::app::blackbox::{LEN, Memory, PAGES, What};
+use firmware::app::blackbox::{EventKind, LEN, Memory, PAGES};
 use firmware::app::{App, Config};
 use firmware::control::recording::{Cause, Order, Recording, State};
 use firmware::control::{Mode, Reason};
@@ -159,7 +159,11 @@ fn the_first_fault_is_held() {
     frames(&mut device, 400..500);
     assert_eq!(recording_state(&mut device), after);
     let memory = read(&mut device);
-    let faults = |memory: &[u8]| events(memory).filter(|e| e.what == What::Faults).count();
+    let faults = |memory: &[u8]| {
+        events(memory)
+            .filter(|e| e.what == EventKind::Faults)
+            .count()
+    };
     assert_eq!(faults(&memory), 2, "silent, and heard again");
     device.order(&Request::Record(Order::Release));
     frames(&mut device, 500..600);
@@ -190,7 +194,7 @@ fn a_reset_is_survived_and_garbage_is_not_believed() {
         );
     }
     let starts: Vec<u32> = events(&bytes)
-        .filter(|event| event.what == What::Start)
+        .filter(|event| event.what == EventKind::Start)
         .map(|event| event.value)
         .collect();
     assert_eq!(starts, [0, 1]);

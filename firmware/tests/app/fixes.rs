@@ -9,7 +9,7 @@ use crate::record::configure;
 use firmware::app::{App, Config};
 use firmware::configuration::record::encode;
 use firmware::configuration::{Configuration, Sensor, UNKNOWN, Wheels};
-use firmware::control::{Alignment, Mode, Reason, Way};
+use firmware::control::{Alignment, HeadingSource, Mode, Reason};
 use firmware::fix::Heading;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::model::Nets;
@@ -210,12 +210,18 @@ fn a_heading_is_taken_over_the_command_link() {
     bench.run(10, None);
     // a sensor that finds north waits for it; the heading shows meanwhile
     let health = bench.health();
-    assert_eq!((health.navigates, health.way), (false, Way::Heading));
+    assert_eq!(
+        (health.navigates, health.way),
+        (false, HeadingSource::Heading)
+    );
     let sigma = health.heading_sigma.expect("it is known");
     assert!((45..=55).contains(&sigma), "{health:?}");
     bench.run(100, None);
     let health = bench.health();
-    assert_eq!((health.navigates, health.way), (true, Way::Gyrocompass));
+    assert_eq!(
+        (health.navigates, health.way),
+        (true, HeadingSource::Gyrocompass)
+    );
     assert!(health.heading_sigma.is_some_and(|sigma| sigma < 45));
     assert_eq!(ask(&mut bench, 0.3, 0.05), Some(Reason::Alignment));
 }

@@ -6,7 +6,7 @@ use firmware::app::Config;
 use firmware::configuration::{Configuration, Receiver, ReceiverProtocol};
 use firmware::fix::NOT_MEASURED;
 use firmware::wire::command::{Request, Response, Sync, Times};
-use firmware::wire::receiver::{Heard, ReceiverFormat};
+use firmware::wire::receiver::{ReceiverFormat, ReceiverStatus};
 use firmware::wire::ubx::Pvt;
 
 /// A receiver at 9600 bit/s: a byte takes so many microseconds.
@@ -78,10 +78,10 @@ impl Bench {
         }
     }
 
-    fn heard(&mut self) -> Heard {
+    fn status(&mut self) -> ReceiverStatus {
         self.device
             .ask(&Request::GetReceiver, |answer| match answer {
-                Response::Receiver(heard) => heard,
+                Response::Receiver(status) => status,
                 other => panic!("{other:?}"),
             })
     }
@@ -172,12 +172,12 @@ fn the_pulse_makes_the_age_exact() {
                 None => assert!(!wired || second < 5, "{second}"),
             }
         }
-        let heard = bench.heard();
-        assert_eq!(heard.format, Some(ReceiverFormat::Nmea));
-        assert_eq!(heard.pulses, if wired { 29 } else { 0 });
-        assert_eq!(heard.age_us.is_some(), wired);
+        let status = bench.status();
+        assert_eq!(status.format, Some(ReceiverFormat::Nmea));
+        assert_eq!(status.pulses, if wired { 29 } else { 0 });
+        assert_eq!(status.age_us.is_some(), wired);
         // 22 November 2026 is a Sunday
-        assert_eq!(heard.time_ms, Some((12 * 3600 + 29) * 1000));
+        assert_eq!(status.time_ms, Some((12 * 3600 + 29) * 1000));
         // the pulse stays away
         let mut ages = Vec::new();
         for second in 30..40 {
@@ -260,7 +260,7 @@ fn the_protocol_is_detected_or_configured() {
             let want = if fixes { 9 } else { 0 };
             assert_eq!(good, want, "{protocol:?} {speaks:?}");
             if fixes {
-                assert_eq!(bench.heard().format, Some(speaks));
+                assert_eq!(bench.status().format, Some(speaks));
             }
         }
     }
@@ -299,6 +299,6 @@ fn a_usual_line_has_a_fix_each_second() {
             bench.run(1_000_000 * second + 900_000);
         }
         assert_eq!(bench.device.counters().good_fixes, 60, "{protocol:?}");
-        assert_eq!(bench.heard().format, Some(ReceiverFormat::Ubx));
+        assert_eq!(bench.status().format, Some(ReceiverFormat::Ubx));
     }
 }

@@ -9,7 +9,7 @@ use firmware::app::{App, Config, Jobs, Lines};
 use firmware::configuration::SerialLines;
 use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
-use firmware::wire::adis::{Burst, Form, Found, Model, Rate};
+use firmware::wire::adis::{Burst, DetectedSensor, Form, Model, Rate};
 use firmware::wire::command::{LoopPhase, MAX_PACKET, Request, encode, fault};
 
 /// Calls of the loop, in their order.
@@ -29,7 +29,7 @@ struct Bench {
     phases: Vec<LoopPhase>,
     bursts: Vec<Vec<u8>>,
     lost: usize,
-    finds: Option<Found>,
+    finds: Option<DetectedSensor>,
     supply_low: bool,
     waiting: usize,
 }
@@ -70,7 +70,7 @@ impl run::Board for Bench {
         lost
     }
 
-    fn look_for_adis(&mut self, _: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look_for_adis(&mut self, _: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor> {
         self.finds.take()
     }
 
@@ -110,7 +110,7 @@ impl Bench {
 fn a_found_adis_corrects_its_bursts_and_lost_ones_are_gaps() {
     let (mut app, mut bench) = (App::new(Config::default()), Bench::default());
     let model = Model::Adis16475(1);
-    bench.finds = Some(Found {
+    bench.finds = Some(DetectedSensor {
         model,
         units: model.units(false).expect("a model"),
         rate: 2000.0,

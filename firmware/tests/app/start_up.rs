@@ -6,7 +6,7 @@ use crate::record::{HARDWARE, configured, unconfigured};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::app::guard::kept::{Kept, WORDS};
+use firmware::app::guard::retained::{Retained, WORDS};
 use firmware::app::{App, Hardware};
 use firmware::configuration::record::encode;
 use firmware::model::Nets;
@@ -175,11 +175,11 @@ fn save(store: &mut Store<Flash>, name: &str) -> bool {
 fn started(flash: &Flash, most: u32) -> Option<(Device, u32)> {
     let (mut words, mut causes) = ([0; WORDS], cause::POWER_ON);
     for number in 1..=most {
-        let (kept, safe) = Kept::started(&words, causes);
+        let (retained, safe) = Retained::started(&words, causes);
         let reset = Reset {
             causes,
             safe,
-            crash: kept.crash,
+            crash: retained.crash,
             ..START
         };
         let hardware = Hardware {
@@ -193,7 +193,7 @@ fn started(flash: &Flash, most: u32) -> Option<(Device, u32)> {
             device.app = app;
             return Some((device, number));
         }
-        (words, causes) = (kept.crashed(CRASH).words(), cause::SOFTWARE);
+        (words, causes) = (retained.crashed(CRASH).words(), cause::SOFTWARE);
     }
     None
 }

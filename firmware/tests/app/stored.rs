@@ -10,7 +10,7 @@ use firmware::control::{Field, Mode, Reason};
 use firmware::model::Nets;
 use firmware::store::{self, Content, Store};
 use firmware::wire::checksum::crc32_zlib;
-use firmware::wire::command::{Kept, Request, Response, fault};
+use firmware::wire::command::{Request, Response, StoreReport, fault};
 use lrnn_nostd::image;
 
 const STIM: Kind = Kind::STIM;
@@ -88,29 +88,29 @@ fn a_power_cycle_brings_back_what_was_stored() {
 /// again. Weights of another unit than the configuration's are not used.
 #[test]
 fn the_store_reports_what_it_found() {
-    let kept = |device: &mut Device| {
+    let store_report = |device: &mut Device| {
         device.ask(&Request::GetStore, |answer| match answer {
-            Response::Kept(kept) => kept,
+            Response::Kept(store_report) => store_report,
             other => panic!("{other:?}"),
         })
     };
     let mut flash = blank();
     let mut device = powered(&flash);
-    assert_eq!(kept(&mut device), Kept::default());
+    assert_eq!(store_report(&mut device), StoreReport::default());
     let record = record(&configured(STIM));
     assert_eq!(configure(&mut device, &record), Ok(()));
     device.order(&Request::SetMode(Mode::Bypass));
     assert_eq!(stores(&mut device, &mut flash), Response::Done);
     // the same is not stored again, something else behind it
     assert_eq!(stores(&mut device, &mut flash), Response::Done);
-    assert_eq!(kept(&mut powered(&flash)).generation, Some(1));
+    assert_eq!(store_report(&mut powered(&flash)).generation, Some(1));
     let mut other = configured(STIM);
     other.identity.name = "other".try_into().expect("short");
     assert_eq!(configure(&mut device, &encode(&other)), Ok(()));
     device.order(&Request::SetMode(Mode::Bypass));
     assert_eq!(stores(&mut device, &mut flash), Response::Done);
     let mut device = powered(&flash);
-    let found = kept(&mut device);
+    let found = store_report(&mut device);
     assert_eq!(
         (found.generation, found.damaged, found.passed),
         (Some(2), false, 0)
@@ -128,21 +128,21 @@ fn the_store_reports_what_it_found() {
     let mut rotten = flash.clone();
     rotten.bytes[newest + 700] ^= 1;
     let mut device = powered(&rotten);
-    let found = kept(&mut device);
+    let found = store_report(&mut device);
     assert_eq!((found.generation, found.damaged), (Some(1), true));
     assert_eq!(read(&mut device), record);
     assert_ne!(device.app.faults() & fault::STORE, 0);
     device.order(&Request::SetMode(Mode::Bypass));
     assert_eq!(stores(&mut device, &mut rotten), Response::Done);
     assert_eq!(device.app.faults() & fault::STORE, 0);
-    assert!(!kept(&mut powered(&rotten)).damaged);
+    assert!(!store_report(&mut powered(&rotten)).damaged);
     // all words are rotten: like a new device
     for start in starts(&rotten) {
         if start != newest {
             rotten.bytes[start + 700] ^= 1;
         }
     }
-    assert_eq!(kept(&mut powered(&rotten)), Kept::default());
+    assert_eq!(store_report(&mut powered(&rotten)), StoreReport::default());
 }
 
 /// A record whose weights are of another unit than its configuration, with a right checksum.
@@ -198,7 +198,7 @@ fn what_cannot_be_read_is_reported_and_not_used() {
         (2, record(&bad), None),
         (2, vec![1; 30], None),
     ];
-    for (version, bytes, kept) in cases {
+    for (version, bytes, store_report) in cases {
         let mut flash = sealed_store(version, &bytes);
         let before = flash.bytes.clone();
         let mut device = powered(&flash);
@@ -208,7 +208,7 @@ fn what_cannot_be_read_is_reported_and_not_used() {
         assert_eq!(*device.app.nets(), Nets::NONE);
         assert_eq!(configure(&mut device, &good), Ok(()));
         let answer = stores(&mut device, &mut flash);
-        if let Some(version) = kept {
+        if let Some(version) = store_report {
             assert_eq!(answer, Response::Refused(Reason::Newer(version)));
             assert!(flash.bytes == before);
         } else {

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Calls that a learner got.
 #[derive(Debug, Default)]
-struct Heard {
+struct Calls {
     begun: Shared<u32>,
     samples: Shared<u32>,
     blocks: Shared<u32>,
@@ -27,7 +27,7 @@ struct Heard {
 
 /// A learner that learns an error whenever it is begun.
 #[derive(Debug)]
-struct Knows(Arc<Heard>);
+struct Knows(Arc<Calls>);
 
 impl Learner for Knows {
     fn begin(&mut self, _: &Nets, _: StreamScale) {
@@ -66,13 +66,13 @@ impl Learner for Knows {
 struct Bench {
     kind: Kind,
     device: Device,
-    heard: Arc<Heard>,
+    calls: Arc<Calls>,
     n: u32,
 }
 
 impl Bench {
     fn new(kind: Kind) -> Bench {
-        let heard = Arc::new(Heard::default());
+        let calls = Arc::new(Calls::default());
         let mut device = Device::new(Config::default());
         let config = Config {
             mode: Mode::Learn,
@@ -88,12 +88,12 @@ impl Bench {
             },
             ..kind.config()
         };
-        let learner = Box::leak(Box::new(Knows(heard.clone())));
+        let learner = Box::leak(Box::new(Knows(calls.clone())));
         device.app = App::with_learner(config, Some(learner));
         let mut bench = Bench {
             kind,
             device,
-            heard,
+            calls,
             n: 0,
         };
         bench.run(30);
@@ -216,14 +216,14 @@ fn a_start_of_the_sensor_is_noticed() {
         bench.run(50);
         assert!(!bench.corrects(), "{kind:?}");
         assert_eq!(bench.restarts(), 1, "{kind:?}");
-        let begun = bench.heard.begun.get();
+        let begun = bench.calls.begun.get();
         // without its configuration a STIM300 is not learnt from
         assert_eq!(begun, if kind == Kind::STIM { 1 } else { 2 }, "{kind:?}");
         if kind == Kind::STIM {
             assert_eq!(bench.device.app.faults(), fault::UNITS);
             bench.device.feed(&stim300::config::Config::DEFAULT.emit());
             bench.run(50);
-            assert_eq!(bench.heard.begun.get(), 2);
+            assert_eq!(bench.calls.begun.get(), 2);
             assert_eq!(bench.device.app.faults(), 0);
         }
     }
@@ -236,8 +236,8 @@ fn not_every_silence_is_a_start() {
     let mut bench = Bench::new(Kind::KVH);
     bench.device.wait_ms(900);
     assert!(bench.corrects());
-    assert_eq!((bench.restarts(), bench.heard.begun.get()), (0, 1));
-    assert!(bench.heard.silences.get() > 0);
+    assert_eq!((bench.restarts(), bench.calls.begun.get()), (0, 1));
+    assert!(bench.calls.silences.get() > 0);
 
     let mut bench = Bench::new(Kind::STIM);
     bench.device.lines.navigation.input.extend(b"N\rI\rC\r");

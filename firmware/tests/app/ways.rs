@@ -9,7 +9,7 @@ use firmware::wire::command::fault;
 use proptest::prelude::*;
 
 #[derive(Debug, Clone, Copy)]
-enum Way {
+enum Disturbance {
     /// Frames with wrong checksums for this time, s.
     Damage(f64),
     /// This number of frames is missing.
@@ -30,49 +30,49 @@ enum Way {
     Service,
 }
 
-fn ways() -> impl Strategy<Value = Vec<Way>> {
+fn ways() -> impl Strategy<Value = Vec<Disturbance>> {
     let way = prop_oneof![
-        (0.1..7.0).prop_map(Way::Damage),
-        (1..60u32).prop_map(Way::Missing),
-        (1..60u32).prop_map(Way::Stuck),
-        (1..12_000u32).prop_map(Way::Noise),
-        (1..200u32).prop_map(Way::Another),
-        (1..900u64).prop_map(Way::Silence),
-        (1..30u32).prop_map(Way::Full),
-        Just(Way::Lost),
-        Just(Way::Service),
+        (0.1..7.0).prop_map(Disturbance::Damage),
+        (1..60u32).prop_map(Disturbance::Missing),
+        (1..60u32).prop_map(Disturbance::Stuck),
+        (1..12_000u32).prop_map(Disturbance::Noise),
+        (1..200u32).prop_map(Disturbance::Another),
+        (1..900u64).prop_map(Disturbance::Silence),
+        (1..30u32).prop_map(Disturbance::Full),
+        Just(Disturbance::Lost),
+        Just(Disturbance::Service),
     ];
     prop::collection::vec(way, 1..6)
 }
 
-impl Way {
+impl Disturbance {
     /// Goes there. What comes out meanwhile counts, as far as it is a frame of the sensor.
     fn into_it(self, bench: &mut Bench) {
         match self {
-            Way::Damage(seconds) => damaged(bench, seconds),
-            Way::Missing(frames) => bench.n += frames,
-            Way::Stuck(times) => {
+            Disturbance::Damage(seconds) => damaged(bench, seconds),
+            Disturbance::Missing(frames) => bench.n += frames,
+            Disturbance::Stuck(times) => {
                 for _ in 0..times {
                     bench.step(1.0);
                     bench.n -= 1;
                 }
             }
-            Way::Noise(bytes) => noise(bench, bytes),
-            Way::Another(frames) => {
+            Disturbance::Noise(bytes) => noise(bench, bytes),
+            Disturbance::Another(frames) => {
                 for frame in Kind::KVH.stream(0, frames) {
                     bench.device.feed(&frame);
                     bench.device.pass_us(1000);
                 }
                 bench.device.lines.navigation.sent.clear();
             }
-            Way::Silence(ms) => bench.device.wait_ms(ms),
-            Way::Full(frames) => {
+            Disturbance::Silence(ms) => bench.device.wait_ms(ms),
+            Disturbance::Full(frames) => {
                 bench.device.lines.navigation.room = 0;
                 (0..frames).for_each(|_| bench.step(1.0));
                 bench.device.lines.navigation.room = usize::MAX;
             }
-            Way::Lost => bench.device.app.lost(),
-            Way::Service => {
+            Disturbance::Lost => bench.device.app.lost(),
+            Disturbance::Service => {
                 let bytes = b"SERVICEMODE\r";
                 bench.device.lines.navigation.input.extend(bytes);
             }

@@ -415,7 +415,7 @@ fn numbers_in_the_text() {
     assert_eq!(stated("wire"), usize::from(WIRE_VERSION));
     assert_eq!(stated("images"), IMAGES_LEN);
     assert_eq!(stated("chunk"), MAX_CHUNK);
-    assert_eq!(stated("kinds"), firmware::compensator::OUTLETS);
+    assert_eq!(stated("kinds"), firmware::compensator::OUTPUT_STREAMS);
     assert_eq!(
         stated("patience"),
         firmware::app::PATIENCE_US as usize / 1000

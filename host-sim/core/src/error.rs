@@ -49,7 +49,7 @@ pub enum Error {
     OtherKind {
         /// Path as given.
         file: PathBuf,
-        /// What it is.
+        /// Kind of the file.
         kind: &'static str,
         /// How to get what is read.
         remedy: &'static str,

@@ -5,7 +5,7 @@
 
 mod order;
 
-pub use order::{Given, Order, Reply};
+pub use order::{Order, PendingOrder, Reply};
 
 use crate::history::Point;
 use crate::hub::Hub;
@@ -41,7 +41,7 @@ pub struct Device {
 }
 
 /// Connections of the device's thread.
-pub struct Around {
+pub struct Channels {
     /// Sends events to the pages.
     pub hub: Arc<Hub>,
     /// Readers of the sensor's and the navigation line.
@@ -49,7 +49,7 @@ pub struct Around {
     /// The recording.
     pub record: Arc<Record>,
     /// Orders of the page's buttons.
-    pub orders: Receiver<Given>,
+    pub orders: Receiver<PendingOrder>,
     /// Ends the thread when set.
     pub stop: Arc<AtomicBool>,
 }
@@ -70,7 +70,7 @@ pub struct Now {
 
 /// Identity and configuration of the device, sent to the pages when they change.
 #[derive(Serialize)]
-struct What {
+struct DeviceEvent {
     #[serde(flatten)]
     info: Info,
     /// When corrections come into force.
@@ -86,7 +86,7 @@ struct Lost {
 }
 
 /// An open link, and the state of polling its device.
-struct Found {
+struct OpenDevice {
     link: Link,
     rounds: u32,
 }
@@ -104,8 +104,8 @@ impl Device {
     }
 
     /// Watches the device until the server ends. `link`: an open link, if there is one.
-    pub fn watch(&self, link: Option<Link>, around: &Around) {
-        let fresh = |link| Found { link, rounds: 0 };
+    pub fn watch(&self, link: Option<Link>, around: &Channels) {
+        let fresh = |link| OpenDevice { link, rounds: 0 };
         let mut found = link.map(fresh);
         let mut last = Last::default();
         let mut was_lost = false;
@@ -147,8 +147,13 @@ impl Device {
     }
 
     /// Polls the device and sends its state to the pages.
-    fn look(&self, found: &mut Found, last: &mut Last, around: &Around) -> Result<(), Error> {
-        let Found { link, rounds } = found;
+    fn look(
+        &self,
+        found: &mut OpenDevice,
+        last: &mut Last,
+        around: &Channels,
+    ) -> Result<(), Error> {
+        let OpenDevice { link, rounds } = found;
         let had = last.answered();
         if *rounds == 0 {
             last.reread(); // an order may have changed the configuration
@@ -190,8 +195,8 @@ impl Device {
         Ok(())
     }
 
-    fn what(&self, info: Info, configuration: Option<&Configuration>) -> What {
-        What {
+    fn what(&self, info: Info, configuration: Option<&Configuration>) -> DeviceEvent {
+        DeviceEvent {
             info,
             activation: configuration.map(|of| match of.correction.activation {
                 Activation::Commanded => "commanded",
@@ -207,7 +212,7 @@ impl Device {
 }
 
 /// Waits until the next poll is due, or carries out an order of a button. False: the server ends.
-fn serve(due: Instant, found: &mut Option<Found>, around: &Around) -> bool {
+fn serve(due: Instant, found: &mut Option<OpenDevice>, around: &Channels) -> bool {
     let left = due.saturating_duration_since(Instant::now());
     let given = match around.orders.recv_timeout(left) {
         Ok(given) => given,

@@ -1,7 +1,7 @@
 //! Pairs the raw and the corrected values of the same sample, which arrive on two lines at slightly
 //! different times. Only in such a pair is the difference the correction.
 
-use crate::samples::{Found, Sample};
+use crate::samples::{DecodedSample, Sample};
 use crate::taps::Side;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -15,12 +15,12 @@ const LONGEST: Duration = Duration::from_millis(60);
 /// Finds the pairs.
 #[derive(Default)]
 pub struct Pairs {
-    waiting: [VecDeque<(Instant, Found)>; 2],
+    waiting: [VecDeque<(Instant, DecodedSample)>; 2],
 }
 
 impl Pairs {
     /// Adds a sample of a line. Passes complete pairs to `take`, and samples without a partner.
-    pub fn push(&mut self, side: Side, found: Found, mut take: impl FnMut(Side, &Sample)) {
+    pub fn push(&mut self, side: Side, found: DecodedSample, mut take: impl FnMut(Side, &Sample)) {
         let now = Instant::now();
         self.waiting[side as usize].push_back((now, found));
         let [raw, corrected] = &mut self.waiting;
@@ -65,7 +65,7 @@ mod tests {
         let mut all = Vec::new();
         for (side, counters) in [(Side::Raw, raw), (Side::Corrected, corrected)] {
             for counter in counters {
-                let found = Found {
+                let found = DecodedSample {
                     key: Key::Counter(*counter),
                     sample: [f64::from(*counter); 6],
                 };

@@ -25,7 +25,7 @@ pub enum Key {
 
 /// A decoded sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct DecodedSample {
     /// Identifies it among its neighbours.
     pub key: Key,
     /// Its values.
@@ -65,7 +65,7 @@ impl Decoder {
     }
 
     /// Passes the samples that end in these bytes to `take`.
-    pub fn push(&mut self, bytes: &[u8], mut take: impl FnMut(Found)) {
+    pub fn push(&mut self, bytes: &[u8], mut take: impl FnMut(DecodedSample)) {
         for piece in bytes.chunks(PIECE) {
             match &mut self.finder {
                 Finder::Detects(detector) => {
@@ -90,7 +90,11 @@ impl Decoder {
 }
 
 /// The sample of a frame; `None` when its units are not known, or it is the first integrated one.
-fn sample(frame: &Checked, settings: &Settings, last: &mut Option<[f64; 6]>) -> Option<Found> {
+fn sample(
+    frame: &Checked,
+    settings: &Settings,
+    last: &mut Option<[f64; 6]>,
+) -> Option<DecodedSample> {
     let stream = frame.source().stream(settings, frame.content())?;
     let reading = frame.read().ok()?;
     let values: [f64; 6] = match reading.sample {
@@ -117,7 +121,7 @@ fn sample(frame: &Checked, settings: &Settings, last: &mut Option<[f64; 6]>) -> 
         (None, Some(time)) => Key::Time(time),
         (None, None) => Key::Order,
     };
-    Some(Found { key, sample: si })
+    Some(DecodedSample { key, sample: si })
 }
 
 fn six<T: Into<f64> + Copy>([a, b, c]: [T; 3], [x, y, z]: [T; 3]) -> [f64; 6] {

@@ -1,6 +1,6 @@
 //! Starts and ends all parts of the server.
 
-use crate::device::{Around, Device};
+use crate::device::{Channels, Device};
 use crate::hub::Hub;
 use crate::options::Options;
 use crate::record::Record;
@@ -62,7 +62,7 @@ pub fn serve(options: &Options) -> Result<(), Error> {
     let shown = Arc::clone(&taps);
     threads.push(thread::spawn(move || shown.show()));
     let (orders, given) = sync_channel(WAITING);
-    let around = Around {
+    let around = Channels {
         hub: Arc::clone(&hub),
         taps,
         record: Arc::clone(&record),
@@ -133,7 +133,7 @@ fn refused(at: SocketAddr, error: &io::Error) -> Error {
 /// State of the page's server.
 struct Web {
     hub: Arc<Hub>,
-    orders: Option<std::sync::mpsc::SyncSender<crate::device::Given>>,
+    orders: Option<std::sync::mpsc::SyncSender<crate::device::PendingOrder>>,
     names: Arc<[String]>,
 }
 

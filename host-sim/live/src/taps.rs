@@ -6,7 +6,7 @@
 use crate::hub::Hub;
 use crate::pairs::Pairs;
 use crate::record::Record;
-use crate::samples::{Decoder, Found, Sample};
+use crate::samples::{DecodedSample, Decoder, Sample};
 use crate::window::{Gather, Window};
 use firmware::configuration::{Configuration, Sensor, SerialLines};
 use firmware::wire::{ImuFormat, Settings};
@@ -24,7 +24,7 @@ const REST: Duration = Duration::from_millis(200);
 /// Time until a broken line is reopened.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// Which line.
+/// A tapped line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// From the sensor.
@@ -81,7 +81,7 @@ struct State {
 
 /// An event for the pages.
 #[derive(Serialize)]
-struct Shown<'a> {
+struct TapEvent<'a> {
     t: f64,
     raw: Option<Window>,
     corrected: Option<Window>,
@@ -153,7 +153,7 @@ impl Taps {
         }
     }
 
-    /// Reads until the server ends or the lines are configured anew. Settings that concern the
+    /// Reads until the server ends or the lines are configured again. Settings that concern the
     /// decoder alone replace it; the port stays open, so that no frame is lost.
     fn hear(
         &self,
@@ -200,7 +200,7 @@ impl Taps {
             let in_force = state.in_force;
             let now = state.settings;
             drop(state);
-            for Found { sample, .. } in samples.drain(..) {
+            for DecodedSample { sample, .. } in samples.drain(..) {
                 self.record.sample(side, &sample);
                 if !self.has_sensor {
                     let raw = std::array::from_fn(|i| sample[i] + in_force[i]);
@@ -227,7 +227,7 @@ impl Taps {
             drop(state);
             self.hub.send(
                 "samples",
-                &Shown {
+                &TapEvent {
                     t: self.hub.time_s(),
                     raw,
                     corrected,

@@ -11,7 +11,7 @@
 
 mod listening;
 
-use crate::device::{Given, Order, Reply};
+use crate::device::{Order, PendingOrder, Reply};
 use crate::hub::Hub;
 use axum::body::Body;
 use axum::extract::rejection::JsonRejection;
@@ -98,7 +98,7 @@ pub struct Server {
     /// Events for the pages.
     pub hub: Arc<Hub>,
     /// Receives the orders; `None`: the page has no buttons.
-    pub orders: Option<SyncSender<Given>>,
+    pub orders: Option<SyncSender<PendingOrder>>,
     /// The page's token.
     pub token: Arc<str>,
     /// Names of this server beside IP addresses and `localhost`.
@@ -234,7 +234,7 @@ async fn order(
         Err(why) => return answer(why.status(), Err(why.body_text())),
     };
     let (reply, done) = oneshot::channel();
-    match orders.try_send(Given { order, reply }) {
+    match orders.try_send(PendingOrder { order, reply }) {
         Ok(()) => {}
         Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {
             let why = "other orders wait; remedy: try again".to_owned();

@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 /// An argument that is an array, with its name for errors. While it lives nobody else of this
 /// package can write to it.
-pub struct Given<'py, T: Element> {
+pub struct ArrayArgument<'py, T: Element> {
     view: PyReadonlyArray<'py, T, IxDyn>,
     name: &'static str,
 }
@@ -23,7 +23,7 @@ pub struct Given<'py, T: Element> {
 pub fn given<'py, T: Element>(
     name: &'static str,
     value: &Bound<'py, PyAny>,
-) -> PyResult<Given<'py, T>> {
+) -> PyResult<ArrayArgument<'py, T>> {
     let wanted = T::get_dtype(value.py()).to_string();
     let remedy = format!("numpy.ascontiguousarray({name}, dtype=\"{wanted}\")");
     let Ok(untyped) = value.cast::<PyUntypedArray>() else {
@@ -50,10 +50,10 @@ pub fn given<'py, T: Element>(
         let remedy = "do not change it meanwhile in another thread";
         refused(name, e.to_string(), remedy)
     })?;
-    Ok(Given { view, name })
+    Ok(ArrayArgument { view, name })
 }
 
-impl<T: Element> Given<'_, T> {
+impl<T: Element> ArrayArgument<'_, T> {
     /// All elements.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl<T: Element> Given<'_, T> {
     /// Their numbers differ.
     pub fn rows_like<const N: usize, U: Element>(
         &self,
-        other: &Given<'_, U>,
+        other: &ArrayArgument<'_, U>,
     ) -> PyResult<&[[T; N]]> {
         let rows = self.rows()?;
         let (own, others) = (rows.len(), other.view.shape().first().copied().unwrap_or(0));

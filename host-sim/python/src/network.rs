@@ -46,13 +46,13 @@ trait Any: Send + Sync {
 }
 
 #[derive(Clone)]
-struct Of<H: Activation, F: Feedback> {
+struct TypedNetwork<H: Activation, F: Feedback> {
     net: Net<H, Identity, F>,
     state: State,
     sens: Sensitivities,
 }
 
-impl<H: Activation + Send + Sync, F: Feedback + Send + Sync> Any for Of<H, F> {
+impl<H: Activation + Send + Sync, F: Feedback + Send + Sync> Any for TypedNetwork<H, F> {
     fn step(&mut self, input: [f32; 3]) -> lrnn_nostd::Step {
         self.net.step(&mut self.state, input)
     }
@@ -134,7 +134,7 @@ impl Network {
             weights: Weights,
             normalisation: Normalisation,
         ) -> Box<dyn Any> {
-            Box::new(Of::<H, F> {
+            Box::new(TypedNetwork::<H, F> {
                 net: Net::new(weights, normalisation),
                 state: State::new(),
                 sens: Sensitivities::new(),

@@ -29,7 +29,7 @@ use std::path::PathBuf;
 pub struct Recording {
     /// As its files hold it.
     pub record: Record,
-    /// What it says of itself.
+    /// Statements of the recording about itself: units, start, latency.
     pub says: Says,
     /// The unit that it names.
     pub unit: Option<host_unit::Unit>,

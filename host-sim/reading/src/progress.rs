@@ -12,9 +12,9 @@ use std::path::Path;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// A stage that several commands have.
+/// Name of the stage that reads a recording, for several commands.
 pub const READING: &str = "reading the recording";
-/// Another one.
+/// Name of the stage that writes a report, for several commands.
 pub const WRITING: &str = "writing the report";
 
 /// All bars, so that they do not write over each other.
@@ -60,10 +60,10 @@ struct Stages {
 
 /// The line of a command with stages. It is removed when this is dropped.
 #[derive(Debug)]
-pub struct Shown(());
+pub struct ProgressLine(());
 
 /// Shows the stages of a command. The first begins now.
-pub fn plan(stages: Plan<'_>) -> Shown {
+pub fn plan(stages: Plan<'_>) -> ProgressLine {
     let line = ALL.add(ProgressBar::new_spinner());
     let template = "{spinner} {elapsed} {msg}{left}";
     let left = |_: &ProgressState, text: &mut dyn Write| {
@@ -84,10 +84,10 @@ pub fn plan(stages: Plan<'_>) -> Shown {
     });
     drop(earlier); // drawing locks the stages, so not while they are locked
     line.enable_steady_tick(Duration::from_millis(100));
-    Shown(())
+    ProgressLine(())
 }
 
-impl Drop for Shown {
+impl Drop for ProgressLine {
     fn drop(&mut self) {
         let gone = shown().take();
         if let Some(stages) = gone {

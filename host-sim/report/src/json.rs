@@ -21,19 +21,19 @@ pub fn json(results: &Results) -> Result<String, Error> {
         field: "rows",
         problem: error.to_string(),
     };
-    let said = Said::of(results, &verdict::of_results(results));
+    let said = WithVerdict::of(results, &verdict::of_results(results));
     Ok(serde_json::to_string_pretty(&said).map_err(failed)? + "\n")
 }
 
 /// Results with the sentence of their verdict.
 #[derive(Debug, Serialize)]
-pub struct Said<'a, T: Serialize> {
+pub struct WithVerdict<'a, T: Serialize> {
     #[serde(flatten)]
     results: &'a T,
     verdict: String,
 }
 
-impl<'a, T: Serialize> Said<'a, T> {
+impl<'a, T: Serialize> WithVerdict<'a, T> {
     /// `said`: the verdict, the sentence first.
     pub fn of(results: &'a T, said: &[String]) -> Self {
         Self {
@@ -45,8 +45,8 @@ impl<'a, T: Serialize> Said<'a, T> {
 
 /// The cases of a replay, each with its verdict.
 #[must_use]
-pub fn outcomes(all: &[Outcome]) -> Vec<Said<'_, Outcome>> {
-    let said = |of| Said::of(of, &verdict::of_outcome(of));
+pub fn outcomes(all: &[Outcome]) -> Vec<WithVerdict<'_, Outcome>> {
+    let said = |of| WithVerdict::of(of, &verdict::of_outcome(of));
     all.iter().map(said).collect()
 }
 
@@ -56,7 +56,7 @@ pub fn outcomes(all: &[Outcome]) -> Vec<Said<'_, Outcome>> {
 /// [`Error::BadResult`] for a number that JSON cannot hold.
 pub fn findings(of: &Findings) -> Result<String, Error> {
     of.json()?; // rejects results that are not finite
-    let said = Said::of(of, &[allan::verdict(of)]);
+    let said = WithVerdict::of(of, &[allan::verdict(of)]);
     let text = serde_json::to_string_pretty(&said);
     Ok(text.unwrap_or_default() + "\n")
 }

@@ -13,7 +13,7 @@ const MRAD: f64 = 1e-3;
 /// A side counts as visited by a rest within this angle, deg.
 const NEAR_DEG: f64 = 45.0;
 
-/// All of it.
+/// The report as text: the fitted errors, then a line for each rest.
 #[must_use]
 pub fn text(
     positions: &[Position],

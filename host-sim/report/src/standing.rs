@@ -4,14 +4,14 @@ use super::allan::figures;
 use super::terminal::fitted;
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use host_core::inertial::units::{DEG_PER_H, UG};
-use host_estimation::analysis::standing::{Law, Number, Scatter, Sheet, Shown};
+use host_estimation::analysis::standing::{Law, LogResults, Number, Scatter, Sheet};
 
 /// Ratio to the preset from which on a number differs from it.
 const DIFFERS: f64 = 1.5;
 
-/// All of it: the logs, the numbers beside the preset's, laws, margins, notes.
+/// The report as text: the logs, the numbers beside the preset's, laws, margins, notes.
 #[must_use]
-pub fn text(shown: &Shown, sheet: &Sheet, width: usize) -> String {
+pub fn text(shown: &LogResults, sheet: &Sheet, width: usize) -> String {
     let mut text = format!("{}\n\n{}\n\n", fitted(logs(shown), width, [2, 4]), {
         fitted(numbers(sheet), width, [5, 3])
     });
@@ -30,7 +30,7 @@ pub fn text(shown: &Shown, sheet: &Sheet, width: usize) -> String {
 
 /// The first comment lines of the file.
 #[must_use]
-pub fn about(shown: &Shown) -> Vec<String> {
+pub fn about(shown: &LogResults) -> Vec<String> {
     let rest: f64 = shown.logs.iter().map(|log| log.rest_s).sum();
     let mut lines = vec![format!(
         "Written by `host-sim unit from-log` from {}, {:.0} s at rest in all",
@@ -53,7 +53,7 @@ fn range([least, most]: [f64; 2]) -> String {
     format!("{least:.1} to {most:.1}")
 }
 
-fn logs(shown: &Shown) -> Table {
+fn logs(shown: &LogResults) -> Table {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_FULL_CONDENSED);
     table.set_header([
@@ -148,7 +148,7 @@ fn law(name: &str, law: &Law, axes: &[&str], si: f64, unit: &str) -> String {
 }
 
 /// Laws of the temperature, or the range in which nothing is known of it.
-fn laws(shown: &Shown) -> Vec<String> {
+fn laws(shown: &LogResults) -> Vec<String> {
     let mut lines = vec![];
     if let Some(of) = &shown.gyro_law {
         lines.push(law("gyros", of, &["x", "y", "z"], DEG_PER_H, "deg/h"));
@@ -172,7 +172,7 @@ fn laws(shown: &Shown) -> Vec<String> {
 }
 
 /// Which margins the numbers have, and why.
-fn margins(shown: &Shown) -> Vec<String> {
+fn margins(shown: &LogResults) -> Vec<String> {
     let new = |name: &str, of: &Option<Scatter>, si: f64, unit: &str| match of {
         Some(s) => format!(
             "New at a power-on, {name}: {} {unit}, below {} at 95 % ({} degrees of freedom).",

@@ -108,7 +108,7 @@ impl Uncorrected {
         })
     }
 
-    /// Those in a block of rows of one time.
+    /// The errors in a block of rows of one time.
     fn among(block: &[Ended<'_>]) -> Option<Self> {
         Self::of(|scheme| Some(block.iter().find(|row| row.scheme == scheme)?.metres))
     }

@@ -44,14 +44,14 @@ pub struct Args {
           value_parser = clap::value_parser!(u32).range(60..=3600))]
     times: Vec<u32>,
     #[command(flatten)]
-    what: What,
+    what: Selection,
     #[command(flatten)]
     files: Files,
 }
 
 /// Cases, and navigation computers behind the device.
 #[derive(Debug, Clone, ClapArgs)]
-struct What {
+struct Selection {
     /// Cases of docs/ABUSE.md, separated by commas; + joins several, and :ended after a name ends
     /// it ten minutes before the fixes [default: all]
     #[arg(long, value_delimiter = ',', value_name = "NAMES")]
@@ -94,7 +94,7 @@ enum Action {
     },
 }
 
-impl What {
+impl Selection {
     /// The cases with the given values.
     fn cases(&self) -> Result<Vec<Case>, Error> {
         let mut cases = chosen(&self.cases)?;

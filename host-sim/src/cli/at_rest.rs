@@ -10,7 +10,7 @@ use host_reading::open;
 use nalgebra::Rotation3;
 use std::path::{Path, PathBuf};
 
-/// What was read.
+/// Samples at rest that were read.
 pub(super) enum AtRest {
     /// Samples with times.
     Record(Box<Record>),

@@ -3,7 +3,7 @@
 use super::output::JsonOption;
 use clap::Args as ClapArgs;
 use firmware::app::blackbox::read::events;
-use firmware::app::blackbox::{Stage, What};
+use firmware::app::blackbox::{AppState, EventKind};
 use host_core::error::Error;
 use host_device::device::{MODES, mode_name};
 use host_device::hil::blackbox::{self, Verdict, names, play, read};
@@ -61,32 +61,32 @@ impl Page {
     }
 }
 
-const STAGES: [(Stage, &str); 5] = [
-    (Stage::Start, "start"),
-    (Stage::Detect, "looking for the format"),
-    (Stage::Run, "run"),
+const STAGES: [(AppState, &str); 5] = [
+    (AppState::Start, "start"),
+    (AppState::Detect, "looking for the format"),
+    (AppState::Run, "run"),
     (
-        Stage::FaultUnits,
+        AppState::FaultUnits,
         "bytes pass: the units of the samples are not known",
     ),
-    (Stage::FaultNetwork, "bytes pass: the networks failed"),
+    (AppState::FaultNetwork, "bytes pass: the networks failed"),
 ];
 
 /// The value of an event in words; the number itself where it has no name.
-fn value(what: What, value: u32) -> String {
+fn value(what: EventKind, value: u32) -> String {
     let stage = STAGES.iter().find(|(stage, _)| *stage as u32 == value);
     let mode = MODES.into_iter().find(|mode| *mode as u32 == value);
     let name = match (what, value) {
-        (What::Faults, _) => return names(value),
-        (What::Nets, _) => return format!("{value:#010x}"),
-        (What::Fix, _) => return format!("valid at {:.3} s", f64::from(value) * 1e-3),
-        (What::Mode, _) => mode.map(mode_name),
-        (What::Stage, _) => stage.map(|(_, name)| *name),
-        (What::Start, 0) => Some("with blank memory"),
-        (What::Start, 1) => Some("after a reset"),
-        (What::Alignment | What::Rest, 1) => Some("begun"),
-        (What::Rest, 0) => Some("over"),
-        (What::Alignment, 2) => Some("finished"),
+        (EventKind::Faults, _) => return names(value),
+        (EventKind::Nets, _) => return format!("{value:#010x}"),
+        (EventKind::Fix, _) => return format!("valid at {:.3} s", f64::from(value) * 1e-3),
+        (EventKind::Mode, _) => mode.map(mode_name),
+        (EventKind::Stage, _) => stage.map(|(_, name)| *name),
+        (EventKind::Start, 0) => Some("with blank memory"),
+        (EventKind::Start, 1) => Some("after a reset"),
+        (EventKind::Alignment | EventKind::Rest, 1) => Some("begun"),
+        (EventKind::Rest, 0) => Some("over"),
+        (EventKind::Alignment, 2) => Some("finished"),
         _ => None,
     };
     name.map_or_else(|| value.to_string(), str::to_owned)
@@ -146,11 +146,11 @@ mod tests {
 
     #[test]
     fn modes_and_stages_have_names() {
-        assert_eq!(value(What::Mode, 3), "learn");
-        assert_eq!(value(What::Stage, 2), "run");
-        assert_eq!(value(What::Stage, 9), "9");
-        assert_eq!(value(What::Start, 1), "after a reset");
-        assert_eq!(value(What::Restart, 2), "2");
-        assert_eq!(value(What::Nets, 255), "0x000000ff");
+        assert_eq!(value(EventKind::Mode, 3), "learn");
+        assert_eq!(value(EventKind::Stage, 2), "run");
+        assert_eq!(value(EventKind::Stage, 9), "9");
+        assert_eq!(value(EventKind::Start, 1), "after a reset");
+        assert_eq!(value(EventKind::Restart, 2), "2");
+        assert_eq!(value(EventKind::Nets, 255), "0x000000ff");
     }
 }

@@ -11,7 +11,7 @@ use host_lab::campaign::{
     Campaign, Group, Merged, NONE, Progress, Row, SCHEMES, Study, Summary, Topic, causes_csv,
     merge, missing, ratios, ratios_csv, results, studies, summarise, to_csv,
 };
-use host_report::campaign::Made;
+use host_report::campaign::Origin;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -326,7 +326,7 @@ fn warn_of_gaps(merged: &Merged) {
 
 /// The output of `--json`.
 #[derive(Serialize)]
-struct Said<'a> {
+struct JsonOutput<'a> {
     /// The first sentence of the verdict; none without the scheme `uncorrected`.
     verdict: Option<&'a str>,
     rows: &'a [Summary],
@@ -340,7 +340,7 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
     let summary = summarise(&done.rows, setting.start);
     let ratios = ratios(&done.rows, setting.start);
     let said = host_report::campaign::verdict(done, &summary, &ratios, further);
-    files.json.write(&Said {
+    files.json.write(&JsonOutput {
         verdict: said.first().map(String::as_str),
         rows: &summary,
     })?;
@@ -363,7 +363,7 @@ fn finish(done: &Merged, further: &[(Topic, Vec<Row>)], files: &Files) -> Result
         }
     }
     if let Some(file) = &files.report {
-        let made = Made {
+        let made = Origin {
             commands: vec![format!("host-sim {}", arguments_without("--jobs"))],
         };
         let page = host_report::campaign::document(done, &summary, &ratios, further, &made)?;

@@ -2,7 +2,7 @@
 
 use super::messages::{Euroc, Mcap, Messages, Ubx, Ulog};
 use super::output::{JsonOption, WrittenRecording, check_free};
-use super::progress::{self, Shown};
+use super::progress::{self, ProgressLine};
 use super::source::{Csv, KfGins, Novatel};
 use clap::{Args as ClapArgs, Subcommand, ValueEnum};
 use host_core::error::Error;
@@ -127,7 +127,7 @@ impl Target {
     fn write(
         &self,
         read: impl FnOnce() -> Result<Record, Error>,
-        shown: Shown,
+        shown: ProgressLine,
     ) -> Result<(), Error> {
         let files: &[&str] = match self.to {
             Format::Csv => &["imu.csv", "gnss.csv", "header.toml"],

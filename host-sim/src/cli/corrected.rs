@@ -94,9 +94,9 @@ impl CorrectedOptions {
         let what = match (self.corrected_format, original) {
             (Form::KfGins, _) => {
                 kfgins::imu_text(record, self.corrected_shift, "--corrected-shift")?;
-                What::KfGins(self.corrected_shift)
+                TargetFormat::KfGins(self.corrected_shift)
             }
-            (Form::Same, Some(original)) => What::Same(original),
+            (Form::Same, Some(original)) => TargetFormat::Same(original),
             (Form::Same, None) => {
                 let problem = "this format is read but not written";
                 return Err(refused(
@@ -114,7 +114,7 @@ impl CorrectedOptions {
 }
 
 /// Format in which it is written.
-enum What {
+enum TargetFormat {
     Same(Original),
     /// KF-GINS text, with the offset that is added to the times, s.
     KfGins(f64),
@@ -124,7 +124,7 @@ enum What {
 pub(super) struct Target<'o> {
     file: &'o Path,
     by: &'o str,
-    what: What,
+    what: TargetFormat,
 }
 
 impl Target<'_> {
@@ -139,8 +139,8 @@ impl Target<'_> {
         let taken = correction.taken(record, begin);
         record.check()?;
         let bytes = match &self.what {
-            What::Same(original) => original.without(&taken)?,
-            What::KfGins(shift) => {
+            TargetFormat::Same(original) => original.without(&taken)?,
+            TargetFormat::KfGins(shift) => {
                 let record = Record {
                     samples: less(&record.samples, &taken).into(),
                     ..record.clone()

@@ -1,7 +1,7 @@
 //! Output of a command: the printed table, the report directory and the JSON file.
 
 use super::options::{arguments, refused};
-use super::progress::{self, Shown};
+use super::progress::{self, ProgressLine};
 use super::stdout;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
@@ -129,7 +129,7 @@ impl Output {
         &self,
         name: &str,
         report: &Report,
-        shown: Shown,
+        shown: ProgressLine,
     ) -> Result<(), Error> {
         progress::stage(progress::WRITING);
         // All faults of the results are found before anything is written.
@@ -155,7 +155,7 @@ impl Output {
         &self,
         name: &str,
         outcomes: &[Outcome],
-        shown: Shown,
+        shown: ProgressLine,
     ) -> Result<(), Error> {
         progress::stage(progress::WRITING);
         let head = Head {

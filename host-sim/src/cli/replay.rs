@@ -26,11 +26,11 @@ const DRIVES: [&str; 5] = ["drive 1", "drive 2", "drive 3", "drive 4", "further 
 #[derive(Debug, ClapArgs)]
 pub struct Args {
     #[command(subcommand)]
-    pub(super) what: What,
+    pub(super) what: Source,
 }
 
 #[derive(Debug, Subcommand)]
-pub(super) enum What {
+pub(super) enum Source {
     /// The real laser-gyro recording at rest (CSV of pulses, plain or gzipped)
     Lasergyro(Lasergyro),
     /// Raw MEMS beside a fibre-optic navigator on one vehicle, each part once in each role
@@ -115,14 +115,14 @@ impl Args {
     /// Replays the recording.
     pub(super) fn run(&self) -> Result<(), Error> {
         match &self.what {
-            What::Lasergyro(args) => args.run(),
-            What::FogMems(args) => {
+            Source::Lasergyro(args) => args.run(),
+            Source::FogMems(args) => {
                 let shown = progress::plan(&[(REPLAYING, 2.3), (progress::WRITING, 0.7)]);
                 let (_, outcomes) = args.outcomes()?;
                 args.output.leave_outcomes("fog-mems", &outcomes, shown)
             }
-            What::Kitti(args) => args.run(),
-            What::Hybrid(args) => {
+            Source::Kitti(args) => args.run(),
+            Source::Hybrid(args) => {
                 let roads = args.roads.len() as f64;
                 let stages = [
                     (progress::READING, 0.4),
@@ -139,15 +139,15 @@ impl Args {
                 let outcomes = outcomes.ok_or_else(|| no_attitude(&args.file))?;
                 args.output.leave_outcomes("hybrid", &outcomes, shown)
             }
-            What::Csv(args) => args.run(),
-            What::KfGins(args) => args.run(),
-            What::Novatel(args) => args.run(),
-            What::Mcap(args) => args.run(),
-            What::Ulog(args) => args.run(),
-            What::Ubx(args) => args.run(),
-            What::Euroc(args) => args.run(),
-            What::Sessions(args) => args.run(),
-            What::Blackbox(args) => args.run(),
+            Source::Csv(args) => args.run(),
+            Source::KfGins(args) => args.run(),
+            Source::Novatel(args) => args.run(),
+            Source::Mcap(args) => args.run(),
+            Source::Ulog(args) => args.run(),
+            Source::Ubx(args) => args.run(),
+            Source::Euroc(args) => args.run(),
+            Source::Sessions(args) => args.run(),
+            Source::Blackbox(args) => args.run(),
         }
     }
 }

@@ -4,7 +4,7 @@
 use super::corrected::CorrectedOptions;
 use super::options::{UnitOption, refused};
 use super::output::Output;
-use super::progress::{self, READING, Shown, WRITING};
+use super::progress::{self, ProgressLine, READING, WRITING};
 use super::record_options::{RecordOptions, ReplacedOptions};
 use super::replay::REPLAYING;
 use super::source::Novatel;
@@ -164,7 +164,7 @@ impl<'a> Inventory<'a> {
 }
 
 impl Options {
-    fn replay(&self, loaded: Loaded, shown: Shown) -> Result<(), Error> {
+    fn replay(&self, loaded: Loaded, shown: ProgressLine) -> Result<(), Error> {
         let name = loaded.name;
         let outcome = self.judge(loaded)?;
         self.output.leave_outcomes(name, &[outcome], shown)

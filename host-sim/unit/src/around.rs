@@ -84,13 +84,13 @@ pub struct Vehicle {
     /// attitude of the sensor from the motion alone. Neither the course nor a given heading counts
     /// as its heading, the direction of gravity is not checked, and the lever arm is in axes of the
     /// sensor. Default: known, as `[mounting]` says.
-    pub mounting: Known,
+    pub mounting: MountingKnowledge,
 }
 
 /// Whether the mounting of the sensor is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Known {
+pub enum MountingKnowledge {
     /// As the table `[mounting]` says.
     #[default]
     Known,
@@ -221,7 +221,7 @@ impl Default for Vehicle {
         Self {
             kind: Kind::Land,
             largest_speed_mps: 50.0,
-            mounting: Known::Known,
+            mounting: MountingKnowledge::Known,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Converts a unit file to the device's configuration.
 
 use super::Unit;
-use super::around::{Correction, Known};
+use super::around::{Correction, MountingKnowledge};
 use super::finding::Finding;
 use super::mounting::Mounting;
 use super::wheels::Wheels;
@@ -74,7 +74,7 @@ impl Unit {
     /// The device's mounting.
     fn quaternion(&self) -> Result<[f32; 4], Finding> {
         let q = self.mounting.rotation()?;
-        if self.vehicle.mounting == Known::Known {
+        if self.vehicle.mounting == MountingKnowledge::Known {
             return Ok([q.w, q.i, q.j, q.k].map(|x| x as f32));
         }
         if self.mounting == Mounting::default() {

@@ -4,7 +4,9 @@
 //! decimal that becomes the same bits again.
 
 use super::Unit;
-use super::around::{Activation, Correction, Kind, Known, Mode, Protocol, Receiver, Vehicle};
+use super::around::{
+    Activation, Correction, Kind, Mode, MountingKnowledge, Protocol, Receiver, Vehicle,
+};
 use super::mounting::Mounting;
 use super::networks::Networks;
 use super::sensor::{Adis, FormatName, Parity, Sensor};
@@ -20,9 +22,12 @@ impl Unit {
     #[must_use]
     pub fn of(configuration: &Configuration) -> Option<Self> {
         let (known, mounting) = if configuration.mounting == configuration::UNKNOWN {
-            (Known::Unknown, Mounting::default())
+            (MountingKnowledge::Unknown, Mounting::default())
         } else {
-            (Known::Known, Mounting::of(configuration.mounting)?)
+            (
+                MountingKnowledge::Known,
+                Mounting::of(configuration.mounting)?,
+            )
         };
         let unit = Self {
             name: configuration.identity.name.to_string(),

@@ -4,7 +4,7 @@ use core::fmt::{Result, Write};
 use core::hint::black_box;
 
 use lrnn_nostd::{Activation, Cubic, Rational, Tanh};
-use vectors::work::{Found, LearnWork, NetworkWork, Portable, plausible};
+use vectors::work::{LearnWork, NetworkWork, Portable, WorkResult, plausible};
 
 use crate::machine::{MASK, Out, start_counter, ticks, turn};
 
@@ -52,7 +52,7 @@ fn network<H: Activation>([step, gradient, descent, learn]: [&str; 4]) -> Result
 /// Prints the ticks of all repetitions. A failed repetition is an error, because its count would be
 /// wrong.
 #[inline(never)]
-fn measure(name: &str, mut work: impl FnMut([f32; 3]) -> Found) -> Result {
+fn measure(name: &str, mut work: impl FnMut([f32; 3]) -> WorkResult) -> Result {
     let mut good = true;
     let ticks = timed(|| {
         for repetition in 0..REPETITIONS {

@@ -16,7 +16,7 @@ fn workspace() -> PathBuf {
 
 /// A command in a document.
 #[derive(Debug)]
-pub struct Shown {
+pub struct ShownCommand {
     /// Page and line.
     pub at: String,
     /// Its words, as a shell divides them.
@@ -25,7 +25,7 @@ pub struct Shown {
     pub whole: bool,
 }
 
-impl Shown {
+impl ShownCommand {
     /// The words behind these, if the command begins with them.
     #[must_use]
     pub fn after(&self, first: &str) -> Option<&[String]> {
@@ -66,11 +66,11 @@ pub fn pages() -> Vec<PathBuf> {
 
 /// All code of all pages: lines of code blocks, and what stands between backticks.
 #[must_use]
-pub fn shown() -> Vec<Shown> {
+pub fn shown() -> Vec<ShownCommand> {
     pages().iter().flat_map(|page| of(page)).collect()
 }
 
-fn of(page: &Path) -> Vec<Shown> {
+fn of(page: &Path) -> Vec<ShownCommand> {
     let text = std::fs::read_to_string(page).expect("a page");
     let name = page.strip_prefix(workspace()).expect("ours").display();
     let mut found = Vec::new();
@@ -88,7 +88,7 @@ fn of(page: &Path) -> Vec<Shown> {
             words.remove(0);
         }
         let at = format!("{name}:{line}");
-        found.extend((!words.is_empty()).then_some(Shown { at, words, whole }));
+        found.extend((!words.is_empty()).then_some(ShownCommand { at, words, whole }));
     }
     found
 }
@@ -162,7 +162,7 @@ pub fn stands_for_another(word: &str) -> bool {
 ///
 /// # Errors
 /// The parser's words.
-pub fn judge(shown: &Shown, given: clap::error::Result<impl Sized>) -> Result<(), String> {
+pub fn judge(shown: &ShownCommand, given: clap::error::Result<impl Sized>) -> Result<(), String> {
     use clap::error::{ContextKind, ContextValue, ErrorKind};
     let Err(error) = given else {
         return Ok(());

@@ -12,7 +12,7 @@ use anyhow::{Context, Result, ensure};
 use comfy_table::Table;
 use firmware::wire::ImuFormat;
 use qemu::budget::Budgets;
-use qemu::count::{self, Counts, Known};
+use qemu::count::{self, CountedLoop, Counts};
 use qemu::images::{BOARDS, INSTRUCTIONS};
 use qemu::machine::{MPS2_AN500, NETDUINOPLUS2};
 use qemu::replay::Pace;
@@ -182,7 +182,7 @@ fn named(values: &BTreeMap<String, f64>, name: &str) -> Result<f64> {
 }
 
 fn table(
-    known: Known,
+    known: CountedLoop,
     counts: &Counts,
     budgets: &BTreeMap<String, f64>,
     times: &Times,

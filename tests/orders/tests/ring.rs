@@ -11,7 +11,7 @@ const SENT: [u8; 3] = [11, 22, 33];
 /// A ring whose atomics are created before the second thread starts.
 fn ring() -> Arc<Ring<2>> {
     let ring = Arc::new(Ring::new());
-    let (_, _, _) = (ring.pushed(), ring.popped(), ring.outlet());
+    let (_, _, _) = (ring.pushed(), ring.popped(), ring.consumer());
     for byte_slot in ring.free() {
         assert_eq!(byte_slot.load(Ordering::Relaxed), 0);
     }
@@ -40,17 +40,17 @@ fn in_every_order(
 
 /// Takes bytes one at a time, with twice as many attempts as there is room.
 fn pops(ring: &Ring<2>, got: &mut Vec<u8>) {
-    let mut outlet = ring.outlet();
+    let mut consumer = ring.consumer();
     for _ in 0..3 {
-        got.extend(outlet.pop());
+        got.extend(consumer.pop());
     }
 }
 
 fn reads(ring: &Ring<2>, got: &mut Vec<u8>) {
-    let mut outlet = ring.outlet();
+    let mut consumer = ring.consumer();
     for _ in 0..2 {
         let mut buffer = [0; 2];
-        let read = outlet.read(&mut buffer).expect("nothing is lost");
+        let read = consumer.read(&mut buffer).expect("nothing is lost");
         got.extend(&buffer[..read]);
     }
 }
@@ -69,9 +69,9 @@ fn empties(ring: &Ring<2>, got: &mut Vec<u8>) {
 }
 
 fn writes(ring: &Ring<2>) -> usize {
-    let mut inlet = ring.inlet();
-    let Ok(first) = inlet.write(&SENT);
-    let Ok(second) = inlet.write(&SENT[first..]);
+    let mut producer = ring.producer();
+    let Ok(first) = producer.write(&SENT);
+    let Ok(second) = producer.write(&SENT[first..]);
     first + second
 }
 
@@ -113,7 +113,7 @@ fn a_lost_byte_is_reported() {
     loom::model(|| {
         let ring = ring();
         let other = ring.clone();
-        let mut outlet = ring.outlet();
+        let mut consumer = ring.consumer();
         let interrupt = loom::thread::spawn(move || {
             for byte in SENT {
                 other.push(byte);
@@ -122,7 +122,7 @@ fn a_lost_byte_is_reported() {
         let (mut got, mut reported) = (Vec::new(), 0);
         let mut read = |got: &mut Vec<u8>| {
             let mut buffer = [0; 2];
-            match outlet.read(&mut buffer) {
+            match consumer.read(&mut buffer) {
                 Ok(read) => got.extend(&buffer[..read]),
                 Err(Overrun) => reported += 1,
             }

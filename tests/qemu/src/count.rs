@@ -19,7 +19,7 @@ pub type Counts = BTreeMap<String, f64>;
 
 /// A loop of known length: the measured count, and the number of instructions executed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct CountedLoop {
     /// Instructions by the counter.
     pub measured: f64,
     /// Instructions executed, known by construction.
@@ -28,7 +28,7 @@ pub struct Known {
     pub tick: f64,
 }
 
-impl Known {
+impl CountedLoop {
     /// Checks the count. Two readings of the counter may each be wrong by a tick.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl Known {
 ///
 /// # Errors
 /// QEMU fails, the image fails, or its output is not understood.
-pub fn run(machine: Machine, image: &Path) -> Result<(Known, Counts)> {
+pub fn run(machine: Machine, image: &Path) -> Result<(CountedLoop, Counts)> {
     let run = machine::run(
         machine,
         image,
@@ -65,7 +65,7 @@ pub fn run(machine: Machine, image: &Path) -> Result<(Known, Counts)> {
 
 /// Lines `loop <instructions> <ticks>` (twice; their difference is free of the cost of measuring),
 /// `repetitions <n>`, `empty <ticks>`, then `<name> <ticks>`.
-fn read(output: &str, tick: f64) -> Result<(Known, Counts)> {
+fn read(output: &str, tick: f64) -> Result<(CountedLoop, Counts)> {
     let mut lines = output
         .lines()
         .map(|line| line.split_whitespace().collect::<Vec<_>>());
@@ -76,7 +76,7 @@ fn read(output: &str, tick: f64) -> Result<(Known, Counts)> {
         }
     };
     let (short, long) = (known()?, known()?);
-    let known = Known {
+    let known = CountedLoop {
         measured: (long.1 - short.1) * tick,
         executed: long.0 - short.0,
         tick,

@@ -27,7 +27,7 @@ pub enum Chip {
 
 /// Input of a run. Times are in ns.
 #[derive(Clone, Debug, Serialize)]
-pub struct Asked {
+pub struct RunRequest {
     image: PathBuf,
     chip: Chip,
     /// Hz of the crystal; 0: there is none.
@@ -55,7 +55,7 @@ pub struct Asked {
     pub adis: Option<serde_json::Value>,
 }
 
-impl Asked {
+impl RunRequest {
     /// A run of an image at the full speed of its board.
     #[must_use]
     pub fn new(image: &Path, chip: Chip) -> Self {
@@ -143,7 +143,7 @@ pub fn build() -> Result<PathBuf> {
 ///
 /// # Errors
 /// The emulator fails, or its output is not understood.
-pub fn run(emulator: &Path, asked: &Asked) -> Result<Outcome> {
+pub fn run(emulator: &Path, asked: &RunRequest) -> Result<Outcome> {
     let mut child = Command::new(emulator)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

@@ -92,7 +92,7 @@ pub fn ask(python: &Path, judge: &str, bytes: &[u8]) -> Result<Vec<String>> {
 /// As [`ask`], with arguments for the judge.
 ///
 /// # Errors
-/// Those of [`ask`].
+/// As [`ask`].
 pub fn ask_with(
     python: &Path,
     judge: &str,

@@ -28,12 +28,12 @@ use crate::software::on_desktop;
 /// How often a request is sent, twice a second.
 const TRIES: usize = 40;
 
-/// What a board did at its lines.
+/// Traffic of a board on its lines.
 #[derive(Debug)]
 pub struct Served {
     /// Number of sensor records sent to it.
     pub samples: usize,
-    /// What it sent to the navigation computer.
+    /// Bytes sent to the navigation computer.
     pub sent: Vec<u8>,
     /// What the library on the desktop sends for the same input.
     pub expected: Vec<u8>,

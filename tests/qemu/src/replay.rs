@@ -157,7 +157,7 @@ pub fn nets() -> Nets {
 /// so they take longer.
 const FIRST: u32 = 10;
 
-/// What sensor records cost, in ticks.
+/// Cost of sensor records, in ticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cost {
     /// Sensor records.

@@ -18,7 +18,7 @@ use crate::protocol::set_up;
 use crate::replay::{Cost, Input, Learnt, Pace, Replay, Wires, learning_config};
 use firmware::learn::{FixLearner, FixMemory, Settings};
 
-/// What was sent to the navigation computer, and its cost.
+/// Bytes sent to the navigation computer, and their cost.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Number of samples received.
@@ -226,7 +226,7 @@ pub fn digest(bytes: &[u8]) -> u64 {
 /// Number of the sensor's bytes that a corrected stream changes; the streams have the same length.
 ///
 /// # Errors
-/// They have different lengths.
+/// The streams have different lengths.
 pub fn changed(records: &[Record], sent: &[u8]) -> Result<usize> {
     let came: Vec<u8> = records
         .iter()

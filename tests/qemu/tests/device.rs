@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use firmware::configuration::{Configuration, Parity, SCHEMA, record};
-use firmware::control::{Field, Mode, Reason, Way};
+use firmware::control::{Field, HeadingSource, Mode, Reason};
 use firmware::wire::ImuFormat;
 use firmware::wire::checksum::crc32_zlib;
 use firmware::wire::command::{Health, Request, fault};
@@ -167,7 +167,8 @@ fn a_board_starts_in_motion_with_sensors_that_cannot_find_north() {
         let drive = drive_with(&configuration, &unit.simulated(), [130, 10]);
         let (_, _, here) = both(&mut board, name, &configuration, &drive);
         assert!(
-            matches!(here.way, Way::Course | Way::Velocity) && here.used_fixes > 20,
+            matches!(here.way, HeadingSource::Course | HeadingSource::Velocity)
+                && here.used_fixes > 20,
             "{name}: {here:?}"
         );
         assert!(

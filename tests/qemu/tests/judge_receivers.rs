@@ -9,13 +9,13 @@ use firmware::wire::{Framing, Receiver, Scan};
 use qemu::judges::{ask, python};
 
 /// A message, and the values that the judge reads in it.
-struct Made {
+struct JudgedMessage {
     format: ReceiverFormat,
     bytes: Vec<u8>,
     values: HashMap<String, f64>,
 }
 
-fn made(line: &str) -> Made {
+fn made(line: &str) -> JudgedMessage {
     let mut words = line.split(' ');
     let name = words.next().expect("a format");
     let mut all = ReceiverFormat::ALL.into_iter();
@@ -26,7 +26,7 @@ fn made(line: &str) -> Made {
         let (key, value) = word.split_once('=').expect("a value");
         (key.to_owned(), value.parse().expect("a number"))
     });
-    Made {
+    JudgedMessage {
         format: format.expect("a known format"),
         bytes: (0..hex.len()).step_by(2).map(byte).collect(),
         values: values.collect(),
@@ -79,7 +79,7 @@ fn messages_of_four_libraries_have_the_meaning_that_they_read() {
     assert_eq!(lines.len(), 50 * 24);
     let mut compared = 0;
     for line in &lines {
-        let Made {
+        let JudgedMessage {
             format,
             bytes,
             values,

@@ -7,7 +7,7 @@ use std::path::Path;
 use firmware::configuration::{Configuration, ReceiverProtocol};
 use firmware::wire::ImuFormat;
 use firmware::wire::command::{MAX_PACKET, Packets, Request, Response, decode, encode};
-use firmware::wire::receiver::{Heard, ReceiverFormat};
+use firmware::wire::receiver::{ReceiverFormat, ReceiverStatus};
 use qemu::boards::Family;
 use qemu::drive::{drive, hex};
 use qemu::images::STM32F405;
@@ -39,7 +39,7 @@ fn fix(second: u64) -> Vec<u8> {
 
 /// What the board reports of its receiver after `seconds`, with pulses at `pulses`, cycles, and
 /// fixes that arrive `delay_ms` after their time of validity.
-fn reported(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<Heard> {
+fn reported(pulse: bool, pulses: &[u64], seconds: u64, delay_ms: u64) -> Option<ReceiverStatus> {
     reported_by(
         &STM32F405.build_or_skip()?,
         pulse,
@@ -54,7 +54,7 @@ fn reported_by(
     pulse: bool,
     pulses: &[u64],
     (seconds, delay_ms, width): (u64, u64, u64),
-) -> Option<Heard> {
+) -> Option<ReceiverStatus> {
     let python = python()?;
     let mut configuration = Configuration::default();
     configuration.receiver.protocol = ReceiverProtocol::Nmea;
@@ -81,15 +81,15 @@ fn reported_by(
     let output = ask(&python, "stm32f405.py", asked.to_string().as_bytes()).expect("it runs");
     let sent = output.iter().find_map(|line| line.strip_prefix("command "));
     let mut packets = Packets::new();
-    let mut heard = None;
+    let mut status = None;
     for byte in bytes(sent.expect("a line").trim()) {
         if let Some(packet) = packets.push(byte)
             && let Ok((99, Response::Receiver(receiver))) = decode(packet)
         {
-            heard = Some(receiver);
+            status = Some(receiver);
         }
     }
-    heard
+    status
 }
 
 /// The configured delay is 0.1 s, the actual one 0.6 s plus 13 ms until the last byte.

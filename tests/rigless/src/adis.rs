@@ -7,7 +7,7 @@ use rigless::chip::Timeline;
 use rigless::chip::spi::Peer;
 use rigless::snapshot::Store;
 
-use crate::asked;
+use crate::request;
 
 /// Least time between two selections, ns.
 const STALL: u64 = 16_000;
@@ -34,18 +34,19 @@ struct Sensor {
 
 impl Adis {
     /// A sensor with this product number and range.
-    pub fn new(asked: &asked::Adis) -> Self {
+    pub fn new(request: &request::Adis) -> Self {
         let mut sensor = Sensor {
-            period: 8_000_000_000 / asked.hz,
+            period: 8_000_000_000 / request.hz,
             ..Sensor::default()
         };
-        let paged = (16480..16500).contains(&asked.product);
+        let paged = (16480..16500).contains(&request.product);
         let registers = if paged {
             [(0, 0x7E), (3, 0x12)]
         } else {
             [(0, 0x72), (0, 0x5E)]
         };
-        for ((page, address), value) in registers.into_iter().zip([asked.product, asked.range]) {
+        for ((page, address), value) in registers.into_iter().zip([request.product, request.range])
+        {
             let [low, high] = value.to_le_bytes();
             sensor.memory.insert((page, address), low);
             sensor.memory.insert((page, address + 1), high);

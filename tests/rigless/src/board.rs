@@ -17,8 +17,8 @@ use rigless::soc::stm32h743::peripherals::{gpio, spi, usart};
 use rigless::time::VirtualNanos;
 
 use crate::adis::Adis;
-use crate::asked::{Asked, Chip};
 use crate::line::Line;
+use crate::request::{Chip, RunRequest};
 
 /// The H743's USB at PA11 and PA12, and where its flags are.
 const USB: &str = "OTG2_HS_GLOBAL";
@@ -44,34 +44,37 @@ impl Store for Ours {}
 
 impl Ours {
     /// A board for a run.
-    pub fn new(asked: &Asked) -> Result<Self> {
-        let mut bench = match asked.chip {
+    pub fn new(request: &RunRequest) -> Result<Self> {
+        let mut bench = match request.chip {
             Chip::F427 => Bench::F427(Box::new(Stm32f427Bench::new()?)),
             Chip::H743 => Bench::H743(Box::new(Stm32h743Bench::new()?)),
         };
         match &mut bench {
             Bench::F427(bench) => {
-                bench.mcu.rcc.attach_crystals(asked.crystal, 0);
+                bench.mcu.rcc.attach_crystals(request.crystal, 0);
                 for port in &mut bench.mcu.usart {
                     port.attach(Line::default());
                 }
             }
             Bench::H743(bench) => {
-                bench.mcu.rcc.attach_crystals(asked.crystal, 0);
+                bench.mcu.rcc.attach_crystals(request.crystal, 0);
                 for port in &mut bench.mcu.usart {
                     port.attach(Line::default());
                 }
             }
         }
-        let adis = asked.adis.as_ref().map(|asked| (Adis::new(asked), asked));
-        if let Some((adis, asked)) = &adis {
-            bench.attach(adis.clone(), &asked.select)?;
+        let adis = request
+            .adis
+            .as_ref()
+            .map(|request| (Adis::new(request), request));
+        if let Some((adis, request)) = &adis {
+            bench.attach(adis.clone(), &request.select)?;
         }
         Ok(Self {
             bench,
-            instructions: asked.instructions.try_into().context("no instructions")?,
-            crystal: asked.crystal != 0,
-            adis: adis.map(|(adis, asked)| (adis, asked.ready.clone())),
+            instructions: request.instructions.try_into().context("no instructions")?,
+            crystal: request.crystal != 0,
+            adis: adis.map(|(adis, request)| (adis, request.ready.clone())),
         })
     }
 

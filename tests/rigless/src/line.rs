@@ -6,7 +6,7 @@ use rigless::chip::uart::Peer;
 use rigless::snapshot::Store;
 use rigless::time::VirtualNanos;
 
-/// The other end.
+/// A peer of a UART, with bytes to send and bytes received.
 #[derive(Debug, Default)]
 pub struct Line {
     /// When the start bit of each byte begins, ns, and the byte.

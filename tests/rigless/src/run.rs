@@ -14,8 +14,8 @@ use rigless::session::Session;
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
-use crate::asked::{Asked, bytes, hex};
 use crate::board::Ours;
+use crate::request::{RunRequest, bytes, hex};
 
 /// Time for which data-ready is high, ns.
 const HIGH: u64 = 20_000;
@@ -34,7 +34,7 @@ enum Event {
 }
 
 struct World<'a> {
-    asked: &'a Asked,
+    request: &'a RunRequest,
     /// When the start bits of bytes begin, at which a UART samples its line.
     begins: BTreeSet<u64>,
     events: BTreeMap<u64, Vec<Event>>,
@@ -67,8 +67,8 @@ impl Driver<Ours> for World<'static> {
                 self.happens(event, session, stop, host);
             }
         }
-        if stop.at.0 >= self.asked.until {
-            for (address, length) in &self.asked.memory {
+        if stop.at.0 >= self.request.until {
+            for (address, length) in &self.request.memory {
                 let read = |at| host.read(at, Width::W8).map_or(0, |byte| byte as u8);
                 let content: Vec<u8> = (*address..address + length).map(read).collect();
                 let _ = writeln!(self.output, "memory {address} {}", hex(&content));
@@ -84,8 +84,8 @@ impl World<'_> {
         let begin = self.begins.range(from..).next();
         let event = self.events.range(from..).next().map(|(at, _)| at);
         let next = begin.into_iter().chain(event).min();
-        next.map_or(self.asked.until, |at| *at)
-            .min(self.asked.until)
+        next.map_or(self.request.until, |at| *at)
+            .min(self.request.until)
     }
 
     fn happens(
@@ -118,7 +118,7 @@ impl World<'_> {
 
     fn trace(&mut self, access: &Access, value: u64) {
         let within = |(from, length): &(u64, u64)| (*from..from + length).contains(&access.address);
-        if self.asked.trace.iter().any(within) {
+        if self.request.trace.iter().any(within) {
             let _ = writeln!(
                 self.output,
                 "access {} {:?} {:#010x} {value:#x} {:#x}",
@@ -132,25 +132,28 @@ impl World<'_> {
 }
 
 /// Runs what is asked. Returns the output.
-pub fn run(asked: &'static Asked) -> Result<String> {
-    let mut board = Ours::new(asked)?;
+pub fn run(request: &'static RunRequest) -> Result<String> {
+    let mut board = Ours::new(request)?;
     let mut world = World {
-        asked,
+        request,
         begins: BTreeSet::new(),
         events: BTreeMap::new(),
         output: String::new(),
         count: 0,
     };
     let mut event = |at, event| world.events.entry(at).or_default().push(event);
-    asked.resets.iter().for_each(|at| event(*at, Event::Reset));
-    for (at, address, value) in &asked.writes {
+    request
+        .resets
+        .iter()
+        .for_each(|at| event(*at, Event::Reset));
+    for (at, address, value) in &request.writes {
         event(*at, Event::Write(*address, *value));
     }
-    for (at, burst) in asked.adis.iter().flat_map(|adis| &adis.bursts) {
+    for (at, burst) in request.adis.iter().flat_map(|adis| &adis.bursts) {
         event(*at, Event::Ready(bytes(burst)?));
         event(at + HIGH, Event::Taken);
     }
-    for (name, bursts) in &asked.lines {
+    for (name, bursts) in &request.lines {
         let line = board.line(name)?;
         for (at, baud, text) in bursts {
             for (n, byte) in (0..).zip(bytes(text)?) {
@@ -162,18 +165,18 @@ pub fn run(asked: &'static Asked) -> Result<String> {
     }
     let first = VirtualNanos(world.next(0));
     let session = Session::new(Box::new(board), 0, first)?;
-    let mut images = vec![Image::read(&asked.image, None)?];
-    for (address, text) in &asked.flash {
+    let mut images = vec![Image::read(&request.image, None)?];
+    for (address, text) in &request.flash {
         images.push(Image::new(
             Path::new("flash"),
             bytes(text)?,
             Some(*address),
         )?);
     }
-    outcome(asked, emulate(session, &Start::new(&images), world)?)
+    outcome(request, emulate(session, &Start::new(&images), world)?)
 }
 
-fn outcome(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
+fn outcome(request: &RunRequest, finished: Finished<Ours, World>) -> Result<String> {
     let Finished {
         mut session,
         driver,
@@ -183,7 +186,7 @@ fn outcome(asked: &Asked, finished: Finished<Ours, World>) -> Result<String> {
         return Err(error.into());
     }
     let mut text = driver.output;
-    for name in &asked.listen {
+    for name in &request.listen {
         let line = session.board_mut().line(name)?;
         let sent: Vec<u8> = line.left.iter().map(|(_, word)| *word as u8).collect();
         let times: Vec<String> = line.left.iter().map(|(at, _)| at.to_string()).collect();

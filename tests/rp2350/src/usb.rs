@@ -30,7 +30,7 @@ const PACKET: usize = 64;
 
 /// Direction of an endpoint, seen from the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum Direction {
     In,
     Out,
 }
@@ -49,7 +49,7 @@ enum Step {
     /// Sends the data of a request.
     Follow,
     /// Ends a request.
-    Status(Way),
+    Status(Direction),
     /// Uses the line.
     Open,
     /// Gave up.
@@ -157,8 +157,8 @@ impl Usb {
         self.memory[at..at + bytes].copy_from_slice(&value.to_le_bytes()[..bytes]);
     }
 
-    fn control_word(endpoint: usize, way: Way) -> u32 {
-        0x80 + endpoint as u32 * 8 + u32::from(way == Way::Out) * 4
+    fn control_word(endpoint: usize, way: Direction) -> u32 {
+        0x80 + endpoint as u32 * 8 + u32::from(way == Direction::Out) * 4
     }
 
     fn fail(&mut self, why: &str) {
@@ -167,7 +167,7 @@ impl Usb {
     }
 
     /// The buffer of an endpoint and its control word, when the device has given it to the bus.
-    fn buffer(&mut self, endpoint: usize, way: Way, odd: bool) -> Option<(usize, u32)> {
+    fn buffer(&mut self, endpoint: usize, way: Direction, odd: bool) -> Option<(usize, u32)> {
         let word = self.load(Self::control_word(endpoint, way), 4);
         if word & STALL != 0 {
             self.fail("an endpoint is stalled");
@@ -180,14 +180,17 @@ impl Usb {
             self.fail("DATA0 and DATA1 are not in turn");
             return None;
         }
-        if (word & FULL != 0) != (way == Way::In) {
+        if (word & FULL != 0) != (way == Direction::In) {
             self.fail("a buffer is full that waits, or empty that is to be sent");
             return None;
         }
         if endpoint == 0 {
             return Some((0x100, word));
         }
-        let control = self.load(endpoint as u32 * 8 + u32::from(way == Way::Out) * 4, 4);
+        let control = self.load(
+            endpoint as u32 * 8 + u32::from(way == Direction::Out) * 4,
+            4,
+        );
         if control >> 31 == 0 {
             self.fail("an endpoint is used that is off");
             return None;
@@ -195,28 +198,28 @@ impl Usb {
         Some((control as usize & 0xFFC0, word))
     }
 
-    fn done(&mut self, endpoint: usize, way: Way, word: u32) {
+    fn done(&mut self, endpoint: usize, way: Direction, word: u32) {
         self.store(Self::control_word(endpoint, way), word & !AVAILABLE, 4);
-        self.registers[BUFFERS / 4] |= 1 << (endpoint * 2 + usize::from(way == Way::Out));
+        self.registers[BUFFERS / 4] |= 1 << (endpoint * 2 + usize::from(way == Direction::Out));
     }
 
     /// Takes a packet from the device, if it has one.
     fn packet_in(&mut self, endpoint: usize, odd: bool) -> Option<Vec<u8>> {
-        let (at, word) = self.buffer(endpoint, Way::In, odd)?;
+        let (at, word) = self.buffer(endpoint, Direction::In, odd)?;
         let packet = self.memory[at..at + (word & LENGTH) as usize].to_vec();
-        self.done(endpoint, Way::In, word & !FULL);
+        self.done(endpoint, Direction::In, word & !FULL);
         Some(packet)
     }
 
     /// Gives the device a packet. Returns whether it accepts one.
     fn packet_out(&mut self, endpoint: usize, odd: bool, packet: &[u8]) -> bool {
-        let Some((at, word)) = self.buffer(endpoint, Way::Out, odd) else {
+        let Some((at, word)) = self.buffer(endpoint, Direction::Out, odd) else {
             return false;
         };
         self.memory[at..at + packet.len()].copy_from_slice(packet);
         self.done(
             endpoint,
-            Way::Out,
+            Direction::Out,
             word & !LENGTH | packet.len() as u32 | FULL,
         );
         true
@@ -235,15 +238,15 @@ impl Usb {
             Step::Follow => {
                 let rest = self.requests[0].1;
                 if self.packet_out(0, true, rest) {
-                    self.step = Step::Status(Way::In);
+                    self.step = Step::Status(Direction::In);
                 }
             }
-            Step::Status(Way::In) => {
+            Step::Status(Direction::In) => {
                 if self.packet_in(0, true).is_some() {
                     self.ended();
                 }
             }
-            Step::Status(Way::Out) => {
+            Step::Status(Direction::Out) => {
                 if self.packet_out(0, true, &[]) {
                     self.ended();
                 }
@@ -263,7 +266,7 @@ impl Usb {
         self.step = match (request[0] >> 7, rest.is_empty()) {
             (1, _) => Step::Answer,
             (_, false) => Step::Follow,
-            _ => Step::Status(Way::In),
+            _ => Step::Status(Direction::In),
         };
         self.answer.clear();
         self.control_odd = true;
@@ -277,7 +280,7 @@ impl Usb {
         self.answer.extend(&packet);
         let most = usize::from(self.requests[0].0[6]);
         if packet.len() < PACKET || self.answer.len() >= most {
-            self.step = Step::Status(Way::Out);
+            self.step = Step::Status(Direction::Out);
         }
     }
 

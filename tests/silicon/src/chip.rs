@@ -77,7 +77,7 @@ pub struct Chip {
 
 /// A chip and the id by which it was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct DetectedChip {
     /// The chip.
     pub chip: Chip,
     /// DEV_ID. For an unknown chip, the last one that was read; 0 if none.
@@ -143,7 +143,7 @@ const UNKNOWN: Chip = Chip {
 /// Identifies the chip. `read` returns the word at an address, or `None` when nothing answers
 /// there. It does not read addresses at which no chip with this core has its id, and reads the H7's
 /// only when the F4's and F7's address gave no known id.
-pub fn identify(core: Core, mut read: impl FnMut(u32) -> Option<u32>) -> Found {
+pub fn identify(core: Core, mut read: impl FnMut(u32) -> Option<u32>) -> DetectedChip {
     let mut last = 0;
     for address in [ID_F4_F7, ID_H7] {
         let here = || {
@@ -156,11 +156,11 @@ pub fn identify(core: Core, mut read: impl FnMut(u32) -> Option<u32>) -> Found {
         let Some(word) = read(address) else { continue };
         let id = (word & 0xFFF) as u16;
         if let Some((.., chip)) = here().find(|(_, _, its_id, _)| *its_id == id) {
-            return Found { chip: *chip, id };
+            return DetectedChip { chip: *chip, id };
         }
         last = id;
     }
-    Found {
+    DetectedChip {
         chip: UNKNOWN,
         id: last,
     }
@@ -195,7 +195,7 @@ mod tests {
             let word = 0x1003_0000 | 0x6000 | u32::from(id);
             assert_eq!(
                 identify(core, read_of(&[(address, word)])),
-                Found { chip, id }
+                DetectedChip { chip, id }
             );
         }
     }

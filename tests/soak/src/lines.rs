@@ -118,14 +118,14 @@ const LONGEST: usize = 256;
 
 /// The navigation computer's line.
 #[derive(Debug)]
-pub struct Out<'p> {
+pub struct OutputLine<'p> {
     pub input: Input,
     pub passing: &'p RefCell<Passing>,
     /// It is full.
     pub full: bool,
     /// Nothing may be changed at present.
     pub exact: bool,
-    pub seen: Seen,
+    pub seen: MessageCounts,
     format: ImuFormat,
     /// Digest of the bytes sent.
     pub digest: Digest,
@@ -133,7 +133,7 @@ pub struct Out<'p> {
 
 /// Counts of the messages on the line.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Seen {
+pub struct MessageCounts {
     /// Messages that left unchanged, and that were changed.
     pub same: u64,
     pub changed: u64,
@@ -147,15 +147,15 @@ pub struct Seen {
     pub full: u64,
 }
 
-impl<'p> Out<'p> {
+impl<'p> OutputLine<'p> {
     /// A line for frames of this format.
-    pub fn new(passing: &'p RefCell<Passing>, format: ImuFormat) -> Out<'p> {
-        Out {
+    pub fn new(passing: &'p RefCell<Passing>, format: ImuFormat) -> OutputLine<'p> {
+        OutputLine {
             input: Input::default(),
             passing,
             full: false,
             exact: true,
-            seen: Seen::default(),
+            seen: MessageCounts::default(),
             format,
             digest: Digest::default(),
         }
@@ -203,7 +203,7 @@ impl<'p> Out<'p> {
     }
 }
 
-impl Line for Out<'_> {
+impl Line for OutputLine<'_> {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         self.input.take(buffer)
     }

@@ -3,7 +3,7 @@
 use crate::disturb::{Disturb, Kind};
 use crate::drive::Drive;
 use crate::flash::{Failing, Flash};
-use crate::lines::{Digest, Input, Noted, Out, Passing, Seen};
+use crate::lines::{Digest, Input, MessageCounts, Noted, OutputLine, Passing};
 use crate::random::Random;
 use crate::world::{Sensor, World};
 use core::cell::{Cell, RefCell};
@@ -145,7 +145,7 @@ fn nets() -> Nets {
     }
 }
 
-type AppLines<'p> = Lines<Noted<'p, Faulty<Input>>, Out<'p>, Input, Input>;
+type AppLines<'p> = Lines<Noted<'p, Faulty<Input>>, OutputLine<'p>, Input, Input>;
 
 /// Digests of the lines' output, in the order of [`LINES`].
 fn digests<'l, 'p>(lines: &'l mut AppLines<'p>) -> [&'l mut Digest; 4] {
@@ -230,7 +230,7 @@ impl Soak<'_> {
                 line: Faulty::new(Input::default(), Chances::default(), seed),
                 passing: &passing,
             },
-            navigation: Out::new(&passing, sensor.format),
+            navigation: OutputLine::new(&passing, sensor.format),
             command: Input::default(),
             gnss: Input::default(),
         };
@@ -391,7 +391,7 @@ impl Soak<'_> {
             }
         }
         self.report.passes = self.report.passes.max(passes);
-        let Seen {
+        let MessageCounts {
             wrong,
             inexact,
             made_up,
@@ -451,7 +451,7 @@ impl Soak<'_> {
     }
 
     fn gather(&mut self, lines: &mut AppLines) {
-        let Seen {
+        let MessageCounts {
             same,
             changed,
             full,

@@ -32,7 +32,7 @@ const STANDS_S: u32 = 120;
 
 /// Output of the device in a trial.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Left {
+pub struct DeviceOutput {
     /// Bytes sent to the navigation computer after each frame of the sensor.
     pub after: Vec<Vec<u8>>,
     /// Faults that the device reports at the end.
@@ -156,11 +156,11 @@ impl Device {
 
     /// A trial: flips a bit of a region, if one is given, continues the drive, and restores the
     /// memory.
-    pub fn trial(&mut self, flip: Option<(usize, usize)>) -> Left {
+    pub fn trial(&mut self, flip: Option<(usize, usize)>) -> DeviceOutput {
         if let Some((region, bit)) = flip {
             self.regions[region].flip(bit);
         }
-        let mut left = Left::default();
+        let mut left = DeviceOutput::default();
         let rest = std::mem::take(&mut self.rest);
         for record in &rest {
             let sent = self.take(record);

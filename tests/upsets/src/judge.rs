@@ -1,6 +1,6 @@
 //! Compares the output of the device after an upset with its input.
 
-use crate::device::{Left, Scenario};
+use crate::device::{DeviceOutput, Scenario};
 use firmware::configuration::Configuration;
 use firmware::sample::RawSample;
 use firmware::wire::{Checked, ImuFormat};
@@ -67,7 +67,7 @@ pub struct Judge {
     format: ImuFormat,
     /// Largest correction of a triad's value, counts, with one for rounding.
     bound: [f64; 2],
-    without: Left,
+    without: DeviceOutput,
     /// Frames of the last second.
     second: usize,
 }
@@ -76,7 +76,11 @@ impl Judge {
     /// A judge by the device's configuration and by the output without an upset. `None`: no such
     /// stream.
     #[must_use]
-    pub fn new(scenario: Scenario, configuration: &Configuration, without: Left) -> Option<Judge> {
+    pub fn new(
+        scenario: Scenario,
+        configuration: &Configuration,
+        without: DeviceOutput,
+    ) -> Option<Judge> {
         let format = ImuFormat::Stim300;
         let stream =
             firmware::wire::Source::Stream(format).stream(&configuration.wire_settings(), 0x90)?;
@@ -101,7 +105,7 @@ impl Judge {
     }
 
     /// Judges a trial.
-    pub fn judge<'a>(&self, came: impl Iterator<Item = &'a [u8]>, left: &Left) -> Verdict {
+    pub fn judge<'a>(&self, came: impl Iterator<Item = &'a [u8]>, left: &DeviceOutput) -> Verdict {
         let mut worst = Verdict::Same;
         let frames = left.after.len();
         let mut raw = 0;

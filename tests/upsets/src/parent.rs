@@ -10,14 +10,14 @@ use std::process::{Command, Stdio};
 
 /// Verdicts of the trials.
 #[derive(Clone, Debug, Default)]
-pub struct Found {
+pub struct UpsetResults {
     /// Name and bits of each region.
     pub regions: Vec<(String, usize)>,
     /// Verdict of each bit that was tried, counted over all regions.
     pub verdicts: BTreeMap<usize, Verdict>,
 }
 
-impl Found {
+impl UpsetResults {
     /// Trials of a region by verdict.
     #[must_use]
     pub fn of(&self, region: usize, verdict: Verdict) -> usize {
@@ -55,8 +55,8 @@ pub fn run(
     program: &Path,
     mut trials: Trials,
     mut progress: impl FnMut(usize, usize),
-) -> Result<Found> {
-    let mut found = Found::default();
+) -> Result<UpsetResults> {
+    let mut found = UpsetResults::default();
     let mut unsound = None;
     loop {
         let scenario = format!("{:?}", trials.scenario).to_lowercase();

@@ -5,9 +5,9 @@ use std::path::Path;
 use upsets::child::Trials;
 use upsets::device::Scenario;
 use upsets::judge::{Judge, Verdict};
-use upsets::parent::{Found, run};
+use upsets::parent::{UpsetResults, run};
 
-fn sampled(scenario: Scenario) -> Found {
+fn sampled(scenario: Scenario) -> UpsetResults {
     let trials = Trials {
         scenario,
         seconds: 6,
@@ -19,7 +19,7 @@ fn sampled(scenario: Scenario) -> Found {
 }
 
 /// After any upset the device sends only good frames within the limit, or none.
-fn never_harms(found: &Found) {
+fn never_harms(found: &UpsetResults) {
     for verdict in [
         Verdict::Beyond,
         Verdict::Forged,

@@ -14,7 +14,7 @@ use crate::learning::{FixWork, ShadowSecondWork};
 use crate::list::Measure;
 use crate::navigation::{LSB, RATE, navigator, sample, verdict};
 use crate::net;
-use crate::work::{Found, NetworkWork, Portable};
+use crate::work::{NetworkWork, Portable, WorkResult};
 
 /// Measures every size, named by kind and size; before them `empty`, the loop without work.
 ///
@@ -140,7 +140,7 @@ impl RateWork {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.seconds += 1;
         if self.seconds.is_multiple_of(FRESH) {
             self.navigator = self.start.clone();
@@ -170,7 +170,7 @@ impl<const K: usize> NetsWork<K> {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         let mut last = ([0.0; 3], true);
         for net in &mut self.0 {
             let (error, good) = net.descent(input);
@@ -207,7 +207,7 @@ impl<const K: usize> NavigatorsWork<K> {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.seconds += 1;
         if self.seconds.is_multiple_of(FRESH) {
             self.navigators.fill(self.start.clone());

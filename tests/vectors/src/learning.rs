@@ -6,7 +6,7 @@ use firmware::fix::{Fix, OBSERVATIONS};
 use firmware::inputs::OWN;
 use firmware::learn::bank::{Bank, Gates, Scratch};
 use firmware::learn::prior::{All, Layers, NAV, Shapes, amplitudes};
-use firmware::learn::rehearsal::{Bets, Coast, Seen};
+use firmware::learn::rehearsal::{Bets, Coast, FixError};
 use firmware::learn::{Antenna, Settings};
 use firmware::nav::Navigator;
 use lrnn_nostd::Rational;
@@ -15,7 +15,7 @@ use lrnn_nostd::learn::kalman::{
 };
 
 use crate::navigation::{RATE, navigator, sample};
-use crate::work::Found;
+use crate::work::WorkResult;
 
 /// A step of both networks of the largest hypothesis, with their exact gradients and the rows of
 /// the Jacobian: 126 weights and 6 biases.
@@ -117,7 +117,7 @@ impl LearnerStepWork {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.0.step(inputs(input));
         let [x, y, z, ..] = *self.0.model().estimate();
         ([x, y, z], self.0.model().is_healthy())
@@ -141,7 +141,7 @@ impl<L: ParameterSet, const N: usize, const PACKED: usize> FixWork<L, N, PACKED>
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.filter.propagate(&self.block, &Correction::NONE);
         for (k, variance) in VARIANCE.into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
@@ -173,7 +173,7 @@ impl LearnerSecondWork {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.bank
             .propagate_mean(&self.scratch.block, &Correction::NONE);
         self.bank.propagate_covariance(&mut self.scratch);
@@ -206,9 +206,9 @@ impl<const K: usize> ShadowSecondWork<K> {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         let [x, y, _] = input;
-        let seen = Seen {
+        let error = FixError {
             first: 6,
             off: [x, y],
             sigma: 1.0,
@@ -222,7 +222,7 @@ impl<const K: usize> ShadowSecondWork<K> {
                 maps: [[[x * 1e-3; 3]; 3]; 2],
             };
             coast.moves(&self.block, &applied);
-            let scores = coast.ends(&seen, 1.0);
+            let scores = coast.ends(&error, 1.0);
             coast.feed_back(&[y * 1e-3; NAV]);
             good &= scores.is_some();
             if let Some(scores) = scores {
@@ -260,7 +260,7 @@ impl AntennaSecondWork {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.antenna.interval(&self.block, &Correction::NONE);
         let fix = Fix {
             position: self.navigator.state().position,
@@ -268,8 +268,10 @@ impl AntennaSecondWork {
             ..Fix::EMPTY
         };
         let sigma = self.antenna.age_sigma();
-        let seen = self.navigator.seen(&fix, self.antenna.age(), sigma);
-        self.antenna.fix(&seen, &VARIANCE);
+        let innovation = self
+            .navigator
+            .antenna_innovation(&fix, self.antenna.age(), sigma);
+        self.antenna.fix(&innovation, &VARIANCE);
         let good = self.antenna.update(&self.block).is_some();
         self.antenna.feed_back(&[0.0; NAV]);
         (self.antenna.arm(), good && self.antenna.estimates())

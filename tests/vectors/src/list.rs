@@ -10,7 +10,7 @@ use crate::learning::{
     AntennaSecondWork, LearnerFixWork, LearnerSecondWork, LearnerStepWork, ShadowSecondWork,
 };
 use crate::navigation::{NavPieceWork, NavSampleWork, NavSecondWork};
-use crate::work::{Engine, Found, LearnWork, M4, M7, NetworkWork, Portable, activate};
+use crate::work::{Engine, LearnWork, M4, M7, NetworkWork, Portable, WorkResult, activate};
 
 /// A way to measure work.
 pub trait Measure {
@@ -22,7 +22,7 @@ pub trait Measure {
         &mut self,
         name: &'static str,
         long: bool,
-        work: impl FnMut([f32; 3]) -> Found,
+        work: impl FnMut([f32; 3]) -> WorkResult,
     ) -> fmt::Result;
 
     /// As [`Self::measure`], for work that cannot be repeated for ever. A measurement with very
@@ -36,7 +36,7 @@ pub trait Measure {
         name: &'static str,
         long: bool,
         start: W,
-        run: impl Fn(&mut W, [f32; 3]) -> Found,
+        run: impl Fn(&mut W, [f32; 3]) -> WorkResult,
     ) -> fmt::Result {
         let mut work = start;
         self.measure(name, long, |input| run(&mut work, input))

@@ -4,7 +4,7 @@ use firmware::fix::Position;
 use firmware::nav::{Config, Navigator, Noise, State};
 use firmware::sample::{Counts, Lsb};
 
-use crate::work::Found;
+use crate::work::WorkResult;
 /// Samples per second.
 pub const RATE: usize = 200;
 /// Value of a count: 1e-7 rad and 1e-6 m/s.
@@ -59,7 +59,7 @@ pub(crate) fn sample([x, y, z]: [f32; 3], rate: usize) -> Counts {
     }
 }
 
-pub(crate) fn verdict(navigator: &Navigator, found: f32) -> Found {
+pub(crate) fn verdict(navigator: &Navigator, found: f32) -> WorkResult {
     let faults = navigator.faults();
     ([found; 3], !faults.lost && faults.samples == 0)
 }
@@ -72,7 +72,7 @@ impl NavSampleWork {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.0.sample(&sample(input, RATE));
         verdict(&self.0, 0.0)
     }
@@ -94,7 +94,7 @@ impl NavPieceWork {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.0.sample(&sample(input, Self::RATE));
         verdict(&self.0, self.0.state().velocity[2] as f32)
     }
@@ -108,7 +108,7 @@ impl NavSecondWork {
 
     /// One repetition.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         for _ in 0..RATE {
             self.0.sample(&sample(input, RATE));
         }

@@ -23,7 +23,7 @@ const RATE: f32 = 1.0 / 65536.0;
 pub const DRIVE: usize = 22 * 60 * 200;
 
 /// The result of a repetition, and whether it was good.
-pub type Found = ([f32; 3], bool);
+pub type WorkResult = ([f32; 3], bool);
 
 /// The input of a repetition, rad/s.
 #[inline]
@@ -156,13 +156,13 @@ impl<E: Engine> NetworkWork<E> {
 
     /// A repetition with one step: the estimated error.
     #[inline(always)]
-    pub fn step(&mut self, input: [f32; 3]) -> Found {
+    pub fn step(&mut self, input: [f32; 3]) -> WorkResult {
         found(E::step(&self.net, &mut self.state, input))
     }
 
     /// A repetition with one step and its exact gradient.
     #[inline(always)]
-    pub fn gradient(&mut self, input: [f32; 3]) -> Found {
+    pub fn gradient(&mut self, input: [f32; 3]) -> WorkResult {
         let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
         found(E::step_gradient(&self.net, state, sensitivities, input))
     }
@@ -170,7 +170,7 @@ impl<E: Engine> NetworkWork<E> {
     /// A repetition with one step, its exact gradient, and a descent of all 63 weights: learning
     /// sample by sample, for which other libraries give figures.
     #[inline(always)]
-    pub fn descent(&mut self, input: [f32; 3]) -> Found {
+    pub fn descent(&mut self, input: [f32; 3]) -> WorkResult {
         let (state, sensitivities) = (&mut self.state, &mut self.sensitivities);
         found(E::step_descend(&mut self.net, state, sensitivities, input))
     }
@@ -183,7 +183,7 @@ impl<E: Engine> Default for NetworkWork<E> {
 }
 
 #[inline(always)]
-fn found(step: Step) -> Found {
+fn found(step: Step) -> WorkResult {
     (step.error, step.fault.is_none())
 }
 
@@ -203,7 +203,7 @@ impl<H: Activation> LearnWork<H> {
 
     /// One repetition. It is good if the pass was accepted without a fault.
     #[inline(always)]
-    pub fn run(&mut self, input: [f32; 3]) -> Found {
+    pub fn run(&mut self, input: [f32; 3]) -> WorkResult {
         self.0.begin_pass();
         let step = self.0.step(input, 1.0);
         self.0.reference([1.0 / (1 << 19) as f32; 3], 1.0); // rad: 0.4 deg/h for one second
@@ -220,6 +220,6 @@ impl<H: Activation> Default for LearnWork<H> {
 
 /// One activation.
 #[inline(always)]
-pub fn activate<H: Activation>([x, y, z]: [f32; 3]) -> Found {
+pub fn activate<H: Activation>([x, y, z]: [f32; 3]) -> WorkResult {
     ([H::apply(x), y, z], true)
 }

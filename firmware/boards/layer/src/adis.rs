@@ -10,7 +10,7 @@ use embedded_hal::spi::SpiBus;
 use embedded_hal_async::digital::Wait;
 use embedded_hal_bus::spi::ExclusiveDevice;
 use firmware::wire::adis::spi::{Adis as Bursts, LONGEST};
-use firmware::wire::adis::{Form, Found, Rate, begin, find};
+use firmware::wire::adis::{DetectedSensor, Form, Rate, begin, find};
 
 /// Between two looks for a sensor, which takes up to 0.3 s to start, microseconds.
 pub const LOOK_US: u64 = 100_000;
@@ -18,12 +18,12 @@ pub const LOOK_US: u64 = 100_000;
 /// The sensor has a new burst. Further ones until it is taken are one.
 pub type New = Signal<CriticalSectionRawMutex, ()>;
 
-/// What a board may have in the place of the sensor's line.
+/// A board's SPI with an ADIS, instead of a sensor on a serial line.
 pub trait Source {
-    /// What fetches.
+    /// The end that fetches bursts.
     type Fetch: Fetch;
 
-    /// What fetches, and a task that announces new bursts. It goes on beside the loop, so that no
+    /// The end that fetches bursts, and a task that announces new bursts. It goes on beside the loop, so that no
     /// edge comes while nobody waits for one.
     fn split(self, new: &'static New) -> (Self::Fetch, impl Future<Output = ()>);
 }
@@ -39,9 +39,9 @@ pub trait Fetch {
     }
 
     /// Looks for a sensor from time to time, until one is found. It is set to the configured rate.
-    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<Found>;
+    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor>;
 
-    /// The sensor is looked for again, and set up anew.
+    /// The sensor is looked for again, and set up again.
     fn forget(&mut self) {}
 }
 
@@ -61,7 +61,7 @@ impl Fetch for NoAdis {
         None
     }
 
-    fn look(&mut self, _: u64, _: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look(&mut self, _: u64, _: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor> {
         None
     }
 }
@@ -109,7 +109,7 @@ impl<B: SpiBus, S: OutputPin, R: Wait> Source for Adis<B, S, R> {
 }
 
 impl<B: SpiBus, S: OutputPin> Sensor<B, S> {
-    fn find(&mut self, rate: Option<Rate>) -> Option<Found> {
+    fn find(&mut self, rate: Option<Rate>) -> Option<DetectedSensor> {
         let found = find(&mut self.device, &mut Delay, rate).ok()??;
         if !begin(&mut self.device, &mut Delay, &found).ok()? {
             return None;
@@ -124,7 +124,7 @@ impl<B: SpiBus, S: OutputPin> Fetch for Sensor<B, S> {
         Bursts::new(&mut self.device, self.form?).fetch(frame).ok()
     }
 
-    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor> {
         if self.form.is_some() || now_us.saturating_sub(self.looked_us) < LOOK_US {
             return None;
         }

@@ -11,13 +11,13 @@ use embassy_stm32::pac::RCC;
 use embassy_stm32::{peripherals, rcc};
 use embassy_time::Instant;
 use firmware::app::COMMAND_BAUD;
-use firmware::app::guard::kept::{EARLY_US, Kept};
+use firmware::app::guard::retained::{EARLY_US, Retained};
 use firmware::link::rates::Clock;
 use firmware::wire::command::{Reset, cause};
 
 use crate::crystal;
 pub use crate::record::during;
-use crate::record::{_stack_end, _stack_start, entry, keep, record, unhealthy, words};
+use crate::record::{_stack_end, _stack_start, entry, record, save_retained, unhealthy, words};
 
 /// The loop has not turned well for so long, ms: longer than erasing a part of the store takes, and
 /// shorter than [`crate::WATCHDOG_MS`].
@@ -64,7 +64,7 @@ fn causes() -> u8 {
 #[derive(Debug)]
 pub struct Guard {
     /// `None`: the run is no longer an early one.
-    kept: Option<Kept>,
+    retained: Option<Retained>,
     begun: bool,
 }
 
@@ -73,8 +73,8 @@ impl Guard {
     /// that has the command link.
     pub fn start(clock: &Clock) -> (Self, Option<Reset>, bool) {
         let causes = causes();
-        let (kept, safe) = Kept::started(&words(), causes);
-        keep(&kept);
+        let (retained, safe) = Retained::started(&words(), causes);
+        save_retained(&retained);
         // SAFETY: it is only read, and stands for `embassy_stm32::init` having been called.
         let of = unsafe { peripherals::RCC::steal() };
         let sys: Option<embassy_stm32::time::Hertz> = rcc::clocks(&of).sys.into();
@@ -90,9 +90,9 @@ impl Guard {
             brown_out: None,
             supply_low: false,
             reopened: 0,
-            crash: kept.crash,
+            crash: retained.crash,
         };
-        if let Some(crash) = &kept.crash {
+        if let Some(crash) = &retained.crash {
             defmt::println!(
                 "crash {=u32}, {=u32} start(s) ago, at {=u32:#x}, CFSR {=u32:#x}",
                 crash.number,
@@ -102,7 +102,7 @@ impl Guard {
             );
         }
         let guard = Self {
-            kept: Some(kept),
+            retained: Some(retained),
             begun: false,
         };
         (guard, Some(reset), causes & cause::POWER_ON != 0)
@@ -118,9 +118,12 @@ impl Guard {
             }
         }
         if now_us >= EARLY_US
-            && let Some(kept) = self.kept.take()
+            && let Some(retained) = self.retained.take()
         {
-            keep(&Kept { early: 0, ..kept });
+            save_retained(&Retained {
+                early: 0,
+                ..retained
+            });
         }
     }
 }

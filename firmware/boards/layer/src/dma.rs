@@ -1,8 +1,8 @@
 //! Serial lines of STM32s whose bytes DMA moves, over the DMA driver of `embassy-stm32`.
 //!
-//! **Receiving.** A stream fills a ring and begins anew at its end, without an interrupt. The UART
+//! **Receiving.** A stream fills a ring and wraps at its end, without an interrupt. The UART
 //! interrupts when the line falls idle, once a frame, and the loop reads the ring whenever it
-//! looks: where the stream is, and whether it has begun anew since ([`Received`]). The driver's own
+//! looks: where the stream is, and whether it has wrapped since ([`Received`]). The driver's own
 //! `ReadableRingBuffer` divides once for each byte, and interrupts twice in each round.
 //!
 //! **Errors.** The driver's own `RingBufferedUartRx` stops its stream at every error of the line
@@ -34,11 +34,11 @@ use firmware::link::{Full, Line, Lost};
 use firmware::wire::adis::spi::LONGEST;
 use static_cell::ConstStaticCell;
 
-mod leaving;
+mod outgoing;
 mod received;
 
 use crate::line::{Frame, RING, Wire};
-use leaving::Out;
+use outgoing::Outgoing;
 use received::Received;
 
 /// Lines that there is memory for.
@@ -46,7 +46,7 @@ const LINES: usize = 4;
 /// Bytes that wait until those before them have left.
 const GATHERED: usize = 512;
 
-/// What DMA reads and writes of a line.
+/// The buffers of a line that DMA reads and writes.
 struct Buffers {
     into: [u8; RING],
     out: [[u8; GATHERED]; 2],
@@ -193,7 +193,7 @@ pub struct Port {
     received: Received,
     /// The stream that fills the ring, for ever.
     _into: Transfer<'static>,
-    out: Out,
+    out: Outgoing,
 }
 
 /// [`open`] for these of the board's peripherals: UART, pins in and out, streams in and out, frame.
@@ -251,7 +251,7 @@ pub fn open<U: Served, I: RxDma<U>, O: TxDma<U>>(
         frame,
         received: Received::new(ring, I::Interrupt::IRQ),
         _into: stream,
-        out: Out {
+        out: Outgoing {
             channel: Channel::new(stream_out, interrupts),
             request: requests.1,
             data: to,

@@ -58,7 +58,7 @@ impl<F: NorFlash, const START: u32, const LEN: usize, const ERASE: usize> ReadNo
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
         check_read(self, offset, bytes.len()).map_err(Error::Request)?;
         forget(START + offset, bytes.len());
-        sound(|| {
+        checked_read(|| {
             self.0
                 .read(START + offset, bytes)
                 .map_err(|_| Error::Driver)
@@ -112,7 +112,7 @@ const fn forget(_: u32, _: usize) {}
 /// B3.2.8, BFHFNMIGN: at the priority that FAULTMASK gives), and it is looked for afterwards.
 #[cfg(feature = "h7")]
 #[allow(unsafe_code, reason = "the core's registers of faults")]
-fn sound(read: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
+fn checked_read(read: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
     /// CCR: a data access that fails is no fault.
     const IGNORE: u32 = 1 << 8;
     /// CFSR: a data access failed, here or some instructions before, and where is known.
@@ -148,7 +148,7 @@ fn sound(read: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
 }
 
 #[cfg(not(feature = "h7"))]
-fn sound(read: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
+fn checked_read(read: impl FnOnce() -> Result<(), Error>) -> Result<(), Error> {
     read()
 }
 

@@ -172,7 +172,7 @@ pub fn turn_caches_on() {
     core.SCB.enable_dcache(&mut core.CPUID);
 }
 
-/// The drivers of these boards can panic. The chip starts anew.
+/// The drivers of these boards can panic. The chip restarts.
 #[panic_handler]
 fn panic(what: &core::panic::PanicInfo) -> ! {
     if let Some(place) = what.location() {
@@ -181,7 +181,7 @@ fn panic(what: &core::panic::PanicInfo) -> ! {
     crash::panicked()
 }
 
-/// A fault of the core: the chip starts anew.
+/// A fault of the core: the chip restarts.
 #[cfg(not(feature = "stm32"))]
 #[allow(
     unsafe_code,

@@ -50,7 +50,7 @@ pub trait Wire: Line {
     /// Something has come.
     fn arrived(&mut self) -> impl Future<Output = ()>;
 
-    /// Opens it anew. What it cannot do stays as it was; `Hardware::check` has refused it before.
+    /// Reopens it. What it cannot do stays as it was; `Hardware::check` has refused it before.
     fn open(&mut self, frame: &Frame);
 }
 
@@ -64,7 +64,7 @@ impl Wire for NoLine {
 
 /// A UART whose interrupts move bytes.
 pub trait Uart: Read + ReadReady + BufRead + Write {
-    /// Opens it anew.
+    /// Reopens it.
     fn open(&mut self, frame: &Frame);
 }
 

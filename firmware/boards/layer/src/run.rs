@@ -15,7 +15,7 @@ use firmware::link::{Clock, rates};
 use firmware::store::Store;
 use firmware::update::TakesUpdates;
 use firmware::wire::adis::spi::LONGEST;
-use firmware::wire::adis::{Found, Rate};
+use firmware::wire::adis::{DetectedSensor, Rate};
 use firmware::wire::command::LoopPhase;
 use static_cell::ConstStaticCell;
 
@@ -119,7 +119,7 @@ impl<S: Wire, N: Wire, C: Wire, G: Wire, A: Fetch, W: FnMut()> run::Board
     }
 
     /// A look takes up to half a millisecond, in which a frame would wait.
-    fn look_for_adis(&mut self, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look_for_adis(&mut self, rate: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor> {
         if !self.lines.sensor.is_idle() || (self.heard && !self.has_adis) {
             return None;
         }

@@ -4,7 +4,7 @@
 //! interrupt of its own, above the loop and below the drivers' interrupts, so that no data-ready is
 //! missed while the loop is busy. Up to [`WAITING`] bursts wait for the loop.
 //!
-//! Each transfer has a bound. One that has not ended by then is given up: the SPI is opened anew,
+//! Each transfer has a bound. One that has not ended by then is given up: the SPI is reopened,
 //! and the burst is reported as lost, as is one that finds no room.
 
 use core::future::{Future, pending};
@@ -28,7 +28,7 @@ use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, with_timeout};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use firmware::wire::adis::spi::LONGEST;
-use firmware::wire::adis::{Form, Found, Rate, begin, find};
+use firmware::wire::adis::{DetectedSensor, Form, Rate, begin, find};
 
 use crate::adis::{Fetch, LOOK_US, New, Source};
 
@@ -78,7 +78,7 @@ macro_rules! adis {
         $crate::spi::Adis {
             open: |config| {
                 use embassy_stm32::peripherals as of;
-                #[allow(unsafe_code, reason = "opened anew after a transfer that was given up")]
+                #[allow(unsafe_code, reason = "reopened after a transfer that was given up")]
                 // SAFETY: they were moved to here, and the SPI of before is dropped.
                 let (spi, clock, out, into, to, from) = unsafe {
                     (
@@ -172,7 +172,7 @@ impl Fetch for Fetched {
         lost
     }
 
-    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look(&mut self, now_us: u64, rate: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor> {
         self.bus = self.bus.take().or_else(|| BACK.try_take());
         if now_us.saturating_sub(self.looked_us) < LOOK_US {
             return None;
@@ -242,12 +242,12 @@ impl Bus {
             .find(|hz| *hz <= clock_hz)
             .unwrap_or(self.hz >> 8);
         self.spi = None;
-        self.anew();
+        self.reset_controller();
     }
 
     /// Opens the SPI, which is closed.
     #[inline(never)] // seldom, by three callers
-    fn anew(&mut self) {
+    fn reset_controller(&mut self) {
         let mut config = spi::Config::default();
         (config.mode, config.frequency) = (spi::MODE_3, Hertz(self.clock_hz));
         self.spi = Some((self.open)(config));
@@ -279,14 +279,14 @@ impl Bus {
         done.then_some((reply, came.len()))
     }
 
-    /// Releases the sensor. The SPI of a transfer that was given up is opened anew.
+    /// Releases the sensor. The SPI of a transfer that was given up is reopened.
     fn ended(&mut self, done: bool) {
         if !done {
             self.spi = None;
         }
         self.select.set_high();
         if !done {
-            self.anew();
+            self.reset_controller();
         }
     }
 
@@ -303,7 +303,7 @@ impl Bus {
         if done { Ok(()) } else { Err(Late) }
     }
 
-    fn find(&mut self, rate: Option<Rate>) -> Option<Found> {
+    fn find(&mut self, rate: Option<Rate>) -> Option<DetectedSensor> {
         let found = find(&mut *self, &mut Delay, rate).ok()??;
         let kept = begin(self, &mut Delay, &found).ok()?;
         kept.then_some(found)

@@ -3,7 +3,7 @@
 
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use firmware::link::ring::{Inlet, Outlet, Ring};
+use firmware::link::ring::{Consumer, Producer, Ring};
 use firmware::link::{Full, Line, Lost};
 
 use crate::line::{Frame, RING, Wire};
@@ -31,8 +31,8 @@ impl Through {
     /// The loop's end; there is one.
     pub fn line(&'static self) -> ThroughLine {
         ThroughLine {
-            received: self.received.outlet(),
-            to_send: self.to_send.inlet(),
+            received: self.received.consumer(),
+            to_send: self.to_send.producer(),
             of: self,
         }
     }
@@ -45,7 +45,7 @@ impl Through {
 
     /// For the task: bytes were lost.
     pub fn lost(&self) {
-        self.received.inlet().mark_lost();
+        self.received.producer().mark_lost();
         self.came.signal(());
     }
 
@@ -69,8 +69,8 @@ impl Through {
 
 /// The loop's end.
 pub struct ThroughLine {
-    received: Outlet<'static>,
-    to_send: Inlet<'static>,
+    received: Consumer<'static>,
+    to_send: Producer<'static>,
     of: &'static Through,
 }
 

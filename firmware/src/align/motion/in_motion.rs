@@ -2,13 +2,13 @@
 
 mod judge;
 
-use super::given::{Given as Matrices, given_biases, shown};
 use super::pass::{
     ACCEL, AGE, ARM, Assumed, CONSTANTS, Earth, GYRO, Pass, Row, SPIN, VELOCITY, product_of,
 };
-use super::window::{Place, Window};
-use super::{Config, ERRORS, FAR_M, Found, Progress, TIMING_S};
-use crate::control::Way;
+use super::regression::{Regression, bias_observations, regress_on_biases};
+use super::window::{Window, WindowFix};
+use super::{AlignedState, Config, ERRORS, FAR_M, Progress, TIMING_S};
+use crate::control::HeadingSource;
 use crate::fix::{Fix, Heading, Position};
 use crate::nav::State;
 use crate::nav::earth::Local;
@@ -35,9 +35,9 @@ const SOME: [f32; 2] = [0.02, 1e-5];
 /// Standard deviation of a height that the receiver does not measure, m.
 const ANY_HEIGHT: f32 = 100.0;
 
-/// What is being computed.
+/// The computation in progress.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Stage {
+enum SearchStep {
     /// Nothing until the next fix.
     Waits,
     /// A guess, and the next interval of its pass.
@@ -60,7 +60,7 @@ pub struct InMotion {
     window: Window,
     guesses: [Guess; GUESSES],
     pass: Pass,
-    stage: Stage,
+    stage: SearchStep,
     /// The last interval at whose end the fix was too far from the best guess.
     wild: Option<usize>,
     /// Intervals that the guesses are compared over.
@@ -104,7 +104,7 @@ impl InMotion {
             window: Window::EMPTY,
             guesses: [Guess::NONE; GUESSES],
             pass: Pass::ZEROED,
-            stage: Stage::Waits,
+            stage: SearchStep::Waits,
             wild: None,
             upto: 0,
             credit: 0.0,
@@ -145,7 +145,7 @@ impl InMotion {
     pub fn gap(&mut self) {
         (self.gather, self.origin, self.given) = (None, None, None);
         self.window = Window::EMPTY;
-        self.stage = Stage::Waits;
+        self.stage = SearchStep::Waits;
         self.guessing = false;
         self.noise = 1.0;
         self.heading_sigma = f32::INFINITY;
@@ -176,10 +176,10 @@ impl InMotion {
     #[must_use]
     pub fn progress(&self) -> Progress {
         let way = match (self.guessing, self.given) {
-            (false, _) => Way::None,
-            (true, Some(_)) => Way::Heading,
-            (true, None) if self.pass.course => Way::Course,
-            (true, None) => Way::Velocity,
+            (false, _) => HeadingSource::None,
+            (true, Some(_)) => HeadingSource::Heading,
+            (true, None) if self.pass.course => HeadingSource::Course,
+            (true, None) => HeadingSource::Velocity,
         };
         Progress {
             way,
@@ -202,7 +202,7 @@ impl InMotion {
         rest: Option<f32>,
         age: [f32; 2],
         scratch: &mut Transition<ERRORS>,
-    ) -> Option<Found> {
+    ) -> Option<AlignedState> {
         let fix = &measured(fix);
         self.end_piece();
         if self.window.open_s() > LONGEST_S {
@@ -229,7 +229,7 @@ impl InMotion {
         }
         self.age_sigma = self.age_sigma.max(age[1]);
         let [n, e, d, vn, ve, vd] = fix.sigmas;
-        let place = Place {
+        let place = WindowFix {
             at,
             sigma: [n.max(e), d],
             velocity: narrow(fix.velocity),
@@ -248,7 +248,7 @@ impl InMotion {
         if let Some((heading, at)) = fix.heading.zip(closed).filter(|_| self.knows_forward()) {
             self.given = Some((heading, at));
         }
-        if let Stage::Good(_, next) = self.stage {
+        if let SearchStep::Good(_, next) = self.stage {
             // the navigator starts at a position
             if !located {
                 return None;
@@ -257,7 +257,7 @@ impl InMotion {
             self.begin_round();
             return found;
         }
-        if self.stage == Stage::Waits {
+        if self.stage == SearchStep::Waits {
             self.begin_round();
         }
         None
@@ -265,7 +265,7 @@ impl InMotion {
 
     /// Whether no pass goes over the window.
     fn is_free(&self) -> bool {
-        matches!(self.stage, Stage::Waits | Stage::Good(..))
+        matches!(self.stage, SearchStep::Waits | SearchStep::Good(..))
     }
 
     /// The first fix.
@@ -336,7 +336,7 @@ impl InMotion {
         age: f32,
         next: usize,
         scratch: &mut Transition<ERRORS>,
-    ) -> Option<Found> {
+    ) -> Option<AlignedState> {
         let assumed = self.assumed();
         let nodes = self.window.nodes();
         for node in nodes.get(next..)? {
@@ -361,19 +361,19 @@ impl InMotion {
         if !errors(pass, &rows, &unit, fix, scratch) {
             return None;
         }
-        let mut shown = shown(&of_biases(pass), &estimate, &unit)?;
+        let mut observed = bias_observations(&of_biases(pass), &estimate, &unit)?;
         for (estimate, known) in estimate.iter_mut().zip(self.known) {
             *estimate += known;
         }
-        shown.from = self.known;
-        Some(Found {
+        observed.from = self.known;
+        Some(AlignedState {
             state: State {
                 position,
                 velocity,
                 q_bn,
             },
             applied: estimate,
-            shown,
+            observed,
             way: self.progress().way,
             heading_sigma,
             residual,
@@ -428,12 +428,12 @@ fn errors(
         xt[i] = core::array::from_fn(|j| -product_of(&rows[i], &pass.p[constant(j)]));
         xt[3 + i] = core::array::from_fn(|j| pass.p[VELOCITY + i][constant(j)]);
     }
-    let given = Matrices {
+    let regression = Regression {
         by: &mut scratch.gamma,
         rest: &mut scratch.q,
         all: &mut scratch.phi,
     };
-    if !given_biases((&xx, &xt, &of_biases(pass)), unit, given) {
+    if !regress_on_biases((&xx, &xt, &of_biases(pass)), unit, regression) {
         return false;
     }
     for (k, sigma) in fix.sigmas.iter().take(3).enumerate() {

@@ -19,15 +19,15 @@
 //! A pass is long. So it advances by one interval at a time between the samples: how far it is
 //! depends on their number alone.
 
-mod given;
 mod in_motion;
 mod pass;
+mod regression;
 mod window;
 
-pub use given::Shown;
 pub use in_motion::InMotion;
+pub use regression::BiasObservations;
 
-use crate::control::Way;
+use crate::control::HeadingSource;
 use crate::nav;
 use lrnn_nostd::learn::kalman::{OUTPUTS, Transition};
 
@@ -76,8 +76,8 @@ pub struct Config {
 /// Progress of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Progress {
-    /// Source of the heading so far; [`Way::None`] before there are guesses.
-    pub way: Way,
+    /// Source of the heading so far; [`HeadingSource::None`] before there are guesses.
+    pub way: HeadingSource,
     /// Standard deviation of the heading, rad; infinite while it is unknown.
     pub heading_sigma: f32,
     /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
@@ -93,15 +93,15 @@ pub struct Progress {
 /// plus others of covariance `q`. So they are given the sensors' errors, whatever is assumed about
 /// these. `phi` is the covariance of both, as far as the alignment knows the sensors' errors.
 #[derive(Debug, Clone, Copy)]
-pub struct Found {
+pub struct AlignedState {
     /// State at the end of the last sample.
     pub state: nav::State,
     /// The alignment's estimate of the sensors' errors, rad/s and m/s2.
     pub applied: [f32; OUTPUTS],
     /// Observations of them by the fixes.
-    pub shown: Shown,
+    pub observed: BiasObservations,
     /// Source of the heading.
-    pub way: Way,
+    pub way: HeadingSource,
     /// Standard deviation of the heading, rad.
     pub heading_sigma: f32,
     /// Mean normalised innovation squared of the last fixes.
@@ -110,7 +110,7 @@ pub struct Found {
     pub time_s: f64,
 }
 
-impl Found {
+impl AlignedState {
     /// Standard deviations of the errors, that of the sensors included.
     #[must_use]
     pub fn sigmas(scratch: &Transition<ERRORS>) -> [f32; ERRORS] {

@@ -16,7 +16,7 @@
 //! 22..25         position
 //! ```
 //!
-//! What stays the same is a state from the beginning to the end. So a pass ends with the best phi
+//! Constants are states from the beginning to the end. So a pass ends with the best phi
 //! *at the beginning* given all fixes, and the next pass goes about that (Gauss-Newton). The
 //! predictions of the fixes give the likelihood of the guess.
 
@@ -47,10 +47,10 @@ const VIBRATION: f32 = 0.01;
 /// A vector of all errors.
 pub type Row = [f32; N];
 
-/// What is assumed about sensors and receiver.
+/// Assumptions about sensors and receiver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Assumed {
-    /// Standard deviations of what stays the same.
+    /// Standard deviations of the constants.
     pub sigma: [f32; CONSTANTS],
     /// White noise of gyros and accelerometers, rad and m/s in the root of a second.
     pub noise: [f32; 2],

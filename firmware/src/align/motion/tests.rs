@@ -34,7 +34,7 @@ struct Outcome {
     heading: [f64; 2],
     /// Squared error of attitude and velocity over its covariance.
     nees: f64,
-    way: Way,
+    way: HeadingSource,
 }
 
 /// A vehicle with its sensors and its configuration.
@@ -131,7 +131,7 @@ impl Case {
 /// Samples of a second.
 const SAMPLES: usize = (1.0 / SAMPLE_S) as usize;
 
-fn outcome(start: &Found, scratch: &Transition<ERRORS>, world: &World) -> Outcome {
+fn outcome(start: &AlignedState, scratch: &Transition<ERRORS>, world: &World) -> Outcome {
     let [a, b, c] = world::error(start.state.q_bn, world.attitude());
     let (got, truth) = (start.state.velocity, world.velocity());
     let [d, e, f] = core::array::from_fn(|i| got[i] - truth[i]);
@@ -189,7 +189,7 @@ fn a_ship_in_waves_starts_in_a_turn() {
     for (name, errors) in [("consumer", CONSUMER), ("STIM300", STIM300)] {
         let case = Case::new(world::ship, errors, false);
         let all = case.starts(&format!("ship, {name}"), 40, 120);
-        assert!(all.iter().all(|o| o.way == Way::Velocity));
+        assert!(all.iter().all(|o| o.way == HeadingSource::Velocity));
     }
 }
 
@@ -246,7 +246,10 @@ fn a_wrong_mounting_is_found_out() {
         let (outcome, progress) = sideways.run(seed, 300, |_, _| {});
         let outcome = outcome.unwrap_or_else(|| panic!("{seed}: {progress:?}"));
         let [error, sigma] = outcome.heading;
-        assert!(outcome.way == Way::Velocity, "{seed}: {outcome:?}");
+        assert!(
+            outcome.way == HeadingSource::Velocity,
+            "{seed}: {outcome:?}"
+        );
         assert!(error.abs() <= 4.0 * sigma, "{seed}: {outcome:?}");
     }
 }
@@ -269,7 +272,7 @@ fn an_unknown_mounting_makes_no_heading_of_the_course() {
         let [error, sigma] = outcome.heading;
         assert_eq!(
             (outcome.way, progress.refused),
-            (Way::Velocity, 0),
+            (HeadingSource::Velocity, 0),
             "{seed}"
         );
         assert!(error.abs() <= 4.0 * sigma, "{seed}: {outcome:?}");

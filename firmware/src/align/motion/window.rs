@@ -56,7 +56,7 @@ impl Node {
 
 /// A fix as the window takes it.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct WindowFix {
     /// North, east, down from the origin, m.
     pub at: V32,
     /// Standard deviations, horizontal and down, m.
@@ -196,7 +196,7 @@ impl Window {
     }
 
     /// Takes a fix. False: it is too close to the last one, or the window is full.
-    pub fn fix(&mut self, place: &Place) -> bool {
+    pub fn fix(&mut self, place: &WindowFix) -> bool {
         let late = self.close(place.age);
         let mut node = self.open.node();
         (node.place, node.sigma, node.late) = (place.at, place.sigma, late);

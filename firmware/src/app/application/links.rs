@@ -13,14 +13,14 @@ use crate::wire::receiver::epoch::Arrival;
 
 /// Bytes of the command link that have come and are not read yet.
 #[derive(Debug)]
-pub(super) struct Asked {
+pub(super) struct UnreadBytes {
     bytes: [u8; PIECE],
     next: usize,
     end: usize,
 }
 
-impl Asked {
-    pub const NOTHING: Asked = Asked {
+impl UnreadBytes {
+    pub const NOTHING: UnreadBytes = UnreadBytes {
         bytes: [0; PIECE],
         next: 0,
         end: 0,
@@ -99,7 +99,7 @@ impl App<'_> {
     pub(super) fn renew(&mut self, navigation: &mut impl Line, command: &mut impl Line, now: u64) {
         if self.commands.server.renewal == Renewal::Taken {
             self.commands.server.renewal = Renewal::Begun;
-            self.begin_anew(navigation, now);
+            self.reconfigure(navigation, now);
         } else {
             self.commands.server.renewal = Renewal::None;
             send(self.commands.server.answer(), command, &mut self.flow);
@@ -119,7 +119,7 @@ impl App<'_> {
             .receiver
             .push(piece.get(..len).unwrap_or_default(), arrival);
         while self.solved() {}
-        self.flow.heard.format = self.gnss.receiver.format();
+        self.flow.receiver_status.format = self.gnss.receiver.format();
         len > 0
     }
 
@@ -156,8 +156,8 @@ impl App<'_> {
         if let Some(heading) = &mut fix.heading {
             heading.angle -= self.flow.config.heading_offset();
         }
-        self.flow.heard.time_ms = Some(fix.time_ms);
-        self.flow.heard.age_us = fix.age.map(|age| (age * 1e6) as u32);
+        self.flow.receiver_status.time_ms = Some(fix.time_ms);
+        self.flow.receiver_status.age_us = fix.age.map(|age| (age * 1e6) as u32);
         self.flow.fix(&fix);
         self.gnss.fix = Some(fix);
     }

@@ -2,12 +2,12 @@
 
 use super::super::counts::Count;
 use super::super::pulse::TimePulse;
-use super::super::server::{Held, Server};
-use super::links::Asked;
+use super::super::server::{InitialState, Server};
+use super::health_check::HealthCheck;
+use super::links::UnreadBytes;
 use super::service::Service;
-use super::well::Well;
 use crate::fix::Fix;
-use crate::wire::adis::Found;
+use crate::wire::adis::DetectedSensor;
 use crate::wire::command::Packets;
 use crate::wire::framer::Framer;
 use crate::wire::{Detector, ImuFormat, Receiver, ReceiverFormat};
@@ -49,7 +49,7 @@ impl SensorLink {
 /// An ADIS at the board's SPI.
 #[derive(Debug, Default)]
 pub(super) struct SpiSensor {
-    pub(super) found: Option<Found>,
+    pub(super) detected: Option<DetectedSensor>,
     /// Whether it must be set to another rate.
     pub(super) set_up: bool,
 }
@@ -58,18 +58,18 @@ pub(super) struct SpiSensor {
 #[derive(Debug)]
 pub(super) struct Commands {
     pub(super) packets: Packets,
-    pub(super) unread: Asked,
+    pub(super) unread: UnreadBytes,
     pub(super) server: Server,
     /// The board stores what [`App::job`] gave.
     pub(super) storing: bool,
 }
 
 impl Commands {
-    pub(super) fn new(held: Held) -> Commands {
+    pub(super) fn new(initial: InitialState) -> Commands {
         Commands {
             packets: Packets::new(),
-            unread: Asked::NOTHING,
-            server: Server::new(held),
+            unread: UnreadBytes::NOTHING,
+            server: Server::new(initial),
             storing: false,
         }
     }
@@ -95,7 +95,7 @@ impl Gnss {
 
     /// Another configuration has come. The last fix stays.
     pub(super) fn restart(&mut self, format: Option<ReceiverFormat>) {
-        self.receiver.begin_anew(format);
+        self.receiver.restart(format);
         self.pulse = TimePulse::default();
     }
 }
@@ -106,8 +106,8 @@ pub(super) struct Upkeep {
     pub(super) due: bool,
     /// Seconds, modulo 256.
     pub(super) seconds: u8,
-    /// Whether the configuration in use follows from its record: see [`sound`].
+    /// Whether the configuration in use follows from its record: see [`integrity`].
     pub(super) as_recorded: bool,
     /// Conditions under which the watchdogs are fed.
-    pub(super) well: Well,
+    pub(super) health_check: HealthCheck,
 }

@@ -1,9 +1,9 @@
 //! The application as it is after power-on, by what the board's store holds.
 
 use super::App;
-use crate::app::config::{Config, Found};
+use crate::app::config::{Config, StoreFaults};
 use crate::app::hardware::Hardware;
-use crate::app::server::Held;
+use crate::app::server::InitialState;
 use crate::app::server::wear::{Wear, digest};
 use crate::configuration::SCHEMA;
 use crate::configuration::record::{Record, decode, schema};
@@ -11,7 +11,7 @@ use crate::control::Mode;
 use crate::learn::Learner;
 use crate::model::Nets;
 use crate::store::{Newer, Stored, unit};
-use crate::wire::command::Kept;
+use crate::wire::command::StoreReport;
 use crate::wire::command::key::Key;
 
 impl<'m> App<'m> {
@@ -45,7 +45,7 @@ impl<'m> App<'m> {
         stored: Option<Result<Option<Stored>, Newer>>,
         learner: Option<&'m mut dyn Learner>,
     ) {
-        let (config, kept) = prepared(hardware, &stored);
+        let (config, store_report) = prepared(hardware, &stored);
         let (record, key) = match &stored {
             // one that is not understood is not used
             Some(Ok(Some(stored))) if config.configuration.is_some() => {
@@ -57,14 +57,14 @@ impl<'m> App<'m> {
         let stored = !record.is_empty();
         let mut wear = Wear::new();
         // a key that is given again is stored again while a record with another one is left
-        if stored && !config.found.unread && !config.found.other_key {
+        if stored && !config.store_faults.unread && !config.store_faults.other_key {
             wear.holds(Some(digest(&config.nets, &record, &key)));
         }
-        let held = Held {
+        let held = InitialState {
             record,
             stored,
             key,
-            kept,
+            store_report,
             wear,
         };
         self.begin(config, held, learner);
@@ -74,19 +74,22 @@ impl<'m> App<'m> {
 /// The application's settings and the report on the store, from the content of the store. A
 /// function of its own, so that the stack is free again when the application is made.
 #[inline(never)]
-fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) -> (Config, Kept) {
+fn prepared(
+    hardware: Hardware,
+    stored: &Option<Result<Option<Stored>, Newer>>,
+) -> (Config, StoreReport) {
     let store = stored.is_some();
     let mut newer = None;
     let mut nets = &Nets::NONE;
     let mut configuration = None;
     let mut unread = false;
-    let (mut kept, mut other_unit, mut other_key) = (Kept::default(), false, false);
+    let (mut store_report, mut other_unit, mut other_key) = (StoreReport::default(), false, false);
     match stored {
         Some(Ok(Some(stored))) => {
             configuration = decode(&stored.record).ok();
             let life = stored.life;
             other_key = stored.other_key;
-            kept = Kept {
+            store_report = StoreReport {
                 generation: Some(stored.generation),
                 starts: life.starts,
                 failures: life.failures,
@@ -99,7 +102,7 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
             other_unit = of.is_some_and(|(of, configuration)| of != configuration);
             unread = configuration.is_none() && !stored.record.is_empty();
             if unread {
-                kept.generation = None;
+                store_report.generation = None;
                 newer = schema(&stored.record).filter(|schema| *schema > SCHEMA);
             } else {
                 nets = &stored.nets;
@@ -122,7 +125,7 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
         nets: if safe { Nets::NONE } else { *nets },
         store: store && !safe,
         mode: if safe { Mode::Bypass } else { base.mode },
-        found: Found {
+        store_faults: StoreFaults {
             newer,
             unread,
             other_unit,
@@ -131,5 +134,5 @@ fn prepared(hardware: Hardware, stored: &Option<Result<Option<Stored>, Newer>>) 
         hardware,
         ..base
     };
-    (config, kept)
+    (config, store_report)
 }

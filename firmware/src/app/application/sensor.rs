@@ -176,7 +176,7 @@ impl App<'_> {
     /// A bit of the framer's memory has flipped: its pending bytes are lost. If that was a bit of
     /// its format, the configured format is used, or the format is detected again.
     #[cold]
-    pub(super) fn framer_anew(&mut self) {
+    pub(super) fn reset_framer(&mut self) {
         let sensor = &self.flow.config.sensor;
         let configuration = self
             .flow

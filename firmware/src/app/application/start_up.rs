@@ -50,7 +50,7 @@ impl<'m> App<'m> {
     /// firmware understands.
     #[must_use]
     pub fn stored_number(&self) -> Option<u32> {
-        self.commands.server.kept.generation
+        self.commands.server.store_report.generation
     }
 
     /// Apart, like [`recall`], so that the stack does not hold both.
@@ -78,5 +78,5 @@ fn recall<F: NorFlash>(app: &mut App, store: &mut Store<F>) {
     let mut memory = [0; MEMORY_MAX];
     let len = store.memory(&mut memory);
     app.recall(memory.get(..len).unwrap_or_default());
-    app.flow.pending.memo.left = store.left();
+    app.flow.pending.unit_memory.left = store.left();
 }

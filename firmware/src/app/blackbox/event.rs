@@ -6,14 +6,14 @@ use crate::wire::field::{put, take};
 /// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum What {
+pub enum EventKind {
     /// The device started: 0 with blank memory, 1 after a reset that the memory survived.
     Start = 1,
     /// The fault bits changed to this.
     Faults,
     /// Another mode: its number in [`crate::control::Mode`].
     Mode,
-    /// Another state of the application: its number in [`super::Stage`].
+    /// Another state of the application: its number in [`super::AppState`].
     Stage,
     /// The sensor restarted: how often so far.
     Restart,
@@ -31,18 +31,18 @@ pub enum What {
     Rest,
 }
 
-const ALL: [What; 11] = [
-    What::Start,
-    What::Faults,
-    What::Mode,
-    What::Stage,
-    What::Restart,
-    What::Alignment,
-    What::Nets,
-    What::Fix,
-    What::Configured,
-    What::Released,
-    What::Rest,
+const ALL: [EventKind; 11] = [
+    EventKind::Start,
+    EventKind::Faults,
+    EventKind::Mode,
+    EventKind::Stage,
+    EventKind::Restart,
+    EventKind::Alignment,
+    EventKind::Nets,
+    EventKind::Fix,
+    EventKind::Configured,
+    EventKind::Released,
+    EventKind::Rest,
 ];
 
 /// One event: number u32, time u32 in ms, value u32, what u8, 0, and the sum of these 14 bytes u16.
@@ -52,10 +52,10 @@ pub struct Event {
     pub number: u32,
     /// Milliseconds since the device's start, modulo 2^32.
     pub at_ms: u32,
-    /// See [`What`].
+    /// See [`EventKind`].
     pub value: u32,
     /// Kind of the event.
-    pub what: What,
+    pub what: EventKind,
 }
 
 impl Event {

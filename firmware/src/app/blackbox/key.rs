@@ -11,7 +11,7 @@ pub const KEY_LEN: usize = 144;
 /// The state of the application ([`crate::app::Phase`]) without its mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Stage {
+pub enum AppState {
     /// Before the first pass.
     Start,
     /// The format is being found.
@@ -38,7 +38,7 @@ pub struct Key {
     /// Mode.
     pub mode: Mode,
     /// State of the application.
-    pub stage: Stage,
+    pub stage: AppState,
     /// Place of the sensor's format in [`crate::wire::ImuFormat::ALL`].
     pub format: u8,
     /// The samples are floats.
@@ -95,11 +95,11 @@ impl Key {
         let [mode, stage, format, flags] = take(bytes, 20);
         let modes = [Mode::Bypass, Mode::Frozen, Mode::Shadow, Mode::Learn];
         let stages = [
-            Stage::Start,
-            Stage::Detect,
-            Stage::Run,
-            Stage::FaultUnits,
-            Stage::FaultNetwork,
+            AppState::Start,
+            AppState::Detect,
+            AppState::Run,
+            AppState::FaultUnits,
+            AppState::FaultNetwork,
         ];
         let mut carried = [[0; 3]; 2];
         for (at, bits) in (48..).step_by(4).zip(carried.as_flattened_mut()) {

@@ -32,8 +32,8 @@ pub mod read;
 mod record;
 
 pub use crate::control::recording::{Cause, State};
-pub use event::{Event, What};
-pub use key::{KEY_LEN, Key, Stage};
+pub use event::{Event, EventKind};
+pub use key::{AppState, KEY_LEN, Key};
 pub use memory::{LEN, Memory, PAGES, VERSION};
 pub use record::BlackBox;
 pub(in crate::app) use record::Noted;

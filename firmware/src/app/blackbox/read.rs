@@ -39,7 +39,7 @@ pub struct Page<'b> {
     pub number: u32,
     /// The state after its first frame.
     pub key: Key,
-    /// That frame as it left.
+    /// The page's first frame as it left.
     pub frame: &'b [u8],
     entries: &'b [u8],
 }

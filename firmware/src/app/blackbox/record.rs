@@ -3,7 +3,7 @@
 use super::key::{Key, estimate_bytes};
 use super::memory::{Head, PAGE_LEN, PAGES};
 use super::read::{BREAK, BURST, ENTRY_LEN, ESTIMATE, FAULTS, MORE, PIECE, PRIMER_AT, TIME};
-use super::{Cause, Event, LEN, Memory, Stage, State, What};
+use super::{AppState, Cause, Event, EventKind, LEN, Memory, State};
 use crate::control::recording::{Order, Recording};
 use crate::control::{Alignment, Reason};
 use crate::wire::command::fault;
@@ -76,7 +76,7 @@ impl<'m> BlackBox<'m> {
         self.memory = Some(memory);
         // no page is in progress until a frame begins one
         (self.records, self.wants, self.full) = (true, true, true);
-        self.event(What::Start, survived.into());
+        self.event(EventKind::Start, survived.into());
         if survived && self.head.state == State::Records {
             (self.head.cause, self.head.at_us) = (Cause::Reset, 0);
             self.head.faults = 0;
@@ -152,7 +152,7 @@ impl<'m> BlackBox<'m> {
         (self.head.cause, self.head.faults, self.head.at_us) = (Cause::None, 0, 0);
         self.records = true;
         self.part();
-        self.event(What::Released, 0);
+        self.event(EventKind::Released, 0);
     }
 
     fn hold(&mut self) {
@@ -375,13 +375,13 @@ impl<'m> BlackBox<'m> {
             let [a, b, c, d] = now.faults.to_le_bytes();
             let [low, high] = left;
             self.entry(FAULTS, &[low, high, a, b, c, d], &[]);
-            self.list(What::Faults, now.faults);
+            self.list(EventKind::Faults, now.faults);
         }
         if now.stage != before.stage {
-            self.list(What::Stage, now.stage.into());
+            self.list(EventKind::Stage, now.stage.into());
         }
         if now.mode != before.mode {
-            self.list(What::Mode, now.mode.into());
+            self.list(EventKind::Mode, now.mode.into());
         }
         if now.alignment != before.alignment {
             let number = match now.alignment {
@@ -389,13 +389,13 @@ impl<'m> BlackBox<'m> {
                 Some(Alignment::Started) => 1,
                 Some(Alignment::Finished) => 2,
             };
-            self.list(What::Alignment, number);
+            self.list(EventKind::Alignment, number);
         }
         if (now.mode, now.stage) != (before.mode, before.stage) {
             self.part();
         }
         let risen = now.faults & !before.faults & CAUSES;
-        let failed = now.stage != before.stage && now.stage >= Stage::FaultUnits as u8;
+        let failed = now.stage != before.stage && now.stage >= AppState::FaultUnits as u8;
         if (risen != 0 || failed) && self.begun && self.head.state == State::Records {
             (self.head.state, self.head.cause) = (State::Follows, Cause::Fault);
             (self.head.faults, self.head.at_us) = (now.faults, self.now_us);
@@ -420,7 +420,7 @@ impl<'m> BlackBox<'m> {
     /// An event.
     #[cold]
     #[inline(never)]
-    pub(in crate::app) fn event(&mut self, what: What, value: u32) {
+    pub(in crate::app) fn event(&mut self, what: EventKind, value: u32) {
         if self.records {
             self.list(what, value);
             self.write_head();
@@ -428,7 +428,7 @@ impl<'m> BlackBox<'m> {
     }
 
     /// Puts an event on the list; the head is written afterwards.
-    fn list(&mut self, what: What, value: u32) {
+    fn list(&mut self, what: EventKind, value: u32) {
         let event = Event {
             number: self.head.events,
             at_ms: (self.now_us / 1000) as u32,
@@ -450,7 +450,7 @@ impl<'m> BlackBox<'m> {
         let now = (self.now_us / 1000) as u32;
         let late = now.wrapping_sub(core::mem::replace(&mut self.fix_ms, now)) >= FIXES_MS;
         if late {
-            self.event(What::Fix, time_ms);
+            self.event(EventKind::Fix, time_ms);
         }
     }
 

@@ -1,7 +1,7 @@
 //! The kinds of frames on one line. A sensor may send its samples in several, each with its own
 //! units and its own carried remainder.
 
-use crate::compensator::OUTLETS;
+use crate::compensator::OUTPUT_STREAMS;
 use crate::wire::Source;
 use heapless::Vec;
 
@@ -27,7 +27,7 @@ pub(in crate::app) struct Channels {
     leads: bool,
     /// The position of the last frame whose sample was counted.
     counted: u8,
-    list: Vec<Channel, OUTLETS>,
+    list: Vec<Channel, OUTPUT_STREAMS>,
 }
 
 impl Channels {
@@ -44,7 +44,7 @@ impl Channels {
         let known = place.and_then(|place| Some((place, self.list.get(place)?)));
         (self.kind, self.leads) = (None, false);
         if let Some((place, channel)) = known {
-            self.current = place as u8; // less than OUTLETS
+            self.current = place as u8; // less than OUTPUT_STREAMS
             (self.kind, self.leads) = (Some(kind), channel.leads);
         }
         known.is_some()

@@ -1,6 +1,6 @@
 //! Which samples are missing, came twice or are constant, and whether the sensor has restarted.
 
-use super::still::Still;
+use super::stuck::StuckDetector;
 use crate::app::counts::Count;
 use crate::wire::sequence::Last;
 
@@ -23,7 +23,7 @@ pub(in crate::app) struct Continuity {
     pub sample: u64,
     /// Arrival time of the frames that are being read, microseconds.
     pub now_us: u64,
-    pub still: Still,
+    pub stuck: StuckDetector,
     pub units: Units,
     /// No good sample has come since the sensor's start.
     pub fresh: bool,
@@ -43,7 +43,7 @@ impl Continuity {
             last: Last::default(),
             sample: u64::MAX,
             now_us: 0,
-            still: Still::default(),
+            stuck: StuckDetector::default(),
             units: Units::AsConfigured,
             fresh: true,
             silent_us: None,
@@ -64,7 +64,7 @@ impl Continuity {
     /// The sensor has restarted.
     pub fn sensor_restarted(&mut self) {
         self.units = Units::Unknown;
-        (self.last, self.still) = (Last::default(), Still::default());
+        (self.last, self.stuck) = (Last::default(), StuckDetector::default());
     }
 
     /// Counts `samples` as missing before the last one.

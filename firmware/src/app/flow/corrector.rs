@@ -52,7 +52,7 @@ pub(in crate::app) struct Corrector {
     /// The samples of the stream are floats.
     pub floats: bool,
     /// Another stream makes the blocks, and the learner does not know yet.
-    pub leads_anew: bool,
+    pub leader_changed: bool,
     /// The last block.
     pub block: Option<Block>,
     /// The networks' failures in a row.
@@ -76,7 +76,7 @@ impl Corrector {
             present: Axes::NONE,
             uncounted: false,
             floats: false,
-            leads_anew: false,
+            leader_changed: false,
             block: None,
             failures: 0,
             clipped: Count::default(),

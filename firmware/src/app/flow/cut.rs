@@ -48,15 +48,15 @@ impl Flow<'_> {
     /// in force.
     fn offer(&mut self, plan: &Plan, next: u32, out: &mut impl Line) {
         let floats = plan.word == Word::F32;
-        let outlet = self.corrector.channels.current();
+        let output = self.corrector.channels.current();
         let mut correction = self.corrector.correction.get_mut();
         let state = correction.as_mut().map(|Correction { state, .. }| state);
-        let owed = state.as_ref().map(|state| state.owed(outlet, floats));
+        let owed = state.as_ref().map(|state| state.owed(output, floats));
         let owed = owed_in_order(plan.word, owed);
         let mut left = None;
         out.cut(&mut |cut| left = cut.offer(plan, owed, next));
         if let (Some(state), Some(left)) = (state, left) {
-            state.set_left(outlet, floats, in_order(plan.word, left));
+            state.set_left(output, floats, in_order(plan.word, left));
         }
     }
 }

@@ -4,10 +4,10 @@
 use super::at_rest::FirstRest;
 use super::channels::Kind;
 use super::{Correction, Flow};
-use crate::app::blackbox::What;
+use crate::app::blackbox::EventKind;
 use crate::compensator::Block;
 use crate::control::Mode;
-use crate::learn::exchange::{Anew, Order};
+use crate::learn::exchange::{Order, RestartReason};
 use crate::plausibility::holes::Hole;
 use crate::wire::Reading;
 use crate::wire::command::fault;
@@ -62,8 +62,8 @@ impl Flow<'_> {
             _ if bad != 0 => self.gap(),
             _ => self.continuity.fresh = false,
         }
-        if self.continuity.still.may_be(&reading.sample) || self.health.has(fault::STUCK) {
-            self.look_still(reading, bad);
+        if self.continuity.stuck.may_repeat(&reading.sample) || self.health.has(fault::STUCK) {
+            self.check_stuck(reading, bad);
             if self.health.has(fault::STUCK) {
                 return;
             }
@@ -83,8 +83,8 @@ impl Flow<'_> {
         }
         if let Some(block) = &compensator.accumulate(state, &reading.sample) {
             self.end_of_block(block);
-        } else if state.unsound {
-            self.make_sound(&reading.sample);
+        } else if state.corrupted {
+            self.rebuild_compensator(&reading.sample);
         }
     }
 
@@ -121,7 +121,7 @@ impl Flow<'_> {
         self.health.plausibility.holes.interrupt();
         self.gap();
         self.begin_checks();
-        self.learning.port.begin_anew(Anew::Silence);
+        self.learning.port.restart_learner(RestartReason::Silence);
     }
 
     /// The stream has a gap: damage, silence, lost bytes.
@@ -134,7 +134,7 @@ impl Flow<'_> {
     #[cold]
     fn jump(&mut self) {
         self.gap();
-        self.learning.port.begin_anew(Anew::Silence);
+        self.learning.port.restart_learner(RestartReason::Silence);
     }
 
     /// Bytes that belong to no frame have gone by. Where the frames are counted or timed, the next
@@ -170,10 +170,10 @@ impl Flow<'_> {
     pub(super) fn another(&mut self, kind: Kind, len: usize, reading: &Reading) -> bool {
         if let Some(silent) = self.continuity.silent_us.take() {
             let stream = self.corrector.stream.as_ref();
-            let anew =
-                stream.is_some_and(|stream| stream.has_begun_anew(&self.continuity.last, reading));
+            let restarted =
+                stream.is_some_and(|stream| stream.has_restarted(&self.continuity.last, reading));
             let periods = stream.map_or(0.0, |stream| silent as f64 * 1e-6 * stream.rate);
-            if anew || (silent >= POWER_CYCLE_US && periods >= POWER_CYCLE_PERIODS) {
+            if restarted || (silent >= POWER_CYCLE_US && periods >= POWER_CYCLE_PERIODS) {
                 self.restarted();
             }
         }
@@ -247,14 +247,19 @@ impl Flow<'_> {
     }
 
     /// All six values may be those of the last sample. While the sensor calls them good, they
-    /// cannot be for as long as [`Still`] says. Then the sensor is stuck, and nothing is learnt.
+    /// cannot be for as long as [`StuckDetector`] says. Then the sensor is stuck, and nothing is
+    /// learnt.
     #[cold]
-    fn look_still(&mut self, reading: &Reading, bad: u8) {
+    fn check_stuck(&mut self, reading: &Reading, bad: u8) {
         let rate = self
             .corrector
             .stream
             .map_or(self.config.sensor.rate, |stream| stream.rate);
-        let stuck = self.continuity.still.look(&reading.sample, rate) && bad == 0;
+        let stuck = self
+            .continuity
+            .stuck
+            .repeats_too_long(&reading.sample, rate)
+            && bad == 0;
         self.health.flag(fault::STUCK, stuck);
         if stuck {
             self.gap();
@@ -272,8 +277,8 @@ impl Flow<'_> {
             return; // of one start there are many signs
         }
         self.health.counters.restarts.add(1);
-        let restarts = self.health.counters.restarts.shown();
-        self.blackbox.event(What::Restart, restarts);
+        let restarts = self.health.counters.restarts.saturated();
+        self.blackbox.event(EventKind::Restart, restarts);
         self.continuity.sensor_restarted();
         self.forget();
         self.begin_checks();

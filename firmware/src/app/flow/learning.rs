@@ -6,7 +6,7 @@ use crate::app::config::Activation;
 use crate::compensator::Block;
 use crate::control::{Alignment, Mode, Reason, Window};
 use crate::fix::{Fix, Heading};
-use crate::learn::exchange::{Anew, Answer, Order, Port, Reply};
+use crate::learn::exchange::{Answer, Order, Port, Reply, RestartReason};
 use crate::learn::{Learner, Report, Solution, Trials};
 use crate::sample::StreamScale;
 use crate::wheels::WheelSpeed;
@@ -226,8 +226,9 @@ impl Flow<'_> {
                 matches!(self.session.mode, Mode::Shadow | Mode::Learn) && !self.health.disagrees;
             self.learning.begun = stream.filter(|_| learns);
             if let Some(stream) = self.learning.begun {
-                self.pending.memo.drop_new();
-                (self.learning.port).begin_anew(Anew::Begin(self.config.nets, stream));
+                self.pending.unit_memory.drop_new();
+                (self.learning.port)
+                    .restart_learner(RestartReason::Begin(self.config.nets, stream));
             }
         }
     }
@@ -284,7 +285,7 @@ impl Flow<'_> {
         match self.learning.port.reply() {
             Some(Reply::Verdict(verdict)) => self.learning.verdict = Some(verdict),
             Some(Reply::Remembered(len)) => self.remembers(len),
-            None if self.learning.port.is_stopped() => self.pending.memo.give_up(),
+            None if self.learning.port.is_stopped() => self.pending.unit_memory.give_up(),
             None => {}
         }
     }

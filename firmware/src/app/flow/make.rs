@@ -7,7 +7,7 @@ use crate::app::counts::Counts;
 use crate::app::setup::lsb;
 use crate::compensator::State;
 use crate::control::{Alignment, Mode};
-use crate::learn::exchange::{Anew, Order};
+use crate::learn::exchange::{Order, RestartReason};
 use crate::model::Nets;
 use crate::sample::Axes;
 use crate::wire::command::fault;
@@ -69,10 +69,10 @@ impl Flow<'_> {
     /// One more kind of frame on the line. False: it cannot be corrected.
     fn beside(&mut self, kind: Kind, stream: Option<Stream>, present: Axes) -> bool {
         let leads = stream == self.corrector.stream && present == self.corrector.present;
-        let (outlet, Some(stream)) = (self.corrector.channels.add(kind, leads), stream) else {
+        let (output, Some(stream)) = (self.corrector.channels.add(kind, leads), stream) else {
             return false;
         };
-        let Some(outlet) = outlet else {
+        let Some(output) = output else {
             // increments over a time that comes seldom pass as they are
             return self.corrector.stream.map(|leading| leading.units) == Some(stream.units);
         };
@@ -81,7 +81,11 @@ impl Flow<'_> {
         };
         let period = 1.0 / stream.rate;
         let lsb = lsb(&stream, period);
-        lsb.is_some_and(|lsb| compensator.set_outlet(state, outlet, lsb, period).is_ok())
+        lsb.is_some_and(|lsb| {
+            compensator
+                .set_output_stream(state, output, lsb, period)
+                .is_ok()
+        })
     }
 
     /// A correction for the samples of this stream, which from now on make the blocks. What else
@@ -97,7 +101,7 @@ impl Flow<'_> {
         self.corrector.stream = stream;
         self.corrector.uncounted = stream.is_some_and(|stream| stream.turn().is_none());
         self.health.plausibility.holes.interrupt();
-        self.corrector.leads_anew = true;
+        self.corrector.leader_changed = true;
         let wanted = self.session.mode != Mode::Bypass;
         self.session.demote();
         let agreed = self.health.other_sensor == 0;
@@ -113,13 +117,13 @@ impl Flow<'_> {
     /// The first frame of a kind has left. If its samples make the blocks, the learner begins.
     #[inline(never)]
     pub(super) fn made(&mut self) {
-        if core::mem::take(&mut self.corrector.leads_anew) {
+        if core::mem::take(&mut self.corrector.leader_changed) {
             self.begin_checks();
             let begun = self.learning.begun();
             self.teach();
             // one that has begun is new already
             if begun.is_some() && begun == self.learning.begun() {
-                self.learning.port.begin_anew(Anew::Stream);
+                self.learning.port.restart_learner(RestartReason::Stream);
             }
         }
     }

@@ -12,7 +12,7 @@ use crate::compensator::Block;
 use crate::control::Mode;
 use crate::inputs::REFERENCE_DEGC;
 use crate::learn::MEMORY_LEN;
-use crate::learn::exchange::{Anew, Order, Port};
+use crate::learn::exchange::{Order, Port, RestartReason};
 use crate::store::{Notes, unit};
 use crate::wire::command::Remembered;
 
@@ -28,69 +28,69 @@ const FEW_S: f32 = 120.0;
 
 /// Memory of the unit in the store.
 #[derive(Debug)]
-pub(in crate::app) struct Memo {
+pub(in crate::app) struct UnitMemory {
     /// Notes of the stored memory; `None`: the store has none of this unit.
-    pub held: Option<Notes>,
+    pub stored_notes: Option<Notes>,
     /// The stored memory is of another unit.
-    pub of_another: bool,
+    pub is_of_another_unit: bool,
     /// The learner was asked to take down what it knows, to which these notes belong.
-    asked: Option<Notes>,
+    requested: Option<Notes>,
     /// Notes and length of what the learner has taken down to be stored.
-    waits: Option<(Notes, usize)>,
+    unsaved: Option<(Notes, usize)>,
     /// Of this drive: learning time in all and since the last record, s; temperatures.
     learnt_s: f32,
     new_s: f32,
     /// Learning time at the last record, stored or not, s.
     last_s: f32,
-    seen: Notes,
+    this_drive: Notes,
     /// Notes of the store when the drive began.
     before: Notes,
     /// Records that the store still has room for.
     pub left: u32,
 }
 
-impl Default for Memo {
+impl Default for UnitMemory {
     /// Of a store with room.
-    fn default() -> Memo {
-        Memo {
-            held: None,
-            of_another: false,
-            asked: None,
-            waits: None,
+    fn default() -> UnitMemory {
+        UnitMemory {
+            stored_notes: None,
+            is_of_another_unit: false,
+            requested: None,
+            unsaved: None,
             learnt_s: 0.0,
             new_s: 0.0,
             last_s: 0.0,
-            seen: Notes::default(),
+            this_drive: Notes::default(),
             before: Notes::default(),
             left: u32::MAX,
         }
     }
 }
 
-impl Memo {
+impl UnitMemory {
     /// Something was learnt that the store does not hold.
     pub fn has_learnt(&self) -> bool {
-        self.waits() || self.new_s > 0.0
+        self.has_unsaved() || self.new_s > 0.0
     }
 
     /// Something was taken down and waits to be stored.
-    pub fn waits(&self) -> bool {
-        self.waits.is_some()
+    pub fn has_unsaved(&self) -> bool {
+        self.unsaved.is_some()
     }
 
     /// The learner has not replied yet.
-    pub fn is_asked(&self) -> bool {
-        self.asked.is_some()
+    pub fn is_requested(&self) -> bool {
+        self.requested.is_some()
     }
 
     /// A record has been stored, with the recorded memory if there is one, or could not be.
     pub fn stored(&mut self, done: bool) {
         self.last_s = self.learnt_s;
         self.left = self.left.saturating_sub(1);
-        if let Some((notes, _)) = self.waits.take()
+        if let Some((notes, _)) = self.unsaved.take()
             && done
         {
-            (self.held, self.of_another) = (Some(notes), false);
+            (self.stored_notes, self.is_of_another_unit) = (Some(notes), false);
             self.new_s = 0.0;
         }
     }
@@ -108,7 +108,7 @@ impl Memo {
 
     /// Gives up the pending memory. It is recorded again later.
     pub fn give_up(&mut self) {
-        (self.asked, self.waits) = (None, None);
+        (self.requested, self.unsaved) = (None, None);
     }
 
     /// The learner restarts within a drive: results that it has not recorded are lost.
@@ -119,21 +119,21 @@ impl Memo {
 
     /// Another unit is configured, of which the store has nothing.
     pub fn exchange_unit(&mut self) {
-        *self = Memo {
-            of_another: self.of_another || self.held.is_some(),
+        *self = UnitMemory {
+            is_of_another_unit: self.is_of_another_unit || self.stored_notes.is_some(),
             left: self.left,
-            ..Memo::default()
+            ..UnitMemory::default()
         };
     }
 
     /// Another drive begins: the sensor was powered on.
     fn begin_drive(&mut self) {
-        *self = Memo {
-            held: self.held,
-            of_another: self.of_another,
-            before: self.held.unwrap_or_default(),
+        *self = UnitMemory {
+            stored_notes: self.stored_notes,
+            is_of_another_unit: self.is_of_another_unit,
+            before: self.stored_notes.unwrap_or_default(),
             left: self.left,
-            ..Memo::default()
+            ..UnitMemory::default()
         };
     }
 
@@ -142,7 +142,7 @@ impl Memo {
         self.learnt_s += seconds;
         self.new_s += seconds;
         if let Some(celsius) = celsius {
-            self.seen.see(celsius);
+            self.this_drive.see(celsius);
         }
     }
 
@@ -155,7 +155,7 @@ impl Memo {
             minutes: (self.before.minutes).saturating_add((self.learnt_s / 60.0) as u32),
             temperatures: self.before.temperatures,
         };
-        for celsius in self.seen.temperatures.into_iter().flatten() {
+        for celsius in self.this_drive.temperatures.into_iter().flatten() {
             notes.see(f32::from(celsius));
         }
         notes
@@ -170,19 +170,19 @@ impl Flow<'_> {
         else {
             return;
         };
-        let memo = &mut self.pending.memo;
-        memo.of_another = notes.unit != unit(configuration);
-        if memo.of_another {
+        let memory = &mut self.pending.unit_memory;
+        memory.is_of_another_unit = notes.unit != unit(configuration);
+        if memory.is_of_another_unit {
             return;
         }
-        memo.held = Some(notes);
-        memo.before = notes;
+        memory.stored_notes = Some(notes);
+        memory.before = notes;
         self.learning.port.recall(learnt);
     }
 
-    /// Every [`super::keep::LOOK_S`] in mode learn: what was learnt meanwhile counts.
+    /// Every [`super::pending::CHECK_INTERVAL_S`] in mode learn: what was learnt meanwhile counts.
     pub(super) fn count_learnt(&mut self, block: &Block, seconds: f32) {
-        let memo = &mut self.pending.memo;
+        let memory = &mut self.pending.unit_memory;
         if self
             .learning
             .port
@@ -193,7 +193,7 @@ impl Flow<'_> {
             let configuration = self.config.configuration.as_ref();
             let reports = configuration
                 .is_some_and(|configuration| configuration.has_thermometer() != Some(false));
-            memo.learn(
+            memory.learn(
                 seconds,
                 Some(celsius).filter(|t| reports && *t != REFERENCE_DEGC),
             );
@@ -202,7 +202,7 @@ impl Flow<'_> {
 
     /// Records new results at once, by command.
     pub fn take_down_now(&mut self) {
-        if self.pending.memo.new_s > 0.0 {
+        if self.pending.unit_memory.new_s > 0.0 {
             self.ask_to_remember();
         }
     }
@@ -215,8 +215,8 @@ impl Flow<'_> {
             .as_ref()
             .filter(|_| self.learning.exists())
         {
-            let memo = &mut self.pending.memo;
-            memo.asked = Some(memo.notes(unit(configuration)));
+            let memory = &mut self.pending.unit_memory;
+            memory.requested = Some(memory.notes(unit(configuration)));
             self.learning.port.hand_over(&Order::Remember);
             self.take_reply();
         }
@@ -224,27 +224,27 @@ impl Flow<'_> {
 
     /// The learner has taken down so many bytes.
     pub(super) fn remembers(&mut self, len: usize) {
-        let memo = &mut self.pending.memo;
-        let notes = memo.asked.take();
-        memo.waits = notes
+        let memory = &mut self.pending.unit_memory;
+        let notes = memory.requested.take();
+        memory.unsaved = notes
             .map(|notes| (notes, len.min(MEMORY_LEN)))
             .filter(|_| len > 0);
     }
 
     /// The memory that goes with what is stored now.
     pub fn memory_to_store(&self) -> Remembers {
-        let memo = &self.pending.memo;
-        match memo.waits {
+        let memory = &self.pending.unit_memory;
+        match memory.unsaved {
             Some((notes, len)) => Remembers::New(notes, len),
-            None if memo.held.is_some() => Remembers::Same,
+            None if memory.stored_notes.is_some() => Remembers::Same,
             None => Remembers::Nothing,
         }
     }
 
     /// Report of the stored memory, for the command link.
     pub fn remembered(&self) -> Remembered {
-        let memo = &self.pending.memo;
-        let notes = memo.held.unwrap_or_default();
+        let memory = &self.pending.unit_memory;
+        let notes = memory.stored_notes.unwrap_or_default();
         let stored = self.session.mode == Mode::Frozen
             || self.session.acts_from_power_on(self.config.activation);
         Remembered {
@@ -252,14 +252,14 @@ impl Flow<'_> {
             minutes: notes.minutes,
             temperatures: notes.temperatures,
             acts: stored && self.corrector.in_force(),
-            of_another: memo.of_another,
+            of_another: memory.is_of_another_unit,
         }
     }
 
     /// The sensor was powered on: what was learnt until then is the prior of the next drive.
     pub(super) fn next_drive(&mut self) {
-        self.pending.memo.begin_drive();
-        self.learning.port.begin_anew(Anew::Drive);
+        self.pending.unit_memory.begin_drive();
+        self.learning.port.restart_learner(RestartReason::Drive);
     }
 }
 
@@ -280,17 +280,17 @@ mod tests {
 
     /// Learning times of the records of a drive of this length, with room for so many of them.
     fn records(seconds: u32, left: u32) -> Vec<f32> {
-        let mut memo = Memo {
+        let mut memory = UnitMemory {
             left,
-            ..Memo::default()
+            ..UnitMemory::default()
         };
         let mut at = Vec::new();
         for _ in 0..seconds / 10 {
-            memo.learn(10.0, None);
-            if memo.is_due() {
-                let full = memo.left == 0;
-                memo.stored(!full);
-                at.push(memo.learnt_s);
+            memory.learn(10.0, None);
+            if memory.is_due() {
+                let full = memory.left == 0;
+                memory.stored(!full);
+                at.push(memory.learnt_s);
             }
         }
         at

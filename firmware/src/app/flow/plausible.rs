@@ -3,9 +3,9 @@
 
 use super::{Correction, Flow};
 use crate::compensator::Block;
-use crate::learn::exchange::Anew;
+use crate::learn::exchange::RestartReason;
 use crate::plausibility::ASIDE;
-use crate::plausibility::rate::Seen;
+use crate::plausibility::rate::StreamCounts;
 use crate::wire::command::fault;
 
 impl Flow<'_> {
@@ -26,7 +26,7 @@ impl Flow<'_> {
     #[cold]
     #[inline(never)]
     fn look_at_rate(&mut self, now: u64, reads: bool) {
-        let seen = Seen {
+        let seen = StreamCounts {
             samples: self.sample(),
             missed: self.health.counters.missed.low(),
             damage: self.health.damage(),
@@ -99,7 +99,7 @@ impl Flow<'_> {
                 compensator.force_zero(state);
             }
         }
-        self.learning.port.begin_anew(Anew::Stream);
+        self.learning.port.restart_learner(RestartReason::Stream);
         self.learning.end();
         self.teach();
     }

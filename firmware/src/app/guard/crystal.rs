@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     /// Measured frequency of a crystal with an internal oscillator that is off by `per_mille`.
-    fn seen(mhz: u8, per_mille: i32) -> u32 {
+    fn measured_by(mhz: u8, per_mille: i32) -> u32 {
         let oscillator = 16_000.0 * (1.0 + f64::from(per_mille) / 1000.0);
         (f64::from(mhz) * 16e6 / oscillator) as u32
     }
@@ -81,7 +81,7 @@ mod tests {
     fn the_value_built_in_is_kept_wherever_the_oscillator_is() {
         for mhz in CRYSTALS {
             for off in -79..=44 {
-                assert_eq!(choose(mhz, seen(mhz, off)), Some(mhz), "{mhz} {off}");
+                assert_eq!(choose(mhz, measured_by(mhz, off)), Some(mhz), "{mhz} {off}");
             }
         }
     }
@@ -92,7 +92,11 @@ mod tests {
         for built in [8, 12, 16, 25] {
             for is in [8, 12, 16, 25] {
                 for off in [-10, 0, 10] {
-                    assert_eq!(choose(built, seen(is, off)), Some(is), "{built} {is} {off}");
+                    assert_eq!(
+                        choose(built, measured_by(is, off)),
+                        Some(is),
+                        "{built} {is} {off}"
+                    );
                 }
             }
         }
@@ -105,7 +109,7 @@ mod tests {
         for built in [8, 12, 25] {
             for is in CRYSTALS.filter(|is| off(built, u32::from(*is) * 1000) > 4000) {
                 for per_mille in -80..=45 {
-                    let khz = seen(is, per_mille);
+                    let khz = measured_by(is, per_mille);
                     let Some(mhz) = choose(built, khz) else {
                         continue;
                     };

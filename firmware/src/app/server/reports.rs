@@ -133,7 +133,7 @@ pub(super) fn health(flow: &Flow, machine: &Machine) -> Health {
         garbage: all.garbage,
         missed: all.missed,
         saturated: all.saturated,
-        bounded: flow.corrector.clipped().shown(),
+        bounded: flow.corrector.clipped().saturated(),
         error_bound_m: flow.error_bound_m(),
         winner: report.winner,
         navigates: report.navigates,
@@ -166,7 +166,7 @@ pub(in crate::app) fn faults(flow: &Flow, machine: &Machine) -> u32 {
     } else {
         fault::NOT_CONFIGURED
     };
-    let other_key = if flow.config.found.other_key {
+    let other_key = if flow.config.store_faults.other_key {
         fault::KEY
     } else {
         0
@@ -186,7 +186,7 @@ pub(in crate::app) fn counters(flow: &Flow, machine: &Machine) -> Counters {
         entered: machine.entered(),
         ..flow.counted()
     };
-    counters.shown()
+    counters.saturated()
 }
 
 #[inline(never)]

@@ -89,7 +89,7 @@ impl Server {
         if !flow.config.store {
             return Err(Reason::Unsupported);
         }
-        if let Some(version) = flow.config.found.newer {
+        if let Some(version) = flow.config.store_faults.newer {
             return Err(Reason::Newer(version));
         }
         if flow.session.mode != Mode::Bypass || flow.session.alignment == Some(Alignment::Started) {
@@ -107,7 +107,7 @@ impl Server {
         self.wear.looks.take(now_us).map_err(Reason::Wait)?;
         let nets = flow.pending.nets(&flow.config.nets);
         let digest = digest(nets, &self.record, &self.guard.key);
-        if self.wear.stored == Some(digest) && !flow.pending.memo.has_learnt() {
+        if self.wear.stored == Some(digest) && !flow.pending.unit_memory.has_learnt() {
             return Ok(());
         }
         self.wear.records.take(now_us).map_err(Reason::Wait)?;

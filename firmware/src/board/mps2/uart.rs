@@ -95,7 +95,7 @@ impl Uart {
         self.line.port(pend)
     }
 
-    /// Opens it anew with another divider. `interrupts`: its numbers. What has come stays; what is
+    /// Reopens it with another divider. `interrupts`: its numbers. What has come stays; what is
     /// to be sent has some time to leave, and the rest is lost.
     pub fn reopen(&self, divider: u32, interrupts: [u16; 2]) {
         let left = || self.line.has_sent() && self.registers().state.read() & FULL == 0;

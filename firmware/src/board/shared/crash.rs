@@ -1,7 +1,7 @@
 //! The record of a crash.
 //!
 //! Faults of the core, a panic and the entries of a board ([`entry`]) leave a record in RAM that
-//! nothing initialises ([`Kept`]) and restart the board. Nothing here can panic.
+//! nothing initialises ([`Retained`]) and restart the board. Nothing here can panic.
 //!
 //! The entries first move the stack pointer to the top of the stack: after an overflow there is no
 //! stack to run on, and nobody returns to what was there. What the core has stacked is read before,
@@ -16,7 +16,7 @@ use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use cortex_m::peripheral::SCB;
-use firmware::app::guard::kept::{Kept, WORDS, phase};
+use firmware::app::guard::retained::{Retained, WORDS, phase};
 use firmware::wire::command::{Crash, CrashKind, LoopPhase};
 
 // SAFETY: nothing is loaded into this section and nothing zeroes it (`link.x`), which suits
@@ -60,10 +60,10 @@ pub fn words() -> [u32; WORDS] {
 }
 
 /// Stores what survives the next reset.
-pub fn keep(kept: &Kept) {
+pub fn save_retained(retained: &Retained) {
     let place = (&raw mut KEPT).cast::<Words>();
     // SAFETY: as in `words`.
-    unsafe { place.write_volatile(Words(kept.words())) };
+    unsafe { place.write_volatile(Words(retained.words())) };
     #[cfg(feature = "m7")]
     // SAFETY: maintenance by address, which keeps what memory means: a reset forgets the cache.
     unsafe { cortex_m::Peripherals::steal() }
@@ -109,8 +109,8 @@ pub fn record(kind: u32, [xpsr, lr, pc]: [u32; 3], uptime_ms: u32) -> ! {
         number: 0,
         starts: 0,
     };
-    let kept = Kept::from_words(&words()).unwrap_or_default();
-    keep(&kept.crashed(crash));
+    let retained = Retained::from_words(&words()).unwrap_or_default();
+    save_retained(&retained.crashed(crash));
     SCB::sys_reset()
 }
 

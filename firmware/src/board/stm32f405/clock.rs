@@ -110,7 +110,7 @@ pub fn start(peripherals: &Peripherals, syst: &mut SYST) -> Clocks {
     if used.is_none() {
         return full_speed(ClockSource::Internal, known);
     }
-    // From now on a crystal that stops raises the NMI, which starts the board anew.
+    // From now on a crystal that stops raises the NMI, which restarts the board.
     rcc.cr().modify(|_, w| w.csson().set_bit());
     full_speed(ClockSource::Crystal, known)
 }

@@ -43,7 +43,7 @@ entry!(
 );
 entry!(
     /// The crystal has stopped (RM0090 7.2.7), and the core continues on the internal oscillator
-    /// with wrong bit rates: it starts anew without the crystal.
+    /// with wrong bit rates: it restarts without the crystal.
     // SAFETY: as above.
     #[unsafe(no_mangle)]
     NonMaskableInt, 2

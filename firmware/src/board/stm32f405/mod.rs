@@ -29,15 +29,15 @@ mod supply;
 mod watchdog;
 
 use cortex_m::peripheral::SCB;
-use firmware::app::guard::kept::{EARLY_US, Kept};
 use firmware::app::guard::output::{self, Verdict};
+use firmware::app::guard::retained::{EARLY_US, Retained};
 use firmware::app::{COMMAND_BAUD, Hardware, Lines, run};
 use firmware::configuration::SerialLines;
 use firmware::link::rates;
 use firmware::link::{Clock, Lost};
 use firmware::store::Store;
 use firmware::wire::adis::spi::LONGEST;
-use firmware::wire::adis::{Found, Rate};
+use firmware::wire::adis::{DetectedSensor, Rate};
 use firmware::wire::command::{LoopPhase, Reset, unwell};
 use stm32f4::stm32f405::Peripherals;
 
@@ -83,8 +83,8 @@ pub struct Board {
     /// Why and how it started.
     pub reset: Reset,
     /// What survives the next reset; `None`: the run is no longer an early one.
-    kept: Option<Kept>,
-    /// Whether the navigation line sends, and how often it was opened anew since it did not.
+    retained: Option<Retained>,
+    /// Whether the navigation line sends, and how often it was reopened since it did not.
     output: output::Watch,
     reopened: u16,
     /// Random bytes, if there is a generator.
@@ -100,8 +100,8 @@ impl Board {
         let mut core = cortex_m::Peripherals::take()?;
         let peripherals = Peripherals::take()?;
         let causes = crash::causes(&peripherals.RCC);
-        let (kept, safe) = Kept::started(&record::words(), causes);
-        record::keep(&kept);
+        let (retained, safe) = Retained::started(&record::words(), causes);
+        record::save_retained(&retained);
         supply::watch(&peripherals.RCC, &peripherals.PWR);
         let clocks = &clock::start(&peripherals, &mut core.SYST);
         counter::start(&peripherals.RCC, &peripherals.TIM2, clocks);
@@ -144,9 +144,9 @@ impl Board {
                 brown_out: supply::brown_out(&peripherals.FLASH),
                 supply_low: supply::is_low(),
                 reopened: 0,
-                crash: kept.crash,
+                crash: retained.crash,
             },
-            kept: Some(kept),
+            retained: Some(retained),
             output: output::Watch::default(),
             reopened: 0,
             random: random::bytes(&peripherals.RCC, &peripherals.RNG),
@@ -191,9 +191,12 @@ impl Board {
         };
         self.watchdog.turned(now, application | output);
         if now >= EARLY_US
-            && let Some(kept) = self.kept.take()
+            && let Some(retained) = self.retained.take()
         {
-            record::keep(&Kept { early: 0, ..kept });
+            record::save_retained(&Retained {
+                early: 0,
+                ..retained
+            });
         }
     }
 }
@@ -246,7 +249,7 @@ impl run::Board for Board {
     }
 
     /// Until a sensor is found, or until something has come on the sensor's line.
-    fn look_for_adis(&mut self, rate: impl FnOnce() -> Option<Rate>) -> Option<Found> {
+    fn look_for_adis(&mut self, rate: impl FnOnce() -> Option<Rate>) -> Option<DetectedSensor> {
         if !self.adis {
             return None;
         }

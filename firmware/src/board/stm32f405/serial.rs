@@ -23,15 +23,15 @@ use stm32f4::stm32f405::{DMA1, DMA2, Interrupt, Peripherals, UART4, USART1, USAR
 use super::clock::Clocks;
 use super::frame::{Frame, set};
 use super::pins::{self, EXCHANGED};
-use super::stream::{Left, Stream, reaches};
+use super::stream::{Stream, StreamProgress, reaches};
 use crate::shared::cut::{masked, masked_cut};
 use crate::shared::wake::wake;
 
 /// The frame path's end of a line.
-pub type Port = uart::Port<'static, Left>;
+pub type Port = uart::Port<'static, StreamProgress>;
 
 /// Rounds of waiting until what is to be sent has left, of some twenty cycles each: 20 ms, the time
-/// of a full ring at 250 000 bit/s. At a lower rate the rest is lost when the line is opened anew.
+/// of a full ring at 250 000 bit/s. At a lower rate the rest is lost when the line is reopened.
 const PATIENCE: u32 = 170_000;
 
 /// The frame path's ends.
@@ -149,12 +149,12 @@ fn pend(interrupt: Interrupt) {
     cortex_m::asm::isb();
 }
 
-/// Opens USART1 to USART3 anew where they change from `old` to `new`. The command link goes on.
+/// Reopens USART1 to USART3 where they change from `old` to `new`. The command link goes on.
 ///
 /// What has come stays in its ring. What is to be sent has some time to leave, and the rest is
 /// lost. The order: the interrupts are masked, so that only this function touches line and streams;
 /// the UART is switched off, then both streams; the rings learn how far the streams had come; all
-/// is set up anew and switched on; the interrupts are let through, and the first transfer begins.
+/// is set up again and switched on; the interrupts are let through, and the first transfer begins.
 pub fn reopen(clocks: &Clocks, dma: bool, old: &SerialLines, new: &SerialLines) {
     let lines = lines(clocks);
     let moved = (old.pins == pins::OTHER) != (new.pins == pins::OTHER);
@@ -185,7 +185,7 @@ pub fn sent(lines: &SerialLines) -> (usize, bool) {
     }
 }
 
-/// Opens the navigation line anew, since it does not send. What waits is lost.
+/// Reopens the navigation line, since it does not send. What waits is lost.
 pub fn unstick(clocks: &Clocks, lines: &SerialLines) {
     let (all, frames) = (self::lines(clocks), Frame::of(lines));
     let at = navigation(lines);
@@ -248,7 +248,7 @@ fn lines(clocks: &Clocks) -> [Reopened; 3] {
     ]
 }
 
-/// A line that is opened anew.
+/// A line that is reopened.
 struct Reopened {
     line: &'static Uart,
     uart: &'static RegisterBlock,
@@ -372,7 +372,7 @@ macro_rules! handlers {
                 if torn || status.ore().bit_is_set() || untaken {
                     $line.lost();
                 }
-                // a stream that has stopped by itself is set up anew
+                // a stream that has stopped by itself is set up again
                 if status.idle().bit_is_set() || untaken {
                     $line.received_by(&$in());
                 }

@@ -24,12 +24,12 @@ use firmware::link::dma::Stream as _;
 use firmware::link::progress::Progress as _;
 use firmware::link::spi::{Bus, Registers, Status};
 use firmware::wire::adis::spi::{LONGEST, STALL_US};
-use firmware::wire::adis::{Form, Found, Rate, begin, find};
+use firmware::wire::adis::{DetectedSensor, Form, Rate, begin, find};
 use stm32f4::stm32f405::{DMA2, EXTI, GPIOA, GPIOC, Interrupt, Peripherals, RCC, SPI1};
 
 use super::clock::Clocks;
 use super::counter;
-use super::stream::{Left, SPI, Stream};
+use super::stream::{SPI, Stream, StreamProgress};
 use crate::shared::wake::wake;
 
 /// Readings of the status until a byte is given up. Each takes at least 6 cycles, so 0.7 ms at 168
@@ -80,10 +80,10 @@ impl Spi {
 
     /// Looks for a sensor and sets it up, with this rate; from then on its bursts come
     /// by themselves. Without a sensor this takes some 0.5 ms.
-    pub fn find(&mut self, rate: Option<Rate>) -> Option<Found> {
+    pub fn find(&mut self, rate: Option<Rate>) -> Option<DetectedSensor> {
         let found = find(&mut self.device, &mut self.delay, rate).ok()??;
-        let kept = begin(&mut self.device, &mut self.delay, &found).ok()?;
-        if !kept {
+        let retained = begin(&mut self.device, &mut self.delay, &found).ok()?;
+        if !retained {
             return None;
         }
         let form = found.model.form();
@@ -91,7 +91,7 @@ impl Spi {
         begin_bursts(form).then_some(found)
     }
 
-    /// Ends the bursts, so that a sensor can be found anew. One that is under way comes to its end,
+    /// Ends the bursts, so that a sensor can be found again. One that is under way comes to its end,
     /// since chip select must not move within a byte.
     pub fn forget(&mut self) {
         NVIC::mask(Interrupt::EXTI4);
@@ -138,7 +138,7 @@ fn begin_bursts(form: Form) -> bool {
 /// # Errors
 /// [`Lost`], once for each that was lost.
 pub fn burst(reply: &mut [u8; LONGEST]) -> Result<Option<&mut [u8]>, Lost> {
-    BURSTS.take(reply, Left::get)
+    BURSTS.take(reply, StreamProgress::get)
 }
 
 /// Stream 0 of DMA2, from the SPI, and stream 3, to it (RM0090 table 43).
@@ -173,7 +173,7 @@ impl Exchange<'static> for ByDma {
         select(false);
         let whole = left == 0 && !status().ovr().is_overrun();
         if !whole {
-            anew();
+            reset_controller();
         }
         whole
     }
@@ -186,7 +186,7 @@ impl Exchange<'static> for ByDma {
 
 /// The controller as it was set up, without what is left of a transfer that was given up.
 #[cold]
-fn anew() {
+fn reset_controller() {
     let (cr1, cr2) = (spi().cr1().read().bits(), spi().cr2().read().bits());
     // SAFETY: no other interrupt uses this register, and the frame path does so only at start.
     let reset = unsafe { RCC::steal() };

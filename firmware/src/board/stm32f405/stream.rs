@@ -44,11 +44,11 @@ const PATIENCE: u32 = 1000;
 /// All five flags of a stream, at the lowest one's place (RM0090 10.5.3).
 const FLAGS: u32 = 0b11_1101;
 
-/// Where the frame path sees how far a stream is.
+/// Number of bytes that a DMA stream has still to move, for the frame path.
 #[derive(Clone, Copy, Debug)]
-pub struct Left(&'static ST);
+pub struct StreamProgress(&'static ST);
 
-impl Progress for Left {
+impl Progress for StreamProgress {
     #[inline(always)]
     fn left(&self) -> usize {
         self.0.ndtr().read().ndt().bits().into()
@@ -104,8 +104,8 @@ impl<const N: usize, const OUT: bool, const CHANNEL: u8> Stream<N, OUT, CHANNEL>
     }
 
     /// For the frame path.
-    pub fn progress(&self) -> Left {
-        Left(self.stream())
+    pub fn progress(&self) -> StreamProgress {
+        StreamProgress(self.stream())
     }
 
     /// Sets everything but count, memory address and EN. `data` is the address of the line's data
@@ -116,8 +116,8 @@ impl<const N: usize, const OUT: bool, const CHANNEL: u8> Stream<N, OUT, CHANNEL>
         // SAFETY: the address is that of a data register. Only bytes are read and written there.
         self.stream().par().write(|w| unsafe { w.pa().bits(data) });
         self.stream().cr().write(Self::configuration);
-        let kept = self.stream().cr().read();
-        kept.chsel().bits() == CHANNEL && kept.minc().is_incremented()
+        let retained = self.stream().cr().read();
+        retained.chsel().bits() == CHANNEL && retained.minc().is_incremented()
     }
 
     /// Bytes on both sides, direct mode (reset value of FCR), no interrupt. Bytes that come have

@@ -88,7 +88,7 @@ impl Watchdog {
     }
 
     /// The window watchdog ends, before work that is known to take long. The independent one goes
-    /// on, and the next [`Watchdog::turned`] begins the window anew. Only a reset of the peripheral
+    /// on, and the next [`Watchdog::turned`] restarts the window. Only a reset of the peripheral
     /// stops it (RM0090 22.3, 7.3.8).
     pub fn long_work(&mut self) {
         if self.fed_us.take().is_some() {

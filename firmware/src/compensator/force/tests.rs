@@ -152,8 +152,8 @@ fn a_flipped_bit_of_what_is_followed_is_noticed() {
         made.0.set_slew((number > 3).then_some(SLEW));
         block(&mut made, number);
     }
-    let mut sound = made.clone();
-    let right = block(&mut sound, 20);
+    let mut intact = made.clone();
+    let right = block(&mut intact, 20);
     let was = made.1.estimate();
     for bit in 0..32 {
         for (triad, axis) in [(0, 0), (0, 2), (1, 1)] {

@@ -85,7 +85,7 @@ fn corrections_add_up_to_the_map_of_the_sum() {
     add_up(&pairs, 0.52);
 }
 
-/// The same for floats.
+/// The corrections of float samples, too, add up to the map of the samples' sum.
 #[test]
 fn floats_are_corrected_in_proportion() {
     let compensator = with(MAPS, 1.0, None);
@@ -232,7 +232,7 @@ fn every_stream_has_its_own_last_sample() {
         mps: LSB.mps / 8.0,
     };
     compensator
-        .set_outlet(&mut state, 1, fine, PERIOD_S)
+        .set_output_stream(&mut state, 1, fine, PERIOD_S)
         .unwrap();
     let mut sums = [[0i64; 6]; 2];
     for sample in samples(500) {
@@ -289,8 +289,8 @@ fn an_upset_changes_one_sample_at_most() {
                 match what {
                     0 => state.proportional.elements[0][0][1] ^= 1 << bit,
                     1 => state.proportional.elements[1][2][2] ^= 1 << bit,
-                    2 => state.outlets[0].constant[0][1] ^= 1 << bit,
-                    _ => state.outlets[0].due[1][0] ^= 1 << bit,
+                    2 => state.streams[0].constant[0][1] ^= 1 << bit,
+                    _ => state.streams[0].due[1][0] ^= 1 << bit,
                 }
             }
             outs.push(compensator.process(&mut state, *sample).0);

@@ -33,12 +33,13 @@ fn memory() -> Box<Memory> {
 }
 
 /// Errors of what is known, in its standard deviations.
-fn off(known: &Known, receiver: &Receiver) -> [f64; ANTENNA] {
+fn off(estimate: &AntennaEstimate, receiver: &Receiver) -> [f64; ANTENNA] {
     let [x, y, z] = [0, 1, 2].map(|i| {
-        (f64::from(known.lever_arm[i]) - receiver.arm[i]) / f64::from(known.lever_arm_sigma[i])
+        (f64::from(estimate.lever_arm[i]) - receiver.arm[i])
+            / f64::from(estimate.lever_arm_sigma[i])
     });
-    let delay = f64::from(known.fix_delay) - receiver.delay;
-    [x, y, z, delay / f64::from(known.fix_delay_sigma)]
+    let delay = f64::from(estimate.fix_delay) - receiver.delay;
+    [x, y, z, delay / f64::from(estimate.fix_delay_sigma)]
 }
 
 /// Drives for 300 s and gives the report and the error of position and velocity.
@@ -63,15 +64,15 @@ fn lever_arm_and_delay_are_found_and_nothing_else_is_learnt_from_them() {
     ] {
         let receiver = receiver(arm, delay);
         let (report, [position, velocity]) = driven(unsure(), receiver, PERFECT);
-        let known = report.antenna;
+        let estimate = report.antenna;
         assert!(
-            off(&known, &receiver).iter().all(|d| d.abs() < 3.0),
-            "{receiver:?} {known:?}"
+            off(&estimate, &receiver).iter().all(|d| d.abs() < 3.0),
+            "{receiver:?} {estimate:?}"
         );
-        let [x, y, z] = known.lever_arm_sigma;
+        let [x, y, z] = estimate.lever_arm_sigma;
         assert!(
-            x < 0.2 && y < 0.1 && z < 0.5 && known.fix_delay_sigma < 0.01,
-            "{known:?}"
+            x < 0.2 && y < 0.1 && z < 0.5 && estimate.fix_delay_sigma < 0.01,
+            "{estimate:?}"
         );
         assert_eq!(
             (report.winner, report.promotions, report.refused),
@@ -164,9 +165,12 @@ fn biases_are_learnt_nearly_as_well_as_with_a_known_antenna() {
         }
         squares.sqrt()
     };
-    let known = run(Settings::MEDIUM, receiver([0.0; 3], 0.1));
+    let with_known_antenna = run(Settings::MEDIUM, receiver([0.0; 3], 0.1));
     let found = run(unsure(), receiver(ARM, 0.5));
-    assert!(found < 1.8 * known, "{found} {known}");
+    assert!(
+        found < 1.8 * with_known_antenna,
+        "{found} {with_known_antenna}"
+    );
 }
 
 /// On a straight line at constant speed neither is observable. The position at the start is not
@@ -181,18 +185,21 @@ fn on_a_straight_line_nothing_is_claimed() {
     drive.learner.navigate_from(state, &sigmas).unwrap();
     drive.seconds(300);
     let report = drive.learner.report();
-    let known = report.antenna;
+    let estimate = report.antenna;
     assert!(
-        known.lever_arm_sigma.iter().all(|sigma| *sigma > 2.9),
-        "{known:?}"
+        estimate.lever_arm_sigma.iter().all(|sigma| *sigma > 2.9),
+        "{estimate:?}"
     );
-    assert!(known.fix_delay_sigma > 0.28, "{known:?}");
+    assert!(estimate.fix_delay_sigma > 0.28, "{estimate:?}");
     assert!(
-        off(&known, &receiver).iter().all(|d| d.abs() < 3.0),
-        "{known:?}"
+        off(&estimate, &receiver).iter().all(|d| d.abs() < 3.0),
+        "{estimate:?}"
     );
-    let moved = known.lever_arm.iter().all(|m| m.abs() < 1.0);
-    assert!(moved && (known.fix_delay - 0.1).abs() < 0.1, "{known:?}");
+    let moved = estimate.lever_arm.iter().all(|m| m.abs() < 1.0);
+    assert!(
+        moved && (estimate.fix_delay - 0.1).abs() < 0.1,
+        "{estimate:?}"
+    );
     assert_eq!((report.winner, report.refused), (0, 0));
 }
 
@@ -207,10 +214,10 @@ fn a_wrong_prior_is_outvoted() {
     for (arm, delay) in [([15.0, 0.0, 0.0], 0.1), (ARM, 0.9)] {
         let receiver = receiver(arm, delay);
         let (report, _) = driven(settings, receiver, PERFECT);
-        let known = report.antenna;
+        let estimate = report.antenna;
         assert!(
-            off(&known, &receiver).iter().all(|d| d.abs() < 3.0),
-            "{receiver:?} {known:?}"
+            off(&estimate, &receiver).iter().all(|d| d.abs() < 3.0),
+            "{receiver:?} {estimate:?}"
         );
         assert_eq!((report.winner, report.promotions), (0, 0), "{receiver:?}");
     }
@@ -224,23 +231,23 @@ fn what_is_known_exactly_stays() {
         ..unsure()
     };
     let (report, _) = driven(arm, receiver(ARM, 0.1), PERFECT);
-    let known = report.antenna;
-    assert_eq!((known.fix_delay, known.fix_delay_sigma), (0.1, 0.0));
+    let estimate = report.antenna;
+    assert_eq!((estimate.fix_delay, estimate.fix_delay_sigma), (0.1, 0.0));
     assert!(
-        (f64::from(known.lever_arm[0]) - ARM[0]).abs() < 0.3,
-        "{known:?}"
+        (f64::from(estimate.lever_arm[0]) - ARM[0]).abs() < 0.3,
+        "{estimate:?}"
     );
     let delay = Settings {
         lever_arm_sigma: 0.0,
         ..unsure()
     };
     let (report, _) = driven(delay, receiver([0.0; 3], 0.5), PERFECT);
-    let known = report.antenna;
+    let estimate = report.antenna;
     assert_eq!(
-        (known.lever_arm, known.lever_arm_sigma),
+        (estimate.lever_arm, estimate.lever_arm_sigma),
         ([0.0; 3], [0.0; 3])
     );
-    assert!((known.fix_delay - 0.5).abs() < 0.02, "{known:?}");
+    assert!((estimate.fix_delay - 0.5).abs() < 0.02, "{estimate:?}");
 }
 
 #[test]
@@ -253,7 +260,7 @@ fn the_lever_arm_is_reported_in_body_axes() {
     };
     let mut antenna = Antenna::ZEROED;
     antenna.configure(&settings);
-    assert_eq!(antenna.known().lever_arm, [1.0, 2.0, -3.0]);
+    assert_eq!(antenna.estimate().lever_arm, [1.0, 2.0, -3.0]);
 }
 
 /// A time pulse measures the age, whatever is configured.
@@ -281,12 +288,12 @@ fn with_a_time_pulse_the_age_is_known() {
     drive.seconds(200);
     let report = drive.learner.report();
     assert_eq!((report.winner, report.refused), (0, 0));
-    let known = report.antenna;
-    assert!((known.fix_delay - 0.6).abs() < 0.006, "{known:?}");
-    assert!(known.fix_delay_sigma < 0.005, "{known:?}");
+    let estimate = report.antenna;
+    assert!((estimate.fix_delay - 0.6).abs() < 0.006, "{estimate:?}");
+    assert!(estimate.fix_delay_sigma < 0.005, "{estimate:?}");
     assert!(
-        (f64::from(known.lever_arm[0]) - ARM[0]).abs() < 0.3,
-        "{known:?}"
+        (f64::from(estimate.lever_arm[0]) - ARM[0]).abs() < 0.3,
+        "{estimate:?}"
     );
 }
 

@@ -16,7 +16,7 @@
 //! covariance: D. Simon, "Optimal State Estimation", 2006, 10.2). The gains stay as they are.
 
 use super::{NAV, OUTPUTS};
-use crate::nav::felt::{Effect, Felt, PAIRS};
+use crate::nav::proportional::{Effect, PAIRS, ProportionalEffects};
 use lrnn_nostd::Real;
 use lrnn_nostd::learn::kalman::Transition;
 
@@ -45,7 +45,7 @@ pub struct Sizes {
     pub g_sensitivity: f32,
 }
 
-/// See the module.
+/// Errors that the filters consider and do not estimate, and their effect on the estimates.
 #[derive(Clone, Debug)]
 pub struct Considered<T> {
     columns: [[Column<T>; PAIRS]; KINDS],
@@ -83,7 +83,7 @@ impl<T: Real> Considered<T> {
 
     /// The navigator has passed an interval.
     #[inline(never)]
-    pub fn interval(&mut self, block: &Transition<NAV, T>, felt: &Felt) {
+    pub fn interval(&mut self, block: &Transition<NAV, T>, felt: &ProportionalEffects) {
         let half = T::from_f64(0.5) * block.time;
         for (kind, columns) in self.columns.iter_mut().enumerate() {
             for (pair, column) in columns.iter_mut().enumerate() {

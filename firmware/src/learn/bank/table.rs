@@ -12,8 +12,8 @@ use lrnn_nostd::{Net, Rational, Real};
 /// The filter of a hypothesis with `N` parameters, whose packed covariance has `PACKED` elements.
 type Filter<L, const N: usize, const PACKED: usize, T> = Kalman<L, NAV, N, PACKED, Rational, T>;
 
-/// Which networks a hypothesis begins with: see [`Layers`].
-enum Shape {
+/// Networks that a hypothesis begins with: see [`Layers`].
+enum StartingNetworks {
     Time,
     Driven,
     Curved,
@@ -59,10 +59,10 @@ macro_rules! hypotheses {
                 let mut bits = which;
                 $(
                     if bits & 1 == 1 {
-                        let (nets, layers) = match Shape::$shape {
-                            Shape::Time => (&time, Layers::Time(&of_time)),
-                            Shape::Driven => (driven, Layers::Driven(driven, of_driven)),
-                            Shape::Curved => (curved, Layers::Driven(curved, of_curved)),
+                        let (nets, layers) = match StartingNetworks::$shape {
+                            StartingNetworks::Time => (&time, Layers::Time(&of_time)),
+                            StartingNetworks::Driven => (driven, Layers::Driven(driven, of_driven)),
+                            StartingNetworks::Curved => (curved, Layers::Driven(curved, of_curved)),
                         };
                         begin(&mut self.$slot, nets, || {
                             sheet.prior::<$learnt, $parameters>(

@@ -3,9 +3,9 @@
 
 use super::considered::Sizes;
 use super::{Bank, HYPOTHESES, MAP, NAV, OUTPUTS, STORED, TRIADS, ZERO_CORRECTION, index};
-use crate::align::motion::Shown;
+use crate::align::motion::BiasObservations;
 use crate::fix::OBSERVATIONS;
-use crate::nav::felt::Felt;
+use crate::nav::proportional::ProportionalEffects;
 use lrnn_nostd::Real;
 use lrnn_nostd::learn::kalman::{Correction, Transition, Workspace};
 
@@ -95,21 +95,26 @@ impl<T: Real> Bank<T> {
     }
 
     /// A new navigator from an alignment that has estimated the sensors' errors too: `applied`. Its
-    /// errors are in `scratch`. First the hypotheses learn what was `shown` of the sensors, as from
-    /// a fix of a navigator whose errors are the observed ones. That counts for none of them,
+    /// errors are in `scratch`. First the hypotheses learn what was `observed` of the sensors, as
+    /// from a fix of a navigator whose errors are the observed ones. That counts for none of them,
     /// because all of them profit.
-    pub fn start(&mut self, scratch: &mut Scratch<T>, applied: &[T; OUTPUTS], shown: &Shown) {
+    pub fn start(
+        &mut self,
+        scratch: &mut Scratch<T>,
+        applied: &[T; OUTPUTS],
+        observed: &BiasObservations,
+    ) {
         let to = |x: f32| T::from_f64(f64::from(x));
         let mut by = [[T::ZERO; OUTPUTS]; NAV];
-        for (k, row) in shown.rows.iter().enumerate() {
+        for (k, row) in observed.rows.iter().enumerate() {
             if let Some(of) = by.get_mut(index(k)) {
                 *of = row.map(to);
             }
         }
-        self.align_means(&by, &shown.from.map(to));
+        self.align_means(&by, &observed.from.map(to));
         let nothing = [[T::ZERO; NAV]; NAV];
         self.each(|h| h.align_covariance(&by, &nothing, &mut scratch.workspace));
-        for (k, (&z, &variance)) in shown.z.iter().zip(&shown.variance).enumerate() {
+        for (k, (&z, &variance)) in observed.z.iter().zip(&observed.variance).enumerate() {
             if variance.is_finite() {
                 self.learn(k, to(z), to(variance));
             }
@@ -135,7 +140,7 @@ impl<T: Real> Bank<T> {
     }
 
     /// Their effect over the interval in `scratch`.
-    pub fn feels(&mut self, block: &Transition<NAV, T>, felt: &Felt) {
+    pub fn feels(&mut self, block: &Transition<NAV, T>, felt: &ProportionalEffects) {
         self.considered.interval(block, felt);
     }
 

@@ -23,7 +23,7 @@ pub enum Order {
     /// The memory of the unit is no longer valid: [`Learner::recall`].
     ForgetUnit,
     /// The learner restarts. [`View`] follows.
-    Anew(Anew),
+    Restart(RestartReason),
     /// [`Learner::block`], with its own number and that of its last sample. [`Answer`] and [`View`]
     /// follow.
     Block(u32, u32, Block),
@@ -44,7 +44,7 @@ pub enum Order {
 /// Why the learner restarts.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "there is no heap")]
-pub enum Anew {
+pub enum RestartReason {
     /// The configuration is another one: [`Learner::configure`].
     Configured(Settings),
     /// [`Learner::begin`].

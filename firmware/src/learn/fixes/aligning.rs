@@ -4,7 +4,7 @@ use super::FixLearner;
 use super::course::Course;
 use super::start::Starting;
 use super::take::Fresh;
-use crate::align::motion::{self, Found, InMotion};
+use crate::align::motion::{self, AlignedState, InMotion};
 use crate::align::{Align, MAX_NORTH};
 use crate::configuration::VehicleKind;
 use crate::fix::Fix;
@@ -51,13 +51,13 @@ impl FixLearner<'_> {
         if self.waits(&fix) {
             return None;
         }
-        let variance = Found::sigmas(&self.memory.scratch.block).map(|sigma| sigma * sigma);
+        let variance = AlignedState::sigmas(&self.memory.scratch.block).map(|sigma| sigma * sigma);
         self.navigate_since(&Starting {
             number: self.number(),
             way: found.way,
             residual: found.residual,
             at: Some((fresh.at_rest(), age)),
-            known: Some((found.applied, found.shown)),
+            known: Some((found.applied, found.observed)),
             ..Starting::new(found.state, variance)
         })
     }

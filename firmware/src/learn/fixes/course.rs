@@ -5,7 +5,7 @@ use crate::align::motion::InMotion;
 use crate::nav::{self, Navigator};
 use crate::sample::Counts;
 
-/// See the module.
+/// Consumer of the samples.
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,

@@ -75,7 +75,7 @@ impl Learner for FixLearner<'_> {
 
     /// The numbers of the samples show what is missing. The next one begins a block.
     fn gap(&mut self) {
-        self.fix_times.held.gap();
+        self.fix_times.pending.gap();
     }
 
     fn silence(&mut self) {
@@ -89,7 +89,7 @@ impl Learner for FixLearner<'_> {
             .navigates()
             .then_some(self.samples.stream)
             .flatten();
-        if !navigates.is_some_and(|stream| self.fix_times.held.takes(number, fix, &stream)) {
+        if !navigates.is_some_and(|stream| self.fix_times.pending.defers(number, fix, &stream)) {
             self.take_fix(number, fix);
         }
     }
@@ -168,7 +168,7 @@ impl Learner for FixLearner<'_> {
             rollbacks: self.tally.rollbacks,
             navigates: self.navigation.course.navigates(),
             still_s: self.navigation.align.as_ref().map_or(0, Align::still),
-            antenna: self.memory.antenna.known(),
+            antenna: self.memory.antenna.estimate(),
             rests: self.motion.rests.number(),
             rest_s: self.rest_s(),
             equal_scales: self.has_equal_scales(),

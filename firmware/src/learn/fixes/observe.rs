@@ -58,7 +58,7 @@ impl Mean {
 
 /// Position at which the vehicle came to a standstill, by a receiver that measures no velocity.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rest {
+pub(super) struct StopPosition {
     position: Position,
     /// Number of the sample before it: the receiver's time may jump.
     number: u32,
@@ -136,7 +136,7 @@ impl FixLearner<'_> {
             variance,
         } = compared;
         if let Some(stream) = &self.samples.stream {
-            self.fix_times.held.observed(stream);
+            self.fix_times.pending.observed(stream);
         }
         let navigator = self.navigation.course.navigator()?;
         let z = if self.memory.antenna.estimates() {
@@ -145,15 +145,15 @@ impl FixLearner<'_> {
             } else {
                 self.memory.antenna.age_sigma()
             };
-            let mut seen = navigator.seen(fix, age, sigma);
+            let mut innovation = navigator.antenna_innovation(fix, age, sigma);
             if fix.age.is_some() {
-                seen.knows_the_age();
+                innovation.age_is_known();
             }
-            self.memory.antenna.fix(&seen, &variance);
+            self.memory.antenna.fix(&innovation, &variance);
             if let (Some(_), Some(least)) = (fix.age, self.fix_times.age.measured_s()) {
                 self.memory.antenna.measured(least);
             }
-            seen.z
+            innovation.z
         } else {
             let nav::Innovation { position, velocity } = navigator.innovation(fix, age);
             let ([a, b, c], [d, e, f]) = (position, velocity);
@@ -242,7 +242,7 @@ impl FixLearner<'_> {
         };
         let number = self.number();
         let Some(rest) = self.motion.rest else {
-            self.motion.rest = Some(Rest { position, number });
+            self.motion.rest = Some(StopPosition { position, number });
             return false;
         };
         let [n, e, _] = position.ned_from(&rest.position);

@@ -2,9 +2,9 @@
 
 use super::course::Course;
 use super::gaps::Recent;
-use super::held::Held;
 use super::judged::Judged;
-use super::observe::{Mean, Rest};
+use super::observe::{Mean, StopPosition};
+use super::pending::PendingFix;
 use super::proportional::Proportional;
 use super::rests::Rests;
 use super::start::{Probation, Started};
@@ -69,7 +69,7 @@ pub(super) struct Motion {
     /// Turns and gains of velocity.
     pub proportional: Proportional,
     /// Position at rest, if the receiver measures no velocity.
-    pub rest: Option<Rest>,
+    pub rest: Option<StopPosition>,
     /// Motion by a receiver that measures it, while the sensors are at rest.
     pub mean: Mean,
     /// What the rest in progress has taught.
@@ -87,7 +87,7 @@ pub(super) struct FixTimes {
     pub counted_ms: Option<u32>,
     pub age: FixAge,
     /// A fix that waits, so that little comes together.
-    pub held: Held,
+    pub pending: PendingFix,
 }
 
 /// Indices of the hypothesis in force and of the one that knows the unit best, and what corrects

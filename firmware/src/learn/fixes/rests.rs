@@ -60,13 +60,13 @@ const SURE: f32 = 3.0;
 const ALONE_S: f32 = 2.0;
 const EVERY_S: f32 = 1.0;
 
-/// What the rest in progress has taught.
+/// Information on the gyros' errors from the rest in progress.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Rests {
-    /// Its information, s2/rad2, and mean error of the gyros, rad/s.
+    /// Information, s2/rad2, and mean error of the gyros, rad/s.
     information: f32,
     mean: V32,
-    /// Its time then, s, and what is doubtful of its mean: see [`Resting`].
+    /// Duration, s, and doubt of the mean, rad/s: see [`Resting`].
     seconds: f32,
     doubt: f32,
     /// Before the first rest: mean and variance of each gyro's error.
@@ -80,7 +80,7 @@ pub(super) struct Rests {
 
 /// Mean of a rest.
 #[derive(Debug, Clone, Copy)]
-struct Shown {
+struct RestMean {
     /// Errors of the gyros, rad/s.
     mean: V32,
     /// Variance by noise and sway, and what is not known of the Earth's rotation, rad/s.
@@ -114,8 +114,8 @@ impl Rests {
     }
 
     /// The rest in progress, less the Earth's rotation as far as it is known.
-    fn rest(&mut self, rest: Option<Shown>) -> Option<News> {
-        let Some(Shown {
+    fn rest(&mut self, rest: Option<RestMean>) -> Option<News> {
+        let Some(RestMean {
             mean,
             noise,
             unknown,
@@ -234,14 +234,14 @@ impl FixLearner<'_> {
     }
 
     /// Errors of the gyros by a rest.
-    fn of_gyros(&self, rest: &Rest) -> Shown {
+    fn of_gyros(&self, rest: &Rest) -> RestMean {
         let (earth, unknown) = self.earth_rate();
         let white = self.settings.noise.gyro;
         let sample_s = self.samples.stream.map_or(0.0, |stream| stream.period_s) as f32;
         let vibration = rest.scatter * rest.scatter / 3.0 * sample_s * COLOUR;
         let noise = (white * white).max(vibration);
         let sway = SWAY / rest.seconds;
-        Shown {
+        RestMean {
             mean: add(rest.rate, scale(earth, -1.0)),
             noise: noise / rest.seconds + 2.0 * sway * sway,
             unknown,

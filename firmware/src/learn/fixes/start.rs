@@ -5,8 +5,8 @@ use super::observe::STANDS_MPS;
 use super::proportional::Proportional;
 use super::take::Fresh;
 use crate::align::MAX_NORTH;
-use crate::align::motion::{InMotion, Shown};
-use crate::control::{Reason, Way};
+use crate::align::motion::{BiasObservations, InMotion};
+use crate::control::{HeadingSource, Reason};
 use crate::fix::{Fix, Heading};
 use crate::learn::Report;
 use crate::learn::prior::NAV;
@@ -30,7 +30,7 @@ pub struct Started {
     /// Standard deviations of its errors, in the order of [`NAV`].
     pub sigmas: [f32; NAV],
     /// Source of the heading.
-    pub way: Way,
+    pub way: HeadingSource,
     /// Mean normalised innovation squared of the alignment in motion; 0 without one.
     pub residual: f32,
     /// Time since the first sample, s.
@@ -45,12 +45,12 @@ pub(super) struct Starting {
     pub sigmas: [f32; NAV],
     pub number: u32,
     /// Source of the heading, and the residual.
-    pub way: Way,
+    pub way: HeadingSource,
     pub residual: f32,
     /// The fix, and its age, that the state is from.
     pub at: Option<(Fix, f32)>,
     /// Sensor errors found by an alignment in motion.
-    pub known: Option<([f32; OUTPUTS], Shown)>,
+    pub known: Option<([f32; OUTPUTS], BiasObservations)>,
 }
 
 impl Starting {
@@ -60,7 +60,7 @@ impl Starting {
             state,
             sigmas: variance.map(|v| libm::sqrtf(v.max(0.0))),
             number: 0,
-            way: Way::None,
+            way: HeadingSource::None,
             residual: 0.0,
             at: None,
             known: None,
@@ -183,7 +183,7 @@ impl FixLearner<'_> {
         let variance = core::array::from_fn(|i| if i < 3 { tilt[i][i] } else { rest[i][i] });
         self.navigate_since(&Starting {
             number: self.number(),
-            way: Way::Gyrocompass,
+            way: HeadingSource::Gyrocompass,
             at: Some((*fix, age)),
             ..Starting::new(state, variance)
         });
@@ -208,8 +208,12 @@ impl FixLearner<'_> {
             time_s: f64::from(samples) * self.samples.stream.map_or(0.0, |stream| stream.period_s),
         });
         self.navigation.probation = match of.way {
-            Way::Course | Way::Velocity | Way::Heading => Probation::begin(),
-            Way::None | Way::Gyrocompass | Way::Known => Probation::default(),
+            HeadingSource::Course | HeadingSource::Velocity | HeadingSource::Heading => {
+                Probation::begin()
+            }
+            HeadingSource::None | HeadingSource::Gyrocompass | HeadingSource::Known => {
+                Probation::default()
+            }
         };
     }
 
@@ -250,7 +254,7 @@ impl FixLearner<'_> {
         if self.navigation.course.navigates() {
             let started = self.navigation.started.as_ref();
             return Report {
-                way: started.map_or(Way::None, |started| started.way),
+                way: started.map_or(HeadingSource::None, |started| started.way),
                 heading_sigma: self.of_the_vehicle(self.memory.bank.error_doubt(2)),
                 residual: started.map_or(0.0, |started| started.residual),
                 refused_alignments: before,
@@ -259,7 +263,7 @@ impl FixLearner<'_> {
         }
         let progress = self.navigation.course.motion().map(InMotion::progress);
         Report {
-            way: progress.map_or(Way::None, |progress| progress.way),
+            way: progress.map_or(HeadingSource::None, |progress| progress.way),
             heading_sigma: progress.map_or(f32::INFINITY, |progress| {
                 self.of_the_vehicle(progress.heading_sigma)
             }),
@@ -276,11 +280,11 @@ impl FixLearner<'_> {
         self.navigate(starting.state)?;
         let navigator = self.navigation.course.navigator()?;
         let antenna = &self.memory.antenna;
-        let seen = (starting.at.as_ref())
+        let innovation = (starting.at.as_ref())
             .filter(|_| antenna.estimates())
-            .map(|(fix, age)| navigator.seen(fix, *age, antenna.age_sigma()));
+            .map(|(fix, age)| navigator.antenna_innovation(fix, *age, antenna.age_sigma()));
         self.memory.bank.set_rest(navigator.at_rest());
-        self.start_antenna(starting, seen.as_ref());
+        self.start_antenna(starting, innovation.as_ref());
         self.start_hypotheses(starting);
         self.motion.proportional = Proportional::default();
         self.motion
@@ -307,12 +311,12 @@ impl FixLearner<'_> {
 
     /// The antenna's errors, and what they add to the navigator's.
     #[inline(never)]
-    fn start_antenna(&mut self, starting: &Starting, seen: Option<&nav::Seen>) {
+    fn start_antenna(&mut self, starting: &Starting, innovation: Option<&nav::AntennaInnovation>) {
         let applied = starting
             .known
             .map_or([0.0; OUTPUTS], |(applied, _)| applied);
         let scratch = &mut self.memory.scratch.block;
-        (self.memory.antenna).navigates(&scratch.gamma, &scratch.q, &applied, seen);
+        (self.memory.antenna).navigates(&scratch.gamma, &scratch.q, &applied, innovation);
         for (k, variance) in self.memory.antenna.unknown().into_iter().enumerate() {
             let i = if k < 3 { 6 + k } else { k };
             for of in [&mut scratch.q, &mut scratch.phi] {
@@ -328,7 +332,7 @@ impl FixLearner<'_> {
         self.memory.rehearsal.interrupted();
         let (bank, scratch) = (&mut self.memory.bank, &mut self.memory.scratch);
         match &starting.known {
-            Some((applied, shown)) => bank.start(scratch, applied, shown),
+            Some((applied, observed)) => bank.start(scratch, applied, observed),
             None => bank.align(scratch),
         }
     }
@@ -360,7 +364,7 @@ impl FixLearner<'_> {
         let variance = sigmas.map(|sigma| sigma * sigma);
         let starting = Starting {
             number: self.number(),
-            way: Way::Known,
+            way: HeadingSource::Known,
             ..Starting::new(state, variance)
         };
         self.navigate_since(&starting).ok_or(Reason::Range)

@@ -42,7 +42,7 @@ impl FixLearner<'_> {
     pub(super) fn take_sample(&mut self, number: u32, counts: &Counts) {
         self.gather(number, counts);
         self.navigation.course.sample(counts);
-        if let Some((number, fix)) = self.fix_times.held.sample() {
+        if let Some((number, fix)) = self.fix_times.pending.sample() {
             self.take_fix(number, &fix);
         }
     }
@@ -60,7 +60,7 @@ impl FixLearner<'_> {
     /// A block has ended.
     #[inline(never)]
     pub(super) fn end_block(&mut self, sources: &Sources) {
-        self.fix_times.held.block();
+        self.fix_times.pending.block();
         let navigates = self.interval_is_over();
         let moved = navigates && self.take_transition();
         if moved {

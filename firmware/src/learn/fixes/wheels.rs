@@ -229,12 +229,12 @@ impl FixLearner<'_> {
     /// The axle's velocity by the navigator and by its wheels, `age` seconds ago.
     fn compare_wheels(&self, mounted: &Mounted, speed: f32, age: f32) -> Option<Compared> {
         let navigator = self.navigation.course.navigator()?;
-        let nav::Moved {
+        let nav::PastMotion {
             velocity,
             acceleration,
             rate,
             c_bn,
-        } = navigator.moved(age);
+        } = navigator.motion_before(age);
         let in_ned = |axis: V32| c_bn.map(|row| dot(row, axis));
         let [_, _, down] = mounted.axes?;
         let axes = mounted.axes?.map(in_ned);

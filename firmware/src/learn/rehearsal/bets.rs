@@ -113,7 +113,7 @@ impl Wealth {
         }
         let score = score.clamp(-1.0, 1.0);
         let checked = 1.0 + CHECK_BET * extending.clamp(-1.0, 1.0);
-        self.check = kept(self.check * checked, CHECK);
+        self.check = clamped(self.check * checked, CHECK);
         self.mean += (score - self.mean) / (f32::from(count) + 1.0).min(MEMORY);
     }
 
@@ -125,7 +125,7 @@ impl Wealth {
         let mean = core::mem::take(sum) / f32::from(coasts);
         let [least, _] = bet.cut;
         let won = 1.0 + BET * (mean - bet.worth) / (bet.worth - least);
-        *capital = kept(*capital * won, PROOF);
+        *capital = clamped(*capital * won, PROOF);
     }
 }
 
@@ -145,7 +145,7 @@ impl Block {
     };
 }
 
-/// See the module.
+/// The bets of all hypotheses at one horizon.
 #[derive(Debug, Clone, Copy)]
 pub struct Bets {
     pub(super) wealth: [Wealth; HYPOTHESES],
@@ -221,7 +221,7 @@ const STEP: f32 = 0.020_777_715;
 const _: () = assert!(CARRIED / PROOF[0] == 200.0); // ln 200 = 255 STEP
 
 /// The capital between two limits; the least one if it is not finite.
-fn kept(capital: f32, [least, most]: [f32; 2]) -> f32 {
+fn clamped(capital: f32, [least, most]: [f32; 2]) -> f32 {
     if capital >= least {
         capital.min(most)
     } else {

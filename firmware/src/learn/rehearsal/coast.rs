@@ -28,7 +28,7 @@ impl Shadow {
 /// Errors of the navigator by a fix: estimate minus fix of two horizontal components, and the
 /// standard deviation of the fix.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct FixError {
     /// Index of the first component in [`NAV`]: north of the position or of the velocity.
     pub first: usize,
     /// m or m/s.
@@ -37,10 +37,10 @@ pub struct Seen {
     pub sigma: f32,
 }
 
-impl Seen {
+impl FixError {
     /// From estimate minus fix and its variance. The position counts; where it is not measured, the
     /// velocity.
-    pub fn of(z: &[f32; OBSERVATIONS], variance: &[f32; OBSERVATIONS]) -> Option<Seen> {
+    pub fn of(z: &[f32; OBSERVATIONS], variance: &[f32; OBSERVATIONS]) -> Option<FixError> {
         let [n, e, _, vn, ve, _] = *z;
         let [of_n, of_e, _, of_vn, of_ve, _] = *variance;
         let (position, velocity) = (of_n.max(of_e), of_vn.max(of_ve));
@@ -51,7 +51,7 @@ impl Seen {
         } else {
             return None;
         };
-        Some(Seen {
+        Some(FixError {
             first,
             off,
             sigma: libm::sqrtf(variance.max(0.0)),
@@ -59,7 +59,7 @@ impl Seen {
     }
 }
 
-/// See the module.
+/// Navigation without fixes, once with each hypothesis' correction.
 #[derive(Debug, Clone, Copy)]
 pub struct Coast {
     pub(super) shadows: [Shadow; HYPOTHESES],
@@ -99,12 +99,12 @@ impl Coast {
 
     /// A fix ends a coast of `length` s. Gives the scores of each hypothesis when it has ended in
     /// time.
-    pub fn ends(&mut self, seen: &Seen, length: f32) -> Option<Scores> {
+    pub fn ends(&mut self, error: &FixError, length: f32) -> Option<Scores> {
         if !self.runs || self.time < length - EARLY {
             return None;
         }
         self.runs = false;
-        (self.time <= length + LATE[0] * length + LATE[1]).then(|| self.scores(seen))
+        (self.time <= length + LATE[0] * length + LATE[1]).then(|| self.scores(error))
     }
 
     /// The navigator has been corrected by `error`; the shadows have not.
@@ -117,11 +117,13 @@ impl Coast {
     }
 
     /// The scores of each hypothesis at this fix.
-    pub(super) fn scores(&self, seen: &Seen) -> Scores {
-        let floor = seen.sigma * seen.sigma;
+    pub(super) fn scores(&self, error: &FixError) -> Scores {
+        let floor = error.sigma * error.sigma;
         let squares = self.shadows.each_ref().map(|shadow| {
-            let off = shadow.off.iter().skip(seen.first).zip(seen.off);
-            off.fold(floor, |sum, (off, seen)| sum + (off + seen) * (off + seen))
+            let off = shadow.off.iter().skip(error.first).zip(error.off);
+            off.fold(floor, |sum, (off, error)| {
+                sum + (off + error) * (off + error)
+            })
         });
         let of = |h: usize| squares.get(h).copied().unwrap_or(f32::NAN);
         let (without, biases) = (of(ZERO_CORRECTION), of(self.biases));

@@ -20,7 +20,7 @@ mod bets;
 mod coast;
 
 pub use bets::Bets;
-pub use coast::{Coast, Scores, Seen};
+pub use coast::{Coast, FixError, Scores};
 
 use super::bank::{Bank, HYPOTHESES, STORED, ZERO_CORRECTION};
 use super::prior::NAV;
@@ -129,7 +129,7 @@ impl Standing {
     }
 }
 
-/// See the module.
+/// The coasts in progress, and the hypotheses that they have proved.
 #[derive(Debug, Clone)]
 pub struct Rehearsal {
     horizons: [Horizon; HORIZONS],
@@ -206,7 +206,7 @@ impl Rehearsal {
     /// A fix at the end of the interval: estimate minus fix, and its variance. It ends the coasts
     /// that are long enough.
     pub fn fix(&mut self, z: &[f32; OBSERVATIONS], variance: &[f32; OBSERVATIONS]) {
-        let Some(seen) = Seen::of(z, variance) else {
+        let Some(seen) = FixError::of(z, variance) else {
             return;
         };
         for (Horizon { coasts, bets }, length) in self.horizons.iter_mut().zip(HORIZONS_S) {

@@ -20,7 +20,7 @@ const BIASED: [[f64; 3]; 2] = [[6e-6, -4.5e-6, 3e-6], [9e-3, -12e-3, 6e-3]];
 /// An error that is not a number is the worst there is, whichever shadow has it.
 #[test]
 fn what_is_not_finite_loses() {
-    let seen = |off| Seen {
+    let seen = |off| FixError {
         first: 6,
         off,
         sigma: 1.0,
@@ -73,8 +73,8 @@ fn shadow_and_navigator(size: f64, element: f32) -> [f64; 2] {
             second.sample(&counts);
         }
         let mut block = own.take_transition();
-        block.proportional = own.felt().proportional(block.time);
-        own.feels_anew();
+        block.proportional = own.proportional_effects().of_maps(block.time);
+        own.clear_proportional();
         coast.moves(&block, &Correction::NONE);
         let [shadow, ..] = &coast.shadows;
         let [.., n, e, _] = shadow.off.map(f64::from);

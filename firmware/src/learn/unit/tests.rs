@@ -138,7 +138,7 @@ fn the_scatter_of_the_turn_ons_is_learnt() {
 }
 
 /// What the bets have won goes with the memory, at most ten stakes of it and never more than was
-/// won; another hypothesis than these begins anew.
+/// won; another hypothesis than these restarts.
 #[test]
 fn capital_is_carried_to_the_next_drive() {
     let (nets, sheet) = (networks(&THERMAL), &Settings::MEDIUM.sheet);

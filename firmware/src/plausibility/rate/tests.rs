@@ -22,9 +22,9 @@ fn watched(
         }
         let now = (t * 1e6) as u64;
         if watch.is_due(now) {
-            let seen = Seen {
+            let seen = StreamCounts {
                 samples,
-                ..Seen::default()
+                ..StreamCounts::default()
             };
             out.push((t - start, watch.look(now, Some(configured), seen)));
         }
@@ -104,7 +104,7 @@ fn damage_hides_samples_and_regular_holes_are_another_rate() {
     let look = |damage: u32, missed: u32, samples: u32| {
         let mut watch = RateWatch::new(true);
         (0..100).fold(false, |_, second| {
-            let seen = Seen {
+            let seen = StreamCounts {
                 samples: second * samples,
                 missed: second * missed,
                 damage: second * damage,
@@ -129,9 +129,9 @@ fn silence_begins_anew_and_a_watch_that_is_off_finds_nothing() {
     for second in 0..200u32 {
         let silent = second % 20 > 12;
         samples += if silent { 0 } else { 1000 };
-        let seen = Seen {
+        let seen = StreamCounts {
             samples,
-            ..Seen::default()
+            ..StreamCounts::default()
         };
         let rate = (!silent).then_some(1000.0);
         // the second in which the silence ends has no windows

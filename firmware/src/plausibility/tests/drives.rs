@@ -4,7 +4,7 @@
 
 use crate::configuration::{Triad, VehicleKind};
 use crate::plausibility::Expected;
-use crate::plausibility::rest::{Judged, Rest};
+use crate::plausibility::rest::{Judged, RestCheck};
 use std::f64::consts::PI;
 use std::vec::Vec;
 
@@ -123,7 +123,7 @@ pub fn truth(m: &Motion, latitude: f64) -> [[f64; 3]; 2] {
 pub type Moves = fn(f64) -> Motion;
 /// Effect of a mistake on a block's rate and force.
 pub type Mistake = fn([[f32; 3]; 2]) -> [[f32; 3]; 2];
-/// Another mounting.
+/// Turns a vector into the axes of another mounting.
 pub type Turn = fn([f32; 3]) -> [f32; 3];
 
 /// Report of the receiver at a time: speed and its standard deviation.
@@ -166,7 +166,7 @@ impl Drive {
     /// at which something was judged.
     pub fn run(&self, seed: u64) -> (u32, Option<f64>, Vec<f64>) {
         let mut random = Random(seed);
-        let mut rest = Rest::new(self.sheet.expected(self.vehicle));
+        let mut rest = RestCheck::new(self.sheet.expected(self.vehicle));
         // the worst sign of the biases is not known: each is drawn
         let mut biases = |sigma: f64| {
             [0; 3].map(|_| {

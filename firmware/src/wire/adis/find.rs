@@ -14,7 +14,7 @@ const SETTLE_US: u32 = 1000;
 
 /// The sensor that answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct DetectedSensor {
     /// Model of the sensor.
     pub model: Model,
     /// Units of its values.
@@ -23,16 +23,16 @@ pub struct Found {
     pub rate: f64,
 }
 
-impl Found {
+impl DetectedSensor {
     /// This sensor at the configured rate, if that is for sensors of its form, else at the usual
     /// one.
     #[must_use]
     #[inline(never)] // seldom, by two callers
-    pub fn at(self, configured: Option<Rate>) -> Found {
+    pub fn at(self, configured: Option<Rate>) -> DetectedSensor {
         let form = self.model.form();
         let configured = configured.filter(|configured| configured.form == form);
         let Rate { hz, .. } = configured.unwrap_or(Rate::usual(form));
-        Found { rate: hz, ..self }
+        DetectedSensor { rate: hz, ..self }
     }
 }
 
@@ -86,18 +86,18 @@ fn divider(form: Form, hz: f64) -> u16 {
     ((Rate::fastest(form) / hz + 0.5) as u16).max(1) // `as` saturates
 }
 
-/// Detects the model that answers, to be set to the configured rate ([`Found::at`]). Without a
-/// sensor this takes some 0.5 ms at 0.7 MHz. A line that nothing drives always reads one value,
-/// which is no product number.
+/// Detects the model that answers, to be set to the configured rate ([`DetectedSensor::at`]).
+/// Without a sensor this takes some 0.5 ms at 0.7 MHz. A line that nothing drives always reads one
+/// value, which is no product number.
 ///
 /// # Errors
-/// Those of the bus.
+/// Errors of the SPI bus.
 #[inline(never)] // once at start
 pub fn find<S: SpiDevice>(
     spi: &mut S,
     delay: &mut impl DelayNs,
     configured: Option<Rate>,
-) -> Result<Option<Found>, S::Error> {
+) -> Result<Option<DetectedSensor>, S::Error> {
     let mut adis = Adis::new(spi, Form::Narrow);
     let product = adis.read_register(delay, register::PRODUCT_ID)?;
     let range = adis.read_register(delay, register::RANGE)?;
@@ -115,7 +115,7 @@ pub fn find<S: SpiDevice>(
         model = model.filter(|model| model.form() != Form::Adis1649x);
     }
     Ok(model.and_then(|model| {
-        let found = Found {
+        let found = DetectedSensor {
             model,
             units: model.units(model.form() != Form::Narrow)?,
             rate: 0.0,
@@ -133,7 +133,7 @@ pub fn find<S: SpiDevice>(
 pub fn begin<S: SpiDevice>(
     spi: &mut S,
     delay: &mut impl DelayNs,
-    found: &Found,
+    found: &DetectedSensor,
 ) -> Result<bool, S::Error> {
     let form = found.model.form();
     let mut adis = Adis::new(spi, form);
@@ -194,7 +194,7 @@ mod tests {
         all
     }
 
-    fn found(expected: &[Vec<Transaction<u8>>]) -> Option<Found> {
+    fn found(expected: &[Vec<Transaction<u8>>]) -> Option<DetectedSensor> {
         let mut spi = Mock::new(&expected.concat());
         let found = find(&mut spi, &mut NoopDelay::new(), None).expect("the bus works");
         spi.done();
@@ -204,7 +204,7 @@ mod tests {
     /// Set to this rate, Hz; 0: to the usual one.
     fn begun(model: Model, hz: f64, expected: &[Vec<Transaction<u8>>]) -> bool {
         let form = model.form();
-        let found = Found {
+        let found = DetectedSensor {
             model,
             units: model.units(form != Form::Narrow).expect("a range"),
             rate: 0.0,

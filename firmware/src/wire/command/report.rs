@@ -20,15 +20,14 @@ pub struct Remembered {
 
 /// Content of the store when the device started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Kept {
+pub struct StoreReport {
     /// Number of the record in use; `None`: nothing was found, or nothing that is used.
     pub generation: Option<u32>,
-    /// Totals over the device's life until that record was stored, saturating: times it started,
-    /// how many of these followed a failure, minutes it ran.
+    /// Starts in the device's life until that record was stored, saturating.
     pub starts: u32,
-    /// See above.
+    /// Number of these starts that followed a failure, saturating.
     pub failures: u32,
-    /// See above.
+    /// Running time until that record was stored, saturating.
     pub minutes: u32,
     /// Times each of the two slots was erased.
     pub erased: [u32; 2],

@@ -122,7 +122,7 @@ proptest! {
             error_bound_m: [0, 1, offset, u32::MAX, 7],
             winner: number, navigates: true, used_fixes: frames, refused_fixes: garbage, promotions: missed, rollbacks: u32::MAX,
             busy: Some(number.into()), busiest: None,
-            way: Way::Course, heading_sigma: Some(number.into()), residual: 123,
+            way: HeadingSource::Course, heading_sigma: Some(number.into()), residual: 123,
             refused_alignments: garbage, rests: missed, rest_s: u32::MAX,
         };
         let counters = Counters { frames, entered: [u32::MAX; 3], good_fixes: garbage, ..Counters::default() };

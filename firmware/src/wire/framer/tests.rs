@@ -178,7 +178,7 @@ fn a_flipped_format_or_length_is_seen() {
     let mut framer = Framer::new(ImuFormat::Stim300);
     framer.push(&ImuFormat::Stim300.example(1));
     while framer.next_event().is_some() {}
-    assert!(framer.is_sound());
+    assert!(framer.is_intact());
     assert_eq!(framer.certain_format(), Some(ImuFormat::Stim300));
     for copy in [false, true] {
         let mut upset = Framer {
@@ -191,10 +191,10 @@ fn a_flipped_format_or_length_is_seen() {
             &mut upset.finder.format
         };
         *format = ImuFormat::Kvh;
-        assert!(!upset.is_sound());
+        assert!(!upset.is_intact());
         assert_eq!(upset.certain_format(), None);
     }
     framer.finder.usual ^= 1;
-    assert!(!framer.is_sound());
+    assert!(!framer.is_intact());
     assert_eq!(framer.certain_format(), Some(ImuFormat::Stim300));
 }

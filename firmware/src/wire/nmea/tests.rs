@@ -1,7 +1,7 @@
 mod ends;
 
 use super::*;
-use crate::wire::receiver::testing::{self, NONE, Part};
+use crate::wire::receiver::testing::{self, DecodedMessage, NONE};
 use crate::wire::{Error, ReceiverFormat, exactly};
 use std::format;
 use std::string::String;
@@ -42,12 +42,12 @@ const THS: &str = "$GNTHS,77.52,A*2E\r\n";
 
 const TIME_MS: u32 = ((9 * 60 + 27) * 60 + 25) * 1000 + 200;
 
-fn part(text: &str) -> Part {
+fn part(text: &str) -> DecodedMessage {
     parse(text.as_bytes()).unwrap()
 }
 
 /// Values of a sentence without checksum and end.
-fn of(text: &str) -> Part {
+fn of(text: &str) -> DecodedMessage {
     parse(&sentence(text)).unwrap()
 }
 
@@ -55,7 +55,7 @@ fn close(a: f64, b: f64, within: f64) -> bool {
     (a - b).abs() <= within
 }
 
-fn parse(frame: &[u8]) -> Result<Part, Error> {
+fn parse(frame: &[u8]) -> Result<DecodedMessage, Error> {
     testing::parse(ReceiverFormat::Nmea, frame)
 }
 

@@ -172,20 +172,20 @@ pub(in crate::wire) fn read(frame: &[u8], values: &mut Values) {
         return;
     }
     match log {
-        Log::Position | Log::OtherPosition => Place {
+        Log::Position | Log::OtherPosition => PositionFields {
             degrees: [8, 16].map(|at| double(payload, at)),
             heights: [double(payload, 24), single(payload, 32).into()],
             sigmas: [40, 44, 48].map(|at| single(payload, at)),
         }
         .write(values),
-        Log::Velocity | Log::OtherVelocity => Way {
+        Log::Velocity | Log::OtherVelocity => VelocityFields {
             latency: single(payload, 8),
             speed: double(payload, 16) as f32,
             track: double(payload, 24) as f32,
             up: double(payload, 32) as f32,
         }
         .write(values),
-        Log::Heading => Turn {
+        Log::Heading => HeadingFields {
             angle: single(payload, 12),
             sigma: single(payload, 24),
         }
@@ -245,7 +245,7 @@ fn single(payload: &[u8], at: usize) -> f32 {
 }
 
 /// Fields of BESTPOS.
-struct Place {
+struct PositionFields {
     /// Latitude, longitude.
     degrees: [f64; 2],
     /// Above the sea, and the sea above the ellipsoid, m.
@@ -254,7 +254,7 @@ struct Place {
     sigmas: [f32; 3],
 }
 
-impl Place {
+impl PositionFields {
     #[inline(never)]
     fn write(&self, values: &mut Values) {
         let [latitude, longitude] = self.degrees.map(|degrees| degrees * DEGREE);
@@ -275,19 +275,19 @@ impl Place {
 }
 
 /// Fields of BESTVEL: s, m/s, degrees clockwise from north, m/s.
-struct Way {
+struct VelocityFields {
     latency: f32,
     speed: f32,
     track: f32,
     up: f32,
 }
 
-impl Way {
+impl VelocityFields {
     /// The velocity is that of `latency` earlier than the time says. It is taken as of that time,
     /// and what it may have changed since is added to its standard deviation.
     #[inline(never)]
     fn write(&self, values: &mut Values) {
-        let Way {
+        let VelocityFields {
             latency,
             speed,
             track,
@@ -304,15 +304,15 @@ impl Way {
 }
 
 /// Fields of HEADING2, degrees.
-struct Turn {
+struct HeadingFields {
     angle: f32,
     sigma: f32,
 }
 
-impl Turn {
+impl HeadingFields {
     #[inline(never)]
     fn write(&self, values: &mut Values) {
-        let Turn { angle, sigma } = *self;
+        let HeadingFields { angle, sigma } = *self;
         let degree = DEGREE as f32;
         if (0.0..=360.0).contains(&angle) && sigma > 0.0 && sigma < 180.0 {
             values.heading = Some(Heading {

@@ -62,7 +62,7 @@ impl Receiver {
 
     /// As [`Receiver::new`], in place: a new one would be built on the stack first.
     #[inline(never)]
-    pub fn begin_anew(&mut self, configured: Option<ReceiverFormat>) {
+    pub fn restart(&mut self, configured: Option<ReceiverFormat>) {
         (self.configured, self.used) = (configured, configured);
         self.bytes.clear();
         for (voice, format) in self.voices.iter_mut().zip(ReceiverFormat::ALL) {
@@ -113,7 +113,7 @@ impl Receiver {
             voice.comes(unread, self.last);
         }
         if self.bytes.push(bytes) < bytes.len() {
-            self.begin_anew(self.configured); // only an upset of memory stops all from reading
+            self.restart(self.configured); // only an upset of memory stops all from reading
         }
     }
 

@@ -1,6 +1,6 @@
 use super::super::field::{hex, put};
 use super::*;
-use crate::wire::receiver::testing::{self, NONE, Part};
+use crate::wire::receiver::testing::{self, DecodedMessage, NONE};
 use crate::wire::{Error, ReceiverFormat};
 use std::vec::Vec;
 
@@ -39,7 +39,7 @@ const ATTITUDE: [u8; 44] =
 const ATTITUDE_COVARIANCE: [u8; 40] =
     hex("244076223317280015cd5b07920900000000803d0000803ef90295d0f90295d0f90295d0f90295d0");
 
-fn changed<const N: usize>(frame: &[u8], at: usize, bytes: [u8; N]) -> Part {
+fn changed<const N: usize>(frame: &[u8], at: usize, bytes: [u8; N]) -> DecodedMessage {
     let mut frame = frame.to_vec();
     put(&mut frame, at, bytes);
     seal(&mut frame);
@@ -50,7 +50,7 @@ fn close(a: f32, b: f32) -> bool {
     (a - b).abs() <= 1e-5 * b.abs()
 }
 
-fn parse(frame: &[u8]) -> Result<Part, Error> {
+fn parse(frame: &[u8]) -> Result<DecodedMessage, Error> {
     testing::parse(ReceiverFormat::Sbf, frame)
 }
 

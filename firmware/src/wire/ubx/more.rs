@@ -273,7 +273,7 @@ mod tests {
     use crate::wire::Scan;
     use crate::wire::checksum::fletcher8;
     use crate::wire::field::{hex, put};
-    use crate::wire::receiver::testing::{self, NONE, Part};
+    use crate::wire::receiver::testing::{self, DecodedMessage, NONE};
 
     const COVARIANCE: [u8; 72] = hex(
         "b5620136400015cd5b070001010000000000000000000000803e0ad7233c0ad7a33cec51b83e8fc2f53cec51b83f0ad7233b0000000000000000faed6b3b000000000ad7233c703b",
@@ -430,11 +430,15 @@ mod tests {
         assert!((part.assumed[0] - 1.0).abs() < 1e-3);
     }
 
-    fn read(frame: &[u8]) -> Option<Part> {
+    fn read(frame: &[u8]) -> Option<DecodedMessage> {
         testing::parse(ReceiverFormat::Ubx, frame).ok()
     }
 
-    fn changed<const N: usize>(frame: &[u8; 72], at: usize, bytes: [u8; N]) -> Option<Part> {
+    fn changed<const N: usize>(
+        frame: &[u8; 72],
+        at: usize,
+        bytes: [u8; N],
+    ) -> Option<DecodedMessage> {
         let mut frame = *frame;
         put(&mut frame, 6 + at, bytes);
         let sum = fletcher8(&frame[2..70]);

@@ -66,7 +66,7 @@ pub struct Info {
     /// Why and how the board started; `None` if the board does not report it.
     pub start: Option<Start>,
     /// State of its store at the start.
-    pub store: Kept,
+    pub store: StoreState,
     /// Protection of the device against changes.
     pub security: Protected,
     /// State of the updates of its firmware; `None`: the board takes none over the command link.
@@ -112,7 +112,7 @@ impl From<Report> for Updates {
 
 /// State of a device's store at the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Kept {
+pub struct StoreState {
     /// Number of the record in use, if there is one.
     pub record: Option<u32>,
     /// Number of starts in the device's life, as of that record.
@@ -129,8 +129,8 @@ pub struct Kept {
     pub passed: u8,
 }
 
-impl From<command::Kept> for Kept {
-    fn from(of: command::Kept) -> Self {
+impl From<command::StoreReport> for StoreState {
+    fn from(of: command::StoreReport) -> Self {
         Self {
             record: of.generation,
             starts: of.starts,
@@ -289,7 +289,7 @@ pub fn info(link: &mut Link) -> Result<Info, Error> {
         times: link.times()?,
         learner: Learner::from(&health),
         memory: link.remembered()?.into(),
-        store: link.kept()?.into(),
+        store: link.store_report()?.into(),
         start: start(link)?,
         security: link.security()?.into(),
         updates: perhaps(link)?.map(Updates::from),

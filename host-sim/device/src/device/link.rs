@@ -9,8 +9,8 @@ use firmware::model::{IMAGES_LEN, NETS_LEN, Nets};
 use firmware::wire::command::key::Secret;
 use firmware::wire::command::seal::{Opened, open};
 use firmware::wire::command::{
-    Antenna, Counters, Estimate, Health, Kept, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request,
-    Response, Security, Version, WIRE_VERSION, encode,
+    Antenna, Counters, Estimate, Health, MAX_CHUNK, MAX_PACKET, Packets, Remembered, Request,
+    Response, Security, StoreReport, Version, WIRE_VERSION, encode,
 };
 use host_core::error::Error;
 use std::time::{Duration, Instant};
@@ -326,9 +326,9 @@ impl Link {
     ///
     /// # Errors
     /// As [`Link::ask`].
-    pub fn kept(&mut self) -> Result<Kept, Error> {
+    pub fn store_report(&mut self) -> Result<StoreReport, Error> {
         self.ask(&Request::GetStore, |answer| match answer {
-            Response::Kept(kept) => Some(*kept),
+            Response::Kept(store_report) => Some(*store_report),
             _ => None,
         })
     }

@@ -29,7 +29,7 @@ mod weights;
 pub use blackbox::{Fetched, fetch, recording};
 pub use commit::{commit, patiently};
 pub use configure::{configuration, configure, record, send};
-pub use info::{Info, Kept, LineInfo, Memory, Protected, Updates, info};
+pub use info::{Info, LineInfo, Memory, Protected, StoreState, Updates, info};
 pub use key::{make_key, read_key};
 pub use learning::{HORIZONS_S, Solution, Trial, Trials, usual};
 pub use link::{Link, images, load, set_up};

@@ -4,7 +4,7 @@ use super::link::Link;
 use firmware::configuration::{Configuration, ReceiverProtocol};
 use firmware::wire::ReceiverFormat;
 use firmware::wire::command::{self, Request, Response};
-use firmware::wire::receiver::Heard;
+use firmware::wire::receiver::ReceiverStatus;
 use host_core::error::Error;
 use serde::Serialize;
 
@@ -30,31 +30,31 @@ pub(super) fn receiver(
     link: &mut Link,
     configuration: Option<&Configuration>,
 ) -> Result<Receiver, Error> {
-    let heard = link.ask(&Request::GetReceiver, |answer| match answer {
-        Response::Receiver(heard) => Some(*heard),
+    let status = link.ask(&Request::GetReceiver, |answer| match answer {
+        Response::Receiver(status) => Some(*status),
         _ => None,
     })?;
-    Ok(Receiver::new(&heard, configuration))
+    Ok(Receiver::new(&status, configuration))
 }
 
 impl Receiver {
-    fn new(heard: &Heard, configuration: Option<&Configuration>) -> Receiver {
+    fn new(status: &ReceiverStatus, configuration: Option<&Configuration>) -> Receiver {
         let wired = configuration.is_some_and(|of| of.receiver.pulse);
         let mut missing = Vec::new();
-        if heard.format.is_none() {
+        if status.format.is_none() {
             missing.push(
                 "no message was understood; check wiring, bit rate and protocol of the receiver's \
                  line",
             );
-        } else if heard.time_ms.is_none() {
+        } else if status.time_ms.is_none() {
             missing.push(
                 "no good fix; check the antenna's view of the sky and that the receiver sends \
                  position and velocity",
             );
         }
-        if wired && heard.pulses == 0 {
+        if wired && status.pulses == 0 {
             missing.push("no time pulse; check its wire and that the receiver sends it");
-        } else if wired && heard.time_ms.is_some() && heard.age_us.is_none() {
+        } else if wired && status.time_ms.is_some() && status.age_us.is_none() {
             missing.push(
                 "no believable time pulse; check that it rises (not falls) at whole seconds, once a \
                  second, and that receiver.fix_delay_ms is right within 5 fix_delay_sigma_ms",
@@ -62,10 +62,10 @@ impl Receiver {
         }
         Receiver {
             configured: configuration.map(|of| protocol_name(of.receiver.protocol)),
-            protocol: heard.format.map(format_name),
-            fix_time_s: heard.time_ms.map(|ms| f64::from(ms) / 1e3),
-            fix_age_ms: heard.age_us.map(|us| f64::from(us) / 1e3),
-            pulses: heard.pulses,
+            protocol: status.format.map(format_name),
+            fix_time_s: status.time_ms.map(|ms| f64::from(ms) / 1e3),
+            fix_age_ms: status.age_us.map(|us| f64::from(us) / 1e3),
+            pulses: status.pulses,
             missing,
         }
     }
@@ -122,18 +122,18 @@ mod tests {
     fn what_is_missing_is_named() {
         let mut configuration = Configuration::default();
         configuration.receiver.pulse = true;
-        let missing = |heard: &Heard| Receiver::new(heard, Some(&configuration)).missing;
-        let mut heard = Heard::default();
-        assert!(matches!(&missing(&heard)[..], [a, b]
+        let missing = |status: &ReceiverStatus| Receiver::new(status, Some(&configuration)).missing;
+        let mut status = ReceiverStatus::default();
+        assert!(matches!(&missing(&status)[..], [a, b]
             if a.contains("no message") && b.contains("no time pulse")));
-        heard.format = Some(ReceiverFormat::Nmea);
-        heard.pulses = 7;
-        assert!(matches!(&missing(&heard)[..], [a] if a.contains("no good fix")));
-        heard.time_ms = Some(1000);
-        assert!(matches!(&missing(&heard)[..], [a] if a.contains("believable")));
-        heard.age_us = Some(90_000);
-        assert!(missing(&heard).is_empty());
-        let unconfigured = Receiver::new(&Heard::default(), None);
+        status.format = Some(ReceiverFormat::Nmea);
+        status.pulses = 7;
+        assert!(matches!(&missing(&status)[..], [a] if a.contains("no good fix")));
+        status.time_ms = Some(1000);
+        assert!(matches!(&missing(&status)[..], [a] if a.contains("believable")));
+        status.age_us = Some(90_000);
+        assert!(missing(&status).is_empty());
+        let unconfigured = Receiver::new(&ReceiverStatus::default(), None);
         assert_eq!(
             (unconfigured.configured, unconfigured.missing.len()),
             (None, 1)

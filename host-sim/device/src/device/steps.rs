@@ -26,7 +26,7 @@ pub struct Step {
     pub says: String,
 }
 
-/// What decides about the steps and changes rarely.
+/// State that the steps depend on and that changes rarely.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settled {
     /// When corrections come into force; `None` without a configuration.
@@ -57,9 +57,9 @@ impl LastFix {
     }
 }
 
-/// What the steps follow from.
+/// State of the device from which the steps follow.
 #[derive(Debug)]
-pub struct Way<'a> {
+pub struct StepInputs<'a> {
     /// Mode in force.
     pub mode: Mode,
     /// The learner.
@@ -78,7 +78,7 @@ pub struct Way<'a> {
     pub settled: Settled,
 }
 
-impl Way<'_> {
+impl StepInputs<'_> {
     /// The steps in their order.
     #[must_use]
     pub fn steps(&self) -> Vec<Step> {
@@ -274,15 +274,15 @@ mod tests {
     }
 
     /// The steps in words, with those that are done marked.
-    fn says(way: &Way<'_>) -> Vec<String> {
+    fn says(inputs: &StepInputs<'_>) -> Vec<String> {
         let mark = |of: &Step| if of.done { "+" } else { "-" };
         let line = |of: Step| format!("{}{} {:.2}: {}", mark(&of), of.name, of.share, of.says);
-        way.steps().into_iter().map(line).collect()
+        inputs.steps().into_iter().map(line).collect()
     }
 
     #[test]
     fn the_way_of_a_new_device_to_its_correction() {
-        let mut way = Way {
+        let mut inputs = StepInputs {
             mode: Mode::Learn,
             learner: &LEARNER,
             progress: Some(Progress::default()),
@@ -293,7 +293,7 @@ mod tests {
             settled: SETTLED,
         };
         assert_eq!(
-            says(&way),
+            says(&inputs),
             [
                 "-aligned 0.00: waits for the first fix, or a standstill of 100 s",
                 "-fixes 0.00: waits for a good fix of the receiver",
@@ -308,8 +308,8 @@ mod tests {
             heading_sigma_deg: Some(45.836),
             ..LEARNER
         };
-        (way.learner, way.good_fixes) = (&aligning, 7);
-        let [aligned, fixes, ..] = &says(&way)[..] else {
+        (inputs.learner, inputs.good_fixes) = (&aligning, 7);
+        let [aligned, fixes, ..] = &says(&inputs)[..] else {
             panic!("five steps");
         };
         assert_eq!(
@@ -326,8 +326,8 @@ mod tests {
             ..LEARNER
         };
         let (near, done) = (nearest(34), nearest(100));
-        (way.learner, way.nearest) = (&learns, Some(&near));
-        let [aligned, fixes, proof, ..] = &says(&way)[..] else {
+        (inputs.learner, inputs.nearest) = (&learns, Some(&near));
+        let [aligned, fixes, proof, ..] = &says(&inputs)[..] else {
             panic!("five steps");
         };
         assert_eq!(
@@ -339,8 +339,8 @@ mod tests {
             proof,
             "-proof 0.34: 34 of 100 (\"biases\"), about 6 more minutes like the last"
         );
-        way.without_fix_s = Some(20);
-        let [_, fixes, proof, ..] = &says(&way)[..] else {
+        inputs.without_fix_s = Some(20);
+        let [_, fixes, proof, ..] = &says(&inputs)[..] else {
             panic!("five steps");
         };
         assert_eq!(
@@ -351,25 +351,25 @@ mod tests {
             proof,
             "-proof 0.34: 34 of 100 (\"biases\"); waits for fixes"
         );
-        way.without_fix_s = None;
-        way.nearest = Some(&done);
-        assert!(says(&way)[3].ends_with("waits for the next record"));
-        way.settled.stored = false;
-        assert!(says(&way)[3].ends_with("beside it: store it"));
-        way.progress = Some(Progress {
+        inputs.without_fix_s = None;
+        inputs.nearest = Some(&done);
+        assert!(says(&inputs)[3].ends_with("waits for the next record"));
+        inputs.settled.stored = false;
+        assert!(says(&inputs)[3].ends_with("beside it: store it"));
+        inputs.progress = Some(Progress {
             stored: true,
             ..Progress::default()
         });
-        let [.., stored, acts] = &says(&way)[..] else {
+        let [.., stored, acts] = &says(&inputs)[..] else {
             panic!("five steps");
         };
         assert_eq!(stored, "+stored 1.00: the proved networks are stored");
         assert_eq!(acts, "-in force 0.00: acts from the next power-on");
-        way.progress = Some(Progress {
+        inputs.progress = Some(Progress {
             in_force: true,
             ..Progress::default()
         });
-        assert_eq!(says(&way)[4], "+in force 1.00: a correction acts now");
+        assert_eq!(says(&inputs)[4], "+in force 1.00: a correction acts now");
     }
 
     #[test]
@@ -383,7 +383,7 @@ mod tests {
 
     #[test]
     fn what_prevents_learning_is_said() {
-        let mut way = Way {
+        let mut inputs = StepInputs {
             mode: Mode::Bypass,
             learner: &LEARNER,
             progress: Some(Progress::default()),
@@ -393,13 +393,13 @@ mod tests {
             silent: false,
             settled: SETTLED,
         };
-        assert!(says(&way)[0].ends_with("waits for mode learn or shadow"));
-        assert!(says(&way)[4].ends_with("mode bypass corrects nothing"));
-        (way.mode, way.silent) = (Mode::Learn, true);
-        assert!(says(&way)[0].ends_with("the sensor is silent"));
-        way.settled.activation = None;
-        assert!(says(&way)[0].contains("waits for a configuration"));
-        way.progress = None;
-        assert!(says(&way)[0].ends_with("this board has no learner"));
+        assert!(says(&inputs)[0].ends_with("waits for mode learn or shadow"));
+        assert!(says(&inputs)[4].ends_with("mode bypass corrects nothing"));
+        (inputs.mode, inputs.silent) = (Mode::Learn, true);
+        assert!(says(&inputs)[0].ends_with("the sensor is silent"));
+        inputs.settled.activation = None;
+        assert!(says(&inputs)[0].contains("waits for a configuration"));
+        inputs.progress = None;
+        assert!(says(&inputs)[0].ends_with("this board has no learner"));
     }
 }

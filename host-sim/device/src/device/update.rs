@@ -21,17 +21,17 @@ const LOOK: Duration = Duration::from_millis(500);
 #[derive(Clone, Debug)]
 pub struct Update {
     file: PathBuf,
-    parts: Vec<Part>,
+    parts: Vec<SlotImage>,
 }
 
 #[derive(Clone, Debug)]
-struct Part {
+struct SlotImage {
     bytes: [u8; HEADER_LEN],
     header: Header,
     image: Vec<u8>,
 }
 
-/// What became of an update.
+/// Result of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tried {
     /// It has proved itself and stays.
@@ -55,7 +55,7 @@ impl Update {
     /// The bytes of a file, whose name is for messages.
     ///
     /// # Errors
-    /// They are no update.
+    /// The bytes are no update.
     pub fn parse(file: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let refused = |problem: &str| Error::Option {
             option: file.display().to_string(),
@@ -81,7 +81,7 @@ impl Update {
                 ));
             };
             rest = behind;
-            parts.push(Part {
+            parts.push(SlotImage {
                 bytes,
                 header,
                 image: image.to_vec(),
@@ -103,7 +103,7 @@ impl Update {
     }
 
     /// The part for the free slot of this board.
-    fn part(&self, name: &str, slot: u32) -> Result<&Part, Error> {
+    fn part(&self, name: &str, slot: u32) -> Result<&SlotImage, Error> {
         let refused = |problem: String, remedy: &str| Error::Option {
             option: self.file.display().to_string(),
             problem,
@@ -169,7 +169,7 @@ impl Update {
     }
 
     /// What becomes of the update after [`Request::Restart`]. It is looked for until it has proved
-    /// itself, or `patience` is over. `open` opens the link anew.
+    /// itself, or `patience` is over. `open` reopens the link.
     ///
     /// # Errors
     /// The device does not come back.
@@ -259,7 +259,7 @@ mod tests {
         assert_eq!(update.version(), "0.2.0");
         let part = update.part("h743", 0x0810_0000).expect("the second");
         assert_eq!(part.image, [2; 400]);
-        let text = |part: Result<&Part, Error>| part.expect_err("none").to_string();
+        let text = |part: Result<&SlotImage, Error>| part.expect_err("none").to_string();
         let other = text(update.part("pico2", 0x0810_0000));
         assert!(
             other.contains("board h743") && other.contains("give pico2.update"),

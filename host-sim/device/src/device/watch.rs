@@ -9,10 +9,10 @@ use super::link::Link;
 use super::mode_name;
 use super::proof::{Interruption, Nearest, Proofs};
 use super::receiver::Antenna;
-use super::steps::{LastFix, Settled, Step, Way as Towards};
+use super::steps::{LastFix, Settled, Step, StepInputs};
 use super::times::Times;
 use firmware::configuration::record::decode;
-use firmware::control::Way;
+use firmware::control::HeadingSource;
 use firmware::wire::command::{self, Counters, Health};
 use host_core::error::Error;
 use serde::Serialize;
@@ -103,7 +103,7 @@ impl From<&Health> for Learner {
             refused_fixes: health.refused_fixes,
             promotions: health.promotions,
             rollbacks: health.rollbacks,
-            way: way_name(health.way),
+            way: heading_source_name(health.way),
             heading_sigma_deg: health
                 .heading_sigma
                 .map(|mrad| (f64::from(mrad) * 1e-3).to_degrees()),
@@ -212,7 +212,7 @@ fn wait_until(due: Instant, stop: &AtomicBool) {
 /// Configuration and board are read once in so many statuses.
 const REREAD: u32 = 10;
 
-/// What a watch remembers of its last status.
+/// Values of the last status, to compare the next one with.
 #[derive(Debug, Default)]
 pub struct Last {
     /// The counters and the time of their request, if the device has answered since.
@@ -302,7 +302,7 @@ impl Status {
         };
         last.settle(link, status.per_second.is_none())?;
         last.complete(&mut status, before.map(|of| of.1), &counters);
-        let way = Towards {
+        let way = StepInputs {
             mode: health.mode,
             learner: &status.learner,
             progress: link.progress()?,
@@ -368,14 +368,14 @@ fn explains(before: Option<&Counters>, now: &Counters, time_s: f64) -> Option<St
 
 /// Name of a source of heading.
 #[must_use]
-pub fn way_name(way: Way) -> &'static str {
-    match way {
-        Way::None => "none",
-        Way::Gyrocompass => "gyrocompass",
-        Way::Course => "course",
-        Way::Velocity => "velocity",
-        Way::Heading => "heading",
-        Way::Known => "known state",
+pub fn heading_source_name(source: HeadingSource) -> &'static str {
+    match source {
+        HeadingSource::None => "none",
+        HeadingSource::Gyrocompass => "gyrocompass",
+        HeadingSource::Course => "course",
+        HeadingSource::Velocity => "velocity",
+        HeadingSource::Heading => "heading",
+        HeadingSource::Known => "known state",
     }
 }
 

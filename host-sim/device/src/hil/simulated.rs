@@ -51,7 +51,7 @@ struct Chip {
     program: MemoryFlash,
 }
 
-/// Why the device starts anew.
+/// Why the device restarts.
 enum Ended {
     Drive,
     Restart,

@@ -30,7 +30,7 @@ use motion::Motion;
 
 /// Largest offset that is searched, s, in either direction: leap seconds are within it.
 pub const MOST_S: f64 = 40.0;
-/// The same where the recording is too short for that.
+/// Largest offset that is searched in a recording too short for [`MOST_S`], s.
 const LEAST_S: f64 = 5.0;
 /// Steps of the search, s: the first one, and the one around its best offsets.
 const COARSE_S: f64 = 0.25;

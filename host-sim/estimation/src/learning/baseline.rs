@@ -23,7 +23,7 @@ impl Default for Linear {
     }
 }
 
-/// Both triads.
+/// Linear models of both triads.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LinearModel {
     /// Gyros.

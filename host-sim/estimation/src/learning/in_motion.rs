@@ -6,9 +6,9 @@
 
 use crate::learning::fix_learner::{arrival, firmware_fix, nav_state};
 use crate::learning::teacher::Assumptions;
-use firmware::align::motion::{Config, Found, InMotion, Progress};
+use firmware::align::motion::{AlignedState, Config, InMotion, Progress};
 use firmware::align::{Align, Sensors};
-use firmware::control::Way;
+use firmware::control::HeadingSource;
 use firmware::fix::Heading;
 use firmware::nav::{self, Transition};
 use host_core::inertial::earth::Geodetic;
@@ -27,7 +27,7 @@ const REST_MPS: f64 = 0.01;
 
 /// Knowledge beside samples and fixes.
 #[derive(Debug, Clone, Copy)]
-pub struct Known {
+pub struct VehicleKnowledge {
     /// Kind of the vehicle.
     pub vehicle: Kind,
     /// Whether the samples' first axis is the vehicle's forward axis.
@@ -44,7 +44,7 @@ pub struct Aligned {
     /// The state there.
     pub start: Start,
     /// Source of the heading.
-    pub way: Way,
+    pub way: HeadingSource,
     /// Mean normalised innovation squared of the last fixes; 1 when all assumptions hold.
     pub residual: f64,
     /// Number of earlier alignments that were rejected because their innovations were too large.
@@ -62,7 +62,7 @@ pub struct Aligned {
 pub fn align(
     session: &Session,
     epochs: &Range<usize>,
-    known: Known,
+    known: VehicleKnowledge,
     assumptions: &Assumptions,
 ) -> Result<Aligned, Progress> {
     let config = config(session, known, assumptions);
@@ -128,7 +128,7 @@ pub fn align(
 fn aligned(
     session: &Session,
     after: usize,
-    (found, scratch): (&Found, &Transition),
+    (found, scratch): (&AlignedState, &Transition),
     refused: u32,
     datasheet: f64,
 ) -> Aligned {
@@ -140,7 +140,7 @@ fn aligned(
         sins.step(&increment, session.step_s());
     }
     let bias: [f64; 3] = std::array::from_fn(|axis| found.applied[axis].into());
-    let sigmas = Found::sigmas(scratch).map(f64::from);
+    let sigmas = AlignedState::sigmas(scratch).map(f64::from);
     let largest = |range: Range<usize>| sigmas[range].iter().copied().fold(0.0, f64::max);
     Aligned {
         epoch,
@@ -161,7 +161,7 @@ fn aligned(
     }
 }
 
-fn config(session: &Session, known: Known, assumptions: &Assumptions) -> Config {
+fn config(session: &Session, known: VehicleKnowledge, assumptions: &Assumptions) -> Config {
     let Assumptions {
         prior,
         noise,

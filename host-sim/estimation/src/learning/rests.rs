@@ -15,13 +15,13 @@ const UNDER_WAY_MPS: f64 = 1.0;
 /// Seconds in which the vehicle stood or was under way, and in which the device saw a rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Rests {
-    /// It stood, at the beginning and the end of the second.
+    /// Seconds at whose beginning and end the vehicle stood.
     pub standing_s: u32,
-    /// Of these, the device saw a rest.
+    /// Seconds of [`Self::standing_s`] in which the device detected a rest.
     pub found_s: u32,
-    /// It was under way.
+    /// Seconds in which the vehicle was under way.
     pub moving_s: u32,
-    /// Of these, the device saw a rest.
+    /// Seconds of [`Self::moving_s`] in which the device detected a rest.
     pub false_s: u32,
 }
 
@@ -38,7 +38,7 @@ impl Rests {
         (self.moving_s > 0).then(|| 60.0 * f64::from(self.false_s) / f64::from(self.moving_s))
     }
 
-    /// Both together.
+    /// The sums of two such counts.
     #[must_use]
     pub fn and(self, other: &Self) -> Self {
         Self {

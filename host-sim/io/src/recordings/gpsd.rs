@@ -71,7 +71,7 @@ pub fn is_one(file: &Path) -> bool {
 /// # Errors
 /// [`Error::Missing`], [`Error::Unreadable`], [`Error::Packed`]; there is no fix.
 pub fn read(file: &Path, progress: Progress<'_>) -> Result<Solutions, Error> {
-    let mut found = Found::default();
+    let mut found = LogContents::default();
     let mut input = BufReader::with_capacity(1 << 16, Input::text(file, progress)?);
     let mut line = Vec::new();
     let mut is_cut = false;
@@ -94,9 +94,9 @@ pub fn read(file: &Path, progress: Progress<'_>) -> Result<Solutions, Error> {
     found.solutions(file, is_cut)
 }
 
-/// What a log holds.
+/// Contents of a log.
 #[derive(Debug, Default)]
-struct Found {
+struct LogContents {
     /// By receiver.
     fixes: BTreeMap<String, Vec<TimedFix>>,
     left_out: LeftOut,
@@ -108,7 +108,7 @@ struct Found {
     lines: usize,
 }
 
-impl Found {
+impl LogContents {
     fn take(&mut self, line: &[u8], is_cut: bool) {
         self.lines += 1;
         let Ok(report) = serde_json::from_slice::<Report>(line) else {

@@ -6,8 +6,8 @@
 //! time.
 
 mod line;
+mod message_counts;
 mod others;
-mod seen;
 mod unread;
 
 use crate::recordings::WEEK_S;
@@ -133,7 +133,7 @@ fn nothing(file: &Path, lines: &[Line], unread: &Unread) -> Error {
     let input = Input::text(file, &|_, _| ());
     let read = input.map(|input| input.take(others::LOOK).read_to_end(&mut head));
     let _ = read; // it was read before
-    seen::nothing(file, lines, unread, others::seen(&head))
+    message_counts::nothing(file, lines, unread, others::recognised(&head))
 }
 
 /// What is in the log, by protocol, and what cannot be read; whether it is gzipped and cut.

@@ -20,12 +20,12 @@ pub enum Act {
     /// The device's configuration is wrong.
     Configured(configured::Fault),
     /// The navigation computer sends requests.
-    Asked(Asked),
+    Asked(HostRequest),
 }
 
 /// Requests of the navigation computer.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Asked {
+pub enum HostRequest {
     /// It reports an alignment that starts this long, s, after the start of the span and lasts 30
     /// s.
     Aligns(f64),
@@ -37,7 +37,7 @@ pub enum Asked {
     Toggles(f64),
 }
 
-impl Asked {
+impl HostRequest {
     /// The requests and their times, microseconds after power-on.
     pub(super) fn requests(self, span: Span, times: &Times) -> Vec<(u64, Request<'static>)> {
         let [from, to] = span.seconds(times);

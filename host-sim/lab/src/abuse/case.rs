@@ -10,7 +10,7 @@ use std::str::FromStr;
 
 /// A number of a row: its key, its value, and its meaning.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Given {
+pub struct CaseParameter {
     /// Key for `--set`, with its unit.
     pub key: &'static str,
     /// Value.
@@ -27,7 +27,7 @@ pub struct Row {
     /// When it acts.
     pub span: Span,
     /// Its numbers.
-    pub given: &'static [Given],
+    pub given: &'static [CaseParameter],
     /// Its acts with these numbers.
     pub acts: fn(&[f64]) -> Vec<Act>,
 }

@@ -38,9 +38,9 @@ pub struct AgainstNone {
 pub enum Decided {
     /// The errors are larger in most runs.
     Worse,
-    /// They are smaller in most runs.
+    /// The errors are smaller in most runs.
     Better,
-    /// They are the same in every run: nothing was corrected.
+    /// The errors are the same in every run: nothing was corrected.
     Equal,
     /// Neither is shown, or there are too few runs.
     Nothing,

@@ -6,7 +6,8 @@ use super::laws::{self, exponentials};
 use super::schemes::{Case, FILTERS};
 use host_core::inertial::PLACES;
 use host_core::inertial::ekf::{
-    Aided, Beside, ErrorModel, Flight, Known, Noise, Prior, alike, flies, free_abreast, pass,
+    Aided, AuxiliaryData, Beside, ErrorModel, Flight, Noise, Prior, alike, flies, free_abreast,
+    pass,
 };
 use host_core::inertial::free_inertial::FreeInertial;
 use host_core::inertial::free_inertial::from_filter;
@@ -41,8 +42,8 @@ pub struct Bench {
     solved: RefCell<Vec<(Key, Rc<Scored>)>>,
     /// Their free-inertial parts, where they were navigated side by side.
     flown: RefCell<Vec<(Key, FreeInertial)>>,
-    read: OnceCell<Arc<[Known]>>,
-    felt: OnceCell<Arc<[Known]>>,
+    read: OnceCell<Arc<[AuxiliaryData]>>,
+    felt: OnceCell<Arc<[AuxiliaryData]>>,
 }
 
 /// The number of the filter without a model of the IMU. It has a factor of the noise instead of a

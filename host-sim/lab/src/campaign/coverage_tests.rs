@@ -10,10 +10,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Bernoulli, Distribution, StandardNormal, StudentT};
 
 /// A value with a median of 0.
-type Shape = fn(&mut ChaCha8Rng) -> f64;
+type Sampler = fn(&mut ChaCha8Rng) -> f64;
 
 /// Distributions like those of logarithms of errors and of their ratios, and worse ones.
-const SHAPES: [(&str, Shape); 6] = [
+const SHAPES: [(&str, Sampler); 6] = [
     ("normal", normal),
     ("log-normal", |rng| normal(rng).exp() - 1.0),
     ("Student's t, 3 degrees of freedom", |rng| {
@@ -44,7 +44,7 @@ fn chance(p: f64, rng: &mut ChaCha8Rng) -> u8 {
 
 /// A campaign whose ratios vary by this shape around 1, and whose errors around 100 m: the number
 /// of ratios that are decided, and of intervals of the errors that do not contain 100 m.
-fn missed(shape: Shape, runs: u32, rng: &mut ChaCha8Rng) -> [usize; 2] {
+fn missed(shape: Sampler, runs: u32, rng: &mut ChaCha8Rng) -> [usize; 2] {
     let mut rows = vec![];
     for run in 0..runs {
         let mut errors = || TIMES_MIN.map(|_| 100.0 * shape(rng).exp());

@@ -3,7 +3,7 @@
 
 use super::memory::{DEVICE, Memory, REMEMBERING, uses};
 use super::rivals;
-use super::{AIDED_S, Campaign, Case, Group, Part, STANDSTILL_S, Seeds, Tuning};
+use super::{AIDED_S, Campaign, Case, DriveOfRun, Group, STANDSTILL_S, Seeds, Tuning};
 use host_core::error::Error;
 use host_core::simulator::imu::ImuSpec;
 use rand::{RngExt, SeedableRng};
@@ -42,18 +42,18 @@ impl Seeds {
 }
 
 /// The memories of one unit, by number of earlier drives and group of errors.
-pub(super) type Known = Vec<(u32, Group, Memory)>;
+pub(super) type Memories = Vec<(u32, Group, Memory)>;
 
 impl Campaign {
     /// Runs the wanted schemes with a memory through the earlier drives of run `k`. Only drives
     /// that one of them uses are simulated.
-    pub(super) fn known(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Known, Error> {
+    pub(super) fn known(&self, imu: &ImuSpec, tuning: &Tuning, k: u32) -> Result<Memories, Error> {
         let filters: Vec<usize> = (0..REMEMBERING.len())
             .filter(|&index| self.schemes().any(|(scheme, _)| uses(scheme, index)))
             .collect();
         let stores = self.schemes().any(|(scheme, _)| *scheme == DEVICE);
         let last = self.drives.iter().copied().max().unwrap_or(0);
-        let mut known = Known::new();
+        let mut known = Memories::new();
         let rivals: Vec<&str> = self
             .schemes()
             .map(|(scheme, _)| *scheme)
@@ -62,7 +62,7 @@ impl Campaign {
         if filters.is_empty() && !stores && rivals.is_empty() {
             return Ok(known);
         }
-        let mut present = Known::new();
+        let mut present = Memories::new();
         let lost = || self.scenario.no_attitude();
         for number in 1..=last {
             self.earlier(imu, k, number, |model, case| {
@@ -103,7 +103,7 @@ impl Campaign {
         number: u32,
         pass: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let part = Part {
+        let part = DriveOfRun {
             seeds: Seeds::of_earlier(k, number),
             drive_s: AIDED_S,
             until: STANDSTILL_S + AIDED_S,

@@ -10,14 +10,14 @@ use std::str::FromStr;
 /// Errors of the fixes of a group. The sizes are in `campaign/causes.rs`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum FixErrors {
-    /// Those of the scenario.
+    /// The errors of the scenario's receiver.
     #[default]
     AsInScenario,
     /// Coloured noise, as large as that of a receiver in a town.
     Coloured,
     /// White noise larger than the receiver reports.
     Optimistic,
-    /// They arrive late.
+    /// Fixes arrive late.
     Late,
     /// The antenna is not at the IMU.
     LeverArm,

@@ -1,6 +1,8 @@
 //! The models from which classical filters select by evidence: biases, alone or with laws.
 
-use host_core::inertial::ekf::{ErrorModel, Known, Parameter, Prior, REFERENCE_DEGC, Regressor};
+use host_core::inertial::ekf::{
+    AuxiliaryData, ErrorModel, Parameter, Prior, REFERENCE_DEGC, Regressor,
+};
 use host_core::inertial::session::Session;
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -31,7 +33,7 @@ pub(super) fn temperatures(session: &Session, prior: &Prior) -> Vec<ErrorModel> 
 }
 
 /// [`temperatures`] with these readings.
-pub(super) fn by_temperature(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> {
+pub(super) fn by_temperature(known: &Arc<[AuxiliaryData]>, prior: &Prior) -> Vec<ErrorModel> {
     let with = |share| ErrorModel::with_temperatures(prior, known.clone(), share);
     alone_or(prior, SHARES.map(with))
 }
@@ -43,7 +45,7 @@ pub(super) fn inputs(session: &Session, prior: &Prior) -> Vec<ErrorModel> {
 }
 
 /// [`inputs`] with these readings and vibrations.
-pub(super) fn by_inputs(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> {
+pub(super) fn by_inputs(known: &Arc<[AuxiliaryData]>, prior: &Prior) -> Vec<ErrorModel> {
     let bias = [prior.gyro_bias, prior.accel_bias];
     let with = |share| {
         let mut model = ErrorModel::with_temperatures(prior, known.clone(), share);
@@ -60,10 +62,10 @@ pub(super) fn by_inputs(known: &Arc<[Known]>, prior: &Prior) -> Vec<ErrorModel> 
 const SPAN_VIBRATION: f64 = 0.3;
 
 /// The result of [`read`], zero without thermometers, and the vibration of the second before.
-pub(super) fn read_and_felt(session: &Session) -> Arc<[Known]> {
+pub(super) fn read_and_felt(session: &Session) -> Arc<[AuxiliaryData]> {
     let readings = read(session);
     let shaken = session.vibration().into_iter().enumerate();
-    let of = |(second, vibration)| Known {
+    let of = |(second, vibration)| AuxiliaryData {
         vibration,
         ..readings.get(second).copied().unwrap_or_default()
     };
@@ -82,7 +84,7 @@ fn alone_or(prior: &Prior, with: [ErrorModel; 3]) -> Vec<ErrorModel> {
 const RATE_S: usize = 120;
 
 /// The thermometers of the axes in each second, and the slope of their earlier readings.
-pub(super) fn read(session: &Session) -> Arc<[Known]> {
+pub(super) fn read(session: &Session) -> Arc<[AuxiliaryData]> {
     let readings = session.readings.as_deref().unwrap_or_default();
     let of = |k: usize| {
         let last = &readings[k.saturating_sub(RATE_S - 1)..=k];
@@ -99,9 +101,9 @@ pub(super) fn read(session: &Session) -> Arc<[Known]> {
             Vector3::zeros()
         };
         let off = readings[k].axes.map(|degc| degc - REFERENCE_DEGC);
-        Known {
+        AuxiliaryData {
             readings: [off, rate],
-            ..Known::default()
+            ..AuxiliaryData::default()
         }
     };
     (0..readings.len()).map(of).collect()

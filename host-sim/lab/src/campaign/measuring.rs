@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::schemes::{Case, Knowledge, Tuned};
-use super::{Campaign, GATHER, Group, Part, STANDSTILL_S, Seeds, causes};
+use super::{Campaign, DriveOfRun, GATHER, Group, STANDSTILL_S, Seeds, causes};
 use host_core::error::Error;
 use host_core::inertial::gnss::Fix;
 use host_core::inertial::session::Session;
@@ -67,7 +67,7 @@ impl OfGroup {
     fn case<'a>(
         &'a self,
         (assumptions, device): (&'a Assumptions, &'a Device),
-        part: &Part,
+        part: &DriveOfRun,
     ) -> Case<'a> {
         Case {
             session: &self.session,
@@ -94,7 +94,7 @@ impl Campaign {
     pub(super) fn part(
         &self,
         imu: &ImuSpec,
-        part: &Part,
+        part: &DriveOfRun,
         groups: &[Group],
         prepare: impl Fn(&[(Group, Case<'_>)]) -> Result<(), Error>,
         mut pass: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
@@ -121,7 +121,7 @@ impl Campaign {
     fn of_group(
         &self,
         imu: &ImuSpec,
-        part: &Part,
+        part: &DriveOfRun,
         group: Group,
         measuring: &mut Measuring,
     ) -> OfGroup {

@@ -5,7 +5,7 @@
 
 use super::NONE;
 use super::laws::{Models, biases, exponentials, inputs, temperatures};
-use super::rivals::{self, Known};
+use super::rivals::{self, RivalMemory};
 use super::schemes::{Case, FILTERS, before_drive};
 use host_core::inertial::ekf::{Aided, Belief, ErrorModel, TurnOn};
 use host_core::inertial::free_inertial::FreeInertial;
@@ -73,7 +73,7 @@ pub struct Memory {
     /// The device, once it has had a drive.
     device: Option<Device>,
     /// What the rivals remember.
-    rivals: Known,
+    rivals: RivalMemory,
 }
 
 /// One model at the end of a drive.
@@ -105,7 +105,7 @@ impl Memory {
     }
 
     /// What the rivals remember.
-    pub(super) fn rivals(&self) -> &Known {
+    pub(super) fn rivals(&self) -> &RivalMemory {
         &self.rivals
     }
 

@@ -90,7 +90,7 @@ pub struct Campaign {
 }
 
 /// A drive of a run.
-struct Part {
+struct DriveOfRun {
     seeds: Seeds,
     /// Duration of the drive after the standstill, s.
     drive_s: u32,
@@ -359,7 +359,7 @@ impl Campaign {
         judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
         let aided_s = if self.fixes { AIDED_S } else { 0 };
-        let part = Part {
+        let part = DriveOfRun {
             seeds: Seeds::of(k),
             drive_s: aided_s + FREE_S,
             until: STANDSTILL_S + aided_s,

@@ -16,9 +16,9 @@ const LAST: &str = "last";
 /// The filters with the memory of [`recall`], in the order of its filters.
 const TIGHT: [&str; FILTERS.len()] = ["ekf6-tight", "ekf12-tight", "ekf24-tight"];
 
-/// What the rivals remember.
+/// Memory of the rivals between drives.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Known {
+pub(super) struct RivalMemory {
     beliefs: [Option<Belief>; FILTERS.len()],
     last: Option<[Vector3<f64>; 2]>,
 }
@@ -63,7 +63,7 @@ fn without(case: &Case<'_>, biases: &[Vector3<f64>; 2]) -> Option<FreeInertial> 
 
 /// A filter with the memory of the earlier drives.
 pub(super) fn tight<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial> {
-    let nothing = Known::default();
+    let nothing = RivalMemory::default();
     let known = case.memory.map_or(&nothing, |memory| memory.rivals());
     let passed = through(FILTER, case, known)?;
     let (filter, _) = &passed.pass;
@@ -78,7 +78,7 @@ pub(super) fn tight<const FILTER: usize>(case: &Case<'_>) -> Option<FreeInertial
 type Scored = (Aided, f64);
 
 /// A filter through a drive.
-fn through(filter: usize, case: &Case<'_>, known: &Known) -> Option<Passed<Scored>> {
+fn through(filter: usize, case: &Case<'_>, known: &RivalMemory) -> Option<Passed<Scored>> {
     let assumptions = case.knows.assumptions;
     let assumptions = assumptions.walking(assumptions.datasheet_walk());
     let model = recall::model(filter, &assumptions.prior);
@@ -98,13 +98,13 @@ fn through(filter: usize, case: &Case<'_>, known: &Known) -> Option<Passed<Score
     })
 }
 
-impl Known {
+impl RivalMemory {
     /// Learns from a drive what one of these schemes remembers. `None`: no attitude.
     pub(super) fn keep(&mut self, scheme: &str, case: &Case<'_>) -> Option<()> {
         let filter = TIGHT.iter().position(|name| *name == scheme);
         if scheme == LAST {
             // each drive by itself
-            let alone = through(0, case, &Known::default())?;
+            let alone = through(0, case, &RivalMemory::default())?;
             self.last = Some(biases(&alone.pass.0));
         }
         let Some(filter) = filter else {

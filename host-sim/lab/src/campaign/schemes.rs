@@ -10,7 +10,7 @@ use super::zupt::zupt;
 use firmware::learn::bank::{
     ALL, Gates, HYPOTHESES, KEYS, MAP, STORED, WITH_NETWORKS, ZERO_CORRECTION,
 };
-use host_core::inertial::ekf::{Aided, ErrorModel, Known, Noise, TurnOn};
+use host_core::inertial::ekf::{Aided, AuxiliaryData, ErrorModel, Noise, TurnOn};
 use host_core::inertial::free_inertial::{FreeInertial, from_filter};
 use host_core::inertial::session::{Session, Surroundings};
 use host_core::inertial::sins::Increment;
@@ -405,12 +405,12 @@ pub(super) fn without_beyond<'a>(case: &Case<'a>) -> Cow<'a, [Increment]> {
 }
 
 /// Temperature and field as simulated, and the vibration that the samples show, second by second.
-fn known(session: &Session) -> Arc<[Known]> {
+fn known(session: &Session) -> Arc<[AuxiliaryData]> {
     let surroundings = session.surroundings.as_deref().unwrap_or_default();
-    let of = |(around, vibration): (&Surroundings, _)| Known {
+    let of = |(around, vibration): (&Surroundings, _)| AuxiliaryData {
         around: *around,
         vibration,
-        ..Known::default()
+        ..AuxiliaryData::default()
     };
     surroundings
         .iter()

@@ -23,7 +23,7 @@ const SCHEMES: [&str; 11] = [
     "device",
     "zupt",
 ];
-/// Those of them in the tables of causes.
+/// The schemes in the tables of causes.
 const OF_CAUSES: [&str; 8] = [
     "uncorrected",
     "ekf6",

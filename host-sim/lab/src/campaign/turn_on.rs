@@ -31,7 +31,7 @@ const JUDGED: [u32; 3] = [1, 2, 4];
 
 /// The parameter that is searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stage {
+enum SearchedParameter {
     All,
     Law,
     Gyro,
@@ -39,11 +39,16 @@ enum Stage {
 }
 
 /// The searches, one after the other.
-const STAGES: [Stage; 4] = [Stage::All, Stage::Gyro, Stage::Accel, Stage::Law];
+const STAGES: [SearchedParameter; 4] = [
+    SearchedParameter::All,
+    SearchedParameter::Gyro,
+    SearchedParameter::Accel,
+    SearchedParameter::Law,
+];
 /// Number of simulations of each unit for the searches.
 pub(super) const ROUNDS: u32 = STAGES.len() as u32;
 
-impl Stage {
+impl SearchedParameter {
     fn candidate(self, share: f64, best: TurnOn) -> TurnOn {
         match self {
             Self::All => TurnOn::of_all(share),
@@ -208,7 +213,7 @@ fn best(scores: &[f64]) -> usize {
 fn trials<'a>(
     campaign: &'a Campaign,
     filters: &'a [usize],
-    stage: Stage,
+    stage: SearchedParameter,
     tuning: &Tuning,
 ) -> impl Fn() -> Vec<Trial> + Sync + use<'a> {
     let found: Vec<(Group, [TurnOn; REMEMBERING.len()])> = campaign
@@ -223,7 +228,7 @@ fn trials<'a>(
                 model: *model,
                 index,
                 candidates: SHARES.map(|s| stage.candidate(s, best[index])).to_vec(),
-                judges: stage == Stage::Law,
+                judges: stage == SearchedParameter::Law,
                 stored: Vec::new(),
                 after: Vec::new(),
                 errors: vec![0.0; SHARES.len()],

@@ -15,7 +15,7 @@ use std::ops::Range;
 /// The device's results on the learning part, and its error bound.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bench {
-    /// What it did there.
+    /// The device's phases on the learning part.
     pub course: Course,
     /// The course of its learning.
     pub diary: Diary,
@@ -28,7 +28,7 @@ pub struct Bench {
     /// Largest error that corrections within their limits can add 5, 10, 15, 20 and 22 min after an
     /// alignment, m.
     pub bound_m: [u32; 5],
-    /// The same in a sentence.
+    /// [`Self::bound_m`] in a sentence.
     pub bound: String,
     /// Time of second 0 on the clock of the recording, s.
     pub begin_s: f64,

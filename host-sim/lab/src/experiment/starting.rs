@@ -6,7 +6,7 @@
 //! the same way. All schemes continue from there and keep their estimates of the sensors.
 
 use firmware::align::motion::Progress;
-use firmware::control::Way;
+use firmware::control::HeadingSource;
 use host_core::error::Error;
 use host_core::inertial::ekf::InitialSigma;
 use host_core::inertial::rotation::to_euler;
@@ -14,7 +14,7 @@ use host_core::inertial::session::{Outage, Session, Start};
 use host_core::inertial::units::DEG;
 use host_core::words::counted;
 use host_device::device::biases::large;
-use host_estimation::learning::in_motion::{self, Aligned, Known};
+use host_estimation::learning::in_motion::{self, Aligned, VehicleKnowledge};
 use host_estimation::learning::teacher::Assumptions;
 use host_io::recordings::record::Record;
 use host_io::recordings::{InitialAttitude, Prepared};
@@ -29,7 +29,7 @@ const LEAST_PART: usize = 10;
 #[derive(Debug, Clone, Copy)]
 pub struct Wishes {
     /// Kind of the vehicle, and a rough heading.
-    pub known: Known,
+    pub known: VehicleKnowledge,
     /// Errors of a given attitude, tilt and heading, rad.
     pub attitude_sigma: [f64; 2],
     /// Number of the part, counted from 1, that is used alone.
@@ -42,9 +42,9 @@ impl Wishes {
     #[must_use]
     pub fn of(unit: &Unit, record: &Record, attitude_sigma: [f64; 2], part: Option<usize>) -> Self {
         Self {
-            known: Known {
+            known: VehicleKnowledge {
                 vehicle: unit.vehicle.kind,
-                forward: unit.vehicle.mounting == around::Known::Known,
+                forward: unit.vehicle.mounting == around::MountingKnowledge::Known,
                 heading: record.rough_heading,
             },
             attitude_sigma,
@@ -197,14 +197,14 @@ impl Begin {
 }
 
 /// The source of a heading, in words.
-fn named(way: Way) -> &'static str {
+fn named(way: HeadingSource) -> &'static str {
     match way {
-        Way::None => "nothing",
-        Way::Gyrocompass => "the Earth's rotation",
-        Way::Course => "the course of a land vehicle",
-        Way::Velocity => "accelerations seen by sensors and receiver",
-        Way::Heading => "the heading that was given",
-        Way::Known => "the state that was given",
+        HeadingSource::None => "nothing",
+        HeadingSource::Gyrocompass => "the Earth's rotation",
+        HeadingSource::Course => "the course of a land vehicle",
+        HeadingSource::Velocity => "accelerations seen by sensors and receiver",
+        HeadingSource::Heading => "the heading that was given",
+        HeadingSource::Known => "the state that was given",
     }
 }
 
@@ -266,7 +266,7 @@ fn begin_of(
         }
         (_, 0) => wishes.known,
         // the heading was that of the first fix
-        _ => Known {
+        _ => VehicleKnowledge {
             heading: None,
             ..wishes.known
         },
@@ -301,7 +301,7 @@ fn no_attitude(file: &Path, progress: Progress) -> Error {
             "check axes, mounting, units, time offset (--estimate-time-offset) and the unit file, \
              or give roll, pitch and heading at the first fix",
         ),
-        Way::None => (
+        HeadingSource::None => (
             "the vehicle hardly moves, or its fixes have no velocity or close positions".to_owned(),
             "give a standstill of at least 90 s, or roll, pitch and heading at the first fix, or a \
              recording with turns and changes of speed",

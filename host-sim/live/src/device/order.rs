@@ -15,7 +15,7 @@ use tokio::sync::oneshot;
 pub type Reply = Result<String, String>;
 
 /// An order and the channel for its answer.
-pub struct Given {
+pub struct PendingOrder {
     /// The order.
     pub order: Order,
     /// Receives the answer.

@@ -7,7 +7,7 @@ mod studies;
 mod tables;
 mod verdict;
 
-pub use page::{Made, document, verdict};
+pub use page::{Origin, document, verdict};
 pub use tables::tables;
 
 /// Time of the tables, min after the start of free-inertial navigation.

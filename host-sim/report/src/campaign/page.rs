@@ -16,7 +16,7 @@ use host_lab::campaign::{
 
 /// The origin of a campaign.
 #[derive(Debug, Clone)]
-pub struct Made {
+pub struct Origin {
     /// The commands, without options that do not change the results.
     pub commands: Vec<String>,
 }
@@ -30,7 +30,7 @@ pub fn document(
     summary: &[Summary],
     ratios: &[Ratio],
     studied: &[(Topic, Vec<Row>)],
-    made: &Made,
+    made: &Origin,
 ) -> Result<Document, Error> {
     let all = against_none(&campaign.rows, ratios, summary);
     if all.is_empty() {
@@ -364,7 +364,7 @@ fn schemes(all: &[AgainstNone]) -> Part {
     }
 }
 
-fn versions(campaign: &Merged, made: &Made) -> Part {
+fn versions(campaign: &Merged, made: &Origin) -> Part {
     let pair = |label: &str, value: String| (label.to_owned(), value);
     Part {
         sentences: vec![

@@ -1,6 +1,6 @@
 //! The page of artificial campaigns.
 
-use super::{Made, document};
+use super::{Origin, document};
 use crate::document::Document;
 use host_core::error::Error;
 use host_core::simulator::imu::ErrorModelName;
@@ -40,7 +40,7 @@ fn page_with(
         tuning,
         fingerprint: "x".into(),
     };
-    let made = Made {
+    let made = Origin {
         commands: vec!["host-sim campaign".into()],
     };
     document(&merged, &summary, &paired, studied, &made)

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 const WEIGHTS: &str = "weights.bin";
 
 /// The contents of a part, or a sentence that says why it is left out.
-pub type Found<T> = Result<T, String>;
+pub type PartResult<T> = Result<T, String>;
 
 /// The contents of the report.
 #[derive(Debug)]
@@ -43,13 +43,13 @@ pub struct Contents {
     /// Contradictions between the samples and their header or unit, and other warnings.
     pub warnings: Vec<String>,
     /// Allan analysis at rest.
-    pub noise: Found<Findings>,
+    pub noise: PartResult<Findings>,
     /// Bounds of learning on a drive.
-    pub learnable: Found<Answer>,
+    pub learnable: PartResult<Answer>,
     /// Replays: learning on one part and judging on another.
-    pub outcomes: Found<Vec<Outcome>>,
+    pub outcomes: PartResult<Vec<Outcome>>,
     /// Time on the recording's clock, s, and temperature, degrees C.
-    pub temperatures: Found<Vec<(f64, f64)>>,
+    pub temperatures: PartResult<Vec<(f64, f64)>>,
     /// The state that a device reports.
     pub device: Option<Readout>,
     /// The commands that made the report, and those that make its parts alone.

@@ -29,7 +29,7 @@ pub(crate) struct Several {
     pub decided: Effect,
 }
 
-/// What a correction does.
+/// Effect of a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Effect {
     Helps,
@@ -39,7 +39,7 @@ pub(crate) enum Effect {
 }
 
 impl Device {
-    /// What it does.
+    /// Whether the corrections help or harm.
     pub fn effect(&self) -> Effect {
         let [with, without] = self.metres;
         match (&self.several, against(with, without)) {

@@ -3,7 +3,8 @@
 use firmware::error_bound::TIMES_S;
 use host_core::words::{counted, thousands};
 use host_device::device::{
-    Antenna, Event, Info, Kept, Learner, LineInfo, Memory, Protected, Start, Status, Times, Updates,
+    Antenna, Event, Info, Learner, LineInfo, Memory, Protected, Start, Status, StoreState, Times,
+    Updates,
 };
 use std::fmt::Write;
 
@@ -165,7 +166,7 @@ fn memory_line(memory: &Memory) -> String {
 }
 
 /// The device's store at its start.
-fn store_line(store: &Kept) -> String {
+fn store_line(store: &StoreState) -> String {
     let Some(number) = store.record else {
         return "store          nothing that is used\n".to_owned();
     };

@@ -14,7 +14,7 @@ const TRIES: u32 = 20;
 /// An update proves itself in ten seconds, if the sensor sends.
 const PATIENCE: Duration = Duration::from_secs(45);
 
-/// What became of an update.
+/// Result of an update.
 #[derive(Serialize)]
 pub(super) struct Done {
     /// Version of the firmware.

@@ -8,7 +8,7 @@ use host_report::unit::Readout;
 use host_unit::Unit;
 
 /// Data read from a device.
-pub(super) struct Read {
+pub(super) struct DeviceData {
     /// The unit that the device is configured for.
     pub unit: Option<Unit>,
     pub readout: Readout,
@@ -17,7 +17,7 @@ pub(super) struct Read {
 }
 
 /// Asks the device at a port. `unit`: the unit for which it should be configured.
-pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, Error> {
+pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<DeviceData, Error> {
     let mut link = Link::open("--from device:", port, baud)?;
     let link = &mut link;
     let info = info(link)?;
@@ -55,7 +55,7 @@ pub(super) fn read(port: &str, baud: u32, unit: Option<&Unit>) -> Result<Read, E
             info.serial.clone().unwrap_or_else(unknown),
         ),
     ];
-    Ok(Read {
+    Ok(DeviceData {
         readout: Readout {
             faults: host_device::device::faults::of_bits(health.faults),
             counters: host_device::device::named_counters(&counters),

@@ -2,7 +2,7 @@
 
 mod device;
 mod files;
-mod given;
+mod input;
 mod print;
 pub(super) mod rest;
 
@@ -11,15 +11,15 @@ use super::output::JsonOption;
 use super::progress::{self, WRITING};
 use super::user_recording::STAGES;
 use clap::Args as ClapArgs;
-use given::Given;
 use host_core::error::Error;
 use host_core::simulator::gnss::GnssSpec;
 use host_estimation::analysis::allan::findings::Findings;
 use host_estimation::analysis::learnability::{Answer, Question, answer};
 use host_io::output::check_writable;
 use host_reading::form::{self, Form};
-use host_report::unit::{Contents, Found, Report};
+use host_report::unit::{Contents, PartResult, Report};
 use host_unit::Unit;
+use input::ReportInput;
 use std::path::PathBuf;
 
 const NOISE: &str = "noise at rest";
@@ -98,7 +98,7 @@ impl Args {
     }
 
     fn of_recording(&self, form: &Form, unit: Option<Unit>) -> Result<Contents, Error> {
-        let Given {
+        let ReportInput {
             unit,
             assumed,
             source,
@@ -108,7 +108,7 @@ impl Args {
             outcomes,
             temperatures,
             command,
-        } = given::read(form, unit, self.unit.as_deref(), &self.options)?;
+        } = input::read(form, unit, self.unit.as_deref(), &self.options)?;
         progress::stage(NOISE);
         let noise = noise(rest, &unit)?;
         progress::stage(LEARNABLE);
@@ -146,7 +146,7 @@ impl Args {
         }
         progress::stage("asking the device");
         let read = device::read(port, self.baud, unit.as_ref());
-        let device::Read {
+        let device::DeviceData {
             unit: of_device,
             readout,
             source,
@@ -199,7 +199,7 @@ fn learning_minutes(outcomes: &[host_lab::experiment::outcome::Outcome]) -> u32 
 }
 
 /// The noise at rest beside the datasheet. Coefficients that are no noise are left out.
-fn noise(rest: Found<rest::Rest>, unit: &Unit) -> Result<Found<Findings>, Error> {
+fn noise(rest: PartResult<rest::Rest>, unit: &Unit) -> Result<PartResult<Findings>, Error> {
     let rest = match rest {
         Ok(rest) => rest,
         Err(why) => return Ok(Err(why)),

@@ -6,7 +6,7 @@ use host_estimation::analysis::allan::{Column, Kind};
 use host_io::recordings::InitialAttitude;
 use host_io::recordings::columns::IMU;
 use host_io::recordings::record::{Kind as Samples, Record};
-use host_report::unit::Found;
+use host_report::unit::PartResult;
 
 /// Number of bytes of a column that stay in memory.
 const IN_MEMORY: usize = 1 << 24;
@@ -30,7 +30,7 @@ pub(in crate::cli) struct Rest {
 }
 
 /// The longest rest that a recording is known to have, or why there is none.
-pub(super) fn of(record: &Record) -> Result<Found<Rest>, Error> {
+pub(super) fn of(record: &Record) -> Result<PartResult<Rest>, Error> {
     match span(record) {
         Some(span) => within(record, span),
         None => Ok(Err(
@@ -42,7 +42,7 @@ pub(super) fn of(record: &Record) -> Result<Found<Rest>, Error> {
 }
 
 /// All of a recording that is at rest, up to the first gap, or why it cannot be used.
-pub(in crate::cli) fn throughout(record: &Record) -> Result<Found<Rest>, Error> {
+pub(in crate::cli) fn throughout(record: &Record) -> Result<PartResult<Rest>, Error> {
     let (first, last) = record
         .time
         .start()
@@ -55,7 +55,7 @@ pub(in crate::cli) fn throughout(record: &Record) -> Result<Found<Rest>, Error> 
 fn within(
     record: &Record,
     (begin, end, what): (f64, f64, &'static str),
-) -> Result<Found<Rest>, Error> {
+) -> Result<PartResult<Rest>, Error> {
     let step = median(|| {
         let later = record.time.each().skip(1);
         record.time.each().zip(later).map(|(a, b)| b - a)

@@ -6,7 +6,7 @@ use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::inertial::units::{DEG_PER_H, DEG_PER_SQRT_H, PPM, UG, UG_PER_SQRT_HZ};
 use host_estimation::analysis::standing::Number;
-use host_io::recordings::calibration::{Read, Triad, kalibr, read};
+use host_io::recordings::calibration::{ForeignCalibration, Triad, kalibr, read};
 use host_unit::Unit;
 use std::path::PathBuf;
 
@@ -80,7 +80,7 @@ fn say(name: &str, triad: &Triad, si: f64, unit: &str) {
 }
 
 /// The numbers of a unit file: the largest of the axes.
-fn numbers(found: &Read, unit: &Unit) -> Vec<Number> {
+fn numbers(found: &ForeignCalibration, unit: &Unit) -> Vec<Number> {
     let tool = found.tool;
     let number = |key, value: f64, preset| Number {
         key,

@@ -6,7 +6,7 @@ use crate::cli::output::JsonOption;
 use crate::cli::{progress, stdout};
 use clap::Args as ClapArgs;
 use host_core::error::Error;
-use host_estimation::analysis::standing::{Sheet, Shown, nearest, sheet, shown};
+use host_estimation::analysis::standing::{LogResults, Sheet, nearest, sheet, shown};
 use host_unit::{Sources, Unit, examine, presets};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ struct Written<'a> {
     #[serde(flatten)]
     sheet: &'a Sheet,
     #[serde(flatten)]
-    shown: &'a Shown,
+    shown: &'a LogResults,
 }
 
 const ANALYSING: &str = "computing the deviations";
@@ -91,7 +91,7 @@ impl Args {
 }
 
 /// Tables with the errors of the nearest preset alone.
-fn bare(shown: &Shown, name: &str, unit: &Unit) -> (toml::Table, Sources) {
+fn bare(shown: &LogResults, name: &str, unit: &Unit) -> (toml::Table, Sources) {
     let text = presets::text(name).unwrap_or_default();
     let of_preset: toml::Table = toml::from_str(&text).unwrap_or_default();
     let (mut table, mut sources) = (toml::Table::new(), Sources::default());

@@ -51,7 +51,7 @@ pub(super) struct Args {
 
 /// The results for `--json`.
 #[derive(Serialize)]
-struct Found<'a> {
+struct JsonOutput<'a> {
     rests: Vec<&'a str>,
     #[serde(flatten)]
     fit: &'a Fit,
@@ -125,7 +125,7 @@ impl Args {
         turns: &[Turn],
     ) -> Result<(), Error> {
         let rows = fit.covariance.row_iter();
-        self.json.write(&Found {
+        self.json.write(&JsonOutput {
             rests: rests.iter().map(|rest| rest.name.as_str()).collect(),
             fit,
             covariance: rows.map(|row| row.iter().copied().collect()).collect(),

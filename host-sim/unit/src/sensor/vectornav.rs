@@ -13,13 +13,13 @@ use serde::{Deserialize, Serialize};
 pub struct VectorNav {
     /// Which values are corrected, where a message has both. Default: sensors. Source: what the
     /// navigation computer reads.
-    pub values: Which,
+    pub values: CorrectedValues,
 }
 
 /// Which values are corrected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Which {
+pub enum CorrectedValues {
     /// Values of the sensors: increments, uncompensated rates and accelerations.
     #[default]
     Sensors,
@@ -30,16 +30,16 @@ pub enum Which {
 impl Section for VectorNav {
     fn of(settings: &Settings) -> Self {
         let values = match settings.vectornav.values {
-            Values::Sensors => Which::Sensors,
-            Values::Filtered => Which::Filtered,
+            Values::Sensors => CorrectedValues::Sensors,
+            Values::Filtered => CorrectedValues::Filtered,
         };
         Self { values }
     }
 
     fn apply(&self, _: &Sensor, to: &mut Settings) -> Result<(), Finding> {
         to.vectornav.values = match self.values {
-            Which::Sensors => Values::Sensors,
-            Which::Filtered => Values::Filtered,
+            CorrectedValues::Sensors => Values::Sensors,
+            CorrectedValues::Filtered => Values::Filtered,
         };
         Ok(())
     }

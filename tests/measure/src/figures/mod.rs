@@ -28,10 +28,10 @@ pub struct Order {
     /// Figures by name, besides the cheap ones, which are always made.
     #[arg(value_name = "NAME")]
     names: Vec<String>,
-    /// All of them. Takes hours.
+    /// All figures. Takes hours.
     #[arg(long, conflicts_with = "names")]
     all: bool,
-    /// Lists all of them instead: what makes each, how long it takes, and what is made by hand.
+    /// Lists all figures instead: what makes each, how long it takes, and what is made by hand.
     #[arg(long, conflicts_with_all = ["names", "all"])]
     list: bool,
 }

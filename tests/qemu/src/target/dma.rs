@@ -10,7 +10,7 @@ use firmware::link::uart::Uart;
 use stm32f4::stm32f405::dma2::RegisterBlock;
 
 use super::interrupts::{AWAKE, Line, unmask, woken};
-use super::stream::{Left, Stream};
+use super::stream::{Stream, StreamProgress};
 use super::ticks;
 use crate::replay::Wires;
 
@@ -61,7 +61,7 @@ fn in_stream() -> Stream<NAVIGATION_IN, false> {
 
 /// The lines. Their interrupts are still masked, and both streams have a transfer for the
 /// calibration.
-pub fn wires() -> Wires<'static, Left> {
+pub fn wires() -> Wires<'static, StreamProgress> {
     use firmware::link::dma::Stream as _;
     sensor_stream().arm(&REHEARSED);
     out_stream().arm(&REHEARSED);

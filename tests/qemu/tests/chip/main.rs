@@ -8,7 +8,7 @@ mod programs;
 
 use std::path::{Path, PathBuf};
 
-use ours::{Part, check_ours};
+use ours::{BoardFunction, check_ours};
 use programs::Subject::{self, Calendar, Clock, Flash, Line, Spi, Supply, Watchdog, Window};
 use programs::{SUBJECTS, asked, check, has};
 use qemu::chip::{Driver, run};
@@ -60,7 +60,7 @@ fn drivers_that_are_known_to_work_do_in_the_model() {
     };
     let failed = failures(&python, &images, None, &SUBJECTS);
     assert!(failed.is_empty(), "{failed:#?}");
-    for part in Part::ALL {
+    for part in BoardFunction::ALL {
         let ours = check_ours((&python, &image), None, part);
         assert!(ours.is_ok(), "ours, {part:?}: {ours:?}");
     }
@@ -74,65 +74,95 @@ type Mutant = (
     &'static str,
     &'static [Subject],
     [bool; 2],
-    Option<(Part, bool)>,
+    Option<(BoardFunction, bool)>,
 );
 
 const MUTANTS: [Mutant; 14] = [
-    ("dma-count", &[Line], THEIRS, Some((Part::Stream, true))),
+    (
+        "dma-count",
+        &[Line],
+        THEIRS,
+        Some((BoardFunction::Stream, true)),
+    ),
     // our streams run once and are restarted
-    ("dma-no-wrap", &[Line], THEIRS, Some((Part::Stream, false))),
+    (
+        "dma-no-wrap",
+        &[Line],
+        THEIRS,
+        Some((BoardFunction::Stream, false)),
+    ),
     (
         "uart-no-fraction",
         &[Line],
         THEIRS,
-        Some((Part::Stream, true)),
+        Some((BoardFunction::Stream, true)),
     ),
     // the stream's own length ends a frame, not the pause after it
-    ("uart-no-idle", &[Line], THEIRS, Some((Part::Stream, false))),
+    (
+        "uart-no-idle",
+        &[Line],
+        THEIRS,
+        Some((BoardFunction::Stream, false)),
+    ),
     // we never wait for the last stop bit
     (
         "uart-complete-early",
         &[Line],
         THEIRS,
-        Some((Part::Stream, false)),
+        Some((BoardFunction::Stream, false)),
     ),
-    ("clock-pll", &[Clock], THEIRS, Some((Part::Stream, true))),
+    (
+        "clock-pll",
+        &[Clock],
+        THEIRS,
+        Some((BoardFunction::Stream, true)),
+    ),
     // their programs use no bus timer
     (
         "clock-timers",
         &[Clock],
         [false; 2],
-        Some((Part::Stream, true)),
+        Some((BoardFunction::Stream, true)),
     ),
     (
         "flash-no-erase",
         &[Flash],
         THEIRS,
-        Some((Part::Store, true)),
+        Some((BoardFunction::Store, true)),
     ),
     // it is our second watchdog, and the first one resets earlier
     (
         "watchdog-fast",
         &[Watchdog],
         THEIRS,
-        Some((Part::Stream, false)),
+        Some((BoardFunction::Stream, false)),
     ),
     (
         "watchdog-window",
         &[Window],
         [false, true],
-        Some((Part::Window, true)),
+        Some((BoardFunction::Window, true)),
     ),
     ("calendar-slow", &[Calendar], THEIRS, None),
-    ("spi-late", &[Spi], THEIRS, Some((Part::Adis, true))),
+    (
+        "spi-late",
+        &[Spi],
+        THEIRS,
+        Some((BoardFunction::Adis, true)),
+    ),
     // the program of the HAL polls
     (
         "spi-dma-leaves",
         &[Spi],
         [false, true],
-        Some((Part::Adis, true)),
+        Some((BoardFunction::Adis, true)),
     ),
-    ("supply-good", &[Supply], THEIRS, Some((Part::Supply, true))),
+    (
+        "supply-good",
+        &[Supply],
+        THEIRS,
+        Some((BoardFunction::Supply, true)),
+    ),
 ];
 
 #[test]

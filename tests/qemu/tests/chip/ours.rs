@@ -36,7 +36,7 @@ fn ours(
 
 /// A function of our board's image that uses what a mutant breaks.
 #[derive(Clone, Copy, Debug)]
-pub enum Part {
+pub enum BoardFunction {
     /// Sensor bytes passed to the navigation computer, and the clocks, as in `faults`.
     Stream,
     /// An ADIS at the SPI.
@@ -49,7 +49,7 @@ pub enum Part {
     Window,
 }
 
-impl Part {
+impl BoardFunction {
     /// All parts.
     pub const ALL: [Self; 5] = [
         Self::Stream,
@@ -63,13 +63,13 @@ impl Part {
 type Tools<'a> = (&'a Path, &'a Path);
 
 /// Checks one part of our image.
-pub fn check_ours(tools: Tools, broken: Option<&str>, part: Part) -> Result<()> {
+pub fn check_ours(tools: Tools, broken: Option<&str>, part: BoardFunction) -> Result<()> {
     match part {
-        Part::Stream => stream(tools, broken),
-        Part::Adis => adis(tools, broken),
-        Part::Store => store(tools, broken, false),
-        Part::Supply => store(tools, broken, true),
-        Part::Window => {
+        BoardFunction::Stream => stream(tools, broken),
+        BoardFunction::Adis => adis(tools, broken),
+        BoardFunction::Store => store(tools, broken, false),
+        BoardFunction::Supply => store(tools, broken, true),
+        BoardFunction::Window => {
             let asked = json!({"ms": 90, "faults": [[60, "tim2", 4.0]]});
             let lines = ours(tools, (FAULTS, broken), asked, &["why "])?;
             ensure!(lines[0].contains("fed too early"), "{}", lines[0]);

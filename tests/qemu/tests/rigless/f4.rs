@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use firmware::configuration::{Configuration, Parity, SerialLines};
 use qemu::boards::Family;
-use qemu::emulator::{Asked, Chip, build_or_skip};
+use qemu::emulator::{Chip, RunRequest, build_or_skip};
 use qemu::images::{STM32F405, STM32F405_WINDOW};
 use qemu::protocol::{configure, set_up};
 
@@ -20,8 +20,8 @@ fn board(name: &str) -> PathBuf {
     family.build().expect("it builds")
 }
 
-fn asked(image: &Path, wires: &Wires) -> Asked {
-    let mut asked = Asked::new(image, Chip::F427);
+fn asked(image: &Path, wires: &Wires) -> RunRequest {
+    let mut asked = RunRequest::new(image, Chip::F427);
     if wires.0 == F446.0 {
         asked.crystal = 8_000_000;
     }
@@ -96,7 +96,7 @@ fn without_a_crystal_each_runs() {
     };
     let ours = STM32F405.build().expect("it builds");
     for (image, wires) in [(ours, F405), (board("f405"), F405), (board("f446"), F446)] {
-        let mut asked = Asked::new(&image, Chip::F427);
+        let mut asked = RunRequest::new(&image, Chip::F427);
         asked.crystal = 0;
         let frames = frames(ImuFormat::Kvh, 50);
         wires.feed(&mut asked, (100 * MS, &[]), (MS, BAUD), &frames);

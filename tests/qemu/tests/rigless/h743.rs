@@ -8,7 +8,7 @@ use firmware::control::Mode;
 use firmware::store::{Content, Progress, Store};
 use firmware::wire::adis::Burst;
 use qemu::boards::Family;
-use qemu::emulator::{Asked, Chip, build_or_skip};
+use qemu::emulator::{Chip, RunRequest, build_or_skip};
 use qemu::protocol::set_up_configured;
 use qemu::replay::nets;
 use test_bench::flash::Flash;
@@ -24,7 +24,7 @@ const SLOT: usize = 0x2_0000;
 fn board() -> PathBuf {
     static BOARD: LazyLock<PathBuf> = LazyLock::new(|| {
         let family = Family::named("h743").expect("a board");
-        kept("h743", || family.build())
+        built_copy("h743", || family.build())
     });
     BOARD.clone()
 }
@@ -64,7 +64,7 @@ fn it_passes_what_comes() {
         return;
     };
     for (format, period) in [(ImuFormat::Stim300, MS - 1250), (ImuFormat::Kvh, MS / 2)] {
-        let mut asked = Asked::new(&board(), Chip::H743);
+        let mut asked = RunRequest::new(&board(), Chip::H743);
         let frames = frames(format, 200);
         let ends = H743.feed(&mut asked, (60 * MS, &[]), (period, BAUD), &frames);
         let outcome = run(&emulator, &asked);
@@ -97,7 +97,7 @@ fn what_was_stored_corrects() {
         return;
     };
     let requests = set_up_configured(&unit(), Mode::Frozen).expect("requests");
-    let mut asked = Asked::new(&board(), Chip::H743);
+    let mut asked = RunRequest::new(&board(), Chip::H743);
     asked.flash.push((STORE, digits(&stored(&unit(), false))));
     let frames = frames(ImuFormat::Stim300, 200);
     let ends = H743.feed(&mut asked, (60 * MS, &[]), (MS, BAUD), &frames);
@@ -123,7 +123,7 @@ fn a_full_store_is_renewed_and_survives_a_reset() {
     let flash = stored(&unit(), true);
     let mut before = Store::new(Flash::<SLOT, 32>::holding(flash.clone())).expect("room");
     let before = before.load().expect("this version").expect("a record");
-    let mut asked = Asked::new(&board(), Chip::H743);
+    let mut asked = RunRequest::new(&board(), Chip::H743);
     asked.instructions = 40_000_000; // the core waits most of the time
     asked.flash.push((STORE, digits(&flash)));
     asked.memory.push((STORE, 2 * SLOT as u64));
@@ -154,7 +154,7 @@ fn without_a_crystal_it_runs() {
     let Some(emulator) = build_or_skip() else {
         return;
     };
-    let mut asked = Asked::new(&board(), Chip::H743);
+    let mut asked = RunRequest::new(&board(), Chip::H743);
     asked.crystal = 0;
     let frames = frames(ImuFormat::Kvh, 50);
     H743.feed(&mut asked, (100 * MS, &[]), (MS, BAUD), &frames);
@@ -180,7 +180,7 @@ fn an_adis_is_read() {
             burst.emit32().to_vec()
         })
         .collect();
-    let mut asked = Asked::new(&board(), Chip::H743);
+    let mut asked = RunRequest::new(&board(), Chip::H743);
     let at = |n: usize| 900 * MS + n as u64 * MS;
     let timed = bursts.iter().enumerate();
     let timed: Vec<_> = timed.map(|(n, burst)| (at(n), digits(burst))).collect();

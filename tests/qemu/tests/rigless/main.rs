@@ -12,7 +12,7 @@ use anyhow::Result;
 use firmware::app::{Config, Hardware};
 use firmware::wire::ImuFormat;
 use qemu::drive::{Record, drive};
-use qemu::emulator::{Asked, Outcome};
+use qemu::emulator::{Outcome, RunRequest};
 use qemu::replay::Input;
 use qemu::software::on_desktop;
 
@@ -50,7 +50,7 @@ impl Wires {
     /// last byte ends.
     fn feed(
         &self,
-        asked: &mut Asked,
+        run: &mut RunRequest,
         (begin, requests): (u64, &[Vec<u8>]),
         (period, baud): (u64, u64),
         frames: &[Record],
@@ -58,18 +58,18 @@ impl Wires {
         let [sensor, navigation, command] = self.0;
         let mut at = begin;
         for request in requests {
-            asked.send(command, at, BAUD, request);
+            run.send(command, at, BAUD, request);
             at += COMMAND;
         }
         let ends = frames.iter().map(|frame| {
-            asked.send(sensor, at, baud, &frame.bytes);
+            run.send(sensor, at, baud, &frame.bytes);
             let end = at + frame.bytes.len() as u64 * 10_000_000_000 / baud;
             at += period;
             end
         });
         let ends = ends.collect();
-        asked.until = asked.until.max(at + 5 * MS);
-        asked.listen.extend([navigation, command]);
+        run.until = run.until.max(at + 5 * MS);
+        run.listen.extend([navigation, command]);
         ends
     }
 
@@ -99,7 +99,7 @@ impl Wires {
 }
 
 /// Builds an image and keeps a copy, since another test's build with other settings writes over it.
-fn kept(name: &str, build: impl FnOnce() -> Result<PathBuf>) -> PathBuf {
+fn built_copy(name: &str, build: impl FnOnce() -> Result<PathBuf>) -> PathBuf {
     static BUILDING: Mutex<()> = Mutex::new(());
     let _one = BUILDING.lock().expect("builds");
     let folder = qemu::images::target_directory().expect("a folder");
@@ -111,8 +111,8 @@ fn kept(name: &str, build: impl FnOnce() -> Result<PathBuf>) -> PathBuf {
 }
 
 /// Runs an image, and prints resets and what the emulator does not model.
-fn run(emulator: &Path, asked: &Asked) -> Outcome {
-    let outcome = qemu::emulator::run(emulator, asked).expect("it runs");
+fn run(emulator: &Path, request: &RunRequest) -> Outcome {
+    let outcome = qemu::emulator::run(emulator, request).expect("it runs");
     println!("{:?} {:#?}", outcome.resets, outcome.lines);
     outcome
 }

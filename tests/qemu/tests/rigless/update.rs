@@ -15,7 +15,7 @@ use firmware::wire::command::key::Secret;
 use firmware::wire::command::{MAX_CHUNK, Packets, Request, Response, decode};
 use host_device::device::sign::signed;
 use qemu::boards::{Updatable, build};
-use qemu::emulator::{Asked, Chip, build_or_skip};
+use qemu::emulator::{Chip, RunRequest, build_or_skip};
 use qemu::protocol::packet_of;
 use test_bench::flash::Flash;
 use xtask::load;
@@ -59,13 +59,13 @@ static IMAGES: LazyLock<Images> = LazyLock::new(|| {
         let slot = board.slots[nth];
         assert_eq!(slot, PLACES.address(nth), "as in the board");
         let name = format!("h743-{slot:x}");
-        let elf = kept(&name, || board.build_with("probe-line", slot, None));
+        let elf = built_copy(&name, || board.build_with("probe-line", slot, None));
         let bin = elf.with_extension("bin");
         assert_eq!(load::bin(&elf, &bin).expect("a file"), Some(slot));
         fs::read(bin).expect("a file")
     };
     Images {
-        loader: kept(board.loader, || build(board.loader, board.target)),
+        loader: built_copy(board.loader, || build(board.loader, board.target)),
         first: image(0),
         second: signed_for_second(image(1)),
     }
@@ -95,7 +95,7 @@ struct Device {
 
 /// What happens from power-on until power fails.
 struct Power {
-    asked: Asked,
+    asked: RunRequest,
     at: u64,
     number: u8,
 }
@@ -195,7 +195,7 @@ impl Device {
 
 impl Power {
     fn on() -> Self {
-        let mut asked = Asked::new(&IMAGES.loader, Chip::H743);
+        let mut asked = RunRequest::new(&IMAGES.loader, Chip::H743);
         asked.instructions = INSTRUCTIONS;
         Self {
             asked,

@@ -104,12 +104,12 @@ impl Recording {
 }
 
 /// Result of a replay: errors of raw, ekf6 and device after 240 s, m, and the notes.
-struct Said {
+struct ReplayResult {
     errors: [f64; 3],
     notes: String,
 }
 
-fn replay(recording: &Recording, options: &str) -> Said {
+fn replay(recording: &Recording, options: &str) -> ReplayResult {
     let dir = tempfile::tempdir().unwrap();
     recording.write(dir.path());
     let args = format!("replay csv --header header.toml --json r.json --out page{options}");
@@ -123,7 +123,7 @@ fn replay(recording: &Recording, options: &str) -> Said {
         let row = rows.iter().find(of).unwrap();
         row["horizontal_m"].as_f64().unwrap()
     });
-    Said {
+    ReplayResult {
         errors,
         notes: format!("{}\n{stderr}", outcomes[0]["notes"]),
     }
@@ -132,13 +132,13 @@ fn replay(recording: &Recording, options: &str) -> Said {
 /// Asserts that the errors are those of the intact recording, within a factor and some metres.
 /// Another start changes the errors at random, so only a factor of five shows that they are too
 /// small.
-fn agrees(name: &str, said: &Said, whole: &Said, (factor, metres): (f64, f64)) {
+fn agrees(name: &str, said: &ReplayResult, whole: &ReplayResult, (factor, metres): (f64, f64)) {
     println!(
         "{name}: {:.2?} m, whole {:.2?} m; {}",
         said.errors, whole.errors, said.notes
     );
     let least = if metres < 1.0 { factor } else { 5.0 };
-    let unproved = |said: &Said| said.errors[2] == said.errors[0];
+    let unproved = |said: &ReplayResult| said.errors[2] == said.errors[0];
     for (k, (got, want)) in said.errors.iter().zip(whole.errors).enumerate() {
         if k == 2 && (unproved(said) || unproved(whole)) {
             continue; // the device has proved nothing in one of them, and changes nothing there
@@ -152,7 +152,7 @@ fn agrees(name: &str, said: &Said, whole: &Said, (factor, metres): (f64, f64)) {
     }
 }
 
-fn says(name: &str, said: &Said, parts: &[&str]) {
+fn says(name: &str, said: &ReplayResult, parts: &[&str]) {
     for part in parts {
         assert!(
             said.notes.contains(part),

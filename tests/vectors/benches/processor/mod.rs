@@ -9,7 +9,7 @@ use criterion::measurement::{Measurement, ValueFormatter, WallTime};
 use criterion::{Bencher, Criterion};
 use rustix::time::{ClockId, clock_gettime};
 use vectors::list::Measure;
-use vectors::work::{Found, plausible};
+use vectors::work::{WorkResult, plausible};
 
 /// Processor time of the measuring thread.
 pub struct Processor;
@@ -55,7 +55,7 @@ impl Measure for Timed<'_> {
         &mut self,
         name: &'static str,
         _long: bool,
-        mut work: impl FnMut([f32; 3]) -> Found,
+        mut work: impl FnMut([f32; 3]) -> WorkResult,
     ) -> fmt::Result {
         if name == "empty" {
             return Ok(()); // criterion subtracts its own loop
@@ -87,7 +87,7 @@ impl Measure for Timed<'_> {
         name: &'static str,
         long: bool,
         start: W,
-        run: impl Fn(&mut W, [f32; 3]) -> Found,
+        run: impl Fn(&mut W, [f32; 3]) -> WorkResult,
     ) -> fmt::Result {
         let (mut work, mut repetition) = (start.clone(), 0);
         self.measure(name, long, |input| {

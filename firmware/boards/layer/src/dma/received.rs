@@ -1,7 +1,7 @@
 //! The ring that a stream fills, read without an interrupt.
 //!
 //! A stream reports how many bytes are left until the end of its ring (NDTR), and in a flag that it
-//! has begun anew (TCIF, RM0090 10.3.8). The flag is looked at, it does not interrupt. So the ring
+//! has wrapped (TCIF, RM0090 10.3.8). The flag is looked at, it does not interrupt. So the ring
 //! must be looked at once in a round of it, which is 5.6 ms at 921 600 bit/s; the loop looks each
 //! millisecond. Bytes that were overwritten are reported as lost, but not always after a longer
 //! stop.
@@ -38,14 +38,14 @@ const STREAMS: [Interrupt; 16] = [
     Interrupt::DMA2_STREAM7,
 ];
 
-/// What a stream fills, and what of it was taken.
+/// A ring that a DMA stream fills, and how far it has been read.
 pub struct Received {
     ring: *const u8,
     stream: St,
-    /// The flags of its controller, where they are cleared, and its own that it has begun anew.
+    /// The flags of its controller, where they are cleared, and its own that it has wrapped.
     flags: Reg<Ixr, R>,
     clear: Reg<Ixr, W>,
-    anew: Ixr,
+    wrapped: Ixr,
     /// Bytes that have come and that were taken, modulo 2^32.
     came: u32,
     taken: u32,
@@ -58,14 +58,14 @@ impl Received {
         let number = STREAMS.iter().position(|of| *of == interrupt);
         let number = number.expect("a stream of DMA1 or DMA2");
         let controller: Dma = if number < 8 { DMA1 } else { DMA2 };
-        let mut anew = Ixr(0);
-        anew.set_tcif(number % 4, true);
+        let mut wrapped = Ixr(0);
+        wrapped.set_tcif(number % 4, true);
         Self {
             ring: ring.cast(),
             stream: controller.st(number % 8),
             flags: controller.isr(number % 8 / 4),
             clear: controller.ifcr(number % 8 / 4),
-            anew,
+            wrapped,
             came: 0,
             taken: 0,
         }
@@ -83,10 +83,10 @@ impl Received {
 
     /// Counts what has come.
     fn look(&mut self) -> Result<u32, Lost> {
-        let anew = self.flags.read().0 & self.anew.0 != 0;
+        let wrapped = self.flags.read().0 & self.wrapped.0 != 0;
         let (before, mut at, mut round) = (self.came % RING as u32, self.at(), 0);
-        if anew {
-            self.clear.write_value(self.anew);
+        if wrapped {
+            self.clear.write_value(self.wrapped);
             round = RING as u32;
         } else if at < before {
             // the ring's end was between, and the flag is there in a moment

@@ -1,6 +1,6 @@
 //! Guesses of the attitude, improved in turn, and when the best one is believed.
 
-use super::{InMotion, LEAST, Stage};
+use super::{InMotion, LEAST, SearchStep};
 use crate::align::motion::pass::{ACCEL, CONSTANTS, GYRO, Row};
 use crate::align::motion::window::Node;
 use crate::align::motion::{BAD_RESIDUAL, GOOD_RESIDUAL, MAX_HEADING, MAX_TILT, PASSES};
@@ -26,7 +26,7 @@ const MOST_PASSES: u32 = 40;
 const SAME: f32 = 0.15;
 /// Another guess is ruled out when it is less likely by so much, as twice a logarithm: by e^9.
 const RULED_OUT: f32 = 18.0;
-/// What stays the same may be so many standard deviations from what was assumed.
+/// Largest distance of a constant from its assumed value, in assumed standard deviations.
 const ASSUMED: f32 = 5.0;
 /// Of the observations, those that are spent on what is estimated.
 const SPENT: f32 = 15.0;
@@ -96,7 +96,7 @@ impl InMotion {
         for guess in &mut self.guesses {
             guess.slides(&gone);
         }
-        if let Stage::Good(_, next) = &mut self.stage {
+        if let SearchStep::Good(_, next) = &mut self.stage {
             *next = next.saturating_sub(1);
         }
         self.given = self
@@ -106,7 +106,7 @@ impl InMotion {
 
     /// All guesses are improved by what is in the window now.
     pub(super) fn begin_round(&mut self) {
-        self.stage = Stage::Waits;
+        self.stage = SearchStep::Waits;
         if self.window.nodes().len() < LEAST {
             return;
         }
@@ -115,7 +115,7 @@ impl InMotion {
         }
         self.upto = self.window.nodes().len();
         self.begin_pass(0);
-        self.stage = Stage::Guess(0, 0);
+        self.stage = SearchStep::Guess(0, 0);
     }
 
     /// Guesses all around, with the force of the first seconds for gravity's reaction.
@@ -162,15 +162,15 @@ impl InMotion {
 
     /// Advances by one interval.
     pub(super) fn step(&mut self) {
-        let (Stage::Guess(guess, at) | Stage::Best(guess, at)) = self.stage else {
+        let (SearchStep::Guess(guess, at) | SearchStep::Best(guess, at)) = self.stage else {
             return;
         };
         let goes_on = self.interval(at);
         let next = at + 1;
         self.stage = match self.stage {
-            Stage::Guess(..) if goes_on => Stage::Guess(guess, next),
-            Stage::Best(..) if goes_on => Stage::Best(guess, next),
-            Stage::Guess(..) => self.end_guess(guess),
+            SearchStep::Guess(..) if goes_on => SearchStep::Guess(guess, next),
+            SearchStep::Best(..) if goes_on => SearchStep::Best(guess, next),
+            SearchStep::Guess(..) => self.end_guess(guess),
             _ => self.end_round(guess, at),
         };
     }
@@ -198,24 +198,24 @@ impl InMotion {
 
     /// A pass about a guess is over: what comes next.
     #[inline(never)]
-    fn end_guess(&mut self, index: usize) -> Stage {
+    fn end_guess(&mut self, index: usize) -> SearchStep {
         if let Some(guess) = self.guesses.get_mut(index) {
             guess.cost = self.pass.cost;
             guess.moves(&self.pass.x);
             let whole = guess.q.iter().all(|x| x.is_finite()) && guess.cost.is_finite();
             if !whole {
                 self.guessing = false;
-                return Stage::Waits;
+                return SearchStep::Waits;
             }
         }
         let next = index + 1;
         if next < GUESSES {
             self.begin_pass(next);
-            return Stage::Guess(next, 0);
+            return SearchStep::Guess(next, 0);
         }
         let best = self.best();
         self.begin_pass(best);
-        Stage::Best(best, 0)
+        SearchStep::Best(best, 0)
     }
 
     /// The most likely guess.
@@ -232,9 +232,9 @@ impl InMotion {
 
     /// The best guess has been gone over once more: judges it.
     #[inline(never)]
-    fn end_round(&mut self, best: usize, next: usize) -> Stage {
+    fn end_round(&mut self, best: usize, next: usize) -> SearchStep {
         let Some(guess) = self.guesses.get_mut(best) else {
-            return Stage::Waits;
+            return SearchStep::Waits;
         };
         let (cost, pass) = (guess.cost, &self.pass);
         guess.moves(&pass.x);
@@ -246,7 +246,7 @@ impl InMotion {
         let noise = (TOLD + squares) / (TOLD + (pass.fit.count - SPENT).max(0.0));
         if passes >= PATIENCE && self.residual > BAD_RESIDUAL {
             self.refuse();
-            return Stage::Waits;
+            return SearchStep::Waits;
         }
         let settled = passes >= LEAST_PASSES && guess.step < STANDS;
         if let (true, Some(at)) = (settled, self.wild) {
@@ -255,7 +255,7 @@ impl InMotion {
             for _ in 0..=at {
                 self.slide();
             }
-            return Stage::Waits;
+            return SearchStep::Waits;
         }
         let good = self.wild.is_none() && self.is_good(best, cost);
         let least = if self.window.first().speed_sigma[0].is_finite() {
@@ -272,9 +272,9 @@ impl InMotion {
         // of many attempts one agrees by chance: each that was refused asks for one round more
         let refused = self.refused.min(MOST_PASSES) as u8;
         if self.passes >= PASSES + refused {
-            Stage::Good(best, next)
+            SearchStep::Good(best, next)
         } else {
-            Stage::Waits
+            SearchStep::Waits
         }
     }
 

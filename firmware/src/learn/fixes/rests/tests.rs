@@ -75,8 +75,8 @@ fn news_do_not_count_twice() {
     assert!(rests.rest(shown([0.0; 3], 0.0, 9.5)).is_none());
 }
 
-fn shown(mean: V32, noise: f32, seconds: f32) -> Option<Shown> {
-    Some(Shown {
+fn shown(mean: V32, noise: f32, seconds: f32) -> Option<RestMean> {
+    Some(RestMean {
         mean,
         noise,
         unknown: 0.0,

@@ -4,7 +4,7 @@ use super::*;
 use crate::align::motion::tests::world::{self, CONSUMER, Errors, LASER, Motion, STIM300, World};
 use crate::compensator::{Compensator, Limit};
 use crate::configuration::VehicleKind;
-use crate::control::Way;
+use crate::control::HeadingSource;
 
 /// Samples a second.
 const RATE: u32 = 100;
@@ -141,7 +141,10 @@ fn it_starts_in_motion_and_stays_there() {
             let after = trip.start(150).expect(name);
             let started = *trip.learner.started().expect(name);
             assert!(f64::from(after) - 1.0 <= started.time_s && started.sigmas[2] <= 0.2);
-            assert!(matches!(started.way, Way::Velocity | Way::Course));
+            assert!(matches!(
+                started.way,
+                HeadingSource::Velocity | HeadingSource::Course
+            ));
             // what the alignment has learnt is not lost: the claim begins where it ended
             let [off, claimed] = trip.heading();
             assert!(
@@ -174,11 +177,11 @@ fn a_sensor_that_finds_north_waits_for_it() {
     let mut trip = Trip::new(&mut memory, late, LASER, VehicleKind::Land, 1);
     let after = trip.start(110).expect("it stands for 150 s");
     assert!((100..=104).contains(&after), "{after}");
-    assert_eq!(trip.learner.report().way, Way::Gyrocompass);
+    assert_eq!(trip.learner.report().way, HeadingSource::Gyrocompass);
     // one that drives off before does not wait for another standstill
     let mut trip = Trip::new(&mut memory, world::car, LASER, VehicleKind::Land, 1);
     let after = trip.start(40).expect("it drives off after 20 s");
-    assert!(after < 30 && trip.learner.report().way != Way::Gyrocompass);
+    assert!(after < 30 && trip.learner.report().way != HeadingSource::Gyrocompass);
 }
 
 /// Silence while driving: the navigator is lost, and comes back in motion.
@@ -323,7 +326,7 @@ fn a_given_heading_is_believed_as_far_as_it_says() {
             }
             let after = trip.start(17).expect("at rest");
             let started = *trip.learner.started().unwrap();
-            assert_eq!(started.way, Way::Heading);
+            assert_eq!(started.way, HeadingSource::Heading);
             let [error, _] = trip.heading();
             println!(
                 "{given} {seed}: after {after} s, {error:.3} of {:.3}",

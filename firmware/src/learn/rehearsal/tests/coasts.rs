@@ -103,7 +103,7 @@ fn a_score_is_the_logarithm_of_the_gain() {
             let at = if h == ZERO_CORRECTION { without } else { with };
             shadow.off[6..8].copy_from_slice(&at);
         }
-        let seen = Seen {
+        let seen = FixError {
             first: 6,
             off,
             sigma: 5.0,
@@ -138,7 +138,7 @@ fn larger_hypotheses_are_compared_with_the_biases() {
         shadow.off = [0.0; NAV];
         shadow.off[6] = if h == biases { 8.0 } else { errors[h] };
     }
-    let scores = coast.scores(&Seen {
+    let scores = coast.scores(&FixError {
         first: 6,
         off: [0.0; 2],
         sigma: 0.0,
@@ -164,7 +164,7 @@ fn a_fix_shows_position_or_velocity() {
         ([NONE, 4.0, 1.0, NONE, 4.0, 1.0], None),
         ([NONE, 4.0, 1.0, 9.0, NONE, 1.0], None),
     ] {
-        let seen = Seen::of(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &variance);
+        let seen = FixError::of(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &variance);
         let seen = seen.map(|seen| (seen.first, seen.off, seen.sigma));
         assert_eq!(seen, shows, "{variance:?}");
     }

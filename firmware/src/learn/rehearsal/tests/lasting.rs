@@ -121,7 +121,7 @@ fn proofs(mut errors: impl FnMut(usize) -> [[f32; 2]; HYPOTHESES]) -> [Option<us
                 for (shadow, [north, east]) in coast.shadows.iter_mut().zip(errors) {
                     (shadow.off[6], shadow.off[7]) = (north, east);
                 }
-                let seen = Seen {
+                let seen = FixError {
                     first: 6,
                     off: [0.0; 2],
                     sigma: 0.01,

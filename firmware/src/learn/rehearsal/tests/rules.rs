@@ -190,7 +190,7 @@ fn late_coasts_do_not_count() {
     ] {
         let mut coast = Coast::NONE;
         (coast.runs, coast.time) = (true, time - 1.0);
-        let seen = Seen {
+        let seen = FixError {
             first: 6,
             off: [1.0; 2],
             sigma: 1.0,

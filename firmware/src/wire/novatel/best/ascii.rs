@@ -13,7 +13,7 @@
 //!
 //! A log ends with its CRC; the end of its line belongs to no message.
 
-use super::{Log, Place, Turn, Way};
+use super::{HeadingFields, Log, PositionFields, VelocityFields};
 use crate::wire::Scan;
 use crate::wire::checksum::crc32_novatel;
 use crate::wire::field::head as first;
@@ -126,20 +126,20 @@ pub(super) fn read(frame: &[u8], values: &mut Values) {
     let double = |n| fields.number(n).map_or(f64::NAN, |number| number.value());
     let single = |n| double(n) as f32;
     match log {
-        Log::Position | Log::OtherPosition => Place {
+        Log::Position | Log::OtherPosition => PositionFields {
             degrees: [2, 3].map(double),
             heights: [4, 5].map(double),
             sigmas: [7, 8, 9].map(single),
         }
         .write(values),
-        Log::Velocity | Log::OtherVelocity => Way {
+        Log::Velocity | Log::OtherVelocity => VelocityFields {
             latency: single(2),
             speed: single(4),
             track: single(5),
             up: single(6),
         }
         .write(values),
-        Log::Heading => Turn {
+        Log::Heading => HeadingFields {
             angle: single(3),
             sigma: single(6),
         }

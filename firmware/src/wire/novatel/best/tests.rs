@@ -1,7 +1,7 @@
 use super::super::seal;
 use super::*;
 use crate::wire::field::{hex, put};
-use crate::wire::receiver::testing::{self, Part};
+use crate::wire::receiver::testing::{self, DecodedMessage};
 use crate::wire::{Error, ReceiverFormat};
 use std::vec::Vec;
 
@@ -46,14 +46,14 @@ const PSR_VELOCITY: [u8; 76] = hex(
     "aa44121c640000202c0000009db49f07309d1018000000020000008000000000110000009a99193e0000000000000000000015403333333333736c40000000000000c0bf00000000a37fd6d8",
 );
 
-fn changed<const N: usize>(frame: &[u8], at: usize, bytes: [u8; N]) -> Part {
+fn changed<const N: usize>(frame: &[u8], at: usize, bytes: [u8; N]) -> DecodedMessage {
     let mut frame = frame.to_vec();
     put(&mut frame, HEADER + at, bytes);
     seal(&mut frame);
     parse(&frame).unwrap()
 }
 
-fn parse(frame: &[u8]) -> Result<Part, Error> {
+fn parse(frame: &[u8]) -> Result<DecodedMessage, Error> {
     testing::parse(ReceiverFormat::Novatel, frame)
 }
 
@@ -280,7 +280,7 @@ fn logs_in_text_have_the_values_of_binary_ones() {
         let (mut read, binary) = (parse(bytes).unwrap(), parse(binary).unwrap());
         assert_eq!(read.time, Time::Week(123_456_789));
         read.time = binary.time;
-        let height = |part: &mut Part| {
+        let height = |part: &mut DecodedMessage| {
             part.position
                 .as_mut()
                 .map(|at| core::mem::take(&mut at.height))

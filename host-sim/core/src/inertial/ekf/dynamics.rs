@@ -2,7 +2,7 @@
 //! increment.
 
 use super::transition::{Sums, Transition, integrate, nothing};
-use super::{ErrorModel, Inputs, Known, NAV, Noise};
+use super::{AuxiliaryData, ErrorModel, Inputs, NAV, Noise};
 use crate::inertial::lane::scaled;
 use crate::inertial::rotation::from_rotvec;
 use crate::inertial::sins::{Increment, NavState, States};
@@ -138,7 +138,7 @@ impl Interval {
         for (sums, axis) in self.stretch.axes.iter_mut().zip(c.column_iter()) {
             integrate(sums, &axis.into_owned().into(), tau);
         }
-        let known = Known::default();
+        let known = AuxiliaryData::default();
         for (sums, p) in self.stretch.effects.iter_mut().zip(&model.parameters) {
             if !p.regressor.is_slow() {
                 let effect = c.column(p.axis) * p.value(&now, &known);

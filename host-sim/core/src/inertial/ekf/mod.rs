@@ -22,7 +22,8 @@ pub use alignment::attitude_error;
 pub use belief::{Belief, TurnOn};
 pub use linearised::{Block, Linearised};
 pub use model::{
-    ErrorModel, Inputs, Known, Parameter, Prior, REFERENCE_DEGC, Regressor, SlowErrors, Triad,
+    AuxiliaryData, ErrorModel, Inputs, Parameter, Prior, REFERENCE_DEGC, Regressor, SlowErrors,
+    Triad,
 };
 pub use smoother::{Record, Smoothed, smooth};
 

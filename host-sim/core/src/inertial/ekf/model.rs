@@ -73,7 +73,7 @@ pub struct Inputs {
 /// Data of other sources for one second: thermometers, a magnetometer, the samples of the second
 /// before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Known {
+pub struct AuxiliaryData {
     /// Temperature of the block and magnetic field in body axes.
     pub around: Surroundings,
     /// Mean square of the specific force about its mean over the second before, each axis,
@@ -135,7 +135,7 @@ pub struct ErrorModel {
     pub parameters: Vec<Parameter>,
     /// Known data of each second since power-on. Beyond the end of the list all values count as
     /// zero.
-    pub known: Arc<[Known]>,
+    pub known: Arc<[AuxiliaryData]>,
     /// Known delay of the accelerometer samples behind the gyro samples, s.
     pub delay_s: f64,
 }
@@ -226,7 +226,7 @@ impl ErrorModel {
     /// square and to its rate. At 30 K from [`REFERENCE_DEGC`], or at 1 K/min, each has the
     /// standard deviation `share` of the bias's.
     #[must_use]
-    pub fn with_temperatures(prior: &Prior, known: Arc<[Known]>, share: f64) -> Self {
+    pub fn with_temperatures(prior: &Prior, known: Arc<[AuxiliaryData]>, share: f64) -> Self {
         let mut model = Self::biases(prior);
         let sigma = [prior.gyro_bias, prior.accel_bias].map(|sigma| sigma * share);
         model.extend(|axis, triad| {
@@ -296,7 +296,7 @@ impl ErrorModel {
             *slow = self.slow(theta, second);
         }
         let mut out = slow.error;
-        let known = Known::default();
+        let known = AuxiliaryData::default();
         let moving = if slow.moves {
             &self.parameters[..]
         } else {
@@ -380,7 +380,7 @@ impl ErrorModel {
     }
 
     /// Known data of the second that contains `time` (s since power-on).
-    pub(super) fn known_at(&self, time: f64) -> Known {
+    pub(super) fn known_at(&self, time: f64) -> AuxiliaryData {
         let second = (time / EPOCH_S) as usize;
         self.known.get(second).copied().unwrap_or_default()
     }
@@ -434,7 +434,7 @@ impl Parameter {
     }
 
     /// Derivative of the error of the axis by this parameter.
-    pub(super) fn value(&self, now: &Inputs, known: &Known) -> f64 {
+    pub(super) fn value(&self, now: &Inputs, known: &AuxiliaryData) -> f64 {
         let input = match self.triad {
             Triad::Gyro => &now.rate,
             Triad::Accel => &now.force,

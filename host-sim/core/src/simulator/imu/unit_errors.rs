@@ -46,7 +46,7 @@ impl UnitErrors {
 mod tests {
     use super::super::{ErrorModelName, Imu, ImuSpec};
     use super::*;
-    use crate::inertial::ekf::{ErrorModel, Inputs, Known, SlowErrors};
+    use crate::inertial::ekf::{AuxiliaryData, ErrorModel, Inputs, SlowErrors};
     use crate::inertial::sins::Increment;
     use nalgebra::DVector;
 
@@ -91,9 +91,9 @@ mod tests {
                     dv: force * dt,
                 };
                 let (_, got) = imu.measure(&perfect);
-                model.known = vec![Known {
+                model.known = vec![AuxiliaryData {
                     around: imu.surroundings(),
-                    ..Known::default()
+                    ..AuxiliaryData::default()
                 }]
                 .into();
                 let now = Inputs {

@@ -3,7 +3,7 @@
 use super::super::memory::{MemoryLine, SetClock};
 use crate::device::faults::FAULTS;
 use firmware::app::blackbox::read::{Content, Entry, Page as Recorded, page};
-use firmware::app::blackbox::{Key, PAGES, Stage};
+use firmware::app::blackbox::{AppState, Key, PAGES};
 use firmware::app::{App, Config, Lines};
 use firmware::configuration::Configuration;
 use firmware::control::Mode;
@@ -126,7 +126,7 @@ impl Player {
         let key = &recorded.key;
         if !key.plays {
             return Err(match key.stage {
-                Stage::Run => "several kinds of frames came on the line",
+                AppState::Run => "several kinds of frames came on the line",
                 _ => "bytes passed unread",
             });
         }

@@ -8,7 +8,7 @@ use host_core::inertial::units::G0;
 /// Distance of the mean specific force from gravity that is no fault, as a share.
 const SHARE: f64 = 0.05;
 
-/// The mean of a sensor, and what it is of.
+/// Mean of one axis of a sensor, and its kind.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mean {
     pub(super) kind: Kind,

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 pub(super) type Order = [(usize, f64); 3];
 
 /// For latitude and longitude: which of the given ones it is, and with which factor.
-pub(super) type Place = [(usize, f64); 2];
+pub(super) type LatLonOrder = [(usize, f64); 2];
 
 const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
 
@@ -16,7 +16,7 @@ const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0
 pub(super) struct Change {
     /// Times of the fixes: factor, then what is added, s.
     pub(super) fix_time: [f64; 2],
-    pub(super) position: Place,
+    pub(super) position: LatLonOrder,
     /// Factor of the heights.
     pub(super) height: f64,
     pub(super) order: Order,

@@ -37,11 +37,11 @@ const NEAR_S: f64 = 2.5;
 /// Metres of a degree of latitude.
 const DEGREE_M: f64 = 111_200.0;
 
-/// What is compared.
+/// The quantities compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Where the fixes are.
-    Place,
+    /// Positions of the fixes with the start.
+    Position,
     /// Positions with velocities, horizontally.
     Moves,
     /// Heights with vertical velocities.
@@ -68,12 +68,12 @@ pub(super) struct Measure {
     pub(super) kind: Kind,
     /// The difference; from 1 on it is a contradiction.
     pub(super) size: f64,
-    /// Of what is fitted: the logarithm of the squares that are left. Of two changes after which
-    /// nothing contradicts, that which leaves less is the better one.
+    /// Logarithm of the sum of squared residuals of a fit. Of two changes without a contradiction,
+    /// the one with the smaller value is better.
     pub(super) left: f64,
     /// The contradiction, as the rest of a sentence that begins with the field.
     pub(super) problem: String,
-    /// How it is, as a sentence without a full stop.
+    /// The result of the comparison, as a sentence without a full stop.
     pub(super) state: String,
 }
 
@@ -113,7 +113,7 @@ fn place(evidence: &Evidence, agrees: bool) -> Option<Measure> {
     let near = placed.all(|fix| fix.lat_deg.abs() <= FRAC_PI_2 && fix.lon_deg.abs() <= PI);
     let at = format!("{:.3}, {:.3} deg", first.lat_deg, first.lon_deg);
     Some(Measure {
-        kind: Kind::Place,
+        kind: Kind::Position,
         left: 0.0,
         size: if near && !agrees { 2.0 } else { 0.0 },
         problem: format!("puts all fixes near {at}, into the Gulf of Guinea"),

@@ -1,7 +1,7 @@
 //! The mistakes that people make with a recording, in the order in which they are tried, each with
 //! what the recording is like without it.
 
-use super::change::{Change, Order, Place};
+use super::change::{Change, LatLonOrder, Order};
 use super::{Field, Says, TimeDoubt, signs};
 use host_io::recordings::clocks;
 use nalgebra::Matrix3;
@@ -135,7 +135,7 @@ fn position_order(says: &Says, _: Option<&TimeDoubt>) -> Vec<Candidate> {
             [either.clone(), either]
         }
     };
-    let candidate = |position: Place, field: String, remedy: String| Candidate {
+    let candidate = |position: LatLonOrder, field: String, remedy: String| Candidate {
         change: Change {
             position,
             ..Change::NONE

@@ -126,7 +126,7 @@ pub struct FixFields {
 }
 
 impl Default for FixFields {
-    /// Those of a format that has no choice of units.
+    /// Fields of a format that has no choice of units.
     fn default() -> Self {
         Self {
             time: Field::fixed("time offset"),

@@ -1,7 +1,7 @@
 //! Times at rest, and the noise and bias of the sensors there.
 
 use super::evidence::{Block, Evidence};
-use firmware::plausibility::rest::{Judged, Rest};
+use firmware::plausibility::rest::{Judged, RestCheck};
 use firmware::plausibility::{AT_REST, EARTH, Expected, Means};
 use host_io::recordings::record::TimedFix;
 use nalgebra::Vector3;
@@ -23,7 +23,7 @@ pub(super) struct Rests<'a> {
 
 impl<'a> Rests<'a> {
     pub(super) fn of(evidence: &'a Evidence, expected: &Expected) -> Self {
-        let mut rest = Rest::new(*expected);
+        let mut rest = RestCheck::new(*expected);
         let speeds = speeds(&evidence.fixes);
         let mut all = Vec::new();
         for (k, block) in evidence.blocks.iter().enumerate() {

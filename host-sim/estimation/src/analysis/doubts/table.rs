@@ -163,7 +163,7 @@ fn reported(candidate: Candidate, before: &[Measure], after: &[Measure]) -> Doub
 /// A contradiction that no mistake explains.
 fn plain(measure: &Measure, says: &Says) -> Doubt {
     let (field, remedy) = match measure.kind {
-        Kind::Place => (
+        Kind::Position => (
             &says.fixes.position,
             "give latitude and longitude in their unit",
         ),

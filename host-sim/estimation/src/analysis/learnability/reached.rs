@@ -63,7 +63,7 @@ pub(super) fn unit(
     };
     let session = measure(&config, config.imu, truth, fixes);
     let constants = true_constants(&session, truth, model)?;
-    let known = Known {
+    let known = TrueUnit {
         truth,
         model,
         session: &session,
@@ -87,14 +87,14 @@ pub(super) fn unit(
 }
 
 /// A unit and its true constants.
-struct Known<'a> {
+struct TrueUnit<'a> {
     truth: &'a Truth,
     model: &'a ErrorModel,
     session: &'a Session,
     constants: DVector<f64>,
 }
 
-impl Known<'_> {
+impl TrueUnit<'_> {
     /// Errors of the constants `theta` and of the mean errors that follow from them. `estimated`
     /// says whether biases and matrices are estimates.
     fn of_constants(&self, theta: &DVector<f64>, until: usize, estimated: [bool; 2]) -> Vec<f64> {
@@ -218,7 +218,7 @@ fn linear(model: &LinearModel) -> DVector<f64> {
 /// with the errors that the bound assumes.
 fn filter24(
     config: &SessionConfig<'_>,
-    known: &Known<'_>,
+    known: &TrueUnit<'_>,
     seed: u64,
     epochs: &[usize],
 ) -> Vec<DVector<f64>> {

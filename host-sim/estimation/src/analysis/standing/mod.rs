@@ -33,7 +33,7 @@ pub const EARTH: f64 = 7.292_115e-5;
 /// Length of a point of the biases, s.
 const POINT_S: f64 = 60.0;
 
-/// What one log shows.
+/// Results of one log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OfLog {
     /// File.
@@ -56,9 +56,9 @@ pub struct OfLog {
     pub gyro_bias: Vec<f64>,
 }
 
-/// What several logs show.
+/// Results of several logs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Shown {
+pub struct LogResults {
     /// One for each log.
     pub logs: Vec<OfLog>,
     /// Noise in the longest rest of all.
@@ -79,7 +79,7 @@ pub struct Shown {
 ///
 /// # Errors
 /// A log has no rest of [`LEAST_S`], or its units are wrong; temporary files cannot be written.
-pub fn shown(logs: &[Log]) -> Result<Shown, Error> {
+pub fn shown(logs: &[Log]) -> Result<LogResults, Error> {
     let (mut found, mut points, mut notes) = (Vec::new(), [vec![], vec![]], Vec::new());
     let mut longest: Option<(&Log, Stretch)> = None;
     for (number, log) in logs.iter().enumerate() {
@@ -120,7 +120,7 @@ pub fn shown(logs: &[Log]) -> Result<Shown, Error> {
     for log in logs {
         notes.extend(log.notes.iter().map(|note| format!("{}: {note}", log.name)));
     }
-    Ok(Shown {
+    Ok(LogResults {
         logs: found,
         noise,
         gyro_law,

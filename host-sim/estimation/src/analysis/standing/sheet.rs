@@ -6,7 +6,7 @@
 
 use super::super::allan::{Analysis, Coefficient, Kind};
 use super::laws::upper;
-use super::{OfLog, Scatter, Shown};
+use super::{LogResults, OfLog, Scatter};
 use host_core::inertial::units::{DEG_PER_H, G0, UG};
 use host_unit::{Unit, presets};
 use serde::Serialize;
@@ -52,13 +52,13 @@ struct Triad<'a> {
     /// Values of the preset: white noise, in run, turn-on.
     preset: [f64; 3],
     si: f64,
-    of: &'a Shown,
+    of: &'a LogResults,
     name: &'a str,
 }
 
 /// The preset whose noise is nearest to the logs'.
 #[must_use]
-pub fn nearest(shown: &Shown) -> &'static str {
+pub fn nearest(shown: &LogResults) -> &'static str {
     let noise = [Kind::Gyro, Kind::Accel].map(|kind| seen(shown, kind, "N").map(|(_, c)| c.value));
     let far = |name: &&str| {
         let unit = Unit::preset(name).unwrap_or_default();
@@ -77,7 +77,7 @@ pub fn nearest(shown: &Shown) -> &'static str {
 
 /// The numbers that the logs show, and those of the preset for what they cannot.
 #[must_use]
-pub fn sheet(shown: &Shown, name: &str, unit: &Unit) -> Sheet {
+pub fn sheet(shown: &LogResults, name: &str, unit: &Unit) -> Sheet {
     let (g, a) = (&unit.gyro, &unit.accel);
     let gyro = Triad {
         kind: Kind::Gyro,
@@ -121,14 +121,18 @@ pub fn sheet(shown: &Shown, name: &str, unit: &Unit) -> Sheet {
 }
 
 /// The axis on which a noise is seen most.
-fn seen<'a>(shown: &'a Shown, kind: Kind, symbol: &str) -> Option<(&'a Analysis, &'a Coefficient)> {
+fn seen<'a>(
+    shown: &'a LogResults,
+    kind: Kind,
+    symbol: &str,
+) -> Option<(&'a Analysis, &'a Coefficient)> {
     coefficients(shown, kind, symbol)
         .filter(|(_, c)| c.is_seen())
         .max_by(|a, b| a.1.value.total_cmp(&b.1.value))
 }
 
 fn coefficients<'a>(
-    shown: &'a Shown,
+    shown: &'a LogResults,
     kind: Kind,
     symbol: &str,
 ) -> impl Iterator<Item = (&'a Analysis, &'a Coefficient)> {

@@ -34,7 +34,7 @@ const START: InitialSigma = InitialSigma {
 /// Units whose 95 % interval holds the true bias, axis by axis: by the filter's own covariance, and
 /// by the larger of that and the considered one; and the sum of the normalised squares of the
 /// errors by the considered one.
-struct Held {
+struct Coverage {
     claimed: [u64; BIASES],
     printed: [u64; BIASES],
     squares: f64,
@@ -74,7 +74,7 @@ fn config<'a>(imu: &'a ImuSpec, gnss: &'a GnssSpec, by: By, unit: u64) -> Sessio
     }
 }
 
-fn held(by: By, preset: &str, vehicle: VehicleName, units: u64) -> Held {
+fn held(by: By, preset: &str, vehicle: VehicleName, units: u64) -> Coverage {
     let of_preset = Unit::preset(preset).unwrap();
     let (simulated, mut a) = (of_preset.simulated(), Assumptions::of(&of_preset));
     let g = simulated.gyro.g_sensitivity_dphpg;
@@ -125,7 +125,7 @@ fn held(by: By, preset: &str, vehicle: VehicleName, units: u64) -> Held {
         || ([0; BIASES], [0; BIASES], 0.0),
         |a, b| (add(a.0, b.0), add(a.1, b.1), a.2 + b.2),
     );
-    Held {
+    Coverage {
         claimed: sum.0,
         printed: sum.1,
         squares: sum.2,
@@ -133,7 +133,7 @@ fn held(by: By, preset: &str, vehicle: VehicleName, units: u64) -> Held {
 }
 
 /// Estimated biases, their claimed standard deviations, and the considered covariance.
-type Found = ([f64; BIASES], [f64; BIASES], Covariance);
+type Estimated = ([f64; BIASES], [f64; BIASES], Covariance);
 
 fn by_filter(
     session: &Session,
@@ -141,7 +141,7 @@ fn by_filter(
     a: &Assumptions,
     truth: &NavState,
     rng: &mut ChaCha8Rng,
-) -> Found {
+) -> Estimated {
     let sigmas = [START.tilt, START.tilt, START.heading];
     let sigmas = [sigmas, [START.velocity; 3], [START.position; 3]].concat();
     let error = sigmas.iter().map(|sigma| {
@@ -164,7 +164,12 @@ fn by_filter(
     )
 }
 
-fn by_device(session: &Session, increments: &[Increment], a: &Assumptions, unit: &Unit) -> Found {
+fn by_device(
+    session: &Session,
+    increments: &[Increment],
+    a: &Assumptions,
+    unit: &Unit,
+) -> Estimated {
     let aligned = aligned(session, &increments).unwrap();
     let filter = |model| aligned.filter(model, a);
     let epochs = aligned.first..session.epochs();

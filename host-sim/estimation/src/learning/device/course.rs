@@ -1,7 +1,7 @@
 //! What a device did in a drive, in words: what is in force and since when, or what it waits for.
 
 use super::{Device, Drive};
-use firmware::control::Way;
+use firmware::control::HeadingSource;
 use firmware::learn::bank::NAMES;
 use firmware::model::Nets;
 use host_device::device::biases::{large, sheet};
@@ -155,7 +155,7 @@ fn learns(drive: &Drive, device: &Device, before: &Nets) -> String {
         () if !report.navigates => format!(
             "waits for its alignment: its heading is known by {}",
             match report.way {
-                Way::None => "nothing",
+                HeadingSource::None => "nothing",
                 _ => "too little",
             }
         ),

@@ -18,17 +18,17 @@ fn session(model: ErrorModelName, seed: u64) -> (Session, Assumptions) {
     )
 }
 
-/// The same with the true drive.
+/// A session of a simulated unit with the receiver's defaults, and its true drive.
 fn session_and_truth(model: ErrorModelName, seed: u64) -> (Session, Truth) {
     with_receiver(&GnssSpec::default(), model, seed)
 }
 
-/// The same with another receiver.
+/// [`session_and_truth`] with this receiver.
 fn with_receiver(gnss: &GnssSpec, model: ErrorModelName, seed: u64) -> (Session, Truth) {
     driven(gnss, model, seed, 850.0)
 }
 
-/// The same with a drive of `drive_s` seconds.
+/// [`with_receiver`] with a drive of `drive_s` seconds.
 fn driven(gnss: &GnssSpec, model: ErrorModelName, seed: u64, drive_s: f64) -> (Session, Truth) {
     let mut imu = ImuSpec::preset("medium").unwrap();
     imu.rate_hz = 50;

@@ -7,8 +7,8 @@
 //! of its last drive, from which it has not learnt. A set of units for validation chooses the start
 //! and the step at which the fit ends. Other units judge it.
 
+use super::hidden_layers::{HIDDEN, HiddenLayers, Three};
 use super::linear::{Constants, Moments, Point, Sums, regressors, renewed, solve};
-use super::shape::{HIDDEN, Shape, Three};
 use nalgebra::{DMatrix, DVector, Vector4};
 use rayon::prelude::*;
 
@@ -43,7 +43,7 @@ pub type UnitData = Vec<DriveData>;
 #[derive(Debug, Clone)]
 pub enum Law {
     /// A network.
-    Shape(Box<Shape>),
+    Network(Box<HiddenLayers>),
     /// The inputs themselves: a static linear law.
     Linear,
     /// No features: biases only.
@@ -53,7 +53,7 @@ pub enum Law {
 impl Law {
     fn features(&self, inputs: &[Three]) -> Vec<Three> {
         match self {
-            Self::Shape(shape) => shape.features(inputs),
+            Self::Network(shape) => shape.features(inputs),
             Self::Linear => inputs.iter().take(1).chain(inputs).copied().collect(),
             Self::Biases => vec![[0.0; 3]; inputs.len() + 1],
         }
@@ -128,20 +128,21 @@ impl Fitted {
 
     /// The hidden layers; zero where the law has none.
     pub fn layers(&self) -> [lrnn_nostd::Layer<f64>; 2] {
-        self.shape().map_or_else(Default::default, Shape::layers)
+        self.shape()
+            .map_or_else(Default::default, HiddenLayers::layers)
     }
 
-    fn shape(&self) -> Option<&Shape> {
+    fn shape(&self) -> Option<&HiddenLayers> {
         match &self.law {
-            Law::Shape(shape) => Some(shape),
+            Law::Network(shape) => Some(shape),
             _ => None,
         }
     }
 
     /// All residuals of a unit with its best constants, in standard deviations: those of the
     /// points, of the constants and of the turn-ons.
-    fn residuals(&self, shape: &Shape, unit: &UnitData) -> DVector<f64> {
-        let law = Law::Shape(Box::new(shape.clone()));
+    fn residuals(&self, shape: &HiddenLayers, unit: &UnitData) -> DVector<f64> {
+        let law = Law::Network(Box::new(shape.clone()));
         let features: Vec<Vec<Three>> = unit.iter().map(|d| shape.features(&d.inputs)).collect();
         let all = constants(&law.sums(unit), &self.moments);
         let mut out = Vec::new();
@@ -161,7 +162,7 @@ impl Fitted {
     }
 
     /// Sum of the squares of all residuals, those of the hidden weights included.
-    fn cost(&self, shape: &Shape, units: &[&UnitData]) -> f64 {
+    fn cost(&self, shape: &HiddenLayers, units: &[&UnitData]) -> f64 {
         let each = units
             .par_iter()
             .map(|unit| self.residuals(shape, unit).norm_squared());
@@ -170,7 +171,7 @@ impl Fitted {
     }
 
     /// Square of the Jacobian, and its product with the residuals.
-    fn normal(&self, shape: &Shape, units: &[&UnitData]) -> (DMatrix<f64>, DVector<f64>) {
+    fn normal(&self, shape: &HiddenLayers, units: &[&UnitData]) -> (DMatrix<f64>, DVector<f64>) {
         let of = |unit: &&UnitData| {
             let at = self.residuals(shape, unit);
             let mut jacobian = DMatrix::zeros(at.len(), HIDDEN);
@@ -206,7 +207,7 @@ impl Fitted {
                 .for_each(|(z, s)| *z -= s);
             if self.cost(&next, units) < before {
                 *damping = (*damping / 3.0).max(1e-6);
-                let law = Law::Shape(Box::new(next));
+                let law = Law::Network(Box::new(next));
                 let moments = self.moments;
                 return Some(Self { law, moments }.renewed(units, RENEWALS));
             }
@@ -275,8 +276,8 @@ impl<'a> Parts<'a> {
 pub fn fit(parts: &Parts<'_>, settles: bool, progress: &dyn Fn()) -> Fitted {
     let first = &parts.learn[..parts.learn.len().min(FIRST_UNITS)];
     let mut best: Option<(Fitted, f64)> = None;
-    for shape in Shape::starts(FURTHER_STARTS, settles) {
-        let fitted = Fitted::of(Law::Shape(Box::new(shape)), first);
+    for shape in HiddenLayers::starts(FURTHER_STARTS, settles) {
+        let fitted = Fitted::of(Law::Network(Box::new(shape)), first);
         let tried = fitted.descended(first, &parts.check, FIRST_STEPS);
         if best.as_ref().is_none_or(|(_, least)| tried.1 < *least) {
             best = Some(tried);
@@ -296,7 +297,7 @@ pub fn rival(law: Law, parts: &Parts<'_>) -> Fitted {
 }
 
 /// Number of starts that are compared.
-pub const STARTS: usize = super::shape::STARTS + FURTHER_STARTS;
+pub const STARTS: usize = super::hidden_layers::STARTS + FURTHER_STARTS;
 
 /// A mean of an output layer: three rows of weights, then the biases.
 pub fn mean_of(moments: &Moments) -> ([Three; 3], Three) {
@@ -357,7 +358,7 @@ mod tests {
     /// the residuals, as by the theory of variable projection.
     #[test]
     fn the_gradient_is_that_of_the_cost() {
-        let shape = Shape::starts(4, true).pop().unwrap();
+        let shape = HiddenLayers::starts(4, true).pop().unwrap();
         let inputs: Vec<Three> = (0..200)
             .map(|k| [0.01 * f64::from(k) - 1.0, (0.1 * f64::from(k)).sin(), 0.4])
             .collect();
@@ -369,7 +370,7 @@ mod tests {
         let points = [(); 3].map(|()| (1..20).map(point).collect());
         let unit: UnitData = vec![DriveData { inputs, points }];
         let units = [&unit];
-        let fitted = Fitted::of(Law::Shape(Box::new(shape.clone())), &units);
+        let fitted = Fitted::of(Law::Network(Box::new(shape.clone())), &units);
         let (_, cross) = fitted.normal(&shape, &units);
         for i in 0..HIDDEN {
             let at = |by: f64| {

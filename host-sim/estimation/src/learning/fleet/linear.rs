@@ -11,7 +11,7 @@
 //! fleet. They are found by expectation maximisation (Dempster, Laird and Rubin 1977): the mean
 //! square of the units' estimates plus their covariances.
 
-use super::shape::Three;
+use super::hidden_layers::Three;
 use nalgebra::{Matrix4, Vector4};
 
 /// A standard deviation never falls below this, in units of the output scale.

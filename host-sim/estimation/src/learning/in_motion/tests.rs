@@ -9,7 +9,7 @@ fn assumptions() -> Assumptions {
     Assumptions::of(&Unit::default())
 }
 
-const LAND: Known = Known {
+const LAND: VehicleKnowledge = VehicleKnowledge {
     vehicle: Kind::Land,
     forward: true,
     heading: None,
@@ -59,7 +59,7 @@ fn positions_alone_do_too_and_a_rough_heading_helps() {
     let errors = errors(&session, &found);
     assert!(errors.iter().all(|e| e.abs() < 4.0), "{errors:?}");
     let heading = to_euler(&session.reference[1].q_bn).2;
-    let known = Known {
+    let known = VehicleKnowledge {
         heading: Some([heading, 5.0 * DEG]),
         ..LAND
     };

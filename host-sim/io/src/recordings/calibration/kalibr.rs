@@ -7,7 +7,7 @@
 //!
 //! and leaves the biases out of the file, because it estimates them over time.
 
-use super::{Read, Triad, plausible, rows, text, wrong};
+use super::{ForeignCalibration, Triad, plausible, rows, text, wrong};
 use host_core::error::Error;
 use nalgebra::Matrix3;
 use saphyr::{LoadableYamlNode, Yaml};
@@ -66,7 +66,7 @@ pub(super) fn numbers(node: &Yaml<'_>) -> Option<Vec<f64>> {
 }
 
 /// Reads the text.
-pub(super) fn read(file: &Path, text: &str) -> Result<Read, Error> {
+pub(super) fn read(file: &Path, text: &str) -> Result<ForeignCalibration, Error> {
     let document = document(file, text)?;
     let imu = document.as_mapping_get("imu0").unwrap_or(&document);
     let mut notes = vec![];
@@ -101,7 +101,7 @@ pub(super) fn read(file: &Path, text: &str) -> Result<Read, Error> {
         });
         inverted.transpose()
     };
-    Ok(Read {
+    Ok(ForeignCalibration {
         tool: "Kalibr",
         accel: triad("accelerometers.M", accel)?,
         gyro: triad("gyroscopes.M", gyro.map(|m| m * turn))?,

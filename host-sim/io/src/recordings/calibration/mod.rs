@@ -55,7 +55,7 @@ impl Triad {
 
 /// A calibration of another tool.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Read {
+pub struct ForeignCalibration {
     /// The tool.
     pub tool: &'static str,
     /// Accelerometers, m/s2.
@@ -73,9 +73,9 @@ pub struct Read {
 ///
 /// # Errors
 /// The file cannot be read, has none of these forms, or numbers that are no calibration.
-pub fn read(file: &Path) -> Result<Read, Error> {
+pub fn read(file: &Path) -> Result<ForeignCalibration, Error> {
     let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
-    let accel = |tool, accel| Read {
+    let accel = |tool, accel| ForeignCalibration {
         tool,
         accel: Some(accel),
         gyro: None,

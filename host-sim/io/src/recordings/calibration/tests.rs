@@ -33,7 +33,7 @@ fn close(found: [f64; 3], want: &Vector3<f64>) {
     }
 }
 
-fn read_text(text: &str) -> Result<Read, String> {
+fn read_text(text: &str) -> Result<ForeignCalibration, String> {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("c.calib");
     std::fs::write(&file, text).unwrap();

@@ -2,7 +2,7 @@
 
 use super::header::{ANGLE, Gnss, LENGTH, SPEED, Scalar, TIME, Valid, Velocity};
 use super::quality::Quality;
-use super::read::Read;
+use super::read::OpenedHeader;
 use super::{Described, File};
 use crate::recordings::nowhere::{LeftOut, is_nowhere};
 use crate::recordings::record::{NOT_MEASURED, TimedFix};
@@ -16,7 +16,7 @@ const HIGHEST_M: f64 = 20_000.0;
 
 /// Fixes at rising times. What is left out is added to `notes`.
 pub(super) fn fixes(
-    read: &Read,
+    read: &OpenedHeader,
     gnss: &Gnss,
     notes: &mut Vec<String>,
 ) -> Result<Vec<TimedFix>, Error> {
@@ -118,7 +118,7 @@ impl<'n> Names<'n> {
     /// `notes`.
     pub(super) fn read(
         &self,
-        read: &Read,
+        read: &OpenedHeader,
         file: &File<'_>,
         sigmas: [f64; 6],
         notes: &mut Vec<String>,
@@ -332,7 +332,7 @@ fn fix(r: &[f64], time: f64, si: &Si) -> Option<TimedFix> {
 
 /// Order and unit of a velocity.
 pub(super) fn velocity_unit(
-    read: &Read,
+    read: &OpenedHeader,
     key: &str,
     velocity: &Velocity,
 ) -> Result<(Order, f64), Error> {

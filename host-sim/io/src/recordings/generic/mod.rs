@@ -99,7 +99,7 @@ use fixes::fixes;
 use header::{ACCEL, GYRO, Offset};
 use host_core::error::Error;
 use host_unit::Unit;
-use read::Read;
+use read::OpenedHeader;
 use start::{initial_attitude, rough_heading, site};
 use std::path::Path;
 use std::path::PathBuf;
@@ -155,7 +155,7 @@ pub fn read_with_truth(
 }
 
 /// The time offset of the fixes in the header: seconds, or "estimate".
-fn offset(read: &Read) -> Result<Option<&Offset>, Error> {
+fn offset(read: &OpenedHeader) -> Result<Option<&Offset>, Error> {
     let gnss = read.header.gnss.as_ref();
     let given = gnss.and_then(|gnss| gnss.time_offset_s.as_ref());
     let is = match given {
@@ -191,12 +191,16 @@ pub fn samples(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result
 /// # Errors
 /// As [`read`].
 pub fn original(header: &Path, files: &[PathBuf]) -> Result<Text, Error> {
-    samples::original(&Read::open(header, files)?)
+    samples::original(&OpenedHeader::open(header, files)?)
 }
 
 /// The header with samples and start.
-fn begin(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<(Read, Record), Error> {
-    let read = Read::open(header, files)?.with_truth(truth);
+fn begin(
+    header: &Path,
+    files: &[PathBuf],
+    truth: Option<&Path>,
+) -> Result<(OpenedHeader, Record), Error> {
+    let read = OpenedHeader::open(header, files)?.with_truth(truth);
     let attitude = initial_attitude(&read)?;
     let motion = samples::motion(&read)?;
     let record = Record {
@@ -213,7 +217,7 @@ fn begin(header: &Path, files: &[PathBuf], truth: Option<&Path>) -> Result<(Read
 /// # Errors
 /// Any fault of the header or of the unit file, with line and key.
 pub fn unit(header: &Path) -> Result<Option<Unit>, Error> {
-    Read::open(header, &[])?.unit()
+    OpenedHeader::open(header, &[])?.unit()
 }
 
 /// The units that a header file names for gyros and accelerometers, and all that it could name. The
@@ -222,7 +226,7 @@ pub fn unit(header: &Path) -> Result<Option<Unit>, Error> {
 /// # Errors
 /// As [`read`].
 pub fn units(header: &Path, step: f64) -> Result<[(NamedUnit, Vec<NamedUnit>); 2], Error> {
-    let read = Read::open(header, &[])?;
+    let read = OpenedHeader::open(header, &[])?;
     let imu = &read.header.imu;
     let units = |known: &[header::Unit]| {
         let value = |unit: &header::Unit| match unit.1 {
@@ -265,7 +269,7 @@ pub struct FixUnits {
 /// # Errors
 /// As [`read`].
 pub fn fix_units(header: &Path) -> Result<Option<FixUnits>, Error> {
-    let read = Read::open(header, &[])?;
+    let read = OpenedHeader::open(header, &[])?;
     let Some(gnss) = &read.header.gnss else {
         return Ok(None);
     };
@@ -294,7 +298,7 @@ pub fn fix_units(header: &Path) -> Result<Option<FixUnits>, Error> {
 
 /// A file with the names of its columns, and the table of the header file that describes it.
 struct File<'a> {
-    read: &'a Read,
+    read: &'a OpenedHeader,
     table: &'a str,
     source: Source,
     /// Lines before the data.
@@ -317,7 +321,7 @@ struct Described<'a> {
 impl<'a> File<'a> {
     /// Opens a file. The line of names is the first one that has all names `wanted`.
     fn open(
-        read: &'a Read,
+        read: &'a OpenedHeader,
         described: Described<'a>,
         file: &Path,
         wanted: &[&str],

@@ -34,7 +34,7 @@ impl Turn {
 
 /// A header file that was read.
 #[derive(Debug)]
-pub(super) struct Read {
+pub(super) struct OpenedHeader {
     pub(super) header: Header,
     pub(super) file: PathBuf,
     /// Files that replace those named in the header: that of the IMU, then that of the fixes.
@@ -43,7 +43,7 @@ pub(super) struct Read {
     pub(super) truth_file: Option<PathBuf>,
 }
 
-impl Read {
+impl OpenedHeader {
     pub(super) fn open(file: &Path, replacements: &[PathBuf]) -> Result<Self, Error> {
         let text = std::fs::read_to_string(file).map_err(|e| Error::reading(file, e))?;
         check_kind(file, &text.as_bytes()[..text.len().min(START)])?;

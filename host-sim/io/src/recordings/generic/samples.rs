@@ -1,7 +1,7 @@
 //! Reads the samples.
 
 use super::header::{ACCEL, GYRO, TIME};
-use super::read::Read;
+use super::read::OpenedHeader;
 use super::{Described, File};
 use crate::recordings::corrected::{SampleColumns, Text};
 use crate::recordings::record::{Kind, Record, median_step};
@@ -15,7 +15,7 @@ use host_core::words::{agrees, counted};
 const LIMITS: [f64; 2] = [35.0, 1000.0];
 
 /// Reads the samples. The record has no fixes yet.
-pub(super) fn motion(read: &Read) -> Result<Record, Error> {
+pub(super) fn motion(read: &OpenedHeader) -> Result<Record, Error> {
     let imu = &read.header.imu;
     let axes = read.turn()?;
     if let Some(gap) = imu.max_gap_s.filter(|g| !(g.is_finite() && *g > 0.0)) {
@@ -34,7 +34,7 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
     }
     let file = imu_file(read)?;
     let wanted = columns(read);
-    let mut taken = Taken::default();
+    let mut taken = CheckedValues::default();
     let mut table = file.rows(&wanted, |row| {
         let Ok([t, gx, gy, gz, ax, ay, az]) = <[f64; 7]>::try_from(row) else {
             return Ok(()); // as many are wanted
@@ -89,7 +89,7 @@ pub(super) fn motion(read: &Read) -> Result<Record, Error> {
 }
 
 /// The file of the samples.
-fn imu_file(read: &Read) -> Result<File<'_>, Error> {
+fn imu_file(read: &OpenedHeader) -> Result<File<'_>, Error> {
     let imu = &read.header.imu;
     let names: Vec<&str> = columns(read).iter().map(|(_, name)| *name).collect();
     let described = Described {
@@ -102,7 +102,7 @@ fn imu_file(read: &Read) -> Result<File<'_>, Error> {
 }
 
 /// Key and name of the columns of a sample.
-fn columns(read: &Read) -> Vec<(&str, &str)> {
+fn columns(read: &OpenedHeader) -> Vec<(&str, &str)> {
     let imu = &read.header.imu;
     let mut wanted = vec![("time", imu.time.column.as_str())];
     wanted.extend(imu.gyro.columns.iter().map(|c| ("gyro", c.as_str())));
@@ -133,7 +133,7 @@ fn time_remedy(step: f64, named: &str) -> String {
 
 /// Values that the checks need, of the rows read so far.
 #[derive(Default)]
-struct Taken {
+struct CheckedValues {
     time: Writer<f64>,
     samples: Writer<Increment>,
     /// The last time, in the unit of the file.
@@ -151,7 +151,7 @@ struct Taken {
     largest: [f64; 2],
 }
 
-impl Taken {
+impl CheckedValues {
     /// Records a row for the checks. Returns the time of its sample, s, or `None` where it lacks a
     /// value.
     fn note(&mut self, time: f64, second: f64, values: &[f64]) -> Option<f64> {
@@ -173,7 +173,7 @@ impl Taken {
 }
 
 /// Position of the samples in their file.
-pub(super) fn original(read: &Read) -> Result<Text, Error> {
+pub(super) fn original(read: &OpenedHeader) -> Result<Text, Error> {
     let imu = &read.header.imu;
     let (_, gyro) = read.value("imu.gyro", &imu.gyro.unit, &GYRO)?;
     let (_, accel) = read.value("imu.accel", &imu.accel.unit, &ACCEL)?;

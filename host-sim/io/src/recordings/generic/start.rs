@@ -1,6 +1,6 @@
 //! Reads the initial attitude, rough heading and site of a recording.
 
-use super::read::Read;
+use super::read::OpenedHeader;
 use crate::recordings::record::TimedFix;
 use crate::recordings::session::InitialAttitude;
 use host_core::error::Error;
@@ -15,7 +15,7 @@ const AT_REST: [f64; 6] = [0.05, 0.05, 0.05, 0.01, 0.01, 0.01];
 const HEADING_DEG: f64 = 10.0;
 
 /// The standstill or the whole attitude; `None` if the header gives neither.
-pub(super) fn initial_attitude(read: &Read) -> Result<Option<InitialAttitude>, Error> {
+pub(super) fn initial_attitude(read: &OpenedHeader) -> Result<Option<InitialAttitude>, Error> {
     let s = &read.header.start;
     match (s.standstill_s, s.roll_deg, s.pitch_deg, s.heading_deg) {
         (None, None, None, _) => Ok(None),
@@ -48,7 +48,7 @@ pub(super) fn initial_attitude(read: &Read) -> Result<Option<InitialAttitude>, E
 }
 
 /// The heading that is given alone, and its standard deviation, rad.
-pub(super) fn rough_heading(read: &Read) -> Result<Option<[f64; 2]>, Error> {
+pub(super) fn rough_heading(read: &OpenedHeader) -> Result<Option<[f64; 2]>, Error> {
     let s = &read.header.start;
     let sigma = s.heading_sigma_deg.unwrap_or(HEADING_DEG);
     if !(sigma > 0.0 && sigma <= 180.0) {
@@ -66,7 +66,7 @@ pub(super) fn rough_heading(read: &Read) -> Result<Option<[f64; 2]>, Error> {
 }
 
 /// An angle of the header, rad.
-fn angle(read: &Read, key: &str, degrees: f64) -> Result<f64, Error> {
+fn angle(read: &OpenedHeader, key: &str, degrees: f64) -> Result<f64, Error> {
     if (-360.0..=360.0).contains(&degrees) {
         return Ok(degrees * DEG);
     }
@@ -75,7 +75,7 @@ fn angle(read: &Read, key: &str, degrees: f64) -> Result<f64, Error> {
 }
 
 /// The site of a vehicle at rest.
-pub(super) fn site(read: &Read) -> Result<TimedFix, Error> {
+pub(super) fn site(read: &OpenedHeader) -> Result<TimedFix, Error> {
     let s = &read.header.start;
     let (Some(lat), Some(lon), Some(h)) = (s.latitude_deg, s.longitude_deg, s.height_m) else {
         let problem = "does not give the site of a recording without fixes".to_owned();

@@ -2,7 +2,7 @@
 
 use super::fixes::Names;
 use super::header::{Gnss, Scalar, Truth, TruthTable, Velocity};
-use super::read::Read;
+use super::read::OpenedHeader;
 use super::{Described, File};
 use crate::recordings::columns::{POSITION, VELOCITY};
 use crate::recordings::record::{TimedFix, track};
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 /// offset of the fixes, s. What is left out is added to `notes`. The caller still adds it to the
 /// times of the states.
 pub(super) fn named(
-    read: &Read,
+    read: &OpenedHeader,
     offset_s: Option<f64>,
     notes: &mut Vec<String>,
 ) -> Result<Option<Track>, Error> {
@@ -58,7 +58,11 @@ fn plain(file: PathBuf) -> TruthTable {
     }
 }
 
-fn states(read: &Read, table: &TruthTable, notes: &mut Vec<String>) -> Result<Track, Error> {
+fn states(
+    read: &OpenedHeader,
+    table: &TruthTable,
+    notes: &mut Vec<String>,
+) -> Result<Track, Error> {
     let described = Described {
         table: "truth",
         separator: &table.separator,

@@ -1,12 +1,12 @@
 //! Reads the speed of the wheels.
 
 use super::header::{SPEED, TIME, Wheels};
-use super::read::Read;
+use super::read::OpenedHeader;
 use super::{Described, File};
 use host_core::error::Error;
 
 /// Speeds, m/s, at rising times, s. A row without a time or a speed is left out.
-pub(super) fn wheels(read: &Read, wheels: &Wheels) -> Result<Vec<[f64; 2]>, Error> {
+pub(super) fn wheels(read: &OpenedHeader, wheels: &Wheels) -> Result<Vec<[f64; 2]>, Error> {
     let (_, second) = read.value("wheels.time", &wheels.time.unit, &TIME)?;
     let (_, mps) = read.value("wheels.speed", &wheels.speed.unit, &SPEED)?;
     let columns = [

@@ -27,7 +27,7 @@ use fixes::{Velocities, collect};
 use host_core::error::Error;
 use nalgebra::Rotation3;
 use std::path::Path;
-use topics::{Found, Topics};
+use topics::{ChosenTopics, Topics};
 
 /// Remedy for a stamp that does not rise.
 const BAG_TIME: &str = "give --bag-time, which takes the times of the recorder instead of the \
@@ -101,7 +101,7 @@ fn read_file(
 fn assemble(
     path: &Path,
     choice: &Choice,
-    found: Found,
+    found: ChosenTopics,
     notes: &mut Vec<String>,
 ) -> Result<(Record, Option<f64>), Error> {
     let (topic, imu) = found.imu;

@@ -31,7 +31,7 @@ pub(super) struct Topics<'a> {
 }
 
 /// The chosen topics.
-pub(super) struct Found {
+pub(super) struct ChosenTopics {
     pub(super) imu: (String, Timed<Imu>),
     /// `None` if the bag has none and none was asked for.
     pub(super) fixes: Option<(String, Timed<NavSatFix>)>,
@@ -89,7 +89,7 @@ impl<'a> Topics<'a> {
     ///
     /// # Errors
     /// A topic is not in the bag, is of another type, or there are several and none was named.
-    pub(super) fn choose(mut self, notes: &mut Vec<String>) -> Result<Found, Error> {
+    pub(super) fn choose(mut self, notes: &mut Vec<String>) -> Result<ChosenTopics, Error> {
         self.check("--imu-topic", self.choice.imu.as_ref(), &[IMU])?;
         self.check("--fix-topic", self.choice.fix.as_ref(), &[FIX])?;
         let velocity = self.choice.velocity.as_ref();
@@ -112,7 +112,7 @@ impl<'a> Topics<'a> {
             return Err(self.without_imu());
         };
         let fixes = std::mem::take(&mut self.fixes);
-        Ok(Found {
+        Ok(ChosenTopics {
             imu,
             fixes: self.only("--fix-topic", fixes)?,
             velocities: self.velocities,

@@ -1,8 +1,8 @@
 //! One protocol of a receiver's log.
 
 use super::DAY_MS;
+use super::message_counts::MessageCounts;
 use super::name;
-use super::seen::Seen;
 use firmware::fix::{Fix, WEEK_MS, ms_since};
 use firmware::wire::Framer;
 use firmware::wire::receiver::ReceiverFormat;
@@ -25,7 +25,7 @@ pub(super) struct Line {
     pub(super) given: bool,
     receiver: Receiver,
     framer: Framer<ReceiverFormat>,
-    pub(super) seen: Seen,
+    pub(super) seen: MessageCounts,
     pub(super) fixes: Vec<Solved>,
 }
 
@@ -36,7 +36,7 @@ impl Line {
             given,
             receiver: Receiver::new(Some(format)),
             framer: Framer::new(format),
-            seen: Seen::default(),
+            seen: MessageCounts::default(),
             fixes: Vec::new(),
         }
     }

@@ -34,7 +34,7 @@ const TABLE: [(&str, bool, Message); 13] = [
 ];
 
 /// What the log begins with, and whether it has positions of a receiver.
-pub(super) fn seen(bytes: &[u8]) -> Option<(String, bool)> {
+pub(super) fn recognised(bytes: &[u8]) -> Option<(String, bool)> {
     let mut counts = [[0_usize; 2]; TABLE.len()];
     let mut at = 0;
     while let Some(rest) = bytes.get(at..).filter(|rest| !rest.is_empty()) {

@@ -1,6 +1,6 @@
 //! Cases of the configuration, of the wiring, and of the navigation computer's requests.
 
-use super::super::act::{Act, Asked};
+use super::super::act::{Act, HostRequest};
 use super::super::case::Row;
 use super::super::configured::Fault;
 use super::super::times::Span;
@@ -127,20 +127,20 @@ pub(super) const ROWS: &[Row] = &[
         about: "The navigation computer reports its alignment at rest, as it should.",
         span: Span::Always,
         given: &[],
-        acts: |_| vec![Act::Asked(Asked::AlignsAtRest)],
+        acts: |_| vec![Act::Asked(HostRequest::AlignsAtRest)],
     },
     Row {
         name: "learn-again",
         about: "Mode learn is set again every minute.",
         span: Span::Drive,
         given: &[given("every_s", 60.0)],
-        acts: |v| vec![Act::Asked(Asked::LearnAgain(v[0]))],
+        acts: |v| vec![Act::Asked(HostRequest::LearnAgain(v[0]))],
     },
     Row {
         name: "mode-toggles",
         about: "Modes frozen and learn take turns.",
         span: Span::Drive,
         given: &[given("every_s", 45.0)],
-        acts: |v| vec![Act::Asked(Asked::Toggles(v[0]))],
+        acts: |v| vec![Act::Asked(HostRequest::Toggles(v[0]))],
     },
 ];

@@ -8,7 +8,7 @@ mod rest;
 mod sensor;
 mod timing;
 
-use super::case::{Given, Row};
+use super::case::{CaseParameter, Row};
 use super::times::Span;
 
 /// The parts of the table with their headings.
@@ -64,6 +64,6 @@ pub fn usual() -> impl Iterator<Item = &'static str> {
         .chain(combined::NAMES.iter().copied())
 }
 
-const fn given(key: &'static str, value: f64) -> Given {
-    Given { key, value }
+const fn given(key: &'static str, value: f64) -> CaseParameter {
+    CaseParameter { key, value }
 }

@@ -1,6 +1,6 @@
 //! Cases of the motion.
 
-use super::super::act::{Act, Asked};
+use super::super::act::{Act, HostRequest};
 use super::super::case::Row;
 use super::super::motion::Motion;
 use super::super::receiver::Fault;
@@ -139,6 +139,6 @@ pub(super) const ROWS: &[Row] = &[
         about: "The navigation computer reports an alignment while the vehicle drives.",
         span: Span::Ends,
         given: &[given("after_s", 60.0)],
-        acts: |v| vec![Act::Asked(Asked::Aligns(v[0]))],
+        acts: |v| vec![Act::Asked(HostRequest::Aligns(v[0]))],
     },
 ];

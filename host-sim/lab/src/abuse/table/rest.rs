@@ -2,20 +2,20 @@
 
 use super::super::act::Act;
 use super::super::begin::Begin;
-use super::super::case::{Given, Row};
+use super::super::case::{CaseParameter, Row};
 use super::super::motion::Motion;
 use super::super::sensor::Fault;
 use super::super::times::Span;
 use super::given;
 
 /// How long it happens.
-const LASTS: Given = given("lasts_s", 60.0);
+const LASTS: CaseParameter = given("lasts_s", 60.0);
 
 /// A row without parameters of its own but the last one, [`LASTS`].
 const fn row(
     name: &'static str,
     about: &'static str,
-    given: &'static [Given],
+    given: &'static [CaseParameter],
     acts: fn(&[f64]) -> Vec<Act>,
 ) -> Row {
     Row {

@@ -12,7 +12,7 @@ pub use recorded::{folders, readings};
 pub use series::{Drive, Error10};
 
 use super::runs::{Runs, Stamp, gathered, same_stamp};
-use super::{AIDED_S, Campaign, Group, Part, STANDSTILL_S, Seeds};
+use super::{AIDED_S, Campaign, DriveOfRun, Group, STANDSTILL_S, Seeds};
 use firmware::inputs::{Inputs, settles};
 use firmware::learn::prior::Datasheet;
 use host_core::error::Error;
@@ -131,7 +131,7 @@ impl Fleet {
                 let imu = campaign.imu();
                 let mut out = Vec::new();
                 for number in 1..=*drives {
-                    let part = Part {
+                    let part = DriveOfRun {
                         seeds: Seeds::of_earlier(FIRST_UNIT + k, number),
                         drive_s: AIDED_S,
                         until: STANDSTILL_S + AIDED_S,

@@ -6,7 +6,7 @@ use super::receiver::{Receiver, Sent, fixes};
 use crate::campaign::Seeds;
 use firmware::compensator::Compensator;
 use firmware::configuration::{Configuration, UNKNOWN};
-use firmware::control::Way;
+use firmware::control::HeadingSource;
 use firmware::learn::{FixMemory, Settings};
 use firmware::model::Nets;
 use firmware::sample::{Counts, RawSample};
@@ -357,14 +357,14 @@ impl Judge {
 }
 
 /// The source of the heading, in a word.
-fn word(way: Way) -> &'static str {
+fn word(way: HeadingSource) -> &'static str {
     match way {
-        Way::None => "nothing",
-        Way::Gyrocompass => "gyrocompass",
-        Way::Course => "course",
-        Way::Velocity => "velocity",
-        Way::Heading => "heading",
-        Way::Known => "known",
+        HeadingSource::None => "nothing",
+        HeadingSource::Gyrocompass => "gyrocompass",
+        HeadingSource::Course => "course",
+        HeadingSource::Velocity => "velocity",
+        HeadingSource::Heading => "heading",
+        HeadingSource::Known => "known",
     }
 }
 

@@ -4,7 +4,7 @@ use crate::experiment::starting::{Started, Wishes, start};
 use firmware::model::Nets;
 use host_core::inertial::sins::Increment;
 use host_core::inertial::units::{DEG, G0};
-use host_estimation::learning::in_motion::Known;
+use host_estimation::learning::in_motion::VehicleKnowledge;
 use host_estimation::learning::window::{normalisation, start as weights_of};
 use host_io::recordings::generic;
 use host_io::recordings::record::{Kind, Record};
@@ -68,7 +68,7 @@ fn write(dir: &Path, kind: Kind, seed: u64) {
 
 fn started(record: &Record) -> Started {
     let wishes = Wishes {
-        known: Known {
+        known: VehicleKnowledge {
             vehicle: around::Kind::Land,
             forward: true,
             heading: None,

@@ -28,7 +28,7 @@ fn found(header: &Path, vehicle: Kind, gyro_dps: f64) -> (f64, Result<Aligned, P
     assumptions.prior.gyro_bias = gyro_dps * DEG;
     let record = generic::read(header, &[]).unwrap();
     let prepared = record.prepare().unwrap();
-    let known = Known {
+    let known = VehicleKnowledge {
         vehicle,
         forward: true,
         heading: None,

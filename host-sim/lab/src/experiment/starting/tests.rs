@@ -34,7 +34,7 @@ fn drive(seed: u64) -> (Record, Session) {
 
 fn wishes() -> Wishes {
     Wishes {
-        known: Known {
+        known: VehicleKnowledge {
             vehicle: Kind::Land,
             forward: true,
             heading: None,

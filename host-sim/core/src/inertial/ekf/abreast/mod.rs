@@ -8,7 +8,7 @@ mod covariance;
 mod free;
 mod parts;
 
-use super::model::Known;
+use super::model::AuxiliaryData;
 use super::transition::{Sums, Transition, integrate, nothing};
 use super::{Aided, Inputs, NAV, Parameter, Regressor};
 use crate::inertial::earth::{Local, wrapped};
@@ -23,7 +23,7 @@ use crate::inertial::vectors::widest;
 use covariance::{Covariance, MOST, Scalar, Transitions};
 use fearless_simd::f64x8;
 pub use free::{Flight, flies, free_abreast};
-use parts::{By, Feature, Part, parts, sources};
+use parts::{By, Feature, ParameterFactor, parts, sources};
 use std::sync::Arc;
 
 /// A filter that has just processed a fix, and its next increments.
@@ -94,11 +94,11 @@ fn run<L: Lane>(kind: L::Kind, beside: &mut [Beside<'_>], fixes: &[Option<Fix>],
 /// Filters that have just processed a fix.
 struct Abreast<L: Lane> {
     kind: L::Kind,
-    parts: Vec<Part>,
+    parts: Vec<ParameterFactor>,
     features: Vec<Feature>,
     /// Present value of each feature.
     values: Vec<L>,
-    known: [Arc<[Known]>; PLACES],
+    known: [Arc<[AuxiliaryData]>; PLACES],
     nav: Strapdown<L>,
     theta: Vec<L>,
     p: Covariance<L>,
@@ -259,7 +259,7 @@ impl<L: Lane> Abreast<L> {
             time,
             ..Inputs::default()
         };
-        let nothing = Known::default();
+        let nothing = AuxiliaryData::default();
         let second = (time / EPOCH_S) as usize;
         for (value, feature) in self.values.iter_mut().zip(&self.features) {
             *value = match feature.timed {

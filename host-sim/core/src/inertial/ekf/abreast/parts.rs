@@ -3,7 +3,7 @@
 use crate::inertial::ekf::{Parameter, Regressor, Triad};
 
 /// A parameter: its axis, and its factor.
-pub(super) struct Part {
+pub(super) struct ParameterFactor {
     pub(super) triad: Triad,
     pub(super) axis: usize,
     pub(super) by: By,
@@ -25,7 +25,7 @@ pub(super) struct Feature {
 }
 
 /// The parameters, and the features that they share.
-pub(super) fn parts(parameters: &[Parameter]) -> (Vec<Part>, Vec<Feature>) {
+pub(super) fn parts(parameters: &[Parameter]) -> (Vec<ParameterFactor>, Vec<Feature>) {
     let mut features: Vec<Feature> = Vec::new();
     let mut parts = Vec::with_capacity(parameters.len());
     for p in parameters {
@@ -44,7 +44,7 @@ pub(super) fn parts(parameters: &[Parameter]) -> (Vec<Part>, Vec<Feature>) {
             })),
         };
         let (triad, axis) = (p.triad, p.axis);
-        parts.push(Part { triad, axis, by });
+        parts.push(ParameterFactor { triad, axis, by });
     }
     (parts, features)
 }
@@ -59,12 +59,12 @@ pub(super) struct Source {
 }
 
 /// The sources with a column of `Psi`: each axis with slow parameters, then each other parameter.
-pub(super) fn sources(parts: &[Part]) -> Vec<Source> {
+pub(super) fn sources(parts: &[ParameterFactor]) -> Vec<Source> {
     let mut sources: Vec<Source> = Vec::new();
-    let slow = |p: &Part| matches!(p.by, By::Slow(_));
+    let slow = |p: &ParameterFactor| matches!(p.by, By::Slow(_));
     for triad in [Triad::Gyro, Triad::Accel] {
         for axis in 0..3 {
-            let own = |p: &Part| slow(p) && (p.triad, p.axis) == (triad, axis);
+            let own = |p: &ParameterFactor| slow(p) && (p.triad, p.axis) == (triad, axis);
             let parameters: Vec<usize> = (0..parts.len()).filter(|&k| own(&parts[k])).collect();
             if !parameters.is_empty() {
                 sources.push(Source {

@@ -74,9 +74,9 @@ fn turned_gyros(sample: Increment, signs: [f64; 3]) -> Increment {
 }
 
 /// A mistake in a recording, the field that is reported, and a part of the remedy.
-type Made = (&'static str, fn(&mut Record), &'static str, &'static str);
+type KnownMistake = (&'static str, fn(&mut Record), &'static str, &'static str);
 
-const MADE: [Made; 19] = [
+const MADE: [KnownMistake; 19] = [
     (
         "18 s",
         |r| r.move_fixes(-18.0),
