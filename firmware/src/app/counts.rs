@@ -2,7 +2,8 @@
 //!
 //! A counter that is full no longer changes. A check that watches for changes would take that for a
 //! device that has stopped. So the counters have 64 bits, which nothing fills: bytes at 12 Mbit/s
-//! take 400 000 years. Only the values for the command link saturate at 32 bits ([`Count::saturated`]).
+//! take 400 000 years. Only the values for the command link saturate at 32 bits
+//! ([`Count::saturated`]).
 
 use crate::wire::command::Counters;
 

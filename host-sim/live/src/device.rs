@@ -70,7 +70,7 @@ pub struct Now {
 
 /// Identity and configuration of the device, sent to the pages when they change.
 #[derive(Serialize)]
-struct DeviceEvent {
+struct DeviceIdentity {
     #[serde(flatten)]
     info: Info,
     /// When corrections come into force.
@@ -104,43 +104,43 @@ impl Device {
     }
 
     /// Watches the device until the server ends. `link`: an open link, if there is one.
-    pub fn watch(&self, link: Option<Link>, around: &Channels) {
+    pub fn watch(&self, link: Option<Link>, channels: &Channels) {
         let fresh = |link| OpenDevice { link, rounds: 0 };
-        let mut found = link.map(fresh);
+        let mut open = link.map(fresh);
         let mut last = Last::default();
         let mut was_lost = false;
-        while !around.stop.load(Ordering::Relaxed) {
+        while !channels.stop.load(Ordering::Relaxed) {
             let begun = Instant::now();
-            let looked = match found.take() {
-                Some(found) => Ok(found),
+            let looked = match open.take() {
+                Some(open) => Ok(open),
                 None => self.open().map(fresh),
             };
-            let looked = looked.and_then(|mut found| {
-                self.look(&mut found, &mut last, around)?;
-                Ok(found)
+            let looked = looked.and_then(|mut open| {
+                self.look(&mut open, &mut last, channels)?;
+                Ok(open)
             });
             let wait = match looked {
                 Ok(polled) => {
                     if was_lost {
-                        around.record.log("the device is found again", false);
+                        channels.record.log("the device is found again", false);
                     }
-                    (found, was_lost) = (Some(polled), false);
+                    (open, was_lost) = (Some(polled), false);
                     PERIOD
                 }
                 Err(error) => {
                     last.lost();
                     let problem = error.to_string();
                     if !was_lost {
-                        around.record.log(&problem, true);
+                        channels.record.log(&problem, true);
                     }
-                    let t = around.hub.time_s();
-                    around.hub.send("lost", &Lost { t, problem });
+                    let t = channels.hub.time_s();
+                    channels.hub.send("lost", &Lost { t, problem });
                     was_lost = true;
                     LOOK
                 }
             };
             let due = begun + wait;
-            if !serve(due, &mut found, around) {
+            if !serve(due, &mut open, channels) {
                 return;
             }
         }
@@ -149,40 +149,40 @@ impl Device {
     /// Polls the device and sends its state to the pages.
     fn look(
         &self,
-        found: &mut OpenDevice,
+        open: &mut OpenDevice,
         last: &mut Last,
-        around: &Channels,
+        channels: &Channels,
     ) -> Result<(), Error> {
-        let OpenDevice { link, rounds } = found;
+        let OpenDevice { link, rounds } = open;
         let had = last.answered();
         if *rounds == 0 {
             last.reread(); // an order may have changed the configuration
         }
-        let status = Status::ask(link, around.hub.begun, last)?;
+        let status = Status::ask(link, channels.hub.begun, last)?;
         let restarted = had && status.per_second.is_none();
         if rounds.is_multiple_of(INFO_EVERY) || restarted {
             let configuration = configuration(link)?;
-            around.taps.configure(DecoderSettings::of(
+            channels.taps.configure(DecoderSettings::of(
                 &configuration.clone().unwrap_or_default(),
             ));
-            around
+            channels
                 .hub
-                .send("info", &self.what(info(link)?, configuration.as_ref()));
+                .send("info", &self.identity(info(link)?, configuration.as_ref()));
         }
         *rounds += 1;
         let estimate = link.estimate()?;
         let (in_force, network) = (estimate.in_force, estimate.network_output);
         let [gyro, accel] = in_force.map(|triad| triad.map(f64::from));
         let [[a, b, c], [x, y, z]] = [gyro, accel];
-        around.taps.in_force([a, b, c, x, y, z]);
+        channels.taps.in_force([a, b, c, x, y, z]);
         let now = Now {
-            t: around.hub.time_s(),
+            t: channels.hub.time_s(),
             status,
             in_force: usual(in_force),
             network: usual(network),
         };
         let proof = |trials: &Trials| trials.each.iter().map(|trial| trial.proof).collect();
-        around.hub.keep(Point {
+        channels.hub.keep(Point {
             t: now.t,
             estimate: now.status.solution.as_ref().map(|of| of.estimate),
             sigma: now.status.solution.as_ref().map(|of| of.sigma),
@@ -190,13 +190,13 @@ impl Device {
             proof: now.status.trials.as_ref().map(proof),
             place: now.status.solution.as_ref().map(|of| of.place_deg),
         });
-        around.record.now(&now);
-        around.hub.send("status", &now);
+        channels.record.now(&now);
+        channels.hub.send("status", &now);
         Ok(())
     }
 
-    fn what(&self, info: Info, configuration: Option<&Configuration>) -> DeviceEvent {
-        DeviceEvent {
+    fn identity(&self, info: Info, configuration: Option<&Configuration>) -> DeviceIdentity {
+        DeviceIdentity {
             info,
             activation: configuration.map(|of| match of.correction.activation {
                 Activation::Commanded => "commanded",
@@ -212,22 +212,22 @@ impl Device {
 }
 
 /// Waits until the next poll is due, or carries out an order of a button. False: the server ends.
-fn serve(due: Instant, found: &mut Option<OpenDevice>, around: &Channels) -> bool {
+fn serve(due: Instant, open: &mut Option<OpenDevice>, channels: &Channels) -> bool {
     let left = due.saturating_duration_since(Instant::now());
-    let given = match around.orders.recv_timeout(left) {
+    let given = match channels.orders.recv_timeout(left) {
         Ok(given) => given,
         Err(RecvTimeoutError::Timeout) => return true,
         Err(RecvTimeoutError::Disconnected) => return false,
     };
-    let done = match found {
-        Some(found) => {
-            found.rounds = 0; // its configuration may have changed
-            given.order.carry_out(&mut found.link)
+    let done = match open {
+        Some(open) => {
+            open.rounds = 0; // its configuration may have changed
+            given.order.carry_out(&mut open.link)
         }
         None => Err("the device is lost; remedy: wait until it is found again".into()),
     };
     let words = done.as_ref().map_or_else(Clone::clone, Clone::clone);
-    around.record.log(&words, done.is_err());
+    channels.record.log(&words, done.is_err());
     let _ = given.reply.send(done); // the page may be gone
     true
 }

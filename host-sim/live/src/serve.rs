@@ -62,7 +62,7 @@ pub fn serve(options: &Options) -> Result<(), Error> {
     let shown = Arc::clone(&taps);
     threads.push(thread::spawn(move || shown.show()));
     let (orders, given) = sync_channel(WAITING);
-    let around = Channels {
+    let channels = Channels {
         hub: Arc::clone(&hub),
         taps,
         record: Arc::clone(&record),
@@ -71,7 +71,7 @@ pub fn serve(options: &Options) -> Result<(), Error> {
     };
     let keeps = orders.clone(); // the device is watched also by a page without buttons
     threads.push(thread::spawn(move || {
-        device.watch(Some(link), &around);
+        device.watch(Some(link), &channels);
         drop(keeps);
     }));
     let web = Web {

@@ -23,8 +23,8 @@ pub trait Source {
     /// The end that fetches bursts.
     type Fetch: Fetch;
 
-    /// The end that fetches bursts, and a task that announces new bursts. It goes on beside the loop, so that no
-    /// edge comes while nobody waits for one.
+    /// The end that fetches bursts, and a task that announces new bursts. It goes on beside the
+    /// loop, so that no edge comes while nobody waits for one.
     fn split(self, new: &'static New) -> (Self::Fetch, impl Future<Output = ()>);
 }
 

@@ -91,8 +91,8 @@ impl Spi {
         begin_bursts(form).then_some(found)
     }
 
-    /// Ends the bursts, so that a sensor can be found again. One that is under way comes to its end,
-    /// since chip select must not move within a byte.
+    /// Ends the bursts, so that a sensor can be found again. One that is under way comes to its
+    /// end, since chip select must not move within a byte.
     pub fn forget(&mut self) {
         NVIC::mask(Interrupt::EXTI4);
         self.delay.delay_us(BURST_US);
