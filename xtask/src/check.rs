@@ -140,8 +140,8 @@ fn target(stages: &Stages) -> Result<()> {
     })
 }
 
-/// Where a nightly has Miri, it runs what is unsafe on this machine: a race, a value dropped twice or
-/// one that is lost is an error.
+/// Where a nightly has Miri, it runs what is unsafe on this machine: a race, a value dropped twice
+/// or lost is an error.
 fn miri() -> Result<()> {
     let nightly = || {
         let mut rustup = Command::new("rustup");
