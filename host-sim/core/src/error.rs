@@ -373,12 +373,16 @@ fn behind(line: &usize) -> String {
 
 /// The remedy for a time that does not increase.
 fn in_order(before: &f64, now: &f64) -> &'static str {
-    match before == now {
-        true => {
+    match () {
+        () if before == now => {
             "the same time comes twice: leave one of the lines out, or write the times with all \
              their digits"
         }
-        false => "sort the lines, the time must increase from line to line",
+        () if *now < 0.1 * before => {
+            "the clock begins anew there (a counter that wraps, or a restart): add what it has \
+             counted before, or cut the file there; else sort the lines"
+        }
+        () => "sort the lines, the time must increase from line to line",
     }
 }
 

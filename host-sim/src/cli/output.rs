@@ -4,6 +4,7 @@ use super::options::{arguments, refused};
 use super::progress::{self, ProgressLine};
 use super::stdout;
 use clap::Args as ClapArgs;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use host_core::error::Error;
 use host_io::output::write_atomic;
 use host_io::recordings::record::Record;
@@ -11,13 +12,15 @@ use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Report;
 use host_report::replay::Head;
 use serde::Serialize;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// `--json`.
 #[derive(Debug, Clone, ClapArgs)]
 pub(super) struct JsonOption {
     /// Write the results as JSON to this file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(json_file))]
     json: Option<PathBuf>,
 }
 
@@ -38,9 +41,44 @@ impl JsonOption {
     /// Writes a finished text if the option was given.
     pub(super) fn write_text(&self, text: &str) -> Result<(), Error> {
         match &self.json {
-            Some(file) => write_atomic(file, text.as_bytes()),
+            Some(file) => {
+                check_json(file)?;
+                write_atomic(file, text.as_bytes())
+            }
             None => Ok(()),
         }
+    }
+}
+
+/// The value of `--json`. A slip of the pen is found before the work.
+fn json_file(file: PathBuf) -> Result<PathBuf, String> {
+    match is_of_another_kind(&file) {
+        false => Ok(file),
+        true => Err(format!("{NOT_JSON}; remedy: {ANOTHER_NAME}")),
+    }
+}
+
+const NOT_JSON: &str = "is there and is not JSON, and would be overwritten";
+const ANOTHER_NAME: &str = "give another name, or delete that file first";
+
+/// Whether a file is there that is not JSON, such as a recording or a unit file. A device or a pipe
+/// loses nothing, and what cannot be opened is reported where it is written.
+fn is_of_another_kind(file: &Path) -> bool {
+    let mut first = [0];
+    let opened = file.is_file().then(|| File::open(file).ok()).flatten();
+    let read = opened.and_then(|mut file| file.read_exact(&mut first).ok());
+    read.is_some() && !b"{[".contains(&first[0])
+}
+
+/// Refuses to write JSON over a file of another kind, which this command may have written.
+fn check_json(file: &Path) -> Result<(), Error> {
+    match is_of_another_kind(file) {
+        false => Ok(()),
+        true => Err(refused(
+            "--json",
+            format!("is {}, which {NOT_JSON}", file.display()),
+            ANOTHER_NAME,
+        )),
     }
 }
 
@@ -102,6 +140,7 @@ impl<'a> WrittenRecording<'a> {
 
 /// Writes `value` to `file` as JSON.
 pub(super) fn write_json<T: Serialize + ?Sized>(file: &Path, value: &T) -> Result<(), Error> {
+    check_json(file)?;
     let text = serde_json::to_vec_pretty(value).map_err(|e| Error::writing(file, e.into()))?;
     write_atomic(file, &text)
 }

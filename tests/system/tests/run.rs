@@ -351,6 +351,28 @@ fn bad_input_exits_with_2_names_the_place_and_writes_nothing() {
 }
 
 #[test]
+fn json_is_not_written_over_a_recording() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = |args: &[&str]| {
+        let out = host_sim(dir.path()).args(args).assert().code(2);
+        let text = String::from_utf8_lossy(&out.get_output().stderr).into_owned();
+        assert!(
+            text.contains("is not JSON, and would be overwritten"),
+            "{text}"
+        );
+    };
+    let text = "t_s,wx_radps\n0.01,0\n";
+    std::fs::write(dir.path().join("rest.csv"), text).unwrap();
+    refused(&["allan", "rest.csv", "--json", "rest.csv"]);
+    let left = std::fs::read_to_string(dir.path().join("rest.csv")).unwrap();
+    assert_eq!(left, text);
+    // what the command itself has written
+    refused(&["simulate", "--out", "s", "--json", "s/imu.csv"]);
+    let written = std::fs::read_to_string(dir.path().join("s/imu.csv")).unwrap();
+    assert!(written.starts_with("t_s,"), "{}", &written[..40]);
+}
+
+#[test]
 fn a_report_directory_with_somebody_elses_files_is_left_alone() {
     let dir = tempfile::tempdir().unwrap();
     std::fs::create_dir(dir.path().join("mine")).unwrap();

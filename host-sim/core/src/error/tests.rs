@@ -103,3 +103,20 @@ fn each_way_in_which_reading_fails_has_a_remedy_of_its_own() {
         assert!(text.starts_with(path.to_str().unwrap()), "{text}");
     }
 }
+
+#[test]
+fn a_clock_that_begins_anew_is_told_from_lines_out_of_order() {
+    let said = |before: f64, now: f64| {
+        Error::TimeBack {
+            file: "imu.csv".into(),
+            line: 9,
+            field: "t".into(),
+            before,
+            now,
+        }
+        .to_string()
+    };
+    assert!(said(65.535, 0.004).contains("the clock begins anew there"));
+    assert!(said(300.0, 290.0).contains("sort the lines"));
+    assert!(said(3.0, 3.0).contains("the same time comes twice"));
+}

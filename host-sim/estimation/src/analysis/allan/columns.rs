@@ -236,12 +236,17 @@ fn rate_of_times(table: &Table) -> Result<f64, Error> {
     }
     let span = times.last().unwrap_or(&1.0) - times.first().unwrap_or(&0.0);
     let rate = (times.len() - 1).max(1) as f64 / span;
-    let in_ms = 1e3 * rate;
-    if rate < SLOW_HZ && (4.0..=20_000.0).contains(&in_ms) {
-        let remedy = format!(
-            "give s: in ms they would be {in_ms:.0} samples a second; or give --rate HZ to ignore \
-             the times"
-        );
+    let in_unit = |(unit, of_s): &(&str, f64)| {
+        let rate = of_s * rate;
+        (4.0..=20_000.0)
+            .contains(&rate)
+            .then(|| format!("in {unit} they would be {rate:.0}"))
+    };
+    let smaller = [("ms", 1e3), ("us", 1e6), ("ns", 1e9)];
+    let fits = smaller.iter().find_map(in_unit).filter(|_| rate < SLOW_HZ);
+    if let Some(fits) = fits {
+        let remedy =
+            format!("give s: {fits} samples a second; or give --rate HZ to ignore the times");
         return Err(table.complain(1, 0, "a step that no IMU has", &remedy));
     }
     // times in files are rounded: 200.0000003 Hz is 200 Hz

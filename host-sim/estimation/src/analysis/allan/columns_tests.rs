@@ -184,6 +184,19 @@ fn faults_are_named_by_line_and_column() {
 }
 
 #[test]
+fn times_in_a_smaller_unit_are_refused() {
+    for (unit, of_s) in [("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
+        let text = file("t_s,dtheta_x_rad", |i| {
+            format!("{:.0},1e-6", of_s * time(i))
+        });
+        let message = complaint(&text);
+        let remedy = format!("in {unit} they would be 50 samples a second");
+        assert!(message.contains("a step that no IMU has"), "{message}");
+        assert!(message.contains(&remedy), "{message}");
+    }
+}
+
+#[test]
 fn gzip_reads_alike_and_a_broken_one_is_reported() {
     use std::io::Write;
     let text = file("dtheta_x_rad", |i| format!("{}e-6", i * 7919 % 1009));

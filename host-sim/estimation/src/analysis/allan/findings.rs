@@ -119,7 +119,7 @@ impl Findings {
     ///
     /// # Errors
     /// No column changes enough to have an Allan deviation, or one cannot be read again; the
-    /// accelerometers of a recording show that its columns are in other units.
+    /// sensors of a recording show that its columns are in other units.
     pub fn of(source: String, columns: Vec<Column>, spec: Option<&ImuSpec>) -> Result<Self, Error> {
         let names: Vec<String> = columns.iter().map(|column| column.name.clone()).collect();
         let samples = columns.iter().map(Column::len).max().unwrap_or(0);
@@ -135,9 +135,12 @@ impl Findings {
             found.extend(all.collect::<Result<Vec<_>, Error>>()?);
         }
         let (means, analyses): (Vec<Mean>, Vec<Option<Analysis>>) = found.into_iter().unzip();
-        let doubt = match spec {
-            None => gravity::check(&source, &means)?,
-            Some(_) => None,
+        let doubts = match spec {
+            None => [
+                gravity::check(&source, &means)?,
+                gravity::check_rate(&source, &means)?,
+            ],
+            Some(_) => [None, None],
         };
         if analyses.iter().all(Option::is_none) {
             return Err(Error::Option {
@@ -150,7 +153,7 @@ impl Findings {
         let constant = pairs.filter(|(_, analysis)| analysis.is_none());
         let constant =
             constant.map(|(column, _)| format!("{column} hardly ever changes and is left out"));
-        let mut notes: Vec<String> = doubt.into_iter().chain(constant).collect();
+        let mut notes: Vec<String> = doubts.into_iter().flatten().chain(constant).collect();
         notes.extend(spec.and_then(dither_note));
         let analyses: Vec<Analysis> = analyses.into_iter().flatten().collect();
         notes.extend(rounding_note(&analyses));

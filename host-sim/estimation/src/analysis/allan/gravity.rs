@@ -1,12 +1,17 @@
-//! Whether the accelerometers of a recording at rest measure gravity. If they do not, the columns
-//! are not in the units that their names or their header say, and all noises are wrong.
+//! Whether the accelerometers of a recording at rest measure gravity, and its gyros hardly a
+//! rotation. If they do not, the columns are not in the units that their names or their header say,
+//! and all noises are wrong.
 
 use super::Kind;
 use host_core::error::Error;
-use host_core::inertial::units::G0;
+use host_core::inertial::units::{DEG, G0};
 
 /// Distance of the mean specific force from gravity that is no fault, as a share.
 const SHARE: f64 = 0.05;
+/// Largest mean rate at rest: the bias of poor gyros, rad/s.
+const STILL: f64 = 20.0 * DEG;
+/// Sizes of rates at rest, deg/h, that are the Earth's and a bias.
+const EARTH_DPH: std::ops::RangeInclusive<f64> = 5.0..=45.0;
 
 /// Mean of one axis of a sensor, and its kind.
 #[derive(Debug, Clone, Copy)]
@@ -68,9 +73,54 @@ pub(super) fn check(source: &str, means: &[Mean]) -> Result<Option<String>, Erro
     }
 }
 
+/// Checks the mean rate of a recording at rest. Returns a note if no gyro at rest shows it and
+/// nothing explains it. Without three gyros there is nothing to check.
+///
+/// # Errors
+/// The rate is that of the Earth in deg/h, taken as rad/s.
+pub(super) fn check_rate(source: &str, means: &[Mean]) -> Result<Option<String>, Error> {
+    let gyros = means.iter().filter(|mean| mean.kind == Kind::Gyro);
+    let [x, y, z] = gyros.collect::<Vec<_>>()[..] else {
+        return Ok(None);
+    };
+    let rate = x.value.hypot(y.value).hypot(z.value);
+    if rate <= STILL {
+        return Ok(None);
+    }
+    let problem = format!("has a mean rate of {:.1} deg/s at rest", rate / DEG);
+    if EARTH_DPH.contains(&rate) {
+        return Err(Error::Option {
+            option: source.to_owned(),
+            problem,
+            remedy: format!("the gyros are in deg/h, not in rad/s (then it is {rate:.1} deg/h)"),
+        });
+    }
+    Ok(Some(format!(
+        "the recording {problem}, so the units of the gyros, or that it is at rest, are doubtful"
+    )))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rate_that_no_gyro_has_at_rest_is_told() {
+        let checked = |rate: [f64; 3]| {
+            let mean = |value| Mean {
+                kind: Kind::Gyro,
+                value,
+                rate_hz: 100.0,
+            };
+            check_rate("rest.csv", &rate.map(mean))
+        };
+        assert_eq!(checked([5.0 * DEG, 0.0, -3.0 * DEG]).unwrap(), None);
+        let why = checked([9.0, -3.0, 12.0]).unwrap_err().to_string();
+        let expected = "remedy: the gyros are in deg/h, not in rad/s (then it is 15.3 deg/h)";
+        assert!(why.ends_with(expected), "{why}");
+        let note = checked([0.0, 0.0, 1.0]).unwrap().unwrap();
+        assert!(note.contains("57.3 deg/s"), "{note}");
+    }
 
     fn checked(force: [f64; 3], rate_hz: f64) -> Result<Option<String>, Error> {
         let mean = |value| Mean {

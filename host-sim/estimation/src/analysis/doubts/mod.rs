@@ -12,10 +12,12 @@ mod change;
 mod evidence;
 mod measure;
 mod mistakes;
+mod north;
 mod outside;
 mod rests;
 mod signs;
 mod slope;
+mod stuck;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -208,7 +210,9 @@ pub fn doubts(
         return vec![warning(doubt)];
     }
     let jumps = outside::jumps(&mut evidence.fixes, says);
-    let near = jumps.is_some().then(|| Record {
+    let held = outside::held(&evidence, says);
+    let fewer = outside::thin(&mut evidence.fixes);
+    let near = (jumps.is_some() || fewer).then(|| Record {
         fixes: evidence.fixes.clone(),
         ..record.clone()
     });
@@ -228,8 +232,10 @@ pub fn doubts(
     let sheet = sheet(&rests, &expected, class);
     let mut found: Vec<Doubt> = jumps
         .into_iter()
-        .chain(outside::held(&evidence, says))
+        .chain(held)
+        .chain(stuck::doubt(record, says))
         .chain(rate(says, evidence.rate_hz))
+        .chain(north::doubt(&evidence, &expected, says))
         .collect();
     found.extend(table::doubts(
         &evidence,

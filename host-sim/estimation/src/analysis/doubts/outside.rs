@@ -24,6 +24,10 @@ const MOVES_MPS: f64 = 1.0;
 /// more than it moves.
 const JUMP_M: f64 = 100.0;
 const NEAR_S: f64 = 2.5;
+/// Metres of a degree of latitude.
+const DEGREE_M: f64 = 111_200.0;
+/// Fixes as close to each other as this, s, add nothing to a comparison.
+const CLOSE_S: f64 = 0.09;
 /// Share by which what seems to be gravity may differ from it.
 const GRAVITY_SHARE: f64 = 0.05;
 
@@ -144,11 +148,44 @@ pub(super) fn held(evidence: &Evidence, says: &Says) -> Option<Doubt> {
         counted(count, "time"),
         begin?
     );
-    let remedy = "leave out what is not a fix: receivers without one hold the last position, and \
-                  say so in another column ('gnss.valid'), as by a type of fix of 5 (time only) \
-                  of u-blox";
+    let remedy = match coarse(&fixes) {
+        Some(step) => format!(
+            "write the positions with all their digits: they are in steps of {step} deg, which are \
+             {:.0} m",
+            step * DEGREE_M
+        ),
+        None => "leave out what is not a fix: receivers without one hold the last position, and \
+                 say so in another column ('gnss.valid'), as by a type of fix of 5 (time only) of \
+                 u-blox"
+            .into(),
+    };
     let field = says.fixes.position.name.trim_end_matches(".unit");
-    Some((field.to_owned(), problem, remedy.to_owned()))
+    Some((field.to_owned(), problem, remedy))
+}
+
+/// The step of latitudes or longitudes whose last digits have been left out, deg.
+fn coarse(fixes: &[&TimedFix]) -> Option<f64> {
+    let all = |of: fn(&TimedFix) -> f64, step: f64| {
+        let mut values = fixes.iter().map(|fix| of(fix));
+        let first = values.clone().next();
+        values.clone().any(|value| Some(value) != first)
+            && values.all(|value| (value / step - (value / step).round()).abs() < 1e-6)
+    };
+    [1e-2, 1e-3, 1e-4, 1e-5]
+        .into_iter()
+        .find(|step| all(|fix| fix.lat_deg, *step) || all(|fix| fix.lon_deg, *step))
+}
+
+/// Takes out fixes that follow another one within [`CLOSE_S`]: every mistake of the table is fitted
+/// to all fixes, and those of a reference come as often as the samples. Returns whether it took any.
+pub(super) fn thin(fixes: &mut Vec<TimedFix>) -> bool {
+    let (all, mut last) = (fixes.len(), f64::NEG_INFINITY);
+    fixes.retain(|fix| {
+        let kept = fix.time - last > CLOSE_S;
+        last = if kept { fix.time } else { last };
+        kept
+    });
+    fixes.len() < all
 }
 
 /// The numbers of the gyros are gravity, and those of the accelerometers are not.

@@ -138,7 +138,7 @@ fn axes<S: serde::Serializer>(of: &Vector3<f64>, into: S) -> Result<S::Ok, S::Er
 
 /// The points of gyros and accelerometers.
 fn minutes(log: &Log, number: usize, rests: &Rests) -> [Vec<Point>; 2] {
-    let length = (POINT_S * log.rate_hz).round() as usize;
+    let length = ((POINT_S * log.rate_hz).round() as usize).max(1);
     let mut points = [vec![], vec![]];
     for stretch in &rests.stretches {
         let mut first = stretch.samples.start;

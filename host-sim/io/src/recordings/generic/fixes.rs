@@ -162,6 +162,7 @@ impl<'n> Names<'n> {
             left_out = LeftOut::default();
             (found, week) = collect(&table, &si, &[], &mut left_out)?;
         }
+        found = once_each(found, &mut left_out);
         if found.is_empty() && left_out.all() > 0 {
             let problem = format!("holds no fix: {}", left_out.reasons());
             let remedy = "give a recording in which the receiver has a fix";
@@ -262,6 +263,40 @@ fn collect(
         fixes.push(now);
     }
     Ok((fixes, week))
+}
+
+/// Without the lines that repeat a fix, where the file holds each one until the next, as loggers do
+/// that write all values whenever one is new. A receiver that stands may repeat its position, so
+/// that fixes count that follow after the usual time.
+fn once_each(fixes: Vec<TimedFix>, left_out: &mut LeftOut) -> Vec<TimedFix> {
+    const LEAST_RUNS: usize = 10;
+    let values = |fix: &TimedFix| {
+        let [north, east, down] = fix.velocity;
+        [fix.lat_deg, fix.lon_deg, fix.height_m, north, east, down].map(f64::to_bits)
+    };
+    let runs: Vec<&[TimedFix]> = fixes.chunk_by(|a, b| values(a) == values(b)).collect();
+    let middle = |mut of: Vec<f64>| {
+        of.sort_by(f64::total_cmp);
+        of.get(of.len() / 2).copied()
+    };
+    let length = middle(runs.iter().map(|run| run.len() as f64).collect());
+    let steps = runs.windows(2).map(|two| two[1][0].time - two[0][0].time);
+    let Some(usual) = middle(steps.collect()) else {
+        return fixes;
+    };
+    if runs.len() < LEAST_RUNS || length < Some(2.0) {
+        return fixes;
+    }
+    let mut kept: Vec<TimedFix> = Vec::new();
+    for fix in &fixes {
+        let repeats =
+            |last: &TimedFix| values(last) == values(fix) && fix.time - last.time < 0.99 * usual;
+        match kept.last().is_some_and(repeats) {
+            true => left_out.count("its values are those of the line before", fix.time),
+            false => kept.push(*fix),
+        }
+    }
+    kept
 }
 
 /// The likeliest cause of such a height.

@@ -391,6 +391,29 @@ fn the_line_of_names_is_found() {
 }
 
 /// Lines that hold no fix, by a column of the header or by their names.
+/// A logger that writes all values with every sample holds each fix until the next one.
+#[test]
+fn fixes_that_are_held_count_once() {
+    let held: String = gnss(20)
+        .lines()
+        .flat_map(|line| {
+            let (time, rest) = line.split_once(' ').unwrap();
+            let time: f64 = time.parse().unwrap();
+            (0..5).map(move |k| format!("{:.1} {rest}\n", time + 0.2 * f64::from(k)))
+        })
+        .collect();
+    let of = |fixes: &str| read(&Folder::new(MOVING, &imu(2001), fixes).header(), &[]).unwrap();
+    let (once, held) = (of(&gnss(20)), of(&held));
+    assert_eq!(once.fixes, held.fixes);
+    let notes = held.notes.join(" ");
+    let told = notes.contains("80 lines") && notes.contains("those of the line before");
+    assert!(told, "{notes}");
+    // a receiver that stands and repeats its position is believed
+    let still = |k: usize| format!("{:.1}  45.0 7.0 80 0 0 0\n", 1000.5 + k as f64);
+    let still: String = (0..20).map(still).collect();
+    assert_eq!(of(&still).fixes.len(), 20);
+}
+
 #[test]
 fn columns_that_say_that_there_is_no_fix_are_heeded() {
     let fixes = |kind: &[&str]| -> String {
