@@ -177,7 +177,8 @@ fn coarse(fixes: &[&TimedFix]) -> Option<f64> {
 }
 
 /// Takes out fixes that follow another one within [`CLOSE_S`]: every mistake of the table is fitted
-/// to all fixes, and those of a reference come as often as the samples. Returns whether it took any.
+/// to all fixes, and those of a reference come as often as the samples. Returns whether it took
+/// any.
 pub(super) fn thin(fixes: &mut Vec<TimedFix>) -> bool {
     let (all, mut last) = (fixes.len(), f64::NEG_INFINITY);
     fixes.retain(|fix| {

@@ -5,6 +5,8 @@ use super::*;
 use host_core::inertial::units::G0;
 use nalgebra::Rotation3;
 
+mod sensors;
+
 /// What `replay csv` says of a header with these units and this order.
 fn says() -> Says {
     let field = |name: &str, named: usize, units: &[(&str, f64)]| Field {
@@ -249,72 +251,6 @@ fn every_mistake_is_reported_by_its_name_and_no_other() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
-/// A sensor that holds its value while the vehicle turns, and positions without their last digits.
-#[test]
-fn a_stuck_sensor_and_cut_positions_are_reported_first() {
-    let right = Record::from_session(&drive("tactical", 120));
-    let mut stuck = right.clone();
-    let mut at = 0;
-    each_sample(&mut stuck, |mut s| {
-        at += 1;
-        if at > 20_000 {
-            s.dtheta.z = 1e-6;
-        }
-        s
-    });
-    let mut cut = right.clone();
-    each_fix(&mut cut, |f| {
-        (f.lat_deg, f.lon_deg) = (
-            (f.lat_deg * 1e3).round() / 1e3,
-            (f.lon_deg * 1e3).round() / 1e3,
-        );
-    });
-    for (record, field, problem, remedy) in [
-        (
-            stuck,
-            "imu.gyro",
-            "about the axis called down from 200.0 to",
-            "check its column",
-        ),
-        (
-            cut,
-            "gnss.latitude",
-            "repeats a position",
-            "in steps of 0.001 deg, which are 111 m",
-        ),
-    ] {
-        let found = doubts_of(&record);
-        let first = &found[0];
-        let hit = first.problem.contains(problem) && first.remedy.contains(remedy);
-        assert!(first.field == field && hit, "{first}");
-    }
-}
-
-/// The rest of a sensor that cannot find north gives no heading.
-#[test]
-fn a_standstill_without_a_heading_is_reported() {
-    let record = Record::from_session(&drive("stim300", 120));
-    let assumed = &class("stim300");
-    let class = Class {
-        assumed,
-        given: true,
-    };
-    let found = |record: &Record| doubts(record, &says(), class, &contradicted);
-    let standing = found(&record);
-    let first = &standing[0];
-    assert!(
-        first
-            .problem
-            .contains("with a bias of 10.8 deg/h find not at all"),
-        "{first}"
-    );
-    assert_eq!(
-        (standing.len(), first.field.as_str()),
-        (1, "start.standstill_s")
-    );
-    assert_eq!(found(&on_the_road(&drive("stim300", 150))), []);
 }
 
 /// Two mistakes are reported one after the other.
