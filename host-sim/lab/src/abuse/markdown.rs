@@ -135,9 +135,9 @@ pub fn csv(all: &[Summary]) -> String {
 /// Number of rows that harm, and the worst run of them.
 fn harm(of: &[&Summary]) -> (usize, String) {
     let of: Vec<_> = of.iter().filter(|of| of.harms()).collect();
-    let worst = of
-        .iter()
-        .max_by(|a, b| a.ratio_worst.total_cmp(&b.ratio_worst));
+    // as it is in the file: of two that are equal there, the later
+    let shown = |of: &Summary| (100.0 * of.ratio_worst).round();
+    let worst = of.iter().max_by(|a, b| shown(a).total_cmp(&shown(b)));
     let worst = worst.map(|of| format!(", at worst {:.2} (`{}`)", of.ratio_worst, of.case));
     (of.len(), worst.unwrap_or_default())
 }
