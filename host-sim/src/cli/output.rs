@@ -12,8 +12,7 @@ use host_lab::experiment::outcome::Outcome;
 use host_lab::experiment::results::Report;
 use host_report::replay::Head;
 use serde::Serialize;
-use std::fs::File;
-use std::io::Read;
+use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
 
 /// `--json`.
@@ -41,10 +40,7 @@ impl JsonOption {
     /// Writes a finished text if the option was given.
     pub(super) fn write_text(&self, text: &str) -> Result<(), Error> {
         match &self.json {
-            Some(file) => {
-                check_json(file)?;
-                write_atomic(file, text.as_bytes())
-            }
+            Some(file) => write_over_json(file, text.as_bytes()),
             None => Ok(()),
         }
     }
@@ -64,16 +60,16 @@ const ANOTHER_NAME: &str = "give another name, or delete that file first";
 /// Whether a file is there that is not JSON, such as a recording or a unit file. A device or a pipe
 /// loses nothing, and what cannot be opened is reported where it is written.
 fn is_of_another_kind(file: &Path) -> bool {
-    let mut first = [0];
-    let opened = file.is_file().then(|| File::open(file).ok()).flatten();
-    let read = opened.and_then(|mut file| file.read_exact(&mut first).ok());
-    read.is_some() && !b"{[".contains(&first[0])
+    let read = file.is_file().then(|| std::fs::read(file).ok()).flatten();
+    let is_other =
+        |bytes: Vec<u8>| !bytes.is_empty() && serde_json::from_slice::<IgnoredAny>(&bytes).is_err();
+    read.is_some_and(is_other)
 }
 
-/// Refuses to write JSON over a file of another kind, which this command may have written.
-fn check_json(file: &Path) -> Result<(), Error> {
+/// Writes JSON, but not over a file of another kind, which this command may have written.
+fn write_over_json(file: &Path, json: &[u8]) -> Result<(), Error> {
     match is_of_another_kind(file) {
-        false => Ok(()),
+        false => write_atomic(file, json),
         true => Err(refused(
             "--json",
             format!("is {}, which {NOT_JSON}", file.display()),
@@ -140,9 +136,8 @@ impl<'a> WrittenRecording<'a> {
 
 /// Writes `value` to `file` as JSON.
 pub(super) fn write_json<T: Serialize + ?Sized>(file: &Path, value: &T) -> Result<(), Error> {
-    check_json(file)?;
     let text = serde_json::to_vec_pretty(value).map_err(|e| Error::writing(file, e.into()))?;
-    write_atomic(file, &text)
+    write_over_json(file, &text)
 }
 
 /// `--json` and `--out` of a command that always writes a report.

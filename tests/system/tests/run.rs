@@ -366,6 +366,9 @@ fn json_is_not_written_over_a_recording() {
     refused(&["allan", "rest.csv", "--json", "rest.csv"]);
     let left = std::fs::read_to_string(dir.path().join("rest.csv")).unwrap();
     assert_eq!(left, text);
+    // a header begins as an array of JSON does
+    std::fs::write(dir.path().join("header.toml"), "[start]\n").unwrap();
+    refused(&["simulate", "--out", "s", "--json", "header.toml"]);
     // what the command itself has written
     refused(&["simulate", "--out", "s", "--json", "s/imu.csv"]);
     let written = std::fs::read_to_string(dir.path().join("s/imu.csv")).unwrap();

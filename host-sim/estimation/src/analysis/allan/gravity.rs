@@ -105,7 +105,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rate_that_no_gyro_has_at_rest_is_told() {
+    fn a_rate_that_no_gyro_has_at_rest_is_reported() {
         let checked = |rate: [f64; 3]| {
             let mean = |value| Mean {
                 kind: Kind::Gyro,

@@ -2,6 +2,7 @@
 
 use super::evidence::Evidence;
 use super::rests::{Rests, speeds};
+use super::{AXES, DEGREE_M};
 use firmware::plausibility::Expected;
 use firmware::units::G;
 use firmware::wire::command::fault;
@@ -34,8 +35,6 @@ const CLIMBS_MPS: f64 = 0.1;
 const PAIRS: usize = 10;
 /// Longest time between two fixes whose velocities are averaged, s.
 const NEAR_S: f64 = 2.5;
-/// Metres of a degree of latitude.
-const DEGREE_M: f64 = 111_200.0;
 
 /// The quantities compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -310,7 +309,7 @@ fn down(evidence: &Evidence, rests: &Rests) -> Option<Measure> {
         }
     };
     let axis = force.iamax();
-    let name = ["forward", "right", "down"][axis];
+    let name = AXES[axis];
     let way = if force[axis] < 0.0 {
         "against"
     } else {

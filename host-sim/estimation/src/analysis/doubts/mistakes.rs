@@ -2,7 +2,7 @@
 //! what the recording is like without it.
 
 use super::change::{Change, LatLonOrder, Order};
-use super::{Field, Says, TimeDoubt, signs};
+use super::{AXES, Field, Says, TimeDoubt, signs};
 use host_io::recordings::clocks;
 use nalgebra::Matrix3;
 use std::f64::consts::PI;
@@ -271,8 +271,7 @@ pub(super) fn gyros(says: &Says) -> String {
 
 /// What is forward, right and down if `axes` turns the given ones into the right ones.
 fn axes_remedy(axes: &Matrix3<f64>, example: &str) -> String {
-    let names = ["forward", "right", "down"];
-    let now = names.iter().enumerate().map(|(row, name)| {
+    let now = AXES.iter().enumerate().map(|(row, name)| {
         let column = (0..3).find(|column| axes[(row, *column)] != 0.0);
         let column = column.unwrap_or_default();
         let against = if axes[(row, column)] < 0.0 {
@@ -282,7 +281,7 @@ fn axes_remedy(axes: &Matrix3<f64>, example: &str) -> String {
         };
         format!(
             "{name} seems to be {against}what is called {}",
-            names[column]
+            AXES[column]
         )
     });
     let now: Vec<String> = now.collect();

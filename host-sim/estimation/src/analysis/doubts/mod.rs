@@ -38,6 +38,10 @@ use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
 
+/// Metres of a degree of latitude.
+const DEGREE_M: f64 = 111_200.0;
+/// The axes of the vehicle.
+const AXES: [&str; 3] = ["forward", "right", "down"];
 /// Noise or bias that differs from the assumed class by more than this factor is reported.
 const FACTOR: f64 = 5.0;
 /// Sway of a standing vehicle by people, wind and engine: standard deviations of angle, rad, and

@@ -2,7 +2,7 @@
 //! elsewhere, gyros and accelerometers in each other's columns.
 
 use super::evidence::Evidence;
-use super::{Doubt, Says};
+use super::{DEGREE_M, Doubt, Says};
 use firmware::units::G;
 use host_core::words::counted;
 use host_io::recordings::clocks;
@@ -24,8 +24,6 @@ const MOVES_MPS: f64 = 1.0;
 /// more than it moves.
 const JUMP_M: f64 = 100.0;
 const NEAR_S: f64 = 2.5;
-/// Metres of a degree of latitude.
-const DEGREE_M: f64 = 111_200.0;
 /// Fixes as close to each other as this, s, add nothing to a comparison.
 const CLOSE_S: f64 = 0.09;
 /// Share by which what seems to be gravity may differ from it.

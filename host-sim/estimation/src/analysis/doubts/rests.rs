@@ -1,5 +1,6 @@
 //! Times at rest, and the noise and bias of the sensors there.
 
+use super::DEGREE_M;
 use super::evidence::{Block, Evidence};
 use firmware::plausibility::rest::{Judged, RestCheck};
 use firmware::plausibility::{AT_REST, EARTH, Expected, Means};
@@ -8,8 +9,6 @@ use nalgebra::Vector3;
 
 /// Largest time between a block and a fix that applies to it, s.
 const NEAR_S: f64 = 2.5;
-/// Metres of a degree of latitude.
-const DEGREE_M: f64 = 111_200.0;
 
 /// Times at rest.
 #[derive(Debug)]

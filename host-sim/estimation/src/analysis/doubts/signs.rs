@@ -4,6 +4,7 @@
 //! to north, east and down (Wahba's problem). Signs or places that leave much less than those given
 //! are the right ones.
 
+use super::AXES;
 use super::ahead::velocities;
 use super::evidence::Evidence;
 use super::measure::{Kind, Measure};
@@ -35,7 +36,7 @@ pub(super) struct Gyros {
 pub(super) fn others() -> impl Iterator<Item = Gyros> {
     let of = |swapped: bool| {
         move |changed: [bool; 3]| {
-            let names = ["forward", "right", "down"].into_iter().zip(changed);
+            let names = AXES.into_iter().zip(changed);
             let axes: Vec<&str> = names.filter(|(_, it)| *it).map(|(name, _)| name).collect();
             let signs = changed.map(|it| if it { -1.0 } else { 1.0 });
             let mut turn = Matrix3::from_diagonal(&signs.into());

@@ -1,6 +1,6 @@
 //! A sensor that holds its value while the vehicle moves and the other two of its kind change.
 
-use super::{Doubt, Says};
+use super::{AXES, Doubt, Says};
 use host_core::inertial::sins::Increment;
 use host_io::recordings::record::{Record, TimedFix};
 
@@ -9,9 +9,6 @@ const LEAST_S: f64 = 20.0;
 const MOVES_M: f64 = 20.0;
 /// Changes of a value that are none, as a share: those of the times in a file.
 const SHARE: f64 = 1e-6;
-
-/// The axes of the vehicle.
-const NAMES: [&str; 3] = ["forward", "right", "down"];
 
 /// The samples up to one of them.
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,7 +33,7 @@ pub(super) fn doubt(record: &Record, says: &Says) -> Option<Doubt> {
     let problem = format!(
         "holds one value {how} the axis called {} from {:.1} to {:.1} s, while the vehicle moves \
          and the other two change",
-        NAMES[sensor % 3],
+        AXES[sensor % 3],
         from.time,
         to.time
     );

@@ -1,5 +1,6 @@
 //! Rotation by the gyros against the changes of course that the fixes show.
 
+use super::DEGREE_M;
 use super::evidence::Evidence;
 use host_io::recordings::record::TimedFix;
 
@@ -19,8 +20,6 @@ const STRAIGHT: f64 = 0.1;
 /// Smallest correlation of rotation and course whose ratio means something. What flies sideways, or
 /// has another clock, turns at other times than its course.
 const TOGETHER: f64 = 0.7;
-/// Metres of a degree of latitude.
-const DEGREE_M: f64 = 111_200.0;
 
 /// The factor from changes of course to rotation about the down axis, and their correlation. On a
 /// straight road only rotations that are far too large can be detected.

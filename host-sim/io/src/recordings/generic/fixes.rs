@@ -10,6 +10,7 @@ use crate::recordings::table::Table;
 use crate::recordings::week::Unwrapped;
 use host_core::error::Error;
 use host_core::inertial::units::DEG;
+use host_core::list::median;
 
 /// Heights from here on are none of a vehicle, m.
 const HIGHEST_M: f64 = 20_000.0;
@@ -275,18 +276,11 @@ fn once_each(fixes: Vec<TimedFix>, left_out: &mut LeftOut) -> Vec<TimedFix> {
         [fix.lat_deg, fix.lon_deg, fix.height_m, north, east, down].map(f64::to_bits)
     };
     let runs: Vec<&[TimedFix]> = fixes.chunk_by(|a, b| values(a) == values(b)).collect();
-    let middle = |mut of: Vec<f64>| {
-        of.sort_by(f64::total_cmp);
-        of.get(of.len() / 2).copied()
-    };
-    let length = middle(runs.iter().map(|run| run.len() as f64).collect());
-    let steps = runs.windows(2).map(|two| two[1][0].time - two[0][0].time);
-    let Some(usual) = middle(steps.collect()) else {
-        return fixes;
-    };
-    if runs.len() < LEAST_RUNS || length < Some(2.0) {
+    if runs.len() < LEAST_RUNS || median(|| runs.iter().map(|run| run.len() as f64)) < 2.0 {
         return fixes;
     }
+    let steps = || runs.windows(2).map(|two| two[1][0].time - two[0][0].time);
+    let usual = median(steps);
     let mut kept: Vec<TimedFix> = Vec::new();
     for fix in &fixes {
         let repeats =

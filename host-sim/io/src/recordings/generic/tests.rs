@@ -390,7 +390,6 @@ fn the_line_of_names_is_found() {
     );
 }
 
-/// Lines that hold no fix, by a column of the header or by their names.
 /// A logger that writes all values with every sample holds each fix until the next one.
 #[test]
 fn fixes_that_are_held_count_once() {
@@ -414,6 +413,7 @@ fn fixes_that_are_held_count_once() {
     assert_eq!(of(&still).fixes.len(), 20);
 }
 
+/// Lines that hold no fix, by a column of the header or by their names.
 #[test]
 fn columns_that_say_that_there_is_no_fix_are_heeded() {
     let fixes = |kind: &[&str]| -> String {
