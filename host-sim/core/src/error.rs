@@ -392,11 +392,11 @@ fn nearest(name: &str, known: &[String]) -> String {
     close.map_or(String::new(), |close| format!(", did you mean '{close}'?"))
 }
 
-/// The one of `known` that is nearest to `name`, within two edits.
+/// The one of `known` that is nearest to `name`, within two edits and half of its characters.
 #[must_use]
 pub fn nearest_name<'k>(name: &str, known: &'k [String]) -> Option<&'k str> {
     let best = known.iter().map(|k| (edits(name, k), k)).min();
-    best.filter(|(distance, _)| *distance <= 2)
+    best.filter(|(distance, _)| *distance <= 2.min(name.chars().count() / 2))
         .map(|(_, close)| close.as_str())
 }
 

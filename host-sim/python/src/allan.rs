@@ -60,6 +60,13 @@ impl Allan {
         self.0.misfit
     }
 
+    /// Number of single samples far from their neighbours. At most one in a thousand is left out;
+    /// more stay in.
+    #[getter]
+    fn outliers(&self) -> usize {
+        self.0.outliers.map_or(0, |outliers| outliers.count)
+    }
+
     /// Shortest averaging time that is fitted, s.
     #[getter]
     fn fitted_from_s(&self) -> f64 {

@@ -38,6 +38,8 @@ pub struct RunRequest {
     pub until: u64,
     /// Bytes received at each UART: when, at which bit rate, and the bytes, hexadecimal.
     pub lines: BTreeMap<&'static str, Vec<(u64, u64, String)>>,
+    /// Packets sent to a UART, each when the one before has been answered.
+    pub conversations: BTreeMap<&'static str, Conversation>,
     /// UARTs whose output is recorded.
     pub listen: Vec<&'static str>,
     /// When the reset pin is pulled low.
@@ -55,6 +57,28 @@ pub struct RunRequest {
     pub adis: Option<serde_json::Value>,
 }
 
+/// A host at a UART that waits for its answers. Times are in ns.
+#[derive(Clone, Debug, Serialize)]
+pub struct Conversation {
+    from: u64,
+    baud: u64,
+    packets: Vec<String>,
+    rest: u64,
+}
+
+impl Conversation {
+    /// Packets from a time on at a bit rate. The run ends a time after the last answer, `rest`.
+    #[must_use]
+    pub fn new(from: u64, baud: u64, packets: &[Vec<u8>], rest: u64) -> Self {
+        Self {
+            from,
+            baud,
+            packets: packets.iter().map(|packet| hex(packet)).collect(),
+            rest,
+        }
+    }
+}
+
 impl RunRequest {
     /// A run of an image at the full speed of its board.
     #[must_use]
@@ -70,6 +94,7 @@ impl RunRequest {
             instructions,
             until: 0,
             lines: BTreeMap::new(),
+            conversations: BTreeMap::new(),
             listen: Vec::new(),
             resets: Vec::new(),
             writes: Vec::new(),
@@ -82,8 +107,8 @@ impl RunRequest {
 
     /// Bytes at a UART from a time on.
     pub fn send(&mut self, line: &'static str, at: u64, baud: u64, bytes: &[u8]) {
-        let digits = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        self.lines.entry(line).or_default().push((at, baud, digits));
+        let line = self.lines.entry(line).or_default();
+        line.push((at, baud, hex(bytes)));
     }
 }
 
@@ -183,6 +208,10 @@ fn read(outcome: &mut Outcome, line: &str) -> Result<()> {
         _ => outcome.lines.push(line.to_owned()),
     }
     Ok(())
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn bytes(digits: &str) -> Result<Vec<u8>> {

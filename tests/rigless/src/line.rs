@@ -13,12 +13,27 @@ pub struct Line {
     pub coming: VecDeque<(u64, u8)>,
     /// When the stop bit of each byte ended, ns, and the byte.
     pub left: Vec<(u64, u16)>,
+    /// Packets received: bytes that end with a zero.
+    pub answers: usize,
+}
+
+impl Line {
+    /// Queues bytes from a time on, ns. Returns when their start bits begin.
+    pub fn send(&mut self, at: u64, baud: u64, bytes: &[u8]) -> Vec<u64> {
+        let begins = (0..).map(|n| at + n * 10_000_000_000 / baud);
+        let begins: Vec<u64> = begins.take(bytes.len()).collect();
+        let coming = begins.iter().copied().zip(bytes.iter().copied());
+        self.coming.extend(coming);
+        begins
+    }
 }
 
 impl Store for Line {}
 
 impl Peer for Line {
     fn receive(&mut self, word: u16, context: &mut Timeline<'_, '_>) {
+        let is_first = self.left.last().is_none_or(|(_, last)| *last == 0);
+        self.answers += usize::from(word == 0 && !is_first);
         self.left.push((context.now().0, word));
     }
 

@@ -21,6 +21,9 @@ pub struct RunRequest {
     /// bit rate and the bytes.
     #[serde(default)]
     pub lines: BTreeMap<String, Vec<(u64, u64, String)>>,
+    /// Conversations: name of the UART, and what its other end asks.
+    #[serde(default)]
+    pub conversations: BTreeMap<String, Conversation>,
     /// UARTs whose output is printed.
     #[serde(default)]
     pub listen: Vec<String>,
@@ -41,6 +44,19 @@ pub struct RunRequest {
     pub trace: Vec<(u64, u64)>,
     /// A sensor at SPI1.
     pub adis: Option<Adis>,
+}
+
+/// Packets of which each is sent when the one before has been answered.
+#[derive(Debug, Deserialize)]
+pub struct Conversation {
+    /// When the first start bit begins.
+    pub from: u64,
+    /// The bit rate.
+    pub baud: u64,
+    /// The packets. An answer ends with a zero.
+    pub packets: Vec<String>,
+    /// From the last answer to the end of the run, unless that is earlier.
+    pub rest: u64,
 }
 
 /// A chip of rigless.

@@ -1,5 +1,5 @@
 //! The run: its events and its output.
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -19,6 +19,8 @@ use crate::request::{RunRequest, bytes, hex};
 
 /// Time for which data-ready is high, ns.
 const HIGH: u64 = 20_000;
+/// How often the other end of a conversation looks whether an answer has come, ns.
+const LOOK: u64 = 100_000;
 
 /// An external event.
 #[derive(Clone, Debug)]
@@ -27,10 +29,21 @@ enum Event {
     Reset,
     /// A register is written to, though not by the core.
     Write(u64, u64),
+    /// Conversations go on, if the answers have come.
+    Look,
     /// A burst is ready.
     Ready(Vec<u8>),
     /// Data-ready falls.
     Taken,
+}
+
+/// What the other end of a line still has to ask.
+struct Asker<'a> {
+    line: &'a str,
+    baud: u64,
+    sent: usize,
+    packets: VecDeque<Vec<u8>>,
+    rest: u64,
 }
 
 struct World<'a> {
@@ -38,6 +51,8 @@ struct World<'a> {
     /// When the start bits of bytes begin, at which a UART samples its line.
     begins: BTreeSet<u64>,
     events: BTreeMap<u64, Vec<Event>>,
+    askers: Vec<Asker<'a>>,
+    until: u64,
     output: String,
     count: u64,
 }
@@ -67,7 +82,7 @@ impl Driver<Ours> for World<'static> {
                 self.happens(event, session, stop, host);
             }
         }
-        if stop.at.0 >= self.request.until {
+        if stop.at.0 >= self.until {
             for (address, length) in &self.request.memory {
                 let read = |at| host.read(at, Width::W8).map_or(0, |byte| byte as u8);
                 let content: Vec<u8> = (*address..address + length).map(read).collect();
@@ -84,8 +99,7 @@ impl World<'_> {
         let begin = self.begins.range(from..).next();
         let event = self.events.range(from..).next().map(|(at, _)| at);
         let next = begin.into_iter().chain(event).min();
-        next.map_or(self.request.until, |at| *at)
-            .min(self.request.until)
+        next.map_or(self.until, |at| *at).min(self.until)
     }
 
     fn happens(
@@ -103,6 +117,7 @@ impl World<'_> {
                 let _ = done.map_err(|error| writeln!(self.output, "not written: {error}"));
                 return;
             }
+            Event::Look => return self.converse(session, stop.at.0),
             Event::Ready(burst) => {
                 if let Some((adis, _)) = &session.board().adis {
                     adis.ready(&burst);
@@ -113,6 +128,30 @@ impl World<'_> {
         };
         if let Some((_, pin)) = session.board().adis.clone() {
             session.board_mut().drive(stop.at, &pin, level);
+        }
+    }
+
+    fn converse(&mut self, session: &mut Session<Ours>, now: u64) {
+        let mut asking = Vec::new();
+        for mut asker in self.askers.drain(..) {
+            // the board has this line: `run` has asked it for it
+            let Ok(line) = session.board_mut().line(asker.line) else {
+                continue;
+            };
+            if line.answers < asker.sent {
+                asking.push(asker);
+            } else if let Some(packet) = asker.packets.pop_front() {
+                asker.sent += 1;
+                self.begins
+                    .extend(line.send(now + LOOK, asker.baud, &packet));
+                asking.push(asker);
+            } else {
+                self.until = self.until.min(now + asker.rest);
+            }
+        }
+        self.askers = asking;
+        if !self.askers.is_empty() {
+            self.events.entry(now + LOOK).or_default().push(Event::Look);
         }
     }
 
@@ -137,6 +176,8 @@ pub fn run(request: &'static RunRequest) -> Result<String> {
     let mut world = World {
         request,
         begins: BTreeSet::new(),
+        askers: Vec::new(),
+        until: request.until,
         events: BTreeMap::new(),
         output: String::new(),
         count: 0,
@@ -156,12 +197,20 @@ pub fn run(request: &'static RunRequest) -> Result<String> {
     for (name, bursts) in &request.lines {
         let line = board.line(name)?;
         for (at, baud, text) in bursts {
-            for (n, byte) in (0..).zip(bytes(text)?) {
-                let begins = at + n * 10_000_000_000 / baud;
-                line.coming.push_back((begins, byte));
-                world.begins.insert(begins);
-            }
+            world.begins.extend(line.send(*at, *baud, &bytes(text)?));
         }
+    }
+    for (name, conversation) in &request.conversations {
+        let _ = board.line(name)?;
+        let packets = conversation.packets.iter().map(|text| bytes(text));
+        world.askers.push(Asker {
+            line: name,
+            baud: conversation.baud,
+            sent: 0,
+            packets: packets.collect::<Result<_>>()?,
+            rest: conversation.rest,
+        });
+        event(conversation.from, Event::Look);
     }
     let first = VirtualNanos(world.next(0));
     let session = Session::new(Box::new(board), 0, first)?;

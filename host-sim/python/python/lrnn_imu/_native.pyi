@@ -657,6 +657,9 @@ class Allan:
     def misfit(self) -> float:
         """How far the curve departs from the sum of the noises; 0.1 is 10 %."""
     @property
+    def outliers(self) -> int:
+        """Number of single samples far from their neighbours; up to one in a thousand are left out."""
+    @property
     def fitted_from_s(self) -> float:
         """Shortest averaging time that is fitted, s."""
     @property

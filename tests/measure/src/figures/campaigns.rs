@@ -116,14 +116,12 @@ pub fn abuse() -> Result<()> {
     )
 }
 
-/// Memory over power-offs.
-pub fn memory() -> Result<()> {
+/// The schemes that are compared over power-offs.
+fn schemes() -> Vec<String> {
     let mut schemes = vec!["uncorrected".to_owned(), "limit".into(), "device".into()];
     schemes.extend(FILTERS.map(str::to_owned));
     schemes.extend(FILTERS.map(|filter| format!("{filter}-frozen")));
-    all(&schemes)?;
-    causes(&schemes)?;
-    vehicles()
+    schemes
 }
 
 fn save(name: &str, text: &str) -> Result<()> {
@@ -147,9 +145,10 @@ fn cells(rows: &Rows, errors: &str, drives: u64) -> Result<Vec<String>> {
     cells.chain([median("limit")]).collect()
 }
 
-fn all(schemes: &[String]) -> Result<()> {
+/// Memory over power-offs with all causes.
+pub fn memory() -> Result<()> {
     let words = ["--models", "all", "--drives", "0,1,2,4,8"];
-    let (mut out, rows) = campaign("memory", 100, schemes, &words)?;
+    let (mut out, rows) = campaign("memory", 100, &schemes(), &words)?;
     out += &header("earlier drives", "`device` (95 % of the median) / mean");
     for drives in [0, 1, 2, 4, 8] {
         let of = |figure| rows.of("all", drives, "device", figure);
@@ -166,10 +165,11 @@ fn all(schemes: &[String]) -> Result<()> {
     save("memory", &out)
 }
 
-fn causes(schemes: &[String]) -> Result<()> {
+/// Memory over power-offs with single causes.
+pub fn causes() -> Result<()> {
     const DRIVES: u64 = 8;
     let words = ["--models", CAUSES, "--drives", "8"];
-    let (mut out, rows) = campaign("memory-causes", 24, schemes, &words)?;
+    let (mut out, rows) = campaign("memory-causes", 24, &schemes(), &words)?;
     out += &header("errors", "`device`,ratio,frozen");
     for errors in CAUSES.split(',') {
         let device = rows.median(errors, DRIVES, "device")?;
@@ -189,7 +189,8 @@ fn causes(schemes: &[String]) -> Result<()> {
     save("memory-causes", &out)
 }
 
-fn vehicles() -> Result<()> {
+/// Memory over power-offs in other vehicles.
+pub fn vehicles() -> Result<()> {
     let mut out = String::new();
     let mut body = String::new();
     for vehicle in VEHICLES {

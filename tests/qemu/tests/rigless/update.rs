@@ -15,7 +15,7 @@ use firmware::wire::command::key::Secret;
 use firmware::wire::command::{MAX_CHUNK, Packets, Request, Response, decode};
 use host_device::device::sign::signed;
 use qemu::boards::{Updatable, build};
-use qemu::emulator::{Chip, RunRequest, build_or_skip};
+use qemu::emulator::{Chip, Conversation, RunRequest, build_or_skip};
 use qemu::protocol::packet_of;
 use test_bench::flash::Flash;
 use xtask::load;
@@ -36,10 +36,8 @@ const SECTOR: usize = 0x2_0000;
 const INSTRUCTIONS: u64 = 40_000_000;
 /// From power-on until the board is asked: the loader's digest of an update, and the start.
 const STARTS: u64 = 2500 * MS;
-/// From a piece of an update to the next: it comes, and is written.
-const PIECE: u64 = 4 * MS;
-/// A sector is erased, which takes 1 s here.
-const ERASED: u64 = 1200 * MS;
+/// An update comes within this time.
+const COMES: u64 = 120_000 * MS;
 /// A trial takes 10 s.
 const TRIAL: u64 = 12_000 * MS;
 
@@ -215,28 +213,29 @@ impl Power {
         self.at += wait;
     }
 
-    /// An update, and a restart with it.
-    fn update(&mut self, (header, image): &Sent) {
+    /// A host sends an update and waits for each answer, as `host-sim device update` does. Power
+    /// fails a time after the last, or at the end of `at`.
+    fn update((header, image): &Sent, at: u64, restart: bool) -> Self {
         let begin = Request::BeginUpdate {
             header,
             older: false,
         };
-        self.ask(&begin, 2000 * MS);
-        for (n, bytes) in image.chunks(MAX_CHUNK).enumerate() {
-            let offset = n * MAX_CHUNK;
-            let erases = offset.is_multiple_of(SECTOR);
-            let request = Request::WriteUpdate {
-                offset: offset as u32,
-                bytes,
-            };
-            self.ask(&request, if erases { ERASED } else { PIECE });
-        }
-        let left = PLACES.len as usize / SECTOR - image.len().div_ceil(SECTOR);
-        self.ask(&Request::FinishUpdate, 2000 * MS + left as u64 * ERASED);
-    }
-
-    fn restart(&mut self) {
-        self.ask(&Request::Restart, STARTS);
+        let pieces = image.chunks(MAX_CHUNK).enumerate();
+        let pieces = pieces.map(|(n, bytes)| Request::WriteUpdate {
+            offset: (n * MAX_CHUNK) as u32,
+            bytes,
+        });
+        let requests = [begin].into_iter().chain(pieces);
+        let requests = requests.chain([Request::FinishUpdate]);
+        let requests = requests.chain(restart.then_some(Request::Restart));
+        let numbered = (0_u8..=255).cycle().zip(requests);
+        let packets = numbered.map(|(number, request)| packet_of(number, &request));
+        let packets: Vec<Vec<u8>> = packets.map(|packet| packet.expect("a packet")).collect();
+        let mut power = Self::off_at(at);
+        let rest = if restart { STARTS } else { 0 };
+        let host = Conversation::new(STARTS, BAUD, &packets, rest);
+        power.asked.conversations.insert(WIRES.0[2], host);
+        power
     }
 
     /// The sensor sends for so long.
@@ -276,26 +275,64 @@ fn an_update_that_proves_itself_stays() {
     assert_eq!((runs_in(&report), report.running), (1, Running::Confirmed));
 }
 
-/// An update's bytes come over the command link into the flash, and the loader starts it. It does
-/// not run, so it is left at the next reset, and the device reports that.
+/// A whole image comes over the command link into the flash, and the loader starts it.
+#[test]
+fn a_whole_image_comes_over_the_link() {
+    let Some(mut device) = Device::new() else {
+        return;
+    };
+    let image = &IMAGES.second.1;
+    let answers = device.runs(Power::update(&IMAGES.second, COMES, false));
+    let pieces = image.len().div_ceil(MAX_CHUNK);
+    assert_eq!((answers.refused, answers.done), (vec![], 1 + pieces + 1));
+    let slot = PLACES.slots[1] as usize;
+    assert!(device.flash[slot..].starts_with(image));
+    let report = device.report().expect("an answer");
+    assert_eq!((runs_in(&report), report.running), (1, Running::Trial));
+}
+
+/// An update that does not run is left at the next reset, and the device reports that.
 #[test]
 fn an_update_that_hangs_is_left_at_the_next_reset() {
     let Some(mut device) = Device::new() else {
         return;
     };
+    let answers = device.runs(Power::update(&hangs(), COMES, true));
+    assert_eq!((answers.refused, answers.done), (vec![], 1 + 3 + 2));
+    assert_eq!(device.was_tried(), Some(true), "it restarts with it");
     let mut power = Power::on();
-    power.update(&hangs());
-    power.restart();
-    power.ask(&Request::GetUpdate, 20 * MS); // no answer
     power.asked.resets.push(power.at);
     power.at += STARTS;
     power.ask(&Request::GetUpdate, 20 * MS);
     let answers = device.runs(power);
-    assert_eq!((answers.refused, answers.done), (vec![], 3 + 3));
     let [report] = answers.reports[..] else {
         panic!("{:?}", answers.reports);
     };
     assert_eq!((runs_in(&report), report.failed), (0, Some(FIRMWARE)));
+}
+
+/// Power fails while an update comes: the device starts as before, and takes it again.
+#[test]
+fn power_may_fail_while_an_update_comes() {
+    let Some(whole) = Device::new() else {
+        return;
+    };
+    let copy = || Device {
+        emulator: whole.emulator.clone(),
+        flash: whole.flash.clone(),
+    };
+    for cut in [1, 5, 40, 300, 1000, 1100, 2000, 4000] {
+        let mut device = copy();
+        device.runs(Power::update(&hangs(), STARTS + cut * MS, false));
+        let Some(report) = device.report() else {
+            assert_eq!(device.was_tried(), Some(true), "it was whole: {cut} ms");
+            continue;
+        };
+        let state = (runs_in(&report), report.running);
+        assert_eq!(state, (0, Running::Flashed), "{cut} ms");
+        let answers = device.runs(Power::update(&hangs(), COMES, false));
+        assert_eq!((answers.refused, answers.done), (vec![], 1 + 3 + 1));
+    }
 }
 
 /// An update that has not proved itself is left at the next power-on, and may be sent again.
@@ -396,11 +433,9 @@ fn another_signature_is_refused() {
         return;
     };
     let before = device.flash.clone();
-    let mut power = Power::on();
     let (mut header, image) = hangs();
     header[HEADER_LEN - 1] ^= 1;
-    power.update(&(header, image));
-    let answers = device.runs(power);
+    let answers = device.runs(Power::update(&(header, image), COMES, false));
     let not_begun = Reason::Update(Refusal::NotBegun);
     let first = Reason::Update(Refusal::Signature);
     assert_eq!(answers.refused[0], first);

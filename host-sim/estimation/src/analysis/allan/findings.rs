@@ -5,6 +5,7 @@ use super::gravity::{self, Mean};
 use super::{Analysis, Column, Series};
 use host_core::error::Error;
 use host_core::simulator::imu::ImuSpec;
+use host_core::words::counted;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -104,6 +105,33 @@ fn misfit_note(analyses: &[Analysis]) -> Option<String> {
     })
 }
 
+/// A note about samples far from their neighbours: those left out, or those that stay.
+fn outliers_note(analyses: &[Analysis], left_out: bool) -> Option<String> {
+    let named = |a: &Analysis| {
+        let outliers = a.outliers.filter(|it| it.left_out == left_out)?;
+        let samples = counted(outliers.count, "sample");
+        let (first, farthest) = (outliers.first_s, outliers.farthest);
+        Some(format!(
+            "{} ({samples}, the first at {first:.3} s, the farthest {farthest:.0})",
+            a.column
+        ))
+    };
+    let columns: Vec<String> = analyses.iter().filter_map(named).collect();
+    let end = if left_out {
+        "They are left out: bit errors and knocks are no noise"
+    } else {
+        "So many are not left out, and the coefficients contain them: the recording was disturbed, \
+         or not at rest. Cut it to the part at rest"
+    };
+    (!columns.is_empty()).then(|| {
+        format!(
+            "Samples are more than ten standard deviations of the noise from their neighbours in \
+             {}. {end}",
+            columns.join(", ")
+        )
+    })
+}
+
 /// The mean output of a sensor.
 fn mean(series: &Series) -> Mean {
     let sum: f64 = series.increments.iter().sum();
@@ -157,6 +185,8 @@ impl Findings {
         notes.extend(spec.and_then(dither_note));
         let analyses: Vec<Analysis> = analyses.into_iter().flatten().collect();
         notes.extend(rounding_note(&analyses));
+        notes.extend(outliers_note(&analyses, true));
+        notes.extend(outliers_note(&analyses, false));
         notes.extend(misfit_note(&analyses));
         Ok(Self {
             source,

@@ -17,6 +17,7 @@
 
 use super::covariance::Model;
 use super::deviation::{Point, averages, curve, phase};
+use super::outliers::{Outliers, leave_out};
 use super::rounding::joined;
 use super::{Kind, NOISES, Series};
 use nalgebra::{DMatrix, DVector};
@@ -96,18 +97,21 @@ pub struct Analysis {
     /// deviation. It is 0 for pure noise; above `POOR_FIT` the curve is not a sum of the five
     /// noises.
     pub misfit: f64,
+    /// Single samples far from their neighbours, if there are any.
+    pub outliers: Option<Outliers>,
     /// The curve.
     pub curve: Vec<Deviation>,
 }
 
-/// Curve, coefficients and intervals of a series. `None` if it has fewer than 100 samples or never
+/// Curve, coefficients and intervals of a series, without outliers if they are few. `None` if it has fewer than 100 samples or never
 /// changes.
 #[must_use]
-pub fn analyse(series: Series) -> Option<Analysis> {
+pub fn analyse(mut series: Series) -> Option<Analysis> {
     let (samples, t0) = (series.increments.len(), 1.0 / series.rate_hz);
     if samples < super::deviation::LEAST_SAMPLES {
         return None;
     }
+    let outliers = leave_out(&mut series.increments, series.rate_hz);
     let mut x = phase(&series.increments);
     let points = curve(&x, t0, averages(samples));
     if points.iter().any(|p| p.variance <= 0.0) {
@@ -150,6 +154,7 @@ pub fn analyse(series: Series) -> Option<Analysis> {
         coefficients: fit.coefficients(series.kind),
         fitted_from_s: fitted_from,
         misfit: fit.misfit,
+        outliers,
         curve: points.iter().map(shown).collect(),
     })
 }

@@ -5,7 +5,8 @@
 //! coefficients of one [`Series`] of increments, and [`findings`] gathers the results, which
 //! `report::allan` shows. Module `deviation`
 //! estimates the Allan variance, `covariance` its uncertainty, and `fit` the coefficients with
-//! their intervals. Module `rounding` finds the shortest time at which pulses are noise.
+//! their intervals. Module `outliers` leaves out single bad samples, `rounding` finds the shortest
+//! time at which pulses are noise.
 
 pub mod columns;
 mod covariance;
@@ -13,10 +14,12 @@ mod deviation;
 pub mod findings;
 mod fit;
 mod gravity;
+mod outliers;
 mod rounding;
 pub mod store;
 
 pub use fit::{Analysis, Coefficient, Deviation, analyse};
+pub use outliers::Outliers;
 pub use store::Column;
 
 use host_core::error::Error;
