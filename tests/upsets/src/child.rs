@@ -3,6 +3,7 @@
 use crate::device::{Device, Scenario, configured};
 use crate::judge::{Judge, Verdict};
 use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process;
@@ -31,6 +32,29 @@ pub struct Trials {
     pub from: usize,
     /// Step between bits: every `every`th bit is tried.
     pub every: usize,
+    /// A second bit that flips at the same time.
+    pub second: Option<Second>,
+}
+
+/// Which bit flips together with another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Second {
+    /// The next one, by the same particle.
+    Neighbour,
+    /// Any one, by another particle.
+    Any,
+}
+
+impl Second {
+    /// The second bit of `all`, another than `first`.
+    fn bit(self, first: usize, all: usize) -> usize {
+        let distance = match self {
+            Self::Neighbour => 1,
+            // as good as random, and the same each time
+            Self::Any => 1 + first.wrapping_mul(0x9E37_79B9_7F4A_7C15) % (all - 1),
+        };
+        (first + distance) % all
+    }
 }
 
 /// Runs them. Writes the number of bits of each region, then `> BIT` before and `= LETTER` after
@@ -40,8 +64,8 @@ pub struct Trials {
 /// The device does not reach the state under test; the output is closed.
 pub fn run(trials: Trials) -> Result<()> {
     let mut device = Device::driven(trials.scenario, trials.seconds)?;
-    let without = device.trial(None);
-    ensure!(device.trial(None) == without, "a trial leaves traces");
+    let without = device.trial(&[]);
+    ensure!(device.trial(&[]) == without, "a trial leaves traces");
     let configuration = configured(trials.scenario);
     let judge =
         Judge::new(trials.scenario, &configuration, without.clone()).context("no such stream")?;
@@ -58,8 +82,14 @@ pub fn run(trials: Trials) -> Result<()> {
         TURN.fetch_add(1, Ordering::Relaxed);
         writeln!(out, "> {bit}")?;
         out.flush()?;
-        let bit_at = region_of(&device, bit).context("no such bit")?;
-        let left = catch_unwind(AssertUnwindSafe(|| device.trial(Some(bit_at))));
+        let bits = [Some(bit), trials.second.map(|second| second.bit(bit, all))];
+        let places = bits
+            .into_iter()
+            .flatten()
+            .map(|bit| region_of(&device, bit));
+        let places: Option<Vec<_>> = places.collect();
+        let places = places.context("no such bit")?;
+        let left = catch_unwind(AssertUnwindSafe(|| device.trial(&places)));
         let verdict = match left {
             Ok(left) => judge.judge(device.came(), &left),
             Err(_) => {
@@ -68,7 +98,7 @@ pub fn run(trials: Trials) -> Result<()> {
             }
         };
         writeln!(out, "= {}", verdict.letter())?;
-        if count % CHECK == CHECK - 1 && device.trial(None) != without {
+        if count % CHECK == CHECK - 1 && device.trial(&[]) != without {
             out.flush()?;
             process::exit(NOT_INTACT);
         }

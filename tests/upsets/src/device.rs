@@ -154,11 +154,10 @@ impl Device {
         sensor.map(|record| record.bytes.as_slice())
     }
 
-    /// A trial: flips a bit of a region, if one is given, continues the drive, and restores the
-    /// memory.
-    pub fn trial(&mut self, flip: Option<(usize, usize)>) -> DeviceOutput {
-        if let Some((region, bit)) = flip {
-            self.regions[region].flip(bit);
+    /// A trial: flips bits of regions, continues the drive, and restores the memory.
+    pub fn trial(&mut self, flips: &[(usize, usize)]) -> DeviceOutput {
+        for (region, bit) in flips {
+            self.regions[*region].flip(*bit);
         }
         let mut left = DeviceOutput::default();
         let rest = std::mem::take(&mut self.rest);

@@ -6,12 +6,12 @@ use comfy_table::Table;
 use host_sim::cli::stdout;
 use indicatif::ProgressBar;
 use std::process::ExitCode;
-use upsets::child::{self, Trials};
+use upsets::child::{self, Second, Trials};
 use upsets::device::Scenario;
 use upsets::judge::Verdict;
 use upsets::parent;
 
-/// Flips bits of a device's memory, one at a time, and judges what leaves it.
+/// Flips bits of a device's memory, one or two at a time, and judges what leaves it.
 #[derive(Parser)]
 struct Arguments {
     /// Every so manyth bit; 1: all.
@@ -20,6 +20,9 @@ struct Arguments {
     /// Seconds after each flip.
     #[arg(long, default_value_t = 6)]
     seconds: u32,
+    /// Two bits at a time: each with its neighbour, or with any other one.
+    #[arg(long)]
+    second: Option<Second>,
     /// What the device does; all three without.
     #[arg(long)]
     scenario: Option<Scenario>,
@@ -40,6 +43,7 @@ enum Task {
         seconds: u32,
         from: usize,
         every: usize,
+        second: Option<Second>,
     },
 }
 
@@ -62,6 +66,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         seconds,
         from,
         every,
+        second,
     }) = &arguments.task
     {
         return child::run(Trials {
@@ -69,6 +74,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             seconds: *seconds,
             from: *from,
             every: *every,
+            second: *second,
         });
     }
     let scenarios = arguments
@@ -91,6 +97,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             seconds: arguments.seconds,
             from: 0,
             every: arguments.every,
+            second: arguments.second,
         };
         let found = parent::run(&program, trials, |done, all| {
             bar.set_length(all as u64);

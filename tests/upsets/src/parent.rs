@@ -61,9 +61,11 @@ pub fn run(
     loop {
         let scenario = format!("{:?}", trials.scenario).to_lowercase();
         let numbers = [trials.seconds as usize, trials.from, trials.every];
+        let second = trials.second.map(|it| format!("{it:?}").to_lowercase());
         let mut child = Command::new(program)
             .args(["child", &scenario])
             .args(numbers.map(|number| number.to_string()))
+            .args(second)
             .stdout(Stdio::piped())
             .stderr(Stdio::inherit())
             .spawn()

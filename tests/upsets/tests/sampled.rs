@@ -1,18 +1,19 @@
-//! One bit in a thousand of a device's memory. `cargo run --release -p upsets -- --every 1` tries
-//! all of them.
+//! One bit in a thousand of a device's memory, alone, and together with another.
+//! `cargo run --release -p upsets -- --every 1` tries all of them.
 
 use std::path::Path;
-use upsets::child::Trials;
+use upsets::child::{Second, Trials};
 use upsets::device::Scenario;
 use upsets::judge::{Judge, Verdict};
 use upsets::parent::{UpsetResults, run};
 
-fn sampled(scenario: Scenario) -> UpsetResults {
+fn sampled(scenario: Scenario, second: Option<Second>) -> UpsetResults {
     let trials = Trials {
         scenario,
         seconds: 6,
         from: 0,
         every: 1009,
+        second,
     };
     let found = run(Path::new(env!("CARGO_BIN_EXE_upsets")), trials, |_, _| {});
     found.expect("the trials run")
@@ -36,7 +37,7 @@ fn never_harms(found: &UpsetResults) {
 
 #[test]
 fn in_bypass_every_frame_is_whole() {
-    let found = sampled(Scenario::Bypass);
+    let found = sampled(Scenario::Bypass, None);
     never_harms(&found);
     let harmless = [Verdict::Same, Verdict::Fault, Verdict::Check];
     let other = found.verdicts.values().find(|v| !harmless.contains(v));
@@ -45,12 +46,19 @@ fn in_bypass_every_frame_is_whole() {
 
 #[test]
 fn with_two_networks() {
-    never_harms(&sampled(Scenario::Frozen));
+    never_harms(&sampled(Scenario::Frozen, None));
 }
 
 #[test]
 fn while_it_learns() {
-    never_harms(&sampled(Scenario::Learn));
+    never_harms(&sampled(Scenario::Learn, None));
+}
+
+#[test]
+fn two_bits_at_once() {
+    for second in [Second::Neighbour, Second::Any] {
+        never_harms(&sampled(Scenario::Learn, Some(second)));
+    }
 }
 
 /// The judge detects values beyond the limit, another counter, a missing frame, and an additional
@@ -62,7 +70,7 @@ fn the_judge_sees() {
     use upsets::device::{Device, configured};
 
     let mut device = Device::driven(Scenario::Frozen, 3).expect("a drive");
-    let without = device.trial(None);
+    let without = device.trial(&[]);
     let configuration = configured(Scenario::Frozen);
     let judge = Judge::new(Scenario::Frozen, &configuration, without.clone()).expect("a stream");
     let judged = |left| judge.judge(device.came(), &left);

@@ -41,6 +41,13 @@ impl Seeds {
     }
 }
 
+/// A unit that has been turned on so many times before.
+pub(super) fn turned_on(imu: &ImuSpec, times: u32) -> ImuSpec {
+    let mut imu = imu.clone();
+    imu.world.power.power_ons += times;
+    imu
+}
+
 /// The memories of one unit, by number of earlier drives and group of errors.
 pub(super) type Memories = Vec<(u32, Group, Memory)>;
 
@@ -110,7 +117,8 @@ impl Campaign {
             fixes: true,
             judged: false,
         };
-        self.part(imu, &part, &self.models, |_| Ok(()), pass)
+        let imu = turned_on(imu, number - 1);
+        self.part(&imu, &part, &self.models, |_| Ok(()), pass)
     }
 }
 

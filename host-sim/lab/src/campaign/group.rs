@@ -86,6 +86,13 @@ impl Group {
         single || ![FixErrors::AsInScenario, FixErrors::Gaps].contains(&fixes)
     }
 
+    /// Whether the biases of a unit step between its drives, so that the judged drive depends on
+    /// their number.
+    #[must_use]
+    pub fn steps(&self) -> bool {
+        self.sensors == ErrorModelName::Real
+    }
+
     /// The groups of some rows, each once, in the order of the tables.
     #[must_use]
     pub fn present(of: impl Iterator<Item = Self>) -> Vec<Self> {

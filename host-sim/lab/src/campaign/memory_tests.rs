@@ -24,6 +24,22 @@ fn row<'a>(rows: &'a [Row], scheme: &str, drives: u32) -> &'a Row {
         .unwrap()
 }
 
+/// A unit whose biases step and age is judged as it is after its drives, others as ever.
+#[test]
+fn real_units_change_from_drive_to_drive() {
+    let mut of = campaign(&[0, 40], false, &["uncorrected"]);
+    of.models = ["linear", "real"].map(|name| name.parse().unwrap()).into();
+    let rows = of.run(&Tuning::default(), 2).unwrap();
+    let error = |group: &str, drives| {
+        let group: Group = group.parse().unwrap();
+        let mut rows = rows.iter();
+        let row = rows.find(|row| row.error_model == group && row.drives == drives);
+        row.unwrap().horizontal_m
+    };
+    assert_eq!(error("linear", 0), error("linear", 40));
+    assert_ne!(error("real", 0), error("real", 40));
+}
+
 /// Without earlier drives a memory is empty. Schemes without memory have the same row after each
 /// number of drives, that of a campaign without drives. Schemes with memory have other rows.
 #[test]

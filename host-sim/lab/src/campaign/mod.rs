@@ -230,13 +230,13 @@ impl Campaign {
         let mut rows = Vec::new();
         let mut floor = FreeInertial::default();
         let prepare = |cases: &[(Group, Case<'_>)]| self.prepare(tuning, cases);
-        self.prepared(imu, k, prepare, |model, case| {
+        let mut judge = |model: Group, case: &Case<'_>, drives: &[u32]| {
             case.tuned(tuning.of(model), |case| {
                 if model == ErrorModelName::Noise.into() {
                     let free = SCHEMES[0].1(case);
                     floor = free.ok_or_else(|| self.scenario.no_attitude())?;
                 }
-                let drives = self.drives.iter().filter(|_| self.models.contains(&model));
+                let drives = drives.iter().filter(|_| self.models.contains(&model));
                 drives.copied().try_for_each(|drives| {
                     let mut known = known.iter();
                     let memory = known.find(|(after, of, _)| (*after, *of) == (drives, model));
@@ -244,7 +244,18 @@ impl Campaign {
                     self.judge(&mut rows, &Case { memory, ..*case }, (model, k, drives))
                 })
             })
+        };
+        let (stepping, same): (Vec<Group>, Vec<Group>) =
+            self.measured().into_iter().partition(Group::steps);
+        self.prepared((imu, &same), k, prepare, |model, case| {
+            judge(model, case, &self.drives)
         })?;
+        for drives in self.drives.iter().filter(|_| !stepping.is_empty()) {
+            let imu = drives::turned_on(imu, *drives);
+            self.prepared((&imu, &stepping), k, prepare, |model, case| {
+                judge(model, case, &[*drives])
+            })?;
+        }
         for group in &self.models {
             for &drives in &self.drives {
                 rows.extend(store::row((*group, k, drives), "floor", &floor));
@@ -274,7 +285,8 @@ impl Campaign {
             };
             let same = same.and_then(|same| {
                 let mut found = rows.iter();
-                found.find(|row| row.error_model == model && row.scheme == same)
+                let of_now = |row: &Row| row.drives == drives || !model.steps();
+                found.find(|row| row.error_model == model && row.scheme == same && of_now(row))
             });
             let row = match same {
                 Some(row) => Some(Row {
@@ -347,13 +359,13 @@ impl Campaign {
         k: u32,
         judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        self.prepared(imu, k, |_| Ok(()), judge)
+        self.prepared((imu, &self.measured()), k, |_| Ok(()), judge)
     }
 
     /// The same, but first calls `prepare` with several groups at once.
     fn prepared(
         &self,
-        imu: &ImuSpec,
+        (imu, groups): (&ImuSpec, &[Group]),
         k: u32,
         prepare: impl Fn(&[(Group, Case<'_>)]) -> Result<(), Error>,
         judge: impl FnMut(Group, &Case<'_>) -> Result<(), Error>,
@@ -366,7 +378,7 @@ impl Campaign {
             fixes: self.fixes,
             judged: true,
         };
-        self.part(imu, &part, &self.measured(), prepare, judge)
+        self.part(imu, &part, groups, prepare, judge)
     }
 
     /// Names of the schemes and of the parts of the bank, in the order of the rows.

@@ -182,7 +182,7 @@ impl Tuning {
             let each: Vec<_> = cases.iter().map(|(_, case)| (case, &wanted[..])).collect();
             bench::prepare(&each).ok_or_else(lost)
         };
-        campaign.prepared(imu, k, prepare, |_, case| {
+        campaign.prepared((imu, &campaign.measured()), k, prepare, |_, case| {
             let error = |free: Option<FreeInertial>| -> Result<f64, Error> {
                 free.as_ref().and_then(error_m).ok_or_else(lost)
             };

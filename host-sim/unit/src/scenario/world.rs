@@ -31,6 +31,7 @@ impl Scenario {
             ("power.soak_s", power.soak_s.unwrap_or(0.0), 0.0, 1e6),
             ("power.on_before_s", power.on_before_s, 0.0, 1e5),
             ("power.age_days", power.age_days, 0.0, 1e4),
+            ("power.power_ons", power.power_ons.into(), 0.0, 1e4),
         ])?;
         for (k, step) in air.step.iter().enumerate() {
             let key = |field: &str| format!("ambient.step[{k}].{field}");

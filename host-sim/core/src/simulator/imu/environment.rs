@@ -139,6 +139,11 @@ datasheet! {
         #[serde(default, skip_serializing_if = "is_zero")]
         ageing_dphpsqrtyr: Gyro::of(Group::Constant)
             .acts(|s, to| to.environment.ageing = s.ageing_dphpsqrtyr * DEG_PER_H),
+        /// Steps: at one power-on in ten the bias changes for good by this much, deg/h (of units
+        /// followed over 31 sessions, docs/REAL.md).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        step_dph: Gyro::of(Group::Constant)
+            .acts(|s, to| to.environment.step = s.step_dph * DEG_PER_H),
     }
 }
 
@@ -231,6 +236,10 @@ datasheet! {
         #[serde(default, skip_serializing_if = "is_zero")]
         ageing_ugpsqrtyr: Accel::of(Group::Constant)
             .acts(|s, to| to.environment.ageing = s.ageing_ugpsqrtyr * UG),
+        /// Steps: at one power-on in ten the bias changes for good by this much, ug.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        step_ug: Accel::of(Group::Constant)
+            .acts(|s, to| to.environment.step = s.step_ug * UG),
     }
 }
 

@@ -67,6 +67,8 @@ pub enum ErrorModelName {
     VibrationSaturation,
     /// Linear, and a bias of the gyros by their recent mean rate.
     SelfHeating,
+    /// Linear, and what is new at a power-on, steps and ageing as recorded units show them.
+    Real,
 }
 
 impl ErrorModelName {
@@ -80,8 +82,8 @@ impl ErrorModelName {
         Self::AllX3,
     ];
 
-    /// The groups of a single cause beside the linear errors.
-    pub const CAUSES: [Self; 22] = [
+    /// The groups of a single cause beside the linear errors, and of real power-ons.
+    pub const CAUSES: [Self; 23] = [
         Self::Hysteresis,
         Self::Gradient,
         Self::Heating,
@@ -104,6 +106,7 @@ impl ErrorModelName {
         Self::ThermalLag,
         Self::VibrationSaturation,
         Self::SelfHeating,
+        Self::Real,
     ];
 
     /// All groups: whole kinds of errors, then single causes.
@@ -143,6 +146,7 @@ impl ErrorModelName {
             Self::ThermalLag => "thermal-lag",
             Self::VibrationSaturation => "vibration-saturation",
             Self::SelfHeating => "self-heating",
+            Self::Real => "real",
         }
     }
 

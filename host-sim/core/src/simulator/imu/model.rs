@@ -29,7 +29,7 @@ const FLICKER: [u64; 2] = [6, 7];
 const G_SENSITIVITY: u64 = 8;
 const G_SQUARE: u64 = 15;
 /// Streams of the unit and of the turn-on: environment of the two triads. Their ageing has the next
-/// two streams of the unit.
+/// two streams of the unit, and their steps 16 and 17.
 const ENVIRONMENT: [u64; 2] = [11, 12];
 
 /// One IMU at one turn-on.
@@ -92,6 +92,7 @@ impl Imu {
             turn_on: stream(turn_on, number),
             history,
             age_days: spec.world.power.age_days,
+            power_ons: spec.world.power.power_ons,
             turning_points: &turning_points,
             trail: &trail,
         };

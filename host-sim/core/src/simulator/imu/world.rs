@@ -116,6 +116,8 @@ pub struct Power {
     pub on_before_s: f64,
     /// Time since the calibration, days, 0 to 10000; for the errors that age.
     pub age_days: f64,
+    /// Power-ons since the calibration, 0 to 10000; for the errors that step.
+    pub power_ons: u32,
 }
 
 impl Default for Power {
@@ -125,6 +127,7 @@ impl Default for Power {
             soak_s: None,
             on_before_s: 7200.0,
             age_days: 0.0,
+            power_ons: 0,
         }
     }
 }

@@ -7,6 +7,7 @@
 //! warm-up      b = a (1 - left) exp(-(t / tau)^beta)                    left: of the last time on
 //! mode hop     u = T / K + phase - n             b = s u + b_n          n hops when |u| > 0.6
 //! ageing       b = sum over days of g z / sqrt(365.25)
+//! steps        b = sum over power-ons of s z for one in ten of them
 //! softening    b = s / (1 + exp(-(T - T_s) / w_s))
 //! thermal lag  dU/dt = (T - U) / tau_U           b = l U / 10 K + q (U / 10 K)^2
 //! vibration    b = r v / (v + v_0)                                      v: of the last second
@@ -29,6 +30,11 @@ use rand_chacha::ChaCha8Rng;
 
 /// Deflection at which the control hops, modes.
 const HOP_AT: f64 = 0.6;
+/// Share of the power-ons at which the bias steps.
+const STEPPING: f64 = 0.1;
+/// Random streams of the unit behind the triad's own.
+const AGEING: u64 = 2;
+const STEPS: u64 = 5;
 /// Random streams of the unit: the first of the modes; each mode has one.
 const MODES: u64 = 1 << 32;
 
@@ -46,6 +52,7 @@ pub(in super::super) struct Sizes {
     pub mode_deflection: f64,
     pub mode_width: f64, // K
     pub ageing: f64,     // per sqrt(year)
+    pub step: f64,
     pub softening: f64,
     pub softening_centre: f64, // K
     pub softening_width: f64,  // K
@@ -59,12 +66,13 @@ pub(in super::super) struct Sizes {
 
 /// Initial conditions of one triad.
 pub(in super::super) struct Beginning<'a> {
-    /// Seed of the unit, and the triad's stream of it; the ageing has the next but one.
+    /// Seed of the unit, and the triad's stream of it; ageing and steps have others behind it.
     pub unit: (u64, u64),
     /// Random numbers of this turn-on.
     pub turn_on: ChaCha8Rng,
     pub history: History,
     pub age_days: f64,
+    pub power_ons: u32,
     /// Turning points of the axes' temperatures before power-on, the last one at power-on, K.
     pub turning_points: &'a [Vector3<f64>],
     /// The temperatures in short steps: time, s before power-on (negative), ascending, the last one
@@ -120,6 +128,7 @@ impl Environment {
             s.mode_bias,
             s.mode_deflection,
             s.ageing,
+            s.step,
             s.softening,
             s.lag,
             s.shaken,
@@ -149,7 +158,8 @@ impl Environment {
             warm_up_time,
             deflection,
             phase,
-            aged: aged(s.ageing, begin.age_days, stream(seed, number + 2)),
+            aged: aged(s.ageing, begin.age_days, stream(seed, number + AGEING))
+                + stepped(s.step, begin.power_ons, stream(seed, number + STEPS)),
             play: begin.turning_points.first().copied().unwrap_or_default(),
             modes: [Mode {
                 number: 0,
@@ -268,6 +278,17 @@ fn aged(per_root_year: f64, days: f64, mut unit: ChaCha8Rng) -> Vector3<f64> {
     let per_day = per_root_year / YEAR_DAYS.sqrt();
     let days = if per_day > 0.0 { days as u32 } else { 0 };
     (0..days).map(|_| normal3(&mut unit) * per_day).sum()
+}
+
+/// Sum of the steps at so many power-ons.
+fn stepped(size: f64, power_ons: u32, mut unit: ChaCha8Rng) -> Vector3<f64> {
+    let power_ons = if size > 0.0 { power_ons } else { 0 };
+    let step = |_| {
+        let steps = unit.random_bool(STEPPING);
+        let step = normal3(&mut unit) * size;
+        if steps { step } else { Vector3::zeros() }
+    };
+    (0..power_ons).map(step).sum()
 }
 
 fn stream(seed: u64, stream: u64) -> ChaCha8Rng {

@@ -43,6 +43,7 @@ pub(super) fn of(
         turn_on: stream(7, 11),
         history,
         age_days: 0.0,
+        power_ons: 0,
         turning_points: &turning_points,
         trail: &[],
     };
@@ -291,6 +292,36 @@ fn ageing_is_a_random_walk_of_the_unit() {
     assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.08), "{ratios:?}");
 }
 
+/// At one power-on in ten the bias of a unit steps, and stays there.
+#[test]
+fn steps_stay() {
+    let mut spec = perfect();
+    spec.gyro.environment.step_dph = 0.2;
+    spec.accel.environment.step_ug = 50.0;
+    let mut at = |unit, power_ons| {
+        spec.world.power.power_ons = power_ons;
+        let e = error(&spec, unit, Vector3::zeros(), Vector3::zeros());
+        [e.dtheta / DEG_PER_H / 0.2, e.dv / UG / 50.0]
+    };
+    assert_eq!(at(1, 0), [Vector3::zeros(); 2]);
+    let (mut steps, mut squares) = ([0.0; 2], [0.0; 2]);
+    for unit in 0..200 {
+        for number in 0..10 {
+            let (before, after) = (at(unit, number), at(unit, number + 1));
+            for triad in 0..2 {
+                let step = (after[triad] - before[triad]).norm_squared();
+                steps[triad] += f64::from(u8::from(step > 1e-12));
+                squares[triad] += step / 3.0;
+            }
+        }
+    }
+    for triad in 0..2 {
+        let (share, size) = (steps[triad] / 2000.0, squares[triad] / steps[triad]);
+        assert!((share - 0.1).abs() < 0.02, "{share}");
+        assert!((size.sqrt() - 1.0).abs() < 0.1, "{size}");
+    }
+}
+
 /// Switching an error on does not change the draws of others, those of the environment included.
 #[test]
 fn each_error_alone_is_its_part_of_all_together() {
@@ -299,6 +330,7 @@ fn each_error_alone_is_its_part_of_all_together() {
     all.world.power = Power {
         start: StartName::Hot,
         age_days: 100.0,
+        power_ons: 40,
         ..Power::default()
     };
     let warm = ImuSpec {
@@ -306,11 +338,12 @@ fn each_error_alone_is_its_part_of_all_together() {
         ..plain
     };
     type Set = fn(&mut ImuSpec);
-    let sets: [Set; 9] = [
+    let sets: [Set; 10] = [
         |s| s.gyro.environment.hysteresis_dph = 0.1,
         |s| s.gyro.environment.stretched_warm_up_dph = 0.1,
         |s| s.gyro.environment.mode_hop_dph = 0.1,
         |s| s.gyro.environment.ageing_dphpsqrtyr = 0.1,
+        |s| s.gyro.environment.step_dph = 0.1,
         |s| s.gyro.environment.scale_temperature_ppmpk = 10.0,
         |s| s.gyro.environment.softening_dph = 0.1,
         |s| s.gyro.environment.thermal_lag_dph = 0.1,
