@@ -187,7 +187,9 @@ fn the_page_of_the_sensors_is_right() {
     let blocks = |language: &str| -> Vec<&str> {
         let begin = format!("```{language}\n");
         let blocks = page.split(&begin).skip(1);
-        blocks.filter_map(|block| block.split("```").next()).collect()
+        blocks
+            .filter_map(|block| block.split("```").next())
+            .collect()
     };
     let dir = tempfile::tempdir().unwrap();
     for block in blocks("sh") {
