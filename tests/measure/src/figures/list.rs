@@ -79,7 +79,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/sensors.csv"],
         what: "what memory is worth to each sensor with a preset",
         how: How::Here(sensors::sensors),
-        takes: "20 minutes; what was interrupted goes on",
+        takes: "a quarter of an hour; what was interrupted goes on",
         cheap: false,
     },
     Figure {
