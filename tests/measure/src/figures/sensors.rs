@@ -202,6 +202,12 @@ mod tests {
 
     use super::*;
 
+    /// The page, in one line.
+    fn page() -> String {
+        let page = fs::read_to_string(workspace().join("docs/sensors.md"));
+        page.expect("the page").replace('\n', " ")
+    }
+
     /// How many units are worse 5 min after the last fix, and by how much at worst.
     fn harm(of: &Committed, new: &str, drives: &str) -> String {
         let (mut worse, mut worst) = (0, 1.0_f64);
@@ -222,8 +228,7 @@ mod tests {
     #[test]
     fn the_page_of_the_sensors_states_the_harm() {
         let of = Committed::read("sensors").expect("the file");
-        let page = fs::read_to_string(workspace().join("docs/sensors.md")).expect("the page");
-        let page = page.replace('\n', " ");
+        let page = page();
         for (_, new) in NEW {
             for drives in ["1", "4"] {
                 let harm = harm(&of, new, drives);
@@ -237,7 +242,7 @@ mod tests {
     #[test]
     fn the_page_of_the_sensors_states_the_gain() {
         let of = Committed::read("sensors").expect("the file");
-        let page = fs::read_to_string(workspace().join("docs/sensors.md")).expect("the page");
+        let page = page();
         let metres = |row: &str, column: &str| -> f64 {
             let cell = of.cell(row, column).expect("a cell");
             cell.parse().expect("a number")
