@@ -6,6 +6,9 @@
 )]
 
 use assert_cmd::Command;
+use host_core::words::thousands;
+use host_unit::presets;
+use host_unit::sensor::FormatName;
 use std::path::Path;
 
 /// Runs in `dir` with this input. Returns exit code, output and errors.
@@ -173,6 +176,56 @@ fn the_unit_file_of_the_page_is_good() {
         for line in shown.lines() {
             assert!(out.contains(line), "{command}: {line} is not in:\n{out}");
         }
+    }
+}
+
+/// docs/sensors.md: its commands make files that can be used, its tables `[sensor]` are good, and
+/// each preset of a product has commands and a row with its bit rate.
+#[test]
+fn the_page_of_the_sensors_is_right() {
+    let page = include_str!("../../../docs/sensors.md");
+    let blocks = |language: &str| -> Vec<&str> {
+        let begin = format!("```{language}\n");
+        let blocks = page.split(&begin).skip(1);
+        blocks
+            .filter_map(|block| block.split("```").next())
+            .collect()
+    };
+    let dir = tempfile::tempdir().unwrap();
+    for block in blocks("sh") {
+        for line in block.lines().filter(|line| line.starts_with("unit ")) {
+            let args: Vec<&str> = line.split(' ').collect();
+            let (code, out, err) = host_sim(dir.path(), &args, &"\n".repeat(60));
+            let said = format!("{line}: {out}{err}");
+            assert!(code == 0 && !said.contains("doubtful"), "{said}");
+        }
+        std::fs::remove_file(dir.path().join("my.toml")).unwrap();
+    }
+    let preset = presets::text("stim300").unwrap();
+    let (_, errors) = preset.split_once("[gyro]").unwrap();
+    let tables = blocks("toml");
+    assert!(tables.len() >= 2);
+    for table in tables {
+        let text = format!("name = \"x\"\n{table}[gyro]{errors}");
+        std::fs::write(dir.path().join("x.toml"), text).unwrap();
+        let (code, out, err) = host_sim(dir.path(), &["unit", "check", "x.toml"], "");
+        assert_eq!((code, &*out), (0, "x.toml: 'x' can be used\n"), "{err}");
+    }
+    for name in presets::names() {
+        let text = presets::text(name).unwrap();
+        let about = presets::title(&text);
+        if about.contains("simulated") || about.contains("`replay") {
+            continue;
+        }
+        let command = format!("--from {name}");
+        assert!(page.contains(&command), "no command has {command}");
+        let unit = host_unit::Unit::preset(name).unwrap();
+        let mut rows = page.lines().filter(|row| row.starts_with("| ["));
+        let row = rows.find(|row| row.contains(&format!("`{name}`")));
+        let row = row.unwrap_or_else(|| panic!("no row has {name}"));
+        let baud = thousands(unit.sensor.baud).replace('\u{a0}', " ");
+        let read = unit.sensor.format != FormatName::Detect;
+        assert_eq!(row.contains(&baud), read, "{name}: {baud}");
     }
 }
 

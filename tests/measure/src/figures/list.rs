@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::{campaigns, drive, measured, real};
+use super::{campaigns, drive, measured, real, sensors};
 use crate::{alone, beside, growth};
 
 /// A generated part of the pages.
@@ -84,6 +84,14 @@ pub const FIGURES: &[Figure] = &[
         what: "the same in other vehicles",
         how: How::Here(campaigns::vehicles),
         takes: "not measured; what was interrupted goes on",
+        cheap: false,
+    },
+    Figure {
+        name: "sensors",
+        files: &["docs/figures/sensors.csv"],
+        what: "what memory is worth to each sensor with a preset",
+        how: How::Here(sensors::sensors),
+        takes: "a quarter of an hour; what was interrupted goes on",
         cheap: false,
     },
     Figure {
@@ -184,6 +192,7 @@ pub const FIGURES: &[Figure] = &[
             "docs/REAL.md",
             "docs/RELIABILITY.md",
             "docs/paper.md",
+            "docs/sensors.md",
         ],
         what: "tables of the pages that stand in docs/figures/*.csv",
         how: How::Here(super::tables::write),

@@ -6,6 +6,7 @@ mod drive;
 mod list;
 mod measured;
 mod real;
+mod sensors;
 #[cfg(test)]
 mod sizes;
 mod tables;
@@ -203,14 +204,14 @@ mod tests {
     /// Pages of measured results are of the present learner.
     #[test]
     fn results_are_of_the_present_learner() {
-        const PAGES: [&str; 5] = ["ABUSE", "MEMORY", "REAL", "RESULTS", "START"];
+        const PAGES: [&str; 6] = ["ABUSE", "MEMORY", "REAL", "RESULTS", "START", "sensors"];
         for page in PAGES {
             let text = fs::read_to_string(workspace().join(format!("docs/{page}.md")));
             let text = text.expect("a page");
             let mut versions = text.lines().filter_map(tables::learner).peekable();
             assert!(versions.peek().is_some(), "{page} names no learner");
             for version in versions {
-                let remedy = "remedy: cargo xtask figures abuse results memory start real";
+                let remedy = "remedy: cargo xtask figures abuse results memory start real sensors";
                 assert_eq!(version, firmware::learn::VERSION, "{page}; {remedy}");
             }
         }

@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use qemu::committed::{Committed, file};
 
-use super::{drive, measured, real};
+use super::{drive, measured, real, sensors};
 use crate::markers::between;
 use crate::table::markdown;
 
@@ -21,6 +21,7 @@ pub fn table(name: &str) -> Result<String> {
     match name {
         "drive" => drive::drive_table(&of),
         "path" => measured::path_table(&of),
+        "sensors" => sensors::table(&of),
         "works" => measured::works_table(&of),
         "real-rc-car" | "real-car" | "real-hand-a" | "real-hand-b" | "real-hand-c" => {
             real::table(&of)
