@@ -82,8 +82,8 @@ impl ErrorModelName {
         Self::AllX3,
     ];
 
-    /// The groups of a single cause beside the linear errors, and of real power-ons.
-    pub const CAUSES: [Self; 23] = [
+    /// The groups of a single cause beside the linear errors.
+    pub const CAUSES: [Self; 22] = [
         Self::Hysteresis,
         Self::Gradient,
         Self::Heating,
@@ -106,12 +106,12 @@ impl ErrorModelName {
         Self::ThermalLag,
         Self::VibrationSaturation,
         Self::SelfHeating,
-        Self::Real,
     ];
 
-    /// All groups: whole kinds of errors, then single causes.
+    /// All groups: whole kinds of errors, single causes, real power-ons.
     pub fn every() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().chain(Self::CAUSES)
+        let causes = Self::ALL.into_iter().chain(Self::CAUSES);
+        causes.chain([Self::Real])
     }
 
     /// Name on the command line and in files.
