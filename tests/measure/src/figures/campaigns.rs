@@ -4,10 +4,12 @@
 use std::fs;
 
 use anyhow::{Context, Error, Result};
+use qemu::committed::Committed;
 use qemu::images::{target_directory, workspace};
 use serde_json::Value;
 
 use super::named;
+use super::sensors::harm;
 use crate::stage::{cargo_with, succeed};
 
 /// Time without fixes, min.
@@ -24,6 +26,15 @@ const CAUSES: &str = "linear,thermal,all-x3,hysteresis,stretched-warm-up,thermos
 /// Vehicles whose scale factors and misalignments show, and the schemes that are compared there.
 const VEHICLES: [&str; 3] = ["road", "hand-held", "aircraft"];
 const LINEAR: [&str; 4] = ["uncorrected", "ekf6-tight", "ekf24-tight", "device"];
+
+/// Schemes on units that step and age.
+const REAL: [&str; 5] = [
+    "uncorrected",
+    "ekf6-memory",
+    "ekf6-tight",
+    "ekf24-tight",
+    "device",
+];
 
 /// The rows of a campaign at the end of the time without fixes.
 struct Rows(Vec<Value>);
@@ -187,6 +198,24 @@ pub fn causes() -> Result<()> {
         );
     }
     save("memory-causes", &out)
+}
+
+/// Memory over power-offs that are like those of recorded units.
+pub fn real() -> Result<()> {
+    let words = ["--models", "real", "--drives", "1,2,4,8"];
+    let schemes = REAL.map(str::to_owned);
+    let (mut out, rows) = campaign("memory-real", 48, &schemes, &words)?;
+    let csv = target_directory()?.join("figures/memory-real/campaign.csv");
+    let runs = Committed::parse("memory-real", &format!("# campaign\n{}", fs::read_to_string(csv)?))?;
+    let names = REAL.map(|name| format!("`{name}`")).join(",");
+    out += &format!("earlier drives,{names},worse,worst\n");
+    for drives in [1, 2, 4, 8] {
+        let cells = REAL.map(|scheme| Ok(format!("{:.0}", rows.median("real", drives, scheme)?)));
+        let cells = cells.into_iter().collect::<Result<Vec<_>>>()?.join(",");
+        let [worse, worst] = harm(&runs, &drives.to_string(), &T_MIN.to_string())?;
+        out += &format!("{drives},{cells},{worse},{worst}\n");
+    }
+    save("memory-real", &out)
 }
 
 /// Memory over power-offs in other vehicles.

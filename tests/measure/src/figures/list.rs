@@ -79,6 +79,14 @@ pub const FIGURES: &[Figure] = &[
         cheap: false,
     },
     Figure {
+        name: "memory-real",
+        files: &["docs/figures/memory-real.csv"],
+        what: "the same with power-ons like those of recorded units",
+        how: How::Here(campaigns::real),
+        takes: "not measured; what was interrupted goes on",
+        cheap: false,
+    },
+    Figure {
         name: "memory-vehicles",
         files: &["docs/figures/memory-vehicles.csv"],
         what: "the same in other vehicles",

@@ -117,16 +117,24 @@ fn cells(runs: &Committed, minutes: &str) -> Result<Vec<String>> {
     let of = |scheme, drives| errors(runs, scheme, drives, minutes);
     let mut cells = Vec::new();
     for (scheme, drives, _) in SCHEMES {
-        cells.push(format!("{:.0}", median_of(&mut of(scheme, drives)?)));
+        let mut errors = of(scheme, drives)?;
+        ensure!(errors.len().to_string() == UNITS, "{} runs", errors.len());
+        cells.push(format!("{:.0}", median_of(&mut errors)));
     }
     for drives in ["1", "4"] {
-        let each = of("device", drives)?.into_iter();
-        let ratios = each.zip(of("uncorrected", drives)?).map(|(d, u)| d / u);
-        let worse: Vec<f64> = ratios.filter(|ratio| *ratio > 1.0).collect();
-        let worst = worse.iter().copied().fold(1.0, f64::max);
-        cells.extend([worse.len().to_string(), format!("{worst:.1}")]);
+        cells.extend(harm(runs, drives, minutes)?);
     }
     Ok(cells)
+}
+
+/// How many units the device makes worse than uncorrected, and the largest quotient.
+pub fn harm(runs: &Committed, drives: &str, minutes: &str) -> Result<[String; 2]> {
+    let of = |scheme| errors(runs, scheme, drives, minutes);
+    let ratios = of("device")?.into_iter().zip(of("uncorrected")?);
+    let worse = ratios.map(|(d, u)| d / u).filter(|ratio| *ratio > 1.0);
+    let worse: Vec<f64> = worse.collect();
+    let worst = worse.iter().copied().fold(1.0, f64::max);
+    Ok([worse.len().to_string(), format!("{worst:.1}")])
 }
 
 /// The errors of a scheme, in the order of the runs.
@@ -139,15 +147,9 @@ fn errors(runs: &Committed, scheme: &str, drives: &str, minutes: &str) -> Result
         cells == [Some(scheme), Some(drives)]
     };
     let found = runs.rows.iter().filter(is);
-    let found: Vec<f64> = found
+    Ok(found
         .map(|row| row[error].parse())
-        .collect::<Result<_, _>>()?;
-    ensure!(
-        found.len().to_string() == UNITS,
-        "{} runs of {scheme}",
-        found.len()
-    );
-    Ok(found)
+        .collect::<Result<_, _>>()?)
 }
 
 /// Metres, or kilometres from 10 km on.
