@@ -48,6 +48,7 @@ fn sensors(errors: ErrorModelName) -> String {
         E::ThermalLag => "a bias by the temperature of a place that has no thermometer",
         E::VibrationSaturation => "a bias by vibration that saturates",
         E::SelfHeating => "a bias of the gyros by how much they have turned lately",
+        E::Real => "biases that are new, step and age at a power-on as those of recorded units",
     };
     format!("the linear errors (noise, biases, scale factors, misalignments) and {beside}")
 }
