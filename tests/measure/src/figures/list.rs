@@ -51,7 +51,7 @@ pub const FIGURES: &[Figure] = &[
             "--results",
             "docs/RESULTS.md",
         ]),
-        takes: "hours; not measured",
+        takes: "ten minutes",
         cheap: false,
     },
     Figure {
@@ -59,7 +59,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/ABUSE.md", "docs/ABUSE.csv"],
         what: "the device in a hostile world",
         how: How::Here(campaigns::abuse),
-        takes: "hours; what was interrupted goes on",
+        takes: "an hour; what was interrupted goes on",
         cheap: false,
     },
     Figure {
@@ -83,7 +83,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/figures/memory-real.csv"],
         what: "the same with power-ons like those of recorded units",
         how: How::Here(campaigns::real),
-        takes: "not measured; what was interrupted goes on",
+        takes: "four minutes; what was interrupted goes on",
         cheap: false,
     },
     Figure {

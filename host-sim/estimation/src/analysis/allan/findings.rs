@@ -112,7 +112,7 @@ fn outliers_note(analyses: &[Analysis], left_out: bool) -> Option<String> {
         let samples = counted(outliers.count, "sample");
         let (first, farthest) = (outliers.first_s, outliers.farthest);
         Some(format!(
-            "{} ({samples}, the first at {first:.3} s, the farthest {farthest:.0})",
+            "{} ({samples}, the first at {first:.3} s, the farthest by {farthest:.0})",
             a.column
         ))
     };
