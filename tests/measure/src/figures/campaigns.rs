@@ -206,7 +206,10 @@ pub fn real() -> Result<()> {
     let schemes = REAL.map(str::to_owned);
     let (mut out, rows) = campaign("memory-real", 48, &schemes, &words)?;
     let csv = target_directory()?.join("figures/memory-real/campaign.csv");
-    let runs = Committed::parse("memory-real", &format!("# campaign\n{}", fs::read_to_string(csv)?))?;
+    let runs = Committed::parse(
+        "memory-real",
+        &format!("# campaign\n{}", fs::read_to_string(csv)?),
+    )?;
     let names = REAL.map(|name| format!("`{name}`")).join(",");
     out += &format!("earlier drives,{names},worse,worst\n");
     for drives in [1, 2, 4, 8] {

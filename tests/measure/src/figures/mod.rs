@@ -211,7 +211,7 @@ mod tests {
             let mut versions = text.lines().filter_map(tables::learner).peekable();
             assert!(versions.peek().is_some(), "{page} names no learner");
             for version in versions {
-                let remedy = "remedy: cargo xtask figures abuse results memory start real sensors";
+                let remedy = "remedy: cargo xtask figures --all, or those of the page";
                 assert_eq!(version, firmware::learn::VERSION, "{page}; {remedy}");
             }
         }
