@@ -1,8 +1,8 @@
 //! Single samples far from their neighbours: bit errors, knocks, lost and doubled samples.
 //!
-//! One of them has the Allan variance of a random walk, so the curve does not show it, and N and its
-//! interval would be wrong. A sample is an outlier if it differs from the median of its block and of
-//! those around it by more than [`FAR`] root mean squares of the samples that do not.
+//! One of them has the Allan variance of a random walk, so the curve does not show it, and N and
+//! its interval would be wrong. A sample is an outlier if it differs from the median of its block
+//! and of those around it by more than [`FAR`] root mean squares of the samples that do not.
 
 use serde::Serialize;
 
