@@ -103,8 +103,8 @@ pub struct Analysis {
     pub curve: Vec<Deviation>,
 }
 
-/// Curve, coefficients and intervals of a series, without outliers if they are few. `None` if it has fewer than 100 samples or never
-/// changes.
+/// Curve, coefficients and intervals of a series, without outliers if they are few. `None` if it
+/// has fewer than 100 samples or never changes.
 #[must_use]
 pub fn analyse(mut series: Series) -> Option<Analysis> {
     let (samples, t0) = (series.increments.len(), 1.0 / series.rate_hz);
