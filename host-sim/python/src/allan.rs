@@ -60,8 +60,7 @@ impl Allan {
         self.0.misfit
     }
 
-    /// Number of single samples far from their neighbours. At most one in a thousand is left out;
-    /// more stay in.
+    /// Number of single samples far from their neighbours; up to one in a thousand are left out.
     #[getter]
     fn outliers(&self) -> usize {
         self.0.outliers.map_or(0, |outliers| outliers.count)
