@@ -59,7 +59,7 @@ pub const FIGURES: &[Figure] = &[
         files: &["docs/ABUSE.md", "docs/ABUSE.csv"],
         what: "the device in a hostile world",
         how: How::Here(campaigns::abuse),
-        takes: "an hour; what was interrupted goes on",
+        takes: "an hour, estimated; what was interrupted goes on",
         cheap: false,
     },
     Figure {
