@@ -12,7 +12,7 @@ use host_device::hil::blackbox::{Verdict, play};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use soak::disturb::KINDS;
-use soak::world::Sensor;
+use soak::sensor::Sensor;
 use soak::{Memory, Plan, Report, Watch};
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -47,6 +47,7 @@ struct Outcome {
     power_ons: u32,
     unchanged: u64,
     corrected: u64,
+    corrected_bursts: u64,
     no_room: u64,
     navigated_s: u32,
     stored: u32,
@@ -98,9 +99,9 @@ impl Args {
             let problem = format!("{} hours", self.hours);
             return Err(refused("--hours", problem, "give 0.001 to 20000"));
         }
-        if Sensor::count(self.rate) == 0 {
+        if Sensor::on_line(self.rate).next().is_none() {
             let problem = format!("no format has {} samples a second", self.rate);
-            return Err(refused("--rate", problem, "give 100, 200, 500 or 1000"));
+            return Err(refused("--rate", problem, "give 100, 200, 250, 500 or 1000"));
         }
         let plan = Plan {
             seed: self.seed,
@@ -149,6 +150,7 @@ fn outcome(plan: &Plan, report: &Report, looks: &Looks, took_s: f64) -> Outcome 
         power_ons: report.power_ons,
         unchanged: report.same,
         corrected: report.corrected,
+        corrected_bursts: report.corrected_bursts,
         no_room: report.full,
         navigated_s: report.navigated,
         stored: report.stored,

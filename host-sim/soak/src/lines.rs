@@ -1,9 +1,9 @@
 //! The four lines. That of the navigation computer compares output with input.
 
+use crate::sensor::Port;
 use core::cell::RefCell;
 use firmware::link::{Full, Line, Lost};
 use firmware::wire::framer::CAPACITY;
-use firmware::wire::{Checked, ImuFormat};
 use heapless::Deque;
 
 /// Most bytes that wait at a line.
@@ -91,6 +91,20 @@ pub struct Passing {
     pub overrun: bool,
 }
 
+impl Passing {
+    /// Bytes that the application has received.
+    pub fn come(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.overrun |= self.bytes.push_back(*byte).is_err();
+        }
+    }
+
+    /// A burst that the application has refused, and never sends.
+    pub fn refused(&mut self) {
+        self.bytes.clear();
+    }
+}
+
 /// The application's end of the sensor line: received bytes are noted.
 #[derive(Debug)]
 pub struct Noted<'p, L> {
@@ -101,10 +115,8 @@ pub struct Noted<'p, L> {
 impl<L: Line> Line for Noted<'_, L> {
     fn receive(&mut self, buffer: &mut [u8]) -> Result<usize, Lost> {
         let len = self.line.receive(buffer)?;
-        let mut passing = self.passing.borrow_mut();
-        for byte in buffer.iter().take(len) {
-            passing.overrun |= passing.bytes.push_back(*byte).is_err();
-        }
+        let received = buffer.get(..len).unwrap_or_default();
+        self.passing.borrow_mut().come(received);
         Ok(len)
     }
 
@@ -126,7 +138,7 @@ pub struct OutputLine<'p> {
     /// Nothing may be changed at present.
     pub exact: bool,
     pub seen: MessageCounts,
-    format: ImuFormat,
+    port: Port,
     /// Digest of the bytes sent.
     pub digest: Digest,
 }
@@ -148,15 +160,15 @@ pub struct MessageCounts {
 }
 
 impl<'p> OutputLine<'p> {
-    /// A line for frames of this format.
-    pub fn new(passing: &'p RefCell<Passing>, format: ImuFormat) -> OutputLine<'p> {
+    /// A line for the frames or bursts of this port.
+    pub fn new(passing: &'p RefCell<Passing>, port: Port) -> OutputLine<'p> {
         OutputLine {
             input: Input::default(),
             passing,
             full: false,
             exact: true,
             seen: MessageCounts::default(),
-            format,
+            port,
             digest: Digest::default(),
         }
     }
@@ -188,10 +200,10 @@ impl<'p> OutputLine<'p> {
             *slot = *byte;
         }
         let len = message.len().min(LONGEST);
-        let format = self.format;
+        let port = self.port;
         let is_frame = |bytes: &mut [u8; LONGEST]| {
             let frame = bytes.get_mut(..len);
-            frame.is_some_and(|frame| Checked::new(format, frame).is_ok())
+            frame.is_some_and(|frame| port.is_frame(frame))
         };
         if !is_frame(&mut came) || !is_frame(&mut left) {
             self.seen.wrong += 1;

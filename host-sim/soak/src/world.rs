@@ -1,15 +1,12 @@
-//! The simulated truth: a vehicle that stands and drives, its sensor and its receiver.
+//! The simulated truth: a vehicle that stands and drives, the errors of its sensor, its receiver.
 //!
 //! The vehicle is level and has no side slip. Heading and speed change at constant rates between
 //! draws, so that increments and fixes are consistent, as in a real drive.
 
 use crate::random::Random;
-use firmware::sample::RawSample;
+use crate::sensor::{Counts, Sensor};
 use firmware::units::DEGREE;
-use firmware::wire::framer::LONGEST;
-use firmware::wire::sequence::{Gap, Last};
 use firmware::wire::ubx::Pvt;
-use firmware::wire::{Checked, Fields, ImuFormat, Settings, Simulated};
 
 /// Seconds at rest after each power-on: the learner aligns itself.
 const STANDS_S: f64 = 170.0;
@@ -17,100 +14,13 @@ const LATITUDE: f64 = 0.92;
 const LONGITUDE: f64 = 0.18;
 const EARTH_RATE: f64 = 7.292_115e-5;
 const RADIUS: f64 = 6.38e6;
-
-/// A sensor to simulate.
-#[derive(Debug, Clone, Copy)]
-pub struct Sensor {
-    /// Its format, with the layout of its frames.
-    pub format: ImuFormat,
-    /// The device's settings for it.
-    pub settings: Settings,
-    simulated: Simulated,
-    step: u32,
-    /// Value of a count of [`Fields`]: rad, m/s.
-    count: [f64; 2],
-}
-
-impl Sensor {
-    /// A sensor with this rate, by number; `None` beyond the last.
-    #[must_use]
-    pub fn of(rate: u32, number: u32) -> Option<Sensor> {
-        let all = ImuFormat::ALL.into_iter().flat_map(|format| {
-            let sensors = format.simulated().iter().filter(|s| s.has_accel);
-            sensors.filter_map(move |simulated| Sensor::fitting(format, *simulated, rate))
-        });
-        all.into_iter().nth(number as usize)
-    }
-
-    /// Number of sensors with this rate.
-    #[must_use]
-    pub fn count(rate: u32) -> u32 {
-        (0..).take_while(|n| Sensor::of(rate, *n).is_some()).count() as u32
-    }
-
-    fn fitting(format: ImuFormat, simulated: Simulated, rate: u32) -> Option<Sensor> {
-        let mut settings = simulated.settings();
-        settings.rate = rate.into();
-        let format = format.configured(&settings);
-        [1, 2, 4, 8].into_iter().find_map(|step| {
-            let mut sensor = Sensor {
-                format,
-                settings,
-                simulated,
-                step,
-                count: [0.0; 2],
-            };
-            sensor.count = sensor.worth(rate.into())?;
-            Some(sensor)
-        })
-    }
-
-    /// Value of a count for a device with these settings; `None` where the device finds another
-    /// rate, or missing frames.
-    fn worth(&self, rate: f64) -> Option<[f64; 2]> {
-        const PROBE: i32 = 1 << 10;
-        let (mut last, mut sample, mut units) = (Last::default(), None, None);
-        for number in 0..3 {
-            let mut buffer = [0; LONGEST];
-            let len = self.emit(number, 1.0 / rate, [[PROBE; 3]; 2], &mut buffer);
-            let frame = Checked::new(self.format, buffer.get_mut(..len)?).ok()?;
-            let stream = frame.source().stream(&self.settings, frame.content())?;
-            let reading = frame.read().ok()?;
-            if stream.rate != rate || stream.gap(&mut last, &reading) != Gap::None {
-                return None;
-            }
-            sample = Some(reading.sample);
-            units = Some(stream.units);
-        }
-        let [gyro, accel] = match sample? {
-            RawSample::Counts { gyro, accel } => [gyro[0], accel[0]].map(f64::from),
-            RawSample::Floats { gyro, accel } => [gyro[0], accel[0]].map(f64::from),
-        };
-        let (probe, period, units) = (f64::from(PROBE), 1.0 / rate, units?);
-        let rad = units.gyro.increment(period)? * gyro / probe;
-        let mps = units.accel.increment(period)? * accel / probe;
-        (rad > 0.0 && mps > 0.0).then_some([rad, mps])
-    }
-
-    /// Writes a frame and returns its length.
-    pub fn emit(&self, index: u32, period: f64, counts: [[i32; 3]; 2], into: &mut [u8]) -> usize {
-        let [gyro, accel] = counts;
-        let fields = Fields {
-            index: index.wrapping_mul(self.step),
-            time: f64::from(index.wrapping_add(1)) * period,
-            gyro,
-            accel,
-            rest: self.simulated.rest,
-        };
-        (self.simulated.emit)(&fields, into).unwrap_or(0)
-    }
-
-    /// The largest count of its fields.
-    #[must_use]
-    pub fn largest(&self) -> i32 {
-        ((1i64 << (self.simulated.bits.clamp(2, 32) - 1)) - 1) as i32
-    }
-}
+/// Temperature of the surroundings and of the warm sensor, degrees Celsius, and how long it takes
+/// to warm up, s.
+const COLD: f64 = 3.0;
+const WARM: f64 = 41.0;
+const WARMS_UP_S: f64 = 600.0;
+/// Biases a degree, of the biases at [`COLD`].
+const PER_DEGREE: f64 = 0.05;
 
 /// The vehicle.
 #[derive(Debug, Clone)]
@@ -131,8 +41,10 @@ pub struct World {
     /// Gravity, m/s2; cosine and sine of the latitude.
     gravity: f64,
     latitude: [f64; 2],
-    /// Errors of the sensor: biases in rad/s and m/s2.
+    /// Errors of the sensor: biases in rad/s and m/s2, at [`COLD`].
     bias: [[f64; 3]; 2],
+    /// Temperature of the sensor, degrees Celsius.
+    celsius: f64,
     /// Remainders of the rounding, counts.
     left: [[f64; 3]; 2],
 }
@@ -158,6 +70,7 @@ impl World {
             gravity,
             latitude: [c, s],
             bias,
+            celsius: COLD,
             left: [[0.0; 3]; 2],
         }
     }
@@ -178,9 +91,16 @@ impl World {
         }
     }
 
+    /// Temperature of the sensor, degrees Celsius.
+    #[must_use]
+    pub fn celsius(&self) -> f64 {
+        self.celsius
+    }
+
     /// The counts of the next sample.
-    pub fn sample(&mut self, sensor: &Sensor) -> [[i32; 3]; 2] {
+    pub fn sample(&mut self, sensor: &Sensor) -> Counts {
         let dt = self.period;
+        self.celsius += dt / WARMS_UP_S * (WARM - self.celsius);
         self.time += dt;
         self.lasts -= dt;
         if self.lasts <= 0.0 {
@@ -210,14 +130,15 @@ impl World {
         let (c, s) = (c - s * turn, s + c * turn);
         let length = libm::sqrt(c * c + s * s);
         self.heading = [c / length, s / length];
+        let grown = 1.0 + PER_DEGREE * (self.celsius - COLD);
         let noise = [1.46e-6, 1.96e-4].map(|density| density * libm::sqrt(dt));
         let mut counts = [[0; 3]; 2];
         for triad in 0..2 {
             let truth = [rate, force][triad];
             for axis in 0..3 {
                 let noise = noise[triad] * f64::from(self.random.normal());
-                let increment = dt * (truth[axis] + self.bias[triad][axis]) + noise;
-                let exact = increment / sensor.count[triad] + self.left[triad][axis];
+                let increment = dt * (truth[axis] + grown * self.bias[triad][axis]) + noise;
+                let exact = increment / sensor.count()[triad] + self.left[triad][axis];
                 let whole = libm::rint(exact);
                 self.left[triad][axis] = exact - whole;
                 let largest = sensor.largest();

@@ -5,20 +5,20 @@ use crate::drive::Drive;
 use crate::flash::{Failing, Flash};
 use crate::lines::{Digest, Input, MessageCounts, Noted, OutputLine, Passing};
 use crate::random::Random;
-use crate::world::{Sensor, World};
+use crate::sensor::{Port, Sensor};
+use crate::setup::{configured, nets};
+use crate::world::World;
 use core::cell::{Cell, RefCell};
 use firmware::app::blackbox;
-use firmware::app::{Activation, App, Hardware, Lines};
+use firmware::app::{App, Hardware, Lines};
+use firmware::configuration::Configuration;
 use firmware::configuration::record::{Record, encode as record_of};
-use firmware::configuration::{Configuration, Sensor as ConfiguredSensor};
 use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::faulty::{Chances, Faulty};
-use firmware::model::Nets;
 use firmware::store::{Content, MEMORY_MAX, Store};
-use firmware::wire::command::{Counters, MAX_CHUNK, MAX_PACKET, Request, encode};
+use firmware::wire::command::{MAX_CHUNK, MAX_PACKET, Request, encode};
 use firmware::wire::framer::{CAPACITY, LONGEST};
-use lrnn_nostd::{Net, Normalisation, Weights};
 
 pub use crate::report::{LINES, Report, Violation};
 
@@ -67,7 +67,6 @@ struct Soak<'p> {
     random: Random,
     /// Samples so far.
     sample: u64,
-    sensors: u32,
 }
 
 /// An observer of the soak.
@@ -94,55 +93,17 @@ pub fn run(memory: &mut Memory, plan: &Plan, watch: &mut impl Watch) -> Report {
         disturb: Disturb::new(Random::new(plan.seed, 1), plan.rate),
         random: Random::new(plan.seed, 2),
         sample: 0,
-        sensors: Sensor::count(plan.rate),
     };
     memory.flash.clear();
     let end = u64::from(plan.seconds) * u64::from(plan.rate);
     while soak.sample < end && soak.report.violation.is_none() {
-        let which = soak.random.below(soak.sensors);
-        let Some(sensor) = Sensor::of(plan.rate, which) else {
+        let Some(sensor) = Sensor::draw(plan.rate, &mut soak.random) else {
             break;
         };
         soak.drive(memory, &sensor, end, watch);
     }
     soak.sum_up();
     soak.report
-}
-
-/// The device's configuration for its sensor.
-fn configured(sensor: &Sensor, rate: u32, live: bool) -> Configuration {
-    let mut configuration = Configuration {
-        sensor: Some(ConfiguredSensor::Stream(
-            sensor.format.settings(&sensor.settings),
-        )),
-        rate: rate.into(),
-        ..Configuration::default()
-    };
-    configuration.correction.mode = Mode::Learn;
-    if live {
-        configuration.correction.activation = Activation::Faded;
-    }
-    configuration
-}
-
-/// Networks that correct by up to 1 deg/h and 100 ug, and whose output depends on every sample.
-fn nets() -> Nets {
-    let weights = Weights::from_fn(|index| ((index * 37 + 11) % 129) as f32 / 128.0 - 0.5);
-    let net = |input_scale: f32, output_scale: f32| -> Net {
-        Net::new(
-            weights,
-            Normalisation {
-                input_offset: [0.0; 3],
-                input_scale: [input_scale; 3],
-                output_scale: [output_scale; 3],
-            },
-        )
-    };
-    Nets {
-        gyro: net(2.0, 5e-6),
-        accel: net(0.1, 1e-3),
-        ..Nets::NONE
-    }
 }
 
 type AppLines<'p> = Lines<Noted<'p, Faulty<Input>>, OutputLine<'p>, Input, Input>;
@@ -155,6 +116,22 @@ fn digests<'l, 'p>(lines: &'l mut AppLines<'p>) -> [&'l mut Digest; 4] {
         &mut lines.gnss.digest,
         &mut lines.sensor.line.inner().digest,
     ]
+}
+
+/// A step of the application, in which nothing may be changed while nothing is corrected.
+fn watched<T>(
+    app: &mut App,
+    lines: &mut AppLines,
+    step: impl FnOnce(&mut App, &mut AppLines) -> T,
+) -> T {
+    lines.navigation.exact = app.correction() == [[0.0; 3]; 2];
+    let before = lines.navigation.seen.inexact;
+    let done = step(app, lines);
+    if app.correction() != [[0.0; 3]; 2] {
+        // it came into force in this step
+        lines.navigation.seen.inexact = before;
+    }
+    done
 }
 
 impl Soak<'_> {
@@ -222,6 +199,9 @@ impl Soak<'_> {
         let len = store.memory(learnt);
         app.recall(learnt.get(..len).unwrap_or_default());
         app.record_in(blackbox);
+        if let Port::Spi(adis) = sensor.port {
+            app.detected(&adis);
+        }
         self.report.power_ons += 1;
         let passing = RefCell::new(Passing::default());
         let seed = u64::from(self.random.next());
@@ -230,23 +210,15 @@ impl Soak<'_> {
                 line: Faulty::new(Input::default(), Chances::default(), seed),
                 passing: &passing,
             },
-            navigation: OutputLine::new(&passing, sensor.format),
+            navigation: OutputLine::new(&passing, sensor.port),
             command: Input::default(),
             gnss: Input::default(),
         };
         for (slot, digest) in digests(&mut lines).into_iter().zip(self.digests) {
             *slot = digest; // it continues over a power-on
         }
-        let mut drive = Drive {
-            world: World::new(
-                Random::new(self.plan.seed, self.random.next().into()),
-                self.plan.rate,
-            ),
-            sensor,
-            index: 0,
-            held: [[0; 3]; 2],
-            counters: Counters::default(),
-        };
+        let random = Random::new(self.plan.seed, self.random.next().into());
+        let mut drive = Drive::new(World::new(random, self.plan.rate), sensor);
         let now = Cell::new(0);
         let mut number = 0u64;
         while self.sample < end && self.report.violation.is_none() {
@@ -256,11 +228,16 @@ impl Soak<'_> {
             }
             (self.sample, number) = (self.sample + 1, number + 1);
             now.set(number * 1_000_000 / u64::from(self.plan.rate));
-            self.feed(&mut drive, &mut lines, number, &record);
+            self.feed(&mut drive, &mut app, &mut lines, number);
+            self.ask(&mut lines, &record);
             if self.disturb.is(Kind::HeldUp) && !self.disturb.chance(4) {
                 continue;
             }
+            self.take_bursts(&mut drive, &mut app, &mut lines, &now);
             self.settle(&mut app, &mut lines, &now);
+            if let (Port::Spi(adis), true) = (sensor.port, app.must_detect_again()) {
+                app.detected(&adis);
+            }
             fails.set(self.disturb.is(Kind::StoreFails));
             self.keep(&mut app, &mut store);
             if number.is_multiple_of(u64::from(self.plan.rate)) {
@@ -272,19 +249,39 @@ impl Soak<'_> {
                 watch.minute(&self.report);
             }
         }
-        self.gather(&mut lines);
+        self.gather(&mut lines, sensor.port);
         app.hold_recording();
         if !watch.drive_over(&configuration, &app) {
             self.violated(Violation::BlackBox);
         }
     }
 
-    /// Sends the bytes of a sample time on all lines.
-    fn feed(&mut self, drive: &mut Drive, lines: &mut AppLines, number: u64, record: &Record) {
-        let rate = u64::from(self.plan.rate);
-        let noise = self.disturb.is(Kind::SensorNoise);
+    /// Sends the bytes of a sample time on the lines of sensor, receiver and navigation computer.
+    fn feed(&mut self, drive: &mut Drive, app: &mut App, lines: &mut AppLines, number: u64) {
+        match drive.sensor.port {
+            Port::Line(_) => self.send(drive, lines),
+            Port::Spi(adis) => {
+                let form = adis.model.form();
+                let (len, lost) = drive.fetch(&mut self.disturb, self.plan.rate, form);
+                self.report.came += len as u64;
+                if lost {
+                    app.lost();
+                }
+            }
+        }
+        self.receive(drive, lines, number);
+        lines.navigation.full = self.disturb.is(Kind::OutputFull) && self.disturb.chance(3);
+        if self.disturb.is(Kind::Reverse) && self.disturb.chance(4) {
+            let mut bytes = [0; 12];
+            self.disturb.fill(&mut bytes);
+            lines.navigation.input.come(&bytes);
+        }
+    }
+
+    /// The sensor's bytes of a sample.
+    fn send(&mut self, drive: &mut Drive, lines: &mut AppLines) {
         let faulty = &mut lines.sensor.line;
-        faulty.chances = if noise {
+        faulty.chances = if self.disturb.is(Kind::SensorNoise) {
             Chances {
                 flip: 60,
                 drop: 40,
@@ -301,6 +298,34 @@ impl Soak<'_> {
         input.lost |= lost;
         input.come(buffer.get(..len).unwrap_or_default());
         self.report.came += len as u64;
+    }
+
+    /// The application takes the bursts that the board has fetched.
+    fn take_bursts(
+        &mut self,
+        drive: &mut Drive,
+        app: &mut App,
+        lines: &mut AppLines,
+        now: &Cell<u64>,
+    ) {
+        while let Some(mut burst) = drive.bursts.pop_front() {
+            let passing = lines.navigation.passing;
+            passing.borrow_mut().come(&burst);
+            let taken = watched(app, lines, |app, lines| {
+                app.burst(&mut burst, &mut lines.navigation, now)
+            });
+            if taken.is_err() {
+                passing.borrow_mut().refused();
+            }
+            if lines.navigation.inside() > 0 {
+                self.violated(Violation::Kept);
+            }
+        }
+    }
+
+    /// The receiver's bytes of a sample.
+    fn receive(&mut self, drive: &mut Drive, lines: &mut AppLines, number: u64) {
+        let rate = u64::from(self.plan.rate);
         // fixes arrive a tenth of a second after their time
         let due = (number + rate - rate / 10).is_multiple_of(rate);
         if due && !self.disturb.is(Kind::FixSilence) {
@@ -321,13 +346,6 @@ impl Soak<'_> {
             let forged = self.disturb.below(1 << 29);
             let fix = drive.world.fix(forged, false);
             lines.gnss.come(&fix);
-        }
-        self.ask(lines, record);
-        lines.navigation.full = self.disturb.is(Kind::OutputFull) && self.disturb.chance(3);
-        if self.disturb.is(Kind::Reverse) && self.disturb.chance(4) {
-            let mut bytes = [0; 12];
-            self.disturb.fill(&mut bytes);
-            lines.navigation.input.come(&bytes);
         }
     }
 
@@ -374,13 +392,7 @@ impl Soak<'_> {
     fn settle(&mut self, app: &mut App, lines: &mut AppLines, now: &Cell<u64>) {
         let mut passes = 0;
         loop {
-            lines.navigation.exact = app.correction() == [[0.0; 3]; 2];
-            let before = lines.navigation.seen.inexact;
-            let more = app.poll(lines, now);
-            if app.correction() != [[0.0; 3]; 2] {
-                // it came into force in this pass
-                lines.navigation.seen.inexact = before;
-            }
+            let more = watched(app, lines, |app, lines| app.poll(lines, now));
             passes += 1;
             if !more {
                 break;
@@ -450,7 +462,7 @@ impl Soak<'_> {
         }
     }
 
-    fn gather(&mut self, lines: &mut AppLines) {
+    fn gather(&mut self, lines: &mut AppLines, port: Port) {
         let MessageCounts {
             same,
             changed,
@@ -459,6 +471,9 @@ impl Soak<'_> {
         } = lines.navigation.seen;
         self.report.same += same;
         self.report.corrected += changed;
+        if matches!(port, Port::Spi(_)) {
+            self.report.corrected_bursts += changed;
+        }
         self.report.full += full;
         self.digests = digests(lines).map(|digest| *digest);
     }

@@ -17,6 +17,8 @@ mod lines;
 mod random;
 mod report;
 pub mod run;
+pub mod sensor;
+mod setup;
 pub mod world;
 
 pub use flash::Flash;

@@ -49,6 +49,8 @@ pub struct Report {
     pub same: u64,
     /// Frames that left corrected.
     pub corrected: u64,
+    /// Those that are bursts of an ADIS.
+    pub corrected_bursts: u64,
     /// Messages that found no room.
     pub full: u64,
     /// Seconds in which the learner navigated.
