@@ -21,6 +21,10 @@
 //! 4. An end that is interrupted by the other one between its load and its store is the case of 3:
 //!    what it stores is a count of its own.
 //!
+//! **Upset memory.** A flipped bit of a count moves it by up to 2^31, and the ring would give its old
+//! bytes again and again. Counts that are further apart than the ring is long are not possible
+//! otherwise, so the end where bytes come out then drops what is in it, which is a loss.
+//!
 //! All places are atomics, so a mistake here would be a wrong byte and no undefined behaviour.
 //! `tests/orders` builds this file with loom's atomics and runs its ends in every order.
 
@@ -121,8 +125,13 @@ impl<const N: usize> Ring<N> {
     #[inline(always)]
     pub fn pop(&self) -> Option<u8> {
         let popped = self.counts.popped.load(Ordering::Relaxed);
-        if self.pushed() == popped {
-            return None;
+        match self.pushed().wrapping_sub(popped) {
+            0 => return None,
+            there if there > N => {
+                self.clear();
+                return None;
+            }
+            _ => {}
         }
         let byte = self.bytes.get(popped % N)?.load(Ordering::Relaxed);
         let popped = popped.wrapping_add(1);
@@ -159,7 +168,13 @@ impl<const N: usize> Ring<N> {
     #[inline(always)]
     pub fn oldest(&self) -> &[AtomicU8] {
         let popped = self.counts.popped.load(Ordering::Relaxed);
-        piece(&self.bytes, popped, self.pushed().wrapping_sub(popped))
+        match self.pushed().wrapping_sub(popped) {
+            there if there <= N => piece(&self.bytes, popped, there),
+            _ => {
+                self.clear();
+                &[]
+            }
+        }
     }
 
     /// Bytes that have been taken out since start, modulo 2^32.
@@ -280,10 +295,16 @@ impl Consumer<'_> {
     /// Takes the oldest byte.
     #[inline(always)]
     pub fn pop(&mut self) -> Option<u8> {
-        if self.is_empty() {
-            return None;
-        }
         let popped = self.counts.popped.load(Ordering::Relaxed);
+        let pushed = self.counts.pushed.load(Ordering::Acquire);
+        match pushed.wrapping_sub(popped) {
+            0 => return None,
+            there if there > self.bytes.len() => {
+                self.counts.popped.store(pushed, Ordering::Release);
+                return None;
+            }
+            _ => {}
+        }
         let byte = place(self.bytes, popped)?.load(Ordering::Relaxed);
         let popped = popped.wrapping_add(1);
         self.counts.popped.store(popped, Ordering::Release);
@@ -311,8 +332,13 @@ impl Consumer<'_> {
             return Err(Overrun);
         }
         let popped = self.popped();
-        let there = self.counts.pushed.load(Ordering::Acquire);
-        let read = there.wrapping_sub(popped).min(buffer.len());
+        let pushed = self.counts.pushed.load(Ordering::Acquire);
+        let there = pushed.wrapping_sub(popped);
+        if there > self.bytes.len() {
+            self.counts.popped.store(pushed, Ordering::Release);
+            return Err(Overrun);
+        }
+        let read = there.min(buffer.len());
         let (bytes, wrapped) = from(self.bytes, popped);
         let places = buffer.get_mut(..read).unwrap_or_default();
         if places.len() <= bytes.len() {

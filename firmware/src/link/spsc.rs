@@ -4,7 +4,8 @@
 //! length that is not known can panic, and the frame path must not.
 //!
 //! A value is written into its slot before `pushed` says so, and has left it before `taken` does.
-//! So a slot is never used from both ends at once. `tests/orders` tries every order of the steps of
+//! So a slot is never used from both ends at once. Numbers that are further apart than there are
+//! slots are those of upset memory: then all that waits is dropped, as no slot may hold a value. `tests/orders` tries every order of the steps of
 //! the two ends.
 
 use super::atomics::{AtomicUsize, Ordering};
@@ -34,6 +35,13 @@ impl<T, const N: usize> Queue<T, N> {
             pushed: AtomicUsize::new(passed),
             taken: AtomicUsize::new(passed),
         }
+    }
+
+    /// The number of values that have been put, or taken, in upset memory.
+    #[cfg(test)]
+    pub(super) fn upset(&mut self, put: bool, bit: u32) {
+        let number = if put { &self.pushed } else { &self.taken };
+        number.store(number.load(Ordering::Relaxed) ^ 1 << bit, Ordering::Relaxed);
     }
 
     /// The two ends of the queue.
@@ -92,10 +100,16 @@ impl<T, const N: usize> Consumer<'_, T, N> {
 
     /// Takes the oldest value.
     pub fn take(&mut self) -> Option<T> {
-        if !self.waits() {
-            return None;
-        }
         let taken = self.0.taken.load(Ordering::Relaxed);
+        let pushed = self.0.pushed.load(Ordering::Acquire);
+        match pushed.wrapping_sub(taken) {
+            0 => return None,
+            waiting if waiting > N => {
+                self.0.taken.store(pushed, Ordering::Release);
+                return None;
+            }
+            _ => {}
+        }
         let value = self.0.slot(taken).read();
         self.0.taken.store(taken.wrapping_add(1), Ordering::Release);
         Some(value)

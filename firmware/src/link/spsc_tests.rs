@@ -47,3 +47,19 @@ fn no_value_is_lost_when_it_is_full_and_its_counters_turn_over() {
         assert!(producer.is_empty() && !consumer.waits());
     }
 }
+
+/// A bit of either number flips: no slot without a value is read, and the next value passes.
+#[test]
+fn a_number_in_upset_memory_loses_what_waits() {
+    for put in [true, false] {
+        for bit in 2..usize::BITS {
+            let mut queue = Queue::<u8, 4>::new();
+            assert!(queue.split().0.put(1));
+            queue.upset(put, bit);
+            let (mut producer, mut consumer) = queue.split();
+            assert_eq!(consumer.take(), None, "bit {bit}");
+            assert!(producer.is_empty() && producer.put(2));
+            assert_eq!((consumer.take(), consumer.take()), (Some(2), None));
+        }
+    }
+}

@@ -60,3 +60,41 @@ fn two_threads() {
     });
     assert_eq!(wrong, 0);
 }
+
+/// A bit of either count flips: what is in the ring is lost, and what comes next passes. No old
+/// byte leaves again.
+#[test]
+fn a_count_in_upset_memory_loses_what_is_there() {
+    for bit in 2..usize::BITS {
+        for upset in [
+            |ring: &Ring<4>, by| _ = ring.filled(by),
+            |ring: &Ring<4>, by| ring.emptied(by),
+        ] {
+            let ring = Ring::<4>::new();
+            let (mut producer, mut consumer) = (ring.producer(), ring.consumer());
+            producer.push(1);
+            upset(&ring, 1 << bit);
+            assert_eq!(ring.pop(), None, "bit {bit}");
+            producer.push(2);
+            assert_eq!((ring.pop(), ring.pop()), (Some(2), None));
+
+            producer.push(1);
+            upset(&ring, 1 << bit);
+            assert!(ring.oldest().is_empty(), "bit {bit}");
+            producer.push(3);
+            assert_eq!((consumer.pop(), consumer.pop()), (Some(3), None));
+
+            producer.push(1);
+            upset(&ring, 1 << bit);
+            let mut buffer = [0; 8];
+            assert_eq!(consumer.read(&mut buffer), Err(Overrun), "bit {bit}");
+            producer.push(4);
+            assert_eq!((consumer.read(&mut buffer), buffer[0]), (Ok(1), 4));
+
+            producer.push(1);
+            upset(&ring, 1 << bit);
+            assert_eq!(consumer.pop(), None, "bit {bit}");
+            assert_eq!(producer.room(), 4);
+        }
+    }
+}

@@ -85,6 +85,7 @@ mod tests {
             ratio_of_runs_median: 80.0,
             ratio_worst: 123.456,
             ratio_worst_run: 7,
+            runs_worse: 1,
             promoted_share: 0.5,
             rolled_back_share: 0.25,
             gain_kept: Some(0.75),

@@ -8,11 +8,11 @@ use firmware::configuration::{Activation, Configuration, Sensor};
 use firmware::control::Mode;
 use firmware::learn::{CombinedLearner, FixLearner, FixMemory, Settings, WindowLearner};
 use firmware::link::NoLine;
+use firmware::link::uart::{Port, Uart};
 use firmware::wire::{ImuFormat, Settings as Configured};
 use host_core::simulator::imu::ImuSpec;
 use host_device::hil::{Input, Record, drive_configured, networks};
 use std::cell::Cell;
-use test_bench::line::MockLine;
 
 /// State of the device under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -25,8 +25,14 @@ pub enum Scenario {
     Learn,
 }
 
+/// Name of the memory that holds the bytes of the lines, and their counts.
+pub const RINGS: &str = "rings of the lines";
+/// Name of the memory of the frame path's ends of them: addresses, mostly.
+pub const ENDS: &str = "ends of the rings";
 /// Length of a drive before the first flip, s.
 const LEAD_S: u32 = 1500;
+/// Bytes of a line that come between two passes: less than its ring has room for.
+const PIECE: usize = 256;
 /// Time at rest at its start, s.
 const STANDS_S: u32 = 120;
 
@@ -41,10 +47,17 @@ pub struct DeviceOutput {
     pub mended: u32,
 }
 
+/// The lines of sensor, navigation computer and receiver, with the rings between interrupt and
+/// frame path.
+type Uarts = [Uart; 3];
+/// The frame path's ends of them.
+type Ports = Lines<Port<'static>, Port<'static>, NoLine, Port<'static>>;
+
 /// A device, its lines and its drive.
 pub struct Device {
     app: *mut App<'static>,
-    lines: Lines<MockLine, MockLine, NoLine, MockLine>,
+    uarts: *mut Uarts,
+    lines: *mut Ports,
     now: Cell<u64>,
     /// Records after the lead.
     rest: Vec<Record>,
@@ -106,18 +119,24 @@ impl Device {
         config.nets = networks();
         let app = Box::into_raw(Box::new(App::with_learner(config, Some(learner))));
         regions.insert(0, Region::of("application", app));
+        let uarts: *mut Uarts = Box::into_raw(Box::new([const { Uart::new() }; 3]));
+        let [sensor, navigation, gnss] = crate::memory::lent(uarts);
+        let lines = Box::into_raw(Box::new(Lines {
+            sensor: sensor.port(|| ()),
+            navigation: navigation.port(|| ()),
+            command: NoLine,
+            gnss: gnss.port(|| ()),
+        }));
+        regions.push(Region::of(RINGS, uarts));
+        regions.push(Region::of(ENDS, lines));
         let split = drive
             .records
             .partition_point(|r| r.at_us < LEAD_S * 1_000_000);
         let (lead, rest) = drive.records.split_at(split);
         let mut device = Device {
             app,
-            lines: Lines {
-                sensor: MockLine::default(),
-                navigation: MockLine::default(),
-                command: NoLine,
-                gnss: MockLine::default(),
-            },
+            uarts,
+            lines,
             now: Cell::new(0),
             rest: rest.to_vec(),
             regions,
@@ -180,21 +199,35 @@ impl Device {
             region.put_back(copy);
         }
         self.now.set(self.before_us);
-        self.lines.sensor = MockLine::default();
-        self.lines.navigation = MockLine::default();
-        self.lines.gnss = MockLine::default();
     }
 
     /// Receives a record, and returns the output.
     fn take(&mut self, record: &Record) -> Vec<u8> {
         self.now.set(record.at_us.into());
-        match record.input {
-            Input::Sensor => self.lines.sensor.input.extend(&record.bytes),
-            Input::Gnss => self.lines.gnss.input.extend(&record.bytes),
+        let [sensor, navigation, gnss] = crate::memory::lent(self.uarts);
+        let line = match record.input {
+            Input::Sensor => &*sensor,
+            Input::Gnss => &*gnss,
+        };
+        let mut bytes = record.bytes.iter();
+        let mut sent = Vec::new();
+        // interrupts come between the passes: those of the line, and of that to the computer
+        loop {
+            for byte in bytes.by_ref().take(PIECE) {
+                line.came(*byte);
+            }
+            let (app, lines) = (
+                crate::memory::lent(self.app),
+                crate::memory::lent(self.lines),
+            );
+            let busy = app.poll(lines, &self.now);
+            while let Some(byte) = navigation.next() {
+                sent.push(byte);
+            }
+            while sensor.next().is_some() {}
+            if !busy && bytes.len() == 0 {
+                return sent;
+            }
         }
-        let app = crate::memory::lent(self.app);
-        while app.poll(&mut self.lines, &self.now) {}
-        self.lines.sensor.sent.clear();
-        std::mem::take(&mut self.lines.navigation.sent).concat()
     }
 }

@@ -6,6 +6,7 @@ use super::rests;
 use super::summary::{GAIN_KEPT, LIMITS, Summary};
 use super::table::{self, AT_POWER_ON, COMBINED, PARTS};
 use super::times::{RECOVERY_S, Times};
+use host_core::words::thousands;
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../../assets/abuse.md");
@@ -63,6 +64,8 @@ pub fn markdown(
         ("gain", format!("{:.2}", 1.0 / LIMITS[0])),
         ("usual harming", harming(usual).count().to_string()),
         ("usual rows", rows_of(usual).to_string()),
+        ("usual worse", worse(all, usual)),
+        ("live worse", worse(all, live)),
         ("live harming", harming(live).count().to_string()),
         ("live rows", rows_of(live).to_string()),
         ("estimating", estimating.count().to_string()),
@@ -101,18 +104,28 @@ pub fn markdown(
         })
 }
 
+/// The share of the runs with this activation that are worse than the limit of a run, with their
+/// numbers.
+fn worse(all: &[Summary], activation: Activation) -> String {
+    let of = || all.iter().filter(|of| of.activation == activation);
+    let worse: usize = of().map(|of| of.runs_worse).sum();
+    let runs: usize = of().map(|of| of.runs).sum();
+    let share = 100.0 * worse as f64 / runs.max(1) as f64;
+    format!("{worse} of {} ({share:.1} %)", thousands(runs))
+}
+
 /// All rows, one a line.
 #[must_use]
 pub fn csv(all: &[Summary]) -> String {
     let mut out =
         "case,activation,sensor,computer,runs,raw_m,corrected_m,ratio_median,ratio_worst,\
-                   worst_run,corrected_share,given_up_share,gain_kept,harms\n"
+                   worst_run,corrected_share,given_up_share,gain_kept,harms,runs_worse\n"
             .to_owned();
     for of in all {
         let gain = of.gain_kept.map(|gain| format!("{gain:.2}"));
         let _ = writeln!(
             out,
-            "{},{},{},{},{},{},{},{:.2},{:.2},{},{:.2},{:.2},{},{}",
+            "{},{},{},{},{},{},{},{:.2},{:.2},{},{:.2},{:.2},{},{},{}",
             of.case,
             of.activation,
             of.sensor,
@@ -127,6 +140,7 @@ pub fn csv(all: &[Summary]) -> String {
             of.rolled_back_share,
             gain.unwrap_or_default(),
             u8::from(of.harms()),
+            of.runs_worse,
         );
     }
     out

@@ -25,6 +25,7 @@ fn summary(row: &csv::StringRecord) -> Summary {
         ratio_of_runs_median: f64::NAN,
         ratio_worst: if rounded { LIMITS[1] + 1e-9 } else { number(8) },
         ratio_worst_run: row[9].parse().unwrap_or(0),
+        runs_worse: row[14].parse().unwrap(),
         promoted_share: number(10),
         rolled_back_share: number(11),
         gain_kept: row[12].parse().ok(),

@@ -41,6 +41,8 @@ pub struct Summary {
     pub ratio_worst: f64,
     /// Number of that run.
     pub ratio_worst_run: u32,
+    /// Number of runs whose ratio exceeds the limit of the worst run.
+    pub runs_worse: usize,
     /// Share of the runs in which the device corrected something.
     pub promoted_share: f64,
     /// Share of the runs in which it rolled a correction back.
@@ -136,6 +138,7 @@ fn of(rows: &[&Judged]) -> Summary {
         ratio_of_runs_median: median(ratio),
         ratio_worst: ratio(worst),
         ratio_worst_run: worst.run,
+        runs_worse: rows.iter().filter(|row| ratio(row) > LIMITS[1]).count(),
         promoted_share: share(|row| row.promoted),
         rolled_back_share: share(|row| row.rolled_back),
         gain_kept: None,
