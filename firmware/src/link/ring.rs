@@ -21,8 +21,8 @@
 //! 4. An end that is interrupted by the other one between its load and its store is the case of 3:
 //!    what it stores is a count of its own.
 //!
-//! **Upset memory.** A flipped bit of a count moves it by up to 2^31, and the ring would give its old
-//! bytes again and again. Counts that are further apart than the ring is long are not possible
+//! **Upset memory.** A flipped bit of a count moves it by up to 2^31, and the ring would give its
+//! old bytes again and again. Counts that are further apart than the ring is long are not possible
 //! otherwise, so the end where bytes come out then drops what is in it, which is a loss.
 //!
 //! All places are atomics, so a mistake here would be a wrong byte and no undefined behaviour.

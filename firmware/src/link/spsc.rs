@@ -4,9 +4,11 @@
 //! length that is not known can panic, and the frame path must not.
 //!
 //! A value is written into its slot before `pushed` says so, and has left it before `taken` does.
-//! So a slot is never used from both ends at once. Numbers that are further apart than there are
-//! slots are those of upset memory: then all that waits is dropped, as no slot may hold a value. `tests/orders` tries every order of the steps of
+//! So a slot is never used from both ends at once. `tests/orders` tries every order of the steps of
 //! the two ends.
+//!
+//! Numbers that are further apart than there are slots are those of upset memory. Then all that
+//! waits is dropped, since no slot may hold a value.
 
 use super::atomics::{AtomicUsize, Ordering};
 use super::slot::Slot;

@@ -5,6 +5,7 @@
 //! The program prints that line and exits with [`Error::code`]. Most variants are about input that
 //! the user can correct. Mistakes of the program itself are panics, not errors.
 
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 /// Bad input or unwritable output. Line numbers start at 1 and count the header.
@@ -221,9 +222,8 @@ pub enum Error {
     ),
     /// A file or directory cannot be written.
     #[error(
-        "{}: cannot be written ({source}); remedy: choose a place with free space that you may \
-         write to",
-        .path.display()
+        "{}: cannot be written ({source}); remedy: {}",
+        .path.display(), another_place(.source)
     )]
     Unwritable {
         /// The file or directory that was to be written.
@@ -383,6 +383,17 @@ fn in_order(before: &f64, now: &f64) -> &'static str {
              counted before, or cut the file there; else sort the lines"
         }
         () => "sort the lines, the time must increase from line to line",
+    }
+}
+
+/// The remedy for a place where nothing can be written.
+fn another_place(source: &io::Error) -> &'static str {
+    match source.kind() {
+        ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
+            "a file stands where a folder is wanted: give another name, or remove it"
+        }
+        ErrorKind::IsADirectory => "a folder has this name: give the name of a file",
+        _ => "choose a place with free space that you may write to",
     }
 }
 

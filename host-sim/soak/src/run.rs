@@ -300,7 +300,8 @@ impl Soak<'_> {
         self.report.came += len as u64;
     }
 
-    /// The application takes the bursts that the board has fetched.
+    /// The application takes the bursts that the board has fetched, with a pass after each, as
+    /// a board does.
     fn take_bursts(
         &mut self,
         drive: &mut Drive,
@@ -320,6 +321,7 @@ impl Soak<'_> {
             if lines.navigation.inside() > 0 {
                 self.violated(Violation::Kept);
             }
+            self.settle(app, lines, now);
         }
     }
 

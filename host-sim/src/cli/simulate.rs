@@ -6,6 +6,9 @@ use super::progress;
 use clap::Args as ClapArgs;
 use host_core::error::Error;
 use host_core::words::counted;
+use host_estimation::analysis::doubts::finds_north;
+use host_estimation::learning::teacher::Assumptions;
+use host_io::recordings::InitialAttitude;
 use host_io::recordings::generic;
 use host_io::recordings::record::{Record, TimedFix};
 use host_lab::experiment::run::sessions;
@@ -68,10 +71,16 @@ impl Args {
         let fixes = fixes
             .iter()
             .map(|(time, fix)| TimedFix::arrived(*time, fix));
-        let record = Record {
+        let mut record = Record {
             fixes: fixes.collect(),
             ..Record::from_session(&session)
         };
+        if let (Some(InitialAttitude::Standstill(s)), Some(fix)) =
+            (record.initial_attitude, record.fixes.first())
+            && !finds_north(&Assumptions::of(scenario.unit()), s as f64, fix.lat_deg)
+        {
+            record.initial_attitude = None; // it is found in motion
+        }
         generic::write(&record, Some(scenario.unit()), &self.out)?;
         generic::write_truth(&session, &self.out.join("truth.csv"))?;
         generic::write_readings(&session, &self.out.join("temperature.csv"))?;

@@ -101,7 +101,11 @@ impl Args {
         }
         if Sensor::on_line(self.rate).next().is_none() {
             let problem = format!("no format has {} samples a second", self.rate);
-            return Err(refused("--rate", problem, "give 100, 200, 250, 500 or 1000"));
+            return Err(refused(
+                "--rate",
+                problem,
+                "give 100, 200, 250, 500 or 1000",
+            ));
         }
         let plan = Plan {
             seed: self.seed,

@@ -27,8 +27,6 @@ pub enum Scenario {
 
 /// Name of the memory that holds the bytes of the lines, and their counts.
 pub const RINGS: &str = "rings of the lines";
-/// Name of the memory of the frame path's ends of them: addresses, mostly.
-pub const ENDS: &str = "ends of the rings";
 /// Length of a drive before the first flip, s.
 const LEAD_S: u32 = 1500;
 /// Bytes of a line that come between two passes: less than its ring has room for.
@@ -128,7 +126,6 @@ impl Device {
             gnss: gnss.port(|| ()),
         }));
         regions.push(Region::of(RINGS, uarts));
-        regions.push(Region::of(ENDS, lines));
         let split = drive
             .records
             .partition_point(|r| r.at_us < LEAD_S * 1_000_000);

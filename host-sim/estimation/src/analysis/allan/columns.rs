@@ -209,10 +209,16 @@ fn choose(file: &Path, names: &[String], choice: &Choice) -> Result<Vec<Sensor>,
         return Err(Error::unknown("sensor column", missing, &all));
     }
     if known.is_empty() {
-        return Err(Error::Header {
-            file: file.to_path_buf(),
-            found: excerpt(&names.join(",")),
-            expected: EXAMPLE.to_owned(),
+        return Err(Error::Option {
+            option: format!("{}:1", file.display()),
+            problem: format!(
+                "header is '{}', and no name states a sensor and its unit",
+                excerpt(&names.join(","))
+            ),
+            remedy: format!(
+                "name the columns as in '{EXAMPLE}', or describe the file by --header FILE.toml \
+                 (docs/your-data.md)"
+            ),
         });
     }
     let wanted = |sensor: &Sensor| !named || choice.columns.contains(&sensor.name);

@@ -33,6 +33,7 @@ use host_core::inertial::units::{DEG_PER_H, DEG_PER_SQRT_H, UG_PER_SQRT_HZ};
 use host_io::recordings::generic::NamedUnit;
 use host_io::recordings::record::Record;
 use host_unit::{Unit, presets};
+pub use north::finds_north;
 use rests::Rests;
 use serde::Serialize;
 use std::fmt;

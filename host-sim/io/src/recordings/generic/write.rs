@@ -173,10 +173,9 @@ speed = { column = "speed_mps", unit = "m/s" }
             let [roll, pitch, heading] = [roll, pitch, heading].map(|a| a / DEG);
             format!("roll_deg = {roll}\npitch_deg = {pitch}\nheading_deg = {heading}\n")
         }
-        None => {
-            "# standstill_s = 300   # or roll_deg, pitch_deg and heading_deg at the first fix\n"
-                .to_owned()
-        }
+        None => "# the attitude is found in motion; else standstill_s, or roll_deg, pitch_deg and \
+             heading_deg at the first fix\n"
+            .to_owned(),
     };
     if let [site] = record.fixes[..] {
         text += &format!(

@@ -34,10 +34,16 @@ const DENIALS: [&str; 8] = [
 ];
 
 impl Cell for f64 {
-    const REMEDY: &str = "give a decimal number, with a point and without unit";
+    const REMEDY: &str = "give a decimal number without unit";
 
     fn parse(text: &str) -> Result<Self, &'static str> {
-        match text.parse::<Self>() {
+        let parsed = text
+            .parse::<Self>()
+            .or_else(|error| match text.contains(',') {
+                true => text.replacen(',', ".", 1).parse(), // a decimal comma
+                false => Err(error),
+            });
+        match parsed {
             Err(_) if text.is_empty() => Err("missing"),
             Err(_) => Err("not a number"),
             Ok(x) if !x.is_finite() => Err("not finite"),

@@ -58,6 +58,16 @@ fn every_fault_names_its_location() {
     assert!(matches!(missing, Error::Missing { .. }));
 }
 
+#[test]
+fn a_decimal_comma_is_a_point() {
+    let parse = <f64 as Cell>::parse;
+    assert_eq!(parse("-0,0128"), Ok(-0.0128));
+    assert_eq!(parse("1,5e-3"), Ok(1.5e-3));
+    for wrong in ["1,234,5", "1,234.5", "1.234,5", ","] {
+        assert_eq!(parse(wrong), Err("not a number"), "{wrong}");
+    }
+}
+
 /// A table with the columns t and x whose first and last line may be cut.
 fn cut_table(path: &Path) -> Table {
     let source = Source::open(path, Separator::COMMA).unwrap();
