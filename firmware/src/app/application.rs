@@ -33,7 +33,7 @@ use crate::link::cut::Behind;
 use crate::link::{Clock, Line};
 use crate::model::Nets;
 use crate::store::{self, Content, Progress, Step};
-use crate::wire::adis::uart;
+use crate::wire::adis::{self, uart};
 use crate::wire::command::key::Key;
 use crate::wire::command::{Counters, fault};
 use crate::wire::{Checked, Error};
@@ -320,6 +320,18 @@ impl<'m> App<'m> {
         clock: &impl Clock,
     ) -> Result<(), Error> {
         let configuration = self.flow.config.sensor.adis.ok_or(Error::Content)?;
+        let done = self.corrected_burst(&configuration, reply, out, clock);
+        self.note_state(); // with the burst, and not with what comes on the sensor's line next
+        done
+    }
+
+    fn corrected_burst(
+        &mut self,
+        configuration: &adis::Settings,
+        reply: &mut [u8],
+        out: &mut impl Line,
+        clock: &impl Clock,
+    ) -> Result<(), Error> {
         let now = clock.now_us();
         self.flow.blackbox.burst(now, reply);
         self.heard(now);
@@ -332,7 +344,7 @@ impl<'m> App<'m> {
             self.raw(bytes, &mut Behind::nothing(out));
             return Ok(());
         }
-        match leaving.and_then(|bytes| Checked::burst(&configuration, bytes)) {
+        match leaving.and_then(|bytes| Checked::burst(configuration, bytes)) {
             Ok(frame) => {
                 self.flow.frame(frame, &mut Behind::nothing(out));
                 self.flow.health.flag(fault::UNKNOWN_FORMAT, false);

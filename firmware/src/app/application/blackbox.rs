@@ -28,15 +28,22 @@ impl<'m> App<'m> {
         &self.flow.blackbox
     }
 
-    /// Notes the end of a pass.
+    /// Notes what has changed.
     #[inline(always)]
-    pub(super) fn note_pass(&mut self, now: u64) {
+    pub(super) fn note_state(&mut self) -> AppState {
         let stage = stage(self.machine.phase());
         let noted = self.flow.noted(stage as u8);
         if self.flow.blackbox.differs(&noted) {
             let estimate = self.flow.corrector.estimate();
             self.flow.blackbox.note(noted, &estimate);
         }
+        stage
+    }
+
+    /// Notes the end of a pass.
+    #[inline(always)]
+    pub(super) fn note_pass(&mut self, now: u64) {
+        let stage = self.note_state();
         if self.flow.blackbox.has_frame() && self.link.framer.pending() == 0 {
             let key = self.flow.key(now, stage, self.link.framer.format());
             self.flow.blackbox.begin_page(&key);

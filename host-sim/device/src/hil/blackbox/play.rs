@@ -184,7 +184,7 @@ impl Player {
                 bytes.extend_from_slice(more);
             }
         }
-        let (before, mut fed) = (self.came - self.left, 0);
+        let (before, mut fed) = (self.came.saturating_sub(self.left), 0); // a burst may grow
         if bytes.is_empty() {
             self.advance(entry.at_us); // a poll without bytes, of a line that cannot report idle
         }
@@ -231,6 +231,7 @@ impl Player {
     }
 
     fn burst(&mut self, reply: &mut [u8]) {
+        self.came += reply.len();
         // an error has been counted
         let _ = self
             .app

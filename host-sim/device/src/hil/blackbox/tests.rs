@@ -6,9 +6,11 @@ use crate::hil::{Input, MemoryLine, SetClock, networks};
 use firmware::app::blackbox::read::{Content, HEAD_LEN, Head};
 use firmware::app::blackbox::{LEN, Memory, PAGES, State};
 use firmware::app::{App, Config, Lines};
+use firmware::configuration::Sensor;
 use firmware::control::Mode;
 use firmware::link::NoLine;
 use firmware::wire::ImuFormat;
+use firmware::wire::adis::{self, Burst, Model};
 use firmware::wire::command::fault;
 use test_bench::line::MockLine;
 
@@ -94,9 +96,7 @@ fn play_as(format: ImuFormat, memory: &[u8]) -> Vec<Page> {
     let mut configuration = host_unit::Unit::default()
         .configuration()
         .expect("a configuration");
-    configuration.sensor = Some(firmware::configuration::Sensor::Stream(
-        format.settings(&settings),
-    ));
+    configuration.sensor = Some(Sensor::Stream(format.settings(&settings)));
     configuration.rate = settings.rate;
     configuration.correction.limit = Config::default().limit;
     play(Some(&configuration), memory)
@@ -129,6 +129,61 @@ fn faults_are_recorded_and_played() {
         pages.iter().map(|page| page.pieces).sum::<usize>() > 40,
         "{pages:?}"
     );
+}
+
+/// Bursts of an ADIS, some at the ends of their range. Nothing is at the sensor's line, which reports
+/// that it is idle, or cannot.
+#[test]
+fn bursts_are_recorded_and_played() {
+    let unit = host_unit::Unit::default();
+    let mut configuration = unit.configuration().expect("a configuration");
+    let model = Model::Adis16505(2);
+    configuration.sensor = Some(Sensor::Spi(adis::Settings {
+        form: model.form(),
+        units: model.units(true).expect("a model"),
+        framed: false,
+    }));
+    configuration.rate = 500.0;
+    for never_idle in [false, true] {
+        let mut app = App::new(Config {
+            mode: Mode::Frozen,
+            nets: networks(),
+            block: 0.05,
+            ..Config::of(&configuration)
+        });
+        app.record_in(Box::leak(Box::new(Memory::ZEROED)));
+        let mut lines: Lines<MockLine, MemoryLine, NoLine, NoLine> = Lines {
+            sensor: MockLine {
+                never_idle,
+                ..MockLine::default()
+            },
+            navigation: MemoryLine::default(),
+            command: NoLine,
+            gnss: NoLine,
+        };
+        let mut clock = SetClock(0);
+        for n in 0..700u16 {
+            clock.0 = 2000 * u64::from(n);
+            let count = if n % 50 == 40 { i32::MAX } else { 1 << 20 };
+            let burst = Burst {
+                gyro: [count, -count, count],
+                accel: [-count, count, count],
+                counter: n,
+                ..Burst::default()
+            };
+            let mut reply = burst.emit32();
+            let taken = app.burst(&mut reply, &mut lines.navigation, &clock);
+            assert_eq!(taken, Ok(()));
+            while app.poll(&mut lines, &clock) {}
+        }
+        assert!(app.counters().saturated > 10, "{:?}", app.counters());
+        let pages = play(Some(&configuration), &stopped(&mut app));
+        let pieces: usize = pages.iter().map(|page| page.pieces).sum();
+        assert!(pieces > 30, "{pages:?}");
+        for page in &pages {
+            assert_eq!(page.verdict, Verdict::Agrees, "{never_idle}: {page:?}");
+        }
+    }
 }
 
 /// A sensor falls silent, at a line that reports that it is idle and at one that cannot. There each
