@@ -41,7 +41,10 @@ impl<T, const N: usize> Queue<T, N> {
 
     /// The number of values that have been put, or taken, in upset memory.
     #[cfg(test)]
-    #[allow(dead_code, reason = "`tests/orders` compiles this file without the test")]
+    #[allow(
+        dead_code,
+        reason = "`tests/orders` compiles this file without the test"
+    )]
     pub(super) fn upset(&mut self, put: bool, bit: u32) {
         let number = if put { &self.pushed } else { &self.taken };
         number.store(number.load(Ordering::Relaxed) ^ 1 << bit, Ordering::Relaxed);

@@ -131,8 +131,8 @@ fn faults_are_recorded_and_played() {
     );
 }
 
-/// Bursts of an ADIS, some at the ends of their range. Nothing is at the sensor's line, which reports
-/// that it is idle, or cannot.
+/// Bursts of an ADIS, some at the ends of their range. Nothing is at the sensor's line, which
+/// reports that it is idle, or cannot.
 #[test]
 fn bursts_are_recorded_and_played() {
     let unit = host_unit::Unit::default();

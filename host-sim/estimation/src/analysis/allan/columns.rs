@@ -115,20 +115,28 @@ pub fn load(file: &Path, choice: &Choice, notes: &mut Vec<String>) -> Result<Vec
     Ok(sensors.into_iter().zip(lists).map(column).collect())
 }
 
-/// Opens a file by the first separator with which a line has known names. Returns also the number
-/// of the lines before it.
+/// Opens a file by the separator with which a line has most known names, and of equal ones most
+/// cells. Returns also the number of the lines before it.
 fn open(file: &Path, choice: &Choice) -> Result<(Source, usize), Error> {
-    let named = |line: &Vec<String>| choose(file, line, choice).is_ok();
+    let known = |line: &Vec<String>| choose(file, line, choice).map_or(0, |known| known.len());
     let skip = choice.skip_lines;
+    let mut best: Option<([usize; 2], Source, usize)> = None;
     for separator in [b',', b';', b'\t'].map(Separator::Char) {
         let source = Source::open(file, separator)?;
         let mut lines = source.head().iter().enumerate().skip(skip.unwrap_or(0));
-        let found = lines
-            .find(|(_, line)| named(line))
-            .map(|(before, _)| before);
-        if let Some(before) = found.filter(|before| skip.is_none_or(|skip| skip == *before)) {
-            return Ok((source, before));
+        let found = lines.find_map(|(before, line)| match known(line) {
+            0 => None,
+            names => Some(([names, line.len()], before)),
+        });
+        let found = found.filter(|(_, before)| skip.is_none_or(|skip| skip == *before));
+        if let Some((names, before)) = found
+            && best.as_ref().is_none_or(|(most, ..)| names > *most)
+        {
+            best = Some((names, source, before));
         }
+    }
+    if let Some((_, source, before)) = best {
+        return Ok((source, before));
     }
     // the line says what is wrong where none has the names
     let source = Source::open(file, Separator::COMMA)?;

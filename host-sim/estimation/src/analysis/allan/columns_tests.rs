@@ -36,6 +36,20 @@ fn time(i: usize) -> f64 {
     (i + 1) as f64 * 0.02
 }
 
+/// As a spreadsheet writes it: all names are in one cell to whoever splits at commas.
+#[test]
+fn semicolons_and_decimal_commas() {
+    let text = file("t_s;wx_radps;wy_radps;az_mps2", |i| {
+        format!("{:.4};0,25;0,5;-9,8", time(i)).replace('.', ",")
+    });
+    let series = load_text(&text, &Choice::default()).unwrap();
+    let names: Vec<&str> = series.iter().map(|s| s.column.as_str()).collect();
+    assert_eq!(names, ["wx_radps", "wy_radps", "az_mps2"]);
+    assert_eq!(series[1].increments[7], 0.01);
+    let one = file("t_s;wx_radps", |i| format!("{};0.5", time(i)));
+    assert_eq!(load_text(&one, &Choice::default()).unwrap().len(), 1);
+}
+
 #[test]
 fn increments_rates_and_pulses_come_out_as_si_increments() {
     let text = file("t_s,dtheta_x_rad,wy_radps,roll_rad,az_g,ve_mps", |i| {
