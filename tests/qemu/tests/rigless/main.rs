@@ -5,8 +5,8 @@ mod f4;
 mod h743;
 mod update;
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use anyhow::Result;
 use firmware::app::{Config, Hardware};
@@ -100,11 +100,12 @@ impl Wires {
 
 /// Builds an image and keeps a copy, since another test's build with other settings writes over it.
 fn built_copy(name: &str, build: impl FnOnce() -> Result<PathBuf>) -> PathBuf {
-    static BUILDING: Mutex<()> = Mutex::new(());
-    let _one = BUILDING.lock().expect("builds");
     let folder = qemu::images::target_directory().expect("a folder");
     let folder = folder.join("rigless-images");
     std::fs::create_dir_all(&folder).expect("a folder");
+    // each test is a process, and the next build replaces what this one copies
+    let one = File::create(folder.join("lock")).expect("a file");
+    one.lock().expect("builds");
     let copy = folder.join(name);
     std::fs::copy(build().expect("it builds"), &copy).expect("a copy");
     copy
