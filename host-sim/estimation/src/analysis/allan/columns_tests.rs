@@ -173,7 +173,8 @@ fn faults_are_named_by_line_and_column() {
         ),
         (
             "t_s,x\n1,2\n".into(),
-            "imu.csv:1: header is 't_s,x', and no name states a sensor and its unit; remedy: name the columns as in 't_s,dtheta_x_rad",
+            "imu.csv:1: header is 't_s,x', and no name states a sensor and its unit; \
+             remedy: name the columns as in 't_s,dtheta_x_rad",
         ),
         (
             "t_s,dtheta_x_rad\n".into(),
