@@ -5,11 +5,11 @@ use std::fs;
 
 use anyhow::{Context, Error, Result};
 use qemu::committed::Committed;
-use qemu::images::{target_directory, workspace};
+use qemu::images::workspace;
 use serde_json::Value;
 
-use super::named;
 use super::sensors::harm;
+use super::{campaign_folder, named};
 use crate::stage::{cargo_with, succeed};
 
 /// Time without fixes, min.
@@ -41,7 +41,7 @@ struct Rows(Vec<Value>);
 
 /// Runs a campaign without fixes in the judged drive, whose filters know what is new at a power-on.
 fn campaign(name: &str, runs: u32, schemes: &[String], words: &[&str]) -> Result<(String, Rows)> {
-    let folder = target_directory()?.join("figures").join(name);
+    let folder = campaign_folder(name)?;
     let json = folder.join("rows.json");
     let mut own = vec!["campaign", "--runs"];
     let (runs, schemes) = (runs.to_string(), schemes.join(","));
@@ -97,9 +97,9 @@ const RESTS: &str = "12";
 
 /// Abuse, and the first rest with the activations and sensors that it is for.
 pub fn abuse() -> Result<()> {
-    let folder = target_directory()?.join("figures");
     let host_sim = || cargo_with("run --quiet --release --package host-sim -- abuse");
-    let [all, rests] = ["abuse", "abuse-rests"].map(|name| named(&folder.join(name)).to_owned());
+    let folder = |name| Ok::<_, Error>(named(&campaign_folder(name)?).to_owned());
+    let (all, rests) = (folder("abuse")?, folder("abuse-rests")?);
     let mut run = host_sim();
     run.args(["--runs", "20", "--resume", "--out"]).arg(&all);
     succeed(&mut run)?;
@@ -205,7 +205,7 @@ pub fn real() -> Result<()> {
     let words = ["--models", "real", "--drives", "1,2,4,8"];
     let schemes = REAL.map(str::to_owned);
     let (mut out, rows) = campaign("memory-real", 48, &schemes, &words)?;
-    let csv = target_directory()?.join("figures/memory-real/campaign.csv");
+    let csv = campaign_folder("memory-real")?.join("campaign.csv");
     let runs = Committed::parse(
         "memory-real",
         &format!("# campaign\n{}", fs::read_to_string(csv)?),

@@ -122,6 +122,13 @@ fn make(figure: &Figure) -> Result<()> {
     }
 }
 
+/// The folder of a campaign of the present learner, which goes on there when it was interrupted.
+/// Other learners have folders of their own, since their results cannot be mixed.
+fn campaign_folder(name: &str) -> Result<PathBuf> {
+    let folder = format!("learner-{}", firmware::learn::VERSION);
+    Ok(target_directory()?.join("figures").join(folder).join(name))
+}
+
 /// A path as commands in pages name it: from the workspace on, where cargo runs, so that no page
 /// names a folder of this machine.
 fn named(path: &Path) -> &Path {

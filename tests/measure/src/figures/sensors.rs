@@ -13,9 +13,8 @@ use host_core::simulator::imu::ImuSpec;
 use host_lab::campaign::median_of;
 use host_unit::Unit;
 use qemu::committed::Committed;
-use qemu::images::target_directory;
 
-use super::named;
+use super::{campaign_folder, named};
 use crate::stage::{cargo_with, succeed};
 use crate::table::{markdown, thousands};
 
@@ -89,7 +88,7 @@ fn campaign(sensor: &str, share: f64) -> Result<Committed> {
     let unit = Unit::preset(sensor).context("no such preset")?;
     let simulation = Some(simulated(&unit, share));
     let text = Unit { simulation, ..unit }.to_text(sensor)?;
-    let folder = target_directory()?.join(format!("figures/sensors-{sensor}-{share:.2}"));
+    let folder = campaign_folder(&format!("sensors-{sensor}-{share:.2}"))?;
     fs::create_dir_all(&folder)?;
     let [file, csv] = ["unit.toml", "runs.csv"].map(|name| folder.join(name));
     fs::write(&file, text)?;
