@@ -164,6 +164,22 @@ fn any_vehicle_can_be_simulated() {
     }
 }
 
+/// A standstill is declared only where it shows north: with other sensors a replay finds the
+/// attitude in motion.
+#[test]
+fn a_standstill_is_declared_where_it_shows_north() {
+    let dir = tempfile::tempdir().unwrap();
+    let d = dir.path();
+    for (unit, declared) in [("tactical", true), ("mems", false)] {
+        let scenario = format!("unit = '{unit}'\n[test]\nstandstill_s = 90\ndrive_s = 120\n");
+        std::fs::write(d.join("scenario.toml"), scenario).unwrap();
+        let args = ["simulate", "--scenario", "scenario.toml", "--out", unit];
+        host_sim(d, &args).success();
+        let header = std::fs::read_to_string(d.join(unit).join("header.toml")).unwrap();
+        assert_eq!(header.contains("standstill_s"), declared, "{unit}");
+    }
+}
+
 /// A receiver with 5 fixes a second, half a second late: the file has the fixes of all arrivals, at
 /// the times that follow from the unit's delay, 0.1 s before them. The true position was passed 0.4
 /// s earlier.
