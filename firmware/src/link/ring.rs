@@ -49,21 +49,6 @@ struct Counts {
     lost: AtomicU32,
 }
 
-impl Counts {
-    /// Bytes in a ring of `len` bytes from which `popped` have been taken. `None`: the counts
-    /// cannot be, and what is in the ring is dropped.
-    #[inline(always)]
-    fn waiting(&self, popped: usize, len: usize) -> Option<usize> {
-        let pushed = self.pushed.load(Ordering::Acquire);
-        let waiting = pushed.wrapping_sub(popped);
-        if waiting > len {
-            self.popped.store(pushed, Ordering::Release);
-            return None;
-        }
-        Some(waiting)
-    }
-}
-
 impl<const N: usize> Default for Ring<N> {
     fn default() -> Ring<N> {
         Ring::new()
@@ -140,8 +125,13 @@ impl<const N: usize> Ring<N> {
     #[inline(always)]
     pub fn pop(&self) -> Option<u8> {
         let popped = self.counts.popped.load(Ordering::Relaxed);
-        if self.counts.waiting(popped, N)? == 0 {
-            return None;
+        match self.pushed().wrapping_sub(popped) {
+            0 => return None,
+            there if there > N => {
+                self.clear();
+                return None;
+            }
+            _ => {}
         }
         let byte = self.bytes.get(popped % N)?.load(Ordering::Relaxed);
         let popped = popped.wrapping_add(1);
@@ -178,8 +168,13 @@ impl<const N: usize> Ring<N> {
     #[inline(always)]
     pub fn oldest(&self) -> &[AtomicU8] {
         let popped = self.counts.popped.load(Ordering::Relaxed);
-        let waiting = self.counts.waiting(popped, N).unwrap_or(0);
-        piece(&self.bytes, popped, waiting)
+        match self.pushed().wrapping_sub(popped) {
+            there if there <= N => piece(&self.bytes, popped, there),
+            _ => {
+                self.clear();
+                &[]
+            }
+        }
     }
 
     /// Bytes that have been taken out since start, modulo 2^32.
@@ -301,8 +296,14 @@ impl Consumer<'_> {
     #[inline(always)]
     pub fn pop(&mut self) -> Option<u8> {
         let popped = self.counts.popped.load(Ordering::Relaxed);
-        if self.counts.waiting(popped, self.bytes.len())? == 0 {
-            return None;
+        let pushed = self.counts.pushed.load(Ordering::Acquire);
+        match pushed.wrapping_sub(popped) {
+            0 => return None,
+            there if there > self.bytes.len() => {
+                self.counts.popped.store(pushed, Ordering::Release);
+                return None;
+            }
+            _ => {}
         }
         let byte = place(self.bytes, popped)?.load(Ordering::Relaxed);
         let popped = popped.wrapping_add(1);
@@ -331,10 +332,13 @@ impl Consumer<'_> {
             return Err(Overrun);
         }
         let popped = self.popped();
-        let Some(waiting) = self.counts.waiting(popped, self.bytes.len()) else {
+        let pushed = self.counts.pushed.load(Ordering::Acquire);
+        let there = pushed.wrapping_sub(popped);
+        if there > self.bytes.len() {
+            self.counts.popped.store(pushed, Ordering::Release);
             return Err(Overrun);
-        };
-        let read = waiting.min(buffer.len());
+        }
+        let read = there.min(buffer.len());
         let (bytes, wrapped) = from(self.bytes, popped);
         let places = buffer.get_mut(..read).unwrap_or_default();
         if places.len() <= bytes.len() {
