@@ -191,12 +191,11 @@ impl<'m> FixLearner<'m> {
         let knows = self.remembered.base.count > 0.0 && unit.recall(bank, &self.shapes);
         if knows {
             unit.carry(&mut self.memory.rehearsal);
-            let base = &self.remembered.base;
-            if base.refuted && !bank.takes_part(STORED) {
+            if self.remembered.base.refuted && !bank.takes_part(STORED) {
                 // what is remembered does not act, but is on trial
-                let best = chosen::best_memory(bank, base);
-                let (nets, maps) = (bank.unit_nets_of(best), bank.maps_of(best));
-                bank.begin_stored((&nets, &maps), &self.settings.sheet, UNALIGNED);
+                let sheet = &self.settings.sheet;
+                let nets = self.shapes.constant(&unit.biases());
+                bank.begin_stored((&nets, &Nets::NONE.maps), sheet, UNALIGNED);
             }
         } else {
             self.remembered.base = Head::NEW;

@@ -233,6 +233,18 @@ impl<T: Real> Shapes<T> {
         all
     }
 
+    /// Networks with this output and nothing else, in units of the output scale of `driven`.
+    #[must_use]
+    pub fn constant(&self, output: &[[T; 3]; 2]) -> [LearnerNet<T>; 2] {
+        let mut nets = self.driven;
+        for (net, output) in nets.iter_mut().zip(output) {
+            net.weights = Weights::zero();
+            let [_, _, top] = &mut net.weights.layers;
+            top.b = *output;
+        }
+        nets
+    }
+
     /// The networks of gyros and accelerometers, first the driven ones, then the curved ones.
     pub fn iter(&self) -> impl Iterator<Item = &LearnerNet<T>> {
         self.driven.iter().chain(&self.curved)

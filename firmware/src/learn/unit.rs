@@ -250,6 +250,12 @@ impl Unit {
         known && bank.recall(&self.values, AGES, evidence, self.has_map)
     }
 
+    /// The biases of the unit, in units of the networks' output scale: gyros, accelerometers.
+    pub fn biases(&self) -> [[f32; 3]; 2] {
+        let [a, b, c, d, e, f, ..] = self.values;
+        [[a, b, c], [d, e, f]]
+    }
+
     /// Gives rehearsals that have begun what was won in earlier drives.
     pub fn carry(&self, rehearsal: &mut Rehearsal) {
         let [biases, ..] = &self.head.carried;

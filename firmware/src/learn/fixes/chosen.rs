@@ -3,9 +3,9 @@
 use super::judged::{BETTER, DRIVES};
 use super::{FixLearner, Memory, Tally};
 use crate::learn::Winner;
-use crate::learn::bank::{Bank, MAP, SIX_BIASES, STORED, ZERO_CORRECTION};
+use crate::learn::bank::{MAP, STORED, ZERO_CORRECTION};
 use crate::learn::quantise::split;
-use crate::learn::unit::{self, Head};
+use crate::learn::unit;
 use crate::model::Nets;
 
 /// A drive teaches something for the next ones from so much navigation beside so many fixes on,
@@ -34,15 +34,22 @@ impl FixLearner<'_> {
     /// The hypothesis that acts from the next power-on, of those that remember the unit and have
     /// proved themselves.
     fn best_of_unit(&self) -> Option<usize> {
-        let Memory {
-            bank, rehearsal, ..
-        } = &*self.memory;
-        let each = candidates(bank, self.remembered.judged.so_far());
+        let bank = &self.memory.bank;
+        let [biases, driven, curved] = self.remembered.judged.so_far();
+        let wrong = [biases, driven, curved, biases];
+        let each = bank.remembering().into_iter().zip(wrong);
+        let proved = each.filter(|&(h, _)| self.memory.rehearsal.has_proved(h));
+        let candidates = proved.map(|(hypothesis, wrong)| Candidate {
+            hypothesis,
+            evidence: bank.score(hypothesis),
+            wrong,
+        });
+        let judged = self.remembered.base.drives >= DRIVES;
         best(
-            each.filter(|candidate| rehearsal.has_proved(candidate.hypothesis)),
+            candidates,
             self.choice.knows_best,
             self.settings.gates.better,
-            self.remembered.base.drives >= DRIVES,
+            judged,
         )
     }
 
@@ -115,27 +122,6 @@ impl FixLearner<'_> {
         );
         unit::LEN
     }
-}
-
-/// The hypothesis whose memory is the best, by evidence and by the judgement of the drives before.
-/// `bank` has recalled it.
-pub(super) fn best_memory(bank: &Bank, base: &Head) -> usize {
-    let each = candidates(bank, base.judged).filter(|of| of.evidence.is_finite());
-    best(each, ZERO_CORRECTION, 0.0, base.drives >= DRIVES).unwrap_or(SIX_BIASES)
-}
-
-/// The hypotheses that remember the unit; `judged`: how wrong biases, `driven` and `curved` were.
-fn candidates(
-    bank: &Bank,
-    [biases, driven, curved]: [f32; 3],
-) -> impl Iterator<Item = Candidate> + Clone + use<'_> {
-    let wrong = [biases, driven, curved, biases]; // a map counts as the biases
-    let each = bank.remembering().into_iter().zip(wrong);
-    each.map(|(hypothesis, wrong)| Candidate {
-        hypothesis,
-        evidence: bank.score(hypothesis),
-        wrong,
-    })
 }
 
 /// A hypothesis that remembers the unit.

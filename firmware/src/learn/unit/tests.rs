@@ -3,7 +3,6 @@ use crate::inputs::{Inputs, OWN, Source};
 use crate::learn::bank::{CURVED, DRIVEN, Gates, HYPOTHESES, MAP, STORED};
 use crate::learn::settings::Settings;
 use crate::model::Nets;
-use crate::sample::{Lsb, StreamScale};
 use std::boxed::Box;
 use std::vec;
 use std::vec::Vec;
@@ -208,53 +207,6 @@ fn a_refuted_memory_is_on_trial() {
         let mut read = Unit::NEW;
         read.read(&bytes(&unit));
         assert_eq!(read.head.refuted, refuted);
-    }
-}
-
-/// What is on trial after a refutation is the best memory, a law of the temperature too: a trial of
-/// the biases alone would refute it for ever.
-#[test]
-fn the_best_memory_is_on_trial() {
-    use crate::learn::Learner;
-    use crate::learn::fixes::{FixLearner, Memory};
-    let settings = Settings {
-        inputs: THERMAL,
-        ..Settings::MEDIUM
-    };
-    let [of_biases, of_driven, ..] = REMEMBERED;
-    let mut unit = after(&Head::NEW, &THERMAL);
-    unit.head.refuted = true;
-    unit.values[0] = 0.5;
-    unit.values[of_biases + of_driven..][..9].fill(0.25);
-    for (drives, inputs, best) in [
-        (3, THERMAL, CURVED),
-        (1, THERMAL, SIX_BIASES), // too few drives have judged it
-        (3, OWN, SIX_BIASES),     // of another network
-    ] {
-        unit.head.drives = drives;
-        unit.head.shape = digest(&networks(&inputs));
-        unit.head.judged = [1.0, 1.0, 0.5];
-        unit.head.evidence = [-1.0; 3];
-        let mut memory = Box::new(Memory::ZEROED);
-        let settings = Settings { inputs, ..settings };
-        let mut learner = FixLearner::new(&mut memory, settings);
-        learner.recall(&bytes(&unit));
-        let stream = StreamScale {
-            lsb: Lsb {
-                rad: 1e-8,
-                mps: 1e-6,
-            },
-            period_s: 0.005,
-            block_samples: 200,
-        };
-        learner.begin(&Nets::NONE, stream);
-        let bank = learner.bank();
-        assert!(bank.takes_part(STORED));
-        let [on_trial, known] = [bank.nets_of(STORED), bank.unit_nets_of(best)];
-        assert_eq!(on_trial, known, "{best}");
-        let [_, _, top] = &on_trial[0].weights.layers;
-        let law = top.w[0][0];
-        assert_eq!(law, if best == CURVED { 0.25 } else { 0.0 });
     }
 }
 
