@@ -176,7 +176,7 @@ fn a_standstill_is_declared_where_it_shows_north() {
         let args = ["simulate", "--scenario", "scenario.toml", "--out", unit];
         host_sim(d, &args).success();
         let header = std::fs::read_to_string(d.join(unit).join("header.toml")).unwrap();
-        assert_eq!(header.contains("standstill_s"), declared, "{unit}");
+        assert_eq!(header.contains("\nstandstill_s = "), declared, "{unit}");
     }
 }
 

@@ -24,11 +24,19 @@ fn prepare(dir: &Path, session: &Session) {
     std::fs::write(dir.join("flight.ulg"), ulog(session)).unwrap();
 }
 
-/// The files of a folder without folders, in another one.
+/// What is in a folder, in another one.
 fn copy(from: &Path, to: &Path) {
     for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), to.join(entry.file_name())).unwrap();
+        let (from, to) = {
+            let entry = entry.unwrap();
+            (entry.path(), to.join(entry.file_name()))
+        };
+        if from.is_dir() {
+            std::fs::create_dir(&to).unwrap();
+            copy(&from, &to);
+        } else {
+            std::fs::copy(from, to).unwrap();
+        }
     }
 }
 
