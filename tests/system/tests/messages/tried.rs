@@ -24,13 +24,11 @@ fn prepare(dir: &Path, session: &Session) {
     std::fs::write(dir.join("flight.ulg"), ulog(session)).unwrap();
 }
 
-/// What is in a folder, in another one.
+/// Copies what is in a folder.
 fn copy(from: &Path, to: &Path) {
     for entry in std::fs::read_dir(from).unwrap() {
-        let (from, to) = {
-            let entry = entry.unwrap();
-            (entry.path(), to.join(entry.file_name()))
-        };
+        let from = entry.unwrap().path();
+        let to = to.join(from.file_name().unwrap());
         if from.is_dir() {
             std::fs::create_dir(&to).unwrap();
             copy(&from, &to);
