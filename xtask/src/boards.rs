@@ -199,7 +199,7 @@ pub fn lints() -> Result<()> {
         let of = ["--release", "--package", package];
         clippy("firmware/boards", "boards", Some(target), &of)?;
     }
-    for (feature, program) in DRIVERS {
+    for (feature, program) in DRIVERS.into_iter().chain([("cases", "stm32-cases")]) {
         let of = ["--features", feature, "--bin", program];
         clippy("tests/chip", "chip", Some(TARGET), &of)?;
     }

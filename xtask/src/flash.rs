@@ -75,6 +75,14 @@ pub fn download(name: &str, chip: Option<String>) -> Result<PathBuf> {
     Ok(built)
 }
 
+/// The chip of our own board, if probe-rs is there and knows it.
+pub fn own_chip(chip: Option<&str>) -> Result<&str> {
+    let chip = chip.unwrap_or(CHIP);
+    fits(STM32F405, chip)?;
+    knows(chip)?;
+    Ok(chip)
+}
+
 /// Builds the image of a board. Gives it with the chip that it is for.
 fn built(name: &str, way: &FlashMethod) -> Result<(PathBuf, String)> {
     if name == STM32F405.name {

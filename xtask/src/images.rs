@@ -84,6 +84,23 @@ pub fn apart(command: &str, manifest: &str, built: &str, target: Option<&str>) -
     Ok(cargo)
 }
 
+/// The cases for a board `stm32f405` (`tests/chip`), as the image names them.
+pub const CASES: [&str; 5] = ["clock", "flash", "lines", "digests", "cycles"];
+
+/// Builds the image of [`CASES`] and returns its path.
+///
+/// # Errors
+/// cargo cannot be started, or the build fails; cargo has printed why.
+pub fn cases() -> Result<PathBuf> {
+    let mut build = apart("build", "tests/chip", "chip", Some(TARGET))?;
+    build.args(["--profile", PROFILE, "--features", "cases"]);
+    build.args(["--bin", "stm32-cases"]);
+    let status = build.status().context("cannot start cargo")?;
+    ensure!(status.success(), "building the cases failed");
+    let built = target_directory()?.join("chip").join(TARGET);
+    Ok(built.join(PROFILE).join("stm32-cases"))
+}
+
 /// Top of the workspace, where `memory.x` and `budgets.toml` are.
 pub fn workspace() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -77,8 +77,21 @@ fn returns(name: &str, mut port: Port, baud: u32) {
         }
         (count, lost)
     });
-    hprintln!("{} at {} bit/s: {} bytes came back in {} us", name, baud, count, us);
+    hprintln!(
+        "{} at {} bit/s: {} bytes came back in {} us",
+        name,
+        baud,
+        count,
+        us
+    );
     let whole = count == SENT.len() && !lost && came == SENT;
-    assert!(whole, "{name}: {count} of {} bytes, lost {lost}; does something hold its TX pin?", SENT.len());
-    assert!(us.abs_diff(due_us) <= due_us / 50 + 2 * byte_us, "{name}: {due_us} us were due");
+    assert!(
+        whole,
+        "{name}: {count} of {} bytes, lost {lost}; does something hold its TX pin?",
+        SENT.len()
+    );
+    assert!(
+        us.abs_diff(due_us) <= due_us / 50 + 2 * byte_us,
+        "{name}: {due_us} us were due"
+    );
 }

@@ -97,7 +97,7 @@ mod cases {
     use vectors::{CHECKS, net};
 
     /// Seconds of the host that the clock is compared with. A call of the host takes up to 0.1 s.
-    const SECONDS: u32 = 5;
+    const SECONDS: usize = 5;
     const SAMPLES: u16 = 25;
 
     #[init]
@@ -112,20 +112,37 @@ mod cases {
         if !bench.is_chip() {
             return;
         }
-        let Clocks { core, crystal, .. } = bench.clocks;
-        hprintln!("core at {} Hz, source {:?}, {:?}", core, bench.clocks.source, crystal);
+        let Clocks {
+            source,
+            core,
+            crystal,
+            ..
+        } = bench.clocks;
+        let (built, used, khz) = (crystal.built_mhz, crystal.used_mhz, crystal.measured_khz);
+        hprintln!(
+            "core at {} Hz by {:?}, which has {} kHz by the internal oscillator",
+            core,
+            source,
+            khz
+        );
         let ((first, begun), mut now) = (host_second(), host_second());
-        while now.0 - first < SECONDS as usize {
+        while now.0 - first < SECONDS {
             now = host_second();
         }
-        let seconds = (now.0 - first) as u32;
-        let us = now.1.wrapping_sub(begun) / seconds;
-        hprintln!("a second of the host, by the crystal: {} us", us);
-        let right = bench.clocks.source == ClockSource::Crystal;
-        assert!(right, "no crystal: soldered, and of 4 to 26 MHz?");
-        let (built, used) = (crystal.built_mhz, crystal.used_mhz);
-        assert!(built == used, "built for {built} MHz: build with LRNN_CRYSTAL_MHZ={used}");
-        assert!(us.abs_diff(1_000_000) < 40_000, "not the frequency it was taken for");
+        let us = now.1.wrapping_sub(begun) / (now.0 - first) as u32;
+        hprintln!("a second of the host is {} us by the core's clock", us);
+        assert!(
+            source == ClockSource::Crystal,
+            "no crystal of 4 to 26 MHz, or the PLL does not lock"
+        );
+        assert!(
+            built == used,
+            "built for {built} MHz; remedy: LRNN_CRYSTAL_MHZ={used} cargo xtask ..."
+        );
+        assert!(
+            us.abs_diff(1_000_000) < 40_000,
+            "the core has another clock"
+        );
     }
 
     /// Both sectors hold every word and become blank again, and records are found in them.
@@ -157,7 +174,10 @@ mod cases {
             let verdict = if equal { "equal" } else { "DIFFERENT" };
             hprintln!("{}: {}, {} cycles", check.name, verdict, cycles);
         }
-        assert!(different == 0, "{different} digests differ from the desktop's");
+        assert!(
+            different == 0,
+            "{different} digests differ from the desktop's"
+        );
     }
 
     /// The core makes its cycles, and a sample is corrected in the time of the fastest sensor.
@@ -182,7 +202,10 @@ mod cases {
         let mut state = compensator.power_on(false);
         let (mut all, mut worst) = (0, 0);
         for n in 0..1000 {
-            let sample = RawSample::Counts { gyro: [n, -n, 7], accel: [n, 100, 3900] };
+            let sample = RawSample::Counts {
+                gyro: [n, -n, 7],
+                accel: [n, 100, 3900],
+            };
             let mut sample = black_box(sample);
             let begun = DWT::cycle_count();
             compensator.accumulate(&mut state, &sample);
@@ -192,7 +215,14 @@ mod cases {
             all += cycles;
             worst = worst.max(cycles);
         }
-        hprintln!("a sample corrected: {} cycles, at a block's end {}", all / 1000, worst);
-        assert!(worst < bench.clocks.core / 2000, "longer than a period of 2000 Hz");
+        hprintln!(
+            "a sample corrected: {} cycles, at a block's end {}",
+            all / 1000,
+            worst
+        );
+        assert!(
+            worst < bench.clocks.core / 2000,
+            "longer than a period of 2000 Hz"
+        );
     }
 }

@@ -20,7 +20,9 @@ const LONGEST_US: u32 = 3_000_000;
 pub fn holds(flash: FLASH) {
     let mut flash = Sectors::new(flash);
     if !every(&mut flash, 0, BOTH, |_| u32::MAX) {
-        hprintln!("skipped: the store is not blank, and what it holds would be lost; remedy: probe-rs erase --chip NAME");
+        hprintln!(
+            "skipped: the store is not blank, and what it holds would be lost; remedy: probe-rs erase --chip NAME"
+        );
         return;
     }
     for from in [0, SECTOR] {
@@ -28,10 +30,19 @@ pub fn holds(flash: FLASH) {
         let ((), written) = timed(|| write(&mut flash, from));
         let (same, read) = timed(|| every(&mut flash, from, SECTOR, pattern));
         let (erased, us) = timed(|| flash.erase(from, from + SECTOR));
-        hprintln!("sector at {}: {} ns to program a word, {} ns to read one, {} us to erase it", from, written * 1000 / words, read * 1000 / words, us);
+        hprintln!(
+            "sector at {}: {} ns to program a word, {} ns to read one, {} us to erase it",
+            from,
+            written * 1000 / words,
+            read * 1000 / words,
+            us
+        );
         assert!(same, "a word does not read back as programmed");
         assert!(erased.is_ok() && us < LONGEST_US, "erasing: {erased:?}");
-        assert!(every(&mut flash, from, SECTOR, |_| u32::MAX), "not blank after erasing");
+        assert!(
+            every(&mut flash, from, SECTOR, |_| u32::MAX),
+            "not blank after erasing"
+        );
     }
     let mut flash = records(flash);
     let erased = flash.erase(0, BOTH); // as it was
@@ -46,7 +57,12 @@ fn pattern(offset: u32) -> u32 {
 fn write(flash: &mut Sectors, from: u32) {
     for at in (from..from + SECTOR).step_by(PIECE as usize) {
         let mut bytes = [0; PIECE as usize];
-        for (word, offset) in bytes.as_chunks_mut::<4>().0.iter_mut().zip((at..).step_by(4)) {
+        for (word, offset) in bytes
+            .as_chunks_mut::<4>()
+            .0
+            .iter_mut()
+            .zip((at..).step_by(4))
+        {
             *word = pattern(offset).to_le_bytes();
         }
         let done = flash.write(at, &bytes);
@@ -60,7 +76,9 @@ fn every(flash: &mut Sectors, from: u32, len: u32, expected: fn(u32) -> u32) -> 
         let mut bytes = [0; PIECE as usize];
         let read = flash.read(at, &mut bytes).is_ok();
         let words = bytes.as_chunks::<4>().0.iter().zip((at..).step_by(4));
-        read && words.into_iter().all(|(word, offset)| *word == expected(offset).to_le_bytes())
+        read && words
+            .into_iter()
+            .all(|(word, offset)| *word == expected(offset).to_le_bytes())
     })
 }
 
@@ -71,13 +89,19 @@ fn records(mut flash: Sectors) -> Sectors {
         let record = Record::from_slice(&[number; 100]).expect("there is room");
         let mut store = Store::new(flash).expect("it fits");
         let before = store.load().expect("no newer firmware");
-        assert_eq!(before.map_or(0, |stored| stored.generation), u32::from(number) - 1);
+        assert_eq!(
+            before.map_or(0, |stored| stored.generation),
+            u32::from(number) - 1
+        );
         let (done, us) = timed(|| store.carry_out(Step::Save, &Content::new(&Nets::NONE, &record)));
         hprintln!("record {} stored in {} us", number, us);
         assert_eq!(done, Progress::Done);
         let mut again = Store::new(store.into_inner()).expect("it fits");
         let found = again.load().expect("no newer firmware").expect("a record");
-        assert!(found.record == record && !found.damaged, "record {number} is not found again");
+        assert!(
+            found.record == record && !found.damaged,
+            "record {number} is not found again"
+        );
         flash = again.into_inner();
     }
     flash
